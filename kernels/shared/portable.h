@@ -1,0 +1,113 @@
+/* The common subset of OpenCL C 1.2 and C++ in which model formulas are written once.
+ *
+ * A formula is a function over REAL that uses + - * /, comparisons, SELECT, SQRT, EXP, LOG, ABS, MIN, MAX. It compiles as
+ *   OpenCL C, WIDTH 1        REAL = float        GPUs and regression tests
+ *   OpenCL C, WIDTH 4, 8, 16 REAL = floatN       CPUs: N paths a work-item
+ *   C++                      REAL = any scalar   double (reference), dual numbers, a recorder (derivatives)
+ *
+ * Comparisons give a MASK. On the device a vector comparison is 0 / -1 and a scalar one 0 / 1: combine masks with
+ * & | and !, never with ~, && or ||, and use them through SELECT only. */
+#ifndef ITN_PORTABLE_H
+#define ITN_PORTABLE_H
+
+#ifdef __OPENCL_VERSION__
+
+#define JOIN_(a, b) a##b
+#define JOIN(a, b) JOIN_(a, b)
+#if WIDTH == 1
+typedef float REAL;
+typedef int INT;
+typedef uint UINT;
+#else
+typedef JOIN(float, WIDTH) REAL;
+typedef JOIN(int, WIDTH) INT;
+typedef JOIN(uint, WIDTH) UINT;
+#endif
+typedef INT MASK;
+typedef struct {
+  REAL x, y, z;
+} REAL3;
+
+#define MODEL inline REAL
+#define MODEL3 inline REAL3
+#define MODEL_VOID inline void
+#define NUMBER(value) ((REAL)(float)(value))
+/* (mask) ? yes : no, lane by lane */
+#define SELECT(mask, yes, no) ((mask) ? (REAL)(yes) : (REAL)(no))
+#define SQRT(x) sqrt(x)
+#define ABS(x) fabs(x)
+#define MIN(a, b) fmin(a, b)
+#define MAX(a, b) fmax(a, b)
+#define LOG(x) real_log(x)
+#define EXP(x) real_exp(x)
+#include "lib/elementary.h"
+
+#else
+
+#include <cmath>
+
+template <class Real>
+struct Vector3 {
+  Real x, y, z;
+};
+#define REAL3 Vector3<REAL>
+#define MODEL       \
+  template <class REAL> \
+  inline REAL
+#define MODEL3      \
+  template <class REAL> \
+  inline Vector3<REAL>
+#define MODEL_VOID  \
+  template <class REAL> \
+  inline void
+#define MASK auto
+#define NUMBER(value) REAL(value)
+
+namespace portable {
+template <class Real>
+Real choose(bool mask, const Real& yes, const Real& no) {
+  return mask ? yes : no;
+}
+template <class Real>
+Real smaller(const Real& a, const Real& b) {
+  return choose(a < b, a, b);
+}
+template <class Real>
+Real larger(const Real& a, const Real& b) {
+  return choose(a > b, a, b);
+}
+using std::exp;
+using std::fabs;
+using std::log;
+using std::sqrt;
+}  // namespace portable
+#define SELECT(mask, yes, no) choose(mask, REAL(yes), REAL(no))
+#define SQRT(x) sqrt(x)
+#define ABS(x) fabs(x)
+#define MIN(a, b) smaller(REAL(a), REAL(b))
+#define MAX(a, b) larger(REAL(a), REAL(b))
+#define LOG(x) log(x)
+#define EXP(x) exp(x)
+using namespace portable;  // formulas call these unqualified so that recorded and dual scalars bring their own by ADL
+
+#endif
+
+#define PI_ 3.14159265358979323846
+
+/* Vectors: three REALs. */
+MODEL3 make3(REAL x, REAL y, REAL z) {
+  REAL3 r;
+  r.x = x;
+  r.y = y;
+  r.z = z;
+  return r;
+}
+MODEL dot3(REAL3 a, REAL3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+MODEL3 add3(REAL3 a, REAL3 b) { return make3(a.x + b.x, a.y + b.y, a.z + b.z); }
+MODEL3 sub3(REAL3 a, REAL3 b) { return make3(a.x - b.x, a.y - b.y, a.z - b.z); }
+MODEL3 scale3(REAL3 a, REAL s) { return make3(a.x * s, a.y * s, a.z * s); }
+MODEL3 cross3(REAL3 a, REAL3 b) {
+  return make3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+#endif
