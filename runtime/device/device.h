@@ -1,0 +1,67 @@
+// OpenCL as the project uses it: choose a device, build a program, allocate buffers, launch kernels. Every OpenCL call is
+// checked; a failure throws DeviceError with the call's name, the code's name, the device, and what to do.
+#pragma once
+#define CL_HPP_TARGET_OPENCL_VERSION 120
+#define CL_HPP_MINIMUM_OPENCL_VERSION 120
+#define CL_HPP_ENABLE_EXCEPTIONS
+#include <CL/opencl.hpp>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace itn {
+
+struct DeviceInfo {
+  int index = 0;
+  std::string platform, name, vendor, driver, version, type;  // type: "cpu", "gpu", "accelerator"
+  std::uint64_t memory = 0, max_allocation = 0;               // [byte]
+  int compute_units = 0;
+  int preferred_width = 1;  // floats
+  std::string unusable;     // empty: can be used; else why not
+};
+
+// Every device of every platform, in a stable order.
+std::vector<DeviceInfo> list_devices();
+
+// One device with its context and in-order queue.
+class Device {
+ public:
+  // spec: index, "cpu", "gpu", or a case-insensitive part of the platform or device name. Empty: the environment variable
+  // ITN_DEVICE, then the first usable GPU, then the first usable CPU. Throws DeviceError with the list of devices.
+  explicit Device(const std::string& spec = "");
+
+  const DeviceInfo& info() const { return info_; }
+  const cl::Context& context() const { return context_; }
+  const cl::CommandQueue& queue() const { return queue_; }
+
+  // Paths a work-item: 16, 8 or 4 on CPUs that vectorise explicit vectors only, 1 elsewhere.
+  int default_width() const;
+
+  // Builds kernels/<entry> (with its includes, see kernel_source.h) with "-D name=value" for each definition.
+  // The build log is part of the error.
+  cl::Program build(const std::string& entry, const std::map<std::string, std::string>& definitions) const;
+
+  // Uninitialised (or filled from host memory) device memory; size 0 becomes one byte-aligned dummy element.
+  cl::Buffer allocate(std::size_t bytes, const char* what) const;
+  template <class T>
+  cl::Buffer upload(const std::vector<T>& data, const char* what) const {
+    return upload_bytes(data.data(), data.size() * sizeof(T), what);
+  }
+  template <class T>
+  void download(const cl::Buffer& buffer, std::vector<T>& data) const {
+    download_bytes(buffer, data.data(), data.size() * sizeof(T));
+  }
+  // One-dimensional launch; local 0 lets the runtime choose. Does not wait.
+  void launch(const cl::Kernel& kernel, std::size_t global, std::size_t local = 0) const;
+  void finish() const;
+
+ private:
+  cl::Buffer upload_bytes(const void* data, std::size_t bytes, const char* what) const;
+  void download_bytes(const cl::Buffer& buffer, void* data, std::size_t bytes) const;
+  DeviceInfo info_;
+  cl::Device device_;
+  cl::Context context_;
+  cl::CommandQueue queue_;
+};
+
+}  // namespace itn

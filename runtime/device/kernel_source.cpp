@@ -1,0 +1,53 @@
+#include "runtime/device/kernel_source.h"
+
+#include <cstdlib>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+
+namespace itn {
+
+// Defined in the generated embedded_kernels.cpp: null when there is no such file.
+const char* embedded_kernel(const std::string& path);
+
+namespace {
+
+std::string read(const std::string& path) {
+  if (const char* folder = std::getenv("ITN_KERNEL_DIR")) {
+    std::ifstream in(std::string(folder) + "/" + path);
+    if (in) return {std::istreambuf_iterator<char>(in), {}};
+  }
+  if (const char* text = embedded_kernel(path)) return text;
+  throw std::logic_error("no kernel file kernels/" + path);
+}
+
+void expand(const std::string& path, std::set<std::string>& seen, std::string& out) {
+  if (!seen.insert(path).second) return;
+  std::istringstream in(read(path));
+  const auto mark = [&](int line) { out += "#line " + std::to_string(line) + " \"kernels/" + path + "\"\n"; };
+  mark(1);
+  int number = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    const auto open = line.find("#include \"");
+    if (open == std::string::npos) {
+      out += line + "\n";
+      continue;
+    }
+    const auto first = open + 10, last = line.find('"', first);
+    expand(line.substr(first, last - first), seen, out);
+    mark(number + 1);
+  }
+}
+
+}  // namespace
+
+std::string kernel_source(const std::string& path) {
+  std::set<std::string> seen;
+  std::string out;
+  expand(path, seen, out);
+  return out;
+}
+
+}  // namespace itn

@@ -1,0 +1,11 @@
+// The text of the kernels, embedded at build time (or read from ITN_KERNEL_DIR while developing).
+#pragma once
+#include <string>
+
+namespace itn {
+
+// kernels/<path> with every #include "..." (relative to kernels/) replaced by the file's text, each file once, with #line
+// directives so that build logs name the right file. Throws std::logic_error for an unknown path.
+std::string kernel_source(const std::string& path);
+
+}  // namespace itn
