@@ -39,9 +39,10 @@ void set_rotation(const Emitter& emitter, EmitterRecord& record) {
       double product = 0;
       for (std::size_t k = 0; k < 3; ++k) product += m[4 * k + i] * m[4 * k + j];
       if (!(std::abs(product - (i == j ? 1 : 0)) < 1e-4))
-        throw InputError(fmt::format("{}: to_world scales or shears directions, which has no meaning for distant light; "
-                                     "need a rotation or a mirrored rotation: remove the scale",
-                                     where(emitter)));
+        throw InputError(
+            fmt::format("{}: to_world scales or shears directions, which has no meaning for distant light; "
+                        "need a rotation or a mirrored rotation: remove the scale",
+                        where(emitter)));
       record.to_local[3 * i + j] = static_cast<float>(m[4 * j + i]);
     }
 }
@@ -52,18 +53,21 @@ void append_emitter(const Emitter& emitter, EmitterRecord& record, std::vector<f
   record = {};
   set_rotation(emitter, record);
   switch (emitter.kind) {
-    case Emitter::Kind::constant: append_constant(emitter, record); break;
+    case Emitter::Kind::constant:
+      append_constant(emitter, record);
+      break;
     case Emitter::Kind::envmap:
-    case Emitter::Kind::sunsky: throw InputError(where(emitter) + " is not supported yet");
+    case Emitter::Kind::sunsky:
+      throw InputError(where(emitter) + " is not supported yet");
   }
 }
 
 std::map<std::string, std::string> emitter_definitions(const std::vector<EmitterRecord>& records) {
   std::map<std::string, std::string> definitions;
   for (const auto& record : records) {
-    if (record.kind == EMITTER_ENVMAP) definitions["HAS_ENVMAP"] = "1";
-    if (record.kind == EMITTER_SUNSKY) definitions["HAS_SUN"] = "1";
-    if (record.complex_sun) definitions["HAS_COMPLEX_SUN"] = "1";
+    if (record.kind == EMITTER_ENVMAP) definitions.emplace("HAS_ENVMAP", "1");
+    if (record.kind == EMITTER_SUNSKY) definitions.emplace("HAS_SUN", "1");
+    if (record.complex_sun) definitions.emplace("HAS_COMPLEX_SUN", "1");
   }
   return definitions;
 }
