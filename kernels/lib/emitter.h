@@ -12,9 +12,11 @@
 #include "shared/emitter_layout.h"
 
 inline REAL3 uniform_sphere(REAL u0, REAL u1) {
-  const REAL z = 1 - 2 * u0, phi = (float)(2 * PI_) * u1;
-  const REAL r = sqrt(fmax((REAL)0, 1 - z * z));
-  return make3(r * cos(phi), r * sin(phi), z);
+  REAL sine, cosine;
+  sin_cos_2pi(u1, &sine, &cosine);
+  const REAL z = 1 - 2 * u0;
+  const REAL r = 2 * sqrt(u0 * (1 - u0));
+  return make3(r * cosine, r * sine, z);
 }
 
 /* The smooth part. */
