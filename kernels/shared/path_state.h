@@ -30,6 +30,9 @@ enum {
   FIELDS
 };
 
+/* In the OPERATOR_SINGLE build DEPTH also holds, above the count of scatterings, whether the path has scattered in a medium. */
+#define SCATTERED_ONCE 0x1000000
+
 enum {
   QUEUE_FREE,   /* slots without a path */
   QUEUE_RAY,    /* in vacuum: to the next surface */

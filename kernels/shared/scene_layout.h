@@ -21,7 +21,7 @@ typedef struct {
   float sigma_t[3]; /* [1/scene unit] */
   float albedo[3];
   float g; /* mean cosine of Henyey-Greenstein, 0: isotropic */
-  float pad;
+  int index_matched; /* some boundary of it is: light can be connected straight through */
 } MediumRecord;
 
 typedef struct {
@@ -44,10 +44,12 @@ typedef struct {
   int pad;
 } BsdfRecord;
 
-/* Texels are float rgb, row 0 at v = 1 (the top), in one array for all textures. */
+/* Texels are float rgb, row 0 at v = 0, in one array for all textures. */
+enum { TEXTURE_REPEAT, TEXTURE_MIRROR, TEXTURE_CLAMP };
+
 typedef struct {
   int offset, width, height;
-  int wrap;    /* 0 repeat, 1 mirror, 2 clamp */
+  int wrap;    /* TEXTURE_* */
   int nearest; /* else bilinear */
   float to_uv[6];
   int pad;

@@ -3,6 +3,7 @@
 #ifndef ITN_STAGE_MEDIUM_H
 #define ITN_STAGE_MEDIUM_H
 #include "model/phase_henyey_greenstein.h"
+#include "lib/frame.h"
 #include "lib/launch.h"
 #include "lib/light_sampling.h"
 #include "stage/ray.h"
@@ -26,7 +27,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   }
   REAL g = GATHER((media + FIELD_OF(MediumRecord, g)), medium);
 #if SPECTRAL
-  REAL ratio[3], weight[3];
+  REAL ratio[3];
   for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
   INT hero = LOAD_INT(pool, HERO, slots);
   REAL sigma = SELECT(hero == 0, sigma_t[0], SELECT(hero == 1, sigma_t[1], sigma_t[2]));
@@ -37,6 +38,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
 
   MASK alive = valid, arrived = (MASK)(0), dead = (MASK)(0), escaped = (MASK)(0);
 #if MEDIUM_LIGHT_SAMPLING
+  MASK connectable = GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, index_matched)), medium) != 0;
   REAL last_pdf = LOAD(pool, LAST_PDF, slots);
   MASK waiting = (MASK)(0);
 #endif
@@ -75,6 +77,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     skip = SELECT_INT(scatters, -1, skip);
     depth += SELECT_INT(scatters, 1, 0);
     for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= SELECT(scatters, albedo[c], 1.0f);
+    REAL weight[3] = {(REAL)(1.0f), (REAL)(1.0f), (REAL)(1.0f)};
 #if SPECTRAL
     spectral_weights(ratio, weight);
     REAL largest = MAX(throughput[0] * weight[0], MAX(throughput[1] * weight[1], throughput[2] * weight[2]));
@@ -86,20 +89,19 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     dead = dead | again;
     scatters = scatters & !again;
     depth += SELECT_INT(scatters, SCATTERED_ONCE, 0);
-    INT plain_depth = depth & (SCATTERED_ONCE - 1);
-#else
-    INT plain_depth = depth;
 #endif
+    INT vertices = plain_depth(depth);
 #if MEDIUM_LIGHT_SAMPLING
-    MASK connects = sample_light_in_medium(launch, job, pool, slots, &random, scatters & (plain_depth < job->max_depth),
-                                           direction, throughput, g);
+    MASK connects = sample_light_in_medium(launch, job, pool, slots, &random, scatters & connectable & (vertices < job->max_depth),
+                                           direction, throughput, weight, g);
 #endif
-    MASK dies = roulette(job, plain_depth, u[3], scatters, largest, throughput);
+    MASK dies = roulette(job, vertices, u[3], scatters, largest, throughput);
     MASK goes_on = scatters & !dies;
-    REAL cosine = henyey_greenstein_sample(g, u[1]);
-    REAL sine = SQRT(MAX((REAL)(0.0f), 1.0f - cosine * cosine)), s, c;
+    REAL cosine, sine, s, c;
+    henyey_greenstein_sample(g, u[1], &cosine, &sine);
     sin_cos_2pi(u[2], &s, &c);
-    REAL3 turned = from_frame(direction, make3(sine * c, sine * s, cosine));
+    Frame frame = make_frame(direction);
+    REAL3 turned = frame_to_world(&frame, make3(sine * c, sine * s, cosine));
     turned = scale3(turned, 1.5f - 0.5f * dot3(turned, turned)); /* stays unit over thousands of turns */
     direction.x = SELECT(goes_on, turned.x, direction.x);
     direction.y = SELECT(goes_on, turned.y, direction.y);
@@ -107,7 +109,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     random.event += SELECT_INT(alive, 1, 0);
 #if MEDIUM_LIGHT_SAMPLING
     /* The light connection is made before the path goes on (or ends), so contributions keep their order. */
-    last_pdf = SELECT(goes_on, henyey_greenstein(cosine, g), last_pdf);
+    last_pdf = SELECT(goes_on, SELECT(connectable, henyey_greenstein(cosine, g), 0.0f), last_pdf);
     waiting = waiting | connects;
     dead = dead | (dies & !connects);
     depth = SELECT_INT(dies & connects, -1, depth);
