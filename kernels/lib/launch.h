@@ -66,11 +66,6 @@ inline INT plain_depth(INT depth) {
 #endif
 }
 
-/* Primitives that trace() numbers from 0. */
-inline __global const PrimitiveRecord* job_primitives(const Launch* launch, __global const JobRecord* job) {
-  return launch->primitives + launch->geometries[job->geometry].first_primitive;
-}
-
 /* Russian roulette as Mitsuba plays it: from rr_depth on, survival with the largest throughput, at most 0.95. Returns who
  * dies; survivors' throughput is raised in place. */
 inline MASK roulette(__global const JobRecord* job, INT depth, REAL u, MASK active, REAL largest, REAL throughput[]) {
@@ -114,7 +109,7 @@ inline void push_surface(const Launch* launch, __global const JobRecord* job, Po
   hit.integer = primitive;
   uint bits = lane_bits(mask);
   FOR_EACH_LANE(l, bits) {
-    int shape = job->first_shape + job_primitives(launch, job)[hit.i[l]].shape;
+    int shape = job->first_shape + launch->primitives[hit.i[l]].shape;
     int queue = QUEUE_NULL + launch->bsdfs[launch->shapes[shape].bsdf].kind;
 #if FUSED
     pool->items[queue * pool->stride + pool->length[queue]++] = slot.i[l];

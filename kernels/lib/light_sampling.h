@@ -57,9 +57,11 @@ inline void sample_light(const Launch* launch, __global const EmitterRecord* emi
     REAL3 sky;
     REAL sky_density, sky_rgb[3];
     sky_sample(emitter, launch->emitter_tables, u[0], u[1], &sky, &sky_density, sky_rgb);
-    direction->x = SELECT(sun, direction->x, sky.x);
-    direction->y = SELECT(sun, direction->y, sky.y);
-    direction->z = SELECT(sun, direction->z, sky.z);
+#if HAS_SUN
+    *direction = select3(sun, *direction, sky);
+#else
+    *direction = sky;
+#endif
   }
   *pdf = light_sampling_pdf(launch, emitter, *direction, at_surface);
   emitter_radiance(launch, emitter, *direction, rgb);

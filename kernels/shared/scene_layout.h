@@ -72,7 +72,7 @@ typedef struct {
 typedef struct {
   int job;
   int first, count; /* path i of the job: pixel first_pixel + i / samples, sample first_sample + i % samples */
-  int pad;
+  int start;        /* paths in the chunks before this one */
 } ChunkRecord;
 
 #endif

@@ -12,13 +12,13 @@ inline REAL bsdf_real(const Launch* launch, INT bsdf, int member) {
  * near over far index where the path is refracted. Radiance scales by inverse_eta^2 on the way (basic radiance is
  * conserved); roulette does not see this factor, as in Mitsuba. */
 inline void scatter_at_boundary(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
-                                const Surface* s, INT bsdf, const Random* random, REAL u, REAL3 d, REAL weight,
+                                const Surface* s, const Random* random, REAL u, REAL3 d, REAL weight,
                                 REAL pdf, MASK reflects, REAL inverse_eta) {
   REAL throughput[THROUGHPUT_CHANNELS];
   MASK real = valid & !s->misplaced;
   for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
-    REAL tint = SELECT(reflects, bsdf_real(launch, bsdf, FIELD_OF(BsdfRecord, specular_reflectance) + c),
-                       bsdf_real(launch, bsdf, FIELD_OF(BsdfRecord, specular_transmittance) + c));
+    REAL tint = SELECT(reflects, bsdf_real(launch, s->bsdf, FIELD_OF(BsdfRecord, specular_reflectance) + c),
+                       bsdf_real(launch, s->bsdf, FIELD_OF(BsdfRecord, specular_transmittance) + c));
     throughput[c] = LOAD(pool, THROUGHPUT + c, slots) * SELECT(real, weight * tint, 1.0f);
   }
   INT depth = LOAD_INT(pool, DEPTH, slots) + SELECT_INT(real, 1, 0);
@@ -38,11 +38,7 @@ inline void scatter_at_boundary(const Launch* launch, __global const JobRecord* 
   REAL scale = SELECT(real & !reflects, inverse_eta * inverse_eta, 1.0f);
   STORE(pool, REFRACTION_SCALE, slots, LOAD(pool, REFRACTION_SCALE, slots) * scale);
   STORE(pool, LAST_PDF, slots, SELECT(real, pdf, LOAD(pool, LAST_PDF, slots)));
-  REAL3 onward;
-  onward.x = SELECT(s->misplaced, s->direction.x, d.x);
-  onward.y = SELECT(s->misplaced, s->direction.y, d.y);
-  onward.z = SELECT(s->misplaced, s->direction.z, d.z);
-  leave_surface(launch, pool, slots, valid & !dies, s, onward);
+  leave_surface(launch, pool, slots, valid & !dies, s, select3(s->misplaced, s->direction, d));
   finish(launch, job, pool, slots, dies);
 }
 

@@ -9,8 +9,7 @@ inline void dielectric_stage(const Launch* launch, __global const JobRecord* job
   Random random = load_random(job, pool, slots);
   REAL u[4];
   draw(&random, 0, u);
-  INT bsdf = s.bsdf;
-  REAL eta_inside = bsdf_real(launch, bsdf, FIELD_OF(BsdfRecord, eta));
+  REAL eta_inside = bsdf_real(launch, s.bsdf, FIELD_OF(BsdfRecord, eta));
   REAL cosine = -dot3(s.direction, s.frame);
   MASK outside = cosine > 0.0f;
   REAL eta = SELECT(outside, eta_inside, 1.0f / eta_inside); /* far side over near side */
@@ -21,7 +20,7 @@ inline void dielectric_stage(const Launch* launch, __global const JobRecord* job
   REAL along = SELECT(reflects, 2.0f * cos_i, cos_i * inverse - cos_t);
   REAL3 d = add3(scale3(s.direction, inverse), scale3(s.frame, SELECT(outside, along, -along)));
   d = scale3(d, 1.0f / SQRT(dot3(d, d)));
-  scatter_at_boundary(launch, job, pool, slots, valid, &s, bsdf, &random, u[3], d, (REAL)(1.0f), (REAL)(0.0f),
+  scatter_at_boundary(launch, job, pool, slots, valid, &s, &random, u[3], d, (REAL)(1.0f), (REAL)(0.0f),
                       reflects, inverse);
 }
 

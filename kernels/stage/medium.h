@@ -42,9 +42,8 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   REAL last_pdf = LOAD(pool, LAST_PDF, slots);
   MASK waiting = (MASK)(0);
 #endif
-  Lanes hit_primitive, hit_u, hit_v;
-  hit_primitive.integer = (INT)(-1);
-  hit_u.real = hit_v.real = (REAL)(0.0f);
+  INT hit_primitive = (INT)(-1);
+  REAL hit_u = (REAL)(0.0f), hit_v = (REAL)(0.0f);
   int left = 0;
   for (int event = 0; event < MEDIUM_EVENTS; ++event) {
     REAL u[4];
@@ -53,22 +52,22 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     MASK clear = flight_is_clear(launch->grid, geometry, position, direction, flight, alive);
     MASK test = alive & !clear, meets = (MASK)(0);
     REAL distance = flight;
+    REAL3 there = add3(position, scale3(direction, flight));
     if (ANY(test)) {
-      Lanes t, primitive, hu, hv;
-      trace_lanes(launch, job, position, direction, flight, skip, 1, test, &t, &primitive, &hu, &hv);
-      meets = test & (primitive.integer >= 0);
-      distance = SELECT(meets, t.real, flight);
-      hit_primitive.integer = SELECT_INT(meets, primitive.integer, hit_primitive.integer);
-      hit_u.real = SELECT(meets, hu.real, hit_u.real);
-      hit_v.real = SELECT(meets, hv.real, hit_v.real);
+      const LaneHits hits = trace_lanes(launch, job, position, direction, flight, skip, true, test);
+      meets = test & (hits.primitive.integer >= 0);
+      distance = SELECT(meets, hits.distance.real, flight);
+      there = select3(meets, make3(hits.x.real, hits.y.real, hits.z.real), there);
+      hit_primitive = SELECT_INT(meets, hits.primitive.integer, hit_primitive);
+      hit_u = SELECT(meets, hits.u.real, hit_u);
+      hit_v = SELECT(meets, hits.v.real, hit_v);
     }
     /* sigma_t 0: an endless flight leaves the scene */
     MASK gone = alive & !meets & (flight > 1e30f);
     MASK scatters = alive & !meets & !gone;
     escaped = escaped | gone;
     arrived = arrived | meets;
-    distance = SELECT(meets | scatters, distance, 0.0f);
-    position = add3(position, scale3(direction, distance));
+    position = select3(meets | scatters, there, position);
 #if SPECTRAL
     for (int c = 0; c < 3; ++c)
       ratio[c] *= SELECT(meets | scatters, EXP((sigma - sigma_t[c]) * distance), 1.0f) *
@@ -103,9 +102,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     Frame frame = make_frame(direction);
     REAL3 turned = frame_to_world(&frame, make3(sine * c, sine * s, cosine));
     turned = scale3(turned, 1.5f - 0.5f * dot3(turned, turned)); /* stays unit over thousands of turns */
-    direction.x = SELECT(goes_on, turned.x, direction.x);
-    direction.y = SELECT(goes_on, turned.y, direction.y);
-    direction.z = SELECT(goes_on, turned.z, direction.z);
+    direction = select3(goes_on, turned, direction);
     random.event += SELECT_INT(alive, 1, 0);
 #if MEDIUM_LIGHT_SAMPLING
     /* The light connection is made before the path goes on (or ends), so contributions keep their order. */
@@ -127,14 +124,14 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   STORE_INT(pool, EVENT, slots, random.event);
   STORE_INT(pool, DEPTH, slots, depth);
   STORE_INT(pool, SKIP, slots, skip);
-  STORE_INT(pool, HIT, slots, hit_primitive.integer);
-  STORE(pool, HIT_U, slots, hit_u.real);
-  STORE(pool, HIT_V, slots, hit_v.real);
+  STORE_INT(pool, HIT, slots, hit_primitive);
+  STORE(pool, HIT_U, slots, hit_u);
+  STORE(pool, HIT_V, slots, hit_v);
 #if SPECTRAL
   for (int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_RATIO + c, slots, ratio[c]);
 #endif
   finish(launch, job, pool, slots, dead);
-  push_surface(launch, job, pool, slots, arrived, hit_primitive.integer);
+  push_surface(launch, job, pool, slots, arrived, hit_primitive);
   push(pool, QUEUE_ESCAPE, slots, escaped);
 #if MEDIUM_LIGHT_SAMPLING
   STORE(pool, LAST_PDF, slots, last_pdf);

@@ -9,27 +9,27 @@
  * the way. */
 inline bool optical_depth(const Launch* launch, __global const JobRecord* job, float o[3], const float d[3], int skip,
                           int medium, float depth[THROUGHPUT_CHANNELS]) {
-  __global const PrimitiveRecord* primitives = job_primitives(launch, job);
+  const Surfaces surfaces =
+      surfaces_of(launch->nodes, launch->leaves, launch->primitives, launch->geometries + job->geometry);
   for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) depth[c] = 0.0f;
   for (;;) {
-    Hit hit = trace(launch->nodes, launch->leaves, launch->geometries + job->geometry, o[0], o[1], o[2], d[0], d[1],
-                    d[2], INFINITY, skip, medium >= 0);
+    const Hit hit = trace(surfaces, o[0], o[1], o[2], d[0], d[1], d[2], INFINITY, skip, medium >= 0);
     if (hit.primitive < 0) return medium < 0;
-    __global const PrimitiveRecord* primitive = primitives + hit.primitive;
+    __global const PrimitiveRecord* primitive = launch->primitives + hit.primitive;
     __global const ShapeRecord* shape = launch->shapes + job->first_shape + primitive->shape;
     if (launch->bsdfs[shape->bsdf].kind != BSDF_NULL) return false;
+    o[0] = hit.x;
+    o[1] = hit.y;
+    o[2] = hit.z;
     float facing = 0.0f;
-    for (int k = 0; k < 3; ++k) {
-      o[k] += hit.t * d[k];
+    for (int k = 0; k < 3; ++k)
       facing += d[k] * (primitive->flags & PRIMITIVE_SPHERE ? o[k] - primitive->normal[k] : primitive->normal[k]);
-    }
     if ((primitive->flags & PRIMITIVE_SPHERE) && (primitive->flags & PRIMITIVE_FLIPPED)) facing = -facing;
 #if HAS_MEDIUM
     if (medium >= 0)
       for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) depth[c] += launch->media[medium].sigma_t[c] * hit.t;
 #endif
-    int from = facing < 0.0f ? shape->exterior : shape->interior, to = facing < 0.0f ? shape->interior : shape->exterior;
-    if (from == to || medium != to) medium = to; /* else: misplaced, see surface.h */
+    if (shape->interior != shape->exterior) medium = facing < 0.0f ? shape->interior : shape->exterior;
     skip = hit.primitive;
   }
 }

@@ -24,13 +24,12 @@ inline Surface load_surface(const Launch* launch, __global const JobRecord* job,
   s.position = load3(pool, POSITION_X, slots);
   s.direction = load3(pool, DIRECTION_X, slots);
   s.primitive = SELECT_INT(valid, LOAD_INT(pool, HIT, slots), 0);
-  __global const PrimitiveRecord* primitives = job_primitives(launch, job);
-  surface_frame(primitives, s.primitive, LOAD(pool, HIT_U, slots), LOAD(pool, HIT_V, slots), s.position, &s.normal,
+  surface_frame(launch->primitives, s.primitive, LOAD(pool, HIT_U, slots), LOAD(pool, HIT_V, slots), s.position, &s.normal,
                 &s.frame, s.texture);
   Lanes primitive, bsdf, interior, exterior;
   primitive.integer = s.primitive;
   for (int l = 0; l < WIDTH; ++l) {
-    __global const ShapeRecord* shape = launch->shapes + job->first_shape + primitives[primitive.i[l]].shape;
+    __global const ShapeRecord* shape = launch->shapes + job->first_shape + launch->primitives[primitive.i[l]].shape;
     bsdf.i[l] = shape->bsdf;
     interior.i[l] = shape->interior;
     exterior.i[l] = shape->exterior;
@@ -48,7 +47,9 @@ inline Surface load_surface(const Launch* launch, __global const JobRecord* job,
 /* On with `direction` from the surface, into the medium on that side. */
 inline void leave_surface(const Launch* launch, Pool* pool, INT slots, MASK mask, const Surface* s, REAL3 direction) {
   MASK inward = dot3(direction, s->normal) < 0.0f;
-  INT medium = SELECT_INT(s->misplaced, LOAD_INT(pool, MEDIUM, slots), SELECT_INT(inward, s->interior, s->exterior));
+  INT medium = LOAD_INT(pool, MEDIUM, slots);
+  /* as in Mitsuba, a shape with no media of its own leaves the path in the medium it is in */
+  medium = SELECT_INT(s->interior == s->exterior, medium, SELECT_INT(inward, s->interior, s->exterior));
   store3(pool, DIRECTION_X, slots, direction);
   STORE_INT(pool, MEDIUM, slots, medium);
   STORE_INT(pool, SKIP, slots, s->primitive);
