@@ -6,24 +6,12 @@
 #include "stage/generate.h"
 #include "stage/ray.h"
 #include "stage/escape.h"
-#if HAS_NULL
 #include "stage/null.h"
-#endif
-#if HAS_DIFFUSE
 #include "stage/diffuse.h"
-#endif
-#if HAS_DIELECTRIC
 #include "stage/dielectric.h"
-#endif
-#if HAS_ROUGH_DIELECTRIC
 #include "stage/rough_dielectric.h"
-#endif
-#if HAS_MEDIUM
 #include "stage/medium.h"
-#endif
-#if LIGHT_SAMPLING
 #include "stage/shadow.h"
-#endif
 
 #define SCENE_PARAMETERS                                                                                          \
   __global const float *restrict nodes, __global const float *restrict leaves,                                    \

@@ -5,6 +5,7 @@
 #include "lib/texture.h"
 #include "stage/surface.h"
 
+#if HAS_DIFFUSE
 inline void diffuse_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
   Surface s = load_surface(launch, job, pool, slots, valid);
   Random random = load_random(job, pool, slots);
@@ -88,5 +89,7 @@ inline void diffuse_stage(const Launch* launch, __global const JobRecord* job, P
   finish(launch, job, pool, slots, dies);
 #endif
 }
+
+#endif
 
 #endif

@@ -8,6 +8,7 @@
 #include "lib/light_sampling.h"
 #include "stage/ray.h"
 
+#if HAS_MEDIUM
 /* Leaves the loop when at most `enough` lanes are still in flight; they go back to the queue. */
 inline void medium_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                          int enough) {
@@ -139,5 +140,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
 #endif
   if (left) push(pool, QUEUE_MEDIUM, slots, alive);
 }
+
+#endif
 
 #endif

@@ -3,9 +3,12 @@
 #define ITN_STAGE_NULL_H
 #include "stage/surface.h"
 
+#if HAS_NULL
 inline void null_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
   Surface s = load_surface(launch, job, pool, slots, valid);
   leave_surface(launch, pool, slots, valid, &s, s.direction);
 }
+
+#endif
 
 #endif

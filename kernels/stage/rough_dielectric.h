@@ -4,6 +4,7 @@
 #include "model/rough_dielectric.h"
 #include "stage/boundary.h"
 
+#if HAS_ROUGH_DIELECTRIC
 inline void rough_dielectric_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
                                    MASK valid) {
   Surface s = load_surface(launch, job, pool, slots, valid);
@@ -24,5 +25,7 @@ inline void rough_dielectric_stage(const Launch* launch, __global const JobRecor
   scatter_at_boundary(launch, job, pool, slots, valid, &s, &random, u[3], frame_to_world(&frame, wo), weight,
                       (REAL)(0.0f), reflects, 1.0f / eta);
 }
+
+#endif
 
 #endif

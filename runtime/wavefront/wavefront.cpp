@@ -9,6 +9,7 @@ namespace {
 
 constexpr int fused_slots = 512;       // paths a pool: 256 to 1024 are equally fast, more leave idle tails
 constexpr int staged_slots = 1 << 20;  // paths in flight on a GPU
+constexpr int medium_events = 64;       // a state load at most
 constexpr int queues = 9, free_queue = 0;  // QUEUES of path_state.h, which needs a program's definitions
 
 std::size_t field_count(const std::map<std::string, std::string>& d) {
@@ -33,11 +34,11 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   slots_ = fused_ ? fused_slots : staged_slots;
   definitions["WIDTH"] = std::to_string(width_);
   definitions["BOX_WIDTH"] = std::to_string(data.geometry.box_width);
-  definitions["FUSED"] = fused_ ? "1" : "0";
+  definitions["FUSED"] = std::to_string(fused_);
   definitions["SLOTS"] = std::to_string(slots_);
   definitions["GENERATE_BELOW"] = std::to_string(width_);
-  definitions["MEDIUM_EVENTS"] = "64";
-  definitions["OPERATOR_SINGLE"] = op == Operator::single ? "1" : "0";
+  definitions["MEDIUM_EVENTS"] = std::to_string(medium_events);
+  definitions["OPERATOR_SINGLE"] = std::to_string(op == Operator::single);
   program_ = device.build("wavefront.cl", definitions);
 
   const Geometry& g = data.geometry;
