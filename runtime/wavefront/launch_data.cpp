@@ -149,7 +149,7 @@ JobRecord append_scene(const Scene& scene, int sensor, LaunchData& data) {
 
 std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   std::map<std::string, std::string> d = emitter_definitions(data.emitters);
-  const auto set = [&](const char* name, bool value) { d[name] = value ? "1" : "0"; };
+  const auto set = [&](const char* name, bool value) { d[name] = std::to_string(value); };
   std::set<int> kinds, distributions;
   for (const BsdfRecord& bsdf : data.bsdfs) {
     kinds.insert(bsdf.kind);
@@ -169,7 +169,7 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   set("HAS_DIFFUSE", kinds.count(BSDF_DIFFUSE) > 0);
   set("HAS_DIELECTRIC", kinds.count(BSDF_DIELECTRIC) > 0);
   set("HAS_ROUGH_DIELECTRIC", kinds.count(BSDF_ROUGH_DIELECTRIC) > 0);
-  d["DISTRIBUTION"] = distributions.size() == 2 ? "2" : std::to_string(distributions.empty() ? 0 : *distributions.begin());
+  d["DISTRIBUTION"] = std::to_string(distributions.empty() ? 0 : *distributions.begin());
   set("HAS_MEDIUM", !data.media.empty());
   set("HAS_TEXTURE", !data.textures.empty());
   set("HAS_SMOOTH", smooth);
@@ -177,8 +177,8 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   set("SPECTRAL", data.spectral);
   set("MEDIUM_LIGHT_SAMPLING", uneven_light && matched);
   set("LIGHT_SAMPLING", uneven_light && (matched || kinds.count(BSDF_DIFFUSE) > 0));
-  d["THROUGHPUT_CHANNELS"] = data.coloured ? "3" : "1";
-  d["RADIANCE_CHANNELS"] = data.coloured || data.coloured_light ? "3" : "1";
+  d["THROUGHPUT_CHANNELS"] = std::to_string(data.coloured ? 3 : 1);
+  d["RADIANCE_CHANNELS"] = std::to_string(data.coloured || data.coloured_light ? 3 : 1);
   return d;
 }
 
