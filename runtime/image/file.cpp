@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -33,17 +34,30 @@ bool is_special(const fs::path& path) {
   return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
+// The name of the temporary file that is open, for remove_unfinished_file: a signal handler may touch no std::string.
+char unfinished[4096];
+std::atomic<bool> has_unfinished{false};
+
 // An open file that is removed again unless kept.
 class Output {
  public:
   Output(const fs::path& target, fs::path written, int flags) : target_(target), written_(std::move(written)) {
+    if (flags & O_CREAT) {
+      if (written_.native().size() >= sizeof unfinished) fail(target_, ENAMETOOLONG);
+      std::strcpy(unfinished, written_.c_str());
+      has_unfinished = true;
+    }
     descriptor_ = ::open(written_.c_str(), O_WRONLY | O_CLOEXEC | flags, 0666);
-    if (descriptor_ < 0) fail(target_, errno);
+    if (descriptor_ < 0) {
+      has_unfinished = false;
+      fail(target_, errno);
+    }
     remove_ = (flags & O_CREAT) != 0;
   }
   ~Output() {
     if (descriptor_ >= 0) ::close(descriptor_);
     if (remove_) ::unlink(written_.c_str());
+    has_unfinished = false;
   }
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;
@@ -62,7 +76,7 @@ class Output {
   }
   void rename() {
     if (::rename(written_.c_str(), target_.c_str()) != 0) fail(target_, errno);
-    remove_ = false;
+    remove_ = has_unfinished = false;
   }
 
  private:
@@ -99,6 +113,10 @@ void write_file(const std::string& path, std::string_view bytes) {
   output.write(bytes);
   output.close();
   output.rename();
+}
+
+void remove_unfinished_file() noexcept {
+  if (has_unfinished) ::unlink(unfinished);
 }
 
 void check_writable(const std::string& path) {
