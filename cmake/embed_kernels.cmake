@@ -6,7 +6,7 @@ foreach(file IN LISTS FILES)
   file(READ "${FOLDER}/${file}" text)
   # Compilers limit the length of one literal: cut the text into pieces of adjacent literals.
   string(LENGTH "${text}" length)
-  set(literals "")
+  set(literals "\"\"\n")
   set(at 0)
   while(at LESS length)
     string(SUBSTRING "${text}" ${at} 8000 piece)

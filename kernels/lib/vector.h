@@ -1,6 +1,5 @@
 /* Lanes: what the device needs beside portable.h to run WIDTH paths a work-item. OpenCL C only.
  *
- *   CAST_REAL(i) CAST_INT(r) AS_REAL AS_INT AS_UINT   conversions and reinterpretations, lane by lane
  *   SELECT_INT(mask, yes, no)                         as SELECT, for INT
  *   LANE_INDEX                                        INT 0, 1, ... WIDTH-1
  *   GATHER(p, i), GATHER_INT(p, i)                    p[i] for each lane; p is a __global const float* / int*
@@ -13,22 +12,7 @@
 #define ITN_VECTOR_H
 #include "shared/portable.h"
 
-#define CAST_REAL JOIN(convert_, REAL_NAME)
-#define CAST_INT JOIN(convert_, INT_NAME)
-#define AS_REAL JOIN(as_, REAL_NAME)
-#define AS_INT JOIN(as_, INT_NAME)
-#define AS_UINT JOIN(as_, UINT_NAME)
 #define SELECT_INT(mask, yes, no) ((mask) ? (INT)(yes) : (INT)(no))
-#if WIDTH == 1
-#define REAL_NAME float
-#define INT_NAME int
-#define UINT_NAME uint
-#else
-#define REAL_NAME JOIN(float, WIDTH)
-#define INT_NAME JOIN(int, WIDTH)
-#define UINT_NAME JOIN(uint, WIDTH)
-#endif
-
 #if WIDTH == 1
 #define LANE_INDEX 0
 #define EACH_(p, i) p[i]

@@ -1,6 +1,7 @@
 /* The common subset of OpenCL C 1.2 and C++ in which model formulas are written once.
  *
- * A formula is a function over REAL that uses + - * /, comparisons, SELECT, SQRT, EXP, LOG, ABS, MIN, MAX. It compiles as
+ * A formula is a function over REAL that uses + - * /, comparisons, SELECT, SQRT, EXP, LOG, ABS, MIN, MAX; samplers also
+ * use sin_cos_2pi. It compiles as
  *   OpenCL C, WIDTH 1        REAL = float        GPUs and regression tests
  *   OpenCL C, WIDTH 4, 8, 16 REAL = floatN       CPUs: N paths a work-item
  *   C++                      REAL = any scalar   double (reference), dual numbers, a recorder (derivatives)
@@ -15,14 +16,17 @@
 #define JOIN_(a, b) a##b
 #define JOIN(a, b) JOIN_(a, b)
 #if WIDTH == 1
-typedef float REAL;
-typedef int INT;
-typedef uint UINT;
+#define REAL_NAME float
+#define INT_NAME int
+#define UINT_NAME uint
 #else
-typedef JOIN(float, WIDTH) REAL;
-typedef JOIN(int, WIDTH) INT;
-typedef JOIN(uint, WIDTH) UINT;
+#define REAL_NAME JOIN(float, WIDTH)
+#define INT_NAME JOIN(int, WIDTH)
+#define UINT_NAME JOIN(uint, WIDTH)
 #endif
+typedef REAL_NAME REAL;
+typedef INT_NAME INT;
+typedef UINT_NAME UINT;
 typedef INT MASK;
 typedef struct {
   REAL x, y, z;
@@ -32,6 +36,12 @@ typedef struct {
 #define MODEL3 inline REAL3
 #define MODEL_VOID inline void
 #define NUMBER(value) ((REAL)(float)(value))
+/* Conversions (towards zero) and reinterpretations, lane by lane. */
+#define CAST_REAL JOIN(convert_, REAL_NAME)
+#define CAST_INT JOIN(convert_, INT_NAME)
+#define AS_REAL JOIN(as_, REAL_NAME)
+#define AS_INT JOIN(as_, INT_NAME)
+#define AS_UINT JOIN(as_, UINT_NAME)
 /* (mask) ? yes : no, lane by lane */
 #define SELECT(mask, yes, no) ((mask) ? (REAL)(yes) : (REAL)(no))
 #define SQRT(x) sqrt(x)
@@ -76,10 +86,17 @@ template <class Real>
 Real larger(const Real& a, const Real& b) {
   return choose(a > b, a, b);
 }
+using std::cos;
 using std::exp;
 using std::fabs;
 using std::log;
+using std::sin;
 using std::sqrt;
+template <class Real>
+void sin_cos_2pi(const Real& x, Real* s, Real* c) {
+  *s = sin(Real(6.28318530717958647693) * x);
+  *c = cos(Real(6.28318530717958647693) * x);
+}
 }  // namespace portable
 #define SELECT(mask, yes, no) choose(mask, REAL(yes), REAL(no))
 #define SQRT(x) sqrt(x)

@@ -1,0 +1,279 @@
+#include "runtime/device/device.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+
+#include "runtime/device/kernel_source.h"
+#include "runtime/error.h"
+
+namespace itn {
+namespace {
+
+// The codes a user can meet; the numbers are those of CL/cl.h.
+std::string error_name(cl_int code) {
+  static const std::map<cl_int, const char*> names{
+      {CL_DEVICE_NOT_FOUND, "CL_DEVICE_NOT_FOUND"},
+      {CL_DEVICE_NOT_AVAILABLE, "CL_DEVICE_NOT_AVAILABLE"},
+      {CL_COMPILER_NOT_AVAILABLE, "CL_COMPILER_NOT_AVAILABLE"},
+      {CL_MEM_OBJECT_ALLOCATION_FAILURE, "CL_MEM_OBJECT_ALLOCATION_FAILURE"},
+      {CL_OUT_OF_RESOURCES, "CL_OUT_OF_RESOURCES"},
+      {CL_OUT_OF_HOST_MEMORY, "CL_OUT_OF_HOST_MEMORY"},
+      {CL_BUILD_PROGRAM_FAILURE, "CL_BUILD_PROGRAM_FAILURE"},
+      {CL_INVALID_VALUE, "CL_INVALID_VALUE"},
+      {CL_INVALID_DEVICE, "CL_INVALID_DEVICE"},
+      {CL_INVALID_CONTEXT, "CL_INVALID_CONTEXT"},
+      {CL_INVALID_COMMAND_QUEUE, "CL_INVALID_COMMAND_QUEUE"},
+      {CL_INVALID_MEM_OBJECT, "CL_INVALID_MEM_OBJECT"},
+      {CL_INVALID_BUILD_OPTIONS, "CL_INVALID_BUILD_OPTIONS"},
+      {CL_INVALID_PROGRAM, "CL_INVALID_PROGRAM"},
+      {CL_INVALID_PROGRAM_EXECUTABLE, "CL_INVALID_PROGRAM_EXECUTABLE"},
+      {CL_INVALID_KERNEL_NAME, "CL_INVALID_KERNEL_NAME"},
+      {CL_INVALID_KERNEL, "CL_INVALID_KERNEL"},
+      {CL_INVALID_ARG_INDEX, "CL_INVALID_ARG_INDEX"},
+      {CL_INVALID_ARG_VALUE, "CL_INVALID_ARG_VALUE"},
+      {CL_INVALID_ARG_SIZE, "CL_INVALID_ARG_SIZE"},
+      {CL_INVALID_KERNEL_ARGS, "CL_INVALID_KERNEL_ARGS"},
+      {CL_INVALID_WORK_GROUP_SIZE, "CL_INVALID_WORK_GROUP_SIZE"},
+      {CL_INVALID_WORK_ITEM_SIZE, "CL_INVALID_WORK_ITEM_SIZE"},
+      {CL_INVALID_GLOBAL_WORK_SIZE, "CL_INVALID_GLOBAL_WORK_SIZE"},
+      {CL_INVALID_BUFFER_SIZE, "CL_INVALID_BUFFER_SIZE"},
+      {CL_INVALID_OPERATION, "CL_INVALID_OPERATION"},
+  };
+  const auto found = names.find(code);
+  return found == names.end() ? "OpenCL error " + std::to_string(code) : found->second;
+}
+
+bool out_of_memory(cl_int code) {
+  return code == CL_MEM_OBJECT_ALLOCATION_FAILURE || code == CL_OUT_OF_RESOURCES || code == CL_OUT_OF_HOST_MEMORY ||
+         code == CL_INVALID_BUFFER_SIZE;
+}
+
+std::string mebibytes(std::uint64_t bytes) { return std::to_string((bytes + (1u << 20) - 1) >> 20) + " MiB"; }
+
+[[noreturn]] void fail(const DeviceInfo& device, const std::string& what, const cl::Error& error) {
+  std::string message = device.name + ": " + what + " failed: " + error.what() + ": " + error_name(error.err());
+  if (out_of_memory(error.err()))
+    message += "; the device's memory is used up: render with smaller meshes or images, or choose another --device";
+  else
+    message += "; see 'itn devices', try another --device";
+  throw DeviceError(message);
+}
+
+std::string trimmed(std::string text) {
+  while (!text.empty() && (text.back() == '\0' || std::isspace(static_cast<unsigned char>(text.back()))))
+    text.pop_back();
+  const auto first = text.find_first_not_of(" \t");
+  return first == std::string::npos ? std::string() : text.substr(first);
+}
+
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+// "OpenCL 3.0 ..." -> 300
+int version_number(const std::string& version) {
+  int major = 0, minor = 0;
+  if (std::sscanf(version.c_str(), "OpenCL %d.%d", &major, &minor) != 2) return 0;
+  return major * 100 + minor * 10;
+}
+
+DeviceInfo describe(const std::string& platform, const cl::Device& device) {
+  DeviceInfo info;
+  info.platform = platform;
+  try {
+    info.name = trimmed(device.getInfo<CL_DEVICE_NAME>());
+    info.vendor = trimmed(device.getInfo<CL_DEVICE_VENDOR>());
+    info.driver = trimmed(device.getInfo<CL_DRIVER_VERSION>());
+    info.version = trimmed(device.getInfo<CL_DEVICE_VERSION>());
+    const auto type = device.getInfo<CL_DEVICE_TYPE>();
+    info.type = type & CL_DEVICE_TYPE_CPU ? "cpu" : type & CL_DEVICE_TYPE_GPU ? "gpu" : "accelerator";
+    info.memory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
+    info.max_allocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
+    info.compute_units = static_cast<int>(device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>());
+    info.preferred_width = static_cast<int>(std::max(device.getInfo<CL_DEVICE_PREFERRED_VECTOR_WIDTH_FLOAT>(),
+                                                     device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>()));
+    if (!device.getInfo<CL_DEVICE_AVAILABLE>())
+      info.unusable = "the driver says the device is not available";
+    else if (!device.getInfo<CL_DEVICE_COMPILER_AVAILABLE>())
+      info.unusable = "the driver has no compiler for OpenCL C";
+    else if (version_number(info.version) < 120)
+      info.unusable = "has " + info.version + ", needs OpenCL 1.2";
+    else if (!device.getInfo<CL_DEVICE_ENDIAN_LITTLE>())
+      info.unusable = "is big-endian";
+  } catch (const cl::Error& error) {
+    info.unusable = std::string("cannot be asked for its properties: ") + error.what() + ": " + error_name(error.err());
+  }
+  return info;
+}
+
+struct Candidate {
+  DeviceInfo info;
+  cl::Device device;
+};
+
+std::vector<Candidate> candidates() {
+  std::vector<cl::Platform> platforms;
+  try {
+    cl::Platform::get(&platforms);
+  } catch (const cl::Error&) {
+    return {};  // the loader reports "no platform" as an error
+  }
+  std::vector<Candidate> all;
+  for (const cl::Platform& platform : platforms) {
+    std::vector<cl::Device> devices;
+    std::string name;
+    try {
+      name = trimmed(platform.getInfo<CL_PLATFORM_NAME>());
+      platform.getDevices(CL_DEVICE_TYPE_ALL, &devices);
+    } catch (const cl::Error&) {
+      continue;  // a platform without devices reports an error
+    }
+    for (const cl::Device& device : devices) {
+      all.push_back({describe(name, device), device});
+      all.back().info.index = static_cast<int>(all.size()) - 1;
+    }
+  }
+  return all;
+}
+
+std::string listing(const std::vector<Candidate>& all) {
+  std::string text;
+  for (const Candidate& c : all)
+    text += "\n  " + std::to_string(c.info.index) + "  " + c.info.type + "  " + c.info.name + " (" + c.info.platform +
+            ")" + (c.info.unusable.empty() ? "" : "  unusable: " + c.info.unusable);
+  return text;
+}
+
+bool matches(const DeviceInfo& info, const std::string& spec) {
+  if (spec.find_first_not_of("0123456789") == std::string::npos) return std::to_string(info.index) == spec;
+  const std::string wanted = lower(spec);
+  if (wanted == "cpu" || wanted == "gpu") return info.type == wanted;
+  return lower(info.platform).find(wanted) != std::string::npos || lower(info.name).find(wanted) != std::string::npos;
+}
+
+const Candidate* first_usable(const std::vector<Candidate>& all, const std::string& spec) {
+  const auto found = std::find_if(all.begin(), all.end(),
+                                  [&](const Candidate& c) { return c.info.unusable.empty() && matches(c.info, spec); });
+  return found == all.end() ? nullptr : &*found;
+}
+
+const Candidate& choose(const std::vector<Candidate>& all, const std::string& option) {
+  if (all.empty())
+    throw DeviceError(
+        "no OpenCL device: no installed driver offers one; install one, for instance Debian's "
+        "pocl-opencl-icd (any CPU), and check with 'itn devices'");
+  const char* variable = std::getenv("ITN_DEVICE");
+  const std::string spec = !option.empty() ? option : variable ? variable : "";
+  if (spec.empty()) {
+    for (const char* type : {"gpu", "cpu"})
+      if (const Candidate* found = first_usable(all, type)) return *found;
+    throw DeviceError("no usable OpenCL device among" + listing(all));
+  }
+  if (const Candidate* found = first_usable(all, spec)) return *found;
+  const std::string source = option.empty() ? "ITN_DEVICE" : "--device";
+  for (const Candidate& c : all)
+    if (matches(c.info, spec)) throw DeviceError(source + " " + spec + ": the device cannot be used:" + listing({c}));
+  throw DeviceError(source + " " + spec + ": no such device; give an index, cpu, gpu or a part of a name of" +
+                    listing(all));
+}
+
+}  // namespace
+
+std::vector<DeviceInfo> list_devices() {
+  std::vector<DeviceInfo> infos;
+  for (Candidate& c : candidates()) infos.push_back(std::move(c.info));
+  return infos;
+}
+
+Device::Device(const std::string& spec) {
+  const std::vector<Candidate> all = candidates();
+  const Candidate& chosen = choose(all, spec);
+  info_ = chosen.info;
+  device_ = chosen.device;
+  try {
+    context_ = cl::Context(device_);
+    queue_ = cl::CommandQueue(context_, device_);
+  } catch (const cl::Error& error) {
+    fail(info_, "opening the device", error);
+  }
+}
+
+int Device::default_width() const {
+  // PoCL leaves scalar work-items scalar (kernels/README.md); Intel's CPU runtime and GPUs run work-items side by side.
+  const std::string platform = lower(info_.platform);
+  if (info_.type != "cpu" ||
+      (platform.find("portable computing") == std::string::npos && platform.find("pocl") == std::string::npos))
+    return 1;
+  for (const int width : {16, 8})
+    if (info_.preferred_width >= width) return width;
+  return 4;
+}
+
+cl::Program Device::build(const std::string& entry, const std::map<std::string, std::string>& definitions) const {
+  std::string options = "-cl-std=CL1.2 -cl-single-precision-constant";
+  for (const auto& [name, value] : definitions) options += " -D " + name + "=" + value;
+  try {
+    cl::Program program(context_, kernel_source(entry));
+    program.build({device_}, options.c_str());
+    return program;
+  } catch (const cl::BuildError& error) {
+    std::string log;
+    for (const auto& [device, text] : error.getBuildLog()) log += trimmed(text);
+    throw DeviceError(info_.name + ": building kernels/" + entry + " failed: " + error_name(error.err()) +
+                      "; options: " + options + "; log:\n" + (log.empty() ? "(the driver gave none)" : log));
+  } catch (const cl::Error& error) {
+    fail(info_, "building kernels/" + entry, error);
+  }
+}
+
+cl::Buffer Device::allocate(std::size_t bytes, const char* what) const {
+  if (bytes > info_.max_allocation)
+    throw DeviceError(info_.name + ": " + what + ": got a buffer of " + mebibytes(bytes) + ", need at most " +
+                      mebibytes(info_.max_allocation) + "; use a smaller mesh or image, or choose another --device");
+  try {
+    return cl::Buffer(context_, CL_MEM_READ_WRITE, std::max<std::size_t>(bytes, 16));
+  } catch (const cl::Error& error) {
+    fail(info_, "allocating " + mebibytes(bytes) + " for " + what, error);
+  }
+}
+
+cl::Buffer Device::upload_bytes(const void* data, std::size_t bytes, const char* what) const {
+  cl::Buffer buffer = allocate(bytes, what);
+  if (bytes == 0) return buffer;
+  try {
+    queue_.enqueueWriteBuffer(buffer, CL_TRUE, 0, bytes, data);
+  } catch (const cl::Error& error) {
+    fail(info_, std::string("copying ") + mebibytes(bytes) + " to the device for " + what, error);
+  }
+  return buffer;
+}
+
+void Device::download_bytes(const cl::Buffer& buffer, void* data, std::size_t bytes) const {
+  if (bytes == 0) return;
+  try {
+    queue_.enqueueReadBuffer(buffer, CL_TRUE, 0, bytes, data);
+  } catch (const cl::Error& error) {
+    fail(info_, "reading " + mebibytes(bytes) + " from the device", error);
+  }
+}
+
+void Device::launch(const cl::Kernel& kernel, std::size_t global, std::size_t local) const {
+  try {
+    queue_.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(global),
+                                local == 0 ? cl::NullRange : cl::NDRange(local));
+  } catch (const cl::Error& error) {
+    fail(info_, "starting kernel " + kernel.getInfo<CL_KERNEL_FUNCTION_NAME>(), error);
+  }
+}
+
+void Device::finish() const {
+  try {
+    queue_.finish();
+  } catch (const cl::Error& error) {
+    fail(info_, "running kernels", error);
+  }
+}
+
+}  // namespace itn
