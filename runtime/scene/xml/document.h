@@ -1,0 +1,34 @@
+// A scene file as a tree of elements, after <include>, <default> and $name, before any meaning is given to it.
+#pragma once
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "runtime/scene/scene.h"
+
+namespace itn {
+
+struct Element {
+  std::string tag;
+  std::map<std::string, std::string> attributes;  // values after $name substitution
+  Location where;
+  std::vector<std::unique_ptr<Element>> children;
+
+  // Empty when absent.
+  const std::string& attribute(const std::string& name) const;
+  // The id, or for an object without one its type and number ("homogeneous0").
+  std::string id;
+};
+
+struct Document {
+  std::unique_ptr<Element> root;  // the <scene>
+  std::map<std::string, const Element*> by_id;
+};
+
+// Tags that make objects (they have a type), as opposed to values and transform steps.
+bool is_object_tag(const std::string& tag);
+
+Document read_document(const std::string& file, const std::map<std::string, std::string>& definitions);
+
+}  // namespace itn
