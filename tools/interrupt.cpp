@@ -30,16 +30,18 @@ void on_signal(int signal_number) {
 void handle(int signal_number, void (*handler)(int)) {
   struct sigaction action {};
   action.sa_handler = handler;
+  action.sa_flags = SA_RESTART;
   sigaction(signal_number, &action, nullptr);
 }
 
 }  // namespace
 
-const std::atomic<bool>& watch_for_interrupt() {
+const std::atomic<bool>& interrupt_flag() { return interrupted; }
+
+void watch_for_interrupt() {
   handle(SIGALRM, end_now);
   handle(SIGINT, on_signal);
   handle(SIGTERM, on_signal);
-  return interrupted;
 }
 
 }  // namespace itn::tools

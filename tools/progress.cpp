@@ -25,8 +25,8 @@ std::string duration(double seconds) {
 Progress::Progress(std::string label, double amount, std::string unit, bool wanted)
     : label_(std::move(label)), unit_(std::move(unit)), amount_(amount), shown_(wanted && isatty(STDERR_FILENO)) {}
 
-Progress::~Progress() {
-  if (shown_) std::fputs("\r\033[K", stderr);
+void Progress::clear() {
+  if (shown_ && last_ != Clock::time_point{}) std::fputs("\r\033[K", stderr);
 }
 
 void Progress::update(double fraction) {

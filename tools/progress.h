@@ -10,11 +10,12 @@ class Progress {
  public:
   // amount: how many units (paths, images) the whole job has.
   Progress(std::string label, double amount, std::string unit, bool wanted);
-  ~Progress();
+  ~Progress() { clear(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
   void update(double fraction);
+  void clear();
 
  private:
   using Clock = std::chrono::steady_clock;
