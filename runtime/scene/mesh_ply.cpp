@@ -291,6 +291,7 @@ void read_faces(Body& body, const PlyElement& element, const std::string& file, 
 }
 
 void skip(Body& body, const PlyElement& element) {
+  if (element.properties.empty()) return;  // nothing to read, however many the header promises
   for (std::size_t row = 0; row < element.count; ++row, body.next_row())
     for (const Property& property : element.properties)
       for (std::size_t n = property.is_list ? body.next_index(property.count_type, "the length of a list") : 1; n > 0;
