@@ -1,0 +1,26 @@
+// OpenEXR files: any number of named float channels, linear, scanline 0 on top, text attributes in the header.
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+namespace itn {
+
+struct ExrImage {
+  int width = 0, height = 0;
+  std::vector<std::string> channels;
+  std::vector<float> data;  // row-major; the channels of a pixel follow each other in the order of `channels`
+  std::map<std::string, std::string> header;
+
+  // Where a channel stands in `channels`; -1: there is none.
+  int channel(const std::string& name) const;
+};
+
+// Float32, scanlines, ZIP. Written whole or not at all (see file.h): ResultError otherwise.
+void write_exr(const std::string& path, const ExrImage& image);
+
+// Every channel (half, float and uint become float) and text attribute of the first part.
+// Throws InputError with the file's name: missing, no OpenEXR file, truncated, subsampled channels.
+ExrImage read_exr(const std::string& path);
+
+}  // namespace itn

@@ -1,0 +1,80 @@
+#include "runtime/image/preview.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "runtime/image/png.h"
+
+namespace itn {
+namespace {
+
+using Colour = std::array<double, 3>;  // linear
+
+void append(std::vector<std::uint8_t>& bytes, const Colour& colour) {
+  for (const double x : colour)
+    bytes.push_back(static_cast<std::uint8_t>(std::lround(255 * srgb_encode(std::clamp(x, 0.0, 1.0)))));
+}
+
+// The value that a fraction of the finite ones does not exceed; 0 when there is none.
+double percentile(std::vector<double> values, double fraction) {
+  std::erase_if(values, [](double x) { return !std::isfinite(x); });
+  if (values.empty()) return 0;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+Colour pixel(const std::vector<float>& data, int channels, std::size_t i) {
+  if (channels == 1) return {data[i], data[i], data[i]};
+  return {data[3 * i], data[3 * i + 1], data[3 * i + 2]};
+}
+
+double luminance(const Colour& c) { return 0.212671 * c[0] + 0.715160 * c[1] + 0.072169 * c[2]; }  // ITU-R BT.709
+
+double shoulder(double x) { return x <= 0.6 ? x : 1 - 0.4 * std::exp(-(x - 0.6) / 0.4); }
+
+}  // namespace
+
+std::vector<std::uint8_t> tone_mapped(const std::vector<float>& data, int channels) {
+  const std::size_t pixels = data.size() / static_cast<std::size_t>(channels);
+  std::vector<double> luminances(pixels);
+  for (std::size_t i = 0; i < pixels; ++i) luminances[i] = luminance(pixel(data, channels, i));
+  const double white = percentile(luminances, 0.98);
+  const double exposure = white > 0 ? 0.8 / white : 1;
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(3 * pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    Colour c = pixel(data, channels, i);
+    if (!std::isfinite(luminances[i]))
+      c = {1, 0, 1};
+    else
+      for (double& x : c) x = shoulder(exposure * x);
+    append(bytes, c);
+  }
+  return bytes;
+}
+
+std::vector<std::uint8_t> red_blue(const std::vector<float>& data, int channels) {
+  const std::size_t pixels = data.size() / static_cast<std::size_t>(channels);
+  std::vector<double> values(pixels), sizes(pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const Colour c = pixel(data, channels, i);
+    values[i] = (c[0] + c[1] + c[2]) / 3;
+    sizes[i] = std::fabs(values[i]);
+  }
+  const double largest = percentile(sizes, 0.99);
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(3 * pixels);
+  for (const double value : values) {
+    if (!std::isfinite(value)) {
+      append(bytes, {0, 1, 0});
+      continue;
+    }
+    const double t = largest > 0 ? std::clamp(value / largest, -1.0, 1.0) : 0, rest = 1 - std::fabs(t);
+    append(bytes, t >= 0 ? Colour{1, rest, rest} : Colour{rest, rest, 1});
+  }
+  return bytes;
+}
+
+}  // namespace itn

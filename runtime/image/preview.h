@@ -1,0 +1,19 @@
+// Pictures for the eye: 8-bit sRGB from linear data.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+namespace itn {
+
+// data: row-major, 1 or 3 interleaved linear channels. Result: three bytes a pixel.
+//
+// Exposure: the 98th percentile of luminance becomes 0.8, so a few fireflies or a small sun do not darken the picture.
+// Curve: linear up to 0.6, above it 1 - 0.4 exp(-(x - 0.6) / 0.4), which continues with the same slope and ends at
+// white; then sRGB encoding. Pixels that are not finite become magenta.
+std::vector<std::uint8_t> tone_mapped(const std::vector<float>& data, int channels);
+
+// Mean over the channels; white at 0, red for positive, blue for negative values, saturated at the 99th percentile of
+// the absolute value. Pixels that are not finite become green.
+std::vector<std::uint8_t> red_blue(const std::vector<float>& data, int channels);
+
+}  // namespace itn

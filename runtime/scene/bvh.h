@@ -1,0 +1,43 @@
+// Bounding volume hierarchies with many children a node, as lib/trace.h walks them.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace itn {
+
+struct Box {
+  std::array<float, 3> low{1e30f, 1e30f, 1e30f}, high{-1e30f, -1e30f, -1e30f};
+  void add(const std::array<float, 3>& point);
+  void add(const Box& other);
+  float half_area() const;  // 0 when empty
+};
+
+struct BoxedPrimitive {
+  Box box;
+  std::uint32_t index;
+};
+
+struct WideNode {
+  struct Child {
+    Box box;
+    bool is_block;
+    std::uint32_t index;  // in WideTree::nodes or WideTree::blocks
+  };
+  std::vector<Child> children;
+};
+
+struct WideTree {
+  struct Block {
+    std::uint32_t first, count;  // in WideTree::primitives
+  };
+  std::vector<WideNode> nodes;  // the root first, a parent before its children
+  std::vector<Block> blocks;    // 1 to width primitives each
+  std::vector<BoxedPrimitive> primitives;
+  int stack_depth = 0;  // entries that a depth-first walk may have to keep
+};
+
+// Surface area heuristic over bins. The result does not depend on the number of threads. No primitives: no nodes.
+WideTree build_tree(std::vector<BoxedPrimitive> primitives, int width);
+
+}  // namespace itn

@@ -1,0 +1,18 @@
+// From the light of a scene file to what the device reads.
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+#include "kernels/shared/emitter_layout.h"
+#include "runtime/scene/scene.h"
+
+namespace itn {
+
+// Fills the record; appends its pixels and sampling tables to the array that all records share. Throws InputError.
+void append_emitter(const Emitter& emitter, EmitterRecord& record, std::vector<float>& tables);
+
+// The definitions with which kernels/lib/emitter.h serves all of these records.
+std::map<std::string, std::string> emitter_definitions(const std::vector<EmitterRecord>& records);
+
+}  // namespace itn

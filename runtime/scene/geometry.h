@@ -1,0 +1,24 @@
+// The surfaces of scenes in the form in which the device reads them.
+#pragma once
+#include <vector>
+
+#include "kernels/shared/geometry_layout.h"
+#include "runtime/scene/scene.h"
+
+namespace itn {
+
+static_assert(sizeof(PrimitiveRecord) == 96 && sizeof(GeometryRecord) == 96);
+
+// One or more geometries in shared arrays, see geometry_layout.h.
+struct Geometry {
+  int box_width = 16;  // children of a node, primitives of a block; the device's BOX_WIDTH: 16, 8 or 4
+  std::vector<float> nodes, leaves;
+  std::vector<PrimitiveRecord> primitives;
+  std::vector<std::uint32_t> grid;
+  std::vector<GeometryRecord> records;
+};
+
+// Appends the surfaces of a scene: the new record is the last one. The result does not depend on the number of threads.
+void append_geometry(const Scene& scene, Geometry& geometry);
+
+}  // namespace itn

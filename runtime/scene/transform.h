@@ -1,0 +1,34 @@
+// 4x4 transforms, as Mitsuba composes them.
+#pragma once
+#include "runtime/scene/scene.h"
+#include "runtime/scene/xml/document.h"
+
+namespace itn {
+
+Transform operator*(const Transform& a, const Transform& b);
+Transform translate(const Vec3& by);
+Transform scale(const Vec3& by);
+Transform rotate(const Vec3& axis, double degrees);  // axis need not be unit, must not be zero
+// Columns: left, up, viewing direction, origin. up must not be parallel to target - origin.
+Transform look_at(const Vec3& origin, const Vec3& target, const Vec3& up);
+
+Vec3 transform_point(const Transform& t, const Vec3& p);  // affine: the last row is not used
+Vec3 transform_vector(const Transform& t, const Vec3& v);
+double determinant(const Transform& t);  // of the upper left 3x3 block
+// Does it keep lengths? Movements, turns, reflections.
+bool is_rigid(const Transform& t);
+// Inverse transpose of the upper left 3x3 block (for normals). The determinant must not be zero.
+Transform inverse_transpose(const Transform& t);
+
+Vec3 operator+(const Vec3& a, const Vec3& b);
+Vec3 operator-(const Vec3& a, const Vec3& b);
+Vec3 operator*(double s, const Vec3& v);
+double dot(const Vec3& a, const Vec3& b);
+Vec3 cross(const Vec3& a, const Vec3& b);
+double length(const Vec3& v);
+Vec3 normalize(const Vec3& v);
+
+// <transform>: steps in document order, each applied after the ones before it.
+Transform parse_transform(const Element& element);
+
+}  // namespace itn

@@ -1,0 +1,12 @@
+// Indices of refraction by name.
+#pragma once
+#include <string>
+
+#include "runtime/scene/xml/properties.h"
+
+namespace itn {
+
+// A number > 0, or the name of a material as Mitsuba knows it ("bk7", "water").
+double parse_ior(Properties& properties, const std::string& name, const std::string& fallback);
+
+}  // namespace itn

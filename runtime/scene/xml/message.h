@@ -1,0 +1,27 @@
+// Wording of error messages: where, what, what was found, what is allowed.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "runtime/error.h"
+#include "runtime/scene/scene.h"
+
+namespace itn {
+
+std::string to_string(const Location& where);  // "file:line:column"
+
+[[noreturn]] void fail(const Location& where, const std::string& what);
+
+// `"a", "b" or "c"`; "nothing" when empty.
+std::string list_of(const std::vector<std::string>& names);
+
+// `; did you mean "sigma_t"?` when an allowed name is within a third of the length of `name` by edit distance, else "".
+std::string suggestion(const std::string& name, const std::vector<std::string>& allowed);
+
+// `; need "a" or "b"` and the suggestion.
+std::string need_one_of(const std::string& name, const std::vector<std::string>& allowed);
+
+std::string quote(const std::string& text);
+std::string to_text(double value);  // shortest that reads back the same
+
+}  // namespace itn

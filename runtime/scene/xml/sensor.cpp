@@ -1,0 +1,138 @@
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/scene/transform.h"
+#include "runtime/scene/xml/builder.h"
+#include "runtime/scene/xml/message.h"
+#include "runtime/scene/xml/values.h"
+
+namespace itn {
+namespace {
+
+double radians(double degrees) { return degrees * M_PI / 180; }
+double degrees(double radians) { return radians * 180 / M_PI; }
+
+// Field of view given along `axis` -> along x.
+double fov_along_x(double fov, const std::string& axis, double aspect) {
+  const double half = std::tan(radians(fov) / 2);
+  if (axis == "x" || (axis == "smaller" && aspect <= 1) || (axis == "larger" && aspect > 1)) return fov;
+  if (axis == "diagonal") return 2 * degrees(std::atan(half * aspect / std::sqrt(1 + aspect * aspect)));
+  return 2 * degrees(std::atan(half * aspect));
+}
+
+double parse_fov(Properties& properties, double aspect) {
+  const std::string axis = properties.choice("fov_axis", {"x", "y", "diagonal", "smaller", "larger"});
+  if (properties.has("fov")) {
+    if (properties.has("focal_length")) properties.fail_at("focal_length", "both fov and focal_length given; need one");
+    const double fov = properties.number("fov");
+    if (!(fov > 0 && fov < 180)) properties.fail_at("fov", "fov = " + to_text(fov) + "; need degrees in (0, 180)");
+    return fov_along_x(fov, axis, aspect);
+  }
+  std::string text = properties.text("focal_length", "50mm");
+  if (text.size() > 2 && text.substr(text.size() - 2) == "mm") text.resize(text.size() - 2);
+  double focal_length = 0;
+  for (const auto& child : properties.element().children)
+    if (child->attribute("name") == "focal_length")
+      focal_length = parse_number(text, child->where, "sensor \"perspective\": \"focal_length\"");
+  if (!properties.has("focal_length")) focal_length = 50;
+  if (!(focal_length > 0)) properties.fail_at("focal_length", "focal_length = " + text + "; need millimetres above 0");
+  // Film of 36 x 24 mm: the focal length tells the diagonal field of view.
+  const double diagonal = std::sqrt(36.0 * 36.0 + 24.0 * 24.0);
+  return fov_along_x(2 * degrees(std::atan(diagonal / (2 * focal_length))), "diagonal", aspect);
+}
+
+int dimension(Properties& properties, const std::string& name, long fallback, long lowest, long highest) {
+  const long value = properties.integer(name, fallback);
+  if (value < lowest || value > highest)
+    properties.fail_at(name, name + " = " + std::to_string(value) + "; need " + std::to_string(lowest) + " to " +
+                                 std::to_string(highest));
+  return static_cast<int>(value);
+}
+
+void build_filter(Builder& builder, const Element& element, Sensor& sensor) {
+  Properties properties = builder.properties(element);
+  if (properties.type() == "box") {
+    sensor.filter = FilterKind::box;
+  } else if (properties.type() == "tent") {
+    sensor.filter = FilterKind::tent;
+    sensor.filter_radius = properties.number("radius", 1);
+    if (!(sensor.filter_radius > 0 && sensor.filter_radius <= 16))
+      properties.fail_at("radius", "radius = " + to_text(sensor.filter_radius) + "; need pixels in (0, 16]");
+  } else if (properties.type() == "gaussian") {
+    sensor.filter = FilterKind::gaussian;
+    sensor.filter_stddev = properties.number("stddev", 0.5);
+    if (!(sensor.filter_stddev > 0 && sensor.filter_stddev <= 4))
+      properties.fail_at("stddev", "stddev = " + to_text(sensor.filter_stddev) + "; need pixels in (0, 4]");
+  } else {
+    fail_type(element, {"box", "tent", "gaussian"});
+  }
+  properties.finish();
+}
+
+void build_film(Builder& builder, const Element& element, Sensor& sensor) {
+  if (element.attribute("type") != "hdrfilm") fail_type(element, {"hdrfilm"});
+  Properties properties = builder.properties(element);
+  constexpr long largest = 32768;
+  sensor.width = dimension(properties, "width", 768, 1, largest);
+  sensor.height = dimension(properties, "height", 576, 1, largest);
+  sensor.crop_x = dimension(properties, "crop_offset_x", 0, 0, sensor.width - 1);
+  sensor.crop_y = dimension(properties, "crop_offset_y", 0, 0, sensor.height - 1);
+  sensor.crop_width =
+      dimension(properties, "crop_width", sensor.width - sensor.crop_x, 1, sensor.width - sensor.crop_x);
+  sensor.crop_height =
+      dimension(properties, "crop_height", sensor.height - sensor.crop_y, 1, sensor.height - sensor.crop_y);
+  sensor.luminance = properties.choice("pixel_format", {"rgb", "luminance"}) == "luminance";
+  // The output is always float32 OpenEXR; the filter reads samples beyond the border by itself.
+  properties.choice("component_format", {"float16", "float32", "uint32"});
+  properties.choice("file_format", {"openexr", "exr", "rgbe", "pfm"});
+  properties.boolean("sample_border", false);
+  properties.boolean("compensate", false);
+  if (const Element* filter = properties.object("rfilter")) build_filter(builder, *filter, sensor);
+  properties.finish();
+}
+
+void build_sampler(Builder& builder, const Element& element, Sensor& sensor) {
+  const std::vector<std::string> types = {"independent", "stratified", "multijitter", "orthogonal", "ldsampler"};
+  Properties properties = builder.properties(element);
+  if (std::find(types.begin(), types.end(), properties.type()) == types.end()) fail_type(element, types);
+  sensor.spp = dimension(properties, "sample_count", 4, 1, 1'000'000'000);
+  properties.integer("seed", 0);  // --seed chooses the random numbers
+  if (properties.type() == "multijitter" || properties.type() == "stratified" || properties.type() == "orthogonal")
+    properties.boolean("jitter", true);
+  if (properties.type() == "orthogonal") properties.integer("strength", 2);
+  properties.finish();
+}
+
+}  // namespace
+
+void build_sensor(Builder& builder, const Element& element) {
+  Properties properties = builder.properties(element);
+  Sensor sensor;
+  sensor.id = element.id;
+  sensor.where = element.where;
+  sensor.orthographic = properties.type() == "orthographic";
+  if (!sensor.orthographic && properties.type() != "perspective") fail_type(element, {"perspective", "orthographic"});
+
+  if (const Element* film = properties.object("film")) build_film(builder, *film, sensor);
+  if (const Element* sampler = properties.object("sampler")) build_sampler(builder, *sampler, sensor);
+  if (const Element* medium = properties.object("medium")) sensor.medium = build_medium(builder, *medium);
+  if (!sensor.orthographic) {
+    sensor.fov_x = parse_fov(properties, static_cast<double>(sensor.width) / sensor.height);
+    sensor.principal_x = properties.number("principal_point_offset_x", 0);
+    sensor.principal_y = properties.number("principal_point_offset_y", 0);
+  }
+  sensor.near_clip = properties.number("near_clip", 1e-2);
+  sensor.far_clip = properties.number("far_clip", 1e4);
+  if (!(sensor.near_clip > 0))
+    properties.fail_at("near_clip", "near_clip = " + to_text(sensor.near_clip) + "; need more than 0");
+  if (!(sensor.far_clip > sensor.near_clip))
+    properties.fail_at("far_clip", "far_clip = " + to_text(sensor.far_clip) +
+                                       "; need more than near_clip = " + to_text(sensor.near_clip));
+  sensor.to_world = properties.transform("to_world");
+  if (!sensor.orthographic && !is_rigid(sensor.to_world))
+    properties.fail_at("to_world", "to_world scales or shears; a perspective sensor can only be moved and turned");
+  properties.finish();
+  builder.scene.sensors.push_back(sensor);
+}
+
+}  // namespace itn

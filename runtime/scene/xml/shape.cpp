@@ -1,0 +1,177 @@
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/scene/mesh_file.h"
+#include "runtime/scene/mesh_repair.h"
+#include "runtime/scene/shape_meshes.h"
+#include "runtime/scene/transform.h"
+#include "runtime/scene/xml/builder.h"
+#include "runtime/scene/xml/message.h"
+
+namespace itn {
+namespace {
+
+const std::vector<std::string> types = {"obj", "ply", "mesh", "sphere", "rectangle", "cube", "disk"};
+
+std::array<float, 3> to_float(const Vec3& v) {
+  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
+
+// With normals of its own a mesh keeps its outside under a reflection; without, as in Mitsuba, the winding decides,
+// which a reflection turns around.
+void apply(const Transform& to_world, Mesh& mesh, bool keeps_outside) {
+  if (keeps_outside && determinant(to_world) < 0)
+    for (auto& t : mesh.triangle) std::swap(t[1], t[2]);
+  const Transform for_normals = inverse_transpose(to_world);
+  for (auto& p : mesh.position) p = to_float(transform_point(to_world, {p[0], p[1], p[2]}));
+  for (auto& n : mesh.normal) {
+    const Vec3 turned = transform_vector(for_normals, {n[0], n[1], n[2]});
+    if (length(turned) > 0) n = to_float(normalize(turned));
+  }
+}
+
+// Normals, degenerate triangles, orientation: common to all meshes, once they are in world space.
+void prepare(Builder& builder, Properties& properties, Mesh& mesh, bool face_normals, bool flip_normals) {
+  if (face_normals)
+    mesh.normal.clear();
+  else if (mesh.normal.empty())
+    compute_normals(mesh);
+  const std::size_t total = mesh.triangle.size();
+  if (const std::size_t dropped = drop_degenerate(mesh); dropped > 0)
+    builder.warn(properties.element().where, properties.title() + ": dropped " + std::to_string(dropped) + " of " +
+                                                 std::to_string(total) + " triangles, which have no area");
+  if (mesh.triangle.empty()) properties.fail_at("filename", "no triangle of the mesh has an area; mend the mesh");
+  if (flip_normals) flip(mesh);
+}
+
+void build_mesh(Builder& builder, Properties& properties, Shape& shape) {
+  const std::string file = properties.file("filename");
+  const bool face_normals = properties.boolean("face_normals", false);
+  const bool flip_texcoords = properties.boolean("flip_tex_coords", properties.type() == "obj");
+  const bool flip_normals = properties.boolean("flip_normals", false);
+  const Transform to_world = properties.transform("to_world");
+  Mesh mesh;
+  try {
+    mesh = read_mesh(file);
+  } catch (const InputError& error) {
+    properties.fail_at("filename", error.what());
+  }
+  if (flip_texcoords)
+    for (auto& uv : mesh.texcoord) uv[1] = 1 - uv[1];
+  apply(to_world, mesh, !mesh.normal.empty() && !face_normals);
+  prepare(builder, properties, mesh, face_normals, flip_normals);
+  shape.mesh = std::make_shared<const Mesh>(std::move(mesh));
+}
+
+void build_flat(Builder& builder, Properties& properties, Shape& shape, Mesh mesh) {
+  const bool flip_normals = properties.boolean("flip_normals", false);
+  properties.boolean("face_normals", false);  // they are flat either way
+  apply(properties.transform("to_world"), mesh, true);
+  prepare(builder, properties, mesh, true, flip_normals);
+  shape.mesh = std::make_shared<const Mesh>(std::move(mesh));
+}
+
+void build_sphere(Properties& properties, Shape& shape) {
+  shape.kind = Shape::Kind::sphere;
+  const Vec3 center = properties.vector("center", {0, 0, 0});
+  const double radius = properties.number("radius", 1);
+  if (!(radius > 0)) properties.fail_at("radius", "radius = " + to_text(radius) + "; need more than 0");
+  const Transform t = properties.transform("to_world");
+  const double scale = length(Vec3{t.m[0], t.m[4], t.m[8]});
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      double product = 0;
+      for (std::size_t k = 0; k < 3; ++k) product += t.m[4 * k + i] * t.m[4 * k + j];
+      if (std::abs(product - (i == j ? scale * scale : 0)) > 1e-4 * scale * scale)
+        properties.fail_at("to_world", "to_world makes an ellipsoid; need a uniform scale, or a mesh");
+    }
+  }
+  shape.center = transform_point(t, center);
+  shape.radius = radius * scale;
+  shape.flip_normals = properties.boolean("flip_normals", false) != (determinant(t) < 0);
+}
+
+void build_disk(Properties& properties, Shape& shape) {
+  shape.kind = Shape::Kind::disk;
+  const Transform t = properties.transform("to_world");
+  shape.center = transform_point(t, {0, 0, 0});
+  shape.edge_u = transform_vector(t, {1, 0, 0});
+  shape.edge_v = transform_vector(t, {0, 1, 0});
+  shape.flip_normals = properties.boolean("flip_normals", false) != (determinant(t) < 0);
+}
+
+std::string at(const Vec3& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p[0], p[1], p[2]); }
+
+// Inside and outside must be told apart where a medium ends.
+void check_boundary(const Shape& shape, const std::string& title) {
+  const std::string purpose = title + " bounds a medium";
+  if (shape.kind == Shape::Kind::disk) fail(shape.where, purpose + " but is not closed; need a closed shape");
+  if (shape.kind == Shape::Kind::sphere) {
+    if (shape.flip_normals)
+      fail(shape.where, purpose +
+                            " but is turned inside out; take flip_normals or the reflection in to_world away, or "
+                            "exchange interior and exterior");
+    return;
+  }
+  const Topology t = topology(*shape.mesh);
+  if (t.open_edges > 0)
+    fail(shape.where, purpose + " but has holes: " + std::to_string(t.open_edges) + " open edges, one at " +
+                          at(t.open_at) + "; need a closed mesh");
+  if (t.non_manifold_edges > 0)
+    fail(shape.where, purpose + " but has " + std::to_string(t.non_manifold_edges) +
+                          " non-manifold edges (of more than two triangles), one at " + at(t.non_manifold_at) +
+                          "; need a closed surface");
+  if (t.turned_edges > 0)
+    fail(shape.where, purpose + " but its triangles do not wind the same way: " + std::to_string(t.turned_edges) +
+                          " edges between turned neighbours, one at " + at(t.turned_at) +
+                          "; need a consistent orientation");
+  if (t.volume <= 0)
+    fail(shape.where, purpose + " but is turned inside out (signed volume " + to_text(t.volume) +
+                          "); need normals that point out: set flip_normals, or mend the mesh");
+}
+
+int default_bsdf(Builder& builder, const Shape& shape) {
+  Bsdf bsdf;
+  bsdf.id = shape.id + "_bsdf";
+  bsdf.where = shape.where;
+  bsdf.kind = BsdfKind::diffuse;
+  builder.scene.bsdfs.push_back(bsdf);
+  return static_cast<int>(builder.scene.bsdfs.size()) - 1;
+}
+
+}  // namespace
+
+void build_shape(Builder& builder, const Element& element) {
+  Properties properties = builder.properties(element);
+  Shape shape;
+  shape.id = element.id;
+  shape.where = element.where;
+  const std::string& type = properties.type();
+  if (type == "obj" || type == "ply" || type == "mesh") {
+    build_mesh(builder, properties, shape);
+  } else if (type == "rectangle") {
+    build_flat(builder, properties, shape, rectangle_mesh());
+  } else if (type == "cube") {
+    build_flat(builder, properties, shape, cube_mesh());
+  } else if (type == "sphere") {
+    build_sphere(properties, shape);
+  } else if (type == "disk") {
+    build_disk(properties, shape);
+  } else {
+    fail_type(element, types);
+  }
+  if (const Element* bsdf = properties.object("bsdf"))
+    shape.bsdf = build_bsdf(builder, *bsdf);
+  else
+    shape.bsdf = default_bsdf(builder, shape);
+  if (const Element* medium = properties.object("medium", "interior")) shape.interior = build_medium(builder, *medium);
+  if (const Element* medium = properties.object("medium", "exterior")) shape.exterior = build_medium(builder, *medium);
+  properties.number("silhouette_sampling_weight", 1);  // how Mitsuba samples edges: not used here
+  properties.finish();
+  if (shape.interior != shape.exterior) check_boundary(shape, properties.title());
+  builder.scene.shapes.push_back(shape);
+}
+
+}  // namespace itn

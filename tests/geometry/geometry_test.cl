@@ -1,0 +1,90 @@
+// Runs kernels/lib/trace.h alone: each work-item traces `each` rays, one after another.
+#include "lib/trace.h"
+
+typedef struct {
+  float origin[3], direction[3];
+  float t_max;
+  int skip, inside;
+} TestRay;
+
+__kernel void sizes(__global int* out) {
+  out[0] = sizeof(PrimitiveRecord);
+  out[1] = sizeof(GeometryRecord);
+  out[2] = sizeof(Hit);
+}
+
+__kernel void trace_rays(__global const float* nodes, __global const float* leaves,
+                         __global const PrimitiveRecord* primitives, __global const GeometryRecord* record,
+                         __global const TestRay* rays, __global Hit* hits, int each) {
+  const Surfaces surfaces = surfaces_of(nodes, leaves, primitives, record);
+  const size_t first = get_global_id(0) * (size_t)each;
+  for (size_t i = first; i < first + each; ++i) {
+    const TestRay r = rays[i];
+    hits[i] = trace(surfaces, r.origin[0], r.origin[1], r.origin[2], r.direction[0], r.direction[1], r.direction[2],
+                    r.t_max, r.skip, r.inside != 0);
+  }
+}
+
+inline float next(uint* state) {
+  *state = *state * 747796405u + 2891336453u;
+  const uint w = ((*state >> ((*state >> 28) + 4)) ^ *state) * 277803737u;
+  return (float)(((w >> 22) ^ w) >> 8) * 0x1p-24f;
+}
+
+inline float3 random_direction(uint* state) {
+  const float z = 2.0f * next(state) - 1.0f, phi = 6.2831853f * next(state), r = sqrt(1.0f - z * z);
+  return (float3)(r * cos(phi), r * sin(phi), z);
+}
+
+// Random walks inside one closed mesh: scatters with mean free path `mean`, reflects at the surface. Counts segments and what
+// must not happen: no surface before infinity, or a front face.
+__kernel void walk(__global const float* nodes, __global const float* leaves, __global const PrimitiveRecord* primitives,
+                   __global const GeometryRecord* record, float x, float y, float z, float mean, int segments, uint seed,
+                   __global uint* counts) {
+  const Surfaces surfaces = surfaces_of(nodes, leaves, primitives, record);
+  uint state = seed + (uint)get_global_id(0) * 0x9E3779B9u;
+  uint escaped = 0, front = 0, surface = 0;
+  float3 p = (float3)(x, y, z), d = random_direction(&state);
+  int skip = -1;
+  for (int i = 0; i < segments; ++i) {
+    const float flight = mean > 0 ? -mean * log(1.0f - next(&state)) : 1e30f;
+    const Hit hit = trace(surfaces, p.x, p.y, p.z, d.x, d.y, d.z, flight, skip, true);
+    if (hit.primitive < 0) {
+      if (flight >= 1e30f || fabs(p.x + flight * d.x - x) > 10.0f) {
+        ++escaped;
+        p = (float3)(x, y, z);
+      } else {
+        p += flight * d;
+      }
+      d = random_direction(&state);
+      skip = -1;
+      continue;
+    }
+    ++surface;
+    __global const PrimitiveRecord* q = primitives + hit.primitive;
+    float3 n = (float3)(q->normal[0], q->normal[1], q->normal[2]);
+    p = (float3)(hit.x, hit.y, hit.z);
+    if (q->flags & PRIMITIVE_SPHERE) n = normalize(p - n);
+    skip = hit.primitive;
+    if (hit.front) {
+      ++front;
+      p = (float3)(x, y, z);
+      skip = -1;
+      d = random_direction(&state);
+      continue;
+    }
+    // A grazing, a mirrored or a random direction inwards.
+    const float kind = next(&state);
+    const float3 r = random_direction(&state);
+    if (kind < 0.2f)
+      d = normalize(d - dot(d, n) * n - 1e-4f * next(&state) * n);
+    else if (kind < 0.5f)
+      d = d - 2.0f * dot(d, n) * n;
+    else
+      d = dot(r, n) > 0 ? -r : r;
+    if (!(dot(d, n) < 0)) d = -n;
+  }
+  counts[3 * get_global_id(0)] = escaped;
+  counts[3 * get_global_id(0) + 1] = front;
+  counts[3 * get_global_id(0) + 2] = surface;
+}

@@ -1,0 +1,96 @@
+#include "runtime/image/file.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <fstream>
+
+#include "runtime/error.h"
+#include "tests/support/temporary_folder.h"
+
+namespace {
+
+std::string failure(const std::string& path) {
+  try {
+    itn::write_file(path, "text");
+  } catch (const itn::ResultError& error) {
+    return error.what();
+  }
+  return "no ResultError";
+}
+
+// Root may write anywhere: act as an ordinary user meanwhile.
+class OrdinaryUser {
+ public:
+  OrdinaryUser() : root_(geteuid() == 0 && seteuid(65534) == 0) {}
+  ~OrdinaryUser() {
+    if (root_ && seteuid(0) != 0) std::abort();
+  }
+  OrdinaryUser(const OrdinaryUser&) = delete;
+  OrdinaryUser& operator=(const OrdinaryUser&) = delete;
+
+ private:
+  bool root_;
+};
+
+}  // namespace
+
+TEST_CASE("a file is written whole, replaces the one before, and nothing else stays in the folder") {
+  const TemporaryFolder folder;
+  itn::write_file(folder / "a", "first");
+  itn::write_file(folder / "a", std::string(100000, 'x'));
+  CHECK(itn::read_file(folder / "a") == std::string(100000, 'x'));
+  CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
+}
+
+TEST_CASE("a symbolic link stays a link and its target is replaced") {
+  const TemporaryFolder folder;
+  itn::write_file(folder / "target", "old");
+  std::filesystem::create_symlink(folder / "target", folder / "link");
+  itn::write_file(folder / "link", "new");
+  CHECK(std::filesystem::is_symlink(folder / "link"));
+  CHECK(itn::read_file(folder / "target") == "new");
+}
+
+TEST_CASE("a missing output folder is named") {
+  const TemporaryFolder folder;
+  CHECK_THAT(failure(folder / "missing/a"), Catch::Contains("missing/a: cannot be written") &&
+                                                Catch::Contains("create the folder " + (folder / "missing")));
+  CHECK_THROWS_AS(itn::check_writable(folder / "missing/a"), itn::ResultError);
+  CHECK(folder.empty());
+}
+
+TEST_CASE("a read-only output folder is refused, before the work too") {
+  const TemporaryFolder folder;
+  REQUIRE(chmod(folder.path().c_str(), 0555) == 0);
+  const OrdinaryUser user;
+  CHECK_THAT(failure(folder / "a"), Catch::Contains("choose a folder you may write to"));
+  CHECK_THROWS_AS(itn::check_writable(folder / "a"), itn::ResultError);
+  CHECK(folder.empty());
+}
+
+TEST_CASE("a folder as target is refused") {
+  const TemporaryFolder folder;
+  CHECK_THAT(failure(folder.path().string()), Catch::Contains("is a folder"));
+  CHECK_THAT(failure(folder.path().string() + "/"), Catch::Contains("is a folder"));
+}
+
+TEST_CASE("a full disk is reported and the device behind the name stays what it is") {
+  CHECK_THAT(failure("/dev/full"), Catch::Contains("No space left") && Catch::Contains("make room"));
+  struct stat status {};
+  REQUIRE(stat("/dev/full", &status) == 0);
+  CHECK(S_ISCHR(status.st_mode));
+}
+
+TEST_CASE("asking whether a file can be written leaves the folder as it was") {
+  const TemporaryFolder folder;
+  itn::check_writable(folder / "a");
+  CHECK(folder.empty());
+}
+
+TEST_CASE("reading a missing file or a folder is an input error") {
+  const TemporaryFolder folder;
+  CHECK_THROWS_WITH(itn::read_file(folder / "a"), Catch::Contains("No such file"));
+  CHECK_THROWS_AS(itn::read_file(folder.path().string()), itn::InputError);
+}

@@ -1,0 +1,51 @@
+#include "tools/common.h"
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <limits>
+
+#include "runtime/error.h"
+#include "runtime/image/file.h"
+
+namespace itn::tools {
+
+std::map<std::string, std::string> CommonOptions::definition_map() const {
+  std::map<std::string, std::string> map;
+  for (const std::string& definition : definitions) {
+    const auto equals = definition.find('=');
+    if (equals == std::string::npos || equals == 0)
+      throw UsageError("-D " + definition + ": got no name=value; write for instance -D sigma_t=25");
+    map[definition.substr(0, equals)] = definition.substr(equals + 1);
+  }
+  return map;
+}
+
+void add_common_options(CLI::App& command, CommonOptions& options) {
+  command.add_option("--device", options.device,
+                     "index, cpu, gpu or part of a name (itn devices lists them); else the environment variable "
+                     "ITN_DEVICE, else the first GPU, else the first CPU");
+  command.add_option("--spp", options.spp, "samples a pixel; default: the scene's own")
+      ->check(CLI::Range(1, std::numeric_limits<int>::max()));
+  command.add_option("--seed", options.seed, "of the random numbers: the same seed gives the same result")
+      ->capture_default_str();
+  command.add_option("-D", options.definitions, "name=value: fills $name in the scene; may be repeated")
+      ->type_size(1)
+      ->allow_extra_args(false);
+  command.add_flag("--quiet", options.quiet, "print nothing but errors");
+  command.add_option("--json", options.json, "also write the result as JSON to this file; - is standard output");
+}
+
+void write_json(const CommonOptions& options, const nlohmann::ordered_json& result) {
+  if (options.json.empty()) return;
+  const std::string text = result.dump(2) + "\n";
+  if (options.json != "-") return write_file(options.json, text);
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
+    throw ResultError("standard output: the result cannot be written; is the disk full or the reader gone?");
+}
+
+void warn(const CommonOptions& options, const std::string& text) {
+  if (!options.quiet) std::fprintf(stderr, "warning: %s\n", text.c_str());
+}
+
+}  // namespace itn::tools

@@ -1,0 +1,39 @@
+// What every sub-command shares: options with one name and meaning, and where results go.
+#pragma once
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace itn::tools {
+
+struct CommonOptions {
+  std::string device;
+  int spp = 0;  // 0: the scene's own
+  std::uint64_t seed = 0;
+  std::vector<std::string> definitions;  // name=value
+  bool quiet = false;
+  std::string json;  // file, "-" is standard output, empty: none
+
+  // Throws UsageError for a definition without "=".
+  std::map<std::string, std::string> definition_map() const;
+  // May the text for people go to standard output?
+  bool talkative() const { return !quiet && json != "-"; }
+};
+
+void add_common_options(CLI::App& command, CommonOptions& options);
+
+// Writes the result where --json says; throws ResultError when that fails.
+void write_json(const CommonOptions& options, const nlohmann::ordered_json& result);
+
+// Warnings of a scene and the like: standard error, unless --quiet.
+void warn(const CommonOptions& options, const std::string& text);
+
+// One function a sub-command, in a file of the same name: declares its options and what to run.
+void add_devices(CLI::App& app);
+void add_parameters(CLI::App& app);
+void add_render(CLI::App& app);
+
+}  // namespace itn::tools

@@ -1,0 +1,66 @@
+// itn: one binary, sub-commands; see tools/README.md.
+#include <new>
+
+#include "runtime/device/device.h"
+#include "runtime/error.h"
+#include "tools/common.h"
+#include "tools/interrupt.h"
+
+namespace {
+
+// What scripts may rely on.
+enum ExitCode { done = 0, failed = 1, bad_command_line = 2, bad_input = 3, device_failure = 4, interrupted = 130 };
+
+int report(ExitCode code, const char* text) {
+  std::fprintf(stderr, "itn: %s\n", text);
+  return code;
+}
+
+std::string describe(const CLI::App& app, const CLI::ParseError& error, const std::string& first_argument) {
+  if (!app.get_subcommands().empty()) return app.get_subcommands().front()->get_name() + ": " + error.what();
+  std::string names;
+  for (const CLI::App* command : app.get_subcommands({})) names += (names.empty() ? "" : ", ") + command->get_name();
+  return "got " + (first_argument.empty() ? "no sub-command" : first_argument) + ", need one of " + names;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{"Volumetric path tracing on OpenCL for translucent materials", "itn"};
+  app.set_version_flag("--version", std::string("itn ") + ITN_VERSION);
+  app.require_subcommand(1);
+  itn::tools::add_devices(app);
+  itn::tools::add_parameters(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    return report(bad_command_line, (describe(app, error, argc > 1 ? argv[1] : "") + "; see itn --help").c_str());
+  }
+  if (std::fflush(stdout) != 0) throw itn::ResultError("standard output: cannot be written; is the disk full?");
+  return done;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  itn::tools::watch_for_interrupt();
+  try {
+    return run(argc, argv);
+  } catch (const itn::UsageError& error) {
+    return report(bad_command_line, error.what());
+  } catch (const itn::InputError& error) {
+    return report(bad_input, error.what());
+  } catch (const itn::DeviceError& error) {
+    return report(device_failure, error.what());
+  } catch (const itn::Interrupted& error) {
+    return report(interrupted, error.what());
+  } catch (const itn::ResultError& error) {
+    return report(failed, error.what());
+  } catch (const cl::Error& error) {
+    return report(device_failure,
+                  (std::string(error.what()) + ": OpenCL error " + std::to_string(error.err())).c_str());
+  } catch (const std::bad_alloc&) {
+    return report(failed, "out of memory on the host; use a smaller mesh or image");
+  } catch (const std::exception& error) {
+    return report(failed, (std::string("internal error, please report it: ") + error.what()).c_str());
+  }
+}

@@ -1,0 +1,171 @@
+// itn render: image and standard error in one EXR.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+
+#include "runtime/error.h"
+#include "runtime/image/exr.h"
+#include "runtime/image/file.h"
+#include "runtime/image/png.h"
+#include "runtime/image/preview.h"
+#include "runtime/renderer.h"
+#include "runtime/scene/load.h"
+#include "runtime/scene/parameters.h"
+#include "tools/common.h"
+#include "tools/interrupt.h"
+#include "tools/progress.h"
+
+namespace itn::tools {
+namespace {
+
+struct Options {
+  CommonOptions common;
+  std::string scene, output, operator_name = "full";
+  int sensor = 0;
+  bool preview = false;
+};
+
+struct Times {
+  double scene = 0, write = 0;  // [s]
+};
+
+class Stopwatch {
+ public:
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+std::string preview_name(const std::string& output) {
+  return std::filesystem::path(output).replace_extension(".png").string();
+}
+
+void check_outputs(const Options& options) {
+  const std::string extension = std::filesystem::path(options.output).extension().string();
+  if (extension == ".png" || extension == ".jpg" || extension == ".jpeg")
+    throw UsageError("-o " + options.output + ": got " + extension +
+                     ", need a name that ends in .exr; --preview writes a PNG beside it");
+  check_writable(options.output);
+  if (options.preview) check_writable(preview_name(options.output));
+  if (!options.common.json.empty() && options.common.json != "-") check_writable(options.common.json);
+}
+
+const Sensor& chosen_sensor(const Scene& scene, int index) {
+  const int count = static_cast<int>(scene.sensors.size());
+  if (index >= count)
+    throw UsageError(fmt::format("--sensor {}: {} has {} sensor{}; need 0 to {}", index, scene.file, count,
+                                 count == 1 ? "" : "s", count - 1));
+  return scene.sensors[static_cast<std::size_t>(index)];
+}
+
+ExrImage to_exr(const Rendering& image, const Scene& scene, const Options& options, const Device& device) {
+  const std::size_t channels = static_cast<std::size_t>(image.channels);
+  ExrImage exr{image.width, image.height, {}, {}, {}};
+  exr.channels = channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
+  for (std::size_t c = 0; c < channels; ++c) exr.channels.push_back("stderr." + exr.channels[c]);
+  exr.data.reserve(2 * image.mean.size());
+  for (std::size_t i = 0; i < image.mean.size(); i += channels) {
+    for (std::size_t c = 0; c < channels; ++c) exr.data.push_back(image.mean[i + c]);
+    for (std::size_t c = 0; c < channels; ++c) exr.data.push_back(image.stderr_[i + c]);
+  }
+  nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
+  for (const Parameter& p : list_parameters(scene)) parameters[p.name] = p.value;
+  exr.header = {{"scene", options.scene},
+                {"parameters", parameters.dump()},
+                {"spp", std::to_string(image.spp)},
+                {"seed", std::to_string(options.common.seed)},
+                {"operator", options.operator_name},
+                {"device", device.info().name + " (" + device.info().platform + ", " + device.info().driver + ")"},
+                {"version", std::string("itn ") + ITN_VERSION}};
+  return exr;
+}
+
+nlohmann::ordered_json to_json(const Rendering& image, const Options& options, const Device& device,
+                               const Times& times) {
+  const DeviceInfo& info = device.info();
+  return {
+      {"schema", "itn.render/1"},
+      {"scene", options.scene},
+      {"output", options.output},
+      {"operator", options.operator_name},
+      {"width", image.width},
+      {"height", image.height},
+      {"spp", image.spp},
+      {"seed", options.common.seed},
+      {"device", {{"platform", info.platform}, {"name", info.name}, {"type", info.type}}},
+      {"time",
+       {{"scene_s", times.scene}, {"build_s", image.build_s}, {"render_s", image.render_s}, {"write_s", times.write}}},
+      {"paths", image.paths},
+      {"paths_per_s", static_cast<double>(image.paths) / image.render_s},
+      {"leaks", image.leaks},
+      {"mean", image.mean_of_image},
+      {"mean_stderr", image.stderr_of_mean},
+      {"derivatives", nlohmann::ordered_json::object()}};
+}
+
+void print(const Rendering& image, const Options& options, const Device& device, const Times& times) {
+  fmt::print("{}: {} x {}, {} spp, operator {}, {}\n", options.output, image.width, image.height, image.spp,
+             options.operator_name, device.info().name);
+  fmt::print("mean {:.6g}  standard error {:.2g}\n", fmt::join(image.mean_of_image, " "),
+             fmt::join(image.stderr_of_mean, " "));
+  fmt::print("scene {:.2f} s, kernels {:.2f} s, rendering {:.2f} s, {:.3g} million paths/s, writing {:.2f} s\n",
+             times.scene, image.build_s, image.render_s, static_cast<double>(image.paths) / image.render_s / 1e6,
+             times.write);
+}
+
+void run(const Options& options) {
+  const CommonOptions& common = options.common;
+  Times times;
+  const Stopwatch loading;
+  const Scene scene = load_scene(options.scene, common.definition_map());
+  times.scene = loading.seconds();
+  for (const std::string& text : scene.warnings) warn(common, text);
+  const Sensor& sensor = chosen_sensor(scene, options.sensor);
+  check_outputs(options);
+
+  Device device(common.device);
+  const int spp = common.spp ? common.spp : sensor.spp;
+  Progress progress(options.scene, double(sensor.crop_width) * sensor.crop_height * spp, "paths", !common.quiet);
+  RenderOptions render_options;
+  render_options.sensor = options.sensor;
+  render_options.spp = spp;
+  render_options.seed = common.seed;
+  render_options.op = options.operator_name == "single" ? Operator::single : Operator::full;
+  render_options.progress = [&](double fraction) { progress.update(fraction); };
+  render_options.cancel = &interrupt_flag();
+  const Rendering image = render(device, scene, render_options);
+  progress.clear();
+  if (image.leaks > 0)
+    warn(common, fmt::format("{} of {} paths left a mesh without crossing it and were stopped; is a mesh open?",
+                             image.leaks, image.paths));
+
+  const Stopwatch writing;
+  write_exr(options.output, to_exr(image, scene, options, device));
+  if (options.preview)
+    write_png(preview_name(options.output), image.width, image.height, tone_mapped(image.mean, image.channels));
+  times.write = writing.seconds();
+  if (common.talkative()) print(image, options, device, times);
+  write_json(common, to_json(image, options, device, times));
+}
+
+}  // namespace
+
+void add_render(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("render", "a scene to an image with its standard error");
+  command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
+  command->add_option("-o,--output", options->output, "OpenEXR file to write")->required();
+  command->add_option("--operator", options->operator_name, "full: all light; single: one scattering in the medium")
+      ->check(CLI::IsMember({"full", "single"}))
+      ->capture_default_str();
+  command->add_option("--sensor", options->sensor, "which of the scene's sensors, from 0")
+      ->check(CLI::Range(0, 1 << 20))
+      ->capture_default_str();
+  command->add_flag("--preview", options->preview, "also write a tone-mapped PNG beside the output");
+  add_common_options(*command, options->common);
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace itn::tools
