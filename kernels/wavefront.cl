@@ -41,8 +41,11 @@ inline void run_stage(const Launch* launch, __global const JobRecord* job, Pool*
 #if HAS_DIELECTRIC
     case QUEUE_DIELECTRIC: dielectric_stage(launch, job, pool, slots, valid); break;
 #endif
-#if HAS_ROUGH_DIELECTRIC
-    case QUEUE_ROUGH_DIELECTRIC: rough_dielectric_stage(launch, job, pool, slots, valid); break;
+#if HAS_ROUGH_BECKMANN
+    case QUEUE_ROUGH_BECKMANN: rough_dielectric_stage(MICROFACET_BECKMANN, launch, job, pool, slots, valid); break;
+#endif
+#if HAS_ROUGH_GGX
+    case QUEUE_ROUGH_GGX: rough_dielectric_stage(MICROFACET_GGX, launch, job, pool, slots, valid); break;
 #endif
 #if HAS_MEDIUM
     case QUEUE_MEDIUM: medium_stage(launch, job, pool, slots, valid, WIDTH / 2); break;

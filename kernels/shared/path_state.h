@@ -39,7 +39,8 @@ enum {
   QUEUE_NULL,   /* at an index-matched boundary */
   QUEUE_DIFFUSE,
   QUEUE_DIELECTRIC,
-  QUEUE_ROUGH_DIELECTRIC,
+  QUEUE_ROUGH_BECKMANN,
+  QUEUE_ROUGH_GGX,
   QUEUE_MEDIUM, /* in a participating medium: free flights and scatterings to the next boundary */
   QUEUE_SHADOW, /* light to be connected, then on to RAY, MEDIUM or the end */
   QUEUE_ESCAPE, /* left the scene */

@@ -30,18 +30,18 @@ typedef struct {
   int pad;
 } ShapeRecord;
 
-enum { BSDF_NULL, BSDF_DIFFUSE, BSDF_DIELECTRIC, BSDF_ROUGH_DIELECTRIC, BSDF_KINDS };
+/* In the order of the queues in path_state.h. */
+enum { BSDF_NULL, BSDF_DIFFUSE, BSDF_DIELECTRIC, BSDF_ROUGH_BECKMANN, BSDF_ROUGH_GGX };
 
 typedef struct {
-  int kind;         /* BSDF_* */
-  int distribution; /* rough: MICROFACET_* of microfacet.h */
+  int kind; /* BSDF_* */
+  int twosided;
   float alpha;
   float eta; /* interior over exterior index */
   float reflectance[3];
   int texture; /* -1: none, else in the texture table */
   float specular_reflectance[3], specular_transmittance[3];
-  int twosided;
-  int pad;
+  int pad[2];
 } BsdfRecord;
 
 /* Texels are float rgb, row 0 at v = 0, in one array for all textures. */

@@ -4,9 +4,10 @@
 #include "model/rough_dielectric.h"
 #include "stage/boundary.h"
 
-#if HAS_ROUGH_DIELECTRIC
-inline void rough_dielectric_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
-                                   MASK valid) {
+#if HAS_ROUGH_BECKMANN || HAS_ROUGH_GGX
+/* distribution: a constant where this is inlined. */
+inline void rough_dielectric_stage(int distribution, const Launch* launch, __global const JobRecord* job, Pool* pool,
+                                   INT slots, MASK valid) {
   Surface s = load_surface(launch, job, pool, slots, valid);
   Random random = load_random(job, pool, slots);
   REAL u[4];
@@ -19,7 +20,7 @@ inline void rough_dielectric_stage(const Launch* launch, __global const JobRecor
   REAL3 wo;
   REAL weight, pdf;
   MASK reflects;
-  rough_dielectric_sample(DISTRIBUTION, alpha, eta, wi, u[0], u[1], u[2], &wo, &weight, &pdf, &reflects);
+  rough_dielectric_sample(distribution, alpha, eta, wi, u[0], u[1], u[2], &wo, &weight, &pdf, &reflects);
   /* the factor 1 / eta^2 of radiance goes into REFRACTION_SCALE */
   weight *= SELECT(reflects, 1.0f, eta * eta);
   scatter_at_boundary(launch, job, pool, slots, valid, &s, &random, u[3], frame_to_world(&frame, wo), weight,

@@ -86,9 +86,10 @@ BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
     case BsdfKind::null: r.kind = BSDF_NULL; break;
     case BsdfKind::diffuse: r.kind = BSDF_DIFFUSE; break;
     case BsdfKind::dielectric: r.kind = BSDF_DIELECTRIC; break;
-    case BsdfKind::roughdielectric: r.kind = BSDF_ROUGH_DIELECTRIC; break;
+    case BsdfKind::roughdielectric:
+      r.kind = bsdf.distribution == Distribution::ggx ? BSDF_ROUGH_GGX : BSDF_ROUGH_BECKMANN;
+      break;
   }
-  r.distribution = bsdf.distribution == Distribution::ggx ? 1 : 0;
   r.alpha = static_cast<float>(bsdf.alpha);
   r.eta = static_cast<float>(bsdf.int_ior / bsdf.ext_ior);
   store(bsdf.reflectance.value, r.reflectance);
@@ -150,11 +151,8 @@ JobRecord append_scene(const Scene& scene, int sensor, LaunchData& data) {
 std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   std::map<std::string, std::string> d = emitter_definitions(data.emitters);
   const auto set = [&](const char* name, bool value) { d[name] = std::to_string(value); };
-  std::set<int> kinds, distributions;
-  for (const BsdfRecord& bsdf : data.bsdfs) {
-    kinds.insert(bsdf.kind);
-    if (bsdf.kind == BSDF_ROUGH_DIELECTRIC) distributions.insert(bsdf.distribution);
-  }
+  std::set<int> kinds;
+  for (const BsdfRecord& bsdf : data.bsdfs) kinds.insert(bsdf.kind);
   bool matched = false;
   for (const MediumRecord& medium : data.media) matched |= medium.index_matched != 0;
   bool smooth = false, round = false;
@@ -168,8 +166,8 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   set("HAS_NULL", kinds.count(BSDF_NULL) > 0);
   set("HAS_DIFFUSE", kinds.count(BSDF_DIFFUSE) > 0);
   set("HAS_DIELECTRIC", kinds.count(BSDF_DIELECTRIC) > 0);
-  set("HAS_ROUGH_DIELECTRIC", kinds.count(BSDF_ROUGH_DIELECTRIC) > 0);
-  d["DISTRIBUTION"] = std::to_string(distributions.empty() ? 0 : *distributions.begin());
+  set("HAS_ROUGH_BECKMANN", kinds.count(BSDF_ROUGH_BECKMANN) > 0);
+  set("HAS_ROUGH_GGX", kinds.count(BSDF_ROUGH_GGX) > 0);
   set("HAS_MEDIUM", !data.media.empty());
   set("HAS_TEXTURE", !data.textures.empty());
   set("HAS_SMOOTH", smooth);
