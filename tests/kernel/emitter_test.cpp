@@ -49,6 +49,14 @@ class OnDevice {
     tables_ = device_.upload(tables, "tables");
   }
 
+  // Another emitter of the same kind.
+  void replace(const Emitter& emitter) {
+    tables.clear();
+    append_emitter(emitter, record, tables);
+    record_ = device_.upload(std::vector<EmitterRecord>{record}, "record");
+    tables_ = device_.upload(tables, "tables");
+  }
+
   struct Value {
     Rgb sky, sun;
     double pdf;
@@ -456,4 +464,37 @@ TEST_CASE("the sun's disc has a sharp edge") {
     CHECK(value.inside == (share < 1));
     CHECK(difference(value.sun, share < 1 ? sky.sun_radiance : Rgb{0, 0, 0}) < 1e-6);
   }
+}
+
+TEST_CASE("single precision keeps the digits of sun and sky at every turbidity and elevation") {
+  auto directions = random_directions(2000, 5);
+  for (int i = 0; i < 200; ++i) {  // down to the horizon
+    const double z = std::pow(0.96, i);
+    directions.push_back({std::sqrt(1 - z * z) * std::cos(0.01 * i), std::sqrt(1 - z * z) * std::sin(0.01 * i), z});
+  }
+  OnDevice light(sunsky(45, 3, 20, true), 16);
+  double sky_error = 0, sun_error = 0;
+  std::size_t in_sun = 0;
+  for (const double turbidity : {1.0, 1.7, 2.5, 4.2, 6.6, 8.9, 10.0})
+    for (const double elevation : {0.05, 0.5, 2.0, 5.0, 11.0, 23.0, 47.0, 71.0, 89.9, 90.0})
+      for (const double albedo : {0.0, 1.0}) {
+        Emitter emitter = sunsky(elevation, turbidity, 20, true);
+        emitter.sunsky.albedo = {albedo, 0.5, 1 - albedo};
+        light.replace(emitter);
+        const ClearSky sky = clear_sky(emitter);
+        const auto values = light.evaluate(directions);
+        for (std::size_t i = 0; i < values.size(); ++i) {
+          const Vec3& d = directions[i];
+          const Vec3 rounded{static_cast<float>(d[0]), static_cast<float>(d[1]), static_cast<float>(d[2])};
+          const double error = difference(values[i].sky, sky_radiance(sky, rounded));
+          if (!(error <= sky_error)) sky_error = error;
+          if (!values[i].inside) continue;
+          ++in_sun;
+          const double of_sun = difference(values[i].sun, sun_radiance(sky, rounded));
+          if (!(of_sun <= sun_error)) sun_error = of_sun;
+        }
+      }
+  CHECK(sky_error < 2e-5);
+  CHECK(sun_error < 2e-5);
+  CHECK(in_sun > 1000);
 }
