@@ -58,6 +58,8 @@ class OnDevice {
     const auto out = launch("evaluate", directions, 8, 0);
     std::vector<Value> values;
     for (const auto& v : out) values.push_back({{v[0], v[1], v[2]}, {v[3], v[4], v[5]}, v[6], v[7] != 0});
+    REQUIRE(
+        std::all_of(out.begin(), out.end(), [](const auto& v) { return v[7] == 0 || v[7] == 3; }));  // emitter_in_sun
     return values;
   }
 
