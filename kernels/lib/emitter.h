@@ -11,10 +11,8 @@
 #define ITN_EMITTER_H
 #include "lib/vector.h"
 #include "model/angle.h"
-#include "shared/emitter_layout.h"
-#ifdef HAS_SUN
 #include "model/sky_hosek_wilkie.h"
-#endif
+#include "shared/emitter_layout.h"
 
 inline REAL3 uniform_sphere(REAL u0, REAL u1) {
   REAL sine, cosine;
@@ -23,7 +21,7 @@ inline REAL3 uniform_sphere(REAL u0, REAL u1) {
   return make3(r * cosine, r * sine, 1 - 2 * u0);
 }
 
-#if defined(HAS_ENVMAP) || defined(HAS_SUN)
+#if HAS_ENVMAP || HAS_SUN
 
 inline REAL3 emitter_to_local(__global const EmitterRecord* record, REAL3 d) {
   __global const float* m = record->to_local;
@@ -63,7 +61,7 @@ inline REAL cell_probability(__global const float* tables, int rows_cdf, int row
 
 #endif
 
-#ifdef HAS_ENVMAP
+#if HAS_ENVMAP
 /* Mitsuba 3's convention: y is up, -z is the middle of the picture; the first and the last row are the poles themselves, so
  * there are height - 1 steps of polar angle; columns are `width` steps of azimuth about their centres; between pixels the
  * radiance is bilinear in these angles. A cell of the sampling table lies between four pixels. */
@@ -136,7 +134,7 @@ inline REAL3 envmap_sample(__global const EmitterRecord* record, __global const 
 }
 #endif
 
-#ifdef HAS_SUN
+#if HAS_SUN
 /* d: in the local frame */
 inline void clear_sky_radiance(__global const EmitterRecord* record, REAL3 d, REAL rgb[3]) {
   __global const float* s = record->sun_local;
@@ -188,7 +186,7 @@ inline REAL3 clear_sky_sample(__global const EmitterRecord* record, __global con
 inline void sun_disc(__global const EmitterRecord* record, __global const float* tables, REAL z, REAL chord2,
                      REAL rgb[3]) {
   for (int c = 0; c < 3; ++c) rgb[c] = SELECT(z < 0, 0, record->sun_radiance[c]);
-#ifdef HAS_COMPLEX_SUN
+#if HAS_COMPLEX_SUN
   if (!record->complex_sun) return;
   const float omc = record->sun_one_minus_cos;
   const REAL sin2 = chord2 * (1 - 0.25f * chord2);
@@ -222,13 +220,13 @@ inline void sun_disc(__global const EmitterRecord* record, __global const float*
 /* The smooth part. */
 inline void emitter_sky_radiance(__global const EmitterRecord* record, __global const float* tables, REAL3 direction,
                                  REAL rgb[3]) {
-#ifdef HAS_ENVMAP
+#if HAS_ENVMAP
   if (record->kind == EMITTER_ENVMAP) {
     envmap_radiance(record, tables, direction, rgb);
     return;
   }
 #endif
-#ifdef HAS_SUN
+#if HAS_SUN
   if (record->kind == EMITTER_SUNSKY) {
     clear_sky_radiance(record, emitter_to_local(record, direction), rgb);
     return;
@@ -237,15 +235,26 @@ inline void emitter_sky_radiance(__global const EmitterRecord* record, __global 
   for (int c = 0; c < 3; ++c) rgb[c] = record->radiance[c];
 }
 
-/* The sun's disc: is the direction inside? rgb is 0 outside. */
+/* Squared distance of two unit vectors, the direction and the one to the disc's centre: has digits where the cosine of a
+ * small angle has none. */
+inline REAL sun_chord2(__global const EmitterRecord* record, REAL3 direction) {
+  __global const float* s = record->sun_direction;
+  const REAL3 chord = make3(direction.x - s[0], direction.y - s[1], direction.z - s[2]);
+  return dot3(chord, chord);
+}
+
+/* Is the direction inside the sun's disc? Never for a record without a sun: 1 <= 0. */
+inline MASK emitter_in_sun(__global const EmitterRecord* record, REAL3 direction) {
+  return sun_chord2(record, direction) <= record->sun_chord2;
+}
+
+/* The radiance of the sun's disc, 0 outside; gives emitter_in_sun. */
 inline MASK emitter_sun_radiance(__global const EmitterRecord* record, __global const float* tables, REAL3 direction,
                                  REAL rgb[3]) {
   for (int c = 0; c < 3; ++c) rgb[c] = 0;
-#ifdef HAS_SUN
+#if HAS_SUN
   if (record->kind == EMITTER_SUNSKY) {
-    __global const float* s = record->sun_direction;
-    const REAL3 chord = make3(direction.x - s[0], direction.y - s[1], direction.z - s[2]);
-    const REAL chord2 = dot3(chord, chord);
+    const REAL chord2 = sun_chord2(record, direction);
     const MASK inside = chord2 <= record->sun_chord2;
     if (ANY(inside)) {
       REAL disc[3];
@@ -263,7 +272,7 @@ inline void sun_sample(__global const EmitterRecord* record, __global const floa
                        REAL3* direction, REAL rgb[3]) {
   for (int c = 0; c < 3; ++c) rgb[c] = 0;
   *direction = make3((REAL)0, (REAL)0, (REAL)1);
-#ifdef HAS_SUN
+#if HAS_SUN
   if (record->kind == EMITTER_SUNSKY) {
     const REAL fall = u0 * record->sun_one_minus_cos; /* 1 - cosine from the disc's centre */
     const REAL r = sqrt(fall * (2 - fall));
@@ -282,10 +291,10 @@ inline void sun_sample(__global const EmitterRecord* record, __global const floa
 
 /* Density of sky_sample [1/sr]. */
 inline REAL sky_pdf(__global const EmitterRecord* record, __global const float* tables, REAL3 direction) {
-#ifdef HAS_ENVMAP
+#if HAS_ENVMAP
   if (record->kind == EMITTER_ENVMAP) return envmap_pdf(record, tables, direction);
 #endif
-#ifdef HAS_SUN
+#if HAS_SUN
   if (record->kind == EMITTER_SUNSKY) return clear_sky_pdf(record, tables, direction);
 #endif
   return record->kind == EMITTER_CONSTANT ? (REAL)(float)(1 / (4 * PI_)) : (REAL)0;
@@ -294,12 +303,12 @@ inline REAL sky_pdf(__global const EmitterRecord* record, __global const float* 
 /* A direction drawn in proportion to the smooth part; where *pdf is 0 there is none. */
 inline void sky_sample(__global const EmitterRecord* record, __global const float* tables, REAL u0, REAL u1,
                        REAL3* direction, REAL* pdf, REAL rgb[3]) {
-#ifdef HAS_ENVMAP
+#if HAS_ENVMAP
   if (record->kind == EMITTER_ENVMAP)
     *direction = envmap_sample(record, tables, u0, u1, pdf);
   else
 #endif
-#ifdef HAS_SUN
+#if HAS_SUN
       if (record->kind == EMITTER_SUNSKY)
     *direction = clear_sky_sample(record, tables, u0, u1, pdf);
   else

@@ -1,4 +1,5 @@
 // Runs kernels/lib/trace.h alone: each work-item traces `each` rays, one after another.
+#include "lib/surface.h"
 #include "lib/trace.h"
 
 typedef struct {
@@ -83,6 +84,7 @@ __kernel void walk(__global const float* nodes, __global const float* leaves, __
     else
       d = dot(r, n) > 0 ? -r : r;
     if (!(dot(d, n) < 0)) d = -n;
+    p -= q->offset * n;
   }
   counts[3 * get_global_id(0)] = escaped;
   counts[3 * get_global_id(0) + 1] = front;
