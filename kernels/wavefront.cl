@@ -11,7 +11,7 @@
 #include "stage/dielectric.h"
 #include "stage/rough_dielectric.h"
 #include "stage/medium.h"
-#include "stage/shadow.h"
+#include "stage/connect.h"
 
 #define SCENE_PARAMETERS                                                                                          \
   __global const float *restrict nodes, __global const float *restrict leaves,                                    \
@@ -50,8 +50,8 @@ inline void run_stage(const Launch* launch, __global const JobRecord* job, Pool*
 #if HAS_MEDIUM
     case QUEUE_MEDIUM: medium_stage(launch, job, pool, slots, valid, WIDTH / 2); break;
 #endif
-#if LIGHT_SAMPLING
-    case QUEUE_SHADOW: shadow_stage(launch, job, pool, slots, valid); break;
+#if MEDIUM_LIGHT_SAMPLING
+    case QUEUE_CONNECT: connect_stage(launch, job, pool, slots, valid); break;
 #endif
     default: break;
   }

@@ -17,11 +17,16 @@ typedef struct {
 
 enum { FILTER_BOX, FILTER_TENT, FILTER_GAUSSIAN };
 
+enum { CONNECTION_NONE, CONNECTION_STRAIGHT, CONNECTION_REFRACTED };
+
 typedef struct {
   float sigma_t[3]; /* [1/scene unit] */
   float albedo[3];
   float g; /* mean cosine of Henyey-Greenstein, 0: isotropic */
-  int index_matched; /* some boundary of it is: light can be connected straight through */
+  int connection; /* CONNECTION_* : how light reaches its scattering vertices */
+  int distribution; /* refracted: MICROFACET_* of the boundary that the guess assumes */
+  float alpha, eta; /* refracted: of that boundary, eta inside over outside */
+  int pad;
 } MediumRecord;
 
 typedef struct {
