@@ -104,7 +104,7 @@ void refuse_pixel(const Emitter& emitter, std::size_t x, std::size_t y, std::siz
 void append_envmap(const Emitter& emitter, EmitterRecord& record, std::vector<float>& tables) {
   require(emitter.bitmap != nullptr, emitter, "bitmap", "an image", "none");
   const Bitmap& bitmap = *emitter.bitmap;
-  require(bitmap.width >= 2 && bitmap.height >= 3, emitter, "bitmap", "at least 2 x 3 pixels",
+  require(bitmap.width >= 3 && bitmap.height >= 3, emitter, "bitmap", "at least 3 x 3 pixels",
           fmt::format("{} x {}", bitmap.width, bitmap.height), "for light of one colour use a constant emitter");
   require(not_negative(emitter.scale), emitter, "scale", "finite and not negative", emitter.scale);
   const auto width = static_cast<std::size_t>(bitmap.width), height = static_cast<std::size_t>(bitmap.height);
