@@ -6,7 +6,7 @@
  * errors of their test. What remains is where a ray starts: a position lies only nearly on its surface, or nearly in front of
  * the next one. Four measures:
  *   - a returned position is computed on its primitive and kept a few roundings away from a triangle's edges;
- *   - a path goes on from a surface an `offset` beside it, on the side to which it goes (beside_surface, lib/surface.h);
+ *   - a path goes on from a surface an `offset` beside it, on the side to which it goes (beside_surface, lib/surface_frame.h);
  *   - what comes so close to a surface that rounding could put it on the other side counts as meeting it;
  *   - `inside` tells which side of a surface a consistent path meets next: all surfaces count as moved by their tolerance so
  *     that the path is on the right side of them. */
@@ -130,13 +130,14 @@ inline void meet_triangles(__global const float* block, Ray ray, Shear s, int sk
 
 /* Distance to a sphere, negative or NaN when it is not met. from: centre to origin.
  * Haines, Guenther, Akenine-Moeller: Precision Improvements for Ray/Sphere Intersection, 2019. */
-inline float meet_sphere(float3 from, Ray ray, float radius, float tolerance, bool starts_here, int* front, float* slack) {
+inline float meet_sphere(float3 from, Ray ray, float radius, float tolerance, bool starts_here, int* front,
+                         float* slack) {
   const bool inside = ray.side > 0.0f;
   const float a = dot(ray.direction, ray.direction);
   const float b = -dot(from, ray.direction) / a;
   *front = 0;
   *slack = 0.0f;
-  if (starts_here) return inside ? fmax(2.0f * b, 0.0f) : -1.0f;
+  if (starts_here) return inside ? fmax(2.0f * b, tolerance) : -1.0f;
   const float3 nearest = from + b * ray.direction;
   float height = length(from) - radius;
   float s = (radius * radius - dot(nearest, nearest)) / a;
@@ -209,8 +210,8 @@ inline float3 position_on(__global const PrimitiveRecord* primitive, Ray ray, Fo
 }
 
 /* Closest hit with a distance below t_max, or so little beyond that the position at t_max could be rounded to the other side:
- * what flies t_max without a hit surely stays on its side. skip: the primitive on which the ray starts, or -1: a flat one is not met again, of
- * a sphere only the far side is. inside: the path is inside (leaves through the next surface) or outside. */
+ * what flies t_max without a hit surely stays on its side. skip: the primitive on which the ray starts, or -1: a flat one is
+ * not met again, of a sphere only the far side is. inside: the path is inside (leaves through the next surface) or outside. */
 inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, float dy, float dz, float t_max, int skip,
                  bool inside) {
   __global const GeometryRecord* record = surfaces.record;

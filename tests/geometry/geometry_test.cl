@@ -1,5 +1,4 @@
 // Runs kernels/lib/trace.h alone: each work-item traces `each` rays, one after another.
-#include "lib/surface.h"
 #include "lib/trace.h"
 
 typedef struct {
