@@ -34,7 +34,7 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
   REAL rival = (REAL)(0.0f), own_rival = (REAL)(0.0f);
 #if MEDIUM_LIGHT_SAMPLING
   const REAL last_pdf = LOAD(pool, LAST_PDF, slots);
-  const INT medium = LOAD_INT(pool, MEDIUM, slots);
+  const INT medium = SELECT_INT(mask, LOAD_INT(pool, MEDIUM, slots), -1); /* idle lanes hold anything */
   const INT at = max(medium, 0) * (int)(sizeof(MediumRecord) / sizeof(float));
   __global const float* media = (__global const float*)launch->media;
   const MASK from_medium =

@@ -128,7 +128,7 @@ namespace {
 
 // Which queue each slot waits in. Throws where a slot is in no queue or in two.
 void read_queues(const std::vector<float>& storage, const std::vector<int>& lengths, std::size_t fields,
-                 std::size_t stride, std::vector<Path>& paths, const std::vector<std::size_t>& slots_in) {
+                 std::size_t stride, std::vector<Path>& paths) {
   std::vector<int> seen(paths.size(), 0);
   for (std::size_t q = 0; q < queue_count; ++q)
     for (std::size_t k = 0; k < static_cast<std::size_t>(lengths[queue_count + q]); ++k) {
@@ -138,16 +138,13 @@ void read_queues(const std::vector<float>& storage, const std::vector<int>& leng
       paths[static_cast<std::size_t>(slot)].queue = static_cast<Queue>(q);
       ++seen[static_cast<std::size_t>(slot)];
     }
-  for (const std::size_t slot : slots_in)
-    if (seen[slot] != 1)
-      throw std::logic_error("a path waits in no queue or in two");
+  if (std::any_of(seen.begin(), seen.end(), [](int times) { return times != 1; }))
+    throw std::logic_error("a path waits in no queue or in two");
 }
 
 }  // namespace
 
 std::vector<Path> PathBench::generate(int pixels, int samples) {
-  pixels_ = pixels;
-  samples_ = samples;
   const std::size_t n = static_cast<std::size_t>(pixels) * static_cast<std::size_t>(samples);
   std::vector<Path> paths(n);
   job_.samples = samples;
@@ -182,17 +179,15 @@ std::vector<Path> PathBench::generate(int pixels, int samples) {
   device_.download(pool, storage);
   device_.download(lengths_buffer, lengths);
   unpack(storage, paths);
-  std::vector<std::size_t> all(n);
-  for (std::size_t i = 0; i < n; ++i) all[i] = i;
-  read_queues(storage, lengths, fields_, stride(n), paths, all);
+  read_queues(storage, lengths, fields_, stride(n), paths);
   return paths;
 }
 
-void PathBench::run(Queue stage, std::vector<Path>& paths) {
-  std::vector<std::size_t> waiting;
-  for (std::size_t i = 0; i < paths.size(); ++i)
-    if (paths[i].queue == stage) waiting.push_back(i);
-  if (waiting.empty()) return;
+void PathBench::run(Queue stage, std::vector<Path>& all) {
+  std::vector<Path> paths;  // path i in slot i
+  for (const Path& p : all)
+    if (p.queue == stage) paths.push_back(p);
+  if (paths.empty()) return;
   JobRecord job = job_;
   int highest = 0, most = 0;
   for (const Path& p : paths) {
@@ -201,41 +196,43 @@ void PathBench::run(Queue stage, std::vector<Path>& paths) {
   }
   job.samples = most + 1;
   const std::size_t outputs = static_cast<std::size_t>(highest + 1) * static_cast<std::size_t>(job.samples);
+  constexpr float unwritten = -1e30f;
   const cl::Buffer jobs = device_.upload(std::vector<JobRecord>{job}, "jobs");
-  const cl::Buffer gathered = device_.upload(std::vector<float>(outputs * radiance_channels_, -1e30f), "samples");
+  std::vector<float> samples(outputs * radiance_channels_, unwritten);
+  const cl::Buffer gathered = device_.upload(samples, "samples");
   std::vector<float> storage = pack(paths);
-  unpack(storage, paths);
-  const std::size_t s = stride(paths.size()), q = static_cast<std::size_t>(stage);
-  for (std::size_t k = 0; k < waiting.size(); ++k)
-    storage[(fields_ + q) * s + k] = std::bit_cast<float>(static_cast<int>(waiting[k]));
+  const std::size_t n = paths.size(), s = stride(n), q = static_cast<std::size_t>(stage);
+  for (std::size_t k = 0; k < n; ++k) storage[(fields_ + q) * s + k] = std::bit_cast<float>(static_cast<int>(k));
   std::vector<int> lengths(2 * queue_count);
-  lengths[q] = static_cast<int>(waiting.size());
+  lengths[q] = static_cast<int>(n);
   const cl::Buffer pool = device_.upload(storage, "pool"), lengths_buffer = device_.upload(lengths, "lengths");
   cl::Kernel kernel(program_, "stage");
   set_scene(kernel, jobs, gathered);
   cl_uint at = static_cast<cl_uint>(scene_.size()) + 1;
   kernel.setArg(at++, static_cast<int>(stage));
   kernel.setArg(at++, pool);
-  kernel.setArg(at++, static_cast<int>(paths.size()));
+  kernel.setArg(at++, static_cast<int>(n));
   kernel.setArg(at++, lengths_buffer);
   kernel.setArg(at++, 0);
-  device_.launch(kernel, (waiting.size() + static_cast<std::size_t>(width_) - 1) / static_cast<std::size_t>(width_), 1);
+  device_.launch(kernel, (n + static_cast<std::size_t>(width_) - 1) / static_cast<std::size_t>(width_), 1);
   device_.finish();
   device_.download(pool, storage);
   device_.download(lengths_buffer, lengths);
-  std::vector<float> samples(outputs * radiance_channels_);
   device_.download(gathered, samples);
   unpack(storage, paths);
-  read_queues(storage, lengths, fields_, s, paths, waiting);
-  for (const std::size_t i : waiting) {
-    Path& p = paths[i];
+  read_queues(storage, lengths, fields_, s, paths);
+  std::size_t next = 0;
+  for (Path& path : all) {
+    if (path.queue != stage) continue;
+    Path& p = paths[next++];
     const std::size_t output = static_cast<std::size_t>(p.pixel * job.samples + p.sample);
-    if ((p.queue == Queue::free) != (samples[output * radiance_channels_] != -1e30f))
+    if ((p.queue == Queue::free) != (samples[output * radiance_channels_] != unwritten))
       throw std::logic_error("a path ends if and only if its sample is written");
     if (p.queue == Queue::free)
       for (std::size_t c = 0; c < 3; ++c)
         p.sample_radiance[c] =
             static_cast<double>(samples[output * radiance_channels_ + std::min(c, radiance_channels_ - 1)]);
+    path = p;
   }
 }
 

@@ -43,8 +43,8 @@ class PathBench {
   // Paths of pixels 0 ... pixels - 1 with that many samples each, pixel by pixel, made by stage generate.
   std::vector<Path> generate(int pixels, int samples = 1);
 
-  // Runs a stage over the paths that wait for it, whatever their number; the others stay as they are. Path i has the
-  // pixel and sample it was made with. Members are rounded to float on the way.
+  // Runs a stage over the paths that wait for it; the others stay as they are. Members are rounded to float on the way.
+  // No two paths of the same pixel and sample.
   void run(Queue stage, std::vector<Path>& paths);
 
   // Stage after stage until all paths have ended.
@@ -69,7 +69,6 @@ class PathBench {
   LaunchData data_;
   JobRecord job_{};
   int width_;
-  int pixels_ = 1, samples_ = 1;  // of the paths made last
   std::map<std::string, std::string> definitions_;
   std::size_t throughput_channels_, radiance_channels_, fields_;
   cl::Program program_;
