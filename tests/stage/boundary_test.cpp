@@ -1,6 +1,5 @@
 // Stages ray, null, dielectric and rough dielectric: every path against the same formulas in double precision.
 #include <catch2/catch.hpp>
-#include <random>
 
 #include "host_model.h"
 #include "kernels/model/dielectric.h"
@@ -14,19 +13,6 @@ using namespace itn;
 using namespace itn::test;
 
 namespace {
-
-class Rays {
- public:
-  explicit Rays(unsigned seed) : generator_(seed) {}
-  double number(double low, double high) { return std::uniform_real_distribution<double>(low, high)(generator_); }
-  Vec3 direction() {
-    std::normal_distribution<double> normal;
-    return unit({normal(generator_), normal(generator_), normal(generator_)});
-  }
-
- private:
-  std::mt19937 generator_;
-};
 
 // Paths that have arrived at the unit sphere, half of them from inside; throughput and the rest arbitrary.
 std::vector<Path> arrivals(const PathBench& bench, Queue queue, std::size_t n) {

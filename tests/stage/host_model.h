@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <random>
 
 #include "runtime/scene/scene.h"
 
@@ -19,6 +20,19 @@ inline Vec3 cross(const Vec3& a, const Vec3& b) {
 inline double length(const Vec3& a) { return std::sqrt(dot(a, a)); }
 inline double distance(const Vec3& a, const Vec3& b) { return length(difference(a, b)); }
 inline Vec3 unit(const Vec3& a) { return along({0, 0, 0}, 1 / length(a), a); }
+
+class Rays {
+ public:
+  explicit Rays(unsigned seed) : generator_(seed) {}
+  double number(double low, double high) { return std::uniform_real_distribution<double>(low, high)(generator_); }
+  Vec3 direction() {
+    std::normal_distribution<double> normal;
+    return unit({normal(generator_), normal(generator_), normal(generator_)});
+  }
+
+ private:
+  std::mt19937 generator_;
+};
 
 struct HostHit {
   int shape = -1;  // -1: none
