@@ -101,14 +101,14 @@ inline void meet_triangles(__global const float* block, float side, const Shear*
                  cx = sheared(LOAD_BOX(px, BLOCK_C) - s->ox, s->sx, cz), cy = sheared(LOAD_BOX(py, BLOCK_C) - s->oy, s->sy, cz);
   const BoxFloat u = edge_function(bx, by, cx, cy), v = edge_function(cx, cy, ax, ay), w = edge_function(ax, ay, bx, by);
   const BoxFloat det = u + v + w;
-  const BoxInt covers = ((min(min(u, v), w) >= 0.0f) | (max(max(u, v), w) <= 0.0f)) & (det != 0.0f);
+  const BoxInt covers = ((smaller_of(smaller_of(u, v), w) >= 0.0f) | (larger_of(larger_of(u, v), w) <= 0.0f)) & (det != 0.0f);
   if (!box_bits(covers)) return;
   /* depth: (a - origin) . N with N the normal times twice the area; t = depth / (N . direction). */
   const BoxFloat depth = u * az + v * bz + w * cz, inverse = s->sz / det, tolerance = side * LOAD_BOX(block, BLOCK_TOLERANCE);
   BoxLanes t;
   t.v = depth * inverse;
   uint candidates = box_bits(covers & ((depth + tolerance) * inverse > 0.0f) &
-                             (t.v - max(tolerance * inverse, 0.0f) < found->limit));
+                             (t.v - larger_of(tolerance * inverse, 0.0f) < found->limit));
   if (!candidates) return;
   BoxLanes b, c, i;
   b.v = v / det;
@@ -250,11 +250,11 @@ inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, floa
     if (CHILD_IS_NODE(current)) {
       __global const float* node = surfaces.nodes + (size_t)current * (NODE_ROWS * BOX_WIDTH);
       BoxLanes enter_t;
-      enter_t.v = max(max(LOAD_BOX(node, near_x) * inverse.x + shift.x, LOAD_BOX(node, near_y) * inverse.y + shift.y),
-                      max(LOAD_BOX(node, near_z) * inverse.z + shift.z, 0.0f));
+      enter_t.v = larger_of(larger_of(LOAD_BOX(node, near_x) * inverse.x + shift.x, LOAD_BOX(node, near_y) * inverse.y + shift.y),
+                            larger_of(LOAD_BOX(node, near_z) * inverse.z + shift.z, 0.0f));
       const BoxFloat leave_t =
-          min(min(LOAD_BOX(node, far_x) * inverse.x + shift.x, LOAD_BOX(node, far_y) * inverse.y + shift.y),
-              min(LOAD_BOX(node, far_z) * inverse.z + shift.z, found.limit));
+          smaller_of(smaller_of(LOAD_BOX(node, far_x) * inverse.x + shift.x, LOAD_BOX(node, far_y) * inverse.y + shift.y),
+                     smaller_of(LOAD_BOX(node, far_z) * inverse.z + shift.z, found.limit));
       uint bits = box_bits(enter_t.v <= leave_t);
       if (bits) {
         __global const int* child = (__global const int*)(node + NODE_CHILD * BOX_WIDTH);
