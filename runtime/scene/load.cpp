@@ -41,8 +41,10 @@ Scene load_scene(const std::string& file, const std::map<std::string, std::strin
   if (const Element* integrator = root.object("integrator")) build_integrator(builder, *integrator);
   for (const Element* element : root.objects("bsdf")) build_bsdf(builder, *element);
   for (const Element* element : root.objects("medium")) build_medium(builder, *element);
-  for (const Element* element : root.objects("texture")) (void)element;  // built where they are used
-  for (const Element* element : root.objects("phase")) (void)element;
+  // Textures and phase functions belong to what refers to them; here only their parameters are checked.
+  for (const Element* element : root.objects("texture")) build_bitmap(builder, *element);
+  Medium unused;
+  for (const Element* element : root.objects("phase")) build_phase(builder, *element, unused);
   for (const Element* element : root.objects("emitter")) build_emitter(builder, *element);
   for (const Element* element : root.objects("shape")) build_shape(builder, *element);
   for (const Element* element : root.objects("sensor")) build_sensor(builder, *element);

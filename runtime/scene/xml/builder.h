@@ -45,6 +45,8 @@ void build_emitter(Builder& builder, const Element& element);
 void build_shape(Builder& builder, const Element& element);
 void build_sensor(Builder& builder, const Element& element);
 void build_integrator(Builder& builder, const Element& element);
+Texture build_bitmap(Builder& builder, const Element& element);              // <texture>
+void build_phase(Builder& builder, const Element& element, Medium& medium);  // <phase>, into the medium
 // The parameter `name`: a colour in [0, 1], or a bitmap.
 Texture build_texture(Builder& builder, Properties& owner, const std::string& name, double fallback);
 

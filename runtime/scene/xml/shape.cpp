@@ -104,32 +104,47 @@ void build_disk(Properties& properties, Shape& shape) {
 
 std::string at(const Vec3& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p[0], p[1], p[2]); }
 
-// Inside and outside must be told apart where a medium ends.
-void check_boundary(const Shape& shape, const std::string& title) {
-  const std::string purpose = title + " bounds a medium";
-  if (shape.kind == Shape::Kind::disk) fail(shape.where, purpose + " but is not closed; need a closed shape");
-  if (shape.kind == Shape::Kind::sphere) {
-    if (shape.flip_normals)
-      fail(shape.where, purpose +
-                            " but is turned inside out; take flip_normals or the reflection in to_world away, or "
-                            "exchange interior and exterior");
-    return;
-  }
+// Why the inside and the outside of the shape cannot be told apart; empty when they can.
+std::string boundary_fault(const Shape& shape) {
+  if (shape.kind == Shape::Kind::disk) return "is not closed; need a closed shape";
+  if (shape.kind == Shape::Kind::sphere)
+    return shape.flip_normals
+               ? "is turned inside out; take flip_normals or the reflection in to_world away, or exchange "
+                 "interior and exterior"
+               : "";
   const Topology t = topology(*shape.mesh);
   if (t.open_edges > 0)
-    fail(shape.where, purpose + " but has holes: " + std::to_string(t.open_edges) + " open edges, one at " +
-                          at(t.open_at) + "; need a closed mesh");
+    return fmt::format("has holes: {} open edges, one at {}; need a closed mesh", t.open_edges, at(t.open_at));
   if (t.non_manifold_edges > 0)
-    fail(shape.where, purpose + " but has " + std::to_string(t.non_manifold_edges) +
-                          " non-manifold edges (of more than two triangles), one at " + at(t.non_manifold_at) +
-                          "; need a closed surface");
+    return fmt::format("has {} non-manifold edges (of more than two triangles), one at {}; need a closed surface",
+                       t.non_manifold_edges, at(t.non_manifold_at));
   if (t.turned_edges > 0)
-    fail(shape.where, purpose + " but its triangles do not wind the same way: " + std::to_string(t.turned_edges) +
-                          " edges between turned neighbours, one at " + at(t.turned_at) +
-                          "; need a consistent orientation");
+    return fmt::format(
+        "has {} edges whose two triangles wind against each other, one at {}; need a consistent orientation",
+        t.turned_edges, at(t.turned_at));
   if (t.volume <= 0)
-    fail(shape.where, purpose + " but is turned inside out (signed volume " + to_text(t.volume) +
-                          "); need normals that point out: set flip_normals, or mend the mesh");
+    return fmt::format(
+        "is turned inside out (signed volume {:.6g}); need normals that point out: set flip_normals, or "
+        "mend the mesh",
+        t.volume);
+  return "";
+}
+
+// A medium must not leak. Glass alone refracts at each hit by itself, so that a pane of it is no more than suspicious.
+void check_boundary(Builder& builder, const Shape& shape, const std::string& title) {
+  const BsdfKind kind = builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)].kind;
+  if (shape.interior != shape.exterior) {
+    if (const std::string fault = boundary_fault(shape); !fault.empty())
+      fail(shape.where, title + " bounds a medium but " + fault);
+  } else if (kind == BsdfKind::dielectric || kind == BsdfKind::roughdielectric) {
+    if (const std::string fault = boundary_fault(shape); !fault.empty())
+      builder.warn(shape.where, title + " bounds a dielectric but " + fault);
+  }
+}
+
+void check_texture(const Bsdf& bsdf, const Shape& shape, const std::string& title) {
+  if (bsdf.reflectance.bitmap && shape.mesh && shape.mesh->texcoord.empty())
+    fail(shape.where, title + " has a bitmap on its surface but no texture coordinates; export the mesh with them");
 }
 
 int default_bsdf(Builder& builder, const Shape& shape) {
@@ -170,7 +185,8 @@ void build_shape(Builder& builder, const Element& element) {
   if (const Element* medium = properties.object("medium", "exterior")) shape.exterior = build_medium(builder, *medium);
   properties.number("silhouette_sampling_weight", 1);  // how Mitsuba samples edges: not used here
   properties.finish();
-  if (shape.interior != shape.exterior) check_boundary(shape, properties.title());
+  check_texture(builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)], shape, properties.title());
+  check_boundary(builder, shape, properties.title());
   builder.scene.shapes.push_back(shape);
 }
 
