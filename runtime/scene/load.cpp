@@ -9,11 +9,6 @@ void Builder::warn(const Location& where, const std::string& what) {
   scene.warnings.push_back(to_string(where) + ": " + what);
 }
 
-Construction::Construction(Builder& builder, const Element& element) : builder_(builder), element_(element) {
-  if (!builder.under_construction.insert(&element).second)
-    fail(element.where, element.tag + " " + quote(element.id) + " contains a reference to itself; break the circle");
-}
-
 void fail_type(const Element& element, const std::vector<std::string>& allowed) {
   const std::string& type = element.attribute("type");
   fail(element.where, "unknown type " + quote(type) + " of <" + element.tag + ">" + need_one_of(type, allowed));
