@@ -1,0 +1,197 @@
+"""Writes the meshes, textures and environment maps of scenes/test/mitsuba and scenes/gallery.
+
+    python scenes/make_meshes.py        # needs numpy and mitsuba (for EXR); see tools/peers
+
+The files are committed; run this only to change them. Meshes are closed and wind outwards.
+"""
+import os
+
+import mitsuba as mi
+import numpy as np
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+
+def icosphere(levels):
+    """Unit vectors and triangles of a subdivided icosahedron."""
+    t = (1 + 5**0.5) / 2
+    v = [(-1, t, 0), (1, t, 0), (-1, -t, 0), (1, -t, 0), (0, -1, t), (0, 1, t), (0, -1, -t), (0, 1, -t),
+         (t, 0, -1), (t, 0, 1), (-t, 0, -1), (-t, 0, 1)]
+    v = [np.array(p) / np.linalg.norm(p) for p in v]
+    f = [(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2), (10, 7, 6),
+         (7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5), (2, 4, 11), (6, 2, 10),
+         (8, 6, 7), (9, 8, 1)]
+    for _ in range(levels):
+        middle, finer = {}, []
+
+        def mid(a, b):
+            key = (min(a, b), max(a, b))
+            if key not in middle:
+                p = v[a] + v[b]
+                v.append(p / np.linalg.norm(p))
+                middle[key] = len(v) - 1
+            return middle[key]
+
+        for a, b, c in f:
+            ab, bc, ca = mid(a, b), mid(b, c), mid(c, a)
+            finer += [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
+        f = finer
+    return np.array(v), np.array(f)
+
+
+def star(levels, depth=0.3, seed_phase=0.0):
+    """A rounded star: thin spikes and thick body, radius 1 - depth ... 1 + depth."""
+    d, f = icosphere(levels)
+    x, y, z = d.T
+    r = 1 + depth * np.sin(4 * x + seed_phase) * np.sin(4 * y + 1) * np.sin(4 * z + 2) * 2.2
+    return d * r[:, None], f
+
+
+def torus_knot(along, around, p=2, q=3, tube=0.28, radius=0.75, flat=0.35):
+    """A (p, q) torus knot as a closed tube."""
+    t = np.arange(along) / along * 2 * np.pi
+
+    def curve(t):
+        r = radius + flat * np.cos(q * t)
+        return np.stack([r * np.cos(p * t), r * np.sin(p * t), -flat * 1.2 * np.sin(q * t)], -1)
+
+    c, e = curve(t), 1e-4
+    tangent = curve(t + e) - curve(t - e)
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+    radial = c - np.array([0, 0, 0.0])
+    b = np.cross(tangent, radial)
+    b /= np.linalg.norm(b, axis=1, keepdims=True)
+    n = np.cross(b, tangent)
+    a = np.arange(around) / around * 2 * np.pi
+    v = c[:, None] + tube * (np.cos(a)[None, :, None] * n[:, None] + np.sin(a)[None, :, None] * b[:, None])
+    f = []
+    for i in range(along):
+        for j in range(around):
+            k, l = (i + 1) % along, (j + 1) % around
+            f += [(i * around + j, k * around + j, k * around + l), (i * around + j, k * around + l, i * around + l)]
+    return v.reshape(-1, 3), np.array(f)
+
+
+def rounded_box(n, half=(1, 1, 1), corner=0.15):
+    """A box with rounded edges: the boundary of a box grown by a ball; n cells a side of the cube it starts from."""
+    g = np.linspace(-1, 1, n + 1)
+    index, v, f = {}, [], []
+
+    def vertex(p):
+        key = tuple(np.round(p * 1e6).astype(int))
+        if key not in index:
+            index[key] = len(v)
+            v.append(np.array(p))
+        return index[key]
+
+    for axis in range(3):
+        for side in (-1, 1):
+            for i in range(n):
+                for j in range(n):
+                    quad = []
+                    for a, b in ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)):
+                        p = np.zeros(3)
+                        p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3] = side, g[a], g[b]
+                        quad.append(vertex(p))
+                    if side < 0:
+                        quad.reverse()
+                    f += [(quad[0], quad[1], quad[2]), (quad[0], quad[2], quad[3])]
+    v, half = np.array(v), np.array(half)
+    core = half - corner
+    # Spread the grid so that the outermost cells cover the rounding.
+    p = np.sign(v) * np.abs(v)**0.5 * half
+    inner = np.clip(p, -core, core)
+    d = p - inner
+    d /= np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-12)
+    return inner + corner * d, np.array(f)
+
+
+def vertex_normals(v, f):
+    face = np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]])
+    n = np.zeros_like(v)
+    for k in range(3):
+        np.add.at(n, f[:, k], face)
+    return n / np.linalg.norm(n, axis=1, keepdims=True)
+
+
+def write_ply(path, v, f, normals):
+    volume = np.einsum('ij,ij->i', v[f[:, 0]], np.cross(v[f[:, 1]], v[f[:, 2]])).sum() / 6
+    if volume < 0:
+        f = f[:, ::-1]
+    names = ['x', 'y', 'z']
+    data = v
+    if normals:
+        names += ['nx', 'ny', 'nz']
+        data = np.hstack([v, vertex_normals(v, f)])
+    header = ['ply', 'format binary_little_endian 1.0', f'element vertex {len(v)}']
+    header += [f'property float {name}' for name in names]
+    header += [f'element face {len(f)}', 'property list uchar int vertex_indices', 'end_header', '']
+    faces = np.zeros(len(f), dtype=[('n', 'u1'), ('i', '<i4', 3)])
+    faces['n'], faces['i'] = 3, f
+    with open(os.path.join(HERE, path), 'wb') as out:
+        out.write('\n'.join(header).encode() + data.astype('<f4').tobytes() + faces.tobytes())
+
+
+def write_exr(path, pixels):
+    mi.Bitmap(pixels.astype(np.float32)).convert(component_format=mi.Struct.Type.Float16).write(
+        os.path.join(HERE, path))
+
+
+def directions(height):
+    """Directions (z up) of the pixels of a latitude-longitude map turned by rotate x 90 (Mitsuba's maps have y up)."""
+    v, u = np.meshgrid((np.arange(height) + .5) / height, (np.arange(2 * height) + .5) / (2 * height), indexing='ij')
+    theta, phi = v * np.pi, u * 2 * np.pi
+    return np.stack([np.sin(phi) * np.sin(theta), np.cos(phi) * np.sin(theta), np.cos(theta)], -1)
+
+
+def environment(height, lamps, ground, horizon, zenith):
+    """A gradient from ground over horizon to zenith, and soft lamps (direction, width [rad], RGB peak)."""
+    d = directions(height)
+    up = d[..., 2:]
+    sky = np.where(up > 0, np.array(horizon) + (np.array(zenith) - horizon) * np.abs(up)**.6,
+                   np.array(horizon) + (np.array(ground) - horizon) * np.abs(up)**.3)
+    for direction, width, peak in lamps:
+        c = d @ (np.array(direction) / np.linalg.norm(direction))
+        sky = sky + np.exp((c - 1) / width**2)[..., None] * np.array(peak)
+    return sky
+
+
+def checker(size, cells, dark, light):
+    y, x = np.mgrid[:size, :size] * cells // size
+    return np.where(((x + y) % 2)[..., None] == 0, np.array(dark), np.array(light))
+
+
+def main():
+    mi.set_variant('scalar_rgb')
+    for folder in ('test/mitsuba', 'gallery'):
+        os.makedirs(os.path.join(HERE, folder), exist_ok=True)
+    test = 'test/mitsuba/'
+    write_ply(test + 'star.ply', *star(3), normals=False)
+    write_ply(test + 'star_smooth.ply', *star(3), normals=True)
+    write_ply(test + 'knot.ply', *torus_knot(90, 10), normals=False)
+    write_exr(test + 'sky.exr', environment(16, [((1, -1, 1.2), .35, (9, 8, 6)), ((-1, -.3, .2), .25, (.5, 2, 5))],
+                                            (.1, .08, .05), (.6, .5, .4), (.2, .4, .9)))
+    # Not symmetric in u or v, so that a flip shows.
+    tiles = checker(16, 8, (.1, .15, .25), (.8, .7, .5))
+    tiles[:4, :8] = (.7, .1, .1)
+    write_exr(test + 'tiles.exr', tiles)
+    above = np.ones((512, 4, 3))
+    above[256:] = 0
+    write_exr('test/above.exr', above)
+    write_exr('test/uniform.exr', np.ones((4, 8, 3)))
+    gallery = 'gallery/'
+    write_ply(gallery + 'knot.ply', *torus_knot(240, 24), normals=True)
+    write_ply(gallery + 'blob.ply', *star(4, .25, .7), normals=True)
+    write_ply(gallery + 'bar.ply', *rounded_box(16, (1, .62, .45), .14), normals=True)
+    write_exr(gallery + 'studio.exr', environment(64, [((1, -1.2, 1.4), .22, (22, 20, 17)),
+                                                       ((-1.2, -.4, .5), .18, (3, 5, 9)),
+                                                       ((-.2, 1, .6), .3, (4, 3, 2.4))],
+                                                  (.05, .05, .05), (.25, .25, .27), (.1, .12, .16)))
+    write_exr(gallery + 'tiles.exr', checker(256, 16, (.12, .13, .15), (.62, .60, .56)))
+    grain = np.random.default_rng(1).normal(size=(128, 16, 1))
+    grain = np.repeat(np.cumsum(grain, 0) * .012, 8, 1)
+    write_exr(gallery + 'wood.exr', np.clip(np.array([.42, .27, .15]) * (1 + grain), .02, .9))
+
+
+if __name__ == '__main__':
+    main()

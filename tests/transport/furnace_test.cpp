@@ -1,0 +1,45 @@
+// White furnaces: nothing absorbs, the light is 1 everywhere, so every pixel is 1 (scenes/test/furnace_*.xml).
+#include <catch2/catch.hpp>
+
+#include "../support/z_test.h"
+#include "transport.h"
+
+using namespace itn;
+using namespace itn::test;
+
+namespace {
+
+void check_furnace(const std::string& scene_name, const char* sigma_t, const char* g) {
+  INFO(scene_name << ", sigma_t " << sigma_t << ", g " << g);
+  // Roulette would only add noise where no light is lost.
+  const Scene scene = load_scene(test_scene(scene_name), {{"sigma_t", sigma_t}, {"g", g}, {"rr_depth", "1000000"}});
+  RenderOptions options;
+  options.spp = 64;
+  options.seed = 2;
+  const Rendering image = render(device(), scene, options);
+  double largest = 0;
+  for (std::size_t i = 0; i < image.mean.size(); ++i)
+    largest = std::max(largest, std::abs(z_score({image.mean[i], image.stderr_[i]}, 1.0)));
+  // Four standard errors, shared over the pixels of all scenes; RGB channels are alike.
+  CHECK(largest < largest_z_bound(18 * 16 * 16, 6.3e-5 * 16));
+  CHECK(image.mean_of_image[0] == Approx(1.0).epsilon(0.0005));
+}
+
+}  // namespace
+
+TEST_CASE("an albedo-1 medium in unit light has radiance 1 in every pixel (white furnace)", "[transport][stat]") {
+  for (const char* scene : {"furnace_matched.xml", "furnace_dielectric.xml"})
+    for (const char* sigma_t : {"0.1", "10", "1000"})
+      for (const char* g : {"-0.5", "0", "0.9"}) check_furnace(scene, sigma_t, g);
+}
+
+TEST_CASE("Russian roulette leaves the white furnace white", "[transport][stat]") {
+  for (const char* name : {"furnace_matched.xml", "furnace_dielectric.xml"}) {
+    INFO(name);
+    const Scene scene = load_scene(test_scene(name), {{"sigma_t", "2"}, {"g", "0"}, {"rr_depth", "2"}});
+    RenderOptions options;
+    options.spp = 1024;
+    options.seed = 3;
+    CHECK(std::abs(z_score(image_mean(render(device(), scene, options)), 1.0)) < 4);
+  }
+}

@@ -1,0 +1,61 @@
+"""Renders the references of scenes/test/mitsuba: SCENE.xml -> SCENE.exr, with Mitsuba 3.
+
+    tools/peers                                       # once: Mitsuba 3.9.1 and LLVM
+    export DRJIT_LIBLLVM_PATH=/usr/lib/x86_64-linux-gnu/libLLVM-19.so
+    .peers/bin/python tests/transport/make_references.py [SCENE.xml ...]
+
+Each scene is rendered in independent passes, each with a seed of its own. The file holds the mean over the passes in
+channels R G B, and its standard error, from the spread of the passes, in stderr.R stderr.G stderr.B.
+The integrator is the scene's own volpath; for RGB sigma_t volpathmis (volpath takes one channel's density there, which
+has no useful variance). Mitsuba takes rgb sigma_t in [0, 1] only: the scenes use `scale`.
+"""
+import glob
+import os
+import sys
+import time
+
+import mitsuba as mi
+import numpy as np
+
+FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'scenes', 'test', 'mitsuba')
+PASSES = 64
+SPP = 1024  # a pass
+SPP_OF = {'sunsky_rough_floor': 3072, 'sunsky_null_floor': 2048, 'rgb_sigma_t_null': 2048, 'rgb_sigma_t': 2048,
+          'null_constant': 512, 'dielectric_constant': 512, 'max_depth': 512}
+SPECTRAL_MIS = {'rgb_sigma_t', 'rgb_sigma_t_null'}
+
+
+def render(path):
+    name = os.path.splitext(os.path.basename(path))[0]
+    scene = mi.load_file(path)
+    integrator = scene.integrator()
+    if name in SPECTRAL_MIS:
+        integrator = mi.load_dict({'type': 'volpathmis', 'max_depth': 256, 'rr_depth': 5})
+    spp = SPP_OF.get(name, SPP)
+    start = time.time()
+    mean, square = 0.0, 0.0
+    for k in range(PASSES):
+        image = np.array(mi.render(scene, integrator=integrator, spp=spp, seed=k), dtype=np.float64)
+        delta = image - mean
+        mean = mean + delta / (k + 1)
+        square = square + delta * (image - mean)
+    stderr = np.sqrt(square / (PASSES - 1) / PASSES)
+    pixels = np.concatenate([mean, stderr], axis=-1).astype(np.float32)
+    names = [prefix + c for prefix in ('', 'stderr.') for c in 'RGB']
+    bitmap = mi.Bitmap(pixels, mi.Bitmap.PixelFormat.MultiChannel, channel_names=names)
+    bitmap.metadata()['comments'] = f'Mitsuba {mi.__version__}, {mi.variant()}, {PASSES} passes of {spp} spp'
+    bitmap.write(os.path.splitext(path)[0] + '.exr')
+    lit = mean > 1e-6
+    print(f'{name:24s} spp {PASSES}x{spp}  {time.time() - start:6.1f} s  mean {mean.mean((0, 1))}  relative standard '
+          f'error: median {np.median((stderr / np.maximum(mean, 1e-9))[lit]):.2%}, '
+          f'largest {(stderr / np.maximum(mean, 1e-9))[lit].max():.2%}', flush=True)
+
+
+def main():
+    mi.set_variant('llvm_ad_rgb')
+    for path in sys.argv[1:] or sorted(glob.glob(os.path.join(FOLDER, '*.xml'))):
+        render(path)
+
+
+if __name__ == '__main__':
+    main()

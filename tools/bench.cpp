@@ -1,0 +1,274 @@
+// itn bench: paths a second and equal-error efficiency on scenes of its own, beside Mitsuba when asked.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "runtime/error.h"
+#include "runtime/renderer.h"
+#include "runtime/scene/load.h"
+#include "tools/bench_peer.h"
+#include "tools/bench_scenes.h"
+#include "tools/common.h"
+#include "tools/interrupt.h"
+
+namespace itn::tools {
+namespace {
+
+struct Options {
+  CommonOptions common;
+  std::string peer, peer_python = ".peers/bin/python", only, scenes;
+  int runs = 5;
+};
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t n = values.size();
+  return n % 2 == 1 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
+}
+
+// Several images of one scene, of independent seeds: how long they took and how much they differ. Both renderers are
+// measured by this alone, whatever they say about themselves.
+class Repeats {
+ public:
+  void add(double seconds, const std::vector<float>& pixels) {
+    seconds_.push_back(seconds);
+    if (mean_.empty()) {
+      mean_.assign(pixels.size(), 0.0);
+      square_.assign(pixels.size(), 0.0);
+    }
+    const auto count = static_cast<double>(seconds_.size());
+    double total = 0;
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      const double value = pixels[i], delta = value - mean_[i];
+      mean_[i] += delta / count;
+      square_[i] += delta * (value - mean_[i]);
+      total += value;
+    }
+    image_means_.push_back(total / static_cast<double>(pixels.size()));
+  }
+
+  double seconds() const { return median(seconds_); }
+
+  // Variance of one sample of a pixel over the squared mean, both summed over pixels and channels first: a mean over pixels
+  // weighted by brightness, which is what the error of the image as a whole is made of.
+  double relative_variance(int spp) const {
+    double variance = 0, power = 0;
+    for (std::size_t i = 0; i < mean_.size(); ++i) {
+      variance += square_[i] / static_cast<double>(seconds_.size() - 1);
+      power += mean_[i] * mean_[i];
+    }
+    return variance / power * spp;
+  }
+
+  double image_mean() const {
+    double sum = 0;
+    for (const double value : image_means_) sum += value;
+    return sum / static_cast<double>(image_means_.size());
+  }
+
+  // Of image_mean. Few runs tell little of their own spread: the pixels, which are independent, tell it better.
+  double image_mean_stderr() const {
+    const auto n = static_cast<double>(seconds_.size());
+    double sum = 0;
+    // The three channels of a pixel rise and fall together.
+    for (std::size_t i = 0; i + 2 < square_.size(); i += 3) {
+      const double spread =
+          std::sqrt(square_[i]) + std::sqrt(square_[i + 1]) + std::sqrt(square_[i + 2]);
+      sum += spread * spread;
+    }
+    return std::sqrt(sum / (n - 1) / n) / static_cast<double>(mean_.size());
+  }
+
+ private:
+  std::vector<double> seconds_, mean_, square_, image_means_;
+};
+
+struct Row {
+  BenchScene scene;
+  int spp = 0;
+  double paths = 0;  // an image
+  Repeats ours;
+  std::optional<Repeats> peer;
+
+  double speed_ratio() const { return peer->seconds() / ours.seconds(); }
+  // Efficiency is 1 / (variance x time).
+  double efficiency_ratio() const {
+    return speed_ratio() * peer->relative_variance(spp) / ours.relative_variance(spp);
+  }
+  double mean_z() const {
+    return (ours.image_mean() - peer->image_mean()) / std::hypot(ours.image_mean_stderr(), peer->image_mean_stderr());
+  }
+};
+
+// A folder that goes away with the object, unless the user named it.
+class Folder {
+ public:
+  explicit Folder(const std::string& wanted) : keep_(!wanted.empty()), path_(wanted) {
+    if (keep_) {
+      std::error_code error;
+      std::filesystem::create_directories(path_, error);
+      if (error) throw ResultError("--scenes " + path_ + ": cannot make the folder: " + error.message());
+      return;
+    }
+    std::string pattern = (std::filesystem::temp_directory_path() / "itn-bench-XXXXXX").string();
+    if (!mkdtemp(pattern.data()))
+      throw ResultError(pattern + ": cannot make a temporary folder; set TMPDIR to one that can be written to");
+    path_ = pattern;
+  }
+  ~Folder() {
+    std::error_code ignored;
+    if (!keep_) std::filesystem::remove_all(path_, ignored);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  bool keep_;
+  std::string path_;
+};
+
+// Both renderers take turns, so that whatever else the machine does hits both. The first image of each, which compiles
+// kernels, counts for nothing.
+Row measure(const Device& device, MitsubaPeer* peer, const BenchScene& scene, const Options& options) {
+  const Scene loaded = load_scene(scene.file);
+  RenderOptions render_options;
+  render_options.spp = options.common.spp;
+  render_options.cancel = &interrupt_flag();
+  Row row;
+  row.scene = scene;
+  if (peer) row.peer.emplace();
+  for (int run = 0; run <= options.runs; ++run) {
+    render_options.seed = options.common.seed + static_cast<std::uint64_t>(run);
+    const Rendering image = render(device, loaded, render_options);
+    row.spp = image.spp;
+    row.paths = static_cast<double>(image.paths);
+    if (run > 0) row.ours.add(image.render_s, image.mean);
+    if (!peer) continue;
+    const PeerImage other = peer->render(scene.file, row.spp, render_options.seed);
+    if (run > 0) row.peer->add(other.seconds, other.pixels);
+  }
+  return row;
+}
+
+void print_header(bool peer) {
+  fmt::print("{:<26} {:>12} {:>10}", "scene", "Mpaths/s", "rel. var.");
+  if (peer) fmt::print(" {:>12} {:>10} {:>8} {:>11} {:>8}", "Mitsuba", "rel. var.", "speed", "efficiency", "z mean");
+  fmt::print("\n");
+}
+
+void print_row(const Row& row) {
+  fmt::print("{:<26} {:>12.3f} {:>10.3g}", row.scene.name, row.paths / row.ours.seconds() * 1e-6,
+             row.ours.relative_variance(row.spp));
+  if (row.peer)
+    fmt::print(" {:>12.3f} {:>10.3g} {:>7.2f}x {:>10.2f}x {:>8.2f}", row.paths / row.peer->seconds() * 1e-6,
+               row.peer->relative_variance(row.spp), row.speed_ratio(), row.efficiency_ratio(), row.mean_z());
+  fmt::print("\n");
+  std::fflush(stdout);
+}
+
+nlohmann::ordered_json to_json(const Row& row) {
+  const auto side = [&](const Repeats& repeats) {
+    return nlohmann::ordered_json{{"paths_per_s", row.paths / repeats.seconds()},
+                                  {"render_s", repeats.seconds()},
+                                  {"relative_variance", repeats.relative_variance(row.spp)},
+                                  {"mean", repeats.image_mean()},
+                                  {"mean_stderr", repeats.image_mean_stderr()}};
+  };
+  nlohmann::ordered_json json{{"scene", row.scene.name}, {"group", row.scene.group}, {"itn", side(row.ours)}};
+  if (row.peer) {
+    json["mitsuba"] = side(*row.peer);
+    json["ratio"] = {{"paths_per_s", row.speed_ratio()}, {"efficiency", row.efficiency_ratio()}};
+  }
+  return json;
+}
+
+struct GeometricMean {
+  std::string group;  // empty: all rows
+  double speed = 0, efficiency = 0;
+};
+
+std::vector<GeometricMean> geometric_means(const std::vector<Row>& rows) {
+  std::vector<std::string> groups;
+  for (const Row& row : rows)
+    if (groups.empty() || groups.back() != row.scene.group) groups.push_back(row.scene.group);
+  groups.emplace_back();
+  std::vector<GeometricMean> means;
+  for (const std::string& group : groups) {
+    double speed = 0, efficiency = 0, count = 0;
+    for (const Row& row : rows) {
+      if (!group.empty() && row.scene.group != group) continue;
+      speed += std::log(row.speed_ratio());
+      efficiency += std::log(row.efficiency_ratio());
+      count += 1;
+    }
+    means.push_back({group, std::exp(speed / count), std::exp(efficiency / count)});
+  }
+  return means;
+}
+
+void run(const Options& options) {
+  if (!options.common.definitions.empty())
+    throw UsageError("-D " + options.common.definitions.front() + ": bench makes its own scenes, which have no $name");
+  const bool compare = !options.peer.empty();
+  const Device device(options.common.device);
+  const Folder folder(options.scenes);
+  std::unique_ptr<MitsubaPeer> peer;
+  if (compare) peer = std::make_unique<MitsubaPeer>(options.peer_python, folder.path());
+
+  std::vector<BenchScene> scenes = write_bench_scenes(folder.path());
+  std::erase_if(scenes, [&](const BenchScene& scene) { return scene.name.find(options.only) == std::string::npos; });
+  if (scenes.empty()) throw UsageError("--only " + options.only + ": no scene of the bench has this in its name");
+
+  nlohmann::ordered_json result{{"schema", "itn.bench/1"},
+                                {"device", {{"platform", device.info().platform}, {"name", device.info().name},
+                                            {"type", device.info().type}}},
+                                {"runs", options.runs},
+                                {"seed", options.common.seed},
+                                {"rows", nlohmann::ordered_json::array()}};
+  if (options.common.talkative()) {
+    fmt::print("{} ({}){}; 128x128, medians of {} runs, relative variance of one sample of a pixel\n\n", device.info().name,
+               device.info().platform, compare ? ", beside Mitsuba " + peer->version() : "", options.runs);
+    print_header(compare);
+  }
+  std::vector<Row> rows;
+  for (const BenchScene& scene : scenes) {
+    rows.push_back(measure(device, peer.get(), scene, options));
+    if (options.common.talkative()) print_row(rows.back());
+    result["rows"].push_back(to_json(rows.back()));
+  }
+  if (compare) {
+    result["mitsuba"] = peer->version();
+    if (options.common.talkative()) fmt::print("\ngeometric means\n");
+    for (const GeometricMean& mean : geometric_means(rows)) {
+      const std::string label = mean.group.empty() ? "all" : mean.group;
+      if (options.common.talkative())
+        fmt::print("{:<40} speed {:>6.2f}x   equal-error efficiency {:>7.2f}x\n", label, mean.speed, mean.efficiency);
+      result["geometric_mean"][label] = {{"paths_per_s", mean.speed}, {"efficiency", mean.efficiency}};
+    }
+  }
+  write_json(options.common, result);
+}
+
+}  // namespace
+
+void add_bench(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("bench", "speed and equal-error efficiency, beside Mitsuba 3 when asked");
+  add_common_options(*command, options->common);
+  command->add_option("--peer", options->peer, "also render in: mitsuba")->check(CLI::IsMember({"mitsuba"}));
+  command->add_option("--peer-python", options->peer_python,
+                      "python that has Mitsuba (default: .peers/bin/python, where tools/peers puts it)");
+  command->add_option("--runs", options->runs, "images of each scene and renderer (default: 5)")->check(CLI::Range(2, 1000));
+  command->add_option("--only", options->only, "only scenes with this in their name");
+  command->add_option("--scenes", options->scenes, "keep the scene files in this folder");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace itn::tools

@@ -1,0 +1,35 @@
+// Mitsuba 3 in a process of its own, asked for one image at a time (see bench_mitsuba.py).
+#pragma once
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <sys/types.h>
+#include <vector>
+
+namespace itn::tools {
+
+struct PeerImage {
+  double seconds = 0;
+  std::vector<float> pixels;  // RGB
+};
+
+class MitsubaPeer {
+ public:
+  // python: the interpreter of a virtual environment with Mitsuba (tools/peers); folder: for the images that pass through.
+  // Throws UsageError when it does not start.
+  MitsubaPeer(const std::string& python, std::string folder);
+  ~MitsubaPeer();
+  MitsubaPeer(const MitsubaPeer&) = delete;
+  MitsubaPeer& operator=(const MitsubaPeer&) = delete;
+
+  const std::string& version() const { return version_; }
+  PeerImage render(const std::string& scene, int spp, std::uint64_t seed);
+
+ private:
+  std::string read_line();
+  std::string folder_, version_;
+  pid_t process_ = -1;
+  std::FILE *to_ = nullptr, *from_ = nullptr;
+};
+
+}  // namespace itn::tools
