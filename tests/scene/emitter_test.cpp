@@ -29,6 +29,7 @@ TEST_CASE("a constant emitter has radiance 1 unless it says otherwise") {
         Rgb{0.5, 0.5, 0.5});
 }
 
+<<<<<<< HEAD
 TEST_CASE("an envmap brings its image, scale and rotation") {
   SceneFolder folder;
   write_exr(folder.path("e.exr"), {2, 1, {"R", "G", "B"}, {1, 2, 3, 4, 5, 6}, {}});
@@ -42,6 +43,25 @@ TEST_CASE("an envmap brings its image, scale and rotation") {
   CHECK(e.bitmap->data == std::vector<float>{1, 2, 3, 4, 5, 6});
   CHECK(e.scale == 2);
   CHECK(e.to_world.m[6] == Approx(-1));
+=======
+TEST_CASE("an environment map that cannot light a scene is refused") {
+  using Catch::Contains;
+  REQUIRE(refusal(envmap(6, 4, 1)) == "accepted");
+  CHECK(refusal(envmap(6, 4, 0)) == "accepted");  // darkness is fine
+  Emitter none = envmap(6, 4, 1);
+  none.bitmap = nullptr;
+  CHECK_THAT(refusal(none), Contains("light.xml:12:5: bitmap of the envmap emitter") && Contains("none"));
+  CHECK_THAT(refusal(envmap(0, 0, 1)), Contains("3 x 3") && Contains("0 x 0"));
+  CHECK_THAT(refusal(envmap(1, 1, 1)), Contains("constant emitter"));
+  CHECK_THAT(refusal(envmap_with(-2)), Contains("got -2 at column 3, row 2"));
+  CHECK_THAT(refusal(envmap_with(not_a_number)), Contains("got nan at column 3, row 2"));
+  CHECK_THAT(refusal(envmap_with(std::numeric_limits<double>::infinity())), Contains("got inf at column 3, row 2"));
+  Emitter scaled = envmap(6, 4, 1e30f);
+  scaled.scale = 1e30;
+  CHECK_THAT(refusal(scaled), Contains("lower the scale"));
+  scaled.scale = -1;
+  CHECK_THAT(refusal(scaled), Contains("scale of the envmap emitter") && Contains("got -1"));
+>>>>>>> main
 }
 
 TEST_CASE("a sunsky that says nothing is Tokyo on 10 July 2010 at 15:00, as in Mitsuba") {

@@ -15,6 +15,8 @@ class SceneFolder {
   using Definitions = std::map<std::string, std::string>;
 
   void write(const std::string& name, const std::string& text) {
+    std::filesystem::remove(folder_ /
+                            name);  // some file systems flush a file that is overwritten, which takes milliseconds
     std::ofstream(folder_ / name, std::ios::binary) << text;
   }
   std::string path(const std::string& name) const { return folder_ / name; }
