@@ -125,7 +125,7 @@ void run(const Options& options) {
   const Sensor& sensor = chosen_sensor(scene, options.sensor);
   check_outputs(options);
 
-  Device device(common.device);
+  const Device device(common.device);
   const int spp = common.spp ? common.spp : sensor.spp;
   Progress progress(options.scene, double(sensor.crop_width) * sensor.crop_height * spp, "paths", !common.quiet);
   RenderOptions render_options;
@@ -137,9 +137,6 @@ void run(const Options& options) {
   render_options.cancel = &interrupt_flag();
   const Rendering image = render(device, scene, render_options);
   progress.clear();
-  if (image.leaks > 0)
-    warn(common, fmt::format("{} of {} paths left a mesh without crossing it and were stopped; is a mesh open?",
-                             image.leaks, image.paths));
 
   const Stopwatch writing;
   write_exr(options.output, to_exr(image, scene, options, device));

@@ -37,16 +37,15 @@ bool not_negative(double x) { return x >= 0 && std::isfinite(x); }
 // The inverse of the upper left 3x3 of to_world, which must be a rotation or a mirrored one.
 void set_rotation(const Emitter& emitter, EmitterRecord& record) {
   const auto& m = emitter.to_world.m;
-  double error = 0;
+  bool rigid = true;
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j) {
       double product = 0;
       for (std::size_t k = 0; k < 3; ++k) product += m[4 * k + i] * m[4 * k + j];
-      const double off = std::abs(product - (i == j ? 1 : 0));
-      if (!(off <= error)) error = off;
+      rigid = rigid && std::abs(product - (i == j ? 1 : 0)) < 1e-4;
       record.to_local[3 * i + j] = static_cast<float>(m[4 * j + i]);
     }
-  require(error < 1e-4, emitter, "to_world", "a rotation or a mirrored one", "a matrix that scales or shears",
+  require(rigid, emitter, "to_world", "a rotation or a mirrored one", "a matrix that scales or shears",
           "light from infinity has no size; remove the scale");
 }
 
@@ -151,14 +150,14 @@ void check_sunsky(const Emitter& emitter) {
           s.sun_aperture);
   const double length = std::hypot(s.sun_direction[0], s.sun_direction[1], s.sun_direction[2]);
   require(positive(length), emitter, "sun_direction", "a direction", fmt::format("a vector of length {}", length));
+  require(s.sun_direction[2] > 0, emitter, "sun_direction", "above the horizon",
+          fmt::format("({}, {}, {}) where +z is up", s.sun_direction[0], s.sun_direction[1], s.sun_direction[2]),
+          "to_world turns the horizon");
 }
 
 void append_sunsky(const Emitter& emitter, EmitterRecord& record, std::vector<float>& tables) {
   check_sunsky(emitter);
-  const ClearSky sky = clear_sky(emitter);
-  const Vec3& toward = emitter.sunsky.sun_direction;
-  require(sky.sun[2] > 0, emitter, "sun_direction", "above the horizon",
-          fmt::format("({}, {}, {})", toward[0], toward[1], toward[2]), "up is +z unless to_world turns the sky");
+  const ClearSky sky = clear_sky(emitter.sunsky);
   const auto to_float = [](double x) { return static_cast<float>(x); };
   for (std::size_t c = 0; c < 3; ++c) {
     std::transform(sky.sky[c].begin(), sky.sky[c].end(), record.sky + c * SKY_COEFFICIENTS, to_float);
