@@ -22,7 +22,7 @@ const LaneFunction phase{{"model/phase_henyey_greenstein.h"},
 
 TEST_CASE("Henyey-Greenstein integrates to 1 and has mean cosine g", "[model]") {
   const double g = GENERATE(-0.95, -0.5, 0.0, 1e-4, 0.3, 0.9, 0.99);
-  const Grid all{-1, 1, 0, 1, 64, 1};
+  const Grid all{-1, 1, 0, 1, 4096, 1};
   const auto density = [&](double c, double) { return 2 * PI_ * henyey_greenstein(c, g); };
   CHECK(integrate(density, all, 1e-9) == Approx(1).epsilon(1e-7));
   CHECK(integrate([&](double c, double b) { return c * density(c, b); }, all, 1e-9) == Approx(g).margin(1e-7));

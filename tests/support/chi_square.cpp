@@ -42,7 +42,7 @@ double integrate(const std::function<double(double, double)>& f, const Grid& gri
   for (int i = 0; i < grid.cells_a; ++i)
     for (int j = 0; j < grid.cells_b; ++j) {
       const Grid cell{grid.a0 + i * step_a, grid.a0 + (i + 1) * step_a, grid.b0 + j * step_b, grid.b0 + (j + 1) * step_b};
-      sum += refine(f, cell, gauss(f, cell), tolerance / (grid.cells_a * grid.cells_b), 12);
+      sum += refine(f, cell, gauss(f, cell), tolerance / (grid.cells_a * grid.cells_b), 7);
     }
   return sum;
 }
@@ -88,7 +88,7 @@ ChiSquare chi_square(const std::vector<Point>& samples, const std::function<doub
   for (int i = 0; i < grid.cells_a; ++i)
     for (int j = 0; j < grid.cells_b; ++j) {
       const Grid cell{grid.a0 + i * step_a, grid.a0 + (i + 1) * step_a, grid.b0 + j * step_b, grid.b0 + (j + 1) * step_b};
-      const double mass = count * integrate(density, cell, 1e-2 / count);
+      const double mass = count * integrate(density, cell, 3e-2 / count);
       expected[static_cast<std::size_t>(i * grid.cells_b + j)] = mass;
       expected[cells] -= mass;
     }
