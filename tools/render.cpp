@@ -99,7 +99,6 @@ nlohmann::ordered_json to_json(const Rendering& image, const Options& options, c
        {{"scene_s", times.scene}, {"build_s", image.build_s}, {"render_s", image.render_s}, {"write_s", times.write}}},
       {"paths", image.paths},
       {"paths_per_s", static_cast<double>(image.paths) / image.render_s},
-      {"leaks", image.leaks},
       {"mean", image.mean_of_image},
       {"mean_stderr", image.stderr_of_mean},
       {"derivatives", nlohmann::ordered_json::object()}};

@@ -19,7 +19,7 @@ constexpr double pi = std::numbers::pi;
 // The weights of Mitsuba 3; any would do, since they only steer the sampling.
 double luminance(const Rgb& rgb) { return 0.212671 * rgb[0] + 0.715160 * rgb[1] + 0.072169 * rgb[2]; }
 
-// "file:line:column: the envmap emitter's turbidity must be in [1, 10]; got 11"
+// "file:line:column: turbidity of the sunsky emitter must be in [1, 10]; got 11"
 template <class Value>
 void require(bool good, const Emitter& emitter, const char* parameter, const char* need, const Value& got,
              const char* remedy = "") {
@@ -95,10 +95,16 @@ double sum(const std::vector<double>& values) {
   return total;
 }
 
+void refuse_pixel(const Emitter& emitter, std::size_t x, std::size_t y, std::size_t c, float value) {
+  const auto got = fmt::format("{} at column {}, row {}, channel {}", value, x, y, c);
+  require(not_negative(value), emitter, "bitmap", "finite and not negative", got, "repair the image");
+  require(false, emitter, "bitmap", "in the range of 32-bit floats once scaled", got, "lower the scale");
+}
+
 void append_envmap(const Emitter& emitter, EmitterRecord& record, std::vector<float>& tables) {
   require(emitter.bitmap != nullptr, emitter, "bitmap", "an image", "none");
   const Bitmap& bitmap = *emitter.bitmap;
-  require(bitmap.width >= 2 && bitmap.height >= 3, emitter, "bitmap", "at least 2 x 3 pixels",
+  require(bitmap.width >= 3 && bitmap.height >= 3, emitter, "bitmap", "at least 3 x 3 pixels",
           fmt::format("{} x {}", bitmap.width, bitmap.height), "for light of one colour use a constant emitter");
   require(not_negative(emitter.scale), emitter, "scale", "finite and not negative", emitter.scale);
   const auto width = static_cast<std::size_t>(bitmap.width), height = static_cast<std::size_t>(bitmap.height);
@@ -109,17 +115,16 @@ void append_envmap(const Emitter& emitter, EmitterRecord& record, std::vector<fl
   record.width = bitmap.width;
   record.height = bitmap.height;
   record.pixels = static_cast<int>(tables.size());
+  tables.reserve(tables.size() + 3 * (width + 1) * height + height * (width + 2));
   std::vector<double> light(width * height);
   for (std::size_t y = 0; y < height; ++y)
     for (std::size_t x = 0; x <= width; ++x) {
       Rgb rgb;
       for (std::size_t c = 0; c < 3; ++c) {
         const float value = bitmap.data[(y * width + x % width) * channels + (channels == 1 ? 0 : c)];
-        require(not_negative(value), emitter, "bitmap", "finite and not negative",
-                fmt::format("{} at column {}, row {}, channel {}", value, x, y, c), "repair the image");
         rgb[c] = emitter.scale * value;
-        require(rgb[c] <= std::numeric_limits<float>::max(), emitter, "bitmap", "in the range of 32-bit floats",
-                fmt::format("{} at column {}, row {}, scaled by {}", value, x, y, emitter.scale), "lower the scale");
+        if (!(not_negative(value) && rgb[c] <= std::numeric_limits<float>::max()))
+          refuse_pixel(emitter, x, y, c, value);
         tables.push_back(static_cast<float>(rgb[c]));
       }
       if (x < width) light[y * width + x] = luminance(rgb);

@@ -496,3 +496,24 @@ TEST_CASE("single precision keeps the digits of sun and sky at every turbidity a
   CHECK(sun_error < 2e-5);
   CHECK(in_sun > 1000);
 }
+
+TEST_CASE("the corners of the unit square give usable directions") {
+  const double last = 1 - 0x1p-24;
+  const std::vector<Vec2> corners{{0, 0},   {0, last}, {last, 0},   {last, last},
+                                  {0.5, 0}, {0, 0.5},  {0.5, last}, {last, 0.5}};
+  Emitter turned = sunsky(30, 5, 0.5358, true);
+  turn(turned, recorded_maps[1].to_world);
+  for (const auto& emitter : {Emitter{}, small_envmap(), sunsky(90, 3, 0.5358), sunsky(0.01, 10, 60), turned})
+    for (const int width : widths) {
+      const OnDevice light(emitter, width);
+      for (const bool of_sun : {false, true}) {
+        if (of_sun && light.record.kind != EMITTER_SUNSKY) continue;
+        for (const auto& s : light.sample(corners, of_sun)) {
+          CAPTURE(light.record.kind, width, of_sun, s.direction, s.pdf, s.radiance);
+          CHECK(std::hypot(s.direction[0], s.direction[1], s.direction[2]) == Approx(1).epsilon(1e-5));
+          CHECK((s.pdf > 0 && std::isfinite(s.pdf)));
+          CHECK(std::all_of(s.radiance.begin(), s.radiance.end(), [](double x) { return std::isfinite(x); }));
+        }
+      }
+    }
+}
