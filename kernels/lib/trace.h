@@ -93,7 +93,7 @@ typedef struct {
   __global const float* lane; /* of the block */
 } Found;
 
-inline void meet_triangles(__global const float* block, float side, const Shear* s, int skip, Found* found) {
+__attribute__((always_inline)) inline void meet_triangles(__global const float* block, float side, const Shear* s, int skip, Found* found) {
   __global const float *px = block + s->kx * BOX_WIDTH, *py = block + s->ky * BOX_WIDTH, *pz = block + s->kz * BOX_WIDTH;
   const BoxFloat az = LOAD_BOX(pz, BLOCK_A) - s->oz, bz = LOAD_BOX(pz, BLOCK_B) - s->oz, cz = LOAD_BOX(pz, BLOCK_C) - s->oz;
   const BoxFloat ax = sheared(LOAD_BOX(px, BLOCK_A) - s->ox, s->sx, az), ay = sheared(LOAD_BOX(py, BLOCK_A) - s->oy, s->sy, az),
@@ -104,15 +104,16 @@ inline void meet_triangles(__global const float* block, float side, const Shear*
   const BoxInt covers = ((smaller_of(smaller_of(u, v), w) >= 0.0f) | (larger_of(larger_of(u, v), w) <= 0.0f)) & (det != 0.0f);
   if (!box_bits(covers)) return;
   /* depth: (a - origin) . N with N the normal times twice the area; t = depth / (N . direction). */
-  const BoxFloat depth = u * az + v * bz + w * cz, inverse = s->sz / det, tolerance = side * LOAD_BOX(block, BLOCK_TOLERANCE);
+  const BoxFloat unit = 1.0f / det, inverse = s->sz * unit;
+  const BoxFloat depth = u * az + v * bz + w * cz, tolerance = side * LOAD_BOX(block, BLOCK_TOLERANCE);
   BoxLanes t;
   t.v = depth * inverse;
   uint candidates = box_bits(covers & ((depth + tolerance) * inverse > 0.0f) &
                              (t.v - larger_of(tolerance * inverse, 0.0f) < found->limit));
   if (!candidates) return;
   BoxLanes b, c, i;
-  b.v = v / det;
-  c.v = w / det;
+  b.v = v * unit;
+  c.v = w * unit;
   i.v = inverse;
   FOR_EACH_LANE(l, candidates) {
     const int primitive = as_int(block[BLOCK_PRIMITIVE * BOX_WIDTH + l]);
@@ -154,7 +155,7 @@ inline float meet_sphere(float3 from, Ray ray, float radius, float tolerance, bo
   return b > 0.0f ? product / (b + s) : -1.0f;
 }
 
-inline void meet_round(__global const float* block, Ray ray, int skip, Found* found) {
+__attribute__((noinline)) void meet_round(__global const float* block, Ray ray, int skip, Found* found) {
   for (int l = 0; l < BOX_WIDTH; ++l) {
     __global const float* p = block + l;
     const int primitive = as_int(p[BLOCK_PRIMITIVE * BOX_WIDTH]);
@@ -223,14 +224,19 @@ inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, floa
   Hit hit;
   hit.primitive = -1;
 
-  /* Rays from far away start where they meet the bounds: the tests' rounding errors grow with the origin's coordinates. */
   const float3 inverse = (float3)(clamped_inverse(dx), clamped_inverse(dy), clamped_inverse(dz));
-  const float3 low = ((float3)(record->low[0], record->low[1], record->low[2]) - ray.origin) * inverse,
-               high = ((float3)(record->high[0], record->high[1], record->high[2]) - ray.origin) * inverse;
-  const float3 enter = fmin(low, high), leave = fmax(low, high);
-  const float start = fmax(fmax(fmax(enter.x, enter.y), enter.z), 0.0f);
-  if (record->root == CHILD_NONE || !(start <= 1.000001f * fmin(fmin(leave.x, leave.y), leave.z))) return hit;
-  ray.origin += start * ray.direction;
+  /* Rays from outside start where they meet the bounds: the tests' rounding errors grow with the origin's coordinates. */
+  float start = 0.0f;
+  if (ox < record->low[0] || oy < record->low[1] || oz < record->low[2] || ox > record->high[0] || oy > record->high[1] ||
+      oz > record->high[2]) {
+    const float3 low = ((float3)(record->low[0], record->low[1], record->low[2]) - ray.origin) * inverse,
+                 high = ((float3)(record->high[0], record->high[1], record->high[2]) - ray.origin) * inverse;
+    const float3 enter = fmin(low, high), leave = fmax(low, high);
+    start = fmax(fmax(fmax(enter.x, enter.y), enter.z), 0.0f);
+    if (!(start <= 1.000001f * fmin(fmin(leave.x, leave.y), leave.z))) return hit;
+    ray.origin += start * ray.direction;
+  }
+  if (record->root == CHILD_NONE) return hit;
 
   const float3 shift = -ray.origin * inverse;
   const Shear shear = shear_of(ray.origin, ray.direction);
