@@ -28,6 +28,7 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", std::string("itn ") + ITN_VERSION);
   app.require_subcommand(1);
   itn::tools::add_devices(app);
+  itn::tools::add_render(app);
   itn::tools::add_parameters(app);
   try {
     app.parse(argc, argv);
