@@ -11,7 +11,12 @@ namespace {
 // What scripts may rely on.
 enum ExitCode { done = 0, failed = 1, bad_command_line = 2, bad_input = 3, device_failure = 4, interrupted = 130 };
 
+// An interrupted command may fail in other ways first: a driver whose compiler was interrupted reports a failed build.
 int report(ExitCode code, const char* text) {
+  if (itn::tools::interrupt_flag()) {
+    code = interrupted;
+    text = "interrupted";
+  }
   std::fprintf(stderr, "itn: %s\n", text);
   return code;
 }
