@@ -100,7 +100,7 @@ inline void meet_triangles(__global const float* block, Ray ray, Shear s, int sk
                  cy = sheared(LOAD_BOX(block, BLOCK_C + s.ky) - oy, s.sy, cz);
   const BoxFloat u = edge_function(bx, by, cx, cy), v = edge_function(cx, cy, ax, ay), w = edge_function(ax, ay, bx, by);
   const BoxFloat det = u + v + w;
-  if (box_bits(((fmin(fmin(u, v), w) >= 0.0f) | (fmax(fmax(u, v), w) <= 0.0f)) & (det != 0.0f)) == 0) return;
+  if (box_bits(((smaller_of(smaller_of(u, v), w) >= 0.0f) | (larger_of(larger_of(u, v), w) <= 0.0f)) & (det != 0.0f)) == 0) return;
   /* depth: (a - origin) . N with N the normal times twice the area; t = depth / (N . direction). */
   const BoxFloat depth = u * az + v * bz + w * cz;
   const BoxFloat inverse = s.sz / det;
@@ -108,9 +108,9 @@ inline void meet_triangles(__global const float* block, Ray ray, Shear s, int sk
   BoxLanes t, b, c, inv;
   t.v = depth * inverse;
   inv.v = inverse;
-  uint candidates = box_bits(((fmin(fmin(u, v), w) >= 0.0f) | (fmax(fmax(u, v), w) <= 0.0f)) & (det != 0.0f) &
+  uint candidates = box_bits(((smaller_of(smaller_of(u, v), w) >= 0.0f) | (larger_of(larger_of(u, v), w) <= 0.0f)) & (det != 0.0f) &
                              ((depth + ray.side * tolerance) * inverse > 0.0f) &
-                             (t.v - fmax(ray.side * tolerance * inverse, 0.0f) < found->limit));
+                             (t.v - larger_of(ray.side * tolerance * inverse, 0.0f) < found->limit));
   if (!candidates) return;
   b.v = v / det;
   c.v = w / det;
@@ -250,11 +250,11 @@ inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, floa
     if (CHILD_IS_NODE(current)) {
       __global const float* node = surfaces.nodes + (size_t)current * (NODE_ROWS * BOX_WIDTH);
       BoxLanes enter_t;
-      enter_t.v = fmax(fmax(LOAD_BOX(node, near_x) * inverse.x + shift.x, LOAD_BOX(node, near_y) * inverse.y + shift.y),
-                       fmax(LOAD_BOX(node, near_z) * inverse.z + shift.z, 0.0f));
+      enter_t.v = larger_of(larger_of(LOAD_BOX(node, near_x) * inverse.x + shift.x, LOAD_BOX(node, near_y) * inverse.y + shift.y),
+                       larger_of(LOAD_BOX(node, near_z) * inverse.z + shift.z, 0.0f));
       const BoxFloat leave_t =
-          fmin(fmin(LOAD_BOX(node, far_x) * inverse.x + shift.x, LOAD_BOX(node, far_y) * inverse.y + shift.y),
-               fmin(LOAD_BOX(node, far_z) * inverse.z + shift.z, found.limit));
+          smaller_of(smaller_of(LOAD_BOX(node, far_x) * inverse.x + shift.x, LOAD_BOX(node, far_y) * inverse.y + shift.y),
+               smaller_of(LOAD_BOX(node, far_z) * inverse.z + shift.z, found.limit));
       uint bits = box_bits(enter_t.v <= leave_t);
       if (bits) {
         __global const int* child = (__global const int*)(node + NODE_CHILD * BOX_WIDTH);
