@@ -13,18 +13,18 @@ namespace {
 
 using Point = std::array<float, 3>;
 
-// Cells along the longest axis. 256 would lose again by cache misses; simple shapes, of which a data set has thousands, get a
-// grid that is built in a quarter of the time.
+// Cells along the longest axis. 256 would lose again by cache misses; simple shapes, of which a data set has thousands,
+// get a grid that is built in a quarter of the time.
 constexpr int fine_axis = 128, coarse_axis = 80;
 constexpr std::size_t fine_from = 10'000;  // triangles
-constexpr float ball_steps = 4;         // radius units a cell
+constexpr float ball_steps = 4;            // radius units a cell
 // Radii of the balls that planes cut: small ones hug curved surfaces, large ones let flights go far.
 constexpr std::array<int, 3> plane_radius_steps{3, 6, 10};
 constexpr int largest_steps = plane_radius_steps.back();
-constexpr int near_steps = 8;  // a cell with this large a ball free of surface needs no plane
-constexpr int padding = 5;              // cells around the grid in which surfaces are kept while building
-constexpr int farthest = 40;            // cells: balls are not larger
-constexpr float piece_cells = 1.0f;     // longest edge of a piece of surface
+constexpr int near_steps = 8;        // a cell with this large a ball free of surface needs no plane
+constexpr int padding = 5;           // cells around the grid in which surfaces are kept while building
+constexpr int farthest = 40;         // cells: balls are not larger
+constexpr float piece_cells = 1.0f;  // longest edge of a piece of surface
 constexpr int no_plane = 255;
 
 Point operator-(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
@@ -36,9 +36,7 @@ Point cross(const Point& a, const Point& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 Point middle(const Point& a, const Point& b) { return (a + b) * 0.5f; }
-Point to_float(const Vec3& p) {
-  return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
-}
+Point to_float(const Vec3& p) { return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])}; }
 
 Box bounds_of(const Shape& shape) {
   Box box;
@@ -93,8 +91,10 @@ Octahedral octahedral(const Point& n) {
 // The surfaces, cut into pieces no longer than `piece`. A piece lies in the hull of its points.
 class Builder {
  public:
-  // closed: media lie within closed shapes, so that cells reached from the border without crossing a surface need no planes.
-  Builder(FlightGrid& grid, float piece, bool closed) : grid_(grid), piece_(piece), closed_(closed), h_(grid.cell_size) {
+  // closed: media lie within closed shapes, so that cells reached from the border without crossing a surface need no
+  // planes.
+  Builder(FlightGrid& grid, float piece, bool closed)
+      : grid_(grid), piece_(piece), closed_(closed), h_(grid.cell_size) {
     for (std::size_t k = 0; k < 3; ++k) {
       n_[k] = grid.cells[k] + 2 * padding;
       low_[k] = grid.low[k] - padding * h_;
@@ -127,9 +127,13 @@ class Builder {
     Point normal;  // times area
   };
 
-  std::size_t count() const { return static_cast<std::size_t>(n_[0]) * static_cast<std::size_t>(n_[1]) * static_cast<std::size_t>(n_[2]); }
+  std::size_t count() const {
+    return static_cast<std::size_t>(n_[0]) * static_cast<std::size_t>(n_[1]) * static_cast<std::size_t>(n_[2]);
+  }
   std::size_t at(int x, int y, int z) const {
-    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(n_[1]) + static_cast<std::size_t>(y)) * static_cast<std::size_t>(n_[0]) + static_cast<std::size_t>(x);
+    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(n_[1]) + static_cast<std::size_t>(y)) *
+               static_cast<std::size_t>(n_[0]) +
+           static_cast<std::size_t>(x);
   }
   int cell(float x, std::size_t axis) const {
     return std::clamp(static_cast<int>((x - low_[axis]) / h_), 0, n_[axis] - 1);
@@ -215,8 +219,8 @@ class Builder {
         for (std::size_t z = 4; z < 6; ++z) add_patch(center, radius, shape.flip_normals, axes[x], axes[y], axes[z]);
   }
 
-  // The part of a sphere over the directions between a, b and c: within the hull of the triangle's corners and of the corners
-  // of the parallel triangle that touches the sphere.
+  // The part of a sphere over the directions between a, b and c: within the hull of the triangle's corners and of the
+  // corners of the parallel triangle that touches the sphere.
   void add_patch(const Point& center, float radius, bool flipped, const Point& a, const Point& b, const Point& c) {
     const Point n = cross(b - a, c - a);
     const float height = std::fabs(dot(n, a)) / length(n);
@@ -328,8 +332,9 @@ class Builder {
 
   // to[row] = min over rows `stride` apart of from + square(rows between).
   template <class Square>
-  static void nearest_row(const std::vector<std::uint16_t>& from, std::vector<std::uint16_t>& to, std::size_t row, int i,
-                          int n, std::size_t stride, std::size_t length, const Square& square, std::uint16_t none) {
+  static void nearest_row(const std::vector<std::uint16_t>& from, std::vector<std::uint16_t>& to, std::size_t row,
+                          int i, int n, std::size_t stride, std::size_t length, const Square& square,
+                          std::uint16_t none) {
     std::uint16_t* out = &to[row];
     std::copy_n(&from[row], length, out);
     std::uint16_t largest = none;
@@ -338,9 +343,9 @@ class Builder {
       largest = 0;
       for (const int side : {-k, k}) {
         if (i + side < 0 || i + side >= n) continue;
-        const std::uint16_t* other = &from[row + static_cast<std::size_t>(side + n) * stride - static_cast<std::size_t>(n) * stride];
-        for (std::size_t x = 0; x < length; ++x)
-          out[x] = std::min(out[x], static_cast<std::uint16_t>(other[x] + more));
+        const std::uint16_t* other =
+            &from[row + static_cast<std::size_t>(side + n) * stride - static_cast<std::size_t>(n) * stride];
+        for (std::size_t x = 0; x < length; ++x) out[x] = std::min(out[x], static_cast<std::uint16_t>(other[x] + more));
       }
       for (std::size_t x = 0; x < length; ++x) largest = std::max(largest, out[x]);
     }
@@ -348,7 +353,8 @@ class Builder {
 
   void fill_slice(int z) {
     const auto words = [&](int x, int y) -> std::uint32_t& {
-      return grid_.words[(static_cast<std::size_t>(z) * static_cast<std::size_t>(grid_.cells[1]) + static_cast<std::size_t>(y)) *
+      return grid_.words[(static_cast<std::size_t>(z) * static_cast<std::size_t>(grid_.cells[1]) +
+                          static_cast<std::size_t>(y)) *
                              static_cast<std::size_t>(grid_.cells[0]) +
                          static_cast<std::size_t>(x)];
     };
@@ -360,9 +366,10 @@ class Builder {
           for (const auto& [p, n] : {std::pair{px, n_[0]}, {py, n_[1]}, {pz, n_[2]}})
             distance = std::min(distance, (static_cast<float>(std::min(p, n - 1 - p)) + 0.5f) * h_);
         const int steps = std::min(static_cast<int>(distance / grid_.ball_step), 255);
-        words(x, y) = steps >= near_steps || outside_[at(px, py, pz)]
-                          ? octahedral(gradient(px, py, pz)).code | no_plane << 16 | static_cast<std::uint32_t>(steps) << 24
-                          : plane_word(px, py, pz, steps);
+        words(x, y) =
+            steps >= near_steps || outside_[at(px, py, pz)]
+                ? octahedral(gradient(px, py, pz)).code | no_plane << 16 | static_cast<std::uint32_t>(steps) << 24
+                : plane_word(px, py, pz, steps);
       }
   }
 
@@ -373,8 +380,8 @@ class Builder {
     return dot(g, g) > 0 ? g : Point{0, 0, 1};
   }
 
-  // How useful a free part of space is to flights from its centre: 0 to 1. Averages d / (d + half a cell), d the distance to
-  // the end of the ball or to the plane, over the cosine between flight and normal.
+  // How useful a free part of space is to flights from its centre: 0 to 1. Averages d / (d + half a cell), d the
+  // distance to the end of the ball or to the plane, over the cosine between flight and normal.
   float usefulness(float radius, float offset) const {
     const auto value = [&](float d) { return d / (d + 0.5f * h_); };
     float sum = 4 * value(radius);
@@ -419,7 +426,8 @@ class Builder {
     }
     for (const Point& p : near) {
       const float d = dot(plane.normal, p), square = dot(p, p);
-      for (std::size_t i = 0; i < offsets.size(); ++i) offsets[i] = square <= squares[i] ? std::min(offsets[i], d) : offsets[i];
+      for (std::size_t i = 0; i < offsets.size(); ++i)
+        offsets[i] = square <= squares[i] ? std::min(offsets[i], d) : offsets[i];
     }
     std::uint32_t best = plane.code | no_plane << 16 | static_cast<std::uint32_t>(ball) << 24;
     float most = usefulness(static_cast<float>(ball) * grid_.ball_step, 1e30f);
@@ -429,7 +437,8 @@ class Builder {
       const float value = usefulness(radius, offsets[i] / norm);
       if (code < 0 || value <= most) continue;
       most = value;
-      best = plane.code | static_cast<std::uint32_t>(code) << 16 | static_cast<std::uint32_t>(plane_radius_steps[i]) << 24;
+      best =
+          plane.code | static_cast<std::uint32_t>(code) << 16 | static_cast<std::uint32_t>(plane_radius_steps[i]) << 24;
     }
     return best;
   }
