@@ -146,8 +146,7 @@ MODEL3 beckmann_visible_sample(REAL3 wi, REAL alpha, REAL u1, REAL u2) {
     REAL tail = e * (half_k * erfc_scaled(ABS(q)) + SELECT(positive, NUMBER(0.5), NUMBER(-0.5)));
     REAL excess = SELECT(positive, tail - n * u1, n * v1 + tail_k - tail); /* S(q) - u1 n */
     REAL z = MAX(k + q, NUMBER(1e-6));
-    REAL newton = excess / (z * MAX(e, NUMBER(1e-12)));
-    q = MAX(q + newton / (NUMBER(1) + newton * (NUMBER(0.5) / z - q)), -k);
+    q = MAX(q + excess * z / (z * z * MAX(e, NUMBER(1e-12)) + excess * (NUMBER(0.5) - q * z)), -k);
   }
   REAL across = normal_quantile(u2);
 
