@@ -117,6 +117,7 @@ TEST_CASE("a texture may be shared, and its file is read once") {
 TEST_CASE("faulty bsdfs are refused") {
   check_bsdf_error("roughdielectric", number("alpha", "0"), {"alpha = 0", "dielectric"});
   check_bsdf_error("roughdielectric", number("alpha", "-0.1"), {"alpha = -0.1"});
+  check_bsdf_error("roughdielectric", number("alpha", "1.5"), {"alpha = 1.5", "at most 1"});
   check_bsdf_error("roughdielectric", number("alpha_u", "0.1") + number("alpha_v", "0.2"),
                    {"alpha_u = 0.1", "alpha_v = 0.2"});
   check_bsdf_error("roughdielectric", number("alpha", "0.1") + number("alpha_u", "0.2"), {"both"});
