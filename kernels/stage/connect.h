@@ -48,7 +48,7 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
   const MASK refracted = valid & (connection == CONNECTION_REFRACTED);
   if (ANY(refracted)) {
     const AssumedBoundary boundary = assumed_boundary(launch, at);
-    const REAL3 guess = surface_normal_guess(launch->grid, geometry, position);
+    const REAL3 guess = grid_normal(launch->grid, geometry, position);
     REAL3 inward;
     const REAL q = sample_refracted(&boundary, guess, light, u[2], u[3], &inward);
     const LaneHits hits =

@@ -1,5 +1,6 @@
 // Kernels of geometry_test.cl over one geometry.
 #pragma once
+#include <cmath>
 #include <memory>
 
 #include "runtime/device/device.h"
@@ -31,6 +32,11 @@ class GeometryOnDevice {
   const GeometryRecord& record() const { return geometry.records.back(); }
 
   std::vector<TestHit> trace(const std::vector<TestRay>& rays, double* seconds = nullptr) const;
+  // Flights of t_max: which ones the grid declares clear, and its bound of the distance from the origin to any surface.
+  void fly(const std::vector<TestRay>& rays, std::vector<int>& clear, std::vector<float>& distance,
+           double* seconds = nullptr) const;
+  // What a path tracer asks inside a medium: rays of paths from `start` with t_max drawn from the mean free path.
+  std::vector<TestRay> paths(Vec3 start, double mean_free_path, double albedo, std::size_t n, unsigned seed) const;
   WalkCounts walk(Vec3 start, double mean_free_path, std::uint64_t segments, unsigned seed) const;
   std::array<int, 3> sizes() const;
 
@@ -38,8 +44,17 @@ class GeometryOnDevice {
   void set_arrays(cl::Kernel& kernel) const;
   Device device_;
   cl::Program program_;
-  cl::Buffer nodes_, leaves_, primitives_, record_;
+  cl::Buffer nodes_, leaves_, primitives_, record_, grid_;
+  int width_;
 };
+
+// The closest hit in double, over the same hierarchy; t infinite when there is none. Triangles, spheres and disks count from
+// t_min on.
+struct ExactHit {
+  double t = INFINITY;
+  int primitive = -1;
+};
+ExactHit closest(const Geometry& geometry, const TestRay& ray, double t_min = 0);
 
 Scene scene_of(std::vector<Shape> shapes);
 
