@@ -34,7 +34,7 @@ inline FlightCell flight_cell(__global const uint* grid, __global const Geometry
   cell.offset = SELECT(offset == 255, 1e30f, CAST_REAL(offset) * (record->plane_range * (2.0f / 254)) - record->plane_range);
   const REAL a = CAST_REAL(word & 255) * (2.0f / 255) - 1.0f, b = CAST_REAL((word >> 8) & 255) * (2.0f / 255) - 1.0f,
              c = 1.0f - fabs(a) - fabs(b);
-  const REAL fold = fmax(-c, (REAL)(0.0f));
+  const REAL fold = MAX(-c, (REAL)(0.0f));
   cell.normal = make3(a - copysign(fold, a), b - copysign(fold, b), c);
   return cell;
 }
@@ -54,8 +54,8 @@ inline MASK flight_is_clear(__global const uint* grid, __global const GeometryRe
     /* To the plane. */
     const REAL speed = dot3(cell.normal, direction), room = cell.offset - dot3(cell.normal, cell.from);
     const REAL in_front = SELECT(room > 0.0f, SELECT(speed > 0.0f, room / speed, 1e30f), 0.0f);
-    const REAL d = fmin(in_ball, in_front) - record->safety;
-    flown += SELECT(moving, fmax(d, (REAL)(0.0f)), 0.0f);
+    const REAL d = MIN(in_ball, in_front) - record->safety;
+    flown += SELECT(moving, MAX(d, (REAL)(0.0f)), 0.0f);
     clear = clear | (moving & (flown >= distance));
     moving = moving & (flown < distance) & (d > 0.3f * record->cell_size);
     if (!ANY(moving)) break;
@@ -70,11 +70,11 @@ inline REAL surface_distance(__global const uint* grid, __global const GeometryR
   const REAL in_ball = cell.radius - SQRT(dot3(cell.from, cell.from));
   /* |normal| <= 1 */
   const REAL in_front = cell.offset - dot3(cell.normal, cell.from);
-  return fmax(fmin(in_ball, in_front) - record->safety, (REAL)(0.0f));
+  return MAX(MIN(in_ball, in_front) - record->safety, (REAL)(0.0f));
 }
 
 /* A guess of the outward normal of the surface nearest to a position inside. */
-inline REAL3 grid_normal(__global const uint* grid, __global const GeometryRecord* record, REAL3 position) {
+inline REAL3 surface_normal_guess(__global const uint* grid, __global const GeometryRecord* record, REAL3 position) {
   if (record->cells[0] == 0) return make3((REAL)(0.0f), (REAL)(0.0f), (REAL)(1.0f));
   const FlightCell cell = flight_cell(grid, record, position);
   return scale3(cell.normal, 1.0f / SQRT(dot3(cell.normal, cell.normal)));

@@ -1,10 +1,19 @@
 #include "tests/geometry/geometry_device.h"
 
 #include <bit>
-#include <chrono>
 #include <cstdlib>
 
 namespace itn::test {
+
+Seconds Stopwatch::time() const {
+  return {std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(),
+          static_cast<double>(std::clock() - clock_) / CLOCKS_PER_SEC};
+}
+
+std::ostream& operator<<(std::ostream& out, const Stopwatch& watch) {
+  const Seconds s = watch.time();
+  return out << s.wall << " s, " << s.core << " core seconds";
+}
 
 Scene scene_of(std::vector<Shape> shapes) {
   Scene scene;
@@ -35,7 +44,7 @@ void GeometryOnDevice::set_arrays(cl::Kernel& kernel) const {
   kernel.setArg(3, record_);
 }
 
-std::vector<TestHit> GeometryOnDevice::trace(const std::vector<TestRay>& rays, double* seconds) const {
+std::vector<TestHit> GeometryOnDevice::trace(const std::vector<TestRay>& rays, Seconds* time) const {
   constexpr std::size_t each = 256;
   std::vector<TestRay> padded = rays;
   padded.resize((rays.size() + each - 1) / each * each, rays.at(0));
@@ -47,17 +56,17 @@ std::vector<TestHit> GeometryOnDevice::trace(const std::vector<TestRay>& rays, d
   kernel.setArg(6, static_cast<int>(each));
   device_.launch(kernel, 1, 1);  // compiles
   device_.finish();
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   device_.launch(kernel, padded.size() / each, 1);
   device_.finish();
-  if (seconds) *seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (time) *time = watch.time();
   std::vector<TestHit> hits(rays.size());
   device_.download(out, hits);
   return hits;
 }
 
 void GeometryOnDevice::fly(const std::vector<TestRay>& rays, std::vector<int>& clear, std::vector<float>& distance,
-                           double* seconds) const {
+                           Seconds* time) const {
   const std::size_t n = (rays.size() + 15) / 16 * 16;
   std::vector<float> components(7 * n);
   for (std::size_t i = 0; i < n; ++i) {
@@ -81,10 +90,10 @@ void GeometryOnDevice::fly(const std::vector<TestRay>& rays, std::vector<int>& c
   kernel.setArg(5, static_cast<int>(n));
   device_.launch(kernel, n / static_cast<std::size_t>(width_));
   device_.finish();
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   device_.launch(kernel, n / static_cast<std::size_t>(width_));
   device_.finish();
-  if (seconds) *seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (time) *time = watch.time();
   device_.download(out, clear);
   device_.download(bound, distance);
   clear.resize(rays.size());

@@ -1,6 +1,5 @@
 // Rays per second beside Embree's, run by hand: test_geometry "[.bench]".
 #include <catch2/catch.hpp>
-#include <chrono>
 #include <thread>
 
 #include "tests/geometry/geometry_device.h"
@@ -12,8 +11,6 @@ using namespace itn;
 using namespace itn::test;
 
 namespace {
-
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 #ifdef ITN_EMBREE
 class Embree {
@@ -40,7 +37,7 @@ class Embree {
   Embree(const Embree&) = delete;
   Embree& operator=(const Embree&) = delete;
 
-  std::vector<int> trace(const std::vector<TestRay>& rays, double* seconds) const {
+  std::vector<int> trace(const std::vector<TestRay>& rays, Seconds* time) const {
     std::vector<int> primitive(rays.size());
     const auto part = [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
@@ -60,11 +57,11 @@ class Embree {
         primitive[i] = r.hit.geomID == RTC_INVALID_GEOMETRY_ID ? -1 : static_cast<int>(r.hit.primID);
       }
     };
-    const double start = now();
+    const Stopwatch watch;
     std::thread other(part, 0, rays.size() / 2);
     part(rays.size() / 2, rays.size());
     other.join();
-    *seconds = now() - start;
+    *time = watch.time();
     return primitive;
   }
 
@@ -84,17 +81,17 @@ TEST_CASE("speed of rays", "[.bench]") {
 #endif
   for (const double sigma_t : {5.0, 25.0, 100.0}) {
     const auto rays = g.paths({1, 0, 0}, 1 / sigma_t, 0.95, 1'000'000, 11);
-    const auto speed = [&](double seconds) { return static_cast<double>(rays.size()) / seconds * 1e-6; };
+    const auto speed = [&](Seconds time) { return static_cast<double>(rays.size()) / time.core * 1e-6; };
     for (int i = 0; i < 3; ++i) {
-      double ours, theirs = 0;
+      Seconds ours, theirs;
       const auto hits = g.trace(rays, &ours);
       std::size_t same = 0;
 #ifdef ITN_EMBREE
       const auto found = embree.trace(rays, &theirs);
       for (std::size_t j = 0; j < rays.size(); ++j) same += hits[j].primitive == found[j];
 #endif
-      WARN("sigma_t " << sigma_t << ": " << speed(ours) << " million rays/s; Embree "
-                      << (theirs > 0 ? speed(theirs) : 0) << ", the same primitive for " << same);
+      WARN("sigma_t " << sigma_t << ": " << speed(ours) << " million rays/s a core; Embree "
+                      << speed(theirs) << ", the same primitive for " << same);
     }
   }
 }
@@ -102,9 +99,9 @@ TEST_CASE("speed of rays", "[.bench]") {
 TEST_CASE("speed of the build", "[.bench]") {
   for (const auto& [segments, sides] : {std::pair{512, 64}, {2048, 256}}) {
     const Scene scene = scene_of({shape_of(torus_knot(segments, sides))});
-    const double start = now();
+    const Stopwatch watch;
     Geometry geometry;
     append_geometry(scene, geometry);
-    WARN(2 * segments * sides << " triangles, hierarchy and grid: " << now() - start << " s");
+    WARN(2 * segments * sides << " triangles, hierarchy and grid: " << watch);
   }
 }

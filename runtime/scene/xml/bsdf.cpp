@@ -40,13 +40,13 @@ double roughness(Properties& properties) {
 
 int build_bsdf(Builder& builder, const Element& element) {
   if (const auto built = builder.bsdf_of.find(&element); built != builder.bsdf_of.end()) return built->second;
-  const Construction construction(builder, element);
   Properties properties = builder.properties(element);
 
   if (properties.type() == "twosided") {
     const Element* inner = properties.object("bsdf");
     properties.finish();
     if (!inner) fail(element.where, "bsdf \"twosided\" is empty; need a nested <bsdf type=\"diffuse\">");
+    if (inner == &element) fail(element.where, "bsdf \"twosided\" contains a reference to itself; break the circle");
     if (inner->attribute("type") != "diffuse")
       fail(inner->where, "bsdf \"twosided\" around " + quote(inner->attribute("type")) + "; need \"diffuse\"");
     Bsdf bsdf = builder.scene.bsdfs[static_cast<std::size_t>(build_bsdf(builder, *inner))];
