@@ -47,7 +47,7 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
       sigma_t[c] = GATHER((media + FIELD_OF(MediumRecord, sigma_t) + c), at);
     const REAL3 vertex = load3(pool, VERTEX_X, slots), segment = sub3(s->position, vertex);
     const REAL by_phase = last_pdf * medium_transmittance(connection_sigma_t(sigma_t), SQRT(dot3(segment, segment)));
-    const REAL3 guess = grid_normal(launch->grid, launch->geometries + job->geometry, vertex);
+    const REAL3 guess = surface_normal_guess(launch->grid, launch->geometries + job->geometry, vertex);
     rival = SELECT(from_medium, refracted_pdf(&boundary, guess, light, s->direction) / by_phase, 0.0f);
     const MASK finds_sun = from_medium & emitter_in_sun(emitter, direction);
     if (ANY(finds_sun))
@@ -68,7 +68,8 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
   for (int c = 0; c < RADIANCE_CHANNELS; ++c)
     arriving[c] = weight[c] * rgb[c] * LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots) *
                   boundary_tint(launch, s->bsdf, reflects, c);
-  add_connection(launch, job, pool, slots, mask, s->position, light, s->primitive, s->exterior, arriving);
+  add_connection(launch, job, pool, slots, mask,
+                 beside_surface(launch->primitives, s->primitive, s->position, s->normal, light), light, s->primitive, s->exterior, arriving);
   return pdf / (1.0f + own_rival);
 }
 #endif
