@@ -1,5 +1,6 @@
 #include "runtime/scene/load.h"
 
+#include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
 
@@ -31,6 +32,7 @@ Scene load_scene(const std::string& file, const std::map<std::string, std::strin
   parse_version(*document.root);
   Builder builder(document);
   builder.scene.file = file;
+  warn_of_shears(*document.root, builder.scene.warnings);
 
   Properties root = builder.properties(*document.root);
   if (const Element* integrator = root.object("integrator")) build_integrator(builder, *integrator);

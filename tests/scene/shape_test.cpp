@@ -114,6 +114,16 @@ TEST_CASE("normals of a file are turned as normals are") {
   CHECK(m->normal[0][1] == Approx(1 / std::sqrt(1.25)));
 }
 
+TEST_CASE("normals of length 0 in a file are computed, with a warning") {
+  SceneFolder folder;
+  folder.write("n.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 0\nvn 0 1 1\nf 1//1 2//2 3//2\n");
+  const Scene scene = folder.load(mesh("obj", "n.obj"));
+  CHECK(scene.shapes[0].mesh->normal[0] == std::array<float, 3>{0, 0, 1});
+  CHECK(scene.shapes[0].mesh->normal[1][1] == Approx(std::sqrt(0.5)));
+  REQUIRE(scene.warnings.size() == 1);
+  CHECK_THAT(scene.warnings[0], Catch::Contains("1 of 3 vertex normals"));
+}
+
 TEST_CASE("flip_normals turns triangles and normals around") {
   SceneFolder folder;
   folder.write_tetrahedron("t.ply");
@@ -159,6 +169,9 @@ TEST_CASE("faulty shapes are refused") {
                      {"more than one <bsdf>"});
   folder.check_error("<shape type=\"sphere\">\n<emitter type=\"area\"/></shape>", 3,
                      {"<emitter type=\"area\">", "<bsdf>"});
+  folder.check_error(
+      "<shape type=\"cube\">\n" + to_world("<scale value=\"1e30\"/><scale value=\"1e30\"/>") + "</shape>", 3,
+      {"single precision"});
   folder.check_error("<shape type=\"ply\"/>", 2, {"no \"filename\""});
   folder.check_error(mesh("ply", "gone.ply"), 3, {"no such file", "gone.ply", "relative to the scene"});
 }

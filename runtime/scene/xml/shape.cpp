@@ -32,7 +32,29 @@ void apply(const Transform& to_world, Mesh& mesh, bool keeps_outside) {
   }
 }
 
-Mesh build_mesh(Properties& properties) {
+// A vertex normal of length 0 shades nothing: such ones are computed.
+void replace_zero_normals(Builder& builder, Properties& properties, Mesh& mesh) {
+  const auto is_zero = [](const std::array<float, 3>& n) { return n == std::array<float, 3>{0, 0, 0}; };
+  const auto count = std::count_if(mesh.normal.begin(), mesh.normal.end(), is_zero);
+  if (count == 0) return;
+  const std::vector<std::array<float, 3>> given = std::move(mesh.normal);
+  compute_normals(mesh);
+  for (std::size_t i = 0; i < given.size(); ++i)
+    if (!is_zero(given[i])) mesh.normal[i] = given[i];
+  builder.warn(properties.element().where,
+               fmt::format("{}: {} of {} vertex normals of the file have length 0 and are computed", properties.title(),
+                           count, given.size()));
+}
+
+void check_single_precision(Properties& properties, const Mesh& mesh) {
+  for (const auto& p : mesh.position)
+    for (const float v : p)
+      if (!std::isfinite(v))
+        properties.fail_at("to_world",
+                           "to_world moves a vertex beyond the range of single precision; need a smaller scale");
+}
+
+Mesh build_mesh(Builder& builder, Properties& properties) {
   const std::string file = properties.file("filename");
   const bool face_normals = properties.boolean("face_normals", false);
   const bool flip_texcoords = properties.boolean("flip_tex_coords", properties.type() == "obj");
@@ -48,7 +70,9 @@ Mesh build_mesh(Properties& properties) {
   if (flip_texcoords)
     for (auto& uv : mesh.texcoord) uv[1] = 1 - uv[1];
   apply(to_world, mesh, !mesh.normal.empty());
+  check_single_precision(properties, mesh);
   if (!face_normals && mesh.normal.empty()) compute_normals(mesh);
+  replace_zero_normals(builder, properties, mesh);
   if (flip_normals) flip(mesh);
   return mesh;
 }
@@ -57,6 +81,7 @@ Mesh build_flat(Properties& properties, Mesh mesh) {
   const bool flip_normals = properties.boolean("flip_normals", false);
   properties.boolean("face_normals", false);  // they are flat either way
   apply(properties.transform("to_world"), mesh, true);
+  check_single_precision(properties, mesh);
   if (flip_normals) flip(mesh);
   return mesh;
 }
@@ -162,7 +187,7 @@ void build_shape(Builder& builder, const Element& element) {
   Mesh mesh;  // of shapes that are one
   const std::string& type = properties.type();
   if (type == "obj" || type == "ply" || type == "mesh") {
-    mesh = build_mesh(properties);
+    mesh = build_mesh(builder, properties);
   } else if (type == "rectangle") {
     mesh = build_flat(properties, rectangle_mesh());
   } else if (type == "cube") {
