@@ -1,5 +1,9 @@
 # Writes OUTPUT, a C++ file that holds the text of FILES (paths relative to FOLDER) as string literals.
-# cmake -DOUTPUT=... -DFOLDER=... -DFILES=a;b -P embed_kernels.cmake
+# cmake -DOUTPUT=... -DFOLDER=... -DFILES=a|b [-DFUNCTION=embedded_kernel] -P embed_kernels.cmake
+# FUNCTION, in namespace itn, finds a text by its path.
+if(NOT FUNCTION)
+  set(FUNCTION embedded_kernel)
+endif()
 string(REPLACE "|" ";" FILES "${FILES}")
 set(body "")
 foreach(file IN LISTS FILES)
@@ -18,7 +22,7 @@ endforeach()
 file(WRITE "${OUTPUT}" "#include <map>
 #include <string>
 namespace itn {
-const char* embedded_kernel(const std::string& path) {
+const char* ${FUNCTION}(const std::string& path) {
   static const std::map<std::string, const char*> files{
 ${body}  };
   const auto found = files.find(path);

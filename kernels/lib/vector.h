@@ -73,6 +73,10 @@ inline uint lane_bits(MASK mask) {
 }
 #endif
 
+inline REAL3 select3(MASK mask, REAL3 yes, REAL3 no) {
+  return make3(SELECT(mask, yes.x, no.x), SELECT(mask, yes.y, no.y), SELECT(mask, yes.z, no.z));
+}
+
 #define ANY(mask) (lane_bits(mask) != 0)
 #define LOWEST_BIT(bits) (31 - (int)clz((bits) & -(bits)))
 #define FOR_EACH_LANE(l, bits) \

@@ -16,20 +16,24 @@ MODEL fresnel_refracted_square(REAL cos_i, REAL eta) {
   return cos_i * cos_i + (eta - NUMBER(1)) * (eta + NUMBER(1));
 }
 
-MODEL fresnel_cos_t(REAL cos_i, REAL eta) {
+/* Reflectance and cosine of refraction. */
+MODEL_VOID fresnel_dielectric_refract(REAL cos_i, REAL eta, REAL* reflectance, REAL* cos_t) {
   REAL square = fresnel_refracted_square(cos_i, eta);
-  return SELECT(square > NUMBER(0), SQRT(SELECT(square > NUMBER(0), square, NUMBER(1))) / eta, NUMBER(0));
-}
-
-MODEL fresnel_dielectric(REAL cos_i, REAL eta) {
-  REAL square = fresnel_refracted_square(cos_i, eta);
+  MASK refracted = square > NUMBER(0);
   /* 1 where there is no refraction keeps the unused branch, and its derivative, finite. */
-  REAL t = SQRT(SELECT(square > NUMBER(0), square, NUMBER(1)));
+  REAL t = SQRT(SELECT(refracted, square, NUMBER(1)));
   REAL n = eta * eta * cos_i;
   REAL sum_s = cos_i + t, sum_p = n + t;
   REAL s = (cos_i - t) * sum_p, p = (n - t) * sum_s;
   REAL both = MAX(sum_s * sum_p, NUMBER(1e-18)); /* zero only at grazing incidence on equal indices, where F = 0 */
-  return SELECT(square > NUMBER(0), NUMBER(0.5) * (s * s + p * p) / (both * both), NUMBER(1));
+  *reflectance = SELECT(refracted, NUMBER(0.5) * (s * s + p * p) / (both * both), NUMBER(1));
+  *cos_t = SELECT(refracted, t / eta, NUMBER(0));
+}
+
+MODEL fresnel_dielectric(REAL cos_i, REAL eta) {
+  REAL reflectance, cos_t;
+  fresnel_dielectric_refract(cos_i, eta, &reflectance, &cos_t);
+  return reflectance;
 }
 
 #endif

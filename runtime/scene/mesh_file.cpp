@@ -1,62 +1,45 @@
 #include "runtime/scene/mesh_file.h"
 
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
+#include <fmt/core.h>
 
-#include <assimp/Importer.hpp>
+#include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <filesystem>
 
-#include "runtime/scene/xml/message.h"
+#include "runtime/error.h"
 
 namespace itn {
 namespace {
 
-std::array<float, 3> to_array(const aiVector3D& v) { return {v.x, v.y, v.z}; }
-
-void append(const aiMesh& part, Mesh& mesh, bool with_normals, bool with_texcoords) {
-  const auto first = static_cast<std::uint32_t>(mesh.position.size());
-  for (unsigned i = 0; i < part.mNumVertices; ++i) {
-    mesh.position.push_back(to_array(part.mVertices[i]));
-    if (with_normals) mesh.normal.push_back(to_array(part.mNormals[i]));
-    if (with_texcoords) mesh.texcoord.push_back({part.mTextureCoords[0][i].x, part.mTextureCoords[0][i].y});
-  }
-  for (unsigned i = 0; i < part.mNumFaces; ++i) {
-    const aiFace& face = part.mFaces[i];
-    if (face.mNumIndices == 3)  // points and lines are no surface
-      mesh.triangle.push_back({first + face.mIndices[0], first + face.mIndices[1], first + face.mIndices[2]});
-  }
+template <std::size_t size>
+void check_finite(const std::vector<std::array<float, size>>& values, const std::string& file, const char* what) {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    for (const float v : values[i])
+      if (!std::isfinite(v))
+        throw InputError(
+            fmt::format("{}: {} of vertex {} is {}; need finite numbers: mend the mesh", file, what, i, v));
 }
 
-template <std::size_t size>
-void check_finite(const std::vector<std::array<float, size>>& values, const std::string& file,
-                  const std::string& what) {
-  for (std::size_t i = 0; i < values.size(); ++i)
-    for (float v : values[i])
-      if (!std::isfinite(v))
-        throw InputError(file + ": " + what + " of vertex " + std::to_string(i) + " is " + to_text(v) +
-                         "; need finite numbers: mend the mesh");
+Mesh read_by_extension(const std::string& file) {
+  std::string extension = std::filesystem::path(file).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".ply") return read_ply(file);
+  if (extension == ".obj") return read_obj(file);
+  return read_with_assimp(file);
 }
 
 }  // namespace
 
 Mesh read_mesh(const std::string& file) {
-  Assimp::Importer importer;
-  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  const aiScene* scene = importer.ReadFile(file, aiProcess_Triangulate | aiProcess_PreTransformVertices);
-  if (!scene) throw InputError(file + ": not a readable mesh: " + importer.GetErrorString() + "; export it again");
-  bool with_normals = true, with_texcoords = true;
-  for (unsigned i = 0; i < scene->mNumMeshes; ++i) {
-    with_normals = with_normals && scene->mMeshes[i]->HasNormals();
-    with_texcoords = with_texcoords && scene->mMeshes[i]->HasTextureCoords(0);
-  }
-  Mesh mesh;
-  for (unsigned i = 0; i < scene->mNumMeshes; ++i) append(*scene->mMeshes[i], mesh, with_normals, with_texcoords);
-  if (mesh.triangle.empty()) throw InputError(file + ": the mesh has no triangles; need at least one");
+  Mesh mesh = read_by_extension(file);
+  if (mesh.triangle.empty()) throw InputError(file + ": the mesh is empty; need at least one triangle");
   for (const auto& corners : mesh.triangle)
-    for (std::uint32_t corner : corners)
+    for (const std::uint32_t corner : corners)
       if (corner >= mesh.position.size())
-        throw InputError(file + ": a triangle refers to vertex " + std::to_string(corner) + "; the mesh has " +
-                         std::to_string(mesh.position.size()) + ": mend the mesh");
+        throw InputError(fmt::format("{}: a triangle refers to vertex {}; the mesh has {}: mend the mesh", file, corner,
+                                     mesh.position.size()));
   check_finite(mesh.position, file, "position");
   check_finite(mesh.normal, file, "normal");
   check_finite(mesh.texcoord, file, "texture coordinate");

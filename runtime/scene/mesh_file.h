@@ -6,9 +6,16 @@
 
 namespace itn {
 
-// As the file says, in its own coordinates: vertices keep their order and are not merged for PLY; polygons become
-// triangles; all groups become one mesh. Normals and texture coordinates where every vertex has them. Throws InputError
-// naming the file for files that cannot be read, hold no triangle, an index out of range or a value that is not finite.
+// What the file says, in its own coordinates: polygons become fans of triangles, all groups one mesh. PLY vertices are
+// the file's, in its order; OBJ corners that share all their indices become one vertex. Normals only where every vertex
+// has one. Throws InputError naming the file and the place in it when it cannot be read, is truncated, holds no
+// triangle, an index out of range or a number that is not finite. By the ending of the name: .ply and .obj are read
+// here, everything else by Assimp.
 Mesh read_mesh(const std::string& file);
+
+// One format each; they do not look for numbers that are not finite, nor for empty meshes.
+Mesh read_ply(const std::string& file);
+Mesh read_obj(const std::string& file);
+Mesh read_with_assimp(const std::string& file);
 
 }  // namespace itn

@@ -38,6 +38,21 @@ struct Edge {
   bool forward;             // does it run from low to high?
 };
 
+// Equal edges side by side: a counting sort by the low end, then each short bucket by the high end.
+void group_by_ends(std::vector<Edge>& edges, std::size_t position_count) {
+  std::vector<std::size_t> start(position_count + 1, 0);
+  for (const Edge& e : edges) ++start[e.low + 1];
+  std::partial_sum(start.begin(), start.end(), start.begin());
+  std::vector<Edge> sorted(edges.size());
+  std::vector<std::size_t> next(start.begin(), start.end() - 1);
+  for (const Edge& e : edges) sorted[next[e.low]++] = e;
+  for (std::size_t i = 0; i < position_count; ++i)
+    std::sort(sorted.begin() + static_cast<std::ptrdiff_t>(start[i]),
+              sorted.begin() + static_cast<std::ptrdiff_t>(start[i + 1]),
+              [](const Edge& a, const Edge& b) { return a.high < b.high; });
+  edges = std::move(sorted);
+}
+
 }  // namespace
 
 void compute_normals(Mesh& mesh) {
@@ -91,8 +106,7 @@ Topology topology(const Mesh& mesh) {
                        number[from] < number[to]});
     }
   }
-  std::sort(edges.begin(), edges.end(),
-            [](const Edge& a, const Edge& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
+  group_by_ends(edges, *std::max_element(number.begin(), number.end()) + 1);
   for (std::size_t first = 0, last = 0; first < edges.size(); first = last) {
     while (last < edges.size() && edges[last].low == edges[first].low && edges[last].high == edges[first].high) ++last;
     const Vec3 middle = 0.5 * (to_double(mesh.position[edges[first].from]) + to_double(mesh.position[edges[first].to]));

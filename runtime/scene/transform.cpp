@@ -62,6 +62,16 @@ double determinant(const Transform& t) {
   return dot({t.m[0], t.m[1], t.m[2]}, cross({t.m[4], t.m[5], t.m[6]}, {t.m[8], t.m[9], t.m[10]}));
 }
 
+bool is_rigid(const Transform& t) {
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) {
+      double product = 0;
+      for (std::size_t k = 0; k < 3; ++k) product += t.m[4 * i + k] * t.m[4 * j + k];
+      if (!(std::abs(product - (i == j ? 1 : 0)) < 1e-4)) return false;
+    }
+  return true;
+}
+
 Transform inverse_transpose(const Transform& t) {
   const Vec3 r0{t.m[0], t.m[1], t.m[2]}, r1{t.m[4], t.m[5], t.m[6]}, r2{t.m[8], t.m[9], t.m[10]};
   const double s = 1 / determinant(t);
@@ -94,7 +104,9 @@ Vec3 step_vector(const Element& step, double fallback, bool one_number_for_all) 
 }
 
 Vec3 lookat_vector(const Element& step, const std::string& name) {
-  if (!step.attributes.count(name)) fail(step.where, "<lookat> has no " + name + "; need origin, target and up");
+  if (!step.attributes.count(name))
+    fail(step.where,
+         "<lookat> has no " + name + "; need origin and target, for example origin=\"0, 0, 5\" target=\"0, 0, 0\"");
   const std::vector<double> v = parse_numbers(step.attribute(name), step.where, "<lookat> " + name);
   if (v.size() != 3)
     fail(step.where, "<lookat>: " + name + "=" + quote(step.attribute(name)) + " has " + std::to_string(v.size()) +
@@ -102,20 +114,29 @@ Vec3 lookat_vector(const Element& step, const std::string& name) {
   return {v[0], v[1], v[2]};
 }
 
+// The one that Mitsuba chooses (Duff et al. 2017, Building an Orthonormal Basis, Revisited).
+Vec3 some_perpendicular(const Vec3& n) {
+  const double sign = std::copysign(1, n[2]), a = -1 / (sign + n[2]);
+  return {1 + sign * n[0] * n[0] * a, sign * n[0] * n[1] * a, -sign * n[0]};
+}
+
 Transform parse_step(const Element& step) {
   if (step.tag == "translate") return translate(step_vector(step, 0, false));
   if (step.tag == "scale") return scale(step_vector(step, 1, true));
   if (step.tag == "rotate") {
     const Vec3 axis = step_vector(step, 0, false);
-    if (!(length(axis) > 0)) fail(step.where, "<rotate>: axis is (0, 0, 0); need x, y or z, for example y=\"1\"");
+    // Mitsuba takes the axis as it is, which shears space unless it is a unit vector.
+    if (!(std::abs(length(axis) - 1) < 1e-3))
+      fail(step.where,
+           "<rotate>: the axis has length " + to_text(length(axis)) + "; need a unit vector, for example y=\"1\"");
     if (!step.attributes.count("angle")) fail(step.where, "<rotate> has no angle; need degrees");
     return rotate(axis, parse_number(step.attribute("angle"), step.where, "<rotate> angle"));
   }
   if (step.tag == "lookat") {
     const Vec3 origin = lookat_vector(step, "origin"), target = lookat_vector(step, "target");
-    const Vec3 up = lookat_vector(step, "up");
     const Vec3 forward = target - origin;
     if (!(length(forward) > 0)) fail(step.where, "<lookat>: origin and target are the same point; move one");
+    const Vec3 up = step.attributes.count("up") ? lookat_vector(step, "up") : some_perpendicular(normalize(forward));
     if (!(length(cross(up, forward)) > 1e-9 * length(up) * length(forward)))
       fail(step.where, "<lookat>: up is zero or parallel to the viewing direction; choose another up");
     return look_at(origin, target, up);

@@ -15,6 +15,8 @@ Transform look_at(const Vec3& origin, const Vec3& target, const Vec3& up);
 Vec3 transform_point(const Transform& t, const Vec3& p);  // affine: the last row is not used
 Vec3 transform_vector(const Transform& t, const Vec3& v);
 double determinant(const Transform& t);  // of the upper left 3x3 block
+// Does it keep lengths? Movements, turns, reflections.
+bool is_rigid(const Transform& t);
 // Inverse transpose of the upper left 3x3 block (for normals). The determinant must not be zero.
 Transform inverse_transpose(const Transform& t);
 

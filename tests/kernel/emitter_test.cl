@@ -26,7 +26,7 @@ __kernel void evaluate(__global const EmitterRecord* record, __global const floa
     STORE(out, at + (3 + c) * n, sun[c]);
   }
   STORE(out, at + 6 * n, pdf);
-  STORE(out, at + 7 * n, SELECT(inside, 1, 0));
+  STORE(out, at + 7 * n, SELECT(inside, 1, 0) + SELECT(emitter_in_sun(record, d), 2, 0));
 }
 
 __kernel void sample(__global const EmitterRecord* record, __global const float* tables, __global const float* u,

@@ -19,7 +19,6 @@ double roughness(Properties& properties, const std::string& name, double fallbac
   if (!(alpha > 0))
     properties.fail_at(name,
                        name + " = " + to_text(alpha) + "; need more than 0: for a smooth boundary use dielectric");
-  if (alpha > 1) properties.fail_at(name, name + " = " + to_text(alpha) + "; need at most 1");
   return alpha;
 }
 

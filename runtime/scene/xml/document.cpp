@@ -37,6 +37,8 @@ const std::map<std::string, std::vector<std::string>> attributes_of = {
     {"matrix", {"value"}},
     {"default", {"name", "value"}},
     {"include", {"filename"}},
+    {"alias", {"id", "as"}},
+    {"path", {"value"}},
 };
 
 // Elements nest at most this deep: deeper files are hostile, and the readers recurse.
@@ -96,6 +98,8 @@ class Reader {
       fail(element->where, "outermost element is <" + element->tag + ">; need <scene version=\"3.0.0\">");
     return element;
   }
+
+  std::vector<std::string> folders;  // of <path>
 
   void check_definitions_used() const {
     if (unused_.empty()) return;
@@ -180,6 +184,12 @@ class Reader {
       const fs::path folder = fs::path(child->where.file).parent_path();
       std::unique_ptr<Element> included = read_file((folder / child->attribute("filename")).string(), &child->where);
       for (auto& element : included->children) parent.children.push_back(std::move(element));
+    } else if (child->tag == "path") {
+      if (child->attribute("value").empty()) fail(child->where, "<path> has no value; need a folder");
+      const fs::path folder = fs::path(child->where.file).parent_path() / child->attribute("value");
+      std::error_code status;
+      if (!fs::is_directory(folder, status)) fail(child->where, "<path>: no such folder " + quote(folder.string()));
+      folders.push_back(folder.string());
     } else {
       parent.children.push_back(std::move(child));
     }
@@ -204,6 +214,20 @@ void collect_ids(Element& element, Document& document) {
   for (auto& child : element.children) collect_ids(*child, document);
 }
 
+void apply_aliases(const Element& element, Document& document) {
+  for (const auto& child : element.children) {
+    if (child->tag == "alias") {
+      const std::string &id = child->attribute("id"), &as = child->attribute("as");
+      const auto target = document.by_id.find(id);
+      if (target == document.by_id.end()) fail(child->where, "<alias>: no element has the id " + quote(id));
+      if (as.empty()) fail(child->where, "<alias> has no as; need a second id");
+      if (!document.by_id.emplace(as, target->second).second)
+        fail(child->where, "<alias>: id " + quote(as) + " is taken");
+    }
+    apply_aliases(*child, document);
+  }
+}
+
 void name_the_nameless(Element& element, const Document& document, std::map<std::string, int>& count) {
   if (is_object_tag(element.tag) && element.id.empty()) {
     const std::string& type = element.attribute("type");
@@ -222,6 +246,16 @@ const std::string& Element::attribute(const std::string& name) const {
   return found == attributes.end() ? empty : found->second;
 }
 
+std::string find_file(const std::string& name, const std::string& named_in, const std::vector<std::string>& folders) {
+  const fs::path path(name), beside = fs::path(named_in).parent_path() / path;
+  if (path.is_absolute()) return name;
+  std::error_code status;
+  if (fs::is_regular_file(beside, status)) return beside.string();
+  for (const std::string& folder : folders)
+    if (fs::is_regular_file(fs::path(folder) / path, status)) return (fs::path(folder) / path).string();
+  return beside.string();
+}
+
 bool is_object_tag(const std::string& tag) { return object_tags.count(tag) > 0; }
 
 Document read_document(const std::string& file, const std::map<std::string, std::string>& definitions) {
@@ -229,7 +263,9 @@ Document read_document(const std::string& file, const std::map<std::string, std:
   Document document;
   document.root = reader.read_file(file, nullptr);
   reader.check_definitions_used();
+  document.folders = reader.folders;
   collect_ids(*document.root, document);
+  apply_aliases(*document.root, document);
   std::map<std::string, int> count;
   name_the_nameless(*document.root, document, count);
   return document;

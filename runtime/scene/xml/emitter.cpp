@@ -23,14 +23,8 @@ double not_negative(Properties& properties, const std::string& name, double fall
 // A rotation: Mitsuba also takes scalings, which shear the directions of an environment.
 Transform rotation(Properties& properties) {
   const Transform t = properties.transform("to_world");
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) {
-      double product = 0;
-      for (std::size_t k = 0; k < 3; ++k) product += t.m[4 * i + k] * t.m[4 * j + k];
-      if (std::abs(product - (i == j ? 1 : 0)) > 1e-4)
-        properties.fail_at("to_world", "to_world scales or shears; an environment can only be turned: need a rotation");
-    }
-  }
+  if (!is_rigid(t))
+    properties.fail_at("to_world", "to_world scales or shears; an environment can only be turned: need a rotation");
   return t;
 }
 

@@ -18,6 +18,8 @@ void build_integrator(Builder& builder, const Element& element) {
   integrator.max_depth = static_cast<int>(max_depth);
   integrator.rr_depth = static_cast<int>(rr_depth);
   integrator.hide_emitters = properties.boolean("hide_emitters", false);
+  // How Mitsuba samples: changes no expected value.
+  if (properties.type() == "volpathmis") properties.boolean("use_spectral_mis", true);
   properties.finish();
 }
 

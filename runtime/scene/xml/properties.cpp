@@ -28,7 +28,7 @@ Properties::Properties(const Document& document, const Element& element) : docum
   std::map<std::string, const Element*> seen;
   for (const auto& child : element.children) {
     const std::string& name = child->attribute("name");
-    if (name.empty() && !is_object_tag(child->tag) && child->tag != "ref")
+    if (name.empty() && !is_object_tag(child->tag) && child->tag != "ref" && child->tag != "alias")
       fail(child->where, title() + ": <" + child->tag + "> has no name; need name=\"...\"");
     if (name.empty()) continue;
     const auto [other, is_new] = seen.emplace(name, child.get());
@@ -116,7 +116,7 @@ std::string Properties::text(const std::string& name) {
 }
 
 std::string Properties::choice(const std::string& name, const std::vector<std::string>& allowed) {
-  const std::string got = text(name, allowed[0]);
+  const std::string got = lower_case(text(name, allowed[0]));
   if (std::find(allowed.begin(), allowed.end(), got) == allowed.end())
     fail_at(name, quote(name) + " is " + quote(got) + need_one_of(got, allowed));
   return got;
@@ -163,18 +163,15 @@ Color Properties::color(const std::string& name, const Color& fallback) {
 }
 
 std::string Properties::file(const std::string& name) {
-  namespace fs = std::filesystem;
   const std::string given = text(name);
   if (given.empty()) fail_at(name, quote(name) + " is empty; need a path");
-  const fs::path path(given);
+  std::vector<std::string> folders = document_.folders;
+  folders.push_back(std::filesystem::path(document_.root->where.file).parent_path().string());
+  const std::string file = find_file(given, element_.where.file, folders);
   std::error_code status;
-  std::vector<fs::path> tried{path};
-  if (path.is_relative())
-    tried = {fs::path(element_.where.file).parent_path() / path,
-             fs::path(document_.root->where.file).parent_path() / path};
-  for (const fs::path& candidate : tried)
-    if (fs::is_regular_file(candidate, status)) return candidate.string();
-  fail_at(name, "no such file " + quote(tried[0].string()) + "; paths are relative to the scene file");
+  if (!std::filesystem::is_regular_file(file, status))
+    fail_at(name, "no such file " + quote(file) + "; paths are relative to the scene file");
+  return file;
 }
 
 bool Properties::is_object(const std::string& name) {
@@ -218,7 +215,7 @@ std::vector<const Element*> Properties::objects(const std::string& tag) {
 
 void Properties::finish() const {
   for (const auto& child : element_.children) {
-    if (used_.count(child.get())) continue;
+    if (used_.count(child.get()) || child->tag == "alias") continue;
     const std::string& name = child->attribute("name");
     if (child->tag == "ref" || is_object_tag(child->tag)) {
       const Element& target = resolve(*child);

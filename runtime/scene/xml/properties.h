@@ -31,7 +31,7 @@ class Properties {
   bool boolean(const std::string& name, bool fallback);
   std::string text(const std::string& name, const std::string& fallback);
   std::string text(const std::string& name);
-  // One of `allowed`; the first is the default.
+  // One of `allowed`, in lower or upper case; the first is the default.
   std::string choice(const std::string& name, const std::vector<std::string>& allowed);
   Vec3 vector(const std::string& name, const Vec3& fallback);
   Transform transform(const std::string& name);  // identity when absent

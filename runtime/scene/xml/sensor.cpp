@@ -129,6 +129,8 @@ void build_sensor(Builder& builder, const Element& element) {
     properties.fail_at("far_clip", "far_clip = " + to_text(sensor.far_clip) +
                                        "; need more than near_clip = " + to_text(sensor.near_clip));
   sensor.to_world = properties.transform("to_world");
+  if (!sensor.orthographic && !is_rigid(sensor.to_world))
+    properties.fail_at("to_world", "to_world scales or shears; a perspective sensor can only be moved and turned");
   properties.finish();
   builder.scene.sensors.push_back(sensor);
 }

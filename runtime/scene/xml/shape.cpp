@@ -19,7 +19,11 @@ std::array<float, 3> to_float(const Vec3& v) {
   return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
 }
 
-void apply(const Transform& to_world, Mesh& mesh) {
+// With normals of its own a mesh keeps its outside under a reflection; without, as in Mitsuba, the winding decides,
+// which a reflection turns around.
+void apply(const Transform& to_world, Mesh& mesh, bool keeps_outside) {
+  if (keeps_outside && determinant(to_world) < 0)
+    for (auto& t : mesh.triangle) std::swap(t[1], t[2]);
   const Transform for_normals = inverse_transpose(to_world);
   for (auto& p : mesh.position) p = to_float(transform_point(to_world, {p[0], p[1], p[2]}));
   for (auto& n : mesh.normal) {
@@ -56,14 +60,15 @@ void build_mesh(Builder& builder, Properties& properties, Shape& shape) {
   }
   if (flip_texcoords)
     for (auto& uv : mesh.texcoord) uv[1] = 1 - uv[1];
-  apply(to_world, mesh);
+  apply(to_world, mesh, !mesh.normal.empty() && !face_normals);
   prepare(builder, properties, mesh, face_normals, flip_normals);
   shape.mesh = std::make_shared<const Mesh>(std::move(mesh));
 }
 
 void build_flat(Builder& builder, Properties& properties, Shape& shape, Mesh mesh) {
   const bool flip_normals = properties.boolean("flip_normals", false);
-  apply(properties.transform("to_world"), mesh);
+  properties.boolean("face_normals", false);  // they are flat either way
+  apply(properties.transform("to_world"), mesh, true);
   prepare(builder, properties, mesh, true, flip_normals);
   shape.mesh = std::make_shared<const Mesh>(std::move(mesh));
 }
@@ -85,7 +90,7 @@ void build_sphere(Properties& properties, Shape& shape) {
   }
   shape.center = transform_point(t, center);
   shape.radius = radius * scale;
-  shape.flip_normals = properties.boolean("flip_normals", false);
+  shape.flip_normals = properties.boolean("flip_normals", false) != (determinant(t) < 0);
 }
 
 void build_disk(Properties& properties, Shape& shape) {
@@ -105,8 +110,9 @@ void check_boundary(const Shape& shape, const std::string& title) {
   if (shape.kind == Shape::Kind::disk) fail(shape.where, purpose + " but is not closed; need a closed shape");
   if (shape.kind == Shape::Kind::sphere) {
     if (shape.flip_normals)
-      fail(shape.where,
-           purpose + " but is turned inside out; take flip_normals away, or exchange interior and exterior");
+      fail(shape.where, purpose +
+                            " but is turned inside out; take flip_normals or the reflection in to_world away, or "
+                            "exchange interior and exterior");
     return;
   }
   const Topology t = topology(*shape.mesh);
@@ -123,7 +129,7 @@ void check_boundary(const Shape& shape, const std::string& title) {
                           "; need a consistent orientation");
   if (t.volume <= 0)
     fail(shape.where, purpose + " but is turned inside out (signed volume " + to_text(t.volume) +
-                          "); need normals that point out: set flip_normals");
+                          "); need normals that point out: set flip_normals, or mend the mesh");
 }
 
 int default_bsdf(Builder& builder, const Shape& shape) {
@@ -162,6 +168,7 @@ void build_shape(Builder& builder, const Element& element) {
     shape.bsdf = default_bsdf(builder, shape);
   if (const Element* medium = properties.object("medium", "interior")) shape.interior = build_medium(builder, *medium);
   if (const Element* medium = properties.object("medium", "exterior")) shape.exterior = build_medium(builder, *medium);
+  properties.number("silhouette_sampling_weight", 1);  // how Mitsuba samples edges: not used here
   properties.finish();
   if (shape.interior != shape.exterior) check_boundary(shape, properties.title());
   builder.scene.shapes.push_back(shape);

@@ -1,5 +1,6 @@
 #include "runtime/scene/xml/values.h"
 
+#include <cctype>
 #include <charconv>
 #include <cmath>
 
@@ -25,6 +26,11 @@ bool convert(const std::string& text, T& out) {
 
 }  // namespace
 
+std::string lower_case(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
 double parse_number(const std::string& text, const Location& where, const std::string& what) {
   double out = 0;
   if (!convert(trim(text), out)) fail(where, what + ": got " + quote(text) + ", need a number");
@@ -39,7 +45,7 @@ long parse_integer(const std::string& text, const Location& where, const std::st
 }
 
 bool parse_boolean(const std::string& text, const Location& where, const std::string& what) {
-  const std::string word = trim(text);
+  const std::string word = lower_case(trim(text));
   if (word == "true") return true;
   if (word == "false") return false;
   fail(where, what + ": got " + quote(text) + ", need \"true\" or \"false\"");

@@ -14,4 +14,6 @@ bool parse_boolean(const std::string& text, const Location& where, const std::st
 // Separated by spaces or commas; at least one.
 std::vector<double> parse_numbers(const std::string& text, const Location& where, const std::string& what);
 
+std::string lower_case(std::string text);
+
 }  // namespace itn

@@ -1,0 +1,32 @@
+/* Film: sums of a pixel's samples and of their squares, in the order of the samples, carried on from launch to launch. */
+
+/* *sum + *error = *sum + *error + b, with what rounding takes from the sum kept in the error (Knuth's TwoSum). */
+inline void add_exactly(float* sum, float* error, float b) {
+  float a = *sum, s = a + b, part = s - a;
+  *error += (a - (s - part)) + (b - part);
+  *sum = s;
+}
+
+/* samples: from first_sample on [pixel][sample][channel]; sums: [pixel][channel][sum, its error, sum of squares, its error].
+ * luminance: one channel, the luminance of three (Rec. 709). Squares are rounded once each, below the noise they measure. */
+__kernel void accumulate(__global const float* restrict samples, uint first_sample, int samples_a_pixel, int channels,
+                         int luminance, int first_pixel, int pixels, __global float* restrict sums) {
+  int pixel = get_global_id(0);
+  if (pixel >= pixels) return;
+  __global const float* in = samples + ((size_t)first_sample + (size_t)pixel * samples_a_pixel) * channels;
+  int out_channels = luminance ? 1 : channels;
+  for (int c = 0; c < out_channels; ++c) {
+    __global float* out = sums + 4 * ((size_t)(first_pixel + pixel) * out_channels + c);
+    float sum = out[0], error = out[1], square = out[2], square_error = out[3];
+    for (int s = 0; s < samples_a_pixel; ++s) {
+      __global const float* rgb = in + s * channels;
+      float x = luminance ? 0.212671f * rgb[0] + 0.715160f * rgb[1] + 0.072169f * rgb[2] : rgb[c];
+      add_exactly(&sum, &error, x);
+      add_exactly(&square, &square_error, x * x);
+    }
+    out[0] = sum;
+    out[1] = error;
+    out[2] = square;
+    out[3] = square_error;
+  }
+}

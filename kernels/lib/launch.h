@@ -1,0 +1,122 @@
+/* Everything a stage reads, and what every stage does with it: random numbers, roulette, the end of a path. */
+#ifndef ITN_LAUNCH_H
+#define ITN_LAUNCH_H
+#include "lib/vector.h"
+#include "lib/random.h"
+#include "lib/pool.h"
+#include "lib/trace.h"
+#include "lib/flight_grid.h"
+#include "lib/emitter.h"
+#include "shared/scene_layout.h"
+
+typedef struct {
+  __global const float* nodes;
+  __global const float* leaves;
+  __global const PrimitiveRecord* primitives;
+  __global const uint* grid;
+  __global const GeometryRecord* geometries;
+  __global const JobRecord* jobs;
+  __global const CameraRecord* cameras;
+  __global const ShapeRecord* shapes;
+  __global const BsdfRecord* bsdfs;
+  __global const MediumRecord* media;
+  __global const EmitterRecord* emitters;
+  __global const float* emitter_tables;
+  __global const TextureRecord* textures;
+  __global const float* texels;
+  __global float* samples; /* radiance of each sample, RADIANCE_CHANNELS floats */
+} Launch;
+
+#define FIELD_OF(record, member) ((int)(((__global const char*)&((__global const record*)0)->member - (__global const char*)0) / 4))
+
+/* Random numbers of one event of each path. */
+typedef struct {
+  UINT pixel, sample;
+  INT event;
+  uint seed_low, seed_high;
+} Random;
+
+inline Random load_random(__global const JobRecord* job, const Pool* pool, INT slots) {
+  Random r;
+  r.pixel = AS_UINT(LOAD_INT(pool, PIXEL, slots));
+  r.sample = AS_UINT(LOAD_INT(pool, SAMPLE, slots));
+  r.event = LOAD_INT(pool, EVENT, slots);
+  r.seed_low = job->seed_low;
+  r.seed_high = job->seed_high;
+  return r;
+}
+inline void draw(const Random* r, uint stream, REAL u[4]) {
+  random4(r->pixel, r->sample, AS_UINT(r->event), stream, r->seed_low, r->seed_high, u);
+}
+
+/* Weight of each throughput channel beyond the throughput: one-pass spectral MIS (balance heuristic over the channels
+ * whose sigma_t could have been the hero's). Without RGB sigma_t: 1. */
+#if SPECTRAL
+inline void spectral_weights(const REAL ratio[3], REAL weight[3]) {
+  REAL inverse = 3.0f / (ratio[0] + ratio[1] + ratio[2]);
+  for (int c = 0; c < 3; ++c) weight[c] = ratio[c] * inverse;
+}
+#endif
+
+inline INT plain_depth(INT depth) {
+#if OPERATOR_SINGLE
+  return depth & (SCATTERED_ONCE - 1);
+#else
+  return depth;
+#endif
+}
+
+/* Russian roulette as Mitsuba plays it: from rr_depth on, survival with the largest throughput, at most 0.95. Returns who
+ * dies; survivors' throughput is raised in place. */
+inline MASK roulette(__global const JobRecord* job, INT depth, REAL u, MASK active, REAL largest, REAL throughput[]) {
+  REAL survival = MIN(largest, (REAL)0.95f);
+  MASK plays = active & (depth > job->rr_depth);
+  MASK dies = plays & (u >= survival);
+  REAL raise = SELECT(plays & !dies, 1.0f / MAX(survival, (REAL)1e-20f), 1.0f);
+  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= raise;
+  return (active & (largest <= 0.0f)) | dies | (active & (depth >= job->max_depth));
+}
+
+inline REAL largest_channel(const REAL throughput[]) {
+#if THROUGHPUT_CHANNELS == 1
+  return throughput[0];
+#else
+  return MAX(throughput[0], MAX(throughput[1], throughput[2]));
+#endif
+}
+
+/* The path is complete: its radiance is written where its pixel and sample say, its slot is free. */
+inline void finish(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK mask) {
+  Lanes slot;
+  slot.integer = slots;
+  uint bits = lane_bits(mask);
+  __global const int* ints = (__global const int*)pool->fields;
+  FOR_EACH_LANE(l, bits) {
+    int s = slot.i[l];
+    int output = job->first_output + (ints[PIXEL * pool->stride + s] - job->first_pixel) * job->samples +
+                 ints[SAMPLE * pool->stride + s] - job->first_sample;
+    for (int c = 0; c < RADIANCE_CHANNELS; ++c)
+      launch->samples[output * RADIANCE_CHANNELS + c] = pool->fields[(RADIANCE + c) * pool->stride + s];
+  }
+  push(pool, QUEUE_FREE, slots, mask);
+}
+
+/* Paths that have arrived at primitives wait for the stage of their boundary. */
+inline void push_surface(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK mask,
+                         INT primitive) {
+  Lanes slot, hit;
+  slot.integer = slots;
+  hit.integer = primitive;
+  uint bits = lane_bits(mask);
+  FOR_EACH_LANE(l, bits) {
+    int shape = job->first_shape + launch->primitives[hit.i[l]].shape;
+    int queue = QUEUE_NULL + launch->bsdfs[launch->shapes[shape].bsdf].kind;
+#if FUSED
+    pool->items[queue * pool->stride + pool->length[queue]++] = slot.i[l];
+#else
+    pool->items[queue * pool->stride + atomic_inc(pool->length + queue)] = slot.i[l];
+#endif
+  }
+}
+
+#endif

@@ -1,0 +1,99 @@
+/* Light sampled at a vertex: which light, in which direction, with which density. The escape stage weighs what it finds by
+ * chance against the same density (MIS, balance heuristic).
+ *
+ *   at surfaces       the sun with probability emitter->sun_share, else the sky (or environment map)
+ *   in media          the sun alone where there is one: the phase function finds the sky by itself (kernels/README.md)
+ *
+ * LAST_PDF > 0: light was sampled at the last vertex as in media; < 0: as at surfaces; 0: not. */
+#ifndef ITN_LIGHT_SAMPLING_H
+#define ITN_LIGHT_SAMPLING_H
+#include "lib/emitter.h"
+#include "lib/launch.h"
+#include "model/phase_henyey_greenstein.h"
+
+inline void emitter_radiance(const Launch* launch, __global const EmitterRecord* emitter, REAL3 direction,
+                             REAL rgb[3]) {
+  emitter_sky_radiance(emitter, launch->emitter_tables, direction, rgb);
+#if HAS_SUN
+  REAL sun[3];
+  MASK inside = emitter_sun_radiance(emitter, launch->emitter_tables, direction, sun);
+  for (int c = 0; c < 3; ++c) rgb[c] += SELECT(inside, sun[c], 0.0f);
+#endif
+}
+
+#if LIGHT_SAMPLING
+
+inline REAL sun_share(__global const EmitterRecord* emitter, MASK at_surface) {
+#if HAS_SUN
+  float share = emitter->sun_weight / (emitter->sun_weight + emitter->sky_weight);
+  return SELECT(at_surface, clamp(share, 0.1f, 0.9f), 1.0f);
+#else
+  return (REAL)(0.0f);
+#endif
+}
+
+/* Density of the sampled light directions [1/sr]. */
+inline REAL light_sampling_pdf(const Launch* launch, __global const EmitterRecord* emitter, REAL3 direction,
+                               MASK at_surface) {
+  REAL share = sun_share(emitter, at_surface);
+  REAL pdf = (REAL)(0.0f);
+#if HAS_SUN
+  pdf = SELECT(emitter_in_sun(emitter, direction), share * emitter->sun_pdf, 0.0f);
+#endif
+  if (ANY(share < 1.0f)) pdf += (1.0f - share) * sky_pdf(emitter, launch->emitter_tables, direction);
+  return pdf;
+}
+
+/* Draws a direction; rgb: radiance of all light from there. */
+inline void sample_light(const Launch* launch, __global const EmitterRecord* emitter, MASK at_surface, const REAL u[3],
+                         REAL3* direction, REAL* pdf, REAL rgb[3]) {
+  REAL share = sun_share(emitter, at_surface);
+  MASK sun = u[2] < share;
+#if HAS_SUN
+  REAL ignored[3];
+  sun_sample(emitter, launch->emitter_tables, u[0], u[1], direction, ignored);
+#endif
+  if (ANY(!sun)) {
+    REAL3 sky;
+    REAL sky_density, sky_rgb[3];
+    sky_sample(emitter, launch->emitter_tables, u[0], u[1], &sky, &sky_density, sky_rgb);
+#if HAS_SUN
+    *direction = select3(sun, *direction, sky);
+#else
+    *direction = sky;
+#endif
+  }
+  *pdf = light_sampling_pdf(launch, emitter, *direction, at_surface);
+  emitter_radiance(launch, emitter, *direction, rgb);
+}
+
+/* Sets the connection of the lanes in `mask`, whose vertex scatters towards `direction` with throughput times value[]. */
+inline void store_connection(const Pool* pool, INT slots, MASK mask, REAL3 direction, const REAL weight[]) {
+  INT at = SELECT_INT(mask, slots, pool->stride - WIDTH + LANE_INDEX);
+  store3(pool, SHADOW_X, at, direction);
+  for (int c = 0; c < RADIANCE_CHANNELS; ++c) STORE(pool, SHADOW_WEIGHT + c, at, weight[c]);
+}
+
+#if MEDIUM_LIGHT_SAMPLING
+/* Connection of scattering vertices in media with an index-matched boundary; returns the lanes that have one. */
+inline MASK sample_light_in_medium(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
+                                   const Random* random, MASK mask, REAL3 direction, const REAL throughput[],
+                                   const REAL spectral[3], REAL g) {
+  __global const EmitterRecord* emitter = launch->emitters + job->emitter;
+  REAL u[4];
+  draw(random, 1, u);
+  REAL3 to_light;
+  REAL pdf, light[3], weight[3];
+  sample_light(launch, emitter, (MASK)(0), u, &to_light, &pdf, light);
+  REAL phase = henyey_greenstein(dot3(direction, to_light), g);
+  /* f / p times the MIS weight p / (p + phase) */
+  REAL value = phase / (pdf + phase) * LOAD(pool, REFRACTION_SCALE, slots);
+  for (int c = 0; c < RADIANCE_CHANNELS; ++c)
+    weight[c] = throughput[THROUGHPUT_CHANNELS == 1 ? 0 : c] * spectral[c] * value * light[c];
+  store_connection(pool, slots, mask, to_light, weight);
+  return mask;
+}
+#endif
+
+#endif
+#endif

@@ -1,0 +1,51 @@
+/* Geometric normal, shading normal and texture coordinates at a hit, from the primitive's record. */
+#ifndef ITN_SURFACE_FRAME_H
+#define ITN_SURFACE_FRAME_H
+#include "lib/vector.h"
+#include "shared/geometry_layout.h"
+
+/* u, v: as trace() returned them. position is used for spheres only. Definitions HAS_SMOOTH (some mesh has vertex normals),
+ * HAS_ROUND (spheres or disks) and HAS_TEXTURE leave out what a scene does not need. */
+inline void surface_frame(__global const PrimitiveRecord* primitives, INT primitive, REAL u, REAL v, REAL3 position,
+                          REAL3* normal, REAL3* shading, REAL texture[2]) {
+  __global const float* record = (__global const float*)primitives;
+  INT at = primitive * (int)(sizeof(PrimitiveRecord) / sizeof(float));
+  *normal = make3(GATHER(record, at), GATHER((record + 1), at), GATHER((record + 2), at));
+  INT flags = GATHER_INT(((__global const int*)(record + 11)), at);
+#if HAS_ROUND
+  MASK sphere = (flags & PRIMITIVE_SPHERE) != 0;
+  if (ANY(sphere)) {
+    REAL3 out = sub3(position, *normal); /* the record holds the centre */
+    REAL inverse = SELECT((flags & PRIMITIVE_FLIPPED) != 0, -1.0f, 1.0f) / SQRT(dot3(out, out));
+    normal->x = SELECT(sphere, out.x * inverse, normal->x);
+    normal->y = SELECT(sphere, out.y * inverse, normal->y);
+    normal->z = SELECT(sphere, out.z * inverse, normal->z);
+  }
+#endif
+  *shading = *normal;
+#if HAS_SMOOTH
+  MASK smooth = (flags & PRIMITIVE_SMOOTH) != 0;
+  if (ANY(smooth)) {
+    REAL w = 1.0f - u - v;
+    REAL3 n;
+    n.x = w * GATHER((record + 12), at) + u * GATHER((record + 15), at) + v * GATHER((record + 18), at);
+    n.y = w * GATHER((record + 13), at) + u * GATHER((record + 16), at) + v * GATHER((record + 19), at);
+    n.z = w * GATHER((record + 14), at) + u * GATHER((record + 17), at) + v * GATHER((record + 20), at);
+    REAL length2 = dot3(n, n);
+    smooth = smooth & (length2 > 0.0f);
+    REAL inverse = 1.0f / SQRT(length2);
+    shading->x = SELECT(smooth, n.x * inverse, normal->x);
+    shading->y = SELECT(smooth, n.y * inverse, normal->y);
+    shading->z = SELECT(smooth, n.z * inverse, normal->z);
+  }
+#endif
+#if HAS_TEXTURE
+  REAL w0 = 1.0f - u - v;
+  texture[0] = w0 * GATHER((record + 4), at) + u * GATHER((record + 6), at) + v * GATHER((record + 8), at);
+  texture[1] = w0 * GATHER((record + 5), at) + u * GATHER((record + 7), at) + v * GATHER((record + 9), at);
+#else
+  texture[0] = texture[1] = (REAL)(0.0f);
+#endif
+}
+
+#endif

@@ -1,0 +1,49 @@
+/* A path between two stages: one float or int a field, fields[FIELD * stride + slot]; and the queues it can wait in.
+ * Features that a scene does not use (definitions of the program, see runtime/wavefront/features.h) take no room. */
+#ifndef ITN_PATH_STATE_H
+#define ITN_PATH_STATE_H
+
+enum {
+  POSITION_X, POSITION_Y, POSITION_Z,
+  DIRECTION_X, DIRECTION_Y, DIRECTION_Z, /* unit, of travel from the camera on */
+  THROUGHPUT, /* THROUGHPUT_CHANNELS fields; without the refraction scale below */
+  RADIANCE = THROUGHPUT + THROUGHPUT_CHANNELS, /* RADIANCE_CHANNELS fields: gathered so far */
+  REFRACTION_SCALE = RADIANCE + RADIANCE_CHANNELS, /* (n here / n at the camera)^-2: radiance over basic radiance */
+  PIXEL, SAMPLE, /* ints: with the job's seed and EVENT the counter of the random numbers */
+  EVENT,
+  DEPTH,  /* scatterings so far, surfaces and media, index-matched boundaries not counted */
+  MEDIUM, /* current medium, -1: vacuum */
+  SKIP,   /* primitive the path stands on, -1: none */
+  HIT,    /* primitive it has arrived at */
+  HIT_U, HIT_V, /* barycentric (triangle), phase etc. see trace.h */
+  LAST_PDF, /* solid-angle density of DIRECTION at the last vertex where light was sampled too, 0: none was */
+  JOB,
+#if SPECTRAL
+  SPECTRAL_RATIO, /* 3 fields: density of the path for each channel's sigma_t over that for the hero channel's */
+  HERO = SPECTRAL_RATIO + 3,
+#endif
+#if LIGHT_SAMPLING
+  SHADOW_X, SHADOW_Y, SHADOW_Z, /* direction to the light */
+  SHADOW_WEIGHT, /* RADIANCE_CHANNELS fields: to be added if the light is seen */
+  SHADOW_END_ = SHADOW_WEIGHT + RADIANCE_CHANNELS - 1,
+#endif
+  FIELDS
+};
+
+/* In the OPERATOR_SINGLE build DEPTH also holds, above the count of scatterings, whether the path has scattered in a medium. */
+#define SCATTERED_ONCE 0x1000000
+
+enum {
+  QUEUE_FREE,   /* slots without a path */
+  QUEUE_RAY,    /* in vacuum: to the next surface */
+  QUEUE_NULL,   /* at an index-matched boundary */
+  QUEUE_DIFFUSE,
+  QUEUE_DIELECTRIC,
+  QUEUE_ROUGH_DIELECTRIC,
+  QUEUE_MEDIUM, /* in a participating medium: free flights and scatterings to the next boundary */
+  QUEUE_SHADOW, /* light to be connected, then on to RAY, MEDIUM or the end */
+  QUEUE_ESCAPE, /* left the scene */
+  QUEUES
+};
+
+#endif

@@ -1,0 +1,78 @@
+/* What the device knows of a scene beside geometry (geometry_layout.h) and light (emitter_layout.h): plain records, the
+ * same bytes on host and device. Indices are absolute positions in the arrays of a launch, which may hold several scenes. */
+#ifndef ITN_SCENE_LAYOUT_H
+#define ITN_SCENE_LAYOUT_H
+
+/* A film position (a, b), a = 1 - 2 x / width, b = 1 - 2 y / height, sees the ray
+ *   origin = origin_0 + a origin_a + b origin_b, direction ~ direction_0 + a direction_a + b direction_b. */
+typedef struct {
+  float origin_0[3], origin_a[3], origin_b[3];
+  float direction_0[3], direction_a[3], direction_b[3];
+  float inverse_width, inverse_height; /* of the whole film [1/pixel] */
+  int crop_x, crop_y, crop_width;      /* pixel i of a job is (crop_x + i % crop_width, crop_y + i / crop_width) */
+  int filter;                          /* FILTER_* */
+  float filter_size;                   /* tent: radius, gaussian: standard deviation [pixel] */
+  int medium;                          /* -1: vacuum */
+} CameraRecord;
+
+enum { FILTER_BOX, FILTER_TENT, FILTER_GAUSSIAN };
+
+typedef struct {
+  float sigma_t[3]; /* [1/scene unit] */
+  float albedo[3];
+  float g; /* mean cosine of Henyey-Greenstein, 0: isotropic */
+  int index_matched; /* some boundary of it is: light can be connected straight through */
+} MediumRecord;
+
+typedef struct {
+  int bsdf;
+  int interior, exterior; /* media, -1: vacuum */
+  int pad;
+} ShapeRecord;
+
+enum { BSDF_NULL, BSDF_DIFFUSE, BSDF_DIELECTRIC, BSDF_ROUGH_DIELECTRIC, BSDF_KINDS };
+
+typedef struct {
+  int kind;         /* BSDF_* */
+  int distribution; /* rough: MICROFACET_* of microfacet.h */
+  float alpha;
+  float eta; /* interior over exterior index */
+  float reflectance[3];
+  int texture; /* -1: none, else in the texture table */
+  float specular_reflectance[3], specular_transmittance[3];
+  int twosided;
+  int pad;
+} BsdfRecord;
+
+/* Texels are float rgb, row 0 at v = 0, in one array for all textures. */
+enum { TEXTURE_REPEAT, TEXTURE_MIRROR, TEXTURE_CLAMP };
+
+typedef struct {
+  int offset, width, height;
+  int wrap;    /* TEXTURE_* */
+  int nearest; /* else bilinear */
+  float to_uv[6];
+  int pad;
+} TextureRecord;
+
+/* One image with one set of parameters. */
+typedef struct {
+  int camera, geometry, emitter;
+  int first_shape; /* shape k of the geometry is shapes[first_shape + k] */
+  int max_depth;   /* a path with k scatterings counts if k < max_depth */
+  int rr_depth;
+  int first_pixel;  /* of this launch */
+  int first_sample; /* of this launch */
+  int samples;      /* a pixel in this launch */
+  int first_output; /* sample s of pixel p is written at first_output + (p - first_pixel) * samples + s - first_sample */
+  unsigned int seed_low, seed_high;
+} JobRecord;
+
+/* A run of paths of one job that one pool works off: the unit of load balancing. */
+typedef struct {
+  int job;
+  int first, count; /* path i of the job: pixel first_pixel + i / samples, sample first_sample + i % samples */
+  int start;        /* paths in the chunks before this one */
+} ChunkRecord;
+
+#endif

@@ -1,0 +1,95 @@
+/* Stage diffuse: a Lambertian surface, one- or two-sided; light is sampled, the path goes on cosine-distributed. */
+#ifndef ITN_STAGE_DIFFUSE_H
+#define ITN_STAGE_DIFFUSE_H
+#include "lib/light_sampling.h"
+#include "lib/texture.h"
+#include "stage/surface.h"
+
+#if HAS_DIFFUSE
+inline void diffuse_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
+  Surface s = load_surface(launch, job, pool, slots, valid);
+  Random random = load_random(job, pool, slots);
+  REAL u[4];
+  draw(&random, 0, u);
+
+  Lanes bsdf, red, green, blue, tu, tv, both_sides;
+  bsdf.integer = s.bsdf;
+  tu.real = s.texture[0];
+  tv.real = s.texture[1];
+  for (int l = 0; l < WIDTH; ++l) {
+    __global const BsdfRecord* b = launch->bsdfs + bsdf.i[l];
+    float rgb[3] = {b->reflectance[0], b->reflectance[1], b->reflectance[2]};
+#if HAS_TEXTURE
+    if (b->texture >= 0) texture_value(launch->textures + b->texture, launch->texels, tu.f[l], tv.f[l], rgb);
+#endif
+    red.f[l] = rgb[0];
+    green.f[l] = rgb[1];
+    blue.f[l] = rgb[2];
+    both_sides.i[l] = b->twosided ? -1 : 0;
+  }
+  REAL reflectance[3] = {red.real, green.real, blue.real};
+
+  /* shading frame on the side of arrival */
+  REAL cos_i = -dot3(s.direction, s.frame);
+  MASK reflects = valid & ((cos_i > 0.0f) | ((cos_i < 0.0f) & (both_sides.integer != 0)));
+  REAL side = SELECT(cos_i < 0.0f, -1.0f, 1.0f);
+  Frame frame = make_frame(scale3(s.frame, side));
+
+  REAL throughput[THROUGHPUT_CHANNELS];
+  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
+    throughput[c] = LOAD(pool, THROUGHPUT + c, slots) * reflectance[c];
+  REAL weight[3] = {(REAL)(1.0f), (REAL)(1.0f), (REAL)(1.0f)};
+#if SPECTRAL
+  REAL ratio[3];
+  for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
+  spectral_weights(ratio, weight);
+#endif
+  INT depth = LOAD_INT(pool, DEPTH, slots) + 1;
+  REAL largest = (REAL)(0.0f);
+  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) largest = MAX(largest, throughput[c] * weight[c]);
+
+  REAL sine = SQRT(u[0]), cosine = SQRT(MAX((REAL)(0.0f), 1.0f - u[0])), sin_phi, cos_phi;
+  sin_cos_2pi(u[1], &sin_phi, &cos_phi);
+  REAL3 direction = frame_to_world(&frame, make3(sine * cos_phi, sine * sin_phi, cosine));
+
+#if LIGHT_SAMPLING
+  __global const EmitterRecord* emitter = launch->emitters + job->emitter;
+  REAL v[4];
+  draw(&random, 1, v);
+  REAL3 to_light;
+  REAL pdf, light[3], connection[3];
+  sample_light(launch, emitter, (MASK)(valid | !valid), v, &to_light, &pdf, light);
+  REAL cos_o = dot3(frame.n, to_light);
+  REAL bsdf_pdf = MAX(cos_o, (REAL)(0.0f)) * (float)(1.0 / PI_);
+  REAL value = bsdf_pdf / (pdf + bsdf_pdf) * LOAD(pool, REFRACTION_SCALE, slots);
+#if OPERATOR_SINGLE
+  value = SELECT(depth >= SCATTERED_ONCE, value, 0.0f);
+#endif
+  for (int c = 0; c < RADIANCE_CHANNELS; ++c)
+    connection[c] = throughput[THROUGHPUT_CHANNELS == 1 ? 0 : c] * weight[c] * value * light[c];
+  MASK connects = reflects & (cos_o > 0.0f) & (plain_depth(depth) < job->max_depth);
+  store_connection(pool, slots, connects, to_light, connection);
+  STORE(pool, LAST_PDF, slots, -cosine * (float)(1.0 / PI_));
+#else
+  STORE(pool, LAST_PDF, slots, 0.0f);
+#endif
+  MASK dies = (valid & !reflects) | roulette(job, plain_depth(depth), u[2], reflects, largest, throughput);
+  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
+  STORE_INT(pool, EVENT, slots, random.event + 1);
+#if LIGHT_SAMPLING
+  STORE_INT(pool, DEPTH, slots, SELECT_INT(dies & connects, -1, depth));
+  store3(pool, DIRECTION_X, slots, direction);
+  STORE_INT(pool, SKIP, slots, s.primitive);
+  push(pool, QUEUE_SHADOW, slots, connects);
+  leave_surface(launch, pool, slots, valid & !dies & !connects, &s, direction);
+  finish(launch, job, pool, slots, dies & !connects);
+#else
+  STORE_INT(pool, DEPTH, slots, depth);
+  leave_surface(launch, pool, slots, valid & !dies, &s, direction);
+  finish(launch, job, pool, slots, dies);
+#endif
+}
+
+#endif
+
+#endif

@@ -1,0 +1,35 @@
+/* Stage escape: the path has left the scene and meets the light around it. */
+#ifndef ITN_STAGE_ESCAPE_H
+#define ITN_STAGE_ESCAPE_H
+#include "lib/launch.h"
+#include "lib/light_sampling.h"
+
+inline void escape_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
+  __global const EmitterRecord* emitter = launch->emitters + job->emitter;
+  REAL3 direction = load3(pool, DIRECTION_X, slots);
+  REAL light[3];
+  emitter_radiance(launch, emitter, direction, light);
+  REAL scale = LOAD(pool, REFRACTION_SCALE, slots);
+#if LIGHT_SAMPLING
+  REAL last_pdf = LOAD(pool, LAST_PDF, slots);
+  REAL light_pdf = light_sampling_pdf(launch, emitter, direction, last_pdf < 0.0f);
+  scale *= SELECT(last_pdf == 0.0f, 1.0f, ABS(last_pdf) / (ABS(last_pdf) + light_pdf));
+#endif
+#if OPERATOR_SINGLE
+  scale = SELECT(LOAD_INT(pool, DEPTH, slots) >= SCATTERED_ONCE, scale, 0.0f);
+#endif
+  REAL weight[3] = {scale, scale, scale};
+#if SPECTRAL
+  REAL ratio[3];
+  for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
+  spectral_weights(ratio, weight);
+  for (int c = 0; c < 3; ++c) weight[c] *= scale;
+#endif
+  for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+    REAL throughput = LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
+    STORE(pool, RADIANCE + c, slots, LOAD(pool, RADIANCE + c, slots) + throughput * weight[c] * light[c]);
+  }
+  finish(launch, job, pool, slots, valid);
+}
+
+#endif

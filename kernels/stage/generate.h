@@ -1,0 +1,74 @@
+/* Stage generate: camera rays. The position on the film is drawn from the reconstruction filter, so that every sample of a
+ * pixel has weight 1 and belongs to that pixel alone (filter importance sampling; Ernst, Stamminger, Greiner 2006). */
+#ifndef ITN_STAGE_GENERATE_H
+#define ITN_STAGE_GENERATE_H
+#include "lib/launch.h"
+
+/* Offset from the pixel's centre [pixel]. */
+inline void sample_filter(int filter, float size, REAL u, REAL v, REAL* x, REAL* y) {
+  if (filter == FILTER_GAUSSIAN) { /* cut at four standard deviations: exp(-8) */
+    REAL radius = size * SQRT(-2.0f * LOG((REAL)3.3546e-4f + (REAL)0.99966454f * u));
+    REAL s, c;
+    sin_cos_2pi(v, &s, &c);
+    *x = radius * c;
+    *y = radius * s;
+  } else if (filter == FILTER_TENT) {
+    *x = size * SELECT(u < 0.5f, SQRT(2.0f * u) - 1.0f, 1.0f - SQRT(MAX((REAL)0.0f, 2.0f - 2.0f * u)));
+    *y = size * SELECT(v < 0.5f, SQRT(2.0f * v) - 1.0f, 1.0f - SQRT(MAX((REAL)0.0f, 2.0f - 2.0f * v)));
+  } else {
+    *x = u - 0.5f;
+    *y = v - 0.5f;
+  }
+}
+
+inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT slots, MASK valid, INT pixel,
+                           INT sample) {
+  __global const JobRecord* job = launch->jobs + job_index;
+  __global const CameraRecord* camera = launch->cameras + job->camera;
+  Random random;
+  random.pixel = AS_UINT(pixel);
+  random.sample = AS_UINT(sample);
+  random.event = (INT)(0);
+  random.seed_low = job->seed_low;
+  random.seed_high = job->seed_high;
+  REAL u[4];
+  draw(&random, 0, u);
+  Lanes p, row, column;
+  p.integer = pixel;
+  for (int l = 0; l < WIDTH; ++l) {
+    row.i[l] = p.i[l] / camera->crop_width;
+    column.i[l] = p.i[l] - row.i[l] * camera->crop_width;
+  }
+  REAL dx, dy;
+  sample_filter(camera->filter, camera->filter_size, u[0], u[1], &dx, &dy);
+  REAL x = CAST_REAL(column.integer + camera->crop_x) + 0.5f + dx;
+  REAL y = CAST_REAL(row.integer + camera->crop_y) + 0.5f + dy;
+  REAL a = 1.0f - 2.0f * x * camera->inverse_width, b = 1.0f - 2.0f * y * camera->inverse_height;
+  REAL3 o, d;
+  o.x = camera->origin_0[0] + a * camera->origin_a[0] + b * camera->origin_b[0];
+  o.y = camera->origin_0[1] + a * camera->origin_a[1] + b * camera->origin_b[1];
+  o.z = camera->origin_0[2] + a * camera->origin_a[2] + b * camera->origin_b[2];
+  d.x = camera->direction_0[0] + a * camera->direction_a[0] + b * camera->direction_b[0];
+  d.y = camera->direction_0[1] + a * camera->direction_a[1] + b * camera->direction_b[1];
+  d.z = camera->direction_0[2] + a * camera->direction_a[2] + b * camera->direction_b[2];
+  store3(pool, POSITION_X, slots, o);
+  store3(pool, DIRECTION_X, slots, scale3(d, 1.0f / SQRT(dot3(d, d))));
+  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, 1.0f);
+  for (int c = 0; c < RADIANCE_CHANNELS; ++c) STORE(pool, RADIANCE + c, slots, 0.0f);
+  STORE(pool, REFRACTION_SCALE, slots, 1.0f);
+  STORE_INT(pool, PIXEL, slots, pixel);
+  STORE_INT(pool, SAMPLE, slots, sample);
+  STORE_INT(pool, EVENT, slots, 1);
+  STORE_INT(pool, DEPTH, slots, 0);
+  STORE_INT(pool, MEDIUM, slots, camera->medium);
+  STORE_INT(pool, SKIP, slots, -1);
+  STORE(pool, LAST_PDF, slots, 0.0f);
+  STORE_INT(pool, JOB, slots, job_index);
+#if SPECTRAL
+  for (int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_RATIO + c, slots, 1.0f);
+  STORE_INT(pool, HERO, slots, CAST_INT(u[2] * 3.0f));
+#endif
+  push(pool, camera->medium < 0 ? QUEUE_RAY : QUEUE_MEDIUM, slots, valid);
+}
+
+#endif

@@ -1,0 +1,146 @@
+/* Stage medium: free flights and scatterings in a homogeneous medium until the path meets a surface, ends, or waits for a
+ * light connection. Several events a state load: a lane keeps scattering while enough of its group do. */
+#ifndef ITN_STAGE_MEDIUM_H
+#define ITN_STAGE_MEDIUM_H
+#include "model/phase_henyey_greenstein.h"
+#include "lib/frame.h"
+#include "lib/launch.h"
+#include "lib/light_sampling.h"
+#include "stage/ray.h"
+
+#if HAS_MEDIUM
+/* Leaves the loop when at most `enough` lanes are still in flight; they go back to the queue. */
+inline void medium_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
+                         int enough) {
+  __global const GeometryRecord* geometry = launch->geometries + job->geometry;
+  REAL3 position = load3(pool, POSITION_X, slots), direction = load3(pool, DIRECTION_X, slots);
+  REAL throughput[THROUGHPUT_CHANNELS];
+  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] = LOAD(pool, THROUGHPUT + c, slots);
+  Random random = load_random(job, pool, slots);
+  INT depth = LOAD_INT(pool, DEPTH, slots), skip = LOAD_INT(pool, SKIP, slots);
+
+  INT medium = SELECT_INT(valid, LOAD_INT(pool, MEDIUM, slots), 0) * (int)(sizeof(MediumRecord) / sizeof(float));
+  __global const float* media = (__global const float*)launch->media;
+  REAL sigma_t[THROUGHPUT_CHANNELS], albedo[THROUGHPUT_CHANNELS];
+  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
+    sigma_t[c] = GATHER((media + FIELD_OF(MediumRecord, sigma_t) + c), medium);
+    albedo[c] = GATHER((media + FIELD_OF(MediumRecord, albedo) + c), medium);
+  }
+  REAL g = GATHER((media + FIELD_OF(MediumRecord, g)), medium);
+#if SPECTRAL
+  REAL ratio[3];
+  for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
+  INT hero = LOAD_INT(pool, HERO, slots);
+  REAL sigma = SELECT(hero == 0, sigma_t[0], SELECT(hero == 1, sigma_t[1], sigma_t[2]));
+#else
+  REAL sigma = sigma_t[0];
+#endif
+  REAL mean_free_path = 1.0f / sigma;
+
+  MASK alive = valid, arrived = (MASK)(0), dead = (MASK)(0), escaped = (MASK)(0);
+#if MEDIUM_LIGHT_SAMPLING
+  MASK connectable = GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, index_matched)), medium) != 0;
+  REAL last_pdf = LOAD(pool, LAST_PDF, slots);
+  MASK waiting = (MASK)(0);
+#endif
+  INT hit_primitive = (INT)(-1);
+  REAL hit_u = (REAL)(0.0f), hit_v = (REAL)(0.0f);
+  int left = 0;
+  for (int event = 0; event < MEDIUM_EVENTS; ++event) {
+    REAL u[4];
+    draw(&random, 0, u);
+    REAL flight = -LOG(u[0]) * mean_free_path;
+    MASK clear = flight_is_clear(launch->grid, geometry, position, direction, flight, alive);
+    MASK test = alive & !clear, meets = (MASK)(0);
+    REAL distance = flight;
+    REAL3 there = add3(position, scale3(direction, flight));
+    if (ANY(test)) {
+      const LaneHits hits = trace_lanes(launch, job, position, direction, flight, skip, true, test);
+      meets = test & (hits.primitive.integer >= 0);
+      distance = SELECT(meets, hits.distance.real, flight);
+      there = select3(meets, make3(hits.x.real, hits.y.real, hits.z.real), there);
+      hit_primitive = SELECT_INT(meets, hits.primitive.integer, hit_primitive);
+      hit_u = SELECT(meets, hits.u.real, hit_u);
+      hit_v = SELECT(meets, hits.v.real, hit_v);
+    }
+    /* sigma_t 0: an endless flight leaves the scene */
+    MASK gone = alive & !meets & (flight > 1e30f);
+    MASK scatters = alive & !meets & !gone;
+    escaped = escaped | gone;
+    arrived = arrived | meets;
+    position = select3(meets | scatters, there, position);
+#if SPECTRAL
+    for (int c = 0; c < 3; ++c)
+      ratio[c] *= SELECT(meets | scatters, EXP((sigma - sigma_t[c]) * distance), 1.0f) *
+                  SELECT(scatters, sigma_t[c] * mean_free_path, 1.0f);
+#endif
+    skip = SELECT_INT(scatters, -1, skip);
+    depth += SELECT_INT(scatters, 1, 0);
+    for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= SELECT(scatters, albedo[c], 1.0f);
+    REAL weight[3] = {(REAL)(1.0f), (REAL)(1.0f), (REAL)(1.0f)};
+#if SPECTRAL
+    spectral_weights(ratio, weight);
+    REAL largest = MAX(throughput[0] * weight[0], MAX(throughput[1] * weight[1], throughput[2] * weight[2]));
+#else
+    REAL largest = largest_channel(throughput);
+#endif
+#if OPERATOR_SINGLE
+    MASK again = scatters & (depth >= SCATTERED_ONCE);
+    dead = dead | again;
+    scatters = scatters & !again;
+    depth += SELECT_INT(scatters, SCATTERED_ONCE, 0);
+#endif
+    INT vertices = plain_depth(depth);
+#if MEDIUM_LIGHT_SAMPLING
+    MASK connects = sample_light_in_medium(launch, job, pool, slots, &random, scatters & connectable & (vertices < job->max_depth),
+                                           direction, throughput, weight, g);
+#endif
+    MASK dies = roulette(job, vertices, u[3], scatters, largest, throughput);
+    MASK goes_on = scatters & !dies;
+    REAL cosine, sine, s, c;
+    henyey_greenstein_sample(g, u[1], &cosine, &sine);
+    sin_cos_2pi(u[2], &s, &c);
+    Frame frame = make_frame(direction);
+    REAL3 turned = frame_to_world(&frame, make3(sine * c, sine * s, cosine));
+    turned = scale3(turned, 1.5f - 0.5f * dot3(turned, turned)); /* stays unit over thousands of turns */
+    direction = select3(goes_on, turned, direction);
+    random.event += SELECT_INT(alive, 1, 0);
+#if MEDIUM_LIGHT_SAMPLING
+    /* The light connection is made before the path goes on (or ends), so contributions keep their order. */
+    last_pdf = SELECT(goes_on, SELECT(connectable, henyey_greenstein(cosine, g), 0.0f), last_pdf);
+    waiting = waiting | connects;
+    dead = dead | (dies & !connects);
+    depth = SELECT_INT(dies & connects, -1, depth);
+    alive = goes_on & !connects;
+#else
+    dead = dead | dies;
+    alive = goes_on;
+#endif
+    left = popcount(lane_bits(alive));
+    if (left <= enough) break;
+  }
+  store3(pool, POSITION_X, slots, position);
+  store3(pool, DIRECTION_X, slots, direction);
+  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
+  STORE_INT(pool, EVENT, slots, random.event);
+  STORE_INT(pool, DEPTH, slots, depth);
+  STORE_INT(pool, SKIP, slots, skip);
+  STORE_INT(pool, HIT, slots, hit_primitive);
+  STORE(pool, HIT_U, slots, hit_u);
+  STORE(pool, HIT_V, slots, hit_v);
+#if SPECTRAL
+  for (int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_RATIO + c, slots, ratio[c]);
+#endif
+  finish(launch, job, pool, slots, dead);
+  push_surface(launch, job, pool, slots, arrived, hit_primitive);
+  push(pool, QUEUE_ESCAPE, slots, escaped);
+#if MEDIUM_LIGHT_SAMPLING
+  STORE(pool, LAST_PDF, slots, last_pdf);
+  push(pool, QUEUE_SHADOW, slots, waiting);
+#endif
+  if (left) push(pool, QUEUE_MEDIUM, slots, alive);
+}
+
+#endif
+
+#endif

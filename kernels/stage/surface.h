@@ -1,0 +1,62 @@
+/* What the stages of all boundaries share: where the path has arrived, in which frame, and how it goes on. */
+#ifndef ITN_STAGE_SURFACE_H
+#define ITN_STAGE_SURFACE_H
+#include "lib/launch.h"
+#include "lib/surface_frame.h"
+#include "lib/frame.h"
+#include "stage/ray.h"
+
+typedef struct {
+  REAL3 position, direction; /* direction of travel on arrival */
+  REAL3 normal;              /* geometric, unit, outward */
+  REAL3 frame;               /* shading normal, unit */
+  REAL texture[2]; /* coordinates */
+  MASK front; /* arrives from outside */
+  INT primitive, bsdf;
+  INT interior, exterior; /* media */
+  MASK misplaced; /* logically on the side it cannot come from: a position off by rounding; the boundary is passed as if
+                     it were not there, and the path is on its logical side again */
+} Surface;
+
+inline Surface load_surface(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+                            MASK valid) {
+  Surface s;
+  s.position = load3(pool, POSITION_X, slots);
+  s.direction = load3(pool, DIRECTION_X, slots);
+  s.primitive = SELECT_INT(valid, LOAD_INT(pool, HIT, slots), 0);
+  surface_frame(launch->primitives, s.primitive, LOAD(pool, HIT_U, slots), LOAD(pool, HIT_V, slots), s.position, &s.normal,
+                &s.frame, s.texture);
+  Lanes primitive, bsdf, interior, exterior;
+  primitive.integer = s.primitive;
+  for (int l = 0; l < WIDTH; ++l) {
+    __global const ShapeRecord* shape = launch->shapes + job->first_shape + launch->primitives[primitive.i[l]].shape;
+    bsdf.i[l] = shape->bsdf;
+    interior.i[l] = shape->interior;
+    exterior.i[l] = shape->exterior;
+  }
+  s.bsdf = bsdf.integer;
+  s.interior = interior.integer;
+  s.exterior = exterior.integer;
+  s.front = dot3(s.direction, s.normal) < 0.0f;
+  INT medium = LOAD_INT(pool, MEDIUM, slots);
+  s.misplaced = valid & (interior.integer != exterior.integer) &
+                (medium == SELECT_INT(s.front, interior.integer, exterior.integer));
+  return s;
+}
+
+/* On with `direction` from the surface, into the medium on that side. */
+inline void leave_surface(const Launch* launch, Pool* pool, INT slots, MASK mask, const Surface* s, REAL3 direction) {
+  MASK inward = dot3(direction, s->normal) < 0.0f;
+  INT medium = LOAD_INT(pool, MEDIUM, slots);
+  /* as in Mitsuba, a shape with no media of its own leaves the path in the medium it is in */
+  medium = SELECT_INT(s->interior == s->exterior, medium, SELECT_INT(inward, s->interior, s->exterior));
+  store3(pool, DIRECTION_X, slots, direction);
+  STORE_INT(pool, MEDIUM, slots, medium);
+  STORE_INT(pool, SKIP, slots, s->primitive);
+  push(pool, QUEUE_RAY, slots, mask & (medium < 0));
+#if HAS_MEDIUM
+  push(pool, QUEUE_MEDIUM, slots, mask & (medium >= 0));
+#endif
+}
+
+#endif

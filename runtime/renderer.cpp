@@ -1,0 +1,93 @@
+#include "runtime/renderer.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "runtime/error.h"
+#include "runtime/wavefront/film.h"
+#include "runtime/wavefront/wavefront.h"
+
+namespace itn {
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// The node width that suits the device's vector units.
+int box_width(const Device& device) {
+  if (device.info().type != "cpu") return 4;
+  return device.info().preferred_width >= 16 ? 16 : 8;
+}
+
+// Radiance of one channel is that of all three.
+void spread_channels(Rendering& r) {
+  const auto spread = [](const auto& in) {
+    std::decay_t<decltype(in)> out;
+    for (const auto value : in) out.insert(out.end(), 3, value);
+    return out;
+  };
+  r.mean = spread(r.mean);
+  r.stderr_ = spread(r.stderr_);
+  r.mean_of_image = spread(r.mean_of_image);
+  r.stderr_of_mean = spread(r.stderr_of_mean);
+  r.channels = 3;
+}
+
+}  // namespace
+
+Rendering render(const Device& device, const Scene& scene, const RenderOptions& options) {
+  if (options.sensor < 0 || options.sensor >= static_cast<int>(scene.sensors.size()))
+    throw UsageError("sensor " + std::to_string(options.sensor) + ": the scene has sensors 0 to " +
+                     std::to_string(scene.sensors.size() - 1));
+  const Sensor& sensor = scene.sensors[static_cast<std::size_t>(options.sensor)];
+  const int spp = options.spp > 0 ? options.spp : sensor.spp;
+  const auto start = std::chrono::steady_clock::now();
+
+  LaunchData data;
+  data.geometry.box_width = box_width(device);
+  JobRecord job = append_scene(scene, options.sensor, data);
+  job.seed_low = static_cast<unsigned>(options.seed);
+  job.seed_high = static_cast<unsigned>(options.seed >> 32);
+  Wavefront wavefront(device, data, {job}, options.op, options.width, options.schedule);
+  const int pixels = sensor.crop_width * sensor.crop_height;
+  Film film(device, pixels, wavefront.channels(), sensor.luminance);
+
+  Rendering out;
+  out.width = sensor.crop_width;
+  out.height = sensor.crop_height;
+  out.build_s = seconds_since(start);
+
+  // Pixels in runs, each with all of its samples in turn: launches of about a quarter of a second, so that progress moves
+  // and an interruption is seen.
+  const std::int64_t total = static_cast<std::int64_t>(pixels) * spp;
+  std::int64_t target = options.paths_a_launch > 0 ? options.paths_a_launch : 1 << 15, done = 0;
+  const auto render_start = std::chrono::steady_clock::now();
+  for (int sample = 0; sample < spp;) {
+    int samples = static_cast<int>(std::clamp<std::int64_t>(target / pixels, 1, spp - sample));
+    const int run = static_cast<int>(std::clamp<std::int64_t>(target / samples, 1, pixels));
+    for (int pixel = 0; pixel < pixels; pixel += run) {
+      if (options.cancel && *options.cancel) throw Interrupted();
+      const int count = std::min(run, pixels - pixel);
+      const auto launch_start = std::chrono::steady_clock::now();
+      wavefront.trace({{0, pixel, count, sample, samples}});
+      film.add(wavefront.samples(), 0, pixel, count, samples);
+      done += static_cast<std::int64_t>(count) * samples;
+      if (options.progress) options.progress(static_cast<double>(done) / static_cast<double>(total));
+      if (options.paths_a_launch == 0) {
+        const double wanted = 0.25 / std::max(1e-6, seconds_since(launch_start)) * count * samples;
+        target = std::min<std::int64_t>({static_cast<std::int64_t>(wanted), 4 * target,
+                                         static_cast<std::int64_t>(wavefront.sample_capacity())});
+        target = std::max<std::int64_t>(target, 1 << 12);
+      }
+    }
+    sample += samples;
+  }
+  out.render_s = seconds_since(render_start);
+  out.paths = static_cast<std::uint64_t>(total);
+  film.develop(spp, out);
+  if (out.channels == 1 && !sensor.luminance) spread_channels(out);
+  return out;
+}
+
+}  // namespace itn

@@ -1,0 +1,49 @@
+// The public interface: a scene in, an image with its standard error out.
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "runtime/device/device.h"
+#include "runtime/scene/scene.h"
+
+namespace itn {
+
+enum class Operator {
+  full,   // all scattering
+  single  // paths that scatter exactly once in a medium
+};
+
+// How paths are scheduled: never changes what they compute.
+enum class Schedule {
+  automatic,  // fused on CPUs, staged on GPUs
+  fused,      // every work-item runs all stages over a pool of its own
+  staged      // one kernel a stage over queues in global memory
+};
+
+struct RenderOptions {
+  int sensor = 0;           // index into Scene::sensors
+  int spp = 0;              // samples a pixel; 0: the scene's
+  std::uint64_t seed = 0;   // images of different seeds are independent
+  Operator op = Operator::full;
+  int width = 0;            // paths a work-item: 1, 4, 8, 16; 0: the device's default
+  Schedule schedule = Schedule::automatic;
+  int paths_a_launch = 0;   // 0: as many as take about a quarter of a second
+  std::function<void(double)> progress;         // called between launches with the fraction done
+  const std::atomic<bool>* cancel = nullptr;    // polled between launches; set: render throws Interrupted
+};
+
+struct Rendering {
+  int width = 0, height = 0, channels = 3;  // channels 1: luminance
+  int spp = 0;
+  std::vector<float> mean, stderr_;  // row-major, row 0 on top, channels interleaved
+  std::vector<double> mean_of_image, stderr_of_mean;  // a channel each; over all pixels
+  double build_s = 0, render_s = 0;  // scene to device and kernel build; path tracing alone
+  std::uint64_t paths = 0;
+};
+
+// Throws UsageError (no such sensor, spp < 1), DeviceError, Interrupted.
+Rendering render(const Device& device, const Scene& scene, const RenderOptions& options);
+
+}  // namespace itn

@@ -1,0 +1,164 @@
+#include "runtime/scene/hosek_wilkie.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+
+#include "kernels/model/angle.h"
+#include "kernels/model/sky_hosek_wilkie.h"
+
+namespace itn {
+
+// Defined in the generated embedded_data.cpp.
+const char* embedded_data(const std::string& path);
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr std::size_t turbidities = 10, albedos = 2, control_points = 6, elevations = 30, wavelengths = 10;
+constexpr std::size_t knots = SUN_KNOTS, powers = SUN_POWERS;
+
+// Shapes and meanings: "axes" and "about" in the file.
+struct Tables {
+  std::vector<double> sky_params, sky_rad, sun_irr, sun_val, sun_der, sun_ld, sun_rgb;
+  double luminance_scale, sun_scale, sun_aperture;
+};
+
+const Tables& tables() {
+  static const Tables loaded = [] {
+    const auto json = nlohmann::json::parse(embedded_data("scene/data/hosek_wilkie_rgb.json"));
+    const auto table = [&](const char* name) { return json["tables"][name]["data"].get<std::vector<double>>(); };
+    const auto& constants = json["constants"];
+    return Tables{table("sky_params"),   table("sky_rad"),
+                  table("sun_irr"),      table("sun_val"),
+                  table("sun_der"),      table("sun_ld"),
+                  table("sun_rgb"),      constants["CIE_Y_NORM"],
+                  constants["SUN_CONV"], constants["REF_SUN_APERTURE_DEG"]};
+  }();
+  return loaded;
+}
+
+// Where x lies among 0, 1, ... last: the step below and the weight of the one above it.
+struct Step {
+  std::size_t below;
+  double weight;
+  Step(double x, std::size_t last) {
+    x = std::clamp(x, 0.0, static_cast<double>(last));
+    below = std::min(static_cast<std::size_t>(x), last - 1);
+    weight = x - static_cast<double>(below);
+  }
+  // between data[below * stride + at] and data[(below + 1) * stride + at]
+  double operator()(const std::vector<double>& data, std::size_t stride, std::size_t at) const {
+    return std::lerp(data[below * stride + at], data[(below + 1) * stride + at], weight);
+  }
+};
+
+// Of a table [turbidity][albedo][control point][width]: linear in turbidity and albedo, a Bezier curve of degree 5 in
+// the cube root of the elevation (as a share of the right angle).
+double interpolate(const std::vector<double>& data, std::size_t width, std::size_t at, const Step& turbidity,
+                   double albedo, double elevation) {
+  static const double binomial[control_points] = {1, 5, 10, 10, 5, 1};
+  const double x = std::cbrt(elevation / (pi / 2));
+  const std::size_t stride = albedos * control_points * width;
+  double sum = 0;
+  for (std::size_t k = 0; k < control_points; ++k) {
+    const double bernstein = binomial[k] * std::pow(x, k) * std::pow(1 - x, control_points - 1 - k);
+    const double dark = turbidity(data, stride, k * width + at);
+    const double bright = turbidity(data, stride, (control_points + k) * width + at);
+    sum += bernstein * std::lerp(dark, bright, albedo);
+  }
+  return sum;
+}
+
+double one_minus_cos(double angle) { return 2 * std::pow(std::sin(angle / 2), 2); }
+
+}  // namespace
+
+ClearSky clear_sky(const Emitter& emitter) {
+  const Tables& data = tables();
+  const SunSky& parameters = emitter.sunsky;
+  ClearSky result;
+  const Vec3& sun = parameters.sun_direction;
+  const auto& m = emitter.to_world.m;
+  for (std::size_t i = 0; i < 3; ++i)
+    result.sun[i] = (m[i] * sun[0] + m[4 + i] * sun[1] + m[8 + i] * sun[2]) / std::hypot(sun[0], sun[1], sun[2]);
+  const double elevation = std::asin(std::clamp(result.sun[2], 0.0, 1.0));
+  const Step turbidity(parameters.turbidity - 1, turbidities - 1);
+
+  for (std::size_t c = 0; c < 3; ++c) {
+    auto& k = result.sky[c];
+    for (std::size_t i = 0; i < 9; ++i)
+      k[i] = interpolate(data.sky_params, 3 * 9, c * 9 + i, turbidity, parameters.albedo[c], elevation);
+    // The tables order them A B C D E F G I H, which is the order of the formula's array too.
+    k[9] = parameters.sky_scale * data.luminance_scale *
+           interpolate(data.sky_rad, 3, c, turbidity, parameters.albedo[c], elevation);
+  }
+
+  const double degree = pi / 180;
+  result.sun_half_angle = parameters.sun_aperture / 2 * degree;
+  const double scale = parameters.sun_scale * data.sun_scale * data.luminance_scale;
+  if (!parameters.complex_sun) {
+    // Irradiance at elevations of 2, 5, ... 89 degrees
+    const Step step((elevation / degree - 2) / 3, elevations - 1);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double low = turbidity(data.sun_irr, elevations * 3, step.below * 3 + c);
+      const double high = turbidity(data.sun_irr, elevations * 3, (step.below + 1) * 3 + c);
+      result.sun_radiance[c] =
+          scale * std::lerp(low, high, step.weight) / (2 * pi * one_minus_cos(result.sun_half_angle));
+    }
+    return result;
+  }
+  // The spectrum is folded into three channels here, so that a direction costs no loop over wavelengths. A disc of
+  // another size has the power of the sun's own, by the ratio of solid angles.
+  const double ratio = one_minus_cos(data.sun_aperture / 2 * degree) / one_minus_cos(result.sun_half_angle);
+  for (std::size_t knot = 0; knot < knots; ++knot)
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t power = 0; power < powers; ++power) {
+        std::array<double, 2> sum{0, 0};
+        for (std::size_t w = 0; w < wavelengths; ++w) {
+          const double factor = scale * ratio * data.sun_rgb[3 * w + c] * data.sun_ld[powers * w + power];
+          sum[0] += factor * turbidity(data.sun_val, knots * wavelengths, knot * wavelengths + w);
+          sum[1] += factor * turbidity(data.sun_der, knots * wavelengths, knot * wavelengths + w);
+        }
+        result.limb.push_back(sum);
+      }
+  return result;
+}
+
+Rgb sky_radiance(const ClearSky& sky, const Vec3& local) {
+  Rgb rgb{0, 0, 0};
+  if (local[2] < 0) return rgb;
+  const Vector3<double> d{local[0], local[1], local[2]}, s{sky.sun[0], sky.sun[1], sky.sun[2]};
+  const auto chord = sub3(d, s);
+  for (std::size_t c = 0; c < 3; ++c)
+    rgb[c] = sky_hosek_wilkie(sky.sky[c].data(), d.z, angle_between(d, s), 0.5 * dot3(chord, chord));
+  return rgb;
+}
+
+Rgb sun_radiance(const ClearSky& sky, const Vec3& local) {
+  double chord2 = 0;
+  for (std::size_t i = 0; i < 3; ++i) chord2 += std::pow(local[i] - sky.sun[i], 2);
+  if (local[2] < 0 || chord2 > 2 * one_minus_cos(sky.sun_half_angle)) return {0, 0, 0};
+  if (sky.limb.empty()) return sky.sun_radiance;
+
+  const double sin2 = chord2 * (1 - chord2 / 4), limit = std::sin(sky.sun_half_angle);
+  const double mu = std::sqrt(std::max(0.0, 1 - sin2 / (limit * limit)));
+  const double elevation = std::asin(std::min(local[2], 1.0));
+  const auto knot = std::min(static_cast<std::size_t>((knots - 1) * std::cbrt(elevation / (pi / 2))), knots - 2);
+  const auto at = [](std::size_t i) { return pi / 2 * std::pow(static_cast<double>(i) / (knots - 1), 3); };
+  const double width = at(knot + 1) - at(knot), t = (elevation - at(knot)) / width;
+  Rgb rgb{0, 0, 0};
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t power = 0; power < powers; ++power) {
+      const auto& a = sky.limb[(knot * 3 + c) * powers + power];
+      const auto& b = sky.limb[((knot + 1) * 3 + c) * powers + power];
+      const double value = a[0] * (1 + 2 * t) * (1 - t) * (1 - t) + b[0] * t * t * (3 - 2 * t) +
+                           width * t * (1 - t) * (a[1] * (1 - t) - b[1] * t);
+      rgb[c] += value * std::pow(mu, power);
+    }
+  return rgb;
+}
+
+}  // namespace itn

@@ -1,0 +1,31 @@
+// The clear sky of Hosek and Wilkie (2012) with their sun (2013), in linear sRGB, scaled and conditioned as Mitsuba 3's
+// `sunsky`. Local frame: z up. Tables, their source and licence: data/hosek_wilkie_rgb.json, a part of the binary.
+#pragma once
+#include <array>
+#include <vector>
+
+#include "kernels/shared/emitter_layout.h"
+#include "runtime/scene/scene.h"
+
+namespace itn {
+
+// What is left of the tables for one turbidity, ground albedo and elevation of the sun.
+struct ClearSky {
+  Vec3 sun{0, 0, 1};                                          // local, unit, towards the sun
+  std::array<std::array<double, SKY_COEFFICIENTS>, 3> sky{};  // of kernels/model/sky_hosek_wilkie.h
+  double sun_half_angle = 0;                                  // [radian]
+  Rgb sun_radiance{};                                         // without limb darkening
+  // With limb darkening, else empty: of [knot][channel][power], value and slope against the elevation of the direction
+  // looked at [1/radian]; the radiance is the sum of the powers of mu times their cubic Hermite interpolation.
+  std::vector<std::array<double, 2>> limb;
+};
+
+// Of a sunsky emitter. Expects values inside their ranges: append_emitter checks them.
+ClearSky clear_sky(const Emitter& emitter);
+
+// In a local direction. Both are 0 below the horizon.
+Rgb sky_radiance(const ClearSky& sky, const Vec3& local);
+// 0 outside the disc too.
+Rgb sun_radiance(const ClearSky& sky, const Vec3& local);
+
+}  // namespace itn

@@ -1,0 +1,52 @@
+#include "runtime/scene/mesh_text.h"
+
+#include <algorithm>
+#include <fstream>
+
+namespace itn {
+namespace {
+
+bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\f' || c == '\v'; }
+
+}  // namespace
+
+std::string read_whole_file(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary | std::ios::ate);
+  const std::streamoff size = stream ? static_cast<std::streamoff>(stream.tellg()) : -1;
+  if (size < 0) throw InputError(file + ": cannot be opened; check the path and its permissions");
+  std::string text(static_cast<std::size_t>(size), '\0');
+  stream.seekg(0);
+  if (!stream.read(text.data(), size)) throw InputError(file + ": cannot be read; check the disk");
+  return text;
+}
+
+std::string_view TextCursor::next_line() {
+  ++line_;
+  const std::size_t end = std::min(text_.find('\n', position_), text_.size());
+  std::string_view line = text_.substr(position_, end - position_);
+  position_ = std::min(end + 1, text_.size());
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  return line;
+}
+
+std::string_view TextCursor::next_word() {
+  if (line_ == 0) line_ = 1;
+  while (position_ < text_.size() && is_space(text_[position_])) {
+    if (text_[position_] == '\n') ++line_;
+    ++position_;
+  }
+  const std::size_t begin = position_;
+  while (position_ < text_.size() && !is_space(text_[position_])) ++position_;
+  return text_.substr(begin, position_ - begin);
+}
+
+std::string_view take_word(std::string_view& line) {
+  while (!line.empty() && is_space(line.front())) line.remove_prefix(1);
+  std::size_t end = 0;
+  while (end < line.size() && !is_space(line[end])) ++end;
+  const std::string_view word = line.substr(0, end);
+  line.remove_prefix(end);
+  return word;
+}
+
+}  // namespace itn

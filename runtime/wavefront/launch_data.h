@@ -1,0 +1,39 @@
+// Scenes as the records of kernels/shared: what one launch of the wavefront can work on.
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+#include "kernels/shared/emitter_layout.h"
+#include "kernels/shared/scene_layout.h"
+#include "runtime/scene/geometry.h"
+#include "runtime/scene/scene.h"
+
+namespace itn {
+
+static_assert(sizeof(CameraRecord) == 104 && sizeof(MediumRecord) == 32 && sizeof(ShapeRecord) == 16 &&
+              sizeof(BsdfRecord) == 64 && sizeof(TextureRecord) == 48 && sizeof(JobRecord) == 48 &&
+              sizeof(ChunkRecord) == 16);
+
+struct LaunchData {
+  Geometry geometry;
+  std::vector<CameraRecord> cameras;
+  std::vector<ShapeRecord> shapes;
+  std::vector<BsdfRecord> bsdfs;
+  std::vector<MediumRecord> media;
+  std::vector<EmitterRecord> emitters;
+  std::vector<float> emitter_tables;
+  std::vector<TextureRecord> textures;
+  std::vector<float> texels;
+  bool coloured = false;  // some throughput or radiance differs between channels
+  bool coloured_light = false;
+  bool spectral = false;  // some medium's sigma_t does
+};
+
+// Appends a scene seen by one of its sensors; returns a job with everything but the pixels, samples and seed.
+JobRecord append_scene(const Scene& scene, int sensor, LaunchData& data);
+
+// The definitions of a program that can work on the data: features that no scene uses are left out.
+std::map<std::string, std::string> feature_definitions(const LaunchData& data);
+
+}  // namespace itn

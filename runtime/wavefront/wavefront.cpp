@@ -1,0 +1,174 @@
+#include "runtime/wavefront/wavefront.h"
+
+#include <algorithm>
+
+#include "runtime/error.h"
+
+namespace itn {
+namespace {
+
+constexpr int fused_slots = 512;       // paths a pool: 256 to 1024 are equally fast, more leave idle tails
+constexpr int staged_slots = 1 << 20;  // paths in flight on a GPU
+constexpr int medium_events = 64;       // a state load at most
+constexpr int queues = 9, free_queue = 0;  // QUEUES of path_state.h, which needs a program's definitions
+
+std::size_t field_count(const std::map<std::string, std::string>& d) {
+  const auto number = [&](const char* name) { return static_cast<std::size_t>(std::stoi(d.at(name))); };
+  // FIELDS of path_state.h; checked against the device's own count when the program is built
+  return 6 + number("THROUGHPUT_CHANNELS") + number("RADIANCE_CHANNELS") + 12 + 4 * number("SPECTRAL") +
+         number("LIGHT_SAMPLING") * (3 + number("RADIANCE_CHANNELS"));
+}
+
+}  // namespace
+
+Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs, Operator op, int width,
+                     Schedule schedule)
+    : device_(device), jobs_(std::move(jobs)) {
+  width_ = width > 0 ? width : device.default_width();
+  const bool cpu = device.info().type == "cpu";
+  fused_ = schedule == Schedule::automatic ? cpu : schedule == Schedule::fused;
+
+  std::map<std::string, std::string> definitions = feature_definitions(data);
+  channels_ = std::stoi(definitions["RADIANCE_CHANNELS"]);
+  workers_ = fused_ ? 4 * device.info().compute_units : 1;
+  slots_ = fused_ ? fused_slots : staged_slots;
+  definitions["WIDTH"] = std::to_string(width_);
+  definitions["BOX_WIDTH"] = std::to_string(data.geometry.box_width);
+  definitions["FUSED"] = std::to_string(fused_);
+  definitions["SLOTS"] = std::to_string(slots_);
+  definitions["GENERATE_BELOW"] = std::to_string(width_);
+  definitions["MEDIUM_EVENTS"] = std::to_string(medium_events);
+  definitions["OPERATOR_SINGLE"] = std::to_string(op == Operator::single);
+  program_ = device.build("wavefront.cl", definitions);
+
+  const Geometry& g = data.geometry;
+  scene_ = {device.upload(g.nodes, "hierarchy nodes"),
+            device.upload(g.leaves, "hierarchy leaves"),
+            device.upload(g.primitives, "primitives"),
+            device.upload(g.grid, "flight grid"),
+            device.upload(g.records, "geometry records"),
+            device.upload(data.cameras, "cameras"),
+            device.upload(data.shapes, "shapes"),
+            device.upload(data.bsdfs, "BSDFs"),
+            device.upload(data.media, "media"),
+            device.upload(data.emitters, "emitters"),
+            device.upload(data.emitter_tables, "emitter tables"),
+            device.upload(data.textures, "textures"),
+            device.upload(data.texels, "texels")};
+
+  const std::size_t budget = std::min<std::uint64_t>({std::uint64_t{256} << 20, device.info().max_allocation / 4});
+  sample_capacity_ = std::max<std::size_t>(budget / sizeof(float) / static_cast<std::size_t>(channels_), 1 << 12);
+  samples_ = device.allocate(sample_capacity_ * static_cast<std::size_t>(channels_) * sizeof(float), "samples");
+  const std::size_t fields = field_count(definitions);
+  const std::size_t pool = (fields + queues * (fused_ ? 1u : 2u)) * static_cast<std::size_t>(slots_ + width_);
+  storage_ = device.allocate(static_cast<std::size_t>(workers_) * pool * sizeof(float), "path state");
+  counter_ = device.allocate(2 * queues * sizeof(int), "queue lengths");
+}
+
+void Wavefront::set_scene_arguments(cl::Kernel& kernel) const {
+  cl_uint at = 0;
+  for (std::size_t k = 0; k < scene_.size(); ++k) {
+    if (k == 5) kernel.setArg(at++, jobs_buffer_);
+    kernel.setArg(at++, scene_[k]);
+  }
+  kernel.setArg(at, samples_);
+}
+
+void Wavefront::trace(const std::vector<JobSlice>& slices) {
+  std::vector<JobRecord> jobs;
+  int paths = 0;
+  for (const JobSlice& slice : slices) {
+    JobRecord job = jobs_[static_cast<std::size_t>(slice.job)];
+    job.first_pixel = slice.first_pixel;
+    job.first_sample = slice.first_sample;
+    job.samples = slice.samples;
+    job.first_output = paths;
+    jobs.push_back(job);
+    paths += slice.pixels * slice.samples;
+  }
+  if (static_cast<std::size_t>(paths) > sample_capacity_) throw std::logic_error("more samples than a launch can hold");
+  // long enough that a pool's start and end do not matter, short enough that all workers end together
+  const int most = std::clamp(paths / (8 * std::max(1, device_.info().compute_units)), 1024, 32768);
+  std::vector<ChunkRecord> chunks;
+  int start = 0;
+  for (int j = 0; j < static_cast<int>(slices.size()); ++j) {
+    const int count = slices[static_cast<std::size_t>(j)].pixels * slices[static_cast<std::size_t>(j)].samples;
+    for (int first = 0; first < count; first += most) {
+      const int length = std::min(most, count - first);
+      chunks.push_back({j, first, length, start});
+      start += length;
+    }
+  }
+  jobs_buffer_ = device_.upload(jobs, "jobs");
+  if (fused_) trace_fused(chunks);
+  else trace_staged(chunks, paths);
+}
+
+void Wavefront::trace_fused(const std::vector<ChunkRecord>& chunks) {
+  const cl::Buffer chunk_buffer = device_.upload(chunks, "chunks");
+  counter_ = device_.upload(std::vector<int>{0}, "chunk counter");
+  cl::Kernel kernel(program_, "trace_paths");
+  set_scene_arguments(kernel);
+  cl_uint at = static_cast<cl_uint>(scene_.size()) + 2;
+  kernel.setArg(at++, chunk_buffer);
+  kernel.setArg(at++, static_cast<cl_int>(chunks.size()));
+  kernel.setArg(at++, counter_);
+  kernel.setArg(at++, storage_);
+  device_.launch(kernel, static_cast<std::size_t>(workers_), 1);
+  device_.finish();
+}
+
+void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) {
+  const cl::Buffer chunk_buffer = device_.upload(chunks, "chunks");
+  const std::size_t groups = static_cast<std::size_t>((slots_ + width_ - 1) / width_);
+  cl::Kernel fill(program_, "fill_free_queue"), generate(program_, "generate"), stage(program_, "stage"),
+      reset(program_, "reset_queue");
+  fill.setArg(0, storage_);
+  fill.setArg(1, static_cast<cl_int>(slots_));
+  fill.setArg(2, counter_);
+  device_.launch(fill, static_cast<std::size_t>(slots_));
+
+  set_scene_arguments(generate);
+  set_scene_arguments(stage);
+  const cl_uint scene_end = static_cast<cl_uint>(scene_.size()) + 2;
+  std::vector<int> lengths(2 * queues);
+  int next = 0;
+  for (int half = 0;; half = 1 - half) {
+    device_.download(counter_, lengths);
+    const int* length = lengths.data() + half * queues;
+    int waiting = 0;
+    for (int q = 1; q < queues; ++q) waiting += length[q];
+    if (waiting == 0 && next >= paths) return;
+    if (next < paths) {
+      cl_uint at = scene_end;
+      generate.setArg(at++, chunk_buffer);
+      generate.setArg(at++, static_cast<cl_int>(chunks.size()));
+      generate.setArg(at++, static_cast<cl_int>(next));
+      generate.setArg(at++, static_cast<cl_int>(paths));
+      generate.setArg(at++, storage_);
+      generate.setArg(at++, static_cast<cl_int>(slots_));
+      generate.setArg(at++, counter_);
+      generate.setArg(at++, static_cast<cl_int>(half));
+      device_.launch(generate, groups);
+      next += std::min(length[free_queue], paths - next);
+    }
+    for (int q = 1; q < queues; ++q) {
+      if (length[q] == 0) continue;
+      cl_uint at = scene_end;
+      stage.setArg(at++, static_cast<cl_int>(q));
+      stage.setArg(at++, storage_);
+      stage.setArg(at++, static_cast<cl_int>(slots_));
+      stage.setArg(at++, counter_);
+      stage.setArg(at++, static_cast<cl_int>(half));
+      device_.launch(stage, static_cast<std::size_t>((length[q] + width_ - 1) / width_));
+    }
+    for (int q = 0; q < queues; ++q) {
+      reset.setArg(0, counter_);
+      reset.setArg(1, static_cast<cl_int>(q));
+      reset.setArg(2, static_cast<cl_int>(half));
+      device_.launch(reset, 1);
+    }
+  }
+}
+
+}  // namespace itn

@@ -1,0 +1,46 @@
+// Runs jobs through the stages of kernels/wavefront.cl: device buffers, program, chunks, launches.
+#pragma once
+#include <vector>
+
+#include "runtime/renderer.h"
+#include "runtime/wavefront/launch_data.h"
+
+namespace itn {
+
+// The pixels and samples of a job that one launch traces.
+struct JobSlice {
+  int job = 0;
+  int first_pixel = 0, pixels = 0;
+  int first_sample = 0, samples = 0;
+};
+
+class Wavefront {
+ public:
+  // jobs: as append_scene returned them, with their seeds.
+  Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs, Operator op, int width,
+            Schedule schedule);
+
+  int channels() const { return channels_; }  // of radiance: 1 or 3
+  std::size_t sample_capacity() const { return sample_capacity_; }  // most samples a launch can hold
+
+  // Traces the slices into samples(): slice after slice, pixel after pixel, sample after sample, channels interleaved.
+  // Returns when done. Their samples together are at most sample_capacity().
+  void trace(const std::vector<JobSlice>& slices);
+  const cl::Buffer& samples() const { return samples_; }
+
+ private:
+  void set_scene_arguments(cl::Kernel& kernel) const;
+  void trace_fused(const std::vector<ChunkRecord>& chunks);
+  void trace_staged(const std::vector<ChunkRecord>& chunks, int paths);
+
+  const Device& device_;
+  std::vector<JobRecord> jobs_;
+  bool fused_;
+  int width_, channels_, workers_, slots_;
+  std::size_t sample_capacity_;
+  std::vector<cl::Buffer> scene_;  // in the order of SCENE_PARAMETERS, without jobs and samples
+  cl::Buffer jobs_buffer_, samples_, storage_, counter_;
+  cl::Program program_;
+};
+
+}  // namespace itn
