@@ -11,9 +11,13 @@
 
 #include "runtime/error.h"
 #include "runtime/image/file.h"
-#include "tools/bench_mitsuba_script.h"
 
-namespace itn::tools {
+namespace itn {
+
+// The text of tools/bench_mitsuba.py (see tools/CMakeLists.txt).
+const char* embedded_script(const std::string& path);
+
+namespace tools {
 namespace {
 
 // tools/peers notes beside the interpreter which LLVM library Mitsuba shall load.
@@ -43,7 +47,7 @@ MitsubaPeer::MitsubaPeer(const std::string& python, std::string folder) : folder
     dup2(input[0], STDIN_FILENO);
     dup2(output[1], STDOUT_FILENO);
     for (const int fd : {input[0], input[1], output[0], output[1]}) close(fd);
-    execl(python.c_str(), python.c_str(), "-c", bench_mitsuba_script, static_cast<char*>(nullptr));
+    execl(python.c_str(), python.c_str(), "-c", embedded_script("bench_mitsuba.py"), static_cast<char*>(nullptr));
     _exit(127);
   }
   close(input[0]);
@@ -83,4 +87,5 @@ PeerImage MitsubaPeer::render(const std::string& scene, int spp, std::uint64_t s
   return image;
 }
 
-}  // namespace itn::tools
+}  // namespace tools
+}  // namespace itn
