@@ -33,7 +33,8 @@ void set_llvm_path(const std::string& python) {
 
 MitsubaPeer::MitsubaPeer(const std::string& python, std::string folder) : folder_(std::move(folder)) {
   if (access(python.c_str(), X_OK) != 0)
-    throw UsageError("--peer-python " + python + ": no such program; run tools/peers, which installs Mitsuba, or name the "
+    throw UsageError("--peer-python " + python +
+                     ": no such program; run tools/peers, which installs Mitsuba, or name the "
                      "python of an environment that has it");
   set_llvm_path(python);
   int input[2], output[2];
@@ -56,7 +57,8 @@ MitsubaPeer::MitsubaPeer(const std::string& python, std::string folder) : folder
   from_ = fdopen(output[0], "r");
   const std::string greeting = read_line();
   if (greeting.empty())
-    throw UsageError("--peer-python " + python + ": Mitsuba does not start there (its message is above); run tools/peers");
+    throw UsageError("--peer-python " + python +
+                     ": Mitsuba does not start there (its message is above); run tools/peers");
   const auto hello = nlohmann::json::parse(greeting);
   version_ = hello.at("mitsuba").get<std::string>() + " " + hello.at("variant").get<std::string>();
 }

@@ -1,8 +1,8 @@
-// Single numbers of radiative transfer, solved without random numbers (data/transport.json), against scenes/test/slab_*.xml
-// and sphere_*.xml. In the suite at a relative standard error of 1 %; `test_transport "[.long]"` asks 0.1 % of every row
-// and prints the table of README.md.
-#include <catch2/catch.hpp>
+// Single numbers of radiative transfer, solved without random numbers (data/transport.json), against
+// scenes/test/slab_*.xml and sphere_*.xml. In the suite at a relative standard error of 1 %; `test_transport "[.long]"`
+// asks 0.1 % of every row and prints the table of README.md.
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -24,7 +24,8 @@ struct Row {
 };
 
 const json& data() {
-  static const json file = json::parse(std::ifstream(std::string(ITN_SOURCE_DIR) + "/tests/transport/data/transport.json"));
+  static const json file =
+      json::parse(std::ifstream(std::string(ITN_SOURCE_DIR) + "/tests/transport/data/transport.json"));
   return file;
 }
 
@@ -168,8 +169,8 @@ Estimate measure(const Row& row, double relative_stderr) {
 }
 
 void compare(const char* title, const std::vector<Row>& rows, double relative_stderr) {
-  std::printf("\n%s: %zu rows\n| row | value | reference | relative standard error | z |\n|---|---|---|---|---|\n", title,
-              rows.size());
+  std::printf("\n%s: %zu rows\n| row | value | reference | relative standard error | z |\n|---|---|---|---|---|\n",
+              title, rows.size());
   double largest = 0, sum = 0;
   for (const Row& row : rows) {
     INFO(row.what);
