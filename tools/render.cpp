@@ -99,7 +99,6 @@ nlohmann::ordered_json to_json(const Rendering& image, const Options& options, c
        {{"scene_s", times.scene}, {"build_s", image.build_s}, {"render_s", image.render_s}, {"write_s", times.write}}},
       {"paths", image.paths},
       {"paths_per_s", static_cast<double>(image.paths) / image.render_s},
-      {"leaks", image.leaks},
       {"mean", image.mean_of_image},
       {"mean_stderr", image.stderr_of_mean},
       {"derivatives", nlohmann::ordered_json::object()}};
@@ -125,7 +124,7 @@ void run(const Options& options) {
   const Sensor& sensor = chosen_sensor(scene, options.sensor);
   check_outputs(options);
 
-  Device device(common.device);
+  const Device device(common.device);
   const int spp = common.spp ? common.spp : sensor.spp;
   Progress progress(options.scene, double(sensor.crop_width) * sensor.crop_height * spp, "paths", !common.quiet);
   RenderOptions render_options;
@@ -137,9 +136,6 @@ void run(const Options& options) {
   render_options.cancel = &interrupt_flag();
   const Rendering image = render(device, scene, render_options);
   progress.clear();
-  if (image.leaks > 0)
-    warn(common, fmt::format("{} of {} paths left a mesh without crossing it and were stopped; is a mesh open?",
-                             image.leaks, image.paths));
 
   const Stopwatch writing;
   write_exr(options.output, to_exr(image, scene, options, device));

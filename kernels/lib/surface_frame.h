@@ -4,6 +4,16 @@
 #include "lib/vector.h"
 #include "shared/geometry_layout.h"
 
+/* Where a path that goes on into `direction` starts: surely on its side of the surface, which the rounded position on the
+ * surface is not (lib/trace.h). */
+inline REAL3 beside_surface(__global const PrimitiveRecord* primitives, INT primitive, REAL3 position, REAL3 normal,
+                            REAL3 direction) {
+  __global const float* record = (__global const float*)primitives;
+  const REAL offset =
+      GATHER((record + PRIMITIVE_AT_OFFSET), primitive * (int)(sizeof(PrimitiveRecord) / sizeof(float)));
+  return add3(position, scale3(normal, SELECT(dot3(normal, direction) > 0.0f, offset, -offset)));
+}
+
 /* u, v: as trace() returned them. position is used for spheres only. Definitions HAS_SMOOTH (some mesh has vertex normals),
  * HAS_ROUND (spheres or disks) and HAS_TEXTURE leave out what a scene does not need. */
 inline void surface_frame(__global const PrimitiveRecord* primitives, INT primitive, REAL u, REAL v, REAL3 position,
@@ -11,7 +21,7 @@ inline void surface_frame(__global const PrimitiveRecord* primitives, INT primit
   __global const float* record = (__global const float*)primitives;
   INT at = primitive * (int)(sizeof(PrimitiveRecord) / sizeof(float));
   *normal = make3(GATHER(record, at), GATHER((record + 1), at), GATHER((record + 2), at));
-  INT flags = GATHER_INT(((__global const int*)(record + 11)), at);
+  INT flags = GATHER_INT(((__global const int*)(record + PRIMITIVE_AT_FLAGS)), at);
 #if HAS_ROUND
   MASK sphere = (flags & PRIMITIVE_SPHERE) != 0;
   if (ANY(sphere)) {
@@ -43,6 +53,30 @@ inline void surface_frame(__global const PrimitiveRecord* primitives, INT primit
   REAL w0 = 1.0f - u - v;
   texture[0] = w0 * GATHER((record + 4), at) + u * GATHER((record + 6), at) + v * GATHER((record + 8), at);
   texture[1] = w0 * GATHER((record + 5), at) + u * GATHER((record + 7), at) + v * GATHER((record + 9), at);
+#if HAS_ROUND
+  MASK disk = (flags & PRIMITIVE_DISK) != 0, round = sphere | disk;
+  if (ANY(round)) {
+    REAL3 a, b, c;
+    a.x = GATHER((record + 12), at);
+    a.y = GATHER((record + 13), at);
+    a.z = GATHER((record + 14), at);
+    b.x = GATHER((record + 15), at);
+    b.y = GATHER((record + 16), at);
+    b.z = GATHER((record + 17), at);
+    c.x = GATHER((record + 18), at);
+    c.y = GATHER((record + 19), at);
+    c.z = GATHER((record + 20), at);
+    /* A sphere's axes are a, b, c; a disk's centre is a and its coordinates b . x and c . x. */
+    REAL3 from = sub3(position, a);
+    REAL x = SELECT(disk, dot3(from, b), dot3(*normal, a)), y = SELECT(disk, dot3(from, c), dot3(*normal, b));
+    REAL sign = SELECT(sphere & ((flags & PRIMITIVE_FLIPPED) != 0), -1.0f, 1.0f);
+    REAL turn = atan2(y * sign, x * sign) * 0.15915494f;
+    turn += SELECT(turn < 0.0f, 1.0f, 0.0f);
+    REAL polar = acos(clamp(dot3(*normal, c) * sign, (REAL)(-1.0f), (REAL)(1.0f))) * 0.31830989f;
+    texture[0] = SELECT(sphere, turn, SELECT(disk, SQRT(x * x + y * y), texture[0]));
+    texture[1] = SELECT(sphere, polar, SELECT(disk, turn, texture[1]));
+  }
+#endif
 #else
   texture[0] = texture[1] = (REAL)(0.0f);
 #endif

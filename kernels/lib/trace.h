@@ -4,9 +4,10 @@
  * in coordinates that depend on ray and vertex alone, so two triangles see a shared edge with exactly opposite numbers, and as
  * products are rounded one by one, the sign is right or the value 0, which counts as a hit. Boxes are wider than the rounding
  * errors of their test. What remains is where a ray starts: a position lies only nearly on its surface, or nearly in front of
- * the next one. Three measures:
+ * the next one. Four measures:
  *   - a returned position is computed on its primitive and kept a few roundings away from a triangle's edges;
- *   - a ray that starts on a flat primitive starts an `offset` beside it, on the side to which it goes;
+ *   - a path goes on from a surface an `offset` beside it, on the side to which it goes (beside_surface, lib/surface_frame.h);
+ *   - what comes so close to a surface that rounding could put it on the other side counts as meeting it;
  *   - `inside` tells which side of a surface a consistent path meets next: all surfaces count as moved by their tolerance so
  *     that the path is on the right side of them. */
 #ifndef ITN_TRACE_H
@@ -27,7 +28,7 @@ typedef struct {
 typedef struct {
   float t;        /* distance [units of the direction] */
   float u, v;     /* barycentric coordinates of a triangle's second and third vertex */
-  float x, y, z;  /* position on the surface; start the next ray here, more exact than origin + t * direction */
+  float x, y, z;  /* position on the surface, more exact than origin + t * direction: go on from beside_surface() of it */
   int primitive;  /* index into Surfaces.primitives, -1: no hit; the other members are then undefined */
   int front;      /* 1: the ray enters, against the outward normal, 0: it leaves */
 } Hit;
@@ -81,6 +82,7 @@ inline Shear shear_of(float3 d) {
 
 /* The found hit while the walk goes on. */
 typedef struct {
+  float limit;       /* of the walk: t_max or the hit */
   float t, u, v;
   int primitive, front;
   __global const float* lane; /* of the block */
@@ -102,12 +104,13 @@ inline void meet_triangles(__global const float* block, Ray ray, Shear s, int sk
   /* depth: (a - origin) . N with N the normal times twice the area; t = depth / (N . direction). */
   const BoxFloat depth = u * az + v * bz + w * cz;
   const BoxFloat inverse = s.sz / det;
-  const BoxFloat moved = depth + ray.side * LOAD_BOX(block, BLOCK_TOLERANCE);
+  const BoxFloat tolerance = LOAD_BOX(block, BLOCK_TOLERANCE);
   BoxLanes t, b, c, inv;
   t.v = depth * inverse;
   inv.v = inverse;
   uint candidates = box_bits(((fmin(fmin(u, v), w) >= 0.0f) | (fmax(fmax(u, v), w) <= 0.0f)) & (det != 0.0f) &
-                             (moved * inverse > 0.0f) & (t.v < found->t));
+                             ((depth + ray.side * tolerance) * inverse > 0.0f) &
+                             (t.v - fmax(ray.side * tolerance * inverse, 0.0f) < found->limit));
   if (!candidates) return;
   b.v = v / det;
   c.v = w / det;
@@ -115,6 +118,7 @@ inline void meet_triangles(__global const float* block, Ray ray, Shear s, int sk
     const int primitive = as_int(block[BLOCK_PRIMITIVE * BOX_WIDTH + l]);
     if (t.f[l] < found->t && primitive != skip) {
       found->t = t.f[l];
+      found->limit = fmin(found->limit, t.f[l]);
       found->u = b.f[l];
       found->v = c.f[l];
       found->primitive = primitive;
@@ -126,12 +130,14 @@ inline void meet_triangles(__global const float* block, Ray ray, Shear s, int sk
 
 /* Distance to a sphere, negative or NaN when it is not met. from: centre to origin.
  * Haines, Guenther, Akenine-Moeller: Precision Improvements for Ray/Sphere Intersection, 2019. */
-inline float meet_sphere(float3 from, Ray ray, float radius, float tolerance, bool starts_here, int* front) {
+inline float meet_sphere(float3 from, Ray ray, float radius, float tolerance, bool starts_here, int* front,
+                         float* slack) {
   const bool inside = ray.side > 0.0f;
   const float a = dot(ray.direction, ray.direction);
   const float b = -dot(from, ray.direction) / a;
   *front = 0;
-  if (starts_here) return inside ? fmax(2.0f * b, 0.0f) : -1.0f;
+  *slack = 0.0f;
+  if (starts_here) return inside ? fmax(2.0f * b, tolerance) : -1.0f;
   const float3 nearest = from + b * ray.direction;
   float height = length(from) - radius;
   float s = (radius * radius - dot(nearest, nearest)) / a;
@@ -141,6 +147,7 @@ inline float meet_sphere(float3 from, Ray ray, float radius, float tolerance, bo
     if (inside) s = fmax(s, b * b);
   }
   s = sqrt(s); /* NaN: passes by */
+  *slack = fmin(tolerance * radius / s, s);
   const float product = height * (height + 2.0f * radius) / a; /* of both solutions */
   if (height < 0.0f || (height == 0.0f && inside)) return b > 0.0f ? b + s : fmax(product / (b - s), 0.0f);
   *front = 1;
@@ -155,11 +162,11 @@ inline void meet_round(__global const float* block, Ray ray, int skip, Found* fo
     const float3 center = (float3)(p[BLOCK_CENTER * BOX_WIDTH], p[(BLOCK_CENTER + 1) * BOX_WIDTH],
                                    p[(BLOCK_CENTER + 2) * BOX_WIDTH]);
     const float radius = p[BLOCK_RADIUS * BOX_WIDTH], tolerance = p[BLOCK_TOLERANCE * BOX_WIDTH];
-    float t;
+    float t, slack;
     int front;
     if (radius > 0) {
-      t = meet_sphere(ray.origin - center, ray, radius, tolerance, primitive == skip, &front);
-      if (!(t >= 0.0f && t < found->t)) continue;
+      t = meet_sphere(ray.origin - center, ray, radius, tolerance, primitive == skip, &front, &slack);
+      if (!(t >= 0.0f)) continue;
     } else {
       if (primitive == skip) continue;
       const float3 u = (float3)(p[BLOCK_DUAL_U * BOX_WIDTH], p[(BLOCK_DUAL_U + 1) * BOX_WIDTH],
@@ -170,11 +177,14 @@ inline void meet_round(__global const float* block, Ray ray, int skip, Found* fo
       const float speed = dot(normal, ray.direction), depth = dot(center - ray.origin, normal);
       t = depth / speed;
       front = speed < 0.0f;
+      slack = fmax(ray.side * tolerance / speed, 0.0f);
       const float3 q = ray.origin + t * ray.direction - center;
       const float a = dot(u, q), b = dot(v, q);
-      if (!((depth + ray.side * tolerance) / speed > 0.0f && t < found->t && a * a + b * b <= 1.0f)) continue;
+      if (!((depth + ray.side * tolerance) / speed > 0.0f && a * a + b * b <= 1.0f)) continue;
     }
+    if (!(t < found->t && t - slack < found->limit)) continue;
     found->t = t;
+    found->limit = fmin(found->limit, t);
     found->primitive = primitive;
     found->front = front;
     found->lane = p;
@@ -199,8 +209,9 @@ inline float3 position_on(__global const PrimitiveRecord* primitive, Ray ray, Fo
   return a + u * (b - a) + v * (c - a);
 }
 
-/* Closest hit with a distance below t_max. skip: the primitive on which the ray starts, or -1: a flat one is not met again, of
- * a sphere only the far side is. inside: the path is inside (leaves through the next surface) or outside. */
+/* Closest hit with a distance below t_max, or so little beyond that the position at t_max could be rounded to the other side:
+ * what flies t_max without a hit surely stays on its side. skip: the primitive on which the ray starts, or -1: a flat one is
+ * not met again, of a sphere only the far side is. inside: the path is inside (leaves through the next surface) or outside. */
 inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, float dy, float dz, float t_max, int skip,
                  bool inside) {
   __global const GeometryRecord* record = surfaces.record;
@@ -208,14 +219,7 @@ inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, floa
   ray.origin = (float3)(ox, oy, oz);
   ray.direction = (float3)(dx, dy, dz);
   ray.side = inside ? 1.0f : -1.0f;
-  if (skip >= 0) {
-    __global const PrimitiveRecord* p = surfaces.primitives + skip;
-    if (!(p->flags & PRIMITIVE_SPHERE)) {
-      const float3 n = (float3)(p->normal[0], p->normal[1], p->normal[2]);
-      ray.origin += copysign(p->offset, dot(n, ray.direction)) * n;
-    }
-    skip -= (int)record->first_primitive;
-  }
+  if (skip >= 0) skip -= (int)record->first_primitive;
   Hit hit;
   hit.primitive = -1;
 
@@ -235,7 +239,8 @@ inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, floa
   const int far_x = NODE_LOW_X + NODE_HIGH_X - near_x, far_y = NODE_LOW_Y + NODE_HIGH_Y - near_y,
             far_z = NODE_LOW_Z + NODE_HIGH_Z - near_z;
   Found found;
-  found.t = t_max - start;
+  found.limit = t_max - start;
+  found.t = INFINITY;
   found.primitive = -1;
   int stack[TRACE_STACK];
   float stack_t[TRACE_STACK];
@@ -249,7 +254,7 @@ inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, floa
                        fmax(LOAD_BOX(node, near_z) * inverse.z + shift.z, 0.0f));
       const BoxFloat leave_t =
           fmin(fmin(LOAD_BOX(node, far_x) * inverse.x + shift.x, LOAD_BOX(node, far_y) * inverse.y + shift.y),
-               fmin(LOAD_BOX(node, far_z) * inverse.z + shift.z, found.t));
+               fmin(LOAD_BOX(node, far_z) * inverse.z + shift.z, found.limit));
       uint bits = box_bits(enter_t.v <= leave_t);
       if (bits) {
         __global const int* child = (__global const int*)(node + NODE_CHILD * BOX_WIDTH);
@@ -294,7 +299,7 @@ inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, floa
         return hit;
       }
       current = stack[--size];
-    } while (stack_t[size] >= found.t);
+    } while (stack_t[size] >= found.limit);
   }
 }
 

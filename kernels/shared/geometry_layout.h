@@ -55,9 +55,12 @@ typedef struct LAYOUT_ALIGNED {
   layout_int shape;
   layout_uint flags; /* PRIMITIVE_... */
   float frame[9]; /* PRIMITIVE_SMOOTH: vertex normals; sphere: local x, y, z axes; disk: centre, dual u, dual v */
-  float offset;   /* where rays start: this far from a flat primitive's plane [scene unit] */
+  float offset;   /* how far beside the surface rays start [scene unit] */
   float unused[2];
 } PrimitiveRecord;
+
+/* Places of PrimitiveRecord's members, in 4-byte words. */
+enum { PRIMITIVE_AT_UV = 4, PRIMITIVE_AT_SHAPE = 10, PRIMITIVE_AT_FLAGS, PRIMITIVE_AT_FRAME, PRIMITIVE_AT_OFFSET = 21 };
 
 typedef struct LAYOUT_ALIGNED {
   layout_uint first_node, first_leaf; /* in floats */

@@ -25,6 +25,8 @@ inline bool optical_depth(const Launch* launch, __global const JobRecord* job, f
     for (int k = 0; k < 3; ++k)
       facing += d[k] * (primitive->flags & PRIMITIVE_SPHERE ? o[k] - primitive->normal[k] : primitive->normal[k]);
     if ((primitive->flags & PRIMITIVE_SPHERE) && (primitive->flags & PRIMITIVE_FLIPPED)) facing = -facing;
+    for (int k = 0; k < 3; ++k)
+      if (!(primitive->flags & PRIMITIVE_SPHERE)) o[k] += copysign(primitive->offset, facing) * primitive->normal[k];
 #if HAS_MEDIUM
     if (medium >= 0)
       for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) depth[c] += launch->media[medium].sigma_t[c] * hit.t;

@@ -50,6 +50,8 @@ inline void leave_surface(const Launch* launch, Pool* pool, INT slots, MASK mask
   INT medium = LOAD_INT(pool, MEDIUM, slots);
   /* as in Mitsuba, a shape with no media of its own leaves the path in the medium it is in */
   medium = SELECT_INT(s->interior == s->exterior, medium, SELECT_INT(inward, s->interior, s->exterior));
+  store3(pool, POSITION_X, slots,
+         beside_surface(launch->primitives, s->primitive, s->position, s->normal, direction));
   store3(pool, DIRECTION_X, slots, direction);
   STORE_INT(pool, MEDIUM, slots, medium);
   STORE_INT(pool, SKIP, slots, s->primitive);

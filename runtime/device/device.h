@@ -1,5 +1,5 @@
-// OpenCL as the project uses it: choose a device, build a program, allocate buffers, launch kernels. Every OpenCL call is
-// checked; a failure throws DeviceError with the call's name, the code's name, the device, and what to do.
+// OpenCL as the project uses it: choose a device, build a program, allocate buffers, launch kernels. Every OpenCL call
+// is checked; a failure throws DeviceError with the call's name, the code's name, the device, and what to do.
 #pragma once
 #define CL_HPP_TARGET_OPENCL_VERSION 120
 #define CL_HPP_MINIMUM_OPENCL_VERSION 120
@@ -26,8 +26,9 @@ std::vector<DeviceInfo> list_devices();
 // One device with its context and in-order queue.
 class Device {
  public:
-  // spec: index, "cpu", "gpu", or a case-insensitive part of the platform or device name. Empty: the environment variable
-  // ITN_DEVICE, then the first usable GPU, then the first usable CPU. Throws DeviceError with the list of devices.
+  // spec: index, "cpu", "gpu", or a case-insensitive part of the platform or device name. Empty: the environment
+  // variable ITN_DEVICE, then the first usable GPU, then the first usable CPU. Throws DeviceError with the list of
+  // devices.
   explicit Device(const std::string& spec = "");
 
   const DeviceInfo& info() const { return info_; }

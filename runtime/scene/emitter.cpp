@@ -19,7 +19,7 @@ constexpr double pi = std::numbers::pi;
 // The weights of Mitsuba 3; any would do, since they only steer the sampling.
 double luminance(const Rgb& rgb) { return 0.212671 * rgb[0] + 0.715160 * rgb[1] + 0.072169 * rgb[2]; }
 
-// "file:line:column: the envmap emitter's turbidity must be in [1, 10]; got 11"
+// "file:line:column: turbidity of the sunsky emitter must be in [1, 10]; got 11"
 template <class Value>
 void require(bool good, const Emitter& emitter, const char* parameter, const char* need, const Value& got,
              const char* remedy = "") {
@@ -37,16 +37,15 @@ bool not_negative(double x) { return x >= 0 && std::isfinite(x); }
 // The inverse of the upper left 3x3 of to_world, which must be a rotation or a mirrored one.
 void set_rotation(const Emitter& emitter, EmitterRecord& record) {
   const auto& m = emitter.to_world.m;
-  double error = 0;
+  bool rigid = true;
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j) {
       double product = 0;
       for (std::size_t k = 0; k < 3; ++k) product += m[4 * k + i] * m[4 * k + j];
-      const double off = std::abs(product - (i == j ? 1 : 0));
-      if (!(off <= error)) error = off;
+      rigid = rigid && std::abs(product - (i == j ? 1 : 0)) < 1e-4;
       record.to_local[3 * i + j] = static_cast<float>(m[4 * j + i]);
     }
-  require(error < 1e-4, emitter, "to_world", "a rotation or a mirrored one", "a matrix that scales or shears",
+  require(rigid, emitter, "to_world", "a rotation or a mirrored one", "a matrix that scales or shears",
           "light from infinity has no size; remove the scale");
 }
 
@@ -96,10 +95,16 @@ double sum(const std::vector<double>& values) {
   return total;
 }
 
+void refuse_pixel(const Emitter& emitter, std::size_t x, std::size_t y, std::size_t c, float value) {
+  const auto got = fmt::format("{} at column {}, row {}, channel {}", value, x, y, c);
+  require(not_negative(value), emitter, "bitmap", "finite and not negative", got, "repair the image");
+  require(false, emitter, "bitmap", "in the range of 32-bit floats once scaled", got, "lower the scale");
+}
+
 void append_envmap(const Emitter& emitter, EmitterRecord& record, std::vector<float>& tables) {
   require(emitter.bitmap != nullptr, emitter, "bitmap", "an image", "none");
   const Bitmap& bitmap = *emitter.bitmap;
-  require(bitmap.width >= 2 && bitmap.height >= 3, emitter, "bitmap", "at least 2 x 3 pixels",
+  require(bitmap.width >= 3 && bitmap.height >= 3, emitter, "bitmap", "at least 3 x 3 pixels",
           fmt::format("{} x {}", bitmap.width, bitmap.height), "for light of one colour use a constant emitter");
   require(not_negative(emitter.scale), emitter, "scale", "finite and not negative", emitter.scale);
   const auto width = static_cast<std::size_t>(bitmap.width), height = static_cast<std::size_t>(bitmap.height);
@@ -110,17 +115,16 @@ void append_envmap(const Emitter& emitter, EmitterRecord& record, std::vector<fl
   record.width = bitmap.width;
   record.height = bitmap.height;
   record.pixels = static_cast<int>(tables.size());
+  tables.reserve(tables.size() + 3 * (width + 1) * height + height * (width + 2));
   std::vector<double> light(width * height);
   for (std::size_t y = 0; y < height; ++y)
     for (std::size_t x = 0; x <= width; ++x) {
       Rgb rgb;
       for (std::size_t c = 0; c < 3; ++c) {
         const float value = bitmap.data[(y * width + x % width) * channels + (channels == 1 ? 0 : c)];
-        require(not_negative(value), emitter, "bitmap", "finite and not negative",
-                fmt::format("{} at column {}, row {}, channel {}", value, x, y, c), "repair the image");
         rgb[c] = emitter.scale * value;
-        require(rgb[c] <= std::numeric_limits<float>::max(), emitter, "bitmap", "in the range of 32-bit floats",
-                fmt::format("{} at column {}, row {}, scaled by {}", value, x, y, emitter.scale), "lower the scale");
+        if (!(not_negative(value) && rgb[c] <= std::numeric_limits<float>::max()))
+          refuse_pixel(emitter, x, y, c, value);
         tables.push_back(static_cast<float>(rgb[c]));
       }
       if (x < width) light[y * width + x] = luminance(rgb);
@@ -151,14 +155,14 @@ void check_sunsky(const Emitter& emitter) {
           s.sun_aperture);
   const double length = std::hypot(s.sun_direction[0], s.sun_direction[1], s.sun_direction[2]);
   require(positive(length), emitter, "sun_direction", "a direction", fmt::format("a vector of length {}", length));
+  require(s.sun_direction[2] > 0, emitter, "sun_direction", "above the horizon",
+          fmt::format("({}, {}, {}) where +z is up", s.sun_direction[0], s.sun_direction[1], s.sun_direction[2]),
+          "to_world turns the horizon");
 }
 
 void append_sunsky(const Emitter& emitter, EmitterRecord& record, std::vector<float>& tables) {
   check_sunsky(emitter);
-  const ClearSky sky = clear_sky(emitter);
-  const Vec3& toward = emitter.sunsky.sun_direction;
-  require(sky.sun[2] > 0, emitter, "sun_direction", "above the horizon",
-          fmt::format("({}, {}, {})", toward[0], toward[1], toward[2]), "up is +z unless to_world turns the sky");
+  const ClearSky sky = clear_sky(emitter.sunsky);
   const auto to_float = [](double x) { return static_cast<float>(x); };
   for (std::size_t c = 0; c < 3; ++c) {
     std::transform(sky.sky[c].begin(), sky.sky[c].end(), record.sky + c * SKY_COEFFICIENTS, to_float);

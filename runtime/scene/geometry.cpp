@@ -91,7 +91,9 @@ void add_mesh(const Shape& shape, int index, Surfaces& out) {
     copy(normal, record.normal);
     record.offset = tolerance;
     record.shape = index;
-    if (!mesh.texcoord.empty())
+    if (mesh.texcoord.empty())
+      record.uv[2] = record.uv[5] = 1;  // the barycentric coordinates, as in Mitsuba
+    else
       for (std::size_t j = 0; j < 3; ++j)
         std::copy_n(mesh.texcoord[triangle[j]].begin(), 2, record.uv + 2 * j);
     if (!mesh.normal.empty()) {

@@ -1,5 +1,6 @@
 // The surfaces of scenes in the form in which the device reads them.
 #pragma once
+#include <cstddef>
 #include <vector>
 
 #include "kernels/shared/geometry_layout.h"
@@ -8,6 +9,10 @@
 namespace itn {
 
 static_assert(sizeof(PrimitiveRecord) == 96 && sizeof(GeometryRecord) == 96);
+static_assert(offsetof(PrimitiveRecord, uv) == 4 * PRIMITIVE_AT_UV && offsetof(PrimitiveRecord, shape) == 4 * PRIMITIVE_AT_SHAPE &&
+              offsetof(PrimitiveRecord, flags) == 4 * PRIMITIVE_AT_FLAGS &&
+              offsetof(PrimitiveRecord, frame) == 4 * PRIMITIVE_AT_FRAME &&
+              offsetof(PrimitiveRecord, offset) == 4 * PRIMITIVE_AT_OFFSET);
 
 // One or more geometries in shared arrays, see geometry_layout.h.
 struct Geometry {

@@ -76,14 +76,11 @@ double one_minus_cos(double angle) { return 2 * std::pow(std::sin(angle / 2), 2)
 
 }  // namespace
 
-ClearSky clear_sky(const Emitter& emitter) {
+ClearSky clear_sky(const SunSky& parameters) {
   const Tables& data = tables();
-  const SunSky& parameters = emitter.sunsky;
   ClearSky result;
   const Vec3& sun = parameters.sun_direction;
-  const auto& m = emitter.to_world.m;
-  for (std::size_t i = 0; i < 3; ++i)
-    result.sun[i] = (m[i] * sun[0] + m[4 + i] * sun[1] + m[8 + i] * sun[2]) / std::hypot(sun[0], sun[1], sun[2]);
+  for (std::size_t i = 0; i < 3; ++i) result.sun[i] = sun[i] / std::hypot(sun[0], sun[1], sun[2]);
   const double elevation = std::asin(std::clamp(result.sun[2], 0.0, 1.0));
   const Step turbidity(parameters.turbidity - 1, turbidities - 1);
 

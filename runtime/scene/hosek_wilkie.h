@@ -20,8 +20,8 @@ struct ClearSky {
   std::vector<std::array<double, 2>> limb;
 };
 
-// Of a sunsky emitter. Expects values inside their ranges: append_emitter checks them.
-ClearSky clear_sky(const Emitter& emitter);
+// Expects values inside their ranges: append_emitter checks them.
+ClearSky clear_sky(const SunSky& parameters);
 
 // In a local direction. Both are 0 below the horizon.
 Rgb sky_radiance(const ClearSky& sky, const Vec3& local);

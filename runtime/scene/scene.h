@@ -108,7 +108,7 @@ struct Shape {
 struct SunSky {
   double turbidity = 3;
   Rgb albedo{0.3, 0.3, 0.3};
-  Vec3 sun_direction{0, 0, 1};  // towards the sun, in world space like Mitsuba 3's parameter; to_world turns the sky alone
+  Vec3 sun_direction{0, 0, 1};  // local: z is up (Mitsuba 3's convention), unit, towards the sun
   double sun_scale = 1, sky_scale = 1;
   double sun_aperture = 0.5358;  // [degree], full angle
   bool complex_sun = false;

@@ -83,6 +83,7 @@ __kernel void walk(__global const float* nodes, __global const float* leaves, __
     else
       d = dot(r, n) > 0 ? -r : r;
     if (!(dot(d, n) < 0)) d = -n;
+    p -= q->offset * n;
   }
   counts[3 * get_global_id(0)] = escaped;
   counts[3 * get_global_id(0) + 1] = front;

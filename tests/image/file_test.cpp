@@ -1,5 +1,7 @@
 #include "runtime/image/file.h"
 
+#include <signal.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -81,6 +83,18 @@ TEST_CASE("a full disk is reported and the device behind the name stays what it 
   struct stat status {};
   REQUIRE(stat("/dev/full", &status) == 0);
   CHECK(S_ISCHR(status.st_mode));
+}
+
+TEST_CASE("a disk that fills up in the middle of a file leaves nothing behind") {
+  const TemporaryFolder folder;
+  rlimit before{};
+  REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
+  signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{10000, before.rlim_max};
+  REQUIRE(setrlimit(RLIMIT_FSIZE, &small) == 0);
+  CHECK_THROWS_AS(itn::write_file(folder / "a", std::string(100000, 'x')), itn::ResultError);
+  REQUIRE(setrlimit(RLIMIT_FSIZE, &before) == 0);
+  CHECK(folder.empty());
 }
 
 TEST_CASE("asking whether a file can be written leaves the folder as it was") {

@@ -23,7 +23,7 @@ struct RecordedRadiance {
 struct RecordedSky {
   double turbidity;
   Rgb albedo;
-  Vec3 sun_direction;
+  Vec3 sun_direction;  // world: Mitsuba's parameter
   double sun_aperture;
   bool complex_sun;
   std::array<double, 9> to_world;
@@ -45,6 +45,14 @@ class OnDevice {
     setenv("ITN_KERNEL_DIR", ITN_SOURCE_DIR "/tests/kernel", 1);
     program_ = device_.build("emitter_test.cl", definitions);
     unsetenv("ITN_KERNEL_DIR");
+    record_ = device_.upload(std::vector<EmitterRecord>{record}, "record");
+    tables_ = device_.upload(tables, "tables");
+  }
+
+  // Another emitter of the same kind.
+  void replace(const Emitter& emitter) {
+    tables.clear();
+    append_emitter(emitter, record, tables);
     record_ = device_.upload(std::vector<EmitterRecord>{record}, "record");
     tables_ = device_.upload(tables, "tables");
   }
@@ -173,15 +181,6 @@ void turn(Emitter& emitter, const std::array<double, 9>& rotation) {
     for (std::size_t j = 0; j < 3; ++j) emitter.to_world.m[4 * i + j] = rotation[3 * i + j];
 }
 
-Emitter recorded_emitter(const RecordedSky& recorded) {
-  Emitter emitter;
-  emitter.kind = Emitter::Kind::sunsky;
-  emitter.sunsky = {recorded.turbidity,    recorded.albedo,     recorded.sun_direction, 2, 3,
-                    recorded.sun_aperture, recorded.complex_sun};
-  turn(emitter, recorded.to_world);
-  return emitter;
-}
-
 Emitter sunsky(double elevation_degree, double turbidity, double aperture, bool complex_sun = false) {
   const double e = elevation_degree * pi / 180;
   Emitter emitter;
@@ -217,6 +216,15 @@ double luminance(const Rgb& rgb) { return 0.212671 * rgb[0] + 0.715160 * rgb[1] 
 // Cosine to the normal of some plane.
 double plane(const Vec3& d) { return 0.6 * d[0] + 0.8 * d[2]; }
 
+Emitter recorded_emitter(const RecordedSky& recorded) {
+  Emitter emitter;
+  emitter.kind = Emitter::Kind::sunsky;
+  turn(emitter, recorded.to_world);
+  emitter.sunsky = {recorded.turbidity,    recorded.albedo,     to_local(emitter, recorded.sun_direction), 2, 3,
+                    recorded.sun_aperture, recorded.complex_sun};
+  return emitter;
+}
+
 // Largest difference of a channel, as a share of the largest channel.
 double difference(const Rgb& a, const Rgb& b) {
   double error = 0, size = 1e-9;
@@ -234,7 +242,7 @@ Rgb operator+(const Rgb& a, const Rgb& b) { return {a[0] + b[0], a[1] + b[1], a[
 TEST_CASE("sun and sky have Mitsuba's radiance") {
   for (const auto& recorded : recorded_skies) {
     const Emitter emitter = recorded_emitter(recorded);
-    const ClearSky sky = clear_sky(emitter);
+    const ClearSky sky = clear_sky(emitter.sunsky);
     std::vector<Vec3> directions;
     for (const auto& value : recorded.values) directions.push_back(value.direction);
     for (const auto& [direction, radiance] : recorded.values) {
@@ -375,8 +383,6 @@ TEST_CASE("sky sampling follows its density") {
   check_sky_sampling(sunsky(2, 8, 0.5358), 0.0015, "elevation 2, turbidity 8");
   Emitter turned = sunsky(30, 1, 0.5358);
   turn(turned, recorded_maps[1].to_world);
-  turned.sunsky.sun_direction = {recorded_maps[1].to_world[2], recorded_maps[1].to_world[5] + 0.2,
-                                 recorded_maps[1].to_world[8]};
   check_sky_sampling(turned, 0.0015, "turned, turbidity 1");
 }
 
@@ -402,7 +408,7 @@ TEST_CASE("the sun is sampled uniformly over its disc") {
       for (const int width : widths) {
         const Emitter emitter = sunsky(12, 3, aperture, complex_sun);  // the wide one sinks into the ground
         const OnDevice light(emitter, width);
-        const ClearSky sky = clear_sky(emitter);
+        const ClearSky sky = clear_sky(emitter.sunsky);
         CAPTURE(complex_sun, aperture, width);
         const double fall = 2 * std::pow(std::sin(aperture * pi / 720), 2);
         CHECK(solid_angle(light.record) == Approx(2 * pi * fall).epsilon(1e-6));
@@ -446,7 +452,7 @@ TEST_CASE("the sun is sampled uniformly over its disc") {
 TEST_CASE("the sun's disc has a sharp edge") {
   const Emitter emitter = sunsky(40, 3, 0.5358);
   const OnDevice light(emitter, 16);
-  const ClearSky sky = clear_sky(emitter);
+  const ClearSky sky = clear_sky(emitter.sunsky);
   const Vec3& s = sky.sun;
   const double h = std::hypot(s[0], s[1]), half = sky.sun_half_angle;
   for (const double share : {0.0, 0.5, 0.999, 1.001, 1.5}) {
@@ -456,4 +462,58 @@ TEST_CASE("the sun's disc has a sharp edge") {
     CHECK(value.inside == (share < 1));
     CHECK(difference(value.sun, share < 1 ? sky.sun_radiance : Rgb{0, 0, 0}) < 1e-6);
   }
+}
+
+TEST_CASE("single precision keeps the digits of sun and sky at every turbidity and elevation") {
+  auto directions = random_directions(2000, 5);
+  for (int i = 0; i < 200; ++i) {  // down to the horizon
+    const double z = std::pow(0.96, i);
+    directions.push_back({std::sqrt(1 - z * z) * std::cos(0.01 * i), std::sqrt(1 - z * z) * std::sin(0.01 * i), z});
+  }
+  OnDevice light(sunsky(45, 3, 20, true), 16);
+  double sky_error = 0, sun_error = 0;
+  std::size_t in_sun = 0;
+  for (const double turbidity : {1.0, 1.7, 2.5, 4.2, 6.6, 8.9, 10.0})
+    for (const double elevation : {0.05, 0.5, 2.0, 5.0, 11.0, 23.0, 47.0, 71.0, 89.9, 90.0})
+      for (const double albedo : {0.0, 1.0}) {
+        Emitter emitter = sunsky(elevation, turbidity, 20, true);
+        emitter.sunsky.albedo = {albedo, 0.5, 1 - albedo};
+        light.replace(emitter);
+        const ClearSky sky = clear_sky(emitter.sunsky);
+        const auto values = light.evaluate(directions);
+        for (std::size_t i = 0; i < values.size(); ++i) {
+          const Vec3& d = directions[i];
+          const Vec3 rounded{static_cast<float>(d[0]), static_cast<float>(d[1]), static_cast<float>(d[2])};
+          const double error = difference(values[i].sky, sky_radiance(sky, rounded));
+          if (!(error <= sky_error)) sky_error = error;
+          if (!values[i].inside) continue;
+          ++in_sun;
+          const double of_sun = difference(values[i].sun, sun_radiance(sky, rounded));
+          if (!(of_sun <= sun_error)) sun_error = of_sun;
+        }
+      }
+  CHECK(sky_error < 2e-5);
+  CHECK(sun_error < 2e-5);
+  CHECK(in_sun > 1000);
+}
+
+TEST_CASE("the corners of the unit square give usable directions") {
+  const double last = 1 - 0x1p-24;
+  const std::vector<Vec2> corners{{0, 0},   {0, last}, {last, 0},   {last, last},
+                                  {0.5, 0}, {0, 0.5},  {0.5, last}, {last, 0.5}};
+  Emitter turned = sunsky(30, 5, 0.5358, true);
+  turn(turned, recorded_maps[1].to_world);
+  for (const auto& emitter : {Emitter{}, small_envmap(), sunsky(90, 3, 0.5358), sunsky(0.01, 10, 60), turned})
+    for (const int width : widths) {
+      const OnDevice light(emitter, width);
+      for (const bool of_sun : {false, true}) {
+        if (of_sun && light.record.kind != EMITTER_SUNSKY) continue;
+        for (const auto& s : light.sample(corners, of_sun)) {
+          CAPTURE(light.record.kind, width, of_sun, s.direction, s.pdf, s.radiance);
+          CHECK(std::hypot(s.direction[0], s.direction[1], s.direction[2]) == Approx(1).epsilon(1e-5));
+          CHECK((s.pdf > 0 && std::isfinite(s.pdf)));
+          CHECK(std::all_of(s.radiance.begin(), s.radiance.end(), [](double x) { return std::isfinite(x); }));
+        }
+      }
+    }
 }

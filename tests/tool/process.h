@@ -1,0 +1,35 @@
+// Runs build/bin/itn as a user would and keeps what it says.
+#pragma once
+#include <sys/types.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+struct Result {
+  int exit_code = -1;  // -signal when a signal ended it
+  std::string output, error;
+};
+
+class Process {
+ public:
+  struct Options {
+    std::map<std::string, std::string> environment{};  // added to this process's own
+    bool ordinary_user = false;                        // give up root, which may write anywhere
+    std::string output_file{};                         // standard output goes there instead of Result::output
+  };
+
+  Process(const std::vector<std::string>& arguments, const Options& options);
+  ~Process();
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  void send(int signal_number) const;
+  Result wait();
+
+ private:
+  pid_t pid_ = -1;
+  std::string output_, error_;  // files
+};
+
+Result run_itn(const std::vector<std::string>& arguments, const Process::Options& options = {});

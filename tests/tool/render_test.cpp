@@ -1,0 +1,194 @@
+// itn render as a user meets it: what it writes, and how it fails.
+#include <signal.h>
+#include <sys/stat.h>
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "runtime/device/device.h"
+#include "runtime/image/exr.h"
+#include "runtime/image/file.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/tool/process.h"
+
+namespace {
+
+const std::string ball = ITN_SOURCE_DIR "/tests/tool/data/ball.xml";
+
+std::vector<std::string> render(const std::string& output, const std::vector<std::string>& more = {}) {
+  std::vector<std::string> arguments{"render", ball, "-o", output};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+}  // namespace
+
+TEST_CASE("itn render writes image, standard error and what they were made from") {
+  const TemporaryFolder folder;
+  const Result result = run_itn(render(folder / "a.exr", {"--seed", "7", "-D", "sigma_t=25", "--preview"}));
+  INFO(result.error);
+  REQUIRE(result.exit_code == 0);
+  CHECK_THAT(result.output, Catch::Contains("a.exr") && Catch::Contains("32 x 24") && Catch::Contains("mean"));
+  CHECK(result.error.empty());  // no progress where there is no terminal
+  const itn::ExrImage image = itn::read_exr(folder / "a.exr");
+  CHECK(image.width == 32);
+  CHECK(image.height == 24);
+  for (const char* name : {"R", "G", "B", "stderr.R", "stderr.G", "stderr.B"}) CHECK(image.channel(name) >= 0);
+  CHECK(image.header.at("spp") == "16");
+  CHECK(image.header.at("seed") == "7");
+  CHECK(image.header.at("operator") == "full");
+  CHECK(image.header.at("scene") == ball);
+  CHECK(nlohmann::json::parse(image.header.at("parameters"))["skin.sigma_t"] == 25);
+  CHECK_THAT(image.header.at("version"), Catch::StartsWith("itn "));
+  CHECK(!image.header.at("device").empty());
+  CHECK(itn::read_file(folder / "a.png").substr(1, 3) == "PNG");
+  CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 2);
+}
+
+TEST_CASE("--json - gives the result and nothing else on standard output") {
+  const TemporaryFolder folder;
+  const Result result = run_itn(render(folder / "a.exr", {"--json", "-", "--spp", "4", "--operator", "single"}));
+  REQUIRE(result.exit_code == 0);
+  const auto json = nlohmann::json::parse(result.output);
+  CHECK(json["schema"] == "itn.render/1");
+  CHECK(json["scene"] == ball);
+  CHECK(json["operator"] == "single");
+  CHECK(json["width"] == 32);
+  CHECK(json["height"] == 24);
+  CHECK(json["spp"] == 4);
+  CHECK(json["seed"] == 0);
+  CHECK(json["device"].contains("platform"));
+  for (const char* time : {"scene_s", "build_s", "render_s", "write_s"}) CHECK(json["time"][time] >= 0);
+  CHECK(json["paths"] == 32 * 24 * 4);
+  CHECK(json["paths_per_s"] > 0);
+  CHECK(json["mean"].size() == 3);
+  CHECK(json["mean_stderr"].size() == 3);
+  CHECK(json["derivatives"].is_object());
+}
+
+TEST_CASE("the JSON's mean is the mean of the file's pixels") {
+  const TemporaryFolder folder;
+  const Result result = run_itn(render(folder / "a.exr", {"--json", "-"}));
+  REQUIRE(result.exit_code == 0);
+  const auto json = nlohmann::json::parse(result.output);
+  const itn::ExrImage image = itn::read_exr(folder / "a.exr");
+  const char* names[] = {"R", "G", "B"};
+  for (std::size_t c = 0; c < 3; ++c) {
+    double sum = 0;
+    const auto channel = static_cast<std::size_t>(image.channel(names[c]));
+    for (std::size_t i = channel; i < image.data.size(); i += image.channels.size())
+      sum += static_cast<double>(image.data[i]);
+    CHECK(json["mean"][c].get<double>() == Approx(sum / (32 * 24)).epsilon(1e-5));
+  }
+}
+
+TEST_CASE("the same command gives the same file, another seed another") {
+  const TemporaryFolder folder;
+  for (const char* name : {"a.exr", "b.exr"}) REQUIRE(run_itn(render(folder / name)).exit_code == 0);
+  REQUIRE(run_itn(render(folder / "c.exr", {"--seed", "1"})).exit_code == 0);
+  CHECK(itn::read_file(folder / "a.exr") == itn::read_file(folder / "b.exr"));
+  CHECK(itn::read_file(folder / "a.exr") != itn::read_file(folder / "c.exr"));
+}
+
+TEST_CASE("wrong options are usage errors and name the option") {
+  const TemporaryFolder folder;
+  const std::vector<std::vector<std::string>> wrong{{"--spp", "0"},         {"--spp", "-1"},     {"--spp", "many"},
+                                                    {"--operator", "half"}, {"--sensor", "3"},   {"--seed", "-1"},
+                                                    {"--seed", "x"},        {"-D", "no_equals"}, {"--unknown", "1"}};
+  for (const auto& options : wrong) {
+    const Result result = run_itn(render(folder / "a.exr", options));
+    INFO(options[0] << " " << options[1] << ": " << result.error);
+    CHECK(result.exit_code == 2);
+    CHECK_THAT(result.error, Catch::Contains(options[0]));
+  }
+  CHECK(run_itn({"render", ball}).exit_code == 2);
+  CHECK(run_itn({"render", "-o", folder / "a.exr"}).exit_code == 2);
+  const Result picture = run_itn(render(folder / "a.png"));
+  CHECK(picture.exit_code == 2);
+  CHECK_THAT(picture.error, Catch::Contains("--preview"));
+  CHECK(folder.empty());
+}
+
+TEST_CASE("an unknown device is a device failure that names those there are") {
+  const TemporaryFolder folder;
+  const std::string name = itn::list_devices().at(0).name;
+  const Result option = run_itn(render(folder / "a.exr", {"--device", "no such device"}));
+  CHECK(option.exit_code == 4);
+  CHECK_THAT(option.error, Catch::Contains("--device no such device") && Catch::Contains(name));
+  const Result variable = run_itn(render(folder / "a.exr"), {.environment = {{"ITN_DEVICE", "no such device"}}});
+  CHECK(variable.exit_code == 4);
+  CHECK_THAT(variable.error, Catch::Contains("ITN_DEVICE no such device") && Catch::Contains(name));
+  CHECK(folder.empty());
+}
+
+TEST_CASE("without any OpenCL driver the remedy is named") {
+  const TemporaryFolder folder;
+  for (const auto& arguments : {render(folder / "a.exr"), std::vector<std::string>{"devices"}}) {
+    const Result result = run_itn(arguments, {.environment = {{"OCL_ICD_VENDORS", folder.path().string()}}});
+    CHECK(result.exit_code == 4);
+    CHECK_THAT(result.error, Catch::Contains("pocl-opencl-icd"));
+  }
+}
+
+TEST_CASE("a kernel that does not build is a device failure with the compiler's log") {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "shared");
+  itn::write_file(folder / "shared/portable.h", "int broken_on_purpose = undeclared_name;\n");
+  const Result result =
+      run_itn(render(folder / "a.exr"), {.environment = {{"ITN_KERNEL_DIR", folder.path().string()}}});
+  CHECK(result.exit_code == 4);
+  CHECK_THAT(result.error, Catch::Contains("undeclared_name") && Catch::Contains("kernels/shared/portable.h:1"));
+  CHECK(!std::filesystem::exists(folder / "a.exr"));
+}
+
+TEST_CASE("an output folder that is missing or read-only is refused before rendering") {
+  const TemporaryFolder folder;
+  const Result missing = run_itn(render(folder / "missing/a.exr", {"--spp", "1000000000"}));
+  CHECK(missing.exit_code == 1);
+  CHECK_THAT(missing.error, Catch::Contains("missing/a.exr") && Catch::Contains("create the folder"));
+  std::filesystem::copy_file(ball, folder / "ball.xml");
+  REQUIRE(chmod(folder.path().c_str(), 0555) == 0);
+  const Result read_only =
+      run_itn({"render", folder / "ball.xml", "-o", folder / "a.exr", "--spp", "1000000000"}, {.ordinary_user = true});
+  CHECK(read_only.exit_code == 1);
+  CHECK_THAT(read_only.error, Catch::Contains("choose a folder you may write to"));
+  const Result json = run_itn(render(folder / "a.exr", {"--json", folder / "missing/a.json", "--spp", "1000000000"}));
+  CHECK(json.exit_code == 1);
+}
+
+TEST_CASE("a full disk is a result error") {
+  const Result result = run_itn(render("/dev/full"));
+  CHECK(result.exit_code == 1);
+  CHECK_THAT(result.error, Catch::Contains("No space left"));
+}
+
+TEST_CASE("Ctrl-C and SIGTERM end within a second, without a file, with exit code 130") {
+  const TemporaryFolder folder;
+  for (const int signal_number : {SIGINT, SIGTERM})
+    for (const int delay_ms : {300, 2000}) {  // while starting and while rendering
+      Process process(render(folder / "a.exr", {"--spp", "100000000"}), {});
+      std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms));
+      const auto start = std::chrono::steady_clock::now();
+      process.send(signal_number);
+      const Result result = process.wait();
+      const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+      INFO("signal " << signal_number << " after " << delay_ms << " ms: " << result.error);
+      CHECK(result.exit_code == 130);
+      CHECK(taken.count() < 1);
+      CHECK_THAT(result.error, Catch::Contains("interrupted"));
+      CHECK(folder.empty());
+    }
+}
+
+TEST_CASE("a scene without light renders black and warns") {
+  const TemporaryFolder folder;
+  std::string text = itn::read_file(ball);
+  const auto from = text.find("<emitter"), to = text.find("</emitter>") + 10;
+  itn::write_file(folder / "dark.xml", text.erase(from, to - from));
+  const Result result = run_itn({"render", folder / "dark.xml", "-o", folder / "a.exr", "--json", "-"});
+  REQUIRE(result.exit_code == 0);
+  CHECK_THAT(result.error, Catch::Contains("warning") && Catch::Contains("emitter"));
+  for (const auto& mean : nlohmann::json::parse(result.output)["mean"]) CHECK(mean == 0);
+}
