@@ -11,7 +11,7 @@
 #include "stage/dielectric.h"
 #include "stage/rough_dielectric.h"
 #include "stage/medium.h"
-#include "stage/shadow.h"
+#include "stage/connect.h"
 
 #define SCENE_PARAMETERS                                                                                          \
   __global const float *restrict nodes, __global const float *restrict leaves,                                    \
@@ -41,14 +41,17 @@ inline void run_stage(const Launch* launch, __global const JobRecord* job, Pool*
 #if HAS_DIELECTRIC
     case QUEUE_DIELECTRIC: dielectric_stage(launch, job, pool, slots, valid); break;
 #endif
-#if HAS_ROUGH_DIELECTRIC
-    case QUEUE_ROUGH_DIELECTRIC: rough_dielectric_stage(launch, job, pool, slots, valid); break;
+#if HAS_ROUGH_BECKMANN
+    case QUEUE_ROUGH_BECKMANN: rough_dielectric_stage(MICROFACET_BECKMANN, launch, job, pool, slots, valid); break;
+#endif
+#if HAS_ROUGH_GGX
+    case QUEUE_ROUGH_GGX: rough_dielectric_stage(MICROFACET_GGX, launch, job, pool, slots, valid); break;
 #endif
 #if HAS_MEDIUM
     case QUEUE_MEDIUM: medium_stage(launch, job, pool, slots, valid, WIDTH / 2); break;
 #endif
-#if LIGHT_SAMPLING
-    case QUEUE_SHADOW: shadow_stage(launch, job, pool, slots, valid); break;
+#if MEDIUM_LIGHT_SAMPLING
+    case QUEUE_CONNECT: connect_stage(launch, job, pool, slots, valid); break;
 #endif
     default: break;
   }

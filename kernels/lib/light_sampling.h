@@ -4,12 +4,12 @@
  *   at surfaces       the sun with probability emitter->sun_share, else the sky (or environment map)
  *   in media          the sun alone where there is one: the phase function finds the sky by itself (kernels/README.md)
  *
- * LAST_PDF > 0: light was sampled at the last vertex as in media; < 0: as at surfaces; 0: not. */
+ * LAST_PDF of a path: its density of DIRECTION at the last vertex [1/sr], over the probability with which light was sampled
+ * there; > 0 as in media, < 0 as at surfaces, 0: light was not sampled there. */
 #ifndef ITN_LIGHT_SAMPLING_H
 #define ITN_LIGHT_SAMPLING_H
 #include "lib/emitter.h"
 #include "lib/launch.h"
-#include "model/phase_henyey_greenstein.h"
 
 inline void emitter_radiance(const Launch* launch, __global const EmitterRecord* emitter, REAL3 direction,
                              REAL rgb[3]) {
@@ -66,34 +66,6 @@ inline void sample_light(const Launch* launch, __global const EmitterRecord* emi
   *pdf = light_sampling_pdf(launch, emitter, *direction, at_surface);
   emitter_radiance(launch, emitter, *direction, rgb);
 }
-
-/* Sets the connection of the lanes in `mask`, whose vertex scatters towards `direction` with throughput times value[]. */
-inline void store_connection(const Pool* pool, INT slots, MASK mask, REAL3 direction, const REAL weight[]) {
-  INT at = SELECT_INT(mask, slots, pool->stride - WIDTH + LANE_INDEX);
-  store3(pool, SHADOW_X, at, direction);
-  for (int c = 0; c < RADIANCE_CHANNELS; ++c) STORE(pool, SHADOW_WEIGHT + c, at, weight[c]);
-}
-
-#if MEDIUM_LIGHT_SAMPLING
-/* Connection of scattering vertices in media with an index-matched boundary; returns the lanes that have one. */
-inline MASK sample_light_in_medium(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
-                                   const Random* random, MASK mask, REAL3 direction, const REAL throughput[],
-                                   const REAL spectral[3], REAL g) {
-  __global const EmitterRecord* emitter = launch->emitters + job->emitter;
-  REAL u[4];
-  draw(random, 1, u);
-  REAL3 to_light;
-  REAL pdf, light[3], weight[3];
-  sample_light(launch, emitter, (MASK)(0), u, &to_light, &pdf, light);
-  REAL phase = henyey_greenstein(dot3(direction, to_light), g);
-  /* f / p times the MIS weight p / (p + phase) */
-  REAL value = phase / (pdf + phase) * LOAD(pool, REFRACTION_SCALE, slots);
-  for (int c = 0; c < RADIANCE_CHANNELS; ++c)
-    weight[c] = throughput[THROUGHPUT_CHANNELS == 1 ? 0 : c] * spectral[c] * value * light[c];
-  store_connection(pool, slots, mask, to_light, weight);
-  return mask;
-}
-#endif
 
 #endif
 #endif

@@ -61,19 +61,24 @@ inline BoxFloat edge_function(BoxFloat ax, BoxFloat ay, BoxFloat bx, BoxFloat by
   return p - q;
 }
 
+/* The ray seen along its longest axis kz. */
 typedef struct {
-  int kx, ky, kz;    /* axes; kz: along which the direction is longest */
-  float sx, sy, sz;
+  int kx, ky, kz;
+  float ox, oy, oz;
+  float sx, sy, sz; /* slopes of the direction over kz, and the inverse of its component along kz */
 } Shear;
 
 inline float component(float3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
-inline Shear shear_of(float3 d) {
+inline Shear shear_of(float3 o, float3 d) {
   Shear s;
   const float x = fabs(d.x), y = fabs(d.y), z = fabs(d.z);
   s.kz = x > y ? (x > z ? 0 : 2) : (y > z ? 1 : 2);
   s.kx = s.kz == 2 ? 0 : s.kz + 1;
   s.ky = s.kx == 2 ? 0 : s.kx + 1;
+  s.ox = component(o, s.kx);
+  s.oy = component(o, s.ky);
+  s.oz = component(o, s.kz);
   s.sz = 1.0f / component(d, s.kz);
   s.sx = component(d, s.kx) * s.sz;
   s.sy = component(d, s.ky) * s.sz;
@@ -88,41 +93,36 @@ typedef struct {
   __global const float* lane; /* of the block */
 } Found;
 
-inline void meet_triangles(__global const float* block, Ray ray, Shear s, int skip, Found* found) {
-  const float ox = component(ray.origin, s.kx), oy = component(ray.origin, s.ky), oz = component(ray.origin, s.kz);
-  const BoxFloat az = LOAD_BOX(block, BLOCK_A + s.kz) - oz, bz = LOAD_BOX(block, BLOCK_B + s.kz) - oz,
-                 cz = LOAD_BOX(block, BLOCK_C + s.kz) - oz;
-  const BoxFloat ax = sheared(LOAD_BOX(block, BLOCK_A + s.kx) - ox, s.sx, az),
-                 ay = sheared(LOAD_BOX(block, BLOCK_A + s.ky) - oy, s.sy, az),
-                 bx = sheared(LOAD_BOX(block, BLOCK_B + s.kx) - ox, s.sx, bz),
-                 by = sheared(LOAD_BOX(block, BLOCK_B + s.ky) - oy, s.sy, bz),
-                 cx = sheared(LOAD_BOX(block, BLOCK_C + s.kx) - ox, s.sx, cz),
-                 cy = sheared(LOAD_BOX(block, BLOCK_C + s.ky) - oy, s.sy, cz);
+inline void meet_triangles(__global const float* block, float side, const Shear* s, int skip, Found* found) {
+  __global const float *px = block + s->kx * BOX_WIDTH, *py = block + s->ky * BOX_WIDTH, *pz = block + s->kz * BOX_WIDTH;
+  const BoxFloat az = LOAD_BOX(pz, BLOCK_A) - s->oz, bz = LOAD_BOX(pz, BLOCK_B) - s->oz, cz = LOAD_BOX(pz, BLOCK_C) - s->oz;
+  const BoxFloat ax = sheared(LOAD_BOX(px, BLOCK_A) - s->ox, s->sx, az), ay = sheared(LOAD_BOX(py, BLOCK_A) - s->oy, s->sy, az),
+                 bx = sheared(LOAD_BOX(px, BLOCK_B) - s->ox, s->sx, bz), by = sheared(LOAD_BOX(py, BLOCK_B) - s->oy, s->sy, bz),
+                 cx = sheared(LOAD_BOX(px, BLOCK_C) - s->ox, s->sx, cz), cy = sheared(LOAD_BOX(py, BLOCK_C) - s->oy, s->sy, cz);
   const BoxFloat u = edge_function(bx, by, cx, cy), v = edge_function(cx, cy, ax, ay), w = edge_function(ax, ay, bx, by);
   const BoxFloat det = u + v + w;
-  if (box_bits(((fmin(fmin(u, v), w) >= 0.0f) | (fmax(fmax(u, v), w) <= 0.0f)) & (det != 0.0f)) == 0) return;
+  const BoxInt covers = ((smaller_of(smaller_of(u, v), w) >= 0.0f) | (larger_of(larger_of(u, v), w) <= 0.0f)) & (det != 0.0f);
+  if (!box_bits(covers)) return;
   /* depth: (a - origin) . N with N the normal times twice the area; t = depth / (N . direction). */
-  const BoxFloat depth = u * az + v * bz + w * cz;
-  const BoxFloat inverse = s.sz / det;
-  const BoxFloat tolerance = LOAD_BOX(block, BLOCK_TOLERANCE);
-  BoxLanes t, b, c, inv;
+  const BoxFloat depth = u * az + v * bz + w * cz, inverse = s->sz / det, tolerance = side * LOAD_BOX(block, BLOCK_TOLERANCE);
+  BoxLanes t;
   t.v = depth * inverse;
-  inv.v = inverse;
-  uint candidates = box_bits(((fmin(fmin(u, v), w) >= 0.0f) | (fmax(fmax(u, v), w) <= 0.0f)) & (det != 0.0f) &
-                             ((depth + ray.side * tolerance) * inverse > 0.0f) &
-                             (t.v - fmax(ray.side * tolerance * inverse, 0.0f) < found->limit));
+  uint candidates = box_bits(covers & ((depth + tolerance) * inverse > 0.0f) &
+                             (t.v - larger_of(tolerance * inverse, 0.0f) < found->limit));
   if (!candidates) return;
+  BoxLanes b, c, i;
   b.v = v / det;
   c.v = w / det;
+  i.v = inverse;
   FOR_EACH_LANE(l, candidates) {
     const int primitive = as_int(block[BLOCK_PRIMITIVE * BOX_WIDTH + l]);
     if (t.f[l] < found->t && primitive != skip) {
       found->t = t.f[l];
-      found->limit = fmin(found->limit, t.f[l]);
+      found->limit = min(found->limit, t.f[l]);
       found->u = b.f[l];
       found->v = c.f[l];
       found->primitive = primitive;
-      found->front = inv.f[l] < 0.0f;
+      found->front = i.f[l] < 0.0f;
       found->lane = block + l;
     }
   }
@@ -233,7 +233,7 @@ inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, floa
   ray.origin += start * ray.direction;
 
   const float3 shift = -ray.origin * inverse;
-  const Shear shear = shear_of(ray.direction);
+  const Shear shear = shear_of(ray.origin, ray.direction);
   const int near_x = inverse.x < 0 ? NODE_HIGH_X : NODE_LOW_X, near_y = inverse.y < 0 ? NODE_HIGH_Y : NODE_LOW_Y,
             near_z = inverse.z < 0 ? NODE_HIGH_Z : NODE_LOW_Z;
   const int far_x = NODE_LOW_X + NODE_HIGH_X - near_x, far_y = NODE_LOW_Y + NODE_HIGH_Y - near_y,
@@ -250,11 +250,11 @@ inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, floa
     if (CHILD_IS_NODE(current)) {
       __global const float* node = surfaces.nodes + (size_t)current * (NODE_ROWS * BOX_WIDTH);
       BoxLanes enter_t;
-      enter_t.v = fmax(fmax(LOAD_BOX(node, near_x) * inverse.x + shift.x, LOAD_BOX(node, near_y) * inverse.y + shift.y),
-                       fmax(LOAD_BOX(node, near_z) * inverse.z + shift.z, 0.0f));
+      enter_t.v = larger_of(larger_of(LOAD_BOX(node, near_x) * inverse.x + shift.x, LOAD_BOX(node, near_y) * inverse.y + shift.y),
+                            larger_of(LOAD_BOX(node, near_z) * inverse.z + shift.z, 0.0f));
       const BoxFloat leave_t =
-          fmin(fmin(LOAD_BOX(node, far_x) * inverse.x + shift.x, LOAD_BOX(node, far_y) * inverse.y + shift.y),
-               fmin(LOAD_BOX(node, far_z) * inverse.z + shift.z, found.limit));
+          smaller_of(smaller_of(LOAD_BOX(node, far_x) * inverse.x + shift.x, LOAD_BOX(node, far_y) * inverse.y + shift.y),
+                     smaller_of(LOAD_BOX(node, far_z) * inverse.z + shift.z, found.limit));
       uint bits = box_bits(enter_t.v <= leave_t);
       if (bits) {
         __global const int* child = (__global const int*)(node + NODE_CHILD * BOX_WIDTH);
@@ -281,7 +281,7 @@ inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, floa
       if (CHILD_IS_ROUND(current))
         meet_round(block, ray, skip, &found);
       else
-        meet_triangles(block, ray, shear, skip, &found);
+        meet_triangles(block, ray.side, &shear, skip, &found);
     }
     do {
       if (size == 0) {

@@ -25,7 +25,7 @@ MODEL_VOID fresnel_dielectric_refract(REAL cos_i, REAL eta, REAL* reflectance, R
   REAL n = eta * eta * cos_i;
   REAL sum_s = cos_i + t, sum_p = n + t;
   REAL s = (cos_i - t) * sum_p, p = (n - t) * sum_s;
-  REAL both = MAX(sum_s * sum_p, NUMBER(1e-18)); /* zero only at grazing incidence on equal indices, where F = 0 */
+  REAL both = MAX(sum_s * sum_p, NUMBER(1e-18)); /* vanishes at grazing incidence on equal indices */
   *reflectance = SELECT(refracted, NUMBER(0.5) * (s * s + p * p) / (both * both), NUMBER(1));
   *cos_t = SELECT(refracted, t / eta, NUMBER(0));
 }

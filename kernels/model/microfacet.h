@@ -78,7 +78,7 @@ MODEL3 ggx_visible_sample(REAL3 wi, REAL alpha, REAL u1, REAL u2) {
   sin_cos_2pi(u1, &s, &c);
   REAL hx = alpha * (x * scale + radius * c);
   REAL hy = alpha * (y * scale + radius * s);
-  REAL hz = height - t;
+  REAL hz = height * (NUMBER(1) - u2); /* = height - t */
   REAL length = NUMBER(1) / SQRT(hx * hx + hy * hy + hz * hz);
   return make3(hx * length, hy * length, hz * length);
 }

@@ -16,16 +16,15 @@ enum {
   SKIP,   /* primitive the path stands on, -1: none */
   HIT,    /* primitive it has arrived at */
   HIT_U, HIT_V, /* barycentric (triangle), phase etc. see trace.h */
-  LAST_PDF, /* solid-angle density of DIRECTION at the last vertex where light was sampled too, 0: none was */
+  LAST_PDF, /* see light_sampling.h */
   JOB,
 #if SPECTRAL
   SPECTRAL_RATIO, /* 3 fields: density of the path for each channel's sigma_t over that for the hero channel's */
   HERO = SPECTRAL_RATIO + 3,
 #endif
-#if LIGHT_SAMPLING
-  SHADOW_X, SHADOW_Y, SHADOW_Z, /* direction to the light */
-  SHADOW_WEIGHT, /* RADIANCE_CHANNELS fields: to be added if the light is seen */
-  SHADOW_END_ = SHADOW_WEIGHT + RADIANCE_CHANNELS - 1,
+#if MEDIUM_LIGHT_SAMPLING
+  ARRIVAL_X, ARRIVAL_Y, ARRIVAL_Z, /* waiting in QUEUE_CONNECT: direction of travel before the scattering */
+  VERTEX_X = ARRIVAL_X, VERTEX_Y, VERTEX_Z, /* on arrival at a boundary: where the last flight began */
 #endif
   FIELDS
 };
@@ -39,9 +38,10 @@ enum {
   QUEUE_NULL,   /* at an index-matched boundary */
   QUEUE_DIFFUSE,
   QUEUE_DIELECTRIC,
-  QUEUE_ROUGH_DIELECTRIC,
+  QUEUE_ROUGH_BECKMANN,
+  QUEUE_ROUGH_GGX,
   QUEUE_MEDIUM, /* in a participating medium: free flights and scatterings to the next boundary */
-  QUEUE_SHADOW, /* light to be connected, then on to RAY, MEDIUM or the end */
+  QUEUE_CONNECT, /* at a scattering vertex that light is to be connected with; then on in the medium */
   QUEUE_ESCAPE, /* left the scene */
   QUEUES
 };

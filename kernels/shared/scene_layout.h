@@ -17,11 +17,16 @@ typedef struct {
 
 enum { FILTER_BOX, FILTER_TENT, FILTER_GAUSSIAN };
 
+enum { CONNECTION_NONE, CONNECTION_STRAIGHT, CONNECTION_REFRACTED };
+
 typedef struct {
   float sigma_t[3]; /* [1/scene unit] */
   float albedo[3];
   float g; /* mean cosine of Henyey-Greenstein, 0: isotropic */
-  int index_matched; /* some boundary of it is: light can be connected straight through */
+  int connection; /* CONNECTION_* : how light reaches its scattering vertices */
+  int distribution; /* refracted: MICROFACET_* of the boundary that the guess assumes */
+  float alpha, eta; /* refracted: of that boundary, eta inside over outside */
+  int pad;
 } MediumRecord;
 
 typedef struct {
@@ -30,18 +35,18 @@ typedef struct {
   int pad;
 } ShapeRecord;
 
-enum { BSDF_NULL, BSDF_DIFFUSE, BSDF_DIELECTRIC, BSDF_ROUGH_DIELECTRIC, BSDF_KINDS };
+/* In the order of the queues in path_state.h. */
+enum { BSDF_NULL, BSDF_DIFFUSE, BSDF_DIELECTRIC, BSDF_ROUGH_BECKMANN, BSDF_ROUGH_GGX };
 
 typedef struct {
-  int kind;         /* BSDF_* */
-  int distribution; /* rough: MICROFACET_* of microfacet.h */
+  int kind; /* BSDF_* */
+  int twosided;
   float alpha;
   float eta; /* interior over exterior index */
   float reflectance[3];
   int texture; /* -1: none, else in the texture table */
   float specular_reflectance[3], specular_transmittance[3];
-  int twosided;
-  int pad;
+  int pad[2];
 } BsdfRecord;
 
 /* Texels are float rgb, row 0 at v = 0, in one array for all textures. */

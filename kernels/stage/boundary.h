@@ -8,8 +8,12 @@ inline REAL bsdf_real(const Launch* launch, INT bsdf, int member) {
   return GATHER(((__global const float*)launch->bsdfs + member), bsdf * (int)(sizeof(BsdfRecord) / sizeof(float)));
 }
 
-/* weight: f cos / p without the specular tints; pdf: density of d for MIS, 0 where no light was sampled; inverse_eta:
- * near over far index where the path is refracted. Radiance scales by inverse_eta^2 on the way (basic radiance is
+inline REAL boundary_tint(const Launch* launch, INT bsdf, MASK reflects, int channel) {
+  return SELECT(reflects, bsdf_real(launch, bsdf, FIELD_OF(BsdfRecord, specular_reflectance) + channel),
+                bsdf_real(launch, bsdf, FIELD_OF(BsdfRecord, specular_transmittance) + channel));
+}
+
+/* weight: f cos / p without the specular tints; pdf: LAST_PDF of d; inverse_eta: near over far index where the path is refracted. Radiance scales by inverse_eta^2 on the way (basic radiance is
  * conserved); roulette does not see this factor, as in Mitsuba. */
 inline void scatter_at_boundary(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                                 const Surface* s, const Random* random, REAL u, REAL3 d, REAL weight,
@@ -17,8 +21,7 @@ inline void scatter_at_boundary(const Launch* launch, __global const JobRecord* 
   REAL throughput[THROUGHPUT_CHANNELS];
   MASK real = valid & !s->misplaced;
   for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
-    REAL tint = SELECT(reflects, bsdf_real(launch, s->bsdf, FIELD_OF(BsdfRecord, specular_reflectance) + c),
-                       bsdf_real(launch, s->bsdf, FIELD_OF(BsdfRecord, specular_transmittance) + c));
+    REAL tint = boundary_tint(launch, s->bsdf, reflects, c);
     throughput[c] = LOAD(pool, THROUGHPUT + c, slots) * SELECT(real, weight * tint, 1.0f);
   }
   INT depth = LOAD_INT(pool, DEPTH, slots) + SELECT_INT(real, 1, 0);

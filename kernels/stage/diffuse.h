@@ -2,6 +2,8 @@
 #ifndef ITN_STAGE_DIFFUSE_H
 #define ITN_STAGE_DIFFUSE_H
 #include "lib/light_sampling.h"
+#include "lib/optical_depth.h"
+#include "model/diffuse.h"
 #include "lib/texture.h"
 #include "stage/surface.h"
 
@@ -48,46 +50,38 @@ inline void diffuse_stage(const Launch* launch, __global const JobRecord* job, P
   REAL largest = (REAL)(0.0f);
   for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) largest = MAX(largest, throughput[c] * weight[c]);
 
-  REAL sine = SQRT(u[0]), cosine = SQRT(MAX((REAL)(0.0f), 1.0f - u[0])), sin_phi, cos_phi;
-  sin_cos_2pi(u[1], &sin_phi, &cos_phi);
-  REAL3 direction = frame_to_world(&frame, make3(sine * cos_phi, sine * sin_phi, cosine));
-
+  /* roulette first: paths that end here need no light */
+  MASK dies = roulette(job, plain_depth(depth), u[2], reflects, largest, throughput);
+  MASK goes_on = reflects & !dies;
+  const REAL3 in_frame = diffuse_sample(u[0], u[1]);
+  const REAL3 direction = frame_to_world(&frame, in_frame);
+  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
+  STORE_INT(pool, EVENT, slots, random.event + 1);
+  STORE_INT(pool, DEPTH, slots, depth);
+  finish(launch, job, pool, slots, valid & !goes_on);
 #if LIGHT_SAMPLING
+  const MASK everywhere = valid | !valid;
   __global const EmitterRecord* emitter = launch->emitters + job->emitter;
   REAL v[4];
   draw(&random, 1, v);
   REAL3 to_light;
-  REAL pdf, light[3], connection[3];
-  sample_light(launch, emitter, (MASK)(valid | !valid), v, &to_light, &pdf, light);
-  REAL cos_o = dot3(frame.n, to_light);
-  REAL bsdf_pdf = MAX(cos_o, (REAL)(0.0f)) * (float)(1.0 / PI_);
+  REAL pdf, light[3];
+  sample_light(launch, emitter, everywhere, v, &to_light, &pdf, light);
+  const REAL bsdf_pdf = diffuse_pdf(frame_to_local(&frame, to_light));
   REAL value = bsdf_pdf / (pdf + bsdf_pdf) * LOAD(pool, REFRACTION_SCALE, slots);
 #if OPERATOR_SINGLE
   value = SELECT(depth >= SCATTERED_ONCE, value, 0.0f);
 #endif
+  REAL arriving[RADIANCE_CHANNELS];
   for (int c = 0; c < RADIANCE_CHANNELS; ++c)
-    connection[c] = throughput[THROUGHPUT_CHANNELS == 1 ? 0 : c] * weight[c] * value * light[c];
-  MASK connects = reflects & (cos_o > 0.0f) & (plain_depth(depth) < job->max_depth);
-  store_connection(pool, slots, connects, to_light, connection);
-  STORE(pool, LAST_PDF, slots, -cosine * (float)(1.0 / PI_));
+    arriving[c] = throughput[THROUGHPUT_CHANNELS == 1 ? 0 : c] * weight[c] * value * light[c];
+  add_connection(launch, job, pool, slots, goes_on & (value > 0.0f), s.position, to_light, s.primitive,
+                 LOAD_INT(pool, MEDIUM, slots), arriving);
+  STORE(pool, LAST_PDF, slots, -diffuse_pdf(in_frame));
 #else
   STORE(pool, LAST_PDF, slots, 0.0f);
 #endif
-  MASK dies = (valid & !reflects) | roulette(job, plain_depth(depth), u[2], reflects, largest, throughput);
-  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
-  STORE_INT(pool, EVENT, slots, random.event + 1);
-#if LIGHT_SAMPLING
-  STORE_INT(pool, DEPTH, slots, SELECT_INT(dies & connects, -1, depth));
-  store3(pool, DIRECTION_X, slots, direction);
-  STORE_INT(pool, SKIP, slots, s.primitive);
-  push(pool, QUEUE_SHADOW, slots, connects);
-  leave_surface(launch, pool, slots, valid & !dies & !connects, &s, direction);
-  finish(launch, job, pool, slots, dies & !connects);
-#else
-  STORE_INT(pool, DEPTH, slots, depth);
-  leave_surface(launch, pool, slots, valid & !dies, &s, direction);
-  finish(launch, job, pool, slots, dies);
-#endif
+  leave_surface(launch, pool, slots, goes_on, &s, direction);
 }
 
 #endif

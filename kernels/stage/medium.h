@@ -5,7 +5,7 @@
 #include "model/phase_henyey_greenstein.h"
 #include "lib/frame.h"
 #include "lib/launch.h"
-#include "lib/light_sampling.h"
+#include "lib/light_connection.h"
 #include "stage/ray.h"
 
 #if HAS_MEDIUM
@@ -39,8 +39,9 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
 
   MASK alive = valid, arrived = (MASK)(0), dead = (MASK)(0), escaped = (MASK)(0);
 #if MEDIUM_LIGHT_SAMPLING
-  MASK connectable = GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, index_matched)), medium) != 0;
+  MASK connectable = GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, connection)), medium) != CONNECTION_NONE;
   REAL last_pdf = LOAD(pool, LAST_PDF, slots);
+  REAL3 vertex = position; /* where the last flight began; direction of arrival for waiting lanes */
   MASK waiting = (MASK)(0);
 #endif
   INT hit_primitive = (INT)(-1);
@@ -49,6 +50,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   for (int event = 0; event < MEDIUM_EVENTS; ++event) {
     REAL u[4];
     draw(&random, 0, u);
+    random.event += SELECT_INT(alive, 1, 0);
     REAL flight = -LOG(u[0]) * mean_free_path;
     MASK clear = flight_is_clear(launch->grid, geometry, position, direction, flight, alive);
     MASK test = alive & !clear, meets = (MASK)(0);
@@ -68,6 +70,9 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     MASK scatters = alive & !meets & !gone;
     escaped = escaped | gone;
     arrived = arrived | meets;
+#if MEDIUM_LIGHT_SAMPLING
+    vertex = select3(meets, position, vertex);
+#endif
     position = select3(meets | scatters, there, position);
 #if SPECTRAL
     for (int c = 0; c < 3; ++c)
@@ -91,30 +96,28 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     depth += SELECT_INT(scatters, SCATTERED_ONCE, 0);
 #endif
     INT vertices = plain_depth(depth);
-#if MEDIUM_LIGHT_SAMPLING
-    MASK connects = sample_light_in_medium(launch, job, pool, slots, &random, scatters & connectable & (vertices < job->max_depth),
-                                           direction, throughput, weight, g);
-#endif
     MASK dies = roulette(job, vertices, u[3], scatters, largest, throughput);
     MASK goes_on = scatters & !dies;
+    dead = dead | dies;
+    alive = scatters & !dies;
+#if MEDIUM_LIGHT_SAMPLING
+    /* u[2] decides on the connection first; what is left of it is uniform again */
+    REAL chance = connection_chance(launch, geometry, position, connection_sigma_t(sigma_t));
+    MASK connects = alive & connectable & (u[2] < chance);
+    u[2] = SELECT(connectable, SELECT(u[2] < chance, u[2] / chance, (u[2] - chance) / (1.0f - chance)), u[2]);
+    vertex = select3(connects, direction, vertex);
+    waiting = waiting | connects;
+#endif
     REAL cosine, sine, s, c;
     henyey_greenstein_sample(g, u[1], &cosine, &sine);
     sin_cos_2pi(u[2], &s, &c);
     Frame frame = make_frame(direction);
     REAL3 turned = frame_to_world(&frame, make3(sine * c, sine * s, cosine));
     turned = scale3(turned, 1.5f - 0.5f * dot3(turned, turned)); /* stays unit over thousands of turns */
-    direction = select3(goes_on, turned, direction);
-    random.event += SELECT_INT(alive, 1, 0);
+    direction = select3(alive, turned, direction);
 #if MEDIUM_LIGHT_SAMPLING
-    /* The light connection is made before the path goes on (or ends), so contributions keep their order. */
-    last_pdf = SELECT(goes_on, SELECT(connectable, henyey_greenstein(cosine, g), 0.0f), last_pdf);
-    waiting = waiting | connects;
-    dead = dead | (dies & !connects);
-    depth = SELECT_INT(dies & connects, -1, depth);
-    alive = goes_on & !connects;
-#else
-    dead = dead | dies;
-    alive = goes_on;
+    last_pdf = SELECT(alive, SELECT(connectable, henyey_greenstein(cosine, g) / chance, 0.0f), last_pdf);
+    alive = alive & !connects; /* connected before the path goes on, so contributions keep their order */
 #endif
     left = popcount(lane_bits(alive));
     if (left <= enough) break;
@@ -136,7 +139,8 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   push(pool, QUEUE_ESCAPE, slots, escaped);
 #if MEDIUM_LIGHT_SAMPLING
   STORE(pool, LAST_PDF, slots, last_pdf);
-  push(pool, QUEUE_SHADOW, slots, waiting);
+  store3(pool, ARRIVAL_X, slots, vertex);
+  push(pool, QUEUE_CONNECT, slots, waiting);
 #endif
   if (left) push(pool, QUEUE_MEDIUM, slots, alive);
 }

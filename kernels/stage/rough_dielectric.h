@@ -2,11 +2,80 @@
 #ifndef ITN_STAGE_ROUGH_DIELECTRIC_H
 #define ITN_STAGE_ROUGH_DIELECTRIC_H
 #include "model/rough_dielectric.h"
+#include "model/medium_homogeneous.h"
+#include "lib/light_connection.h"
+#include "lib/optical_depth.h"
 #include "stage/boundary.h"
 
-#if HAS_ROUGH_DIELECTRIC
-inline void rough_dielectric_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
-                                   MASK valid) {
+#if HAS_ROUGH_BECKMANN || HAS_ROUGH_GGX
+#if ROUGH_LIGHT_SAMPLING
+/* The sun sampled where the path meets the boundary. Three ways lead from a scattering vertex x over the exit y to the sun in
+ * direction o, weighed by the balance heuristic: the phase function and the flight bring the path to y and (A) the sun is
+ * sampled there or (B) the BSDF finds it; or (C) o and the direction of the segment are drawn at x (connect.h). What A and B
+ * share cancels; `rival` is C's density over theirs, 0 where the segment did not begin at a scattering vertex.
+ * Returns LAST_PDF for the BSDF's own direction. */
+inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __global const JobRecord* job, Pool* pool,
+                                   INT slots, MASK mask, const Surface* s, const Frame* frame, const Random* random,
+                                   REAL alpha, REAL eta, REAL3 wi, REAL3 direction, REAL pdf) {
+  __global const EmitterRecord* emitter = launch->emitters + job->emitter;
+  REAL u[4];
+  draw(random, 1, u);
+  REAL3 light;
+  REAL light_pdf, rgb[3];
+  sample_light(launch, emitter, (MASK)(0), u, &light, &light_pdf, rgb);
+  const REAL3 wo = frame_to_local(frame, light);
+  const REAL value = rough_dielectric_eval(distribution, alpha, eta, wi, wo);
+  const REAL bsdf_pdf = rough_dielectric_pdf(distribution, alpha, eta, wi, wo);
+  const INT depth = LOAD_INT(pool, DEPTH, slots) + 1;
+  mask = mask & (plain_depth(depth) < job->max_depth) & (value > 0.0f) & (dot3(light, s->normal) > 0.0f);
+#if OPERATOR_SINGLE
+  mask = mask & (depth >= SCATTERED_ONCE);
+#endif
+  REAL rival = (REAL)(0.0f), own_rival = (REAL)(0.0f);
+#if MEDIUM_LIGHT_SAMPLING
+  const REAL last_pdf = LOAD(pool, LAST_PDF, slots);
+  const INT medium = LOAD_INT(pool, MEDIUM, slots);
+  const INT at = max(medium, 0) * (int)(sizeof(MediumRecord) / sizeof(float));
+  __global const float* media = (__global const float*)launch->media;
+  const MASK from_medium =
+      !s->front & (last_pdf > 0.0f) & (medium >= 0) &
+      (GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, connection)), at) == CONNECTION_REFRACTED);
+  if (ANY(from_medium)) {
+    const AssumedBoundary boundary = assumed_boundary(launch, at);
+    REAL sigma_t[THROUGHPUT_CHANNELS];
+    for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
+      sigma_t[c] = GATHER((media + FIELD_OF(MediumRecord, sigma_t) + c), at);
+    const REAL3 vertex = load3(pool, VERTEX_X, slots), segment = sub3(s->position, vertex);
+    const REAL by_phase = last_pdf * medium_transmittance(connection_sigma_t(sigma_t), SQRT(dot3(segment, segment)));
+    const REAL3 guess = surface_normal_guess(launch->grid, launch->geometries + job->geometry, vertex);
+    rival = SELECT(from_medium, refracted_pdf(&boundary, guess, light, s->direction) / by_phase, 0.0f);
+    const MASK finds_sun = from_medium & emitter_in_sun(emitter, direction);
+    if (ANY(finds_sun))
+      own_rival = SELECT(finds_sun, refracted_pdf(&boundary, guess, direction, s->direction) / by_phase, 0.0f);
+  }
+#endif
+  const REAL mis = light_pdf / (light_pdf * (1.0f + rival) + bsdf_pdf);
+  const REAL scale = LOAD(pool, REFRACTION_SCALE, slots) * value * mis / light_pdf;
+  REAL weight[3] = {scale, scale, scale};
+#if SPECTRAL
+  REAL ratio[3];
+  for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
+  spectral_weights(ratio, weight);
+  for (int c = 0; c < 3; ++c) weight[c] *= scale;
+#endif
+  const MASK reflects = wi.z * wo.z > 0.0f;
+  REAL arriving[RADIANCE_CHANNELS];
+  for (int c = 0; c < RADIANCE_CHANNELS; ++c)
+    arriving[c] = weight[c] * rgb[c] * LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots) *
+                  boundary_tint(launch, s->bsdf, reflects, c);
+  add_connection(launch, job, pool, slots, mask, s->position, light, s->primitive, s->exterior, arriving);
+  return pdf / (1.0f + own_rival);
+}
+#endif
+
+/* distribution: a constant where this is inlined. */
+inline void rough_dielectric_stage(int distribution, const Launch* launch, __global const JobRecord* job, Pool* pool,
+                                   INT slots, MASK valid) {
   Surface s = load_surface(launch, job, pool, slots, valid);
   Random random = load_random(job, pool, slots);
   REAL u[4];
@@ -19,11 +88,17 @@ inline void rough_dielectric_stage(const Launch* launch, __global const JobRecor
   REAL3 wo;
   REAL weight, pdf;
   MASK reflects;
-  rough_dielectric_sample(DISTRIBUTION, alpha, eta, wi, u[0], u[1], u[2], &wo, &weight, &pdf, &reflects);
+  rough_dielectric_sample(distribution, alpha, eta, wi, u[0], u[1], u[2], &wo, &weight, &pdf, &reflects);
   /* the factor 1 / eta^2 of radiance goes into REFRACTION_SCALE */
   weight *= SELECT(reflects, 1.0f, eta * eta);
-  scatter_at_boundary(launch, job, pool, slots, valid, &s, &random, u[3], frame_to_world(&frame, wo), weight,
-                      (REAL)(0.0f), reflects, 1.0f / eta);
+  const REAL3 direction = frame_to_world(&frame, wo);
+#if ROUGH_LIGHT_SAMPLING
+  pdf = sample_sun_at_boundary(distribution, launch, job, pool, slots, valid & !s.misplaced, &s, &frame, &random, alpha,
+                               eta, wi, direction, pdf);
+#else
+  pdf = (REAL)(0.0f);
+#endif
+  scatter_at_boundary(launch, job, pool, slots, valid, &s, &random, u[3], direction, weight, pdf, reflects, 1.0f / eta);
 }
 
 #endif

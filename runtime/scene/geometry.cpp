@@ -7,6 +7,7 @@
 
 #include "runtime/error.h"
 #include "runtime/scene/bvh.h"
+#include "runtime/scene/flight_grid.h"
 
 namespace itn {
 
@@ -289,6 +290,17 @@ void append_geometry(const Scene& scene, Geometry& geometry) {
     record.root = writer.add_node({{box_of(triangle_tree), triangle_root}, {box_of(round_tree), round_root}});
   offset(geometry.leaves.size());
   geometry.primitives.insert(geometry.primitives.end(), surfaces.records.begin(), surfaces.records.end());
+  const FlightGrid grid = build_flight_grid(scene);
+  for (std::size_t k = 0; k < 3; ++k) {
+    record.cells[k] = grid.cells[k];
+    record.grid_low[k] = grid.low[k];
+  }
+  record.cell_size = grid.cell_size;
+  record.inverse_cell_size = grid.cell_size > 0 ? 1 / grid.cell_size : 0;
+  record.ball_step = grid.ball_step;
+  record.plane_range = grid.plane_range;
+  record.safety = grid.safety;
+  geometry.grid.insert(geometry.grid.end(), grid.words.begin(), grid.words.end());
   geometry.records.push_back(record);
 }
 

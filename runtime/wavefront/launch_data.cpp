@@ -6,6 +6,7 @@
 #include <numbers>
 #include <set>
 
+#include "kernels/model/microfacet.h"
 #include "runtime/scene/emitter.h"
 
 namespace itn {
@@ -86,9 +87,10 @@ BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
     case BsdfKind::null: r.kind = BSDF_NULL; break;
     case BsdfKind::diffuse: r.kind = BSDF_DIFFUSE; break;
     case BsdfKind::dielectric: r.kind = BSDF_DIELECTRIC; break;
-    case BsdfKind::roughdielectric: r.kind = BSDF_ROUGH_DIELECTRIC; break;
+    case BsdfKind::roughdielectric:
+      r.kind = bsdf.distribution == Distribution::ggx ? BSDF_ROUGH_GGX : BSDF_ROUGH_BECKMANN;
+      break;
   }
-  r.distribution = bsdf.distribution == Distribution::ggx ? 1 : 0;
   r.alpha = static_cast<float>(bsdf.alpha);
   r.eta = static_cast<float>(bsdf.int_ior / bsdf.ext_ior);
   store(bsdf.reflectance.value, r.reflectance);
@@ -107,10 +109,17 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   for (std::size_t c = 0; c < 3; ++c) r.sigma_t[c] = static_cast<float>(medium.sigma_t[c] * medium.scale);
   store(medium.albedo, r.albedo);
   r.g = static_cast<float>(medium.isotropic ? 0 : medium.g);
-  for (const Shape& shape : scene.shapes)
-    if (scene.bsdfs[static_cast<std::size_t>(shape.bsdf)].kind == BsdfKind::null &&
-        (shape.interior == index || shape.exterior == index))
-      r.index_matched = 1;
+  for (const Shape& shape : scene.shapes) {
+    const Bsdf& bsdf = scene.bsdfs[static_cast<std::size_t>(shape.bsdf)];
+    if (bsdf.kind == BsdfKind::null && (shape.interior == index || shape.exterior == index))
+      r.connection = CONNECTION_STRAIGHT;
+    if (bsdf.kind == BsdfKind::roughdielectric && shape.interior == index && r.connection == CONNECTION_NONE) {
+      r.connection = CONNECTION_REFRACTED;
+      r.distribution = bsdf.distribution == Distribution::ggx ? MICROFACET_GGX : MICROFACET_BECKMANN;
+      r.alpha = static_cast<float>(bsdf.alpha);
+      r.eta = static_cast<float>(bsdf.int_ior / bsdf.ext_ior);
+    }
+  }
   data.spectral |= !grey(medium.sigma_t);
   data.coloured |= !grey(medium.albedo) || !grey(medium.sigma_t);
   return r;
@@ -150,13 +159,13 @@ JobRecord append_scene(const Scene& scene, int sensor, LaunchData& data) {
 std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   std::map<std::string, std::string> d = emitter_definitions(data.emitters);
   const auto set = [&](const char* name, bool value) { d[name] = std::to_string(value); };
-  std::set<int> kinds, distributions;
-  for (const BsdfRecord& bsdf : data.bsdfs) {
-    kinds.insert(bsdf.kind);
-    if (bsdf.kind == BSDF_ROUGH_DIELECTRIC) distributions.insert(bsdf.distribution);
+  std::set<int> kinds;
+  for (const BsdfRecord& bsdf : data.bsdfs) kinds.insert(bsdf.kind);
+  bool matched = false, refracted = false;
+  for (const MediumRecord& medium : data.media) {
+    matched |= medium.connection == CONNECTION_STRAIGHT;
+    refracted |= medium.connection == CONNECTION_REFRACTED;
   }
-  bool matched = false;
-  for (const MediumRecord& medium : data.media) matched |= medium.index_matched != 0;
   bool smooth = false, round = false;
   for (const PrimitiveRecord& primitive : data.geometry.primitives) {
     smooth |= (primitive.flags & PRIMITIVE_SMOOTH) != 0;
@@ -168,15 +177,20 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   set("HAS_NULL", kinds.count(BSDF_NULL) > 0);
   set("HAS_DIFFUSE", kinds.count(BSDF_DIFFUSE) > 0);
   set("HAS_DIELECTRIC", kinds.count(BSDF_DIELECTRIC) > 0);
-  set("HAS_ROUGH_DIELECTRIC", kinds.count(BSDF_ROUGH_DIELECTRIC) > 0);
-  d["DISTRIBUTION"] = std::to_string(distributions.empty() ? 0 : *distributions.begin());
+  set("HAS_ROUGH_BECKMANN", kinds.count(BSDF_ROUGH_BECKMANN) > 0);
+  set("HAS_ROUGH_GGX", kinds.count(BSDF_ROUGH_GGX) > 0);
   set("HAS_MEDIUM", !data.media.empty());
   set("HAS_TEXTURE", !data.textures.empty());
   set("HAS_SMOOTH", smooth);
   set("HAS_ROUND", round);
   set("SPECTRAL", data.spectral);
-  set("MEDIUM_LIGHT_SAMPLING", uneven_light && matched);
-  set("LIGHT_SAMPLING", uneven_light && (matched || kinds.count(BSDF_DIFFUSE) > 0));
+  const bool sun = std::any_of(data.emitters.begin(), data.emitters.end(),
+                               [](const EmitterRecord& e) { return e.kind == EMITTER_SUNSKY && e.sun_pdf > 0; });
+  const bool rough_sun = sun && (kinds.count(BSDF_ROUGH_BECKMANN) > 0 || kinds.count(BSDF_ROUGH_GGX) > 0);
+  const bool medium_light = (uneven_light && matched) || (sun && refracted);
+  set("ROUGH_LIGHT_SAMPLING", rough_sun);
+  set("MEDIUM_LIGHT_SAMPLING", medium_light);
+  set("LIGHT_SAMPLING", medium_light || rough_sun || (uneven_light && kinds.count(BSDF_DIFFUSE) > 0));
   d["THROUGHPUT_CHANNELS"] = std::to_string(data.coloured ? 3 : 1);
   d["RADIANCE_CHANNELS"] = std::to_string(data.coloured || data.coloured_light ? 3 : 1);
   return d;

@@ -11,7 +11,7 @@
 
 namespace itn {
 
-static_assert(sizeof(CameraRecord) == 104 && sizeof(MediumRecord) == 32 && sizeof(ShapeRecord) == 16 &&
+static_assert(sizeof(CameraRecord) == 104 && sizeof(MediumRecord) == 48 && sizeof(ShapeRecord) == 16 &&
               sizeof(BsdfRecord) == 64 && sizeof(TextureRecord) == 48 && sizeof(JobRecord) == 48 &&
               sizeof(ChunkRecord) == 16);
 

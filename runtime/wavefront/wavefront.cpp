@@ -10,13 +10,13 @@ namespace {
 constexpr int fused_slots = 512;       // paths a pool: 256 to 1024 are equally fast, more leave idle tails
 constexpr int staged_slots = 1 << 20;  // paths in flight on a GPU
 constexpr int medium_events = 64;       // a state load at most
-constexpr int queues = 9, free_queue = 0;  // QUEUES of path_state.h, which needs a program's definitions
+constexpr int queues = 10, free_queue = 0;  // QUEUES of path_state.h, which needs a program's definitions
 
 std::size_t field_count(const std::map<std::string, std::string>& d) {
   const auto number = [&](const char* name) { return static_cast<std::size_t>(std::stoi(d.at(name))); };
   // FIELDS of path_state.h; checked against the device's own count when the program is built
   return 6 + number("THROUGHPUT_CHANNELS") + number("RADIANCE_CHANNELS") + 12 + 4 * number("SPECTRAL") +
-         number("LIGHT_SAMPLING") * (3 + number("RADIANCE_CHANNELS"));
+         3 * number("MEDIUM_LIGHT_SAMPLING");
 }
 
 }  // namespace

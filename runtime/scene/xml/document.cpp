@@ -163,10 +163,13 @@ class Reader {
     if (is_object_tag(element->tag) && element->tag != "scene" && element->attribute("type").empty())
       fail(element->where, "<" + element->tag + "> has no type; need <" + element->tag + " type=\"...\">");
     for (pugi::xml_node child : node.children()) {
-      if (child.type() == pugi::node_pcdata || child.type() == pugi::node_cdata)
-        fail(lines.locate(child.offset_debug()), "<" + element->tag + ">: text " +
-                                                     quote(std::string(child.value()).substr(0, 20)) +
-                                                     " between elements; values go into attributes");
+      if (child.type() == pugi::node_pcdata || child.type() == pugi::node_cdata) {
+        const std::string words = child.value();
+        const std::size_t first = std::min(words.find_first_not_of(" \t\r\n"), words.size());
+        fail(lines.locate(child.offset_debug() + static_cast<std::ptrdiff_t>(first)),
+             "<" + element->tag + ">: text " + quote(words.substr(first, 20)) +
+                 " between elements; values go into attributes");
+      }
       if (child.type() == pugi::node_element) convert_child(child, lines, depth, *element);
     }
     return element;

@@ -1,11 +1,9 @@
-/* Stage shadow: follows a light connection through index-matched boundaries and media; what arrives is added. Then the
- * path goes on, or ends (DEPTH < 0). */
-#ifndef ITN_STAGE_SHADOW_H
-#define ITN_STAGE_SHADOW_H
-#include "stage/surface.h"
+/* What dims a light connection on its way: index-matched boundaries and media are passed, anything else blocks it. */
+#ifndef ITN_OPTICAL_DEPTH_H
+#define ITN_OPTICAL_DEPTH_H
+#include "lib/launch.h"
 
-#if LIGHT_SAMPLING
-/* Optical depth per throughput channel from o towards d to outside the scene; false: something opaque or refractive is in
+/* One ray. Optical depth per throughput channel from o towards d to outside the scene; false: something opaque or refractive is in
  * the way. */
 inline bool optical_depth(const Launch* launch, __global const JobRecord* job, float o[3], const float d[3], int skip,
                           int medium, float depth[THROUGHPUT_CHANNELS]) {
@@ -36,33 +34,29 @@ inline bool optical_depth(const Launch* launch, __global const JobRecord* job, f
   }
 }
 
-inline void shadow_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
-  Lanes slot;
+/* Adds weight * light, dimmed on the way, to the radiance of the lanes in `mask`: from `from` in `medium` towards `to`. */
+inline void add_connection(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK mask,
+                           REAL3 from, REAL3 to, INT skip, INT medium, const REAL weight[RADIANCE_CHANNELS]) {
+  Lanes slot, ox, oy, oz, dx, dy, dz, first, in, w[RADIANCE_CHANNELS];
   slot.integer = slots;
-  uint bits = lane_bits(valid);
-  __global float* fields = pool->fields;
-  __global const int* ints = (__global const int*)pool->fields;
-  int stride = pool->stride;
+  ox.real = from.x;
+  oy.real = from.y;
+  oz.real = from.z;
+  dx.real = to.x;
+  dy.real = to.y;
+  dz.real = to.z;
+  first.integer = skip;
+  in.integer = medium;
+  for (int c = 0; c < RADIANCE_CHANNELS; ++c) w[c].real = weight[c];
+  const uint bits = lane_bits(mask);
   FOR_EACH_LANE(l, bits) {
-    int s = slot.i[l];
-    float o[3], d[3], depth[THROUGHPUT_CHANNELS];
-    for (int k = 0; k < 3; ++k) {
-      o[k] = fields[(POSITION_X + k) * stride + s];
-      d[k] = fields[(SHADOW_X + k) * stride + s];
-    }
-    if (!optical_depth(launch, job, o, d, ints[SKIP * stride + s], ints[MEDIUM * stride + s], depth)) continue;
+    float o[3] = {ox.f[l], oy.f[l], oz.f[l]}, depth[THROUGHPUT_CHANNELS];
+    const float d[3] = {dx.f[l], dy.f[l], dz.f[l]};
+    if (!optical_depth(launch, job, o, d, first.i[l], in.i[l], depth)) continue;
     for (int c = 0; c < RADIANCE_CHANNELS; ++c)
-      fields[(RADIANCE + c) * stride + s] +=
-          fields[(SHADOW_WEIGHT + c) * stride + s] * exp(-depth[THROUGHPUT_CHANNELS == 1 ? 0 : c]);
+      pool->fields[(RADIANCE + c) * pool->stride + slot.i[l]] +=
+          w[c].f[l] * exp(-depth[THROUGHPUT_CHANNELS == 1 ? 0 : c]);
   }
-  MASK ends = valid & (LOAD_INT(pool, DEPTH, slots) < 0);
-  MASK in_vacuum = valid & (LOAD_INT(pool, MEDIUM, slots) < 0);
-  finish(launch, job, pool, slots, ends);
-  push(pool, QUEUE_RAY, slots, valid & !ends & in_vacuum);
-#if HAS_MEDIUM
-  push(pool, QUEUE_MEDIUM, slots, valid & !ends & !in_vacuum);
-#endif
 }
-#endif
 
 #endif

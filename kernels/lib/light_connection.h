@@ -1,0 +1,92 @@
+/* Light connections of scattering vertices in media: when they are tried, and in which direction through a rough boundary.
+ *
+ * The sun through a rough boundary: a direction that refracts to the sun is drawn at the scattering vertex, not at the
+ * boundary (design: kernels/README.md, "Sun through a rough boundary"). The exit's normal is guessed from the vertex alone:
+ * the nearest surface's. A microfacet normal about the guess refracts the light's direction into the medium. Unbiased with
+ * any guess; the microfacet density nearly cancels. */
+#ifndef ITN_LIGHT_CONNECTION_H
+#define ITN_LIGHT_CONNECTION_H
+#include "lib/frame.h"
+#include "lib/light_sampling.h"
+#include "model/rough_dielectric.h"
+
+#if MEDIUM_LIGHT_SAMPLING
+/* The sigma_t for choices about connections: the same whatever the path's hero channel, or MIS weights would not add up. */
+inline REAL connection_sigma_t(const REAL sigma_t[]) {
+#if SPECTRAL
+  return (sigma_t[0] + sigma_t[1] + sigma_t[2]) * (1.0f / 3.0f);
+#else
+  return sigma_t[0];
+#endif
+}
+
+/* Probability of trying a connection from a position: falls with the least optical depth to the surface. A function of the
+ * position alone, so that MIS can divide by it. */
+inline REAL connection_chance(const Launch* launch, __global const GeometryRecord* geometry, REAL3 position,
+                              REAL sigma_t) {
+  const REAL least = surface_distance(launch->grid, geometry, position) * sigma_t;
+  return MAX((REAL)(0.05f), MIN((REAL)(0.999f), EXP(-least)));
+}
+#endif
+
+#if ROUGH_LIGHT_SAMPLING
+/* The boundary that the guess assumes for each lane's medium. */
+typedef struct {
+  INT distribution;
+  REAL alpha, eta; /* eta: inside over outside */
+} AssumedBoundary;
+
+/* at: of the media's records, in floats */
+inline AssumedBoundary assumed_boundary(const Launch* launch, INT at) {
+  __global const float* media = (__global const float*)launch->media;
+  AssumedBoundary b;
+  b.distribution = GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, distribution)), at);
+  b.alpha = GATHER((media + FIELD_OF(MediumRecord, alpha)), at);
+  b.eta = GATHER((media + FIELD_OF(MediumRecord, eta)), at);
+  return b;
+}
+
+/* Density of microfacet normals per solid angle, D(h) cos, about the guess. */
+inline REAL assumed_normals(const AssumedBoundary* b, REAL3 h) {
+  const REAL ggx = ggx_normals(h, b->alpha), beckmann = beckmann_normals(h, b->alpha);
+  return SELECT(b->distribution == MICROFACET_GGX, ggx, beckmann) * h.z;
+}
+
+/* Draws a direction inside, from the vertex towards the boundary, that a microfacet about the guessed normal refracts from
+ * `light` (outside, towards the light). Returns its density [1/sr], 0: none. */
+inline REAL sample_refracted(const AssumedBoundary* b, REAL3 guess, REAL3 light, REAL u0, REAL u1, REAL3* direction) {
+  const REAL a2 = b->alpha * b->alpha;
+  const REAL tan2 = SELECT(b->distribution == MICROFACET_GGX, a2 * u0 / (1.0f - u0), -a2 * LOG(1.0f - u0));
+  const REAL cosine = 1.0f / SQRT(1.0f + tan2), sine = SQRT(tan2) * cosine;
+  REAL s, c;
+  sin_cos_2pi(u1, &s, &c);
+  const Frame frame = make_frame(guess);
+  const REAL3 in_frame = make3(sine * c, sine * s, cosine), h = frame_to_world(&frame, in_frame);
+  const REAL light_h = dot3(light, h);
+  REAL fresnel, cos_t;
+  fresnel_dielectric_refract(MIN(ABS(light_h), (REAL)(1.0f)), b->eta, &fresnel, &cos_t);
+  /* towards the vertex: -light / eta + (light.h / eta - cos_t) h; the path goes the other way */
+  *direction = add3(scale3(light, 1.0f / b->eta), scale3(h, cos_t - light_h / b->eta));
+  const REAL inside_h = -cos_t, d = light_h + b->eta * inside_h;
+  const REAL density = assumed_normals(b, in_frame) * b->eta * b->eta * cos_t / MAX(d * d, (REAL)(1e-12f));
+  return SELECT((light_h > 0.0f) & (cos_t > 0.0f), density, 0.0f);
+}
+
+/* The density with which sample_refracted draws `direction`. */
+inline REAL refracted_pdf(const AssumedBoundary* b, REAL3 guess, REAL3 light, REAL3 direction) {
+  REAL3 h = sub3(scale3(direction, b->eta), light);
+  h = scale3(h, 1.0f / SQRT(MAX(dot3(h, h), (REAL)(1e-20f))));
+  REAL light_h = dot3(light, h);
+  h = scale3(h, SELECT(dot3(h, guess) < 0.0f, -1.0f, 1.0f));
+  light_h = dot3(light, h);
+  const REAL inside_h = -dot3(direction, h);
+  const Frame frame = make_frame(guess);
+  const REAL3 in_frame = frame_to_local(&frame, h);
+  const REAL d = light_h + b->eta * inside_h;
+  const REAL density =
+      assumed_normals(b, in_frame) * b->eta * b->eta * ABS(inside_h) / MAX(d * d, (REAL)(1e-12f));
+  return SELECT((light_h > 0.0f) & (inside_h < 0.0f) & (in_frame.z > 0.0f), density, 0.0f);
+}
+#endif
+
+#endif
