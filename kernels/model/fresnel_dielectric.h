@@ -12,9 +12,7 @@
 #include "shared/portable.h"
 
 /* (eta ct)^2 = ci^2 + eta^2 - 1; <= 0: total internal reflection. This form is exact for equal indices. */
-MODEL fresnel_refracted_square(REAL cos_i, REAL eta) {
-  return cos_i * cos_i + (eta - NUMBER(1)) * (eta + NUMBER(1));
-}
+MODEL fresnel_refracted_square(REAL cos_i, REAL eta) { return cos_i * cos_i + (eta - NUMBER(1)) * (eta + NUMBER(1)); }
 
 /* Reflectance and cosine of refraction. */
 MODEL_VOID fresnel_dielectric_refract(REAL cos_i, REAL eta, REAL* reflectance, REAL* cos_t) {

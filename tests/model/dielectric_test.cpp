@@ -43,7 +43,8 @@ TEST_CASE("smooth dielectric obeys the laws of reflection and refraction from bo
   }
 }
 
-TEST_CASE("smooth dielectric on the device matches double precision and reflects the fraction F (z-test)", "[model][stat]") {
+TEST_CASE("smooth dielectric on the device matches double precision and reflects the fraction F (z-test)",
+          "[model][stat]") {
   const int width = GENERATE(1, 16);
   constexpr std::size_t n = 1 << 16;
   const Columns in{std::vector<float>(n, 1 / 1.4f), std::vector<float>(n, 0.6f), std::vector<float>(n, 0.f),

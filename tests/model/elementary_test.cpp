@@ -49,8 +49,7 @@ TEST_CASE("exp is within 2 ulp where the result is a normal float", "[elementary
   for (const float small : uniform_numbers(20000, 5, -1, 1)) x.push_back(small);
   const Columns y = run_lanes(exponential, width, {x});
   double worst = 0;
-  for (std::size_t i = 0; i < x.size(); ++i)
-    worst = std::max(worst, ulp(y[0][i], std::exp(static_cast<double>(x[i]))));
+  for (std::size_t i = 0; i < x.size(); ++i) worst = std::max(worst, ulp(y[0][i], std::exp(static_cast<double>(x[i]))));
   CHECK(worst < 2);
 }
 

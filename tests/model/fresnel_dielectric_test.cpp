@@ -48,10 +48,11 @@ TEST_CASE("Fresnel on the device matches the textbook formula in double precisio
   const int width = GENERATE(1, 16);
   constexpr std::size_t n = 100000;
   const auto cos_i = uniform_numbers(n, 1), eta = uniform_numbers(n, 2, 0.4, 2.5);
-  const LaneFunction fresnel{{"model/fresnel_dielectric.h"},
-                             {"cos_i", "eta"},
-                             {"f", "cos_t", "f2"},
-                             "fresnel_dielectric_refract(cos_i, eta, &f, &cos_t); f2 = fresnel_dielectric(cos_i, eta);"};
+  const LaneFunction fresnel{
+      {"model/fresnel_dielectric.h"},
+      {"cos_i", "eta"},
+      {"f", "cos_t", "f2"},
+      "fresnel_dielectric_refract(cos_i, eta, &f, &cos_t); f2 = fresnel_dielectric(cos_i, eta);"};
   const Columns out = run_lanes(fresnel, width, {cos_i, eta});
   CHECK(out[0] == out[2]);
   // Next to the critical angle F and cos_t change like a square root: the distance to it loses its digits there.

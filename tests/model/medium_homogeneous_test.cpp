@@ -30,7 +30,8 @@ TEST_CASE("transmittance is the chance of a longer free flight", "[model]") {
 TEST_CASE("homogeneous medium on the device matches double precision", "[model]") {
   const int width = GENERATE(1, 16);
   constexpr std::size_t n = 50000;
-  const auto sigma_t = uniform_numbers(n, 1, 0.1, 300), distance = uniform_numbers(n, 2, 0, 0.05), u = uniform_numbers(n, 3);
+  const auto sigma_t = uniform_numbers(n, 1, 0.1, 300), distance = uniform_numbers(n, 2, 0, 0.05),
+             u = uniform_numbers(n, 3);
   const Columns out = run_lanes(model, width, {sigma_t, distance, u});
   // the rounding of an optical depth up to 15 shows in its exponential
   CHECK(largest_error(out[0], 0, [&](auto i) { return medium_transmittance<double>(sigma_t[i], distance[i]); }) < 2e-6);
@@ -38,11 +39,13 @@ TEST_CASE("homogeneous medium on the device matches double precision", "[model]"
   CHECK(largest_error(out[2], 0, [&](auto i) { return medium_free_flight_sample<double>(sigma_t[i], u[i]); }) < 1e-6);
 }
 
-TEST_CASE("free flights follow their density (chi-square); none are 0; without a medium they never end", "[model][stat]") {
+TEST_CASE("free flights follow their density (chi-square); none are 0; without a medium they never end",
+          "[model][stat]") {
   const int width = GENERATE(1, 16);
   constexpr std::size_t n = 1 << 17;
   const float sigma_t = 25;
-  Columns out = run_lanes(model, width, {std::vector<float>(n, sigma_t), std::vector<float>(n, 0.f), uniform_numbers(n, 4)});
+  Columns out =
+      run_lanes(model, width, {std::vector<float>(n, sigma_t), std::vector<float>(n, 0.f), uniform_numbers(n, 4)});
   CHECK(*std::min_element(out[2].begin(), out[2].end()) > 0);
   std::vector<Point> flights;
   for (const float d : out[2]) flights.push_back({d, 0.5});

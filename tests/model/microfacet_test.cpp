@@ -91,10 +91,10 @@ TEST_CASE("microfacet formulas and samplers on the device match double precision
   const auto m = [&](auto i) { return Direction{in[3][i], in[4][i], in[5][i]}; };
   for (const int d : {MICROFACET_BECKMANN, MICROFACET_GGX}) {
     const auto k = static_cast<std::size_t>(d);
-    CHECK(largest_error(out[k], 1e-2, [&](auto i) {
-            return microfacet_visible_normals<double>(d, wi(i), m(i), alpha[i]);
-          }) < 1e-4);
-    CHECK(largest_error(out[2 + k], 0, [&](auto i) { return microfacet_shadowing<double>(d, wi(i), alpha[i]); }) < 1e-6);
+    CHECK(largest_error(out[k], 1e-2,
+                        [&](auto i) { return microfacet_visible_normals<double>(d, wi(i), m(i), alpha[i]); }) < 1e-4);
+    CHECK(largest_error(out[2 + k], 0, [&](auto i) { return microfacet_shadowing<double>(d, wi(i), alpha[i]); }) <
+          1e-6);
     const auto sample = [&](auto i) { return microfacet_visible_sample<double>(d, wi(i), alpha[i], u1[i], u2[i]); };
     // GGX: a direction at the very bottom of the cap loses digits; Beckmann: where the distribution is flat.
     const double bound = d == MICROFACET_GGX ? 5e-5 : 2e-4;
@@ -161,7 +161,8 @@ TEST_CASE("sampled normals follow the density of visible normals (chi-square)", 
     const double per = 1 / (alpha * out[first + 2][i]);
     slopes.push_back({out[first][i] * per, out[first + 1][i] * per});
   }
-  const double fit = distribution == MICROFACET_GGX ? 1 : beckmann_shadowing(wi, alpha) / beckmann_shadowing_exact(wi, alpha);
+  const double fit =
+      distribution == MICROFACET_GGX ? 1 : beckmann_shadowing(wi, alpha) / beckmann_shadowing_exact(wi, alpha);
   const auto density = [&](double x, double y) {
     const Direction m = normal_of_slope(x, y, alpha);
     return microfacet_visible_normals(distribution, wi, m, alpha) * m.z * m.z * m.z * alpha * alpha / fit;

@@ -64,7 +64,8 @@ TEST_CASE("Henyey-Greenstein samples follow their density (chi-square) with mean
   const int width = GENERATE(1, 16);
   const float g = GENERATE(-0.9f, -0.4f, 0.f, 1e-4f, 0.3f, 0.6f, 0.8f, 0.95f);
   constexpr std::size_t n = 1 << 17;
-  const Columns out = run_lanes(phase, width, {std::vector<float>(n, 0.f), std::vector<float>(n, g), uniform_numbers(n, 4)});
+  const Columns out =
+      run_lanes(phase, width, {std::vector<float>(n, 0.f), std::vector<float>(n, g), uniform_numbers(n, 4)});
   std::vector<Point> samples;
   double sum = 0, sum2 = 0;
   for (const float c : out[1]) {

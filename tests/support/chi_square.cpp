@@ -17,12 +17,12 @@ double gauss(const std::function<double(double, double)>& f, const Grid& r) {
   const double half_a = 0.5 * (r.a1 - r.a0), half_b = 0.5 * (r.b1 - r.b0);
   double sum = 0;
   for (std::size_t i = 0; i < 5; ++i)
-    for (std::size_t j = 0; j < 5; ++j)
-      sum += w[i] * w[j] * f(r.a0 + half_a * (1 + x[i]), r.b0 + half_b * (1 + x[j]));
+    for (std::size_t j = 0; j < 5; ++j) sum += w[i] * w[j] * f(r.a0 + half_a * (1 + x[i]), r.b0 + half_b * (1 + x[j]));
   return sum * half_a * half_b;
 }
 
-double refine(const std::function<double(double, double)>& f, const Grid& r, double whole, double tolerance, int depth) {
+double refine(const std::function<double(double, double)>& f, const Grid& r, double whole, double tolerance,
+              int depth) {
   const double a = 0.5 * (r.a0 + r.a1), b = 0.5 * (r.b0 + r.b1);
   const std::array<Grid, 4> quarter{{{r.a0, a, r.b0, b}, {a, r.a1, r.b0, b}, {r.a0, a, b, r.b1}, {a, r.a1, b, r.b1}}};
   std::array<double, 4> part{};
@@ -41,7 +41,8 @@ double integrate(const std::function<double(double, double)>& f, const Grid& gri
   double sum = 0;
   for (int i = 0; i < grid.cells_a; ++i)
     for (int j = 0; j < grid.cells_b; ++j) {
-      const Grid cell{grid.a0 + i * step_a, grid.a0 + (i + 1) * step_a, grid.b0 + j * step_b, grid.b0 + (j + 1) * step_b};
+      const Grid cell{grid.a0 + i * step_a, grid.a0 + (i + 1) * step_a, grid.b0 + j * step_b,
+                      grid.b0 + (j + 1) * step_b};
       sum += refine(f, cell, gauss(f, cell), tolerance / (grid.cells_a * grid.cells_b), 7);
     }
   return sum;
@@ -66,7 +67,8 @@ ChiSquare chi_square(const std::vector<double>& observed, const std::vector<doub
   group_expected.back() += e;
   ChiSquare result;
   for (std::size_t i = 0; i < group_expected.size(); ++i)
-    result.statistic += (group_observed[i] - group_expected[i]) * (group_observed[i] - group_expected[i]) / group_expected[i];
+    result.statistic +=
+        (group_observed[i] - group_expected[i]) * (group_observed[i] - group_expected[i]) / group_expected[i];
   result.degrees_of_freedom = static_cast<int>(group_expected.size()) - 1;
   if (result.degrees_of_freedom > 0) result.p_value = chi_square_tail(result.statistic, result.degrees_of_freedom);
   return result;
@@ -87,7 +89,8 @@ ChiSquare chi_square(const std::vector<Point>& samples, const std::function<doub
   expected[cells] = count;
   for (int i = 0; i < grid.cells_a; ++i)
     for (int j = 0; j < grid.cells_b; ++j) {
-      const Grid cell{grid.a0 + i * step_a, grid.a0 + (i + 1) * step_a, grid.b0 + j * step_b, grid.b0 + (j + 1) * step_b};
+      const Grid cell{grid.a0 + i * step_a, grid.a0 + (i + 1) * step_a, grid.b0 + j * step_b,
+                      grid.b0 + (j + 1) * step_b};
       const double mass = count * integrate(density, cell, 3e-2 / count);
       expected[static_cast<std::size_t>(i * grid.cells_b + j)] = mass;
       expected[cells] -= mass;

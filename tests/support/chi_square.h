@@ -27,8 +27,8 @@ using Point = std::array<double, 2>;
 ChiSquare chi_square(const std::vector<Point>& samples, const std::function<double(double, double)>& density,
                      const Grid& grid);
 
-// Integral of f over the grid, each cell adaptively: absolute error about `tolerance`, if f's peaks are not so narrow that
-// the 125 points first taken in a cell miss them.
+// Integral of f over the grid, each cell adaptively: absolute error about `tolerance`, if f's peaks are not so narrow
+// that the 125 points first taken in a cell miss them.
 double integrate(const std::function<double(double, double)>& f, const Grid& grid, double tolerance);
 
 }  // namespace itn::test

@@ -39,7 +39,7 @@ cl::Program build(const Device& device, const std::string& source, int width) {
 }  // namespace
 
 Columns run_lanes(const LaneFunction& function, int width, const Columns& inputs) {
-  static const Device device;
+  static const Device& device = *new Device;  // never destroyed: drivers may be gone before our static objects
   const std::size_t rows = inputs.at(0).size();
   const std::size_t padded = (rows + largest_width - 1) / largest_width * largest_width;
   std::vector<float> in, out(padded * function.outputs.size());
