@@ -1,5 +1,5 @@
-/* Flights that surely meet no surface need no ray test: steps through the surface-free parts of space that the grid's cells
- * know (runtime/scene/flight_grid.h has the format). */
+/* Flights that surely meet no surface need no ray test: steps through the surface-free parts of space that the grid's
+ * cells know (runtime/scene/flight_grid.h has the format). */
 #ifndef ITN_FLIGHT_GRID_H
 #define ITN_FLIGHT_GRID_H
 #include "lib/vector.h"
@@ -31,7 +31,8 @@ inline FlightCell flight_cell(__global const uint* grid, __global const Geometry
   cell.from.z = (gz - CAST_REAL(iz) - 0.5f) * record->cell_size;
   cell.radius = CAST_REAL((word >> 24) & 255) * record->ball_step;
   const INT offset = (word >> 16) & 255;
-  cell.offset = SELECT(offset == 255, 1e30f, CAST_REAL(offset) * (record->plane_range * (2.0f / 254)) - record->plane_range);
+  cell.offset =
+      SELECT(offset == 255, 1e30f, CAST_REAL(offset) * (record->plane_range * (2.0f / 254)) - record->plane_range);
   const REAL a = CAST_REAL(word & 255) * (2.0f / 255) - 1.0f, b = CAST_REAL((word >> 8) & 255) * (2.0f / 255) - 1.0f,
              c = 1.0f - fabs(a) - fabs(b);
   const REAL fold = MAX(-c, (REAL)(0.0f));

@@ -1,15 +1,16 @@
 /* The closest surface along a ray.
  *
- * Nothing leaks. The edge tests of a triangle (Woop, Benthin, Wald: Watertight Ray/Triangle Intersection, 2013) look at vertices
- * in coordinates that depend on ray and vertex alone, so two triangles see a shared edge with exactly opposite numbers, and as
- * products are rounded one by one, the sign is right or the value 0, which counts as a hit. Boxes are wider than the rounding
- * errors of their test. What remains is where a ray starts: a position lies only nearly on its surface, or nearly in front of
- * the next one. Four measures:
+ * Nothing leaks. The edge tests of a triangle (Woop, Benthin, Wald: Watertight Ray/Triangle Intersection, 2013) look at
+ * vertices in coordinates that depend on ray and vertex alone, so two triangles see a shared edge with exactly opposite
+ * numbers, and as products are rounded one by one, the sign is right or the value 0, which counts as a hit. Boxes are
+ * wider than the rounding errors of their test. What remains is where a ray starts: a position lies only nearly on its
+ * surface, or nearly in front of the next one. Four measures:
  *   - a returned position is computed on its primitive and kept a few roundings away from a triangle's edges;
- *   - a path goes on from a surface an `offset` beside it, on the side to which it goes (beside_surface, lib/surface_frame.h);
+ *   - a path goes on from a surface an `offset` beside it, on the side to which it goes (beside_surface,
+ * lib/surface_frame.h);
  *   - what comes so close to a surface that rounding could put it on the other side counts as meeting it;
- *   - `inside` tells which side of a surface a consistent path meets next: all surfaces count as moved by their tolerance so
- *     that the path is on the right side of them. */
+ *   - `inside` tells which side of a surface a consistent path meets next: all surfaces count as moved by their
+ * tolerance so that the path is on the right side of them. */
 #ifndef ITN_TRACE_H
 #define ITN_TRACE_H
 #include "lib/box_vector.h"
@@ -26,16 +27,17 @@ typedef struct {
 } Surfaces;
 
 typedef struct {
-  float t;        /* distance [units of the direction] */
-  float u, v;     /* barycentric coordinates of a triangle's second and third vertex */
-  float x, y, z;  /* position on the surface, more exact than origin + t * direction: go on from beside_surface() of it */
-  int primitive;  /* index into Surfaces.primitives, -1: no hit; the other members are then undefined */
-  int front;      /* 1: the ray enters, against the outward normal, 0: it leaves */
+  float t;    /* distance [units of the direction] */
+  float u, v; /* barycentric coordinates of a triangle's second and third vertex */
+  float x, y,
+      z; /* position on the surface, more exact than origin + t * direction: go on from beside_surface() of it */
+  int primitive; /* index into Surfaces.primitives, -1: no hit; the other members are then undefined */
+  int front;     /* 1: the ray enters, against the outward normal, 0: it leaves */
 } Hit;
 
 typedef struct {
   float3 origin, direction;
-  float side;  /* +1: the path is inside and expects to leave, -1: outside */
+  float side; /* +1: the path is inside and expects to leave, -1: outside */
 } Ray;
 
 inline Surfaces surfaces_of(__global const float* nodes, __global const float* leaves,
@@ -53,7 +55,8 @@ inline float clamped_inverse(float d) { return 1.0f / (fabs(d) > 1e-20f ? d : co
 /* A vertex coordinate across the ray. */
 inline BoxFloat sheared(BoxFloat coordinate, float slope, BoxFloat depth) { return coordinate - slope * depth; }
 
-/* Twice the signed area of (origin, a, b). Antisymmetric, and never of the wrong sign: must not become a fused operation. */
+/* Twice the signed area of (origin, a, b). Antisymmetric, and never of the wrong sign: must not become a fused
+ * operation. */
 inline BoxFloat edge_function(BoxFloat ax, BoxFloat ay, BoxFloat bx, BoxFloat by) {
 #pragma OPENCL FP_CONTRACT OFF
   const BoxFloat p = ax * by;
@@ -87,32 +90,41 @@ inline Shear shear_of(float3 o, float3 d) {
 
 /* The found hit while the walk goes on. */
 typedef struct {
-  float limit;       /* of the walk: t_max or the hit */
+  float limit; /* of the walk: t_max or the hit */
   float t, u, v;
   int primitive, front;
   __global const float* lane; /* of the block */
 } Found;
 
-inline void meet_triangles(__global const float* block, float side, const Shear* s, int skip, Found* found) {
-  __global const float *px = block + s->kx * BOX_WIDTH, *py = block + s->ky * BOX_WIDTH, *pz = block + s->kz * BOX_WIDTH;
-  const BoxFloat az = LOAD_BOX(pz, BLOCK_A) - s->oz, bz = LOAD_BOX(pz, BLOCK_B) - s->oz, cz = LOAD_BOX(pz, BLOCK_C) - s->oz;
-  const BoxFloat ax = sheared(LOAD_BOX(px, BLOCK_A) - s->ox, s->sx, az), ay = sheared(LOAD_BOX(py, BLOCK_A) - s->oy, s->sy, az),
-                 bx = sheared(LOAD_BOX(px, BLOCK_B) - s->ox, s->sx, bz), by = sheared(LOAD_BOX(py, BLOCK_B) - s->oy, s->sy, bz),
-                 cx = sheared(LOAD_BOX(px, BLOCK_C) - s->ox, s->sx, cz), cy = sheared(LOAD_BOX(py, BLOCK_C) - s->oy, s->sy, cz);
-  const BoxFloat u = edge_function(bx, by, cx, cy), v = edge_function(cx, cy, ax, ay), w = edge_function(ax, ay, bx, by);
+__attribute__((always_inline)) inline void meet_triangles(__global const float* block, float side, const Shear* s,
+                                                          int skip, Found* found) {
+  __global const float *px = block + s->kx * BOX_WIDTH, *py = block + s->ky * BOX_WIDTH,
+                       *pz = block + s->kz * BOX_WIDTH;
+  const BoxFloat az = LOAD_BOX(pz, BLOCK_A) - s->oz, bz = LOAD_BOX(pz, BLOCK_B) - s->oz,
+                 cz = LOAD_BOX(pz, BLOCK_C) - s->oz;
+  const BoxFloat ax = sheared(LOAD_BOX(px, BLOCK_A) - s->ox, s->sx, az),
+                 ay = sheared(LOAD_BOX(py, BLOCK_A) - s->oy, s->sy, az),
+                 bx = sheared(LOAD_BOX(px, BLOCK_B) - s->ox, s->sx, bz),
+                 by = sheared(LOAD_BOX(py, BLOCK_B) - s->oy, s->sy, bz),
+                 cx = sheared(LOAD_BOX(px, BLOCK_C) - s->ox, s->sx, cz),
+                 cy = sheared(LOAD_BOX(py, BLOCK_C) - s->oy, s->sy, cz);
+  const BoxFloat u = edge_function(bx, by, cx, cy), v = edge_function(cx, cy, ax, ay),
+                 w = edge_function(ax, ay, bx, by);
   const BoxFloat det = u + v + w;
-  const BoxInt covers = ((smaller_of(smaller_of(u, v), w) >= 0.0f) | (larger_of(larger_of(u, v), w) <= 0.0f)) & (det != 0.0f);
+  const BoxInt covers =
+      ((smaller_of(smaller_of(u, v), w) >= 0.0f) | (larger_of(larger_of(u, v), w) <= 0.0f)) & (det != 0.0f);
   if (!box_bits(covers)) return;
   /* depth: (a - origin) . N with N the normal times twice the area; t = depth / (N . direction). */
-  const BoxFloat depth = u * az + v * bz + w * cz, inverse = s->sz / det, tolerance = side * LOAD_BOX(block, BLOCK_TOLERANCE);
+  const BoxFloat unit = 1.0f / det, inverse = s->sz * unit;
+  const BoxFloat depth = u * az + v * bz + w * cz, tolerance = side * LOAD_BOX(block, BLOCK_TOLERANCE);
   BoxLanes t;
   t.v = depth * inverse;
   uint candidates = box_bits(covers & ((depth + tolerance) * inverse > 0.0f) &
                              (t.v - larger_of(tolerance * inverse, 0.0f) < found->limit));
   if (!candidates) return;
   BoxLanes b, c, i;
-  b.v = v / det;
-  c.v = w / det;
+  b.v = v * unit;
+  c.v = w * unit;
   i.v = inverse;
   FOR_EACH_LANE(l, candidates) {
     const int primitive = as_int(block[BLOCK_PRIMITIVE * BOX_WIDTH + l]);
@@ -160,13 +172,13 @@ inline float meet_sphere(float3 from, Ray ray, float radius, float tolerance, bo
   return b > 0.0f ? product / (b + s) : -1.0f;
 }
 
-inline void meet_round(__global const float* block, Ray ray, int skip, Found* found) {
+__attribute__((noinline)) void meet_round(__global const float* block, Ray ray, int skip, Found* found) {
   for (int l = 0; l < BOX_WIDTH; ++l) {
     __global const float* p = block + l;
     const int primitive = as_int(p[BLOCK_PRIMITIVE * BOX_WIDTH]);
     if (primitive < 0) return;
-    const float3 center = (float3)(p[BLOCK_CENTER * BOX_WIDTH], p[(BLOCK_CENTER + 1) * BOX_WIDTH],
-                                   p[(BLOCK_CENTER + 2) * BOX_WIDTH]);
+    const float3 center =
+        (float3)(p[BLOCK_CENTER * BOX_WIDTH], p[(BLOCK_CENTER + 1) * BOX_WIDTH], p[(BLOCK_CENTER + 2) * BOX_WIDTH]);
     const float radius = p[BLOCK_RADIUS * BOX_WIDTH], tolerance = p[BLOCK_TOLERANCE * BOX_WIDTH];
     float t, slack;
     int front;
@@ -175,10 +187,10 @@ inline void meet_round(__global const float* block, Ray ray, int skip, Found* fo
       if (!(t >= 0.0f)) continue;
     } else {
       if (primitive == skip) continue;
-      const float3 u = (float3)(p[BLOCK_DUAL_U * BOX_WIDTH], p[(BLOCK_DUAL_U + 1) * BOX_WIDTH],
-                                p[(BLOCK_DUAL_U + 2) * BOX_WIDTH]);
-      const float3 v = (float3)(p[BLOCK_DUAL_V * BOX_WIDTH], p[(BLOCK_DUAL_V + 1) * BOX_WIDTH],
-                                p[(BLOCK_DUAL_V + 2) * BOX_WIDTH]);
+      const float3 u =
+          (float3)(p[BLOCK_DUAL_U * BOX_WIDTH], p[(BLOCK_DUAL_U + 1) * BOX_WIDTH], p[(BLOCK_DUAL_U + 2) * BOX_WIDTH]);
+      const float3 v =
+          (float3)(p[BLOCK_DUAL_V * BOX_WIDTH], p[(BLOCK_DUAL_V + 1) * BOX_WIDTH], p[(BLOCK_DUAL_V + 2) * BOX_WIDTH]);
       const float3 normal = normalize(cross(u, v));
       const float speed = dot(normal, ray.direction), depth = dot(center - ray.origin, normal);
       t = depth / speed;
@@ -215,9 +227,10 @@ inline float3 position_on(__global const PrimitiveRecord* primitive, Ray ray, Fo
   return a + u * (b - a) + v * (c - a);
 }
 
-/* Closest hit with a distance below t_max, or so little beyond that the position at t_max could be rounded to the other side:
- * what flies t_max without a hit surely stays on its side. skip: the primitive on which the ray starts, or -1: a flat one is
- * not met again, of a sphere only the far side is. inside: the path is inside (leaves through the next surface) or outside. */
+/* Closest hit with a distance below t_max, or so little beyond that the position at t_max could be rounded to the other
+ * side: what flies t_max without a hit surely stays on its side. skip: the primitive on which the ray starts, or -1: a
+ * flat one is not met again, of a sphere only the far side is. inside: the path is inside (leaves through the next
+ * surface) or outside. */
 inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, float dy, float dz, float t_max, int skip,
                  bool inside) {
   __global const GeometryRecord* record = surfaces.record;
@@ -229,14 +242,20 @@ inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, floa
   Hit hit;
   hit.primitive = -1;
 
-  /* Rays from far away start where they meet the bounds: the tests' rounding errors grow with the origin's coordinates. */
   const float3 inverse = (float3)(clamped_inverse(dx), clamped_inverse(dy), clamped_inverse(dz));
-  const float3 low = ((float3)(record->low[0], record->low[1], record->low[2]) - ray.origin) * inverse,
-               high = ((float3)(record->high[0], record->high[1], record->high[2]) - ray.origin) * inverse;
-  const float3 enter = fmin(low, high), leave = fmax(low, high);
-  const float start = fmax(fmax(fmax(enter.x, enter.y), enter.z), 0.0f);
-  if (record->root == CHILD_NONE || !(start <= 1.000001f * fmin(fmin(leave.x, leave.y), leave.z))) return hit;
-  ray.origin += start * ray.direction;
+  /* Rays from outside start where they meet the bounds: the tests' rounding errors grow with the origin's coordinates.
+   */
+  float start = 0.0f;
+  if (ox < record->low[0] || oy < record->low[1] || oz < record->low[2] || ox > record->high[0] ||
+      oy > record->high[1] || oz > record->high[2]) {
+    const float3 low = ((float3)(record->low[0], record->low[1], record->low[2]) - ray.origin) * inverse,
+                 high = ((float3)(record->high[0], record->high[1], record->high[2]) - ray.origin) * inverse;
+    const float3 enter = fmin(low, high), leave = fmax(low, high);
+    start = fmax(fmax(fmax(enter.x, enter.y), enter.z), 0.0f);
+    if (!(start <= 1.000001f * fmin(fmin(leave.x, leave.y), leave.z))) return hit;
+    ray.origin += start * ray.direction;
+  }
+  if (record->root == CHILD_NONE) return hit;
 
   const float3 shift = -ray.origin * inverse;
   const Shear shear = shear_of(ray.origin, ray.direction);
@@ -256,11 +275,12 @@ inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, floa
     if (CHILD_IS_NODE(current)) {
       __global const float* node = surfaces.nodes + (size_t)current * (NODE_ROWS * BOX_WIDTH);
       BoxLanes enter_t;
-      enter_t.v = larger_of(larger_of(LOAD_BOX(node, near_x) * inverse.x + shift.x, LOAD_BOX(node, near_y) * inverse.y + shift.y),
-                            larger_of(LOAD_BOX(node, near_z) * inverse.z + shift.z, 0.0f));
-      const BoxFloat leave_t =
-          smaller_of(smaller_of(LOAD_BOX(node, far_x) * inverse.x + shift.x, LOAD_BOX(node, far_y) * inverse.y + shift.y),
-                     smaller_of(LOAD_BOX(node, far_z) * inverse.z + shift.z, found.limit));
+      enter_t.v = larger_of(
+          larger_of(LOAD_BOX(node, near_x) * inverse.x + shift.x, LOAD_BOX(node, near_y) * inverse.y + shift.y),
+          larger_of(LOAD_BOX(node, near_z) * inverse.z + shift.z, 0.0f));
+      const BoxFloat leave_t = smaller_of(
+          smaller_of(LOAD_BOX(node, far_x) * inverse.x + shift.x, LOAD_BOX(node, far_y) * inverse.y + shift.y),
+          smaller_of(LOAD_BOX(node, far_z) * inverse.z + shift.z, found.limit));
       uint bits = box_bits(enter_t.v <= leave_t);
       if (bits) {
         __global const int* child = (__global const int*)(node + NODE_CHILD * BOX_WIDTH);

@@ -35,21 +35,14 @@ MODEL rough_dielectric_half(int distribution, REAL alpha, REAL eta, REAL3 wi, RE
   return SELECT(possible, result, NUMBER(0));
 }
 
-/* *value = f |wo.z|; *pdf: density of rough_dielectric_sample per solid angle of wo. Zero, not NaN, for directions in
- * the surface. One call costs about what either number alone does. */
-MODEL_VOID rough_dielectric_eval_pdf(int distribution, REAL alpha, REAL eta, REAL3 wi, REAL3 wo, REAL* value,
-                                     REAL* pdf) {
-  REAL radiance = SELECT(wi.z * wo.z > NUMBER(0), NUMBER(1), NUMBER(1) / (eta * eta));
-  *pdf = rough_dielectric_half(distribution, alpha, eta, wi, wo);
-  *value = *pdf * microfacet_shadowing(distribution, wo, alpha) * radiance;
-}
-
+/* f |wo.z|. Zero, not NaN, for directions in the surface. Compilers share the work of this and the next function. */
 MODEL rough_dielectric_eval(int distribution, REAL alpha, REAL eta, REAL3 wi, REAL3 wo) {
-  REAL value, pdf;
-  rough_dielectric_eval_pdf(distribution, alpha, eta, wi, wo, &value, &pdf);
-  return value;
+  REAL radiance = SELECT(wi.z * wo.z > NUMBER(0), NUMBER(1), NUMBER(1) / (eta * eta));
+  return rough_dielectric_half(distribution, alpha, eta, wi, wo) * microfacet_shadowing(distribution, wo, alpha) *
+         radiance;
 }
 
+/* Density of rough_dielectric_sample, per solid angle of wo. */
 MODEL rough_dielectric_pdf(int distribution, REAL alpha, REAL eta, REAL3 wi, REAL3 wo) {
   return rough_dielectric_half(distribution, alpha, eta, wi, wo);
 }

@@ -13,12 +13,18 @@ namespace {
 
 using Point = std::array<float, 3>;
 
-constexpr int longest_axis = 128;       // cells
-constexpr float ball_steps = 4;         // radius units a cell
-constexpr int plane_radius_steps = 10;  // of the balls that planes cut
-constexpr int padding = 5;              // cells around the grid in which surfaces are kept while building
-constexpr int farthest = 40;            // cells: balls are not larger
-constexpr float piece_cells = 1.5f;     // longest edge of a piece of surface
+// Cells along the longest axis. 256 would lose again by cache misses; simple shapes, of which a data set has thousands,
+// get a grid that is built in a quarter of the time.
+constexpr int fine_axis = 128, coarse_axis = 80;
+constexpr std::size_t fine_from = 10'000;  // triangles
+constexpr float ball_steps = 4;            // radius units a cell
+// Radii of the balls that planes cut: small ones hug curved surfaces, large ones let flights go far.
+constexpr std::array<int, 3> plane_radius_steps{3, 6, 10};
+constexpr int largest_steps = plane_radius_steps.back();
+constexpr int near_steps = 8;        // a cell with this large a ball free of surface needs no plane
+constexpr int padding = 5;           // cells around the grid in which surfaces are kept while building
+constexpr int farthest = 40;         // cells: balls are not larger
+constexpr float piece_cells = 1.0f;  // longest edge of a piece of surface
 constexpr int no_plane = 255;
 
 Point operator-(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
@@ -30,9 +36,7 @@ Point cross(const Point& a, const Point& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 Point middle(const Point& a, const Point& b) { return (a + b) * 0.5f; }
-Point to_float(const Vec3& p) {
-  return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
-}
+Point to_float(const Vec3& p) { return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])}; }
 
 Box bounds_of(const Shape& shape) {
   Box box;
@@ -87,7 +91,10 @@ Octahedral octahedral(const Point& n) {
 // The surfaces, cut into pieces no longer than `piece`. A piece lies in the hull of its points.
 class Builder {
  public:
-  explicit Builder(FlightGrid& grid, float piece) : grid_(grid), piece_(piece), h_(grid.cell_size) {
+  // closed: media lie within closed shapes, so that cells reached from the border without crossing a surface need no
+  // planes.
+  Builder(FlightGrid& grid, float piece, bool closed)
+      : grid_(grid), piece_(piece), closed_(closed), h_(grid.cell_size) {
     for (std::size_t k = 0; k < 3; ++k) {
       n_[k] = grid.cells[k] + 2 * padding;
       low_[k] = grid.low[k] - padding * h_;
@@ -110,6 +117,7 @@ class Builder {
   void finish() {
     sort_points();
     measure_distances();
+    find_outside();
     parallel(grid_.cells[2], [&](int z) { fill_slice(z); });
   }
 
@@ -119,9 +127,13 @@ class Builder {
     Point normal;  // times area
   };
 
-  std::size_t count() const { return static_cast<std::size_t>(n_[0]) * static_cast<std::size_t>(n_[1]) * static_cast<std::size_t>(n_[2]); }
+  std::size_t count() const {
+    return static_cast<std::size_t>(n_[0]) * static_cast<std::size_t>(n_[1]) * static_cast<std::size_t>(n_[2]);
+  }
   std::size_t at(int x, int y, int z) const {
-    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(n_[1]) + static_cast<std::size_t>(y)) * static_cast<std::size_t>(n_[0]) + static_cast<std::size_t>(x);
+    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(n_[1]) + static_cast<std::size_t>(y)) *
+               static_cast<std::size_t>(n_[0]) +
+           static_cast<std::size_t>(x);
   }
   int cell(float x, std::size_t axis) const {
     return std::clamp(static_cast<int>((x - low_[axis]) / h_), 0, n_[axis] - 1);
@@ -207,8 +219,8 @@ class Builder {
         for (std::size_t z = 4; z < 6; ++z) add_patch(center, radius, shape.flip_normals, axes[x], axes[y], axes[z]);
   }
 
-  // The part of a sphere over the directions between a, b and c: within the hull of the triangle's corners and of the corners
-  // of the parallel triangle that touches the sphere.
+  // The part of a sphere over the directions between a, b and c: within the hull of the triangle's corners and of the
+  // corners of the parallel triangle that touches the sphere.
   void add_patch(const Point& center, float radius, bool flipped, const Point& a, const Point& b, const Point& c) {
     const Point n = cross(b - a, c - a);
     const float height = std::fabs(dot(n, a)) / length(n);
@@ -264,6 +276,30 @@ class Builder {
     samples_.resize(kept);
   }
 
+  void find_outside() {
+    outside_.assign(count(), 0);
+    if (!closed_) return;
+    std::vector<std::size_t> open;
+    const auto visit = [&](std::size_t i) {
+      if (marked_[i] || outside_[i]) return;
+      outside_[i] = 1;
+      open.push_back(i);
+    };
+    visit(0);
+    const std::size_t row = static_cast<std::size_t>(n_[0]), slice = row * static_cast<std::size_t>(n_[1]);
+    while (!open.empty()) {
+      const std::size_t i = open.back();
+      open.pop_back();
+      const std::size_t x = i % row, y = i % slice / row, z = i / slice;
+      if (x > 0) visit(i - 1);
+      if (x + 1 < row) visit(i + 1);
+      if (y > 0) visit(i - row);
+      if ((y + 1) * row < slice) visit(i + row);
+      if (z > 0) visit(i - slice);
+      if ((z + 1) * slice < count()) visit(i + slice);
+    }
+  }
+
   // distance_: to the nearest marked cell, from centre to box, squared, in half cells.
   void measure_distances() {
     const auto square = [](int k) { return static_cast<std::uint16_t>(k == 0 ? 0 : (2 * k - 1) * (2 * k - 1)); };
@@ -296,8 +332,9 @@ class Builder {
 
   // to[row] = min over rows `stride` apart of from + square(rows between).
   template <class Square>
-  static void nearest_row(const std::vector<std::uint16_t>& from, std::vector<std::uint16_t>& to, std::size_t row, int i,
-                          int n, std::size_t stride, std::size_t length, const Square& square, std::uint16_t none) {
+  static void nearest_row(const std::vector<std::uint16_t>& from, std::vector<std::uint16_t>& to, std::size_t row,
+                          int i, int n, std::size_t stride, std::size_t length, const Square& square,
+                          std::uint16_t none) {
     std::uint16_t* out = &to[row];
     std::copy_n(&from[row], length, out);
     std::uint16_t largest = none;
@@ -306,9 +343,9 @@ class Builder {
       largest = 0;
       for (const int side : {-k, k}) {
         if (i + side < 0 || i + side >= n) continue;
-        const std::uint16_t* other = &from[row + static_cast<std::size_t>(side + n) * stride - static_cast<std::size_t>(n) * stride];
-        for (std::size_t x = 0; x < length; ++x)
-          out[x] = std::min(out[x], static_cast<std::uint16_t>(other[x] + more));
+        const std::uint16_t* other =
+            &from[row + static_cast<std::size_t>(side + n) * stride - static_cast<std::size_t>(n) * stride];
+        for (std::size_t x = 0; x < length; ++x) out[x] = std::min(out[x], static_cast<std::uint16_t>(other[x] + more));
       }
       for (std::size_t x = 0; x < length; ++x) largest = std::max(largest, out[x]);
     }
@@ -316,7 +353,8 @@ class Builder {
 
   void fill_slice(int z) {
     const auto words = [&](int x, int y) -> std::uint32_t& {
-      return grid_.words[(static_cast<std::size_t>(z) * static_cast<std::size_t>(grid_.cells[1]) + static_cast<std::size_t>(y)) *
+      return grid_.words[(static_cast<std::size_t>(z) * static_cast<std::size_t>(grid_.cells[1]) +
+                          static_cast<std::size_t>(y)) *
                              static_cast<std::size_t>(grid_.cells[0]) +
                          static_cast<std::size_t>(x)];
     };
@@ -328,9 +366,10 @@ class Builder {
           for (const auto& [p, n] : {std::pair{px, n_[0]}, {py, n_[1]}, {pz, n_[2]}})
             distance = std::min(distance, (static_cast<float>(std::min(p, n - 1 - p)) + 0.5f) * h_);
         const int steps = std::min(static_cast<int>(distance / grid_.ball_step), 255);
-        words(x, y) = steps >= plane_radius_steps
-                          ? octahedral(gradient(px, py, pz)).code | no_plane << 16 | static_cast<std::uint32_t>(steps) << 24
-                          : plane_word(px, py, pz);
+        words(x, y) =
+            steps >= near_steps || outside_[at(px, py, pz)]
+                ? octahedral(gradient(px, py, pz)).code | no_plane << 16 | static_cast<std::uint32_t>(steps) << 24
+                : plane_word(px, py, pz, steps);
       }
   }
 
@@ -341,40 +380,80 @@ class Builder {
     return dot(g, g) > 0 ? g : Point{0, 0, 1};
   }
 
-  std::uint32_t plane_word(int x, int y, int z) const {
+  // How useful a free part of space is to flights from its centre: 0 to 1. Averages d / (d + half a cell), d the
+  // distance to the end of the ball or to the plane, over the cosine between flight and normal.
+  float usefulness(float radius, float offset) const {
+    const auto value = [&](float d) { return d / (d + 0.5f * h_); };
+    float sum = 4 * value(radius);
+    for (const float cosine : {0.125f, 0.375f, 0.625f, 0.875f})
+      sum += value(std::max(std::min(radius, offset / cosine), 0.0f));
+    return sum / 8;
+  }
+
+  std::uint32_t plane_word(int x, int y, int z, int ball) const {
     const Point c = center(x, y, z);
-    // A piece that reaches into the ball has all its points within `reach`.
-    const float radius = plane_radius_steps * grid_.ball_step, reach = radius + longest_ + grid_.safety;
+    // A piece that reaches into a ball has all its points within the ball's radius + slack.
+    const float slack = longest_ + grid_.safety;
+    const float reach = largest_steps * grid_.ball_step + slack;
     const int r = static_cast<int>(std::ceil(reach / h_ + 0.5f));
     const int x0 = std::max(x - r, 0), x1 = std::min(x + r, n_[0] - 1);
+    thread_local std::vector<Point> near;
+    near.clear();
     Point normal{0, 0, 0};
-    const auto for_samples = [&](const auto& f) {
-      for (int k = std::max(z - r, 0); k <= std::min(z + r, n_[2] - 1); ++k)
-        for (int j = std::max(y - r, 0); j <= std::min(y + r, n_[1] - 1); ++j)
-          for (std::uint32_t i = first_[at(x0, j, k)]; i < first_[at(x1, j, k) + 1]; ++i) {
-            const Point p = samples_[i].position - c;
-            if (dot(p, p) <= reach * reach) f(p, samples_[i].normal);
-          }
-    };
-    for_samples([&](const Point&, const Point& n) { normal = normal + n; });
+    for (int k = std::max(z - r, 0); k <= std::min(z + r, n_[2] - 1); ++k)
+      for (int j = std::max(y - r, 0); j <= std::min(y + r, n_[1] - 1); ++j) {
+        const int apart = std::max(std::abs(k - z) - 1, 0) * std::max(std::abs(k - z) - 1, 0) +
+                          std::max(std::abs(j - y) - 1, 0) * std::max(std::abs(j - y) - 1, 0);
+        if (static_cast<float>(apart) * h_ * h_ > reach * reach) continue;
+        const std::uint32_t last = first_[at(x1, j, k) + 1];
+        for (std::uint32_t i = first_[at(x0, j, k)]; i < last; ++i) {
+          const Point p = samples_[i].position - c;
+          const float square = dot(p, p);
+          if (square > reach * reach) continue;
+          near.push_back(p);
+          const float weight = 1 / (square + h_ * h_);
+          normal = normal + samples_[i].normal * (weight * weight);
+        }
+      }
     if (dot(normal, normal) < 1e-30f) normal = {0, 0, 1};
     const Octahedral plane = octahedral(normal);
-    float offset = grid_.plane_range;
-    for_samples([&](const Point& p, const Point&) { offset = std::min(offset, dot(plane.normal, p)); });
-    const float code = std::floor((offset + grid_.plane_range) / (2 * grid_.plane_range) * 254 - 1e-3f);
-    if (code < 0) return plane.code;
-    return plane.code | static_cast<std::uint32_t>(code) << 16 | static_cast<std::uint32_t>(plane_radius_steps) << 24;
+    const float norm = length(plane.normal);
+    std::array<float, plane_radius_steps.size()> offsets, squares;
+    for (std::size_t i = 0; i < offsets.size(); ++i) {
+      const float radius = static_cast<float>(plane_radius_steps[i]) * grid_.ball_step;
+      offsets[i] = grid_.plane_range;
+      squares[i] = (radius + slack) * (radius + slack);
+    }
+    for (const Point& p : near) {
+      const float d = dot(plane.normal, p), square = dot(p, p);
+      for (std::size_t i = 0; i < offsets.size(); ++i)
+        offsets[i] = square <= squares[i] ? std::min(offsets[i], d) : offsets[i];
+    }
+    std::uint32_t best = plane.code | no_plane << 16 | static_cast<std::uint32_t>(ball) << 24;
+    float most = usefulness(static_cast<float>(ball) * grid_.ball_step, 1e30f);
+    for (std::size_t i = 0; i < offsets.size(); ++i) {
+      const float code = std::floor((offsets[i] + grid_.plane_range) / (2 * grid_.plane_range) * 254 - 1e-3f);
+      const float radius = static_cast<float>(plane_radius_steps[i]) * grid_.ball_step;
+      const float value = usefulness(radius, offsets[i] / norm);
+      if (code < 0 || value <= most) continue;
+      most = value;
+      best =
+          plane.code | static_cast<std::uint32_t>(code) << 16 | static_cast<std::uint32_t>(plane_radius_steps[i]) << 24;
+    }
+    return best;
   }
 
   FlightGrid& grid_;
-  float piece_, h_;
+  float piece_;
+  bool closed_;
+  float h_;
   std::array<int, 3> n_{};
   Point low_{}, high_{};
   bool beyond_ = false;  // some surface lies outside the padded grid
   float longest_ = 0;
   std::vector<Sample> samples_;
   std::vector<std::uint32_t> first_;  // of each cell's samples
-  std::vector<std::uint8_t> marked_;
+  std::vector<std::uint8_t> marked_, outside_;
   std::vector<std::uint16_t> distance_;
 };
 
@@ -391,9 +470,13 @@ FlightGrid build_flight_grid(const Scene& scene) {
     largest = std::max({largest, std::fabs(box.low[k]), std::fabs(box.high[k])});
   }
   if (!(longest > 0) || box.low[0] > box.high[0]) return grid;
-  grid.cell_size = longest / (longest_axis - 2);
+  std::size_t triangles = 0;
+  for (const Shape& shape : scene.shapes)
+    if (shape.mesh) triangles += shape.mesh->triangle.size();
+  const int axis = triangles >= fine_from ? fine_axis : coarse_axis;
+  grid.cell_size = longest / static_cast<float>(axis - 2);
   grid.ball_step = grid.cell_size / ball_steps;
-  grid.plane_range = plane_radius_steps * grid.ball_step;
+  grid.plane_range = largest_steps * grid.ball_step;
   grid.safety = 0x1p-18f * largest;
   std::size_t count = 1;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -402,7 +485,9 @@ FlightGrid build_flight_grid(const Scene& scene) {
     count *= static_cast<std::size_t>(grid.cells[k]);
   }
   grid.words.resize(count);
-  Builder builder(grid, piece_cells * grid.cell_size);
+  bool closed = true;
+  for (const Shape& shape : scene.shapes) closed &= shape.exterior < 0;
+  Builder builder(grid, piece_cells * grid.cell_size, closed);
   for (const Shape& shape : scene.shapes) builder.add(shape);
   builder.finish();
   return grid;

@@ -27,8 +27,8 @@ GeometryOnDevice::GeometryOnDevice(const Scene& scene, int width, int box_width)
   geometry.box_width = box_width;
   append_geometry(scene, geometry);
   setenv("ITN_KERNEL_DIR", ITN_SOURCE_DIR "/tests/geometry", 1);
-  program_ = device_.build("geometry_test.cl",
-                           {{"WIDTH", std::to_string(width)}, {"BOX_WIDTH", std::to_string(box_width)}});
+  program_ =
+      device_.build("geometry_test.cl", {{"WIDTH", std::to_string(width)}, {"BOX_WIDTH", std::to_string(box_width)}});
   unsetenv("ITN_KERNEL_DIR");
   nodes_ = device_.upload(geometry.nodes, "nodes");
   leaves_ = device_.upload(geometry.leaves, "leaves");

@@ -64,8 +64,8 @@ class GeometryOnDevice {
   int width_;
 };
 
-// The closest hit in double, over the same hierarchy; t infinite when there is none. Triangles, spheres and disks count from
-// t_min on.
+// The closest hit in double, over the same hierarchy; t infinite when there is none. Triangles, spheres and disks count
+// from t_min on.
 struct ExactHit {
   double t = INFINITY;
   int primitive = -1;

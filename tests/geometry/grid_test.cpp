@@ -94,7 +94,8 @@ TEST_CASE("speed of the grid", "[.bench]") {
     g.fly(rays, clear, distance, &time);
     std::size_t accepted = 0;
     for (const int c : clear) accepted += c != 0;
-    WARN("sigma_t " << sigma_t << ": " << 100.0 * static_cast<double>(accepted) / static_cast<double>(rays.size()) << " % of flights need no ray test, "
-                    << static_cast<double>(rays.size()) / time.core * 1e-6 << " million/s a core");
+    WARN("sigma_t " << sigma_t << ": " << 100.0 * static_cast<double>(accepted) / static_cast<double>(rays.size())
+                    << " % of flights need no ray test, " << static_cast<double>(rays.size()) / time.core * 1e-6
+                    << " million/s a core");
   }
 }

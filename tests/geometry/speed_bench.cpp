@@ -18,8 +18,8 @@ class Embree {
   explicit Embree(const Mesh& mesh) : device_(rtcNewDevice("threads=2")), scene_(rtcNewScene(device_)) {
     const RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
     std::copy(mesh.position.begin(), mesh.position.end(),
-              static_cast<std::array<float, 3>*>(rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12,
-                                                                         mesh.position.size())));
+              static_cast<std::array<float, 3>*>(
+                  rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, mesh.position.size())));
     std::copy(mesh.triangle.begin(), mesh.triangle.end(),
               static_cast<std::array<std::uint32_t, 3>*>(
                   rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, mesh.triangle.size())));
@@ -90,8 +90,8 @@ TEST_CASE("speed of rays", "[.bench]") {
       const auto found = embree.trace(rays, &theirs);
       for (std::size_t j = 0; j < rays.size(); ++j) same += hits[j].primitive == found[j];
 #endif
-      WARN("sigma_t " << sigma_t << ": " << speed(ours) << " million rays/s a core; Embree "
-                      << speed(theirs) << ", the same primitive for " << same);
+      WARN("sigma_t " << sigma_t << ": " << speed(ours) << " million rays/s a core; Embree " << speed(theirs)
+                      << ", the same primitive for " << same);
     }
   }
 }

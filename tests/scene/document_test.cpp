@@ -191,6 +191,7 @@ TEST_CASE("values of the wrong type or shape are refused") {
   folder.check_error(in_medium("<float name=\"scale\" value=\"\"/>"), 3, {"got \"\""});
   folder.check_error(in_medium("<float name=\"scale\" value=\"nan\"/>"), 3, {"finite"});
   folder.check_error(in_medium("<float name=\"scale\" value=\"1e999\"/>"), 3, {"1e999"});
+  folder.check_error(in_medium("<float name=\"scale\" value=\"1e40\"/>"), 3, {"1e40", "single precision"});
   folder.check_error(in_medium("<float name=\"scale\"/>"), 3, {"no value"});
   folder.check_error(in_medium("<float value=\"1\"/>"), 3, {"no name"});
   folder.check_error(in_medium("<string name=\"scale\" value=\"1\"/>"), 3, {"<string>", "need <float>"});
@@ -250,4 +251,13 @@ TEST_CASE("the integrator gives the depths, and every type selects this renderer
                             {"rr_depth"});
   SceneFolder().check_error("<integrator type=\"path\"/>\n<integrator type=\"path\"/>", 3,
                             {"more than one <integrator>"});
+}
+
+TEST_CASE("definitions that multiply each other are stopped before they fill the memory") {
+  std::string body = "<default name=\"a0\" value=\"0123456789\"/>";
+  for (int i = 1; i < 40; ++i) {
+    const std::string before = "$a" + std::to_string(i - 1);
+    body += "<default name=\"a" + std::to_string(i) + "\" value=\"" + before + " " + before + "\"/>";
+  }
+  SceneFolder().check_error(body, 2, {"grows beyond"});
 }

@@ -114,6 +114,16 @@ TEST_CASE("normals of a file are turned as normals are") {
   CHECK(m->normal[0][1] == Approx(1 / std::sqrt(1.25)));
 }
 
+TEST_CASE("normals of length 0 in a file are computed, with a warning") {
+  SceneFolder folder;
+  folder.write("n.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 0\nvn 0 1 1\nf 1//1 2//2 3//2\n");
+  const Scene scene = folder.load(mesh("obj", "n.obj"));
+  CHECK(scene.shapes[0].mesh->normal[0] == std::array<float, 3>{0, 0, 1});
+  CHECK(scene.shapes[0].mesh->normal[1][1] == Approx(std::sqrt(0.5)));
+  REQUIRE(scene.warnings.size() == 1);
+  CHECK_THAT(scene.warnings[0], Catch::Contains("1 of 3 vertex normals"));
+}
+
 TEST_CASE("flip_normals turns triangles and normals around") {
   SceneFolder folder;
   folder.write_tetrahedron("t.ply");
@@ -159,6 +169,13 @@ TEST_CASE("faulty shapes are refused") {
                      {"more than one <bsdf>"});
   folder.check_error("<shape type=\"sphere\">\n<emitter type=\"area\"/></shape>", 3,
                      {"<emitter type=\"area\">", "<bsdf>"});
+  folder.check_error(
+      "<shape type=\"cube\">\n" + to_world("<scale value=\"1e30\"/><scale value=\"1e30\"/>") + "</shape>", 3,
+      {"single precision"});
+  for (const std::string type : {"sphere", "disk"})
+    folder.check_error(
+        "<shape type=\"" + type + "\">\n" + to_world("<scale value=\"1e30\"/><scale value=\"1e30\"/>") + "</shape>", 3,
+        {"single precision"});
   folder.check_error("<shape type=\"ply\"/>", 2, {"no \"filename\""});
   folder.check_error(mesh("ply", "gone.ply"), 3, {"no such file", "gone.ply", "relative to the scene"});
 }
@@ -194,6 +211,17 @@ TEST_CASE("a mesh turned inside out, in part or as a whole, cannot bound a mediu
                      {"inside out"});
   folder.write_tetrahedron("t.ply");
   folder.check_error(mesh("ply", "t.ply", medium + to_world("<scale x=\"-1\"/>")), 2, {"inside out"});
+}
+
+TEST_CASE("a mesh with normals of its own keeps its outside under a reflection") {
+  SceneFolder folder;
+  folder.write("t.obj",
+               "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 -1\nvn 0 -1 0\nvn 1 1 1\nvn -1 0 0\n"
+               "f 1//1 3//1 2//1\nf 1//2 2//2 4//2\nf 2//3 3//3 4//3\nf 1//4 4//4 3//4\n");
+  const Scene scene = folder.load(mesh("obj", "t.obj", medium + to_world("<scale x=\"-1\"/>")));
+  const Mesh& m = *scene.shapes[0].mesh;
+  CHECK(topology(m).volume == Approx(1.0 / 6));
+  CHECK(m.normal[6][0] == Approx(-1 / std::sqrt(3.0)));
 }
 
 TEST_CASE("a mesh with an edge of three triangles cannot bound a medium") {

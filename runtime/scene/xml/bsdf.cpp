@@ -71,6 +71,10 @@ int build_bsdf(Builder& builder, const Element& element) {
     bsdf.specular_reflectance = specular(properties, "specular_reflectance");
     bsdf.specular_transmittance = specular(properties, "specular_transmittance");
     if (bsdf.kind == BsdfKind::roughdielectric) {
+      if (bsdf.int_ior == bsdf.ext_ior)
+        properties.fail_at("int_ior", "int_ior and ext_ior are both " + to_text(bsdf.int_ior) +
+                                          "; need different ones: for an "
+                                          "index-matched boundary use null");
       bsdf.distribution =
           properties.choice("distribution", {"beckmann", "ggx"}) == "ggx" ? Distribution::ggx : Distribution::beckmann;
       bsdf.alpha = roughness(properties);

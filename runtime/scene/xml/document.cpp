@@ -44,6 +44,9 @@ const std::map<std::string, std::vector<std::string>> attributes_of = {
 // Elements nest at most this deep: deeper files are hostile, and the readers recurse.
 constexpr int max_nesting = 64;
 
+// Definitions that use each other could otherwise grow without bound.
+constexpr std::size_t longest_value = 1'000'000;
+
 // Turns a byte offset into line and column.
 class LineTable {
  public:
@@ -130,6 +133,9 @@ class Reader {
         fail(where, "$" + name + " is not defined; give -D " + name + "=value, or put <default name=" + quote(name) +
                         " value=\"...\"/> before this line");
       }
+      if (out.size() > longest_value)
+        fail(where, "the value grows beyond " + std::to_string(longest_value) + " characters; check what $" + name +
+                        " stands for");
       i = end;
     }
     return out;

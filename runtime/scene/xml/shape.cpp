@@ -32,7 +32,32 @@ void apply(const Transform& to_world, Mesh& mesh, bool keeps_outside) {
   }
 }
 
-Mesh build_mesh(Properties& properties) {
+// A vertex normal of length 0 shades nothing: such ones are computed.
+void replace_zero_normals(Builder& builder, Properties& properties, Mesh& mesh) {
+  const auto is_zero = [](const std::array<float, 3>& n) { return n == std::array<float, 3>{0, 0, 0}; };
+  const auto count = std::count_if(mesh.normal.begin(), mesh.normal.end(), is_zero);
+  if (count == 0) return;
+  const std::vector<std::array<float, 3>> given = std::move(mesh.normal);
+  compute_normals(mesh);
+  for (std::size_t i = 0; i < given.size(); ++i)
+    if (!is_zero(given[i])) mesh.normal[i] = given[i];
+  builder.warn(properties.element().where,
+               fmt::format("{}: {} of {} vertex normals of the file have length 0 and are computed", properties.title(),
+                           count, given.size()));
+}
+
+void check_single_precision(Properties& properties, const std::array<float, 3>& position) {
+  for (const float v : position)
+    if (!std::isfinite(v))
+      properties.fail_at("to_world",
+                         "to_world moves the shape beyond the range of single precision; need a smaller scale");
+}
+
+void check_single_precision(Properties& properties, const Mesh& mesh) {
+  for (const auto& p : mesh.position) check_single_precision(properties, p);
+}
+
+Mesh build_mesh(Builder& builder, Properties& properties) {
   const std::string file = properties.file("filename");
   const bool face_normals = properties.boolean("face_normals", false);
   const bool flip_texcoords = properties.boolean("flip_tex_coords", properties.type() == "obj");
@@ -48,7 +73,9 @@ Mesh build_mesh(Properties& properties) {
   if (flip_texcoords)
     for (auto& uv : mesh.texcoord) uv[1] = 1 - uv[1];
   apply(to_world, mesh, !mesh.normal.empty());
+  check_single_precision(properties, mesh);
   if (!face_normals && mesh.normal.empty()) compute_normals(mesh);
+  replace_zero_normals(builder, properties, mesh);
   if (flip_normals) flip(mesh);
   return mesh;
 }
@@ -57,6 +84,7 @@ Mesh build_flat(Properties& properties, Mesh mesh) {
   const bool flip_normals = properties.boolean("flip_normals", false);
   properties.boolean("face_normals", false);  // they are flat either way
   apply(properties.transform("to_world"), mesh, true);
+  check_single_precision(properties, mesh);
   if (flip_normals) flip(mesh);
   return mesh;
 }
@@ -86,6 +114,8 @@ void build_sphere(Properties& properties, Shape& shape) {
   }
   shape.center = transform_point(t, center);
   shape.radius = radius * scale;
+  check_single_precision(properties, to_float(shape.center));
+  check_single_precision(properties, to_float({shape.radius, 0, 0}));
   shape.flip_normals = properties.boolean("flip_normals", false) != (determinant(t) < 0);
 }
 
@@ -95,6 +125,7 @@ void build_disk(Properties& properties, Shape& shape) {
   shape.center = transform_point(t, {0, 0, 0});
   shape.edge_u = transform_vector(t, {1, 0, 0});
   shape.edge_v = transform_vector(t, {0, 1, 0});
+  for (const Vec3& v : {shape.center, shape.edge_u, shape.edge_v}) check_single_precision(properties, to_float(v));
   shape.flip_normals = properties.boolean("flip_normals", false) != (determinant(t) < 0);
 }
 
@@ -162,7 +193,7 @@ void build_shape(Builder& builder, const Element& element) {
   Mesh mesh;  // of shapes that are one
   const std::string& type = properties.type();
   if (type == "obj" || type == "ply" || type == "mesh") {
-    mesh = build_mesh(properties);
+    mesh = build_mesh(builder, properties);
   } else if (type == "rectangle") {
     mesh = build_flat(properties, rectangle_mesh());
   } else if (type == "cube") {
