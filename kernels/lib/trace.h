@@ -149,7 +149,13 @@ inline float meet_sphere(float3 from, Ray ray, float radius, float tolerance, bo
   const float b = -dot(from, ray.direction) / a;
   *front = 0;
   *slack = 0.0f;
-  if (starts_here) return inside ? fmax(2.0f * b, tolerance) : -1.0f;
+  if (starts_here) {
+    /* Beside the surface, on the side for which the direction leaves (beside_surface). The medium does not tell the side:
+     * glass may have none, and a sphere inside a medium, or turned inside out, has one on its outer side. Where the
+     * direction grazes so much that rounding decides its sign, the usual meaning of inside does. */
+    const bool inward = fabs(b) < tolerance ? inside : b > 0.0f;
+    return inward ? fmax(2.0f * b, tolerance) : -1.0f;
+  }
   const float3 nearest = from + b * ray.direction;
   float height = length(from) - radius;
   float s = (radius * radius - dot(nearest, nearest)) / a;
