@@ -1,7 +1,6 @@
 #include "tools/common.h"
 
-#include <unistd.h>
-
+#include <charconv>
 #include <cstdio>
 #include <limits>
 
@@ -9,6 +8,17 @@
 #include "runtime/image/file.h"
 
 namespace itn::tools {
+namespace {
+
+// CLI11 takes -1 for 2^64 - 1.
+std::string is_seed(const std::string& text) {
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error == std::errc() && end == text.data() + text.size()) return "";
+  return "got " + text + ", need a whole number from 0 to 2^64 - 1";
+}
+
+}  // namespace
 
 std::map<std::string, std::string> CommonOptions::definition_map() const {
   std::map<std::string, std::string> map;
@@ -28,6 +38,7 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
   command.add_option("--spp", options.spp, "samples a pixel; default: the scene's own")
       ->check(CLI::Range(1, std::numeric_limits<int>::max()));
   command.add_option("--seed", options.seed, "of the random numbers: the same seed gives the same result")
+      ->check(is_seed)
       ->capture_default_str();
   command.add_option("-D", options.definitions, "name=value: fills $name in the scene; may be repeated")
       ->type_size(1)

@@ -23,7 +23,7 @@ void end_now(int) {
 
 void on_signal(int signal_number) {
   if (interrupted.exchange(true)) end_now(signal_number);
-  const itimerval in_a_moment{{0, 0}, {0, 700000}};
+  const itimerval in_a_moment{{0, 0}, {0, 500000}};
   setitimer(ITIMER_REAL, &in_a_moment, nullptr);
 }
 

@@ -5,7 +5,7 @@
 namespace itn::tools {
 
 // The first signal sets the flag for whoever polls it. What cannot poll (loading a scene, a driver compiling kernels)
-// is ended 0.7 s later, or at once by a second signal: an unfinished output file is removed, the exit code is 130.
+// is ended 0.5 s later, or at once by a second signal: an unfinished output file is removed, the exit code is 130.
 void watch_for_interrupt();
 
 const std::atomic<bool>& interrupt_flag();

@@ -11,7 +11,12 @@ namespace {
 // What scripts may rely on.
 enum ExitCode { done = 0, failed = 1, bad_command_line = 2, bad_input = 3, device_failure = 4, interrupted = 130 };
 
+// An interrupted command may fail in other ways first: a driver whose compiler was interrupted reports a failed build.
 int report(ExitCode code, const char* text) {
+  if (itn::tools::interrupt_flag()) {
+    code = interrupted;
+    text = "interrupted";
+  }
   std::fprintf(stderr, "itn: %s\n", text);
   return code;
 }
@@ -27,7 +32,9 @@ int run(int argc, char** argv) {
   CLI::App app{"Volumetric path tracing on OpenCL for translucent materials", "itn"};
   app.set_version_flag("--version", std::string("itn ") + ITN_VERSION);
   app.require_subcommand(1);
+  itn::tools::add_bench(app);
   itn::tools::add_devices(app);
+  itn::tools::add_render(app);
   itn::tools::add_parameters(app);
   try {
     app.parse(argc, argv);

@@ -1,13 +1,14 @@
-/* log, exp, sine and cosine over REAL, without branches or tables: the same few multiply-adds on a GPU and on every lane
- * of a CPU, where the library's versions go through the lanes one by one. OpenCL C only; included by shared/portable.h.
+/* log, exp, sine and cosine over REAL, without branches or tables: the same few multiply-adds on a GPU and on every
+ * lane of a CPU, where the library's versions go through the lanes one by one. OpenCL C only; included by
+ * shared/portable.h.
  *
  * Polynomials: minimax fits (Lawson's reweighted least squares) made for this file; the errors stated are measured by
  * tests/model/elementary_test.cpp. */
 #ifndef ITN_ELEMENTARY_H
 #define ITN_ELEMENTARY_H
 
-/* Natural logarithm of x >= 0; 3 ulp for normal x. Zero and denormal x give values in (-88.1, -87.3), so -log(x) stays a
- * usable optical depth; infinity gives 88.7. Negative x and NaN: undefined. */
+/* Natural logarithm of x >= 0; 3 ulp for normal x. Zero and denormal x give values in (-88.1, -87.3), so -log(x) stays
+ * a usable optical depth; infinity gives 88.7. Negative x and NaN: undefined. */
 inline REAL real_log(REAL x) {
   INT bits = AS_INT(x);
   /* x = 2^e (1 + f), 1 + f in [sqrt(1/2), sqrt(2)): subtracting the bits of sqrt(1/2) leaves e in the exponent. */

@@ -72,8 +72,8 @@ inline void envmap_cell(__global const EmitterRecord* record, REAL3 direction, I
   REAL x = angle_of(d.x, -d.z) * (float)(0.5 / PI_) - 0.5f / width;
   x = (x - floor(x)) * width;
   const REAL y = angle_of(sqrt(d.x * d.x + d.z * d.z), d.y) * (float)(1 / PI_) * (height - 1);
-  *column = min(CAST_INT(x), (INT)(width - 1));
-  *row = min(CAST_INT(y), (INT)(height - 2));
+  *column = clamp(CAST_INT(x), (INT)0, (INT)(width - 1));  /* idle lanes may hold any direction */
+  *row = clamp(CAST_INT(y), (INT)0, (INT)(height - 2));
   *across = x - CAST_REAL(*column);
   *down = y - CAST_REAL(*row);
 }
@@ -161,8 +161,9 @@ inline REAL clear_sky_pdf(__global const EmitterRecord* record, __global const f
   const float ca = record->sun_azimuth_cos, sa = record->sun_azimuth_sin;
   REAL turn = angle_of(d.y * ca - d.x * sa, d.x * ca + d.y * sa) * (float)(0.5 / PI_);
   turn = SELECT(turn < 0, turn + 1, turn);
-  const INT row = min(CAST_INT(sqrt(fmax(d.z, (REAL)0)) * SKY_ROWS), (INT)(SKY_ROWS - 1));
-  const INT column = min(CAST_INT(turn * SKY_COLUMNS), (INT)(SKY_COLUMNS - 1));
+  /* clamped below too: idle lanes may hold any direction */
+  const INT row = clamp(CAST_INT(sqrt(fmax(d.z, (REAL)0)) * SKY_ROWS), (INT)0, (INT)(SKY_ROWS - 1));
+  const INT column = clamp(CAST_INT(turn * SKY_COLUMNS), (INT)0, (INT)(SKY_COLUMNS - 1));
   const REAL probability = cell_probability(tables, record->sampling, SKY_ROWS, SKY_COLUMNS, row, column);
   return SELECT(d.z < 0, 0, clear_sky_density(probability, row));
 }
@@ -195,7 +196,7 @@ inline void sun_disc(__global const EmitterRecord* record, __global const float*
   const REAL elevation = angle_of(up, sqrt(fmax((REAL)0, (1 - up) * (1 + up))));
   /* knots at elevations (pi/2) (i / 45)^3; rounding to the wrong side of one is harmless, the curve is smooth there */
   const REAL share = elevation * (float)(2 / PI_);
-  const INT knot = min(CAST_INT(exp(log(fmax(share, (REAL)1e-20f)) * (1.0f / 3)) * (SUN_KNOTS - 1)), (INT)(SUN_KNOTS - 2));
+  const INT knot = clamp(CAST_INT(exp(log(fmax(share, (REAL)1e-20f)) * (1.0f / 3)) * (SUN_KNOTS - 1)), (INT)0, (INT)(SUN_KNOTS - 2));
   const REAL i = CAST_REAL(knot);
   const float cube = 1.0f / ((SUN_KNOTS - 1) * (SUN_KNOTS - 1) * (SUN_KNOTS - 1));
   const REAL steps = 3 * i * (i + 1) + 1; /* (i + 1)^3 - i^3 */

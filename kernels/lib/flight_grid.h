@@ -1,8 +1,84 @@
+/* Flights that surely meet no surface need no ray test: steps through the surface-free parts of space that the grid's
+ * cells know (runtime/scene/flight_grid.h has the format). */
 #ifndef ITN_FLIGHT_GRID_H
 #define ITN_FLIGHT_GRID_H
 #include "lib/vector.h"
 #include "shared/geometry_layout.h"
-inline MASK flight_is_clear(__global const uint* grid, __global const GeometryRecord* record, REAL3 position, REAL3 direction, REAL distance, MASK active) { return (MASK)(0); }
-inline REAL surface_distance(__global const uint* grid, __global const GeometryRecord* record, REAL3 p) { return MAX((REAL)(0.0f), 1.0f - SQRT(dot3(p, p))); }
-inline REAL3 surface_normal_guess(__global const uint* grid, __global const GeometryRecord* record, REAL3 p) { return scale3(p, 1.0f / SQRT(dot3(p, p))); }
+
+/* Each step costs about as much as a few boxes of a ray test; later ones rarely help. */
+#define FLIGHT_STEPS 3
+
+/* The cell of a position. */
+typedef struct {
+  REAL3 from;   /* centre to position */
+  REAL3 normal; /* of the plane, absolute values sum to 1 */
+  REAL offset;  /* no surface in the ball where normal . x < offset */
+  REAL radius;  /* of the ball around the centre */
+} FlightCell;
+
+inline FlightCell flight_cell(__global const uint* grid, __global const GeometryRecord* record, REAL3 position) {
+  const int nx = record->cells[0], ny = record->cells[1], nz = record->cells[2];
+  const REAL gx = (position.x - record->grid_low[0]) * record->inverse_cell_size,
+             gy = (position.y - record->grid_low[1]) * record->inverse_cell_size,
+             gz = (position.z - record->grid_low[2]) * record->inverse_cell_size;
+  const INT ix = clamp(CAST_INT(gx), (INT)(0), (INT)(nx - 1)), iy = clamp(CAST_INT(gy), (INT)(0), (INT)(ny - 1)),
+            iz = clamp(CAST_INT(gz), (INT)(0), (INT)(nz - 1));
+  __global const int* cells = (__global const int*)(grid + record->first_cell);
+  const INT word = GATHER_INT(cells, (iz * ny + iy) * nx + ix);
+  FlightCell cell;
+  cell.from.x = (gx - CAST_REAL(ix) - 0.5f) * record->cell_size;
+  cell.from.y = (gy - CAST_REAL(iy) - 0.5f) * record->cell_size;
+  cell.from.z = (gz - CAST_REAL(iz) - 0.5f) * record->cell_size;
+  cell.radius = CAST_REAL((word >> 24) & 255) * record->ball_step;
+  const INT offset = (word >> 16) & 255;
+  cell.offset =
+      SELECT(offset == 255, 1e30f, CAST_REAL(offset) * (record->plane_range * (2.0f / 254)) - record->plane_range);
+  const REAL a = CAST_REAL(word & 255) * (2.0f / 255) - 1.0f, b = CAST_REAL((word >> 8) & 255) * (2.0f / 255) - 1.0f,
+             c = 1.0f - fabs(a) - fabs(b);
+  const REAL fold = MAX(-c, (REAL)(0.0f));
+  cell.normal = make3(a - copysign(fold, a), b - copysign(fold, b), c);
+  return cell;
+}
+
+/* Does a flight of `distance` surely end before any surface? Unit direction. False is always a correct answer. */
+inline MASK flight_is_clear(__global const uint* grid, __global const GeometryRecord* record, REAL3 position,
+                            REAL3 direction, REAL distance, MASK active) {
+  MASK clear = (MASK)(0), moving = active;
+  if (record->cells[0] == 0) return clear;
+  REAL flown = (REAL)(0.0f);
+  for (int step = 0; step < FLIGHT_STEPS; ++step) {
+    const FlightCell cell = flight_cell(grid, record, add3(position, scale3(direction, flown)));
+    /* To the end of the ball. */
+    const REAL along = dot3(cell.from, direction);
+    const REAL square = cell.radius * cell.radius - dot3(cell.from, cell.from);
+    const REAL in_ball = SELECT(square > 0.0f, SQRT(along * along + square) - along, 0.0f);
+    /* To the plane. */
+    const REAL speed = dot3(cell.normal, direction), room = cell.offset - dot3(cell.normal, cell.from);
+    const REAL in_front = SELECT(room > 0.0f, SELECT(speed > 0.0f, room / speed, 1e30f), 0.0f);
+    const REAL d = MIN(in_ball, in_front) - record->safety;
+    flown += SELECT(moving, MAX(d, (REAL)(0.0f)), 0.0f);
+    clear = clear | (moving & (flown >= distance));
+    moving = moving & (flown < distance) & (d > 0.3f * record->cell_size);
+    if (!ANY(moving)) break;
+  }
+  return clear;
+}
+
+/* A lower bound of the distance from a position to any surface. */
+inline REAL surface_distance(__global const uint* grid, __global const GeometryRecord* record, REAL3 position) {
+  if (record->cells[0] == 0) return (REAL)(0.0f);
+  const FlightCell cell = flight_cell(grid, record, position);
+  const REAL in_ball = cell.radius - SQRT(dot3(cell.from, cell.from));
+  /* |normal| <= 1 */
+  const REAL in_front = cell.offset - dot3(cell.normal, cell.from);
+  return MAX(MIN(in_ball, in_front) - record->safety, (REAL)(0.0f));
+}
+
+/* A guess of the outward normal of the surface nearest to a position inside. */
+inline REAL3 surface_normal_guess(__global const uint* grid, __global const GeometryRecord* record, REAL3 position) {
+  if (record->cells[0] == 0) return make3((REAL)(0.0f), (REAL)(0.0f), (REAL)(1.0f));
+  const FlightCell cell = flight_cell(grid, record, position);
+  return scale3(cell.normal, 1.0f / SQRT(dot3(cell.normal, cell.normal)));
+}
+
 #endif

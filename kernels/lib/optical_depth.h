@@ -10,6 +10,7 @@ inline bool optical_depth(const Launch* launch, __global const JobRecord* job, f
   const Surfaces surfaces =
       surfaces_of(launch->nodes, launch->leaves, launch->primitives, launch->geometries + job->geometry);
   for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) depth[c] = 0.0f;
+  int before = -1;
   for (;;) {
     const Hit hit = trace(surfaces, o[0], o[1], o[2], d[0], d[1], d[2], INFINITY, skip, medium >= 0);
     if (hit.primitive < 0) return medium < 0;
@@ -29,7 +30,9 @@ inline bool optical_depth(const Launch* launch, __global const JobRecord* job, f
     if (medium >= 0)
       for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) depth[c] += launch->media[medium].sigma_t[c] * hit.t;
 #endif
-    if (shape->interior != shape->exterior) medium = facing < 0.0f ? shape->interior : shape->exterior;
+    if (hit.primitive != before || (primitive->flags & PRIMITIVE_SPHERE)) /* see null.h */
+      if (shape->interior != shape->exterior) medium = facing < 0.0f ? shape->interior : shape->exterior;
+    before = skip;
     skip = hit.primitive;
   }
 }

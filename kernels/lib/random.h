@@ -1,7 +1,7 @@
 /* Counter-based random numbers: Philox4x32-10. OpenCL C only.
  *
- * A number is a function of (seed, pixel, sample, event, stream) and of nothing else, so an image does not depend on the
- * order in which paths are worked on, and a path can be replayed. Ten rounds pass every test of TestU01's BigCrush.
+ * A number is a function of (seed, pixel, sample, event, stream) and of nothing else, so an image does not depend on
+ * the order in which paths are worked on, and a path can be replayed. Ten rounds pass every test of TestU01's BigCrush.
  *   Salmon, Moraes, Dror, Shaw 2011, "Parallel random numbers: as easy as 1, 2, 3", doi:10.1145/2063384.2063405 */
 #ifndef ITN_RANDOM_H
 #define ITN_RANDOM_H

@@ -54,8 +54,8 @@ inline void surface_frame(__global const PrimitiveRecord* primitives, INT primit
   texture[0] = w0 * GATHER((record + 4), at) + u * GATHER((record + 6), at) + v * GATHER((record + 8), at);
   texture[1] = w0 * GATHER((record + 5), at) + u * GATHER((record + 7), at) + v * GATHER((record + 9), at);
 #if HAS_ROUND
-  MASK disk = (flags & PRIMITIVE_DISK) != 0, round = sphere | disk;
-  if (ANY(round)) {
+  MASK disk = (flags & PRIMITIVE_DISK) != 0, analytic = sphere | disk;
+  if (ANY(analytic)) {
     REAL3 a, b, c;
     a.x = GATHER((record + 12), at);
     a.y = GATHER((record + 13), at);

@@ -1,15 +1,16 @@
 /* The closest surface along a ray.
  *
- * Nothing leaks. The edge tests of a triangle (Woop, Benthin, Wald: Watertight Ray/Triangle Intersection, 2013) look at vertices
- * in coordinates that depend on ray and vertex alone, so two triangles see a shared edge with exactly opposite numbers, and as
- * products are rounded one by one, the sign is right or the value 0, which counts as a hit. Boxes are wider than the rounding
- * errors of their test. What remains is where a ray starts: a position lies only nearly on its surface, or nearly in front of
- * the next one. Four measures:
+ * Nothing leaks. The edge tests of a triangle (Woop, Benthin, Wald: Watertight Ray/Triangle Intersection, 2013) look at
+ * vertices in coordinates that depend on ray and vertex alone, so two triangles see a shared edge with exactly opposite
+ * numbers, and as products are rounded one by one, the sign is right or the value 0, which counts as a hit. Boxes are
+ * wider than the rounding errors of their test. What remains is where a ray starts: a position lies only nearly on its
+ * surface, or nearly in front of the next one. Four measures:
  *   - a returned position is computed on its primitive and kept a few roundings away from a triangle's edges;
- *   - a path goes on from a surface an `offset` beside it, on the side to which it goes (beside_surface, lib/surface_frame.h);
+ *   - a path goes on from a surface an `offset` beside it, on the side to which it goes (beside_surface,
+ * lib/surface_frame.h);
  *   - what comes so close to a surface that rounding could put it on the other side counts as meeting it;
- *   - `inside` tells which side of a surface a consistent path meets next: all surfaces count as moved by their tolerance so
- *     that the path is on the right side of them. */
+ *   - `inside` tells which side of a surface a consistent path meets next: all surfaces count as moved by their
+ * tolerance so that the path is on the right side of them. */
 #ifndef ITN_TRACE_H
 #define ITN_TRACE_H
 #include "lib/box_vector.h"
@@ -26,16 +27,17 @@ typedef struct {
 } Surfaces;
 
 typedef struct {
-  float t;        /* distance [units of the direction] */
-  float u, v;     /* barycentric coordinates of a triangle's second and third vertex */
-  float x, y, z;  /* position on the surface, more exact than origin + t * direction: go on from beside_surface() of it */
-  int primitive;  /* index into Surfaces.primitives, -1: no hit; the other members are then undefined */
-  int front;      /* 1: the ray enters, against the outward normal, 0: it leaves */
+  float t;    /* distance [units of the direction] */
+  float u, v; /* barycentric coordinates of a triangle's second and third vertex */
+  float x, y,
+      z; /* position on the surface, more exact than origin + t * direction: go on from beside_surface() of it */
+  int primitive; /* index into Surfaces.primitives, -1: no hit; the other members are then undefined */
+  int front;     /* 1: the ray enters, against the outward normal, 0: it leaves */
 } Hit;
 
 typedef struct {
   float3 origin, direction;
-  float side;  /* +1: the path is inside and expects to leave, -1: outside */
+  float side; /* +1: the path is inside and expects to leave, -1: outside */
 } Ray;
 
 inline Surfaces surfaces_of(__global const float* nodes, __global const float* leaves,
@@ -53,7 +55,8 @@ inline float clamped_inverse(float d) { return 1.0f / (fabs(d) > 1e-20f ? d : co
 /* A vertex coordinate across the ray. */
 inline BoxFloat sheared(BoxFloat coordinate, float slope, BoxFloat depth) { return coordinate - slope * depth; }
 
-/* Twice the signed area of (origin, a, b). Antisymmetric, and never of the wrong sign: must not become a fused operation. */
+/* Twice the signed area of (origin, a, b). Antisymmetric, and never of the wrong sign: must not become a fused
+ * operation. */
 inline BoxFloat edge_function(BoxFloat ax, BoxFloat ay, BoxFloat bx, BoxFloat by) {
 #pragma OPENCL FP_CONTRACT OFF
   const BoxFloat p = ax * by;
@@ -61,19 +64,24 @@ inline BoxFloat edge_function(BoxFloat ax, BoxFloat ay, BoxFloat bx, BoxFloat by
   return p - q;
 }
 
+/* The ray seen along its longest axis kz. */
 typedef struct {
-  int kx, ky, kz;    /* axes; kz: along which the direction is longest */
-  float sx, sy, sz;
+  int kx, ky, kz;
+  float ox, oy, oz;
+  float sx, sy, sz; /* slopes of the direction over kz, and the inverse of its component along kz */
 } Shear;
 
 inline float component(float3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
-inline Shear shear_of(float3 d) {
+inline Shear shear_of(float3 o, float3 d) {
   Shear s;
   const float x = fabs(d.x), y = fabs(d.y), z = fabs(d.z);
   s.kz = x > y ? (x > z ? 0 : 2) : (y > z ? 1 : 2);
   s.kx = s.kz == 2 ? 0 : s.kz + 1;
   s.ky = s.kx == 2 ? 0 : s.kx + 1;
+  s.ox = component(o, s.kx);
+  s.oy = component(o, s.ky);
+  s.oz = component(o, s.kz);
   s.sz = 1.0f / component(d, s.kz);
   s.sx = component(d, s.kx) * s.sz;
   s.sy = component(d, s.ky) * s.sz;
@@ -82,47 +90,51 @@ inline Shear shear_of(float3 d) {
 
 /* The found hit while the walk goes on. */
 typedef struct {
-  float limit;       /* of the walk: t_max or the hit */
+  float limit; /* of the walk: t_max or the hit */
   float t, u, v;
   int primitive, front;
   __global const float* lane; /* of the block */
 } Found;
 
-inline void meet_triangles(__global const float* block, Ray ray, Shear s, int skip, Found* found) {
-  const float ox = component(ray.origin, s.kx), oy = component(ray.origin, s.ky), oz = component(ray.origin, s.kz);
-  const BoxFloat az = LOAD_BOX(block, BLOCK_A + s.kz) - oz, bz = LOAD_BOX(block, BLOCK_B + s.kz) - oz,
-                 cz = LOAD_BOX(block, BLOCK_C + s.kz) - oz;
-  const BoxFloat ax = sheared(LOAD_BOX(block, BLOCK_A + s.kx) - ox, s.sx, az),
-                 ay = sheared(LOAD_BOX(block, BLOCK_A + s.ky) - oy, s.sy, az),
-                 bx = sheared(LOAD_BOX(block, BLOCK_B + s.kx) - ox, s.sx, bz),
-                 by = sheared(LOAD_BOX(block, BLOCK_B + s.ky) - oy, s.sy, bz),
-                 cx = sheared(LOAD_BOX(block, BLOCK_C + s.kx) - ox, s.sx, cz),
-                 cy = sheared(LOAD_BOX(block, BLOCK_C + s.ky) - oy, s.sy, cz);
-  const BoxFloat u = edge_function(bx, by, cx, cy), v = edge_function(cx, cy, ax, ay), w = edge_function(ax, ay, bx, by);
+__attribute__((always_inline)) inline void meet_triangles(__global const float* block, float side, const Shear* s,
+                                                          int skip, Found* found) {
+  __global const float *px = block + s->kx * BOX_WIDTH, *py = block + s->ky * BOX_WIDTH,
+                       *pz = block + s->kz * BOX_WIDTH;
+  const BoxFloat az = LOAD_BOX(pz, BLOCK_A) - s->oz, bz = LOAD_BOX(pz, BLOCK_B) - s->oz,
+                 cz = LOAD_BOX(pz, BLOCK_C) - s->oz;
+  const BoxFloat ax = sheared(LOAD_BOX(px, BLOCK_A) - s->ox, s->sx, az),
+                 ay = sheared(LOAD_BOX(py, BLOCK_A) - s->oy, s->sy, az),
+                 bx = sheared(LOAD_BOX(px, BLOCK_B) - s->ox, s->sx, bz),
+                 by = sheared(LOAD_BOX(py, BLOCK_B) - s->oy, s->sy, bz),
+                 cx = sheared(LOAD_BOX(px, BLOCK_C) - s->ox, s->sx, cz),
+                 cy = sheared(LOAD_BOX(py, BLOCK_C) - s->oy, s->sy, cz);
+  const BoxFloat u = edge_function(bx, by, cx, cy), v = edge_function(cx, cy, ax, ay),
+                 w = edge_function(ax, ay, bx, by);
   const BoxFloat det = u + v + w;
-  if (box_bits(((fmin(fmin(u, v), w) >= 0.0f) | (fmax(fmax(u, v), w) <= 0.0f)) & (det != 0.0f)) == 0) return;
+  const BoxInt covers =
+      ((smaller_of(smaller_of(u, v), w) >= 0.0f) | (larger_of(larger_of(u, v), w) <= 0.0f)) & (det != 0.0f);
+  if (!box_bits(covers)) return;
   /* depth: (a - origin) . N with N the normal times twice the area; t = depth / (N . direction). */
-  const BoxFloat depth = u * az + v * bz + w * cz;
-  const BoxFloat inverse = s.sz / det;
-  const BoxFloat tolerance = LOAD_BOX(block, BLOCK_TOLERANCE);
-  BoxLanes t, b, c, inv;
+  const BoxFloat unit = 1.0f / det, inverse = s->sz * unit;
+  const BoxFloat depth = u * az + v * bz + w * cz, tolerance = side * LOAD_BOX(block, BLOCK_TOLERANCE);
+  BoxLanes t;
   t.v = depth * inverse;
-  inv.v = inverse;
-  uint candidates = box_bits(((fmin(fmin(u, v), w) >= 0.0f) | (fmax(fmax(u, v), w) <= 0.0f)) & (det != 0.0f) &
-                             ((depth + ray.side * tolerance) * inverse > 0.0f) &
-                             (t.v - fmax(ray.side * tolerance * inverse, 0.0f) < found->limit));
+  uint candidates = box_bits(covers & ((depth + tolerance) * inverse > 0.0f) &
+                             (t.v - larger_of(tolerance * inverse, 0.0f) < found->limit));
   if (!candidates) return;
-  b.v = v / det;
-  c.v = w / det;
+  BoxLanes b, c, i;
+  b.v = v * unit;
+  c.v = w * unit;
+  i.v = inverse;
   FOR_EACH_LANE(l, candidates) {
     const int primitive = as_int(block[BLOCK_PRIMITIVE * BOX_WIDTH + l]);
     if (t.f[l] < found->t && primitive != skip) {
       found->t = t.f[l];
-      found->limit = fmin(found->limit, t.f[l]);
+      found->limit = min(found->limit, t.f[l]);
       found->u = b.f[l];
       found->v = c.f[l];
       found->primitive = primitive;
-      found->front = inv.f[l] < 0.0f;
+      found->front = i.f[l] < 0.0f;
       found->lane = block + l;
     }
   }
@@ -137,7 +149,13 @@ inline float meet_sphere(float3 from, Ray ray, float radius, float tolerance, bo
   const float b = -dot(from, ray.direction) / a;
   *front = 0;
   *slack = 0.0f;
-  if (starts_here) return inside ? fmax(2.0f * b, tolerance) : -1.0f;
+  if (starts_here) {
+    /* Beside the surface, on the side for which the direction leaves (beside_surface). The medium does not tell the side:
+     * glass may have none, and a sphere inside a medium, or turned inside out, has one on its outer side. Where the
+     * direction grazes so much that rounding decides its sign, the usual meaning of inside does. */
+    const bool inward = fabs(b) < tolerance ? inside : b > 0.0f;
+    return inward ? fmax(2.0f * b, tolerance) : -1.0f;
+  }
   const float3 nearest = from + b * ray.direction;
   float height = length(from) - radius;
   float s = (radius * radius - dot(nearest, nearest)) / a;
@@ -154,13 +172,13 @@ inline float meet_sphere(float3 from, Ray ray, float radius, float tolerance, bo
   return b > 0.0f ? product / (b + s) : -1.0f;
 }
 
-inline void meet_round(__global const float* block, Ray ray, int skip, Found* found) {
+__attribute__((noinline)) void meet_round(__global const float* block, Ray ray, int skip, Found* found) {
   for (int l = 0; l < BOX_WIDTH; ++l) {
     __global const float* p = block + l;
     const int primitive = as_int(p[BLOCK_PRIMITIVE * BOX_WIDTH]);
     if (primitive < 0) return;
-    const float3 center = (float3)(p[BLOCK_CENTER * BOX_WIDTH], p[(BLOCK_CENTER + 1) * BOX_WIDTH],
-                                   p[(BLOCK_CENTER + 2) * BOX_WIDTH]);
+    const float3 center =
+        (float3)(p[BLOCK_CENTER * BOX_WIDTH], p[(BLOCK_CENTER + 1) * BOX_WIDTH], p[(BLOCK_CENTER + 2) * BOX_WIDTH]);
     const float radius = p[BLOCK_RADIUS * BOX_WIDTH], tolerance = p[BLOCK_TOLERANCE * BOX_WIDTH];
     float t, slack;
     int front;
@@ -169,10 +187,10 @@ inline void meet_round(__global const float* block, Ray ray, int skip, Found* fo
       if (!(t >= 0.0f)) continue;
     } else {
       if (primitive == skip) continue;
-      const float3 u = (float3)(p[BLOCK_DUAL_U * BOX_WIDTH], p[(BLOCK_DUAL_U + 1) * BOX_WIDTH],
-                                p[(BLOCK_DUAL_U + 2) * BOX_WIDTH]);
-      const float3 v = (float3)(p[BLOCK_DUAL_V * BOX_WIDTH], p[(BLOCK_DUAL_V + 1) * BOX_WIDTH],
-                                p[(BLOCK_DUAL_V + 2) * BOX_WIDTH]);
+      const float3 u =
+          (float3)(p[BLOCK_DUAL_U * BOX_WIDTH], p[(BLOCK_DUAL_U + 1) * BOX_WIDTH], p[(BLOCK_DUAL_U + 2) * BOX_WIDTH]);
+      const float3 v =
+          (float3)(p[BLOCK_DUAL_V * BOX_WIDTH], p[(BLOCK_DUAL_V + 1) * BOX_WIDTH], p[(BLOCK_DUAL_V + 2) * BOX_WIDTH]);
       const float3 normal = normalize(cross(u, v));
       const float speed = dot(normal, ray.direction), depth = dot(center - ray.origin, normal);
       t = depth / speed;
@@ -209,9 +227,10 @@ inline float3 position_on(__global const PrimitiveRecord* primitive, Ray ray, Fo
   return a + u * (b - a) + v * (c - a);
 }
 
-/* Closest hit with a distance below t_max, or so little beyond that the position at t_max could be rounded to the other side:
- * what flies t_max without a hit surely stays on its side. skip: the primitive on which the ray starts, or -1: a flat one is
- * not met again, of a sphere only the far side is. inside: the path is inside (leaves through the next surface) or outside. */
+/* Closest hit with a distance below t_max, or so little beyond that the position at t_max could be rounded to the other
+ * side: what flies t_max without a hit surely stays on its side. skip: the primitive on which the ray starts, or -1: a
+ * flat one is not met again, of a sphere only the far side is. inside: the path is inside (leaves through the next
+ * surface) or outside. */
 inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, float dy, float dz, float t_max, int skip,
                  bool inside) {
   __global const GeometryRecord* record = surfaces.record;
@@ -223,17 +242,23 @@ inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, floa
   Hit hit;
   hit.primitive = -1;
 
-  /* Rays from far away start where they meet the bounds: the tests' rounding errors grow with the origin's coordinates. */
   const float3 inverse = (float3)(clamped_inverse(dx), clamped_inverse(dy), clamped_inverse(dz));
-  const float3 low = ((float3)(record->low[0], record->low[1], record->low[2]) - ray.origin) * inverse,
-               high = ((float3)(record->high[0], record->high[1], record->high[2]) - ray.origin) * inverse;
-  const float3 enter = fmin(low, high), leave = fmax(low, high);
-  const float start = fmax(fmax(fmax(enter.x, enter.y), enter.z), 0.0f);
-  if (record->root == CHILD_NONE || !(start <= 1.000001f * fmin(fmin(leave.x, leave.y), leave.z))) return hit;
-  ray.origin += start * ray.direction;
+  /* Rays from outside start where they meet the bounds: the tests' rounding errors grow with the origin's coordinates.
+   */
+  float start = 0.0f;
+  if (ox < record->low[0] || oy < record->low[1] || oz < record->low[2] || ox > record->high[0] ||
+      oy > record->high[1] || oz > record->high[2]) {
+    const float3 low = ((float3)(record->low[0], record->low[1], record->low[2]) - ray.origin) * inverse,
+                 high = ((float3)(record->high[0], record->high[1], record->high[2]) - ray.origin) * inverse;
+    const float3 enter = fmin(low, high), leave = fmax(low, high);
+    start = fmax(fmax(fmax(enter.x, enter.y), enter.z), 0.0f);
+    if (!(start <= 1.000001f * fmin(fmin(leave.x, leave.y), leave.z))) return hit;
+    ray.origin += start * ray.direction;
+  }
+  if (record->root == CHILD_NONE) return hit;
 
   const float3 shift = -ray.origin * inverse;
-  const Shear shear = shear_of(ray.direction);
+  const Shear shear = shear_of(ray.origin, ray.direction);
   const int near_x = inverse.x < 0 ? NODE_HIGH_X : NODE_LOW_X, near_y = inverse.y < 0 ? NODE_HIGH_Y : NODE_LOW_Y,
             near_z = inverse.z < 0 ? NODE_HIGH_Z : NODE_LOW_Z;
   const int far_x = NODE_LOW_X + NODE_HIGH_X - near_x, far_y = NODE_LOW_Y + NODE_HIGH_Y - near_y,
@@ -250,11 +275,12 @@ inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, floa
     if (CHILD_IS_NODE(current)) {
       __global const float* node = surfaces.nodes + (size_t)current * (NODE_ROWS * BOX_WIDTH);
       BoxLanes enter_t;
-      enter_t.v = fmax(fmax(LOAD_BOX(node, near_x) * inverse.x + shift.x, LOAD_BOX(node, near_y) * inverse.y + shift.y),
-                       fmax(LOAD_BOX(node, near_z) * inverse.z + shift.z, 0.0f));
-      const BoxFloat leave_t =
-          fmin(fmin(LOAD_BOX(node, far_x) * inverse.x + shift.x, LOAD_BOX(node, far_y) * inverse.y + shift.y),
-               fmin(LOAD_BOX(node, far_z) * inverse.z + shift.z, found.limit));
+      enter_t.v = larger_of(
+          larger_of(LOAD_BOX(node, near_x) * inverse.x + shift.x, LOAD_BOX(node, near_y) * inverse.y + shift.y),
+          larger_of(LOAD_BOX(node, near_z) * inverse.z + shift.z, 0.0f));
+      const BoxFloat leave_t = smaller_of(
+          smaller_of(LOAD_BOX(node, far_x) * inverse.x + shift.x, LOAD_BOX(node, far_y) * inverse.y + shift.y),
+          smaller_of(LOAD_BOX(node, far_z) * inverse.z + shift.z, found.limit));
       uint bits = box_bits(enter_t.v <= leave_t);
       if (bits) {
         __global const int* child = (__global const int*)(node + NODE_CHILD * BOX_WIDTH);
@@ -281,7 +307,7 @@ inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, floa
       if (CHILD_IS_ROUND(current))
         meet_round(block, ray, skip, &found);
       else
-        meet_triangles(block, ray, shear, skip, &found);
+        meet_triangles(block, ray.side, &shear, skip, &found);
     }
     do {
       if (size == 0) {

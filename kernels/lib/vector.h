@@ -78,7 +78,7 @@ inline REAL3 select3(MASK mask, REAL3 yes, REAL3 no) {
 }
 
 #define ANY(mask) (lane_bits(mask) != 0)
-#define LOWEST_BIT(bits) (31 - (int)clz((bits) & -(bits)))
+#define LOWEST_BIT(bits) ((int)popcount(~(bits) & ((bits) - 1)))
 #define FOR_EACH_LANE(l, bits) \
   for (uint left_##l = (bits), l; left_##l && (l = (uint)LOWEST_BIT(left_##l), 1); left_##l &= left_##l - 1)
 

@@ -2,8 +2,8 @@
  *
  *   f |cos wo| = albedo / pi max(wo.z, 0)  [1/sr]
  *
- * wo: unit, leaves the surface, in its frame (z: normal). albedo in [0, 1]. The sampler's density is max(wo.z, 0) / pi, so a
- * sample's weight is albedo.
+ * wo: unit, leaves the surface, in its frame (z: normal). albedo in [0, 1]. The sampler's density is max(wo.z, 0) / pi,
+ * so a sample's weight is albedo.
  * Tests: tests/model/diffuse_test.cpp */
 #ifndef ITN_DIFFUSE_H
 #define ITN_DIFFUSE_H

@@ -12,9 +12,7 @@
 #include "shared/portable.h"
 
 /* (eta ct)^2 = ci^2 + eta^2 - 1; <= 0: total internal reflection. This form is exact for equal indices. */
-MODEL fresnel_refracted_square(REAL cos_i, REAL eta) {
-  return cos_i * cos_i + (eta - NUMBER(1)) * (eta + NUMBER(1));
-}
+MODEL fresnel_refracted_square(REAL cos_i, REAL eta) { return cos_i * cos_i + (eta - NUMBER(1)) * (eta + NUMBER(1)); }
 
 /* Reflectance and cosine of refraction. */
 MODEL_VOID fresnel_dielectric_refract(REAL cos_i, REAL eta, REAL* reflectance, REAL* cos_t) {
@@ -25,7 +23,7 @@ MODEL_VOID fresnel_dielectric_refract(REAL cos_i, REAL eta, REAL* reflectance, R
   REAL n = eta * eta * cos_i;
   REAL sum_s = cos_i + t, sum_p = n + t;
   REAL s = (cos_i - t) * sum_p, p = (n - t) * sum_s;
-  REAL both = MAX(sum_s * sum_p, NUMBER(1e-18)); /* zero only at grazing incidence on equal indices, where F = 0 */
+  REAL both = MAX(sum_s * sum_p, NUMBER(1e-18)); /* vanishes at grazing incidence on equal indices */
   *reflectance = SELECT(refracted, NUMBER(0.5) * (s * s + p * p) / (both * both), NUMBER(1));
   *cos_t = SELECT(refracted, t / eta, NUMBER(0));
 }

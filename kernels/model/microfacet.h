@@ -5,13 +5,13 @@
  *     Beckmann    D = exp(-r^2 / (alpha^2 z^2)) / (pi alpha^2 z^4)           r^2 = m.x^2 + m.y^2, z = m.z
  *   G1(v) [1]     the fraction of microfacets that v sees (Smith)
  *     GGX         G1 = 2 / (1 + sqrt(1 + alpha^2 tan^2 v))
- *     Beckmann    G1 = (3.535 a + 2.181 a^2) / (1 + 2.276 a + 2.577 a^2) for a = 1 / (alpha tan v) < 1.6, else 1: the usual
- *                 rational fit, within 0.35 % of the exact one, as in Mitsuba, so that images agree
+ *     Beckmann    G1 = (3.535 a + 2.181 a^2) / (1 + 2.276 a + 2.577 a^2) for a = 1 / (alpha tan v) < 1.6, else 1:
+ *                 the usual rational fit, within 0.35 % of the exact one, as in Mitsuba, so that images agree
  *   Dv(m) [1/sr]  density of the normals visible from wi: Dv = G1(wi) D(m) max(wi.m, 0) / wi.z
  *
  * m, wi: unit, in the frame of the surface, z > 0. alpha > 0: roughness; for Beckmann the RMS slope times sqrt(2).
- * The samplers follow the exact Dv. For Beckmann the fit of G1 makes the Dv stated here wrong by a constant factor a wi,
- * within 0.35 %; GGX has no such error.
+ * The samplers follow the exact Dv. For Beckmann the fit of G1 puts the Dv stated here off by a factor that depends on
+ * wi alone, within 0.35 %; GGX has no such error.
  *   Walter, Marschner, Li, Torrance 2007, "Microfacet models for refraction through rough surfaces"
  *   Heitz, d'Eon 2014, "Importance sampling microfacet-based BSDFs using the distribution of visible normals"
  *   Dupuy, Benyoub 2023, "Sampling visible GGX normals with spherical caps", doi:10.1111/cgf.14867
@@ -66,8 +66,8 @@ MODEL microfacet_visible_normals(int distribution, REAL3 wi, REAL3 m, REAL alpha
          MAX(dot3(wi, m), NUMBER(0)) / wi.z;
 }
 
-/* A visible normal. Stretched by 1/alpha the microfacets are those of a hemisphere, whose visible normals are half vectors
- * between wi and a direction uniform over a spherical cap. All terms of the cap's direction are sums of positive ones. */
+/* A visible normal. Stretched by 1/alpha the microfacets are those of a hemisphere, whose visible normals are half
+ * vectors between wi and a direction uniform over a spherical cap. */
 MODEL3 ggx_visible_sample(REAL3 wi, REAL alpha, REAL u1, REAL u2) {
   REAL x = alpha * wi.x, y = alpha * wi.y, z = wi.z;
   REAL scale = NUMBER(1) / SQRT(x * x + y * y + z * z);
@@ -78,12 +78,12 @@ MODEL3 ggx_visible_sample(REAL3 wi, REAL alpha, REAL u1, REAL u2) {
   sin_cos_2pi(u1, &s, &c);
   REAL hx = alpha * (x * scale + radius * c);
   REAL hy = alpha * (y * scale + radius * s);
-  REAL hz = height - t;
+  REAL hz = height * (NUMBER(1) - u2); /* = height - t */
   REAL length = NUMBER(1) / SQRT(hx * hx + hy * hy + hz * hz);
   return make3(hx * length, hy * length, hz * length);
 }
 
-/* exp(x^2) erfc(x) for x in [0, 4.5], relative error 4e-7; positive and falling beyond. (Minimax fit made for this file.) */
+/* exp(x^2) erfc(x) for x in [0, 4.5], relative error 4e-7; positive and falling beyond. Minimax fit made here. */
 MODEL erfc_scaled(REAL x) {
   REAL t = NUMBER(1) / (NUMBER(1) + NUMBER(0.5) * x);
   REAL p = NUMBER(0.09456326351);
@@ -97,7 +97,7 @@ MODEL erfc_scaled(REAL x) {
 }
 
 /* x with erfc(x) = 2 u for u in [2^-24, 1 - 2^-24], relative error 4e-5: a normal deviate of variance 1/2, x > 0 for
- * u < 1/2. (Minimax fit made for this file.) */
+ * u < 1/2. Minimax fit made here. */
 MODEL normal_quantile(REAL u) {
   REAL s = SQRT(MAX(-LOG(NUMBER(4) * u * (NUMBER(1) - u)), NUMBER(0)) + NUMBER(0.5));
   REAL p = NUMBER(6.551777119e-4);
@@ -113,8 +113,8 @@ MODEL normal_quantile(REAL u) {
 }
 
 /* A visible normal. Stretched by 1/alpha, slopes are normal deviates of variance 1/2. With q the slope towards wi and
- * k = cot of the stretched wi, visible slopes have density (k + q) exp(-q^2) / n over q > -k, times the same normal density
- * across; so q solves  S(q) = u1 S(-k),  S(q) = k sqrt(pi) erfc(q) / 2 + exp(-q^2) / 2,  n = S(-k).
+ * k = cot of the stretched wi, visible slopes have density (k + q) exp(-q^2) / n over q > -k, times the same normal
+ * density across; so q solves  S(q) = u1 S(-k),  S(q) = k sqrt(pi) erfc(q) / 2 + exp(-q^2) / 2,  n = S(-k).
  *
  * S has closed-form inverses for k = 0 and k = infinity. A blend of the two is within 0.2 of the root for every k; near
  * q = -k, where S is flat, an expansion bounds the root from below; two Halley steps (third order) then leave an error
@@ -146,8 +146,7 @@ MODEL3 beckmann_visible_sample(REAL3 wi, REAL alpha, REAL u1, REAL u2) {
     REAL tail = e * (half_k * erfc_scaled(ABS(q)) + SELECT(positive, NUMBER(0.5), NUMBER(-0.5)));
     REAL excess = SELECT(positive, tail - n * u1, n * v1 + tail_k - tail); /* S(q) - u1 n */
     REAL z = MAX(k + q, NUMBER(1e-6));
-    REAL newton = excess / (z * MAX(e, NUMBER(1e-12)));
-    q = MAX(q + newton / (NUMBER(1) + newton * (NUMBER(0.5) / z - q)), -k);
+    q = MAX(q + excess * z / (z * z * MAX(e, NUMBER(1e-12)) + excess * (NUMBER(0.5) - q * z)), -k);
   }
   REAL across = normal_quantile(u2);
 

@@ -4,11 +4,11 @@
  *   transmission  f = (1 - F) D G |wi.h| |wo.h| / (|wi.z| |wo.z| (wi.h + eta wo.h)^2),  h ~ wi + eta wo
  *   G = G1(wi) G1(wo), 0 where a direction lies on one side of the surface and on the other of the microfacet
  *
- * f [1/sr] is for radiance: transmission holds the factor 1 / eta^2 by which radiance changes between the media, so that
- * eta^2 f(wi, wo; eta) = f(wo, wi; 1 / eta). Agrees with Mitsuba 3's "roughdielectric" (visible normals).
+ * f [1/sr] is for radiance: transmission holds the factor 1 / eta^2 by which radiance changes between the media, so
+ * that eta^2 f(wi, wo; eta) = f(wo, wi; 1 / eta). Agrees with Mitsuba 3's "roughdielectric" (visible normals).
  *
- * wi, wo: unit, leave the surface, in its frame; either may be on either side of the plane z = 0. Light arrives along wo
- * and leaves along wi (a path traced from the camera knows wi first). eta > 0, not 1: refractive index of the side
+ * wi, wo: unit, leave the surface, in its frame; either may be on either side of the plane z = 0. Light arrives along
+ * wo and leaves along wi (a path traced from the camera knows wi first). eta > 0, not 1: refractive index of the side
  * opposite to wi over that of wi's side. alpha > 0, see microfacet.h, distribution too.
  *   Walter, Marschner, Li, Torrance 2007, "Microfacet models for refraction through rough surfaces"
  * Tests: tests/model/rough_dielectric_test.cpp */
@@ -28,16 +28,18 @@ MODEL rough_dielectric_half(int distribution, REAL alpha, REAL eta, REAL3 wi, RE
   MASK possible = (ci * wi.z > NUMBER(0)) & (co * wo.z > NUMBER(0));
   REAL f = fresnel_dielectric(MIN(ABS(ci), NUMBER(1)), eta);
   REAL d = ci + eta * co;
-  REAL jacobian = SELECT(reflected, NUMBER(0.25) * f, (NUMBER(1) - f) * eta * eta * ABS(ci * co) / MAX(d * d, NUMBER(1e-20)));
-  REAL result = microfacet_normals(distribution, h, alpha) * microfacet_shadowing(distribution, wi, alpha) * jacobian /
-                ABS(wi.z);
+  REAL jacobian =
+      SELECT(reflected, NUMBER(0.25) * f, (NUMBER(1) - f) * eta * eta * ABS(ci * co) / MAX(d * d, NUMBER(1e-20)));
+  REAL result =
+      microfacet_normals(distribution, h, alpha) * microfacet_shadowing(distribution, wi, alpha) * jacobian / ABS(wi.z);
   return SELECT(possible, result, NUMBER(0));
 }
 
-/* f |wo.z|. Zero, not NaN, for directions in the surface. */
+/* f |wo.z|. Zero, not NaN, for directions in the surface. Compilers share the work of this and the next function. */
 MODEL rough_dielectric_eval(int distribution, REAL alpha, REAL eta, REAL3 wi, REAL3 wo) {
   REAL radiance = SELECT(wi.z * wo.z > NUMBER(0), NUMBER(1), NUMBER(1) / (eta * eta));
-  return rough_dielectric_half(distribution, alpha, eta, wi, wo) * microfacet_shadowing(distribution, wo, alpha) * radiance;
+  return rough_dielectric_half(distribution, alpha, eta, wi, wo) * microfacet_shadowing(distribution, wo, alpha) *
+         radiance;
 }
 
 /* Density of rough_dielectric_sample, per solid angle of wo. */
@@ -49,8 +51,8 @@ MODEL rough_dielectric_pdf(int distribution, REAL alpha, REAL eta, REAL3 wi, REA
  *
  * *weight = f |wo.z| / pdf = G1(wo), over eta^2 for transmission. 0 if wo comes out on the wrong side, which single
  * scattering at microfacets loses; *wo is then unit, but means nothing. */
-MODEL_VOID rough_dielectric_sample(int distribution, REAL alpha, REAL eta, REAL3 wi, REAL u0, REAL u1, REAL u2, REAL3* wo,
-                                   REAL* weight, REAL* pdf, MASK* reflected) {
+MODEL_VOID rough_dielectric_sample(int distribution, REAL alpha, REAL eta, REAL3 wi, REAL u0, REAL u1, REAL u2,
+                                   REAL3* wo, REAL* weight, REAL* pdf, MASK* reflected) {
   REAL side = SELECT(wi.z < NUMBER(0), NUMBER(-1), NUMBER(1));
   REAL3 up = make3(wi.x, wi.y, side * wi.z);
   REAL3 m = microfacet_visible_sample(distribution, up, alpha, u1, u2);
@@ -65,7 +67,8 @@ MODEL_VOID rough_dielectric_sample(int distribution, REAL alpha, REAL eta, REAL3
   *weight = SELECT(possible, microfacet_shadowing(distribution, out, alpha) * along_wi * along_wi, NUMBER(0));
   REAL d = ci - eta * ct;
   REAL jacobian = SELECT(mirror, NUMBER(0.25) * f, (NUMBER(1) - f) * eta * eta * ci * ct / MAX(d * d, NUMBER(1e-20)));
-  REAL density = microfacet_normals(distribution, m, alpha) * microfacet_shadowing(distribution, up, alpha) * jacobian / up.z;
+  REAL density =
+      microfacet_normals(distribution, m, alpha) * microfacet_shadowing(distribution, up, alpha) * jacobian / up.z;
   *pdf = SELECT(possible, density, NUMBER(0));
   *wo = make3(out.x, out.y, side * out.z);
   *reflected = mirror;

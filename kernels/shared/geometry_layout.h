@@ -1,11 +1,10 @@
-/* How surfaces lie in memory: the same for host and device. A scene's geometry is four arrays and one GeometryRecord; several
- * geometries can share the arrays, each with its own record (the first_... members).
+/* How surfaces lie in memory: the same for host and device. A scene's geometry is four arrays and one GeometryRecord;
+ * several geometries can share the arrays, each with its own record (the first_... members).
  *
- * nodes       inner nodes of the bounding volume hierarchy: NODE_ROWS rows of BOX_WIDTH floats (bounds of each child; the last
- *             row holds ints, the child's code)
- * leaves      blocks of up to BOX_WIDTH primitives: BLOCK_ROWS rows of BOX_WIDTH floats
- * primitives  a PrimitiveRecord for each triangle, sphere and disk
- * grid        which flights surely meet no surface (lib/flight_grid.h) */
+ * nodes       inner nodes of the bounding volume hierarchy: NODE_ROWS rows of BOX_WIDTH floats (bounds of each child;
+ * the last row holds ints, the child's code) leaves      blocks of up to BOX_WIDTH primitives: BLOCK_ROWS rows of
+ * BOX_WIDTH floats primitives  a PrimitiveRecord for each triangle, sphere and disk grid        which flights surely
+ * meet no surface (lib/flight_grid.h) */
 #ifndef ITN_GEOMETRY_LAYOUT_H
 #define ITN_GEOMETRY_LAYOUT_H
 
@@ -25,18 +24,18 @@ enum { NODE_LOW_X, NODE_HIGH_X, NODE_LOW_Y, NODE_HIGH_Y, NODE_LOW_Z, NODE_HIGH_Z
 
 /* Codes of children: a node's index, or, negative, a block of triangles or of round shapes. */
 #define CHILD_NONE (-2147483647 - 1)
-#define CHILD_BLOCK(index, is_round) (~((index) * 2 + (is_round)))
+#define CHILD_BLOCK(index, is_round) (~((index)*2 + (is_round)))
 #define CHILD_IS_NODE(child) ((child) >= 0)
 #define CHILD_IS_ROUND(child) (~(child)&1)
 #define CHILD_BLOCK_INDEX(child) (~(child) >> 1)
 
-/* Block rows. Unused lanes of a triangle block repeat a point and are never hit; the used lanes of a round block come first
- * and the primitive of the next one is -1. */
+/* Block rows. Unused lanes of a triangle block repeat a point and are never hit; the used lanes of a round block come
+ * first and the primitive of the next one is -1. */
 enum {
   BLOCK_A = 0, /* triangle: the three vertices, x y z each */
   BLOCK_B = 3,
   BLOCK_C = 6,
-  BLOCK_TOLERANCE = 9, /* triangle: distance tolerance times twice the area; round: distance tolerance */
+  BLOCK_TOLERANCE = 9,  /* triangle: distance tolerance times twice the area; round: distance tolerance */
   BLOCK_PRIMITIVE = 10, /* int, index within the geometry */
   BLOCK_MARGIN = 11,    /* triangle: least barycentric coordinate of a returned position */
   BLOCK_ROWS = 12,
@@ -54,8 +53,8 @@ typedef struct LAYOUT_ALIGNED {
   float uv[6];     /* of the three vertices */
   layout_int shape;
   layout_uint flags; /* PRIMITIVE_... */
-  float frame[9]; /* PRIMITIVE_SMOOTH: vertex normals; sphere: local x, y, z axes; disk: centre, dual u, dual v */
-  float offset;   /* how far beside the surface rays start [scene unit] */
+  float frame[9];    /* PRIMITIVE_SMOOTH: vertex normals; sphere: local x, y, z axes; disk: centre, dual u, dual v */
+  float offset;      /* how far beside the surface rays start [scene unit] */
   float unused[2];
 } PrimitiveRecord;
 
@@ -65,16 +64,16 @@ enum { PRIMITIVE_AT_UV = 4, PRIMITIVE_AT_SHAPE = 10, PRIMITIVE_AT_FLAGS, PRIMITI
 typedef struct LAYOUT_ALIGNED {
   layout_uint first_node, first_leaf; /* in floats */
   layout_uint first_primitive, first_cell;
-  layout_int root;  /* a child code, CHILD_NONE: no surface at all */
+  layout_int root;     /* a child code, CHILD_NONE: no surface at all */
   layout_int cells[3]; /* grid; 0: none */
   float low[3];        /* bounds of all surfaces, widened */
   float cell_size;     /* [scene unit] */
   float high[3];
   float inverse_cell_size;
   float grid_low[3];
-  float ball_step;     /* grid: unit of a cell's ball radius [scene unit] */
-  float plane_range;   /* grid: plane offsets lie in [-plane_range, plane_range] */
-  float safety;        /* grid: taken off every flight [scene unit] */
+  float ball_step;   /* grid: unit of a cell's ball radius [scene unit] */
+  float plane_range; /* grid: plane offsets lie in [-plane_range, plane_range] */
+  float safety;      /* grid: taken off every flight [scene unit] */
   float unused[2];
 } GeometryRecord;
 

@@ -46,8 +46,11 @@ typedef struct {
 #define SELECT(mask, yes, no) ((mask) ? (REAL)(yes) : (REAL)(no))
 #define SQRT(x) sqrt(x)
 #define ABS(x) fabs(x)
-#define MIN(a, b) fmin(a, b)
-#define MAX(a, b) fmax(a, b)
+/* The instruction of every vector unit; unlike fmin and fmax, a NaN in the first operand gives the second. */
+#define MIN(a, b) real_min(a, b)
+#define MAX(a, b) real_max(a, b)
+inline REAL real_min(REAL a, REAL b) { return a < b ? a : b; }
+inline REAL real_max(REAL a, REAL b) { return a > b ? a : b; }
 #define LOG(x) real_log(x)
 #define EXP(x) real_exp(x)
 #include "lib/elementary.h"

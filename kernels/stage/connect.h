@@ -103,7 +103,8 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
       arriving[c] = weight[c] * value * rgb[c] *
                     bsdf_real(launch, bsdf.integer, FIELD_OF(BsdfRecord, specular_transmittance) + c) *
                     medium_transmittance(sigma_t[THROUGHPUT_CHANNELS == 1 ? 0 : c], hits.distance.real);
-    add_connection(launch, job, pool, slots, connected & (value > 0.0f), exit, light, primitive, outside.integer,
+    add_connection(launch, job, pool, slots, connected & (value > 0.0f),
+                   beside_surface(launch->primitives, primitive, exit, normal, light), light, primitive, outside.integer,
                    arriving);
   }
 #endif

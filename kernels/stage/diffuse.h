@@ -75,7 +75,8 @@ inline void diffuse_stage(const Launch* launch, __global const JobRecord* job, P
   REAL arriving[RADIANCE_CHANNELS];
   for (int c = 0; c < RADIANCE_CHANNELS; ++c)
     arriving[c] = throughput[THROUGHPUT_CHANNELS == 1 ? 0 : c] * weight[c] * value * light[c];
-  add_connection(launch, job, pool, slots, goes_on & (value > 0.0f), s.position, to_light, s.primitive,
+  add_connection(launch, job, pool, slots, goes_on & (value > 0.0f),
+                 beside_surface(launch->primitives, s.primitive, s.position, s.normal, to_light), to_light, s.primitive,
                  LOAD_INT(pool, MEDIUM, slots), arriving);
   STORE(pool, LAST_PDF, slots, -diffuse_pdf(in_frame));
 #else

@@ -62,6 +62,7 @@ inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
   STORE_INT(pool, DEPTH, slots, 0);
   STORE_INT(pool, MEDIUM, slots, camera->medium);
   STORE_INT(pool, SKIP, slots, -1);
+  STORE_INT(pool, BEFORE, slots, -1);
   STORE(pool, LAST_PDF, slots, 0.0f);
   STORE_INT(pool, JOB, slots, job_index);
 #if SPECTRAL

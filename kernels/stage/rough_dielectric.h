@@ -69,7 +69,8 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
   for (int c = 0; c < RADIANCE_CHANNELS; ++c)
     arriving[c] = weight[c] * rgb[c] * LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots) *
                   boundary_tint(launch, s->bsdf, reflects, c);
-  add_connection(launch, job, pool, slots, mask, s->position, light, s->primitive, s->exterior, arriving);
+  add_connection(launch, job, pool, slots, mask,
+                 beside_surface(launch->primitives, s->primitive, s->position, s->normal, light), light, s->primitive, s->exterior, arriving);
   return pdf / (1.0f + own_rival);
 }
 #endif

@@ -12,6 +12,7 @@ typedef struct {
   REAL3 frame;               /* shading normal, unit */
   REAL texture[2]; /* coordinates */
   MASK front; /* arrives from outside */
+  MASK flat;  /* not a sphere */
   INT primitive, bsdf;
   INT interior, exterior; /* media */
   MASK misplaced; /* logically on the side it cannot come from: a position off by rounding; the boundary is passed as if
@@ -37,6 +38,9 @@ inline Surface load_surface(const Launch* launch, __global const JobRecord* job,
   s.bsdf = bsdf.integer;
   s.interior = interior.integer;
   s.exterior = exterior.integer;
+  s.flat = (GATHER_INT(((__global const int*)launch->primitives + PRIMITIVE_AT_FLAGS),
+                       s.primitive * (int)(sizeof(PrimitiveRecord) / sizeof(float))) &
+            PRIMITIVE_SPHERE) == 0;
   s.front = dot3(s.direction, s.normal) < 0.0f;
   INT medium = LOAD_INT(pool, MEDIUM, slots);
   s.misplaced = valid & (interior.integer != exterior.integer) &
@@ -44,21 +48,30 @@ inline Surface load_surface(const Launch* launch, __global const JobRecord* job,
   return s;
 }
 
-/* On with `direction` from the surface, into the medium on that side. */
-inline void leave_surface(const Launch* launch, Pool* pool, INT slots, MASK mask, const Surface* s, REAL3 direction) {
-  MASK inward = dot3(direction, s->normal) < 0.0f;
-  INT medium = LOAD_INT(pool, MEDIUM, slots);
-  /* as in Mitsuba, a shape with no media of its own leaves the path in the medium it is in */
-  medium = SELECT_INT(s->interior == s->exterior, medium, SELECT_INT(inward, s->interior, s->exterior));
+/* On with `direction` from the surface, into `medium`. */
+inline void leave_surface_into(const Launch* launch, Pool* pool, INT slots, MASK mask, const Surface* s, REAL3 direction,
+                               INT medium, INT before) {
   store3(pool, POSITION_X, slots,
          beside_surface(launch->primitives, s->primitive, s->position, s->normal, direction));
   store3(pool, DIRECTION_X, slots, direction);
   STORE_INT(pool, MEDIUM, slots, medium);
   STORE_INT(pool, SKIP, slots, s->primitive);
+  STORE_INT(pool, BEFORE, slots, before);
   push(pool, QUEUE_RAY, slots, mask & (medium < 0));
 #if HAS_MEDIUM
   push(pool, QUEUE_MEDIUM, slots, mask & (medium >= 0));
 #endif
+}
+
+/* The medium on the side of `direction`. As in Mitsuba, a shape with no media of its own leaves the path in the one it is in. */
+inline INT medium_beyond(const Surface* s, INT medium, REAL3 direction) {
+  const MASK inward = dot3(direction, s->normal) < 0.0f;
+  return SELECT_INT(s->interior == s->exterior, medium, SELECT_INT(inward, s->interior, s->exterior));
+}
+
+inline void leave_surface(const Launch* launch, Pool* pool, INT slots, MASK mask, const Surface* s, REAL3 direction) {
+  leave_surface_into(launch, pool, slots, mask, s, direction,
+                     medium_beyond(s, LOAD_INT(pool, MEDIUM, slots), direction), (INT)(-1));
 }
 
 #endif

@@ -55,7 +55,8 @@ class BinaryTree {
   const std::vector<BinaryNode>& nodes() const { return nodes_; }
 
  private:
-  // What testing n primitives costs in node visits; the small term prefers fewer primitives in the same number of blocks.
+  // What testing n primitives costs in node visits; the small term prefers fewer primitives in the same number of
+  // blocks.
   float test_cost(std::uint32_t n) const {
     return static_cast<float>((n + width_ - 1) / width_) + 1e-3f * static_cast<float>(n);
   }

@@ -7,12 +7,14 @@
 
 #include "runtime/error.h"
 #include "runtime/scene/bvh.h"
+#include "runtime/scene/flight_grid.h"
 
 namespace itn {
 
 namespace {
 
-// Rounding errors of positions and of the tests stay below this part of the largest coordinate (float: 2^-24 an operation).
+// Rounding errors of positions and of the tests stay below this part of the largest coordinate (float: 2^-24 an
+// operation).
 constexpr float tolerance_ratio = 0x1p-21f;
 constexpr float widen_ratio = 0x1p-19f;
 constexpr int stack_limit = 192;  // TRACE_STACK of lib/trace.h
@@ -26,9 +28,7 @@ Vec3 cross(const Vec3& a, const Vec3& b) {
 double length(const Vec3& a) { return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]); }
 Vec3 scale(const Vec3& a, double s) { return {a[0] * s, a[1] * s, a[2] * s}; }
 Vec3 to_double(const Point& p) { return {p[0], p[1], p[2]}; }
-Point to_float(const Vec3& p) {
-  return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
-}
+Point to_float(const Vec3& p) { return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])}; }
 
 Vec3 some_normal(const Vec3& direction) {
   const Vec3 other = std::fabs(direction[0]) < 0.5 * length(direction) ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
@@ -94,8 +94,7 @@ void add_mesh(const Shape& shape, int index, Surfaces& out) {
     if (mesh.texcoord.empty())
       record.uv[2] = record.uv[5] = 1;  // the barycentric coordinates, as in Mitsuba
     else
-      for (std::size_t j = 0; j < 3; ++j)
-        std::copy_n(mesh.texcoord[triangle[j]].begin(), 2, record.uv + 2 * j);
+      for (std::size_t j = 0; j < 3; ++j) std::copy_n(mesh.texcoord[triangle[j]].begin(), 2, record.uv + 2 * j);
     if (!mesh.normal.empty()) {
       record.flags = PRIMITIVE_SMOOTH;
       for (std::size_t j = 0; j < 3; ++j) std::copy_n(mesh.normal[triangle[j]].begin(), 3, record.frame + 3 * j);
@@ -180,7 +179,8 @@ class Writer {
   int add(const WideTree& tree, bool is_round) {
     if (tree.nodes.empty()) return CHILD_NONE;
     const std::size_t block_size = BLOCK_ROWS * width_;
-    const int first_node = node_count(), first_block = static_cast<int>((geometry_.leaves.size() - first_leaf_) / block_size);
+    const int first_node = node_count(),
+              first_block = static_cast<int>((geometry_.leaves.size() - first_leaf_) / block_size);
     for (const WideTree::Block& block : tree.blocks) add_block(tree, block, is_round);
     for (const WideNode& node : tree.nodes) {
       std::vector<std::pair<Box, int>> children;
@@ -242,7 +242,8 @@ Box box_of(const WideTree& tree) {
 }
 
 std::uint32_t offset(std::size_t size) {
-  if (size > 0xffffffffu) throw ResultError("geometry: more than 2^32 values; use a smaller mesh or fewer scenes a launch");
+  if (size > 0xffffffffu)
+    throw ResultError("geometry: more than 2^32 values; use a smaller mesh or fewer scenes a launch");
   return static_cast<std::uint32_t>(size);
 }
 
@@ -254,9 +255,15 @@ void append_geometry(const Scene& scene, Geometry& geometry) {
     const Shape& shape = scene.shapes[i];
     const int index = static_cast<int>(i);
     switch (shape.kind) {
-      case Shape::Kind::mesh: add_mesh(shape, index, surfaces); break;
-      case Shape::Kind::sphere: add_sphere(shape, index, surfaces); break;
-      case Shape::Kind::disk: add_disk(shape, index, surfaces); break;
+      case Shape::Kind::mesh:
+        add_mesh(shape, index, surfaces);
+        break;
+      case Shape::Kind::sphere:
+        add_sphere(shape, index, surfaces);
+        break;
+      case Shape::Kind::disk:
+        add_disk(shape, index, surfaces);
+        break;
     }
   }
   std::vector<BoxedPrimitive> triangles, rounds;
@@ -267,8 +274,8 @@ void append_geometry(const Scene& scene, Geometry& geometry) {
   if (triangle_tree.stack_depth + 1 > stack_limit || round_tree.stack_depth + 1 > stack_limit)
     throw ResultError("geometry: the hierarchy of " + std::to_string(surfaces.entries.size()) +
                       " primitives is too deep for the device's stack; got " +
-                      std::to_string(std::max(triangle_tree.stack_depth, round_tree.stack_depth) + 1) + ", need at most " +
-                      std::to_string(stack_limit) + "; split the scene");
+                      std::to_string(std::max(triangle_tree.stack_depth, round_tree.stack_depth) + 1) +
+                      ", need at most " + std::to_string(stack_limit) + "; split the scene");
 
   GeometryRecord record{};
   record.first_node = offset(geometry.nodes.size());
@@ -289,6 +296,17 @@ void append_geometry(const Scene& scene, Geometry& geometry) {
     record.root = writer.add_node({{box_of(triangle_tree), triangle_root}, {box_of(round_tree), round_root}});
   offset(geometry.leaves.size());
   geometry.primitives.insert(geometry.primitives.end(), surfaces.records.begin(), surfaces.records.end());
+  const FlightGrid grid = build_flight_grid(scene);
+  for (std::size_t k = 0; k < 3; ++k) {
+    record.cells[k] = grid.cells[k];
+    record.grid_low[k] = grid.low[k];
+  }
+  record.cell_size = grid.cell_size;
+  record.inverse_cell_size = grid.cell_size > 0 ? 1 / grid.cell_size : 0;
+  record.ball_step = grid.ball_step;
+  record.plane_range = grid.plane_range;
+  record.safety = grid.safety;
+  geometry.grid.insert(geometry.grid.end(), grid.words.begin(), grid.words.end());
   geometry.records.push_back(record);
 }
 

@@ -9,7 +9,8 @@
 namespace itn {
 
 static_assert(sizeof(PrimitiveRecord) == 96 && sizeof(GeometryRecord) == 96);
-static_assert(offsetof(PrimitiveRecord, uv) == 4 * PRIMITIVE_AT_UV && offsetof(PrimitiveRecord, shape) == 4 * PRIMITIVE_AT_SHAPE &&
+static_assert(offsetof(PrimitiveRecord, uv) == 4 * PRIMITIVE_AT_UV &&
+              offsetof(PrimitiveRecord, shape) == 4 * PRIMITIVE_AT_SHAPE &&
               offsetof(PrimitiveRecord, flags) == 4 * PRIMITIVE_AT_FLAGS &&
               offsetof(PrimitiveRecord, frame) == 4 * PRIMITIVE_AT_FRAME &&
               offsetof(PrimitiveRecord, offset) == 4 * PRIMITIVE_AT_OFFSET);

@@ -1,5 +1,6 @@
 #include "runtime/scene/load.h"
 
+#include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
 
@@ -9,11 +10,6 @@ void Builder::warn(const Location& where, const std::string& what) {
   scene.warnings.push_back(to_string(where) + ": " + what);
 }
 
-Construction::Construction(Builder& builder, const Element& element) : builder_(builder), element_(element) {
-  if (!builder.under_construction.insert(&element).second)
-    fail(element.where, element.tag + " " + quote(element.id) + " contains a reference to itself; break the circle");
-}
-
 void fail_type(const Element& element, const std::vector<std::string>& allowed) {
   const std::string& type = element.attribute("type");
   fail(element.where, "unknown type " + quote(type) + " of <" + element.tag + ">" + need_one_of(type, allowed));
@@ -21,28 +17,30 @@ void fail_type(const Element& element, const std::vector<std::string>& allowed) 
 
 namespace {
 
-std::string parse_version(const Element& root) {
+void check_version(const Element& root) {
   const std::string& version = root.attribute("version");
   if (version.empty()) fail(root.where, "<scene> has no version; need version=\"3.0.0\"");
   if (version[0] != '3')
     fail(root.where, "<scene version=" + quote(version) + ">; need 3.x.x: convert the file by opening it in Mitsuba 3");
-  return version;
 }
 
 }  // namespace
 
 Scene load_scene(const std::string& file, const std::map<std::string, std::string>& definitions) {
   const Document document = read_document(file, definitions);
-  parse_version(*document.root);
+  check_version(*document.root);
   Builder builder(document);
   builder.scene.file = file;
+  warn_of_shears(*document.root, builder.scene.warnings);
 
   Properties root = builder.properties(*document.root);
   if (const Element* integrator = root.object("integrator")) build_integrator(builder, *integrator);
   for (const Element* element : root.objects("bsdf")) build_bsdf(builder, *element);
   for (const Element* element : root.objects("medium")) build_medium(builder, *element);
-  for (const Element* element : root.objects("texture")) (void)element;  // built where they are used
-  for (const Element* element : root.objects("phase")) (void)element;
+  // Textures and phase functions belong to what refers to them; here only their parameters are checked.
+  for (const Element* element : root.objects("texture")) build_bitmap(builder, *element);
+  Medium unused;
+  for (const Element* element : root.objects("phase")) build_phase(builder, *element, unused);
   for (const Element* element : root.objects("emitter")) build_emitter(builder, *element);
   for (const Element* element : root.objects("shape")) build_shape(builder, *element);
   for (const Element* element : root.objects("sensor")) build_sensor(builder, *element);

@@ -21,7 +21,8 @@ std::string read_whole_file(const std::string& file) {
 }
 
 std::string_view TextCursor::next_line() {
-  ++line_;
+  if (at_line_start_) ++line_;
+  at_line_start_ = true;
   const std::size_t end = std::min(text_.find('\n', position_), text_.size());
   std::string_view line = text_.substr(position_, end - position_);
   position_ = std::min(end + 1, text_.size());
@@ -30,7 +31,8 @@ std::string_view TextCursor::next_line() {
 }
 
 std::string_view TextCursor::next_word() {
-  if (line_ == 0) line_ = 1;
+  if (at_line_start_) ++line_;
+  at_line_start_ = false;
   while (position_ < text_.size() && is_space(text_[position_])) {
     if (text_[position_] == '\n') ++line_;
     ++position_;

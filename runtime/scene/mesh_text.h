@@ -31,7 +31,8 @@ class TextCursor {
   std::string_view text_;
   std::string file_;
   std::size_t position_ = 0;
-  long line_ = 0;
+  long line_ = 0;              // of what was read last
+  bool at_line_start_ = true;  // has the line after line_ begun?
 };
 
 // Takes the first word off `line`; empty when there is none.

@@ -55,7 +55,7 @@ struct Texture {
   Rgb value{0.5, 0.5, 0.5};              // when constant
   bool nearest = false;                  // filter_type
   enum class Wrap { repeat, mirror, clamp } wrap = Wrap::repeat;
-  std::array<double, 6> to_uv{1, 0, 0, 0, 1, 0};  // row major 2x3
+  std::array<double, 6> to_uv{1, 0, 0, 0, 1, 0};  // row major 2x3: applied to (u, v, 1) before the lookup; v = 0 is row 0
 };
 
 enum class BsdfKind { null, diffuse, dielectric, roughdielectric };

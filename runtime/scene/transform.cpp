@@ -34,7 +34,7 @@ Transform translate(const Vec3& by) { return {{1, 0, 0, by[0], 0, 1, 0, by[1], 0
 Transform scale(const Vec3& by) { return {{by[0], 0, 0, 0, 0, by[1], 0, 0, 0, 0, by[2], 0, 0, 0, 0, 1}}; }
 
 Transform rotate(const Vec3& axis, double degrees) {
-  const Vec3 a = normalize(axis);
+  const Vec3& a = axis;
   const double angle = degrees * M_PI / 180, c = std::cos(angle), s = std::sin(angle), k = 1 - c;
   return {{a[0] * a[0] * k + c, a[0] * a[1] * k - a[2] * s, a[0] * a[2] * k + a[1] * s, 0, a[1] * a[0] * k + a[2] * s,
            a[1] * a[1] * k + c, a[1] * a[2] * k - a[0] * s, 0, a[2] * a[0] * k - a[1] * s, a[2] * a[1] * k + a[0] * s,
@@ -125,10 +125,7 @@ Transform parse_step(const Element& step) {
   if (step.tag == "scale") return scale(step_vector(step, 1, true));
   if (step.tag == "rotate") {
     const Vec3 axis = step_vector(step, 0, false);
-    // Mitsuba takes the axis as it is, which shears space unless it is a unit vector.
-    if (!(std::abs(length(axis) - 1) < 1e-3))
-      fail(step.where,
-           "<rotate>: the axis has length " + to_text(length(axis)) + "; need a unit vector, for example y=\"1\"");
+    if (!(length(axis) > 0)) fail(step.where, "<rotate>: the axis is (0, 0, 0); need for example y=\"1\"");
     if (!step.attributes.count("angle")) fail(step.where, "<rotate> has no angle; need degrees");
     return rotate(axis, parse_number(step.attribute("angle"), step.where, "<rotate> angle"));
   }
@@ -161,6 +158,16 @@ Transform parse_step(const Element& step) {
 }
 
 }  // namespace
+
+void warn_of_shears(const Element& element, std::vector<std::string>& warnings) {
+  if (element.tag == "rotate") {
+    const double size = length(step_vector(element, 0, false));
+    if (std::abs(size - 1) > 1e-3)
+      warnings.push_back(to_string(element.where) + ": <rotate>: the axis has length " + to_text(size) +
+                         ", so that it shears, as in Mitsuba; a turn needs a unit vector");
+  }
+  for (const auto& child : element.children) warn_of_shears(*child, warnings);
+}
 
 Transform parse_transform(const Element& element) {
   Transform out;

@@ -8,7 +8,7 @@ namespace itn {
 Transform operator*(const Transform& a, const Transform& b);
 Transform translate(const Vec3& by);
 Transform scale(const Vec3& by);
-Transform rotate(const Vec3& axis, double degrees);  // axis need not be unit, must not be zero
+Transform rotate(const Vec3& axis, double degrees);  // a turn for a unit axis; others shear, as in Mitsuba
 // Columns: left, up, viewing direction, origin. up must not be parallel to target - origin.
 Transform look_at(const Vec3& origin, const Vec3& target, const Vec3& up);
 
@@ -27,6 +27,9 @@ double dot(const Vec3& a, const Vec3& b);
 Vec3 cross(const Vec3& a, const Vec3& b);
 double length(const Vec3& v);
 Vec3 normalize(const Vec3& v);
+
+// A warning for each <rotate> in the element whose axis is not a unit vector.
+void warn_of_shears(const Element& element, std::vector<std::string>& warnings);
 
 // <transform>: steps in document order, each applied after the ones before it.
 Transform parse_transform(const Element& element);

@@ -1,4 +1,6 @@
 // Runs kernels/lib/trace.h alone: each work-item traces `each` rays, one after another.
+#include "lib/flight_grid.h"
+#include "lib/surface_frame.h"
 #include "lib/trace.h"
 
 typedef struct {
@@ -88,4 +90,70 @@ __kernel void walk(__global const float* nodes, __global const float* leaves, __
   counts[3 * get_global_id(0)] = escaped;
   counts[3 * get_global_id(0) + 1] = front;
   counts[3 * get_global_id(0) + 2] = surface;
+}
+
+// The rays of paths that enter the medium, scatter with an albedo, and start again where they entered when absorbed.
+__kernel void record_paths(__global const float* nodes, __global const float* leaves,
+                           __global const PrimitiveRecord* primitives, __global const GeometryRecord* record, float x,
+                           float y, float z, float mean, float albedo, int segments, uint seed, __global TestRay* rays) {
+  const Surfaces surfaces = surfaces_of(nodes, leaves, primitives, record);
+  uint state = seed + (uint)get_global_id(0) * 0x9E3779B9u;
+  float3 p = (float3)(x, y, z), d = random_direction(&state), entry = p, n = d;
+  int skip = -1, entry_primitive = -1;
+  for (int i = -100; i < segments; ++i) {
+    const float flight = i < 0 ? 1e30f : -mean * log(1.0f - next(&state));
+    if (i >= 0) {
+      __global TestRay* r = rays + get_global_id(0) * (size_t)segments + i;
+      vstore3(p, 0, r->origin);
+      vstore3(d, 0, r->direction);
+      r->t_max = flight;
+      r->skip = skip;
+      r->inside = 1;
+    }
+    const Hit hit = trace(surfaces, p.x, p.y, p.z, d.x, d.y, d.z, flight, skip, true);
+    if (hit.primitive >= 0) {
+      __global const PrimitiveRecord* q = primitives + hit.primitive;
+      n = (float3)(q->normal[0], q->normal[1], q->normal[2]);
+      entry = (float3)(hit.x, hit.y, hit.z) - q->offset * n;
+      entry_primitive = hit.primitive;
+    } else if (next(&state) < albedo) {
+      p += flight * d;
+      d = random_direction(&state);
+      skip = -1;
+      continue;
+    }
+    p = entry;
+    skip = entry_primitive;
+    d = random_direction(&state);
+    if (dot(d, n) > 0) d = -d;
+  }
+}
+
+// kernels/lib/flight_grid.h alone: rays are origin, direction, distance, one component after another.
+__kernel void fly(__global const uint* grid, __global const GeometryRecord* record, __global const float* rays,
+                  __global int* clear, __global float* distance, int n) {
+  const INT at = (int)get_global_id(0) * WIDTH + LANE_INDEX;
+#define COMPONENT(k) GATHER((rays + (k) * n), at)
+  const REAL3 o = make3(COMPONENT(0), COMPONENT(1), COMPONENT(2)), d = make3(COMPONENT(3), COMPONENT(4), COMPONENT(5));
+  const MASK result = flight_is_clear(grid, record, o, d, COMPONENT(6), at >= 0);
+  SCATTER_INT(clear, at, SELECT_INT(result, 1, 0));
+  SCATTER(distance, at, surface_distance(grid, record, o));
+}
+
+// lib/surface_frame.h at hits: normal, shading normal, texture coordinates, and beside_surface() along +z.
+__kernel void frames(__global const PrimitiveRecord* primitives, __global const Hit* hits, __global float* out) {
+  const INT at = (int)get_global_id(0) * WIDTH + LANE_INDEX;
+  __global const float* h = (__global const float*)hits;
+  const INT word = at * (int)(sizeof(Hit) / sizeof(float));
+#define MEMBER(k) GATHER((h + (k)), word)
+  const INT primitive = GATHER_INT(((__global const int*)hits + 6), word);
+  const REAL3 position = make3(MEMBER(3), MEMBER(4), MEMBER(5));
+  REAL3 normal, shading;
+  REAL texture[2];
+  surface_frame(primitives, primitive, MEMBER(1), MEMBER(2), position, &normal, &shading, texture);
+  const REAL3 up = make3((REAL)(0.0f), (REAL)(0.0f), (REAL)(1.0f));
+  const REAL3 beside = beside_surface(primitives, primitive, position, normal, up);
+  const REAL values[11] = {normal.x,   normal.y,   normal.z, shading.x, shading.y, shading.z,
+                           texture[0], texture[1], beside.x, beside.y,  beside.z};
+  for (int k = 0; k < 11; ++k) SCATTER(out, at * 11 + k, values[k]);
 }

@@ -45,7 +45,8 @@ Mesh torus_knot(int segments, int sides) {
                  tangent[0] * u[1] - tangent[1] * u[0]};
     for (int j = 0; j < sides; ++j) {
       const double p = 2 * pi * j / sides, x = 0.18 * std::cos(p), y = 0.18 * std::sin(p);
-      mesh.position.push_back(point(c[0] + x * u[0] + y * v[0], c[1] + x * u[1] + y * v[1], c[2] + x * u[2] + y * v[2]));
+      mesh.position.push_back(
+          point(c[0] + x * u[0] + y * v[0], c[1] + x * u[1] + y * v[1], c[2] + x * u[2] + y * v[2]));
     }
   }
   for (int i = 0; i < segments; ++i)
@@ -71,15 +72,16 @@ Mesh cube(float half) {
 Mesh icosphere(int subdivisions) {
   const float g = static_cast<float>(std::numbers::phi);
   Mesh mesh;
-  mesh.position = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0}, {0, -1, g}, {0, 1, g},
-                   {0, -1, -g}, {0, 1, -g}, {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
-  mesh.triangle = {{0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-                   {11, 10, 2}, {10, 7, 6}, {7, 1, 8}, {3, 9, 4}, {3, 4, 2}, {3, 2, 6}, {3, 6, 8},
-                   {3, 8, 9}, {4, 9, 5}, {2, 4, 11}, {6, 2, 10}, {8, 6, 7}, {9, 8, 1}};
+  mesh.position = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+                   {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
+  mesh.triangle = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+                   {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+                   {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
   for (int s = 0; s < subdivisions; ++s) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
     const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-      const auto [entry, fresh] = middles.try_emplace(std::pair(std::min(a, b), std::max(a, b)), static_cast<std::uint32_t>(mesh.position.size()));
+      const auto [entry, fresh] = middles.try_emplace(std::pair(std::min(a, b), std::max(a, b)),
+                                                      static_cast<std::uint32_t>(mesh.position.size()));
       if (fresh) {
         const auto &p = mesh.position[a], &q = mesh.position[b];
         mesh.position.push_back({(p[0] + q[0]) / 2, (p[1] + q[1]) / 2, (p[2] + q[2]) / 2});

@@ -14,14 +14,14 @@ TEST_CASE("a missing or unknown sub-command is a usage error that names those th
   for (const auto& arguments : std::vector<std::vector<std::string>>{{}, {"rendr"}, {"--foo"}}) {
     const Result result = run_itn(arguments);
     CHECK(result.exit_code == 2);
-    CHECK_THAT(result.error, Catch::Contains("devices") && Catch::Contains("parameters"));
+    CHECK_THAT(result.error, Catch::Contains("devices") && Catch::Contains("render") && Catch::Contains("parameters"));
     CHECK(result.output.empty());
   }
 }
 
 TEST_CASE("--help and --version succeed on standard output") {
   for (const auto& arguments :
-       std::vector<std::vector<std::string>>{{"--help"}, {"--version"}, {"devices", "--help"}}) {
+       std::vector<std::vector<std::string>>{{"--help"}, {"--version"}, {"devices", "--help"}, {"render", "--help"}}) {
     const Result result = run_itn(arguments);
     CHECK(result.exit_code == 0);
     CHECK(!result.output.empty());

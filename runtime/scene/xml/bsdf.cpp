@@ -19,6 +19,7 @@ double roughness(Properties& properties, const std::string& name, double fallbac
   if (!(alpha > 0))
     properties.fail_at(name,
                        name + " = " + to_text(alpha) + "; need more than 0: for a smooth boundary use dielectric");
+  if (alpha > 1) properties.fail_at(name, name + " = " + to_text(alpha) + "; need at most 1");
   return alpha;
 }
 
@@ -40,13 +41,13 @@ double roughness(Properties& properties) {
 
 int build_bsdf(Builder& builder, const Element& element) {
   if (const auto built = builder.bsdf_of.find(&element); built != builder.bsdf_of.end()) return built->second;
-  const Construction construction(builder, element);
   Properties properties = builder.properties(element);
 
   if (properties.type() == "twosided") {
     const Element* inner = properties.object("bsdf");
     properties.finish();
     if (!inner) fail(element.where, "bsdf \"twosided\" is empty; need a nested <bsdf type=\"diffuse\">");
+    if (inner == &element) fail(element.where, "bsdf \"twosided\" contains a reference to itself; break the circle");
     if (inner->attribute("type") != "diffuse")
       fail(inner->where, "bsdf \"twosided\" around " + quote(inner->attribute("type")) + "; need \"diffuse\"");
     Bsdf bsdf = builder.scene.bsdfs[static_cast<std::size_t>(build_bsdf(builder, *inner))];
@@ -70,6 +71,10 @@ int build_bsdf(Builder& builder, const Element& element) {
     bsdf.specular_reflectance = specular(properties, "specular_reflectance");
     bsdf.specular_transmittance = specular(properties, "specular_transmittance");
     if (bsdf.kind == BsdfKind::roughdielectric) {
+      if (bsdf.int_ior == bsdf.ext_ior)
+        properties.fail_at("int_ior", "int_ior and ext_ior are both " + to_text(bsdf.int_ior) +
+                                          "; need different ones: for an "
+                                          "index-matched boundary use null");
       bsdf.distribution =
           properties.choice("distribution", {"beckmann", "ggx"}) == "ggx" ? Distribution::ggx : Distribution::beckmann;
       bsdf.alpha = roughness(properties);

@@ -3,7 +3,6 @@
 #pragma once
 #include <map>
 #include <memory>
-#include <set>
 #include <string>
 
 #include "runtime/scene/scene.h"
@@ -20,23 +19,9 @@ class Builder {
   Scene scene;
   std::map<const Element*, int> bsdf_of, medium_of;                     // indices of what is built already
   std::map<std::string, std::shared_ptr<const Bitmap>> bitmap_of_file;  // key: path, and "raw" or "srgb"
-  std::set<const Element*> under_construction;                          // to find circles
 
   Properties properties(const Element& element) const { return Properties(document, element); }
   void warn(const Location& where, const std::string& what);
-};
-
-// Holds an element while its parts are built; meeting it again means that it contains itself.
-class Construction {
- public:
-  Construction(Builder& builder, const Element& element);
-  ~Construction() { builder_.under_construction.erase(&element_); }
-  Construction(const Construction&) = delete;
-  Construction& operator=(const Construction&) = delete;
-
- private:
-  Builder& builder_;
-  const Element& element_;
 };
 
 int build_bsdf(Builder& builder, const Element& element);    // index into scene.bsdfs
@@ -45,6 +30,8 @@ void build_emitter(Builder& builder, const Element& element);
 void build_shape(Builder& builder, const Element& element);
 void build_sensor(Builder& builder, const Element& element);
 void build_integrator(Builder& builder, const Element& element);
+Texture build_bitmap(Builder& builder, const Element& element);              // <texture>
+void build_phase(Builder& builder, const Element& element, Medium& medium);  // <phase>, into the medium
 // The parameter `name`: a colour in [0, 1], or a bitmap.
 Texture build_texture(Builder& builder, Properties& owner, const std::string& name, double fallback);
 

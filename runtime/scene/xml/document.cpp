@@ -44,6 +44,9 @@ const std::map<std::string, std::vector<std::string>> attributes_of = {
 // Elements nest at most this deep: deeper files are hostile, and the readers recurse.
 constexpr int max_nesting = 64;
 
+// Definitions that use each other could otherwise grow without bound.
+constexpr std::size_t longest_value = 1'000'000;
+
 // Turns a byte offset into line and column.
 class LineTable {
  public:
@@ -130,6 +133,9 @@ class Reader {
         fail(where, "$" + name + " is not defined; give -D " + name + "=value, or put <default name=" + quote(name) +
                         " value=\"...\"/> before this line");
       }
+      if (out.size() > longest_value)
+        fail(where, "the value grows beyond " + std::to_string(longest_value) + " characters; check what $" + name +
+                        " stands for");
       i = end;
     }
     return out;
@@ -163,10 +169,13 @@ class Reader {
     if (is_object_tag(element->tag) && element->tag != "scene" && element->attribute("type").empty())
       fail(element->where, "<" + element->tag + "> has no type; need <" + element->tag + " type=\"...\">");
     for (pugi::xml_node child : node.children()) {
-      if (child.type() == pugi::node_pcdata || child.type() == pugi::node_cdata)
-        fail(lines.locate(child.offset_debug()), "<" + element->tag + ">: text " +
-                                                     quote(std::string(child.value()).substr(0, 20)) +
-                                                     " between elements; values go into attributes");
+      if (child.type() == pugi::node_pcdata || child.type() == pugi::node_cdata) {
+        const std::string words = child.value();
+        const std::size_t first = std::min(words.find_first_not_of(" \t\r\n"), words.size());
+        fail(lines.locate(child.offset_debug() + static_cast<std::ptrdiff_t>(first)),
+             "<" + element->tag + ">: text " + quote(words.substr(first, 20)) +
+                 " between elements; values go into attributes");
+      }
       if (child.type() == pugi::node_element) convert_child(child, lines, depth, *element);
     }
     return element;

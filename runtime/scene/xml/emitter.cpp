@@ -1,8 +1,9 @@
-#include <cmath>
+#include <fmt/core.h>
 
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
+#include "runtime/scene/xml/sun_position.h"
 
 namespace itn {
 namespace {
@@ -36,7 +37,43 @@ void build_envmap(Builder& builder, Properties& properties, Emitter& emitter) {
   properties.boolean("mis_compensation", false);  // how Mitsuba samples: changes no expected value
 }
 
-void build_sunsky(Properties& properties, Emitter& emitter) {
+PlaceAndTime parse_place_and_time(Properties& properties) {
+  PlaceAndTime when;
+  const auto within = [&](const char* name, double value, double low, double high) {
+    if (!(value >= low && value <= high))
+      properties.fail_at(name, fmt::format("{} = {} is outside [{}, {}]", name, value, low, high));
+    return value;
+  };
+  when.latitude = within("latitude", properties.number("latitude", when.latitude), -90, 90);
+  when.longitude = within("longitude", properties.number("longitude", when.longitude), -180, 180);
+  when.timezone = within("timezone", properties.number("timezone", when.timezone), -15, 15);
+  const auto whole = [&](const char* name, int fallback, double low, double high) {
+    return static_cast<int>(within(name, static_cast<double>(properties.integer(name, fallback)), low, high));
+  };
+  when.year = whole("year", when.year, 1, 9999);
+  when.month = whole("month", when.month, 1, 12);
+  when.day = whole("day", when.day, 1, 31);
+  when.hour = within("hour", properties.number("hour", when.hour), 0, 24);
+  when.minute = within("minute", properties.number("minute", when.minute), 0, 60);
+  when.second = within("second", properties.number("second", when.second), 0, 60);
+  return when;
+}
+
+// In the sky's own coordinates. sun_direction is given in world space, a place and time tell the local direction.
+Vec3 parse_sun_direction(Properties& properties, const Transform& to_world) {
+  if (!properties.has("sun_direction")) return sun_direction(parse_place_and_time(properties));
+  for (const char* name : {"latitude", "longitude", "timezone", "year", "month", "day", "hour", "minute", "second"})
+    if (properties.has(name))
+      properties.fail_at(name, fmt::format("both sun_direction and {} given; need one or the other", name));
+  const Vec3 world = properties.vector("sun_direction", {0, 0, 1});
+  if (!(length(world) > 0)) properties.fail_at("sun_direction", "sun_direction is (0, 0, 0); need a direction");
+  const auto& m = to_world.m;  // rigid: its transpose is its inverse
+  return normalize(Vec3{m[0] * world[0] + m[4] * world[1] + m[8] * world[2],
+                        m[1] * world[0] + m[5] * world[1] + m[9] * world[2],
+                        m[2] * world[0] + m[6] * world[1] + m[10] * world[2]});
+}
+
+void build_sunsky(Builder& builder, Properties& properties, Emitter& emitter) {
   emitter.kind = Emitter::Kind::sunsky;
   SunSky& sky = emitter.sunsky;
   sky.turbidity = properties.number("turbidity", 3);
@@ -52,12 +89,8 @@ void build_sunsky(Properties& properties, Emitter& emitter) {
     properties.fail_at("sun_aperture", "sun_aperture = " + to_text(sky.sun_aperture) + "; need degrees in (0, 90]");
   sky.complex_sun = properties.boolean("complex_sun", false);
   emitter.to_world = rotation(properties);
-  if (!properties.has("sun_direction"))
-    properties.fail_at("sun_direction",
-                       "no sun_direction; need a vector towards the sun (places and times are not supported)");
-  const Vec3 direction = properties.vector("sun_direction", {0, 0, 1});
-  if (!(length(direction) > 0)) properties.fail_at("sun_direction", "sun_direction is (0, 0, 0); need a direction");
-  sky.sun_direction = normalize(direction);
+  sky.sun_direction = parse_sun_direction(properties, emitter.to_world);
+  if (sky.sun_direction[2] < 0) builder.warn(emitter.where, "emitter \"sunsky\": the sun is below the horizon");
 }
 
 }  // namespace
@@ -72,7 +105,7 @@ void build_emitter(Builder& builder, const Element& element) {
   } else if (properties.type() == "envmap") {
     build_envmap(builder, properties, emitter);
   } else if (properties.type() == "sunsky") {
-    build_sunsky(properties, emitter);
+    build_sunsky(builder, properties, emitter);
   } else {
     fail_type(element, {"constant", "envmap", "sunsky"});
   }

@@ -2,7 +2,6 @@
 #include "runtime/scene/xml/message.h"
 
 namespace itn {
-namespace {
 
 void build_phase(Builder& builder, const Element& element, Medium& medium) {
   Properties properties = builder.properties(element);
@@ -17,8 +16,6 @@ void build_phase(Builder& builder, const Element& element, Medium& medium) {
   }
   properties.finish();
 }
-
-}  // namespace
 
 int build_medium(Builder& builder, const Element& element) {
   if (const auto built = builder.medium_of.find(&element); built != builder.medium_of.end()) return built->second;

@@ -186,7 +186,7 @@ const Element* Properties::object(const std::string& tag, const std::string& nam
   const Element* found = nullptr;
   for (const auto& child : element_.children) {
     if (child->tag != "ref" && child->tag != tag) continue;
-    if (child->attribute("name") != name) continue;
+    if (!name.empty() && child->attribute("name") != name) continue;
     const Element& target = resolve(*child);
     if (target.tag != tag) {
       if (name.empty()) continue;  // a reference to something else: another call's, or finish() complains

@@ -42,7 +42,7 @@ class Properties {
   // Is the parameter a nested object (or reference to one) rather than a plain value?
   bool is_object(const std::string& name);
 
-  // Nested or referenced objects of a tag. `name`: the name attribute it must carry; "": any without a name.
+  // Nested or referenced objects of a tag. `name`: the name attribute it must carry; "": any.
   const Element* object(const std::string& tag, const std::string& name = "");
   std::vector<const Element*> objects(const std::string& tag);
 

@@ -32,21 +32,32 @@ void apply(const Transform& to_world, Mesh& mesh, bool keeps_outside) {
   }
 }
 
-// Normals, degenerate triangles, orientation: common to all meshes, once they are in world space.
-void prepare(Builder& builder, Properties& properties, Mesh& mesh, bool face_normals, bool flip_normals) {
-  if (face_normals)
-    mesh.normal.clear();
-  else if (mesh.normal.empty())
-    compute_normals(mesh);
-  const std::size_t total = mesh.triangle.size();
-  if (const std::size_t dropped = drop_degenerate(mesh); dropped > 0)
-    builder.warn(properties.element().where, properties.title() + ": dropped " + std::to_string(dropped) + " of " +
-                                                 std::to_string(total) + " triangles, which have no area");
-  if (mesh.triangle.empty()) properties.fail_at("filename", "no triangle of the mesh has an area; mend the mesh");
-  if (flip_normals) flip(mesh);
+// A vertex normal of length 0 shades nothing: such ones are computed.
+void replace_zero_normals(Builder& builder, Properties& properties, Mesh& mesh) {
+  const auto is_zero = [](const std::array<float, 3>& n) { return n == std::array<float, 3>{0, 0, 0}; };
+  const auto count = std::count_if(mesh.normal.begin(), mesh.normal.end(), is_zero);
+  if (count == 0) return;
+  const std::vector<std::array<float, 3>> given = std::move(mesh.normal);
+  compute_normals(mesh);
+  for (std::size_t i = 0; i < given.size(); ++i)
+    if (!is_zero(given[i])) mesh.normal[i] = given[i];
+  builder.warn(properties.element().where,
+               fmt::format("{}: {} of {} vertex normals of the file have length 0 and are computed", properties.title(),
+                           count, given.size()));
 }
 
-void build_mesh(Builder& builder, Properties& properties, Shape& shape) {
+void check_single_precision(Properties& properties, const std::array<float, 3>& position) {
+  for (const float v : position)
+    if (!std::isfinite(v))
+      properties.fail_at("to_world",
+                         "to_world moves the shape beyond the range of single precision; need a smaller scale");
+}
+
+void check_single_precision(Properties& properties, const Mesh& mesh) {
+  for (const auto& p : mesh.position) check_single_precision(properties, p);
+}
+
+Mesh build_mesh(Builder& builder, Properties& properties) {
   const std::string file = properties.file("filename");
   const bool face_normals = properties.boolean("face_normals", false);
   const bool flip_texcoords = properties.boolean("flip_tex_coords", properties.type() == "obj");
@@ -58,19 +69,32 @@ void build_mesh(Builder& builder, Properties& properties, Shape& shape) {
   } catch (const InputError& error) {
     properties.fail_at("filename", error.what());
   }
+  if (face_normals) mesh.normal.clear();
   if (flip_texcoords)
     for (auto& uv : mesh.texcoord) uv[1] = 1 - uv[1];
-  apply(to_world, mesh, !mesh.normal.empty() && !face_normals);
-  prepare(builder, properties, mesh, face_normals, flip_normals);
-  shape.mesh = std::make_shared<const Mesh>(std::move(mesh));
+  apply(to_world, mesh, !mesh.normal.empty());
+  check_single_precision(properties, mesh);
+  if (!face_normals && mesh.normal.empty()) compute_normals(mesh);
+  replace_zero_normals(builder, properties, mesh);
+  if (flip_normals) flip(mesh);
+  return mesh;
 }
 
-void build_flat(Builder& builder, Properties& properties, Shape& shape, Mesh mesh) {
+Mesh build_flat(Properties& properties, Mesh mesh) {
   const bool flip_normals = properties.boolean("flip_normals", false);
   properties.boolean("face_normals", false);  // they are flat either way
   apply(properties.transform("to_world"), mesh, true);
-  prepare(builder, properties, mesh, true, flip_normals);
-  shape.mesh = std::make_shared<const Mesh>(std::move(mesh));
+  check_single_precision(properties, mesh);
+  if (flip_normals) flip(mesh);
+  return mesh;
+}
+
+void drop_degenerate(Builder& builder, Properties& properties, Mesh& mesh) {
+  const std::size_t total = mesh.triangle.size(), dropped = drop_degenerate(mesh);
+  if (dropped == 0) return;
+  if (dropped == total) properties.fail_at("filename", "no triangle of the mesh has an area; mend the mesh");
+  builder.warn(properties.element().where,
+               fmt::format("{}: dropped {} of {} triangles, which have no area", properties.title(), dropped, total));
 }
 
 void build_sphere(Properties& properties, Shape& shape) {
@@ -90,6 +114,8 @@ void build_sphere(Properties& properties, Shape& shape) {
   }
   shape.center = transform_point(t, center);
   shape.radius = radius * scale;
+  check_single_precision(properties, to_float(shape.center));
+  check_single_precision(properties, to_float({shape.radius, 0, 0}));
   shape.flip_normals = properties.boolean("flip_normals", false) != (determinant(t) < 0);
 }
 
@@ -99,37 +125,53 @@ void build_disk(Properties& properties, Shape& shape) {
   shape.center = transform_point(t, {0, 0, 0});
   shape.edge_u = transform_vector(t, {1, 0, 0});
   shape.edge_v = transform_vector(t, {0, 1, 0});
+  for (const Vec3& v : {shape.center, shape.edge_u, shape.edge_v}) check_single_precision(properties, to_float(v));
   shape.flip_normals = properties.boolean("flip_normals", false) != (determinant(t) < 0);
 }
 
 std::string at(const Vec3& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p[0], p[1], p[2]); }
 
-// Inside and outside must be told apart where a medium ends.
-void check_boundary(const Shape& shape, const std::string& title) {
-  const std::string purpose = title + " bounds a medium";
-  if (shape.kind == Shape::Kind::disk) fail(shape.where, purpose + " but is not closed; need a closed shape");
-  if (shape.kind == Shape::Kind::sphere) {
-    if (shape.flip_normals)
-      fail(shape.where, purpose +
-                            " but is turned inside out; take flip_normals or the reflection in to_world away, or "
-                            "exchange interior and exterior");
-    return;
-  }
-  const Topology t = topology(*shape.mesh);
+// Why the inside and the outside of the shape cannot be told apart; empty when they can.
+std::string boundary_fault(const Shape& shape, const Mesh& mesh) {
+  if (shape.kind == Shape::Kind::disk) return "is not closed; need a closed shape";
+  if (shape.kind == Shape::Kind::sphere)
+    return shape.flip_normals
+               ? "is turned inside out; take flip_normals or the reflection in to_world away, or exchange "
+                 "interior and exterior"
+               : "";
+  const Topology t = topology(mesh);
   if (t.open_edges > 0)
-    fail(shape.where, purpose + " but has holes: " + std::to_string(t.open_edges) + " open edges, one at " +
-                          at(t.open_at) + "; need a closed mesh");
+    return fmt::format("has holes: {} open edges, one at {}; need a closed mesh", t.open_edges, at(t.open_at));
   if (t.non_manifold_edges > 0)
-    fail(shape.where, purpose + " but has " + std::to_string(t.non_manifold_edges) +
-                          " non-manifold edges (of more than two triangles), one at " + at(t.non_manifold_at) +
-                          "; need a closed surface");
+    return fmt::format("has {} non-manifold edges (of more than two triangles), one at {}; need a closed surface",
+                       t.non_manifold_edges, at(t.non_manifold_at));
   if (t.turned_edges > 0)
-    fail(shape.where, purpose + " but its triangles do not wind the same way: " + std::to_string(t.turned_edges) +
-                          " edges between turned neighbours, one at " + at(t.turned_at) +
-                          "; need a consistent orientation");
+    return fmt::format(
+        "has {} edges whose two triangles wind against each other, one at {}; need a consistent orientation",
+        t.turned_edges, at(t.turned_at));
   if (t.volume <= 0)
-    fail(shape.where, purpose + " but is turned inside out (signed volume " + to_text(t.volume) +
-                          "); need normals that point out: set flip_normals, or mend the mesh");
+    return fmt::format(
+        "is turned inside out (signed volume {:.6g}); need normals that point out: set flip_normals, or "
+        "mend the mesh",
+        t.volume);
+  return "";
+}
+
+// A medium must not leak. Glass alone refracts at each hit by itself, so that a pane of it is no more than suspicious.
+void check_boundary(Builder& builder, const Shape& shape, const Mesh& mesh, const std::string& title) {
+  const BsdfKind kind = builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)].kind;
+  if (shape.interior != shape.exterior) {
+    if (const std::string fault = boundary_fault(shape, mesh); !fault.empty())
+      fail(shape.where, title + " bounds a medium but " + fault);
+  } else if (kind == BsdfKind::dielectric || kind == BsdfKind::roughdielectric) {
+    if (const std::string fault = boundary_fault(shape, mesh); !fault.empty())
+      builder.warn(shape.where, title + " bounds a dielectric but " + fault);
+  }
+}
+
+void check_texture(const Bsdf& bsdf, const Shape& shape, const Mesh& mesh, const std::string& title) {
+  if (bsdf.reflectance.bitmap && shape.kind == Shape::Kind::mesh && mesh.texcoord.empty())
+    fail(shape.where, title + " has a bitmap on its surface but no texture coordinates; export the mesh with them");
 }
 
 int default_bsdf(Builder& builder, const Shape& shape) {
@@ -148,13 +190,14 @@ void build_shape(Builder& builder, const Element& element) {
   Shape shape;
   shape.id = element.id;
   shape.where = element.where;
+  Mesh mesh;  // of shapes that are one
   const std::string& type = properties.type();
   if (type == "obj" || type == "ply" || type == "mesh") {
-    build_mesh(builder, properties, shape);
+    mesh = build_mesh(builder, properties);
   } else if (type == "rectangle") {
-    build_flat(builder, properties, shape, rectangle_mesh());
+    mesh = build_flat(properties, rectangle_mesh());
   } else if (type == "cube") {
-    build_flat(builder, properties, shape, cube_mesh());
+    mesh = build_flat(properties, cube_mesh());
   } else if (type == "sphere") {
     build_sphere(properties, shape);
   } else if (type == "disk") {
@@ -170,7 +213,12 @@ void build_shape(Builder& builder, const Element& element) {
   if (const Element* medium = properties.object("medium", "exterior")) shape.exterior = build_medium(builder, *medium);
   properties.number("silhouette_sampling_weight", 1);  // how Mitsuba samples edges: not used here
   properties.finish();
-  if (shape.interior != shape.exterior) check_boundary(shape, properties.title());
+  check_texture(builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)], shape, mesh, properties.title());
+  check_boundary(builder, shape, mesh, properties.title());
+  if (shape.kind == Shape::Kind::mesh) {
+    drop_degenerate(builder, properties, mesh);  // only now: a sliver may close the surface
+    shape.mesh = std::make_shared<const Mesh>(std::move(mesh));
+  }
   builder.scene.shapes.push_back(shape);
 }
 

@@ -1,8 +1,27 @@
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
 #include "runtime/image/png.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
 
 namespace itn {
+
+namespace {
+
+void check_finite(const Bitmap& bitmap, const std::string& file) {
+  for (std::size_t i = 0; i < bitmap.data.size(); ++i) {
+    if (std::isfinite(bitmap.data[i])) continue;
+    const std::size_t pixel = i / static_cast<std::size_t>(bitmap.channels),
+                      width = static_cast<std::size_t>(bitmap.width);
+    throw InputError(fmt::format("{}: pixel ({}, {}) is {}; need finite numbers: mend the image", file, pixel % width,
+                                 pixel / width, bitmap.data[i]));
+  }
+}
+
+}  // namespace
 
 std::shared_ptr<const Bitmap> load_bitmap(Builder& builder, Properties& owner, const std::string& name, bool raw) {
   const std::string file = owner.file(name);
@@ -10,6 +29,7 @@ std::shared_ptr<const Bitmap> load_bitmap(Builder& builder, Properties& owner, c
   if (!bitmap) {
     try {
       bitmap = std::make_shared<const Bitmap>(read_bitmap(file, raw));
+      check_finite(*bitmap, file);
     } catch (const InputError& error) {
       owner.fail_at(name, error.what());
     }
@@ -19,11 +39,16 @@ std::shared_ptr<const Bitmap> load_bitmap(Builder& builder, Properties& owner, c
 
 namespace {
 
-// Mitsuba applies the upper left 3x3 block to (u, v, 1).
+// (u, v) counts as x and y of a point. Mitsuba drops the z row and column, so a shift belongs into the fourth column.
 std::array<double, 6> parse_to_uv(Properties& properties) {
   const Transform t = properties.transform("to_uv");
-  return {t.m[0], t.m[1], t.m[2], t.m[4], t.m[5], t.m[6]};
+  if (t.m[2] != 0 || t.m[6] != 0)
+    properties.fail_at("to_uv",
+                       "to_uv mixes z into u or v; need steps in the plane: translate x and y, scale, rotate z");
+  return {t.m[0], t.m[1], t.m[3], t.m[4], t.m[5], t.m[7]};
 }
+
+}  // namespace
 
 Texture build_bitmap(Builder& builder, const Element& element) {
   if (element.attribute("type") != "bitmap") fail_type(element, {"bitmap"});
@@ -40,10 +65,18 @@ Texture build_bitmap(Builder& builder, const Element& element) {
   return texture;
 }
 
-}  // namespace
-
 Texture build_texture(Builder& builder, Properties& owner, const std::string& name, double fallback) {
-  if (owner.is_object(name)) return build_bitmap(builder, *owner.object("texture", name));
+  if (owner.is_object(name)) {
+    const Element* element = owner.object("texture", name);
+    if (!element)
+      owner.fail_at(name, quote(name) + " is an object of the wrong kind; need a <texture>, <rgb> or <float>");
+    const Texture texture = build_bitmap(builder, *element);
+    const auto [low, high] = std::minmax_element(texture.bitmap->data.begin(), texture.bitmap->data.end());
+    if (*low < 0 || *high > 1)
+      owner.fail_at(name,
+                    fmt::format("{}: the values of the image go from {} to {}; need [0, 1]", quote(name), *low, *high));
+    return texture;
+  }
   Texture texture;
   texture.value = owner.color(name, {{fallback, fallback, fallback}}).value;
   for (double v : texture.value)

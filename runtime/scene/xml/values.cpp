@@ -3,6 +3,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <limits>
 
 #include "runtime/scene/xml/message.h"
 
@@ -34,7 +35,8 @@ std::string lower_case(std::string text) {
 double parse_number(const std::string& text, const Location& where, const std::string& what) {
   double out = 0;
   if (!convert(trim(text), out)) fail(where, what + ": got " + quote(text) + ", need a number");
-  if (!std::isfinite(out)) fail(where, what + ": got " + quote(text) + ", need a finite number");
+  if (!(std::abs(out) <= std::numeric_limits<float>::max()))
+    fail(where, what + ": got " + quote(text) + ", need a finite number within single precision");
   return out;
 }
 

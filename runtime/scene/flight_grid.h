@@ -1,0 +1,26 @@
+// A grid over the media that knows flights which surely meet no surface, so that they need no ray test. Each cell keeps
+// a part of space, around its centre, without any surface:
+//   far from surfaces: a ball;
+//   near surfaces: the part of a ball on the inner side of a plane that bounds all surfaces in the ball.
+// A word a cell: octahedral normal of the plane (2 x 8 bits), the plane's offset (8 bits; 255: no plane, the normal is
+// then a guess of the nearest surface's), radius of the ball (8 bits). kernels/lib/flight_grid.h reads it.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "runtime/scene/scene.h"
+
+namespace itn {
+
+struct FlightGrid {
+  std::array<int, 3> cells{0, 0, 0};  // 0: no medium, no grid
+  std::array<float, 3> low{0, 0, 0};
+  float cell_size = 0, ball_step = 0, plane_range = 0, safety = 0;
+  std::vector<std::uint32_t> words;  // x fastest
+};
+
+// Covers the shapes that have a medium on a side; all surfaces count.
+FlightGrid build_flight_grid(const Scene& scene);
+
+}  // namespace itn

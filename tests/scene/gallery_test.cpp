@@ -1,0 +1,18 @@
+// The scenes that come with the project.
+#include <catch2/catch.hpp>
+#include <filesystem>
+
+#include "runtime/scene/load.h"
+
+TEST_CASE("every scene of the project loads") {
+  std::size_t count = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(ITN_SOURCE_DIR "/scenes")) {
+    if (entry.path().extension() != ".xml") continue;
+    INFO(entry.path());
+    const itn::Scene scene = itn::load_scene(entry.path().string());
+    CHECK(!scene.sensors.empty());
+    CHECK(scene.environment);
+    ++count;
+  }
+  CHECK(count >= 10);
+}

@@ -1,0 +1,129 @@
+#include "runtime/image/exr.h"
+#include "tests/scene/scene_folder.h"
+
+using namespace itn;
+
+namespace {
+
+Emitter load(const std::string& element) { return SceneFolder().load(element).environment.value(); }
+std::string sunsky(const std::string& content) { return "<emitter type=\"sunsky\">\n" + content + "</emitter>"; }
+std::string number(const std::string& name, const std::string& value) {
+  return "<float name=\"" + name + "\" value=\"" + value + "\"/>";
+}
+const std::string zenith = "<vector name=\"sun_direction\" x=\"0\" y=\"0\" z=\"1\"/>";
+
+void check_direction(const Vec3& got, const Vec3& expected, double margin) {
+  for (std::size_t i = 0; i < 3; ++i) CHECK(got[i] == Approx(expected[i]).margin(margin));
+}
+void check_error(const std::string& scene, const std::vector<std::string>& words) {
+  SceneFolder().check_error(scene, 3, words);
+}
+
+}  // namespace
+
+TEST_CASE("a constant emitter has radiance 1 unless it says otherwise") {
+  CHECK(load("<emitter type=\"constant\"/>").radiance == Rgb{1, 1, 1});
+  CHECK(load("<emitter type=\"constant\" id=\"e\"><rgb name=\"radiance\" value=\"1 2 3\"/></emitter>").radiance ==
+        Rgb{1, 2, 3});
+  CHECK(load("<emitter type=\"constant\"><spectrum name=\"radiance\" value=\"0.5\"/></emitter>").radiance ==
+        Rgb{0.5, 0.5, 0.5});
+}
+
+TEST_CASE("an envmap brings its image, scale and rotation") {
+  SceneFolder folder;
+  write_exr(folder.path("e.exr"), {2, 1, {"R", "G", "B"}, {1, 2, 3, 4, 5, 6}, {}});
+  const Emitter e =
+      folder
+          .load("<emitter type=\"envmap\"><string name=\"filename\" value=\"e.exr\"/>" + number("scale", "2") +
+                "<transform name=\"to_world\"><rotate x=\"1\" angle=\"90\"/></transform></emitter>")
+          .environment.value();
+  CHECK(e.kind == Emitter::Kind::envmap);
+  REQUIRE(e.bitmap);
+  CHECK(e.bitmap->data == std::vector<float>{1, 2, 3, 4, 5, 6});
+  CHECK(e.scale == 2);
+  CHECK(e.to_world.m[6] == Approx(-1));
+}
+
+TEST_CASE("a sunsky that says nothing is Tokyo on 10 July 2010 at 15:00, as in Mitsuba") {
+  const Emitter e = load(sunsky(""));
+  CHECK(e.kind == Emitter::Kind::sunsky);
+  CHECK(e.sunsky.turbidity == 3);
+  CHECK(e.sunsky.albedo == Rgb{0.3, 0.3, 0.3});
+  CHECK(e.sunsky.sun_scale == 1);
+  CHECK(e.sunsky.sky_scale == 1);
+  CHECK(e.sunsky.sun_aperture == 0.5358);
+  CHECK(!e.sunsky.complex_sun);
+  // Mitsuba 3.9.1 prints this direction; it computes days in float32, hence the margin.
+  check_direction(e.sunsky.sun_direction, {0.0513854, 0.691748, 0.720308}, 5e-4);
+}
+
+TEST_CASE("the sun stands where Mitsuba puts it for a place and time") {
+  const auto integer = [](const std::string& name, const std::string& value) {
+    return "<integer name=\"" + name + "\" value=\"" + value + "\"/>";
+  };
+  const Emitter munich = load(sunsky(number("latitude", "48") + number("longitude", "11") + number("timezone", "1") +
+                                     integer("year", "2024") + integer("month", "6") + integer("day", "21") +
+                                     number("hour", "12") + number("minute", "30") + number("second", "10")));
+  check_direction(munich.sunsky.sun_direction, {0.414749, 0.0490092, 0.908615}, 5e-4);
+  const Emitter chile = load(sunsky(number("latitude", "-30") + number("longitude", "-70") + number("timezone", "-4") +
+                                    integer("year", "1999") + integer("month", "1") + integer("day", "2") +
+                                    number("hour", "10") + number("minute", "5") + number("second", "7")));
+  check_direction(chile.sunsky.sun_direction, {-0.0169774, -0.588217, 0.808525}, 5e-4);
+}
+
+TEST_CASE("sun_direction is given in world space and kept in the sky's own") {
+  const Emitter e = load(sunsky("<vector name=\"sun_direction\" value=\"0 0.6 0.8\"/>"));
+  check_direction(e.sunsky.sun_direction, {0, 0.6, 0.8}, 1e-12);
+  // The sky's zenith (0, 0, 1) becomes (0, 1, 0) in the world: world (0, 0.6, 0.8) is local (0, -0.8, 0.6).
+  const Emitter turned =
+      load(sunsky("<vector name=\"sun_direction\" value=\"0 1.2 1.6\"/>"
+                  "<transform name=\"to_world\"><rotate x=\"1\" angle=\"-90\"/></transform>"));
+  check_direction(turned.sunsky.sun_direction, {0, -0.8, 0.6}, 1e-12);
+}
+
+TEST_CASE("every parameter of a sunsky arrives") {
+  const SunSky s = load(sunsky(zenith + number("turbidity", "5") + number("albedo", "0.1") + number("sun_scale", "2") +
+                               number("sky_scale", "0") + number("sun_aperture", "4") +
+                               "<boolean name=\"complex_sun\" value=\"true\"/>"))
+                       .sunsky;
+  CHECK(s.turbidity == 5);
+  CHECK(s.albedo == Rgb{0.1, 0.1, 0.1});
+  CHECK(s.sun_scale == 2);
+  CHECK(s.sky_scale == 0);
+  CHECK(s.sun_aperture == 4);
+  CHECK(s.complex_sun);
+}
+
+TEST_CASE("a sun below the horizon gives a warning") {
+  const Scene scene = SceneFolder().load(sunsky("<vector name=\"sun_direction\" value=\"0 1 -0.1\"/>"));
+  REQUIRE(scene.warnings.size() == 1);
+  CHECK_THAT(scene.warnings[0], Catch::Contains("horizon"));
+}
+
+TEST_CASE("faulty emitters are refused") {
+  check_error("<emitter type=\"constant\">\n<rgb name=\"radiance\" value=\"1 1 -1\"/></emitter>", {"radiance = -1"});
+  check_error("<emitter type=\"constant\"/>\n<emitter type=\"sunsky\"/>", {"second environment", ":2:1"});
+  check_error("<emitter type=\"envmap\">\n<string name=\"filename\" value=\"gone.exr\"/></emitter>", {"no such file"});
+  SceneFolder().check_error("<emitter type=\"envmap\"/>", 2, {"no \"filename\""});
+  check_error(sunsky(zenith + number("turbidity", "11")), {"turbidity = 11", "[1, 10]"});
+  check_error(sunsky(zenith + number("albedo", "2")), {"albedo = 2"});
+  check_error(sunsky(zenith + number("sun_scale", "-1")), {"sun_scale = -1"});
+  check_error(sunsky(zenith + number("sun_aperture", "0")), {"sun_aperture = 0"});
+  check_error(sunsky(zenith + number("hour", "12")), {"both sun_direction and hour"});
+  check_error(sunsky(number("hour", "25")), {"hour = 25", "[0, 24]"});
+  check_error(sunsky("<vector name=\"sun_direction\" value=\"0 0 0\"/>"), {"(0, 0, 0)"});
+  check_error(sunsky("<transform name=\"to_world\"><scale x=\"2\"/></transform>"), {"scales"});
+}
+
+TEST_CASE("a truncated or empty environment image is refused") {
+  SceneFolder folder;
+  write_exr(folder.path("e.exr"), {64, 32, {"R", "G", "B"}, std::vector<float>(64 * 32 * 3, 0.5f), {}});
+  std::ifstream file(folder.path("e.exr"), std::ios::binary);
+  const std::string whole((std::istreambuf_iterator<char>(file)), {});
+  for (const std::size_t size :
+       {std::size_t{0}, std::size_t{3}, std::size_t{100}, whole.size() / 2, whole.size() - 20}) {
+    folder.write("cut.exr", whole.substr(0, size));
+    folder.check_error("<emitter type=\"envmap\">\n<string name=\"filename\" value=\"cut.exr\"/></emitter>", 3,
+                       {"cut.exr"});
+  }
+}

@@ -1,0 +1,213 @@
+// BSDFs, textures, media and phase functions.
+#include "runtime/image/exr.h"
+#include "runtime/image/png.h"
+#include "tests/scene/scene_folder.h"
+
+using namespace itn;
+
+namespace {
+
+Bsdf load_bsdf(const std::string& element) { return SceneFolder().load(element).bsdfs.at(0); }
+Medium load_medium(const std::string& content) {
+  return SceneFolder().load("<medium type=\"homogeneous\" id=\"m\">" + content + "</medium>").media.at(0);
+}
+std::string number(const std::string& name, const std::string& value) {
+  return "<float name=\"" + name + "\" value=\"" + value + "\"/>";
+}
+std::string text(const std::string& name, const std::string& value) {
+  return "<string name=\"" + name + "\" value=\"" + value + "\"/>";
+}
+void check_bsdf_error(const std::string& type, const std::string& content, const std::vector<std::string>& words) {
+  SceneFolder().check_error("<bsdf type=\"" + type + "\">\n" + content + "</bsdf>", 3, words);
+}
+void check_medium_error(const std::string& content, const std::vector<std::string>& words) {
+  SceneFolder().check_error("<medium type=\"homogeneous\">\n" + content + "</medium>", 3, words);
+}
+
+}  // namespace
+
+TEST_CASE("bsdfs that say nothing have Mitsuba's defaults") {
+  CHECK(load_bsdf("<bsdf type=\"null\"/>").kind == BsdfKind::null);
+  const Bsdf diffuse = load_bsdf("<bsdf type=\"diffuse\"/>");
+  CHECK(diffuse.kind == BsdfKind::diffuse);
+  CHECK(diffuse.reflectance.value == Rgb{0.5, 0.5, 0.5});
+  CHECK(!diffuse.twosided);
+  const Bsdf smooth = load_bsdf("<bsdf type=\"dielectric\"/>");
+  CHECK(smooth.kind == BsdfKind::dielectric);
+  CHECK(smooth.int_ior == 1.5046);
+  CHECK(smooth.ext_ior == 1.000277);
+  CHECK(smooth.specular_reflectance == Rgb{1, 1, 1});
+  CHECK(smooth.specular_transmittance == Rgb{1, 1, 1});
+  const Bsdf rough = load_bsdf("<bsdf type=\"roughdielectric\"/>");
+  CHECK(rough.kind == BsdfKind::roughdielectric);
+  CHECK(rough.distribution == Distribution::beckmann);
+  CHECK(rough.alpha == 0.1);
+}
+
+TEST_CASE("every parameter of a rough dielectric arrives") {
+  const Bsdf b = load_bsdf("<bsdf type=\"roughdielectric\" id=\"glass\">" + text("distribution", "ggx") +
+                           number("alpha", "0.3") + number("int_ior", "1.4") + text("ext_ior", "water") +
+                           "<rgb name=\"specular_reflectance\" value=\"0.1 0.2 0.3\"/>" +
+                           "<spectrum name=\"specular_transmittance\" value=\"0.9\"/>" +
+                           "<boolean name=\"sample_visible\" value=\"false\"/></bsdf>");
+  CHECK(b.id == "glass");
+  CHECK(b.distribution == Distribution::ggx);
+  CHECK(b.alpha == 0.3);
+  CHECK(b.int_ior == 1.4);
+  CHECK(b.ext_ior == 1.333);
+  CHECK(b.specular_reflectance == Rgb{0.1, 0.2, 0.3});
+  CHECK(b.specular_transmittance == Rgb{0.9, 0.9, 0.9});
+  CHECK(load_bsdf("<bsdf type=\"roughdielectric\">" + number("alpha_u", "0.2") + number("alpha_v", "0.2") + "</bsdf>")
+            .alpha == 0.2);
+}
+
+TEST_CASE("refractive indices have Mitsuba's names") {
+  // Spot checks of the table: Mitsuba 3.9.1's values.
+  const std::pair<const char*, double> cases[] = {
+      {"vacuum", 1}, {"air", 1.000277}, {"water ice", 1.31}, {"bk7", 1.5046}, {"diamond", 2.419}};
+  for (const auto& [name, value] : cases)
+    CHECK(load_bsdf("<bsdf type=\"dielectric\">" + text("int_ior", name) + "</bsdf>").int_ior == value);
+}
+
+TEST_CASE("twosided turns a diffuse surface into a two-sided one without touching the original") {
+  const Scene scene = SceneFolder().load(
+      "<bsdf type=\"diffuse\" id=\"d\"/><bsdf type=\"twosided\" id=\"t\"><ref id=\"d\"/></bsdf>"
+      "<shape type=\"disk\"><ref id=\"t\"/></shape><shape type=\"disk\"><ref id=\"d\"/></shape>");
+  CHECK(scene.bsdfs[static_cast<std::size_t>(scene.shapes[0].bsdf)].twosided);
+  CHECK(!scene.bsdfs[static_cast<std::size_t>(scene.shapes[1].bsdf)].twosided);
+}
+
+TEST_CASE("a diffuse surface takes a bitmap, with all its parameters") {
+  SceneFolder folder;
+  write_png(folder.path("t.png"), 2, 1, {255, 255, 255, 188, 0, 0});
+  const std::string shape =
+      "<shape type=\"rectangle\"><bsdf type=\"diffuse\"><texture type=\"bitmap\" name=\"reflectance\">" +
+      text("filename", "t.png");
+  const Texture plain = folder.load(shape + "</texture></bsdf></shape>").bsdfs[0].reflectance;
+  REQUIRE(plain.bitmap);
+  CHECK(plain.bitmap->width == 2);
+  CHECK(plain.bitmap->height == 1);
+  CHECK(plain.bitmap->data[3] == Approx(srgb_decode(188 / 255.0)));
+  CHECK(!plain.nearest);
+  CHECK(plain.wrap == Texture::Wrap::repeat);
+  const Texture other =
+      folder
+          .load(shape + text("filter_type", "nearest") + text("wrap_mode", "mirror") +
+                "<boolean name=\"raw\" value=\"true\"/><transform name=\"to_uv\"><scale x=\"2\" y=\"3\"/>"
+                "<translate x=\"0.5\" y=\"0.25\"/></transform></texture></bsdf></shape>")
+          .bsdfs[0]
+          .reflectance;
+  CHECK(other.nearest);
+  CHECK(other.wrap == Texture::Wrap::mirror);
+  CHECK(other.bitmap->data[3] == Approx(188 / 255.0));
+  CHECK(other.to_uv == std::array<double, 6>{2, 0, 0.5, 0, 3, 0.25});
+}
+
+TEST_CASE("a texture may be shared, and its file is read once") {
+  SceneFolder folder;
+  write_png(folder.path("t.png"), 1, 1, {1, 2, 3});
+  const Scene scene = folder.load("<texture type=\"bitmap\" id=\"t\">" + text("filename", "t.png") +
+                                  "</texture>"
+                                  "<bsdf type=\"diffuse\"><ref name=\"reflectance\" id=\"t\"/></bsdf>"
+                                  "<bsdf type=\"diffuse\"><ref name=\"reflectance\" id=\"t\"/></bsdf>");
+  CHECK(scene.bsdfs[0].reflectance.bitmap);
+  CHECK(scene.bsdfs[0].reflectance.bitmap == scene.bsdfs[1].reflectance.bitmap);
+}
+
+TEST_CASE("faulty bsdfs are refused") {
+  check_bsdf_error("roughdielectric", number("alpha", "0"), {"alpha = 0", "dielectric"});
+  check_bsdf_error("roughdielectric", number("alpha", "-0.1"), {"alpha = -0.1"});
+  check_bsdf_error("roughdielectric", number("alpha", "1.5"), {"alpha = 1.5", "at most 1"});
+  check_bsdf_error("roughdielectric", number("alpha_u", "0.1") + number("alpha_v", "0.2"),
+                   {"alpha_u = 0.1", "alpha_v = 0.2"});
+  check_bsdf_error("roughdielectric", number("alpha", "0.1") + number("alpha_u", "0.2"), {"both"});
+  SceneFolder().check_error("<bsdf type=\"roughdielectric\">\n" + number("alpha_u", "0.2") + "</bsdf>", 2,
+                            {"only one"});
+  check_bsdf_error("roughdielectric", text("distribution", "phong"), {"\"phong\"", "\"beckmann\" or \"ggx\""});
+  check_bsdf_error("dielectric", number("int_ior", "0"), {"\"int_ior\"", "above 0"});
+  check_bsdf_error("dielectric", text("int_ior", "watr"), {"unknown material \"watr\"", "did you mean \"water\""});
+  check_bsdf_error("roughdielectric", number("int_ior", "1.4") + number("ext_ior", "1.4"), {"both 1.4", "use null"});
+  check_bsdf_error("dielectric", number("alpha", "0.1"), {"unknown parameter \"alpha\""});
+  check_bsdf_error("dielectric", "<rgb name=\"specular_reflectance\" value=\"0 0 1.5\"/>", {"1.5", "[0, 1]"});
+  check_bsdf_error("diffuse", "<rgb name=\"reflectance\" value=\"0 0 1.5\"/>", {"1.5", "[0, 1]"});
+  check_bsdf_error("diffuse", "<bsdf type=\"null\" name=\"reflectance\"/>", {"\"reflectance\"", "<texture>"});
+  check_bsdf_error("twosided", "<bsdf type=\"dielectric\"/>", {"\"dielectric\"", "need \"diffuse\""});
+  SceneFolder().check_error("<bsdf type=\"twosided\"/>", 2, {"empty"});
+}
+
+TEST_CASE("faulty textures are refused") {
+  SceneFolder folder;
+  const auto diffuse = [](const std::string& content) {
+    return "<bsdf type=\"diffuse\"><texture type=\"bitmap\" name=\"reflectance\">\n" + content + "</texture></bsdf>";
+  };
+  folder.check_error(diffuse(text("filename", "gone.png")), 3, {"no such file", "gone.png"});
+  folder.check_error(diffuse(""), 2, {"no \"filename\""});
+  folder.check_error(diffuse(text("filename", "")), 3, {"empty"});
+  folder.write("bad.png", "this is no picture");
+  folder.check_error(diffuse(text("filename", "bad.png")), 3, {"bad.png"});
+  write_png(folder.path("t.png"), 1, 1, {1, 2, 3});
+  folder.check_error(diffuse(text("filename", "t.png") + "\n" + text("filter_type", "cubic")), 4,
+                     {"\"cubic\"", "\"bilinear\""});
+  folder.check_error(diffuse(text("filename", "t.png") + "\n" + text("wrap_mode", "tile")), 4,
+                     {"\"tile\"", "\"repeat\""});
+  folder.check_error("<bsdf type=\"diffuse\"><texture type=\"checkerboard\" name=\"reflectance\"/></bsdf>", 2,
+                     {"\"checkerboard\"", "\"bitmap\""});
+  ExrImage image{1, 1, {"R", "G", "B"}, {0.5f, 2.0f, 0.5f}, {}};
+  write_exr(folder.path("t.exr"), image);
+  folder.check_error("\n" + diffuse(text("filename", "t.exr")), 3, {"to 2", "[0, 1]"});
+  image.data[1] = std::numeric_limits<float>::quiet_NaN();
+  write_exr(folder.path("t.exr"), image);
+  folder.check_error(diffuse(text("filename", "t.exr")), 3, {"t.exr", "pixel (0, 0)", "finite"});
+  folder.write_tetrahedron("t.ply");
+  folder.check_error(
+      "<shape type=\"ply\">" + text("filename", "t.ply") + diffuse(text("filename", "t.png")) + "</shape>", 2,
+      {"no texture coordinates"});
+}
+
+TEST_CASE("media that say nothing have Mitsuba's defaults") {
+  const Medium m = load_medium("");
+  CHECK(m.sigma_t == Rgb{1, 1, 1});
+  CHECK(m.albedo == Rgb{0.75, 0.75, 0.75});
+  CHECK(m.scale == 1);
+  CHECK(m.isotropic);
+  CHECK(!m.sigma_t_is_rgb);
+  CHECK(!m.albedo_is_rgb);
+  const Medium hg = load_medium("<phase type=\"hg\"/>");
+  CHECK(!hg.isotropic);
+  CHECK(hg.g == 0.8);
+}
+
+TEST_CASE("every parameter of a medium arrives") {
+  const Medium m = load_medium("<rgb name=\"sigma_t\" value=\"1, 2, 3\"/><spectrum name=\"albedo\" value=\"0.25\"/>" +
+                               number("scale", "10") + "<phase type=\"hg\" id=\"p\">" + number("g", "-0.5") +
+                               "</phase>" + "<boolean name=\"sample_emitters\" value=\"false\"/>");
+  CHECK(m.id == "m");
+  CHECK(m.phase_id == "p");
+  CHECK(m.sigma_t == Rgb{1, 2, 3});  // without scale
+  CHECK(m.sigma_t_is_rgb);
+  CHECK(m.albedo == Rgb{0.25, 0.25, 0.25});
+  CHECK(!m.albedo_is_rgb);
+  CHECK(m.scale == 10);
+  CHECK(m.g == -0.5);
+  CHECK(load_medium("<integer name=\"sigma_t\" value=\"4\"/>").sigma_t == Rgb{4, 4, 4});
+}
+
+TEST_CASE("albedo 0 and 1, sigma_t 0 and g close to 1 are allowed") {
+  CHECK(load_medium(number("albedo", "0")).albedo[0] == 0);
+  CHECK(load_medium(number("albedo", "1")).albedo[0] == 1);
+  CHECK(load_medium(number("sigma_t", "0")).sigma_t[0] == 0);
+  CHECK(load_medium("<phase type=\"hg\">" + number("g", "0.9999") + "</phase>").g == 0.9999);
+}
+
+TEST_CASE("faulty media are refused") {
+  check_medium_error(number("sigma_t", "-1"), {"sigma_t = -1", "negative"});
+  check_medium_error("<rgb name=\"sigma_t\" value=\"1 1 -2\"/>", {"sigma_t = -2"});
+  check_medium_error(number("albedo", "1.01"), {"albedo = 1.01", "[0, 1]"});
+  check_medium_error(number("albedo", "-0.5"), {"albedo = -0.5"});
+  check_medium_error(number("scale", "-1"), {"scale = -1"});
+  check_medium_error("<phase type=\"hg\">" + number("g", "1") + "</phase>", {"g = 1 ", "(-1, 1)", "mean cosine"});
+  check_medium_error("<phase type=\"hg\">" + number("g", "-1.5") + "</phase>", {"g = -1.5"});
+  check_medium_error("<phase type=\"rayleigh\"/>", {"\"rayleigh\"", "\"isotropic\" or \"hg\""});
+  check_medium_error(number("sigma_s", "1"), {"unknown parameter \"sigma_s\"", "did you mean \"sigma_t\""});
+  check_medium_error("<phase type=\"hg\"/><phase type=\"hg\"/>", {"more than one <phase>"});
+}

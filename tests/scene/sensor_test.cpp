@@ -1,0 +1,142 @@
+#include <cmath>
+
+#include "tests/scene/scene_folder.h"
+
+using namespace itn;
+
+namespace {
+
+std::string perspective(const std::string& content) {
+  return "<sensor type=\"perspective\">\n" + content + "</sensor>";
+}
+std::string film(const std::string& content) { return perspective("<film type=\"hdrfilm\">" + content + "</film>"); }
+std::string integer(const std::string& name, const std::string& value) {
+  return "<integer name=\"" + name + "\" value=\"" + value + "\"/>";
+}
+std::string number(const std::string& name, const std::string& value) {
+  return "<float name=\"" + name + "\" value=\"" + value + "\"/>";
+}
+std::string text(const std::string& name, const std::string& value) {
+  return "<string name=\"" + name + "\" value=\"" + value + "\"/>";
+}
+Sensor load(const std::string& scene) { return SceneFolder().load(scene).sensors.at(0); }
+void check_error(const std::string& scene, const std::vector<std::string>& words) {
+  SceneFolder().check_error(scene, 3, words);
+}
+
+}  // namespace
+
+TEST_CASE("a sensor that says nothing is Mitsuba's default") {
+  const Sensor s = load(perspective(""));
+  CHECK(!s.orthographic);
+  CHECK(s.width == 768);
+  CHECK(s.height == 576);
+  CHECK(s.fov_x == Approx(38.1848).epsilon(1e-5));  // 50 mm
+  CHECK(s.near_clip == 0.01);
+  CHECK(s.far_clip == 1e4);
+  CHECK(s.filter == FilterKind::gaussian);
+  CHECK(s.filter_stddev == 0.5);
+  CHECK(s.spp == 4);
+  CHECK(!s.luminance);
+  CHECK(s.medium == -1);
+  CHECK(s.crop_width == 768);
+  CHECK(s.crop_height == 576);
+}
+
+TEST_CASE("fov counts along fov_axis") {
+  // tan(fov_y / 2) = tan(fov_x / 2) / aspect; the diagonal of an image of aspect a has length sqrt(1 + 1/a^2) of its
+  // width. The expected values are those of Mitsuba 3.9.1.
+  const std::string wide = "<film type=\"hdrfilm\">" + integer("width", "640") + integer("height", "480") + "</film>";
+  const std::string tall = "<film type=\"hdrfilm\">" + integer("width", "480") + integer("height", "640") + "</film>";
+  const struct {
+    const char* axis;
+    double wide, tall;
+  } cases[] = {{"x", 40, 40},
+               {"y", 51.774010, 30.536943},
+               {"diagonal", 32.468605, 24.637943},
+               {"smaller", 51.774010, 40},
+               {"larger", 40, 30.536943}};
+  for (const auto& c : cases) {
+    INFO(c.axis);
+    const std::string lens = number("fov", "40") + text("fov_axis", c.axis);
+    CHECK(load(perspective(wide + lens)).fov_x == Approx(c.wide).epsilon(1e-6));
+    CHECK(load(perspective(tall + lens)).fov_x == Approx(c.tall).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("focal_length is that of a 35 mm film's diagonal") {
+  const std::string size = "<film type=\"hdrfilm\">" + integer("width", "640") + integer("height", "480") + "</film>";
+  CHECK(load(perspective(size + text("focal_length", "35mm"))).fov_x == Approx(52.622544).epsilon(1e-6));
+  CHECK(load(perspective(size + text("focal_length", "85"))).fov_x == Approx(23.017088).epsilon(1e-6));
+}
+
+TEST_CASE("every parameter of a sensor and its film arrives") {
+  const Scene scene = SceneFolder().load(
+      "<medium type=\"homogeneous\" id=\"fog\"/>"
+      "<sensor type=\"perspective\" id=\"front\"><float name=\"near_clip\" value=\"0.5\"/><float name=\"far_clip\" "
+      "value=\"50\"/>"
+      "<float name=\"principal_point_offset_x\" value=\"0.1\"/><float name=\"principal_point_offset_y\" "
+      "value=\"-0.2\"/>"
+      "<ref id=\"fog\"/><sampler type=\"multijitter\"><integer name=\"sample_count\" value=\"64\"/></sampler>"
+      "<film type=\"hdrfilm\"><integer name=\"width\" value=\"100\"/><integer name=\"height\" value=\"50\"/>"
+      "<integer name=\"crop_offset_x\" value=\"10\"/><integer name=\"crop_offset_y\" value=\"20\"/>"
+      "<integer name=\"crop_width\" value=\"30\"/><integer name=\"crop_height\" value=\"5\"/>"
+      "<string name=\"pixel_format\" value=\"luminance\"/><string name=\"file_format\" value=\"OpenEXR\"/>"
+      "<string name=\"component_format\" value=\"float32\"/><boolean name=\"sample_border\" value=\"true\"/>"
+      "<rfilter type=\"tent\"><float name=\"radius\" value=\"1.5\"/></rfilter></film></sensor>"
+      "<sensor type=\"orthographic\"><film type=\"hdrfilm\"><rfilter type=\"box\"/></film></sensor>");
+  REQUIRE(scene.sensors.size() == 2);
+  const Sensor& s = scene.sensors[0];
+  CHECK(s.id == "front");
+  CHECK(s.near_clip == 0.5);
+  CHECK(s.far_clip == 50);
+  CHECK(s.principal_x == 0.1);
+  CHECK(s.principal_y == -0.2);
+  CHECK(s.medium == 0);
+  CHECK(s.spp == 64);
+  CHECK(s.width == 100);
+  CHECK(s.height == 50);
+  CHECK(s.crop_x == 10);
+  CHECK(s.crop_y == 20);
+  CHECK(s.crop_width == 30);
+  CHECK(s.crop_height == 5);
+  CHECK(s.luminance);
+  CHECK(s.filter == FilterKind::tent);
+  CHECK(s.filter_radius == 1.5);
+  CHECK(scene.sensors[1].orthographic);
+  CHECK(scene.sensors[1].id == "orthographic0");
+  CHECK(scene.sensors[1].filter == FilterKind::box);
+}
+
+TEST_CASE("every sampler gives the number of samples") {
+  for (const std::string type : {"independent", "stratified", "multijitter", "orthogonal", "ldsampler"})
+    CHECK(load(perspective("<sampler type=\"" + type + "\">" + integer("sample_count", "9") + "</sampler>")).spp == 9);
+}
+
+TEST_CASE("faulty sensors are refused") {
+  check_error(film(integer("width", "0")), {"width = 0", "need 1"});
+  check_error(film(integer("height", "-4")), {"height = -4"});
+  check_error(film(integer("width", "99999999999")), {"width = 99999999999"});
+  check_error(film(number("width", "64")), {"<float>", "<integer>"});
+  check_error(film(integer("width", "64") + integer("crop_offset_x", "64")), {"crop_offset_x = 64", "0 to 63"});
+  check_error(film(integer("width", "64") + integer("crop_width", "65")), {"crop_width = 65"});
+  check_error(film(text("pixel_format", "rgba")), {"\"rgba\"", "\"rgb\" or \"luminance\""});
+  check_error(film("<rfilter type=\"mitchell\"/>"), {"\"mitchell\"", "\"gaussian\""});
+  check_error(film("<rfilter type=\"tent\">" + number("radius", "0") + "</rfilter>"), {"radius = 0"});
+  check_error(film("<rfilter type=\"gaussian\">" + number("stddev", "-1") + "</rfilter>"), {"stddev = -1"});
+  check_error(film("<rfilter type=\"box\">" + number("radius", "1") + "</rfilter>"), {"unknown parameter \"radius\""});
+  check_error(perspective("<film type=\"specfilm\"/>"), {"\"specfilm\"", "\"hdrfilm\""});
+  check_error(perspective("<sampler type=\"independent\">" + integer("sample_count", "0") + "</sampler>"),
+              {"sample_count = 0", "need 1"});
+  check_error(perspective("<sampler type=\"halton\"/>"), {"\"halton\"", "\"independent\""});
+  check_error(perspective(number("fov", "0")), {"fov = 0", "(0, 180)"});
+  check_error(perspective(number("fov", "180")), {"fov = 180"});
+  check_error(perspective(number("fov", "40") + text("focal_length", "50mm")), {"both fov and focal_length"});
+  check_error(perspective(text("focal_length", "wide")), {"focal_length", "need a number"});
+  check_error(perspective(text("focal_length", "-1mm")), {"focal_length", "above 0"});
+  check_error(perspective(text("fov_axis", "z")), {"\"z\"", "\"diagonal\""});
+  check_error(perspective(number("near_clip", "0")), {"near_clip = 0"});
+  check_error(perspective(number("near_clip", "1") + number("far_clip", "0.5")), {"far_clip = 0.5"});
+  check_error(perspective("<transform name=\"to_world\"><scale value=\"2\"/></transform>"), {"scales"});
+  check_error("<sensor type=\"orthographic\">\n" + number("fov", "30") + "</sensor>", {"\"fov\""});
+}

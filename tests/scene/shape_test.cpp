@@ -1,0 +1,260 @@
+// Shapes in world space, and the checks of what bounds a medium.
+#include <cmath>
+
+#include "runtime/scene/mesh_repair.h"
+#include "runtime/scene/transform.h"
+#include "tests/scene/scene_folder.h"
+
+using namespace itn;
+
+namespace {
+
+const std::string medium = "<medium type=\"homogeneous\" name=\"interior\"/><bsdf type=\"null\"/>";
+
+std::string mesh(const std::string& type, const std::string& file, const std::string& content = "") {
+  return "<shape type=\"" + type + "\">\n<string name=\"filename\" value=\"" + file + "\"/>" + content + "</shape>";
+}
+std::string to_world(const std::string& steps) { return "<transform name=\"to_world\">" + steps + "</transform>"; }
+Shape load(const std::string& element) { return SceneFolder().load(element).shapes.at(0); }
+
+// Does every normal of the triangles, by winding, point away from the centre?
+bool winds_outward(const Mesh& m, const Vec3& centre) {
+  const auto corner = [&](std::uint32_t i) { return Vec3{m.position[i][0], m.position[i][1], m.position[i][2]}; };
+  for (const auto& t : m.triangle)
+    if (dot(cross(corner(t[1]) - corner(t[0]), corner(t[2]) - corner(t[0])), corner(t[0]) - centre) <= 0) return false;
+  return true;
+}
+
+}  // namespace
+
+TEST_CASE("a sphere has radius 1 about the origin unless it says otherwise") {
+  const Shape s = load("<shape type=\"sphere\"/>");
+  CHECK(s.kind == Shape::Kind::sphere);
+  CHECK(s.center == Vec3{0, 0, 0});
+  CHECK(s.radius == 1);
+  CHECK(!s.flip_normals);
+  CHECK(s.id == "sphere0");
+}
+
+TEST_CASE("a sphere's centre and radius go through to_world") {
+  // Scale 3, then translate by 10: centre 3 (1, 2, 3) + (10, 0, 0), radius 3 * 2.
+  const Shape s = load(
+      "<shape type=\"sphere\"><point name=\"center\" x=\"1\" y=\"2\" z=\"3\"/><float name=\"radius\" value=\"2\"/>" +
+      to_world("<scale value=\"3\"/><translate x=\"10\"/>") + "</shape>");
+  CHECK(s.center == Vec3{13, 6, 9});
+  CHECK(s.radius == Approx(6));
+}
+
+TEST_CASE("a reflected or flipped sphere has its normals inside, one that is both outside") {
+  const std::string flip = "<boolean name=\"flip_normals\" value=\"true\"/>";
+  CHECK(load("<shape type=\"sphere\">" + flip + "</shape>").flip_normals);
+  CHECK(load("<shape type=\"sphere\">" + to_world("<scale x=\"-1\"/>") + "</shape>").flip_normals);
+  CHECK(!load("<shape type=\"sphere\">" + flip + to_world("<scale x=\"-1\"/>") + "</shape>").flip_normals);
+}
+
+TEST_CASE("a disk's normal, edge_u x edge_v with flip_normals, is the transformed +z") {
+  // As in Mitsuba: reflecting x leaves the normal, reflecting z turns it.
+  const auto normal_z = [](const std::string& content) {
+    const Shape s = load("<shape type=\"disk\">" + content + "</shape>");
+    return (s.flip_normals ? -1 : 1) * cross(s.edge_u, s.edge_v)[2];
+  };
+  CHECK(normal_z("") == 1);
+  CHECK(normal_z(to_world("<scale x=\"-1\"/>")) == 1);
+  CHECK(normal_z(to_world("<scale z=\"-1\"/>")) == -1);
+  CHECK(normal_z("<boolean name=\"flip_normals\" value=\"true\"/>") == -1);
+  const Shape s = load("<shape type=\"disk\">" + to_world("<scale x=\"2\" y=\"3\"/><translate z=\"4\"/>") + "</shape>");
+  CHECK(s.center == Vec3{0, 0, 4});
+  CHECK(s.edge_u == Vec3{2, 0, 0});
+  CHECK(s.edge_v == Vec3{0, 3, 0});
+}
+
+TEST_CASE("a rectangle is [-1, 1]^2 with normal +z and texture coordinates in [0, 1]") {
+  const Shape s = load("<shape type=\"rectangle\"/>");
+  REQUIRE(s.mesh);
+  CHECK(s.mesh->triangle.size() == 2);
+  CHECK(winds_outward(*s.mesh, {0, 0, -1}));
+  for (std::size_t i = 0; i < 4; ++i)
+    for (std::size_t c = 0; c < 2; ++c) CHECK(s.mesh->texcoord[i][c] == (s.mesh->position[i][c] + 1) / 2);
+}
+
+TEST_CASE("a cube is [-1, 1]^3, closed, winds outward and stays so under reflections") {
+  for (const std::string steps : {"", "<scale x=\"-1\"/>", "<scale value=\"-2\"/>", "<rotate x=\"1\" angle=\"33\"/>"}) {
+    const Shape s = load("<shape type=\"cube\">" + to_world(steps) + "</shape>");
+    const Topology t = topology(*s.mesh);
+    CHECK(t.closed());
+    CHECK(winds_outward(*s.mesh, {0, 0, 0}));
+    CHECK(t.volume == Approx(steps.find("-2") == std::string::npos ? 8 : 64));
+  }
+  CHECK(!winds_outward(*load("<shape type=\"cube\"><boolean name=\"flip_normals\" value=\"true\"/></shape>").mesh,
+                       {0, 0, 0}));
+}
+
+TEST_CASE("a mesh without normals gets smooth ones weighted by angle, face_normals takes them away") {
+  SceneFolder folder;
+  folder.write_tetrahedron("t.ply");
+  const auto smooth = folder.load(mesh("ply", "t.ply")).shapes[0].mesh;
+  REQUIRE(smooth->normal.size() == 4);
+  // At the origin three right angles meet, with normals -x, -y, -z.
+  for (std::size_t c = 0; c < 3; ++c) CHECK(smooth->normal[0][c] == Approx(-1 / std::sqrt(3.0)));
+  // At (1, 0, 0): angles 45, 45 (normals -z, -y) and 60 degrees (normal (1, 1, 1) / sqrt 3).
+  const double a = M_PI / 4, b = M_PI / 3 / std::sqrt(3.0);
+  const Vec3 expected = normalize(Vec3{b, b - a, b - a});
+  for (std::size_t c = 0; c < 3; ++c) CHECK(smooth->normal[1][c] == Approx(expected[c]).margin(1e-6));
+  CHECK(folder.load(mesh("ply", "t.ply", "<boolean name=\"face_normals\" value=\"true\"/>"))
+            .shapes[0]
+            .mesh->normal.empty());
+}
+
+TEST_CASE("normals of a file are turned as normals are") {
+  SceneFolder folder;
+  folder.write("n.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 1 1 0\nf 1//1 2//1 3//1\n");
+  const auto m = folder.load(mesh("obj", "n.obj", to_world("<scale x=\"2\"/>"))).shapes[0].mesh;
+  // The inverse transpose of scale (2, 1, 1) takes (1, 1, 0) to (0.5, 1, 0).
+  CHECK(m->normal[0][0] == Approx(0.5 / std::sqrt(1.25)));
+  CHECK(m->normal[0][1] == Approx(1 / std::sqrt(1.25)));
+}
+
+TEST_CASE("normals of length 0 in a file are computed, with a warning") {
+  SceneFolder folder;
+  folder.write("n.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 0\nvn 0 1 1\nf 1//1 2//2 3//2\n");
+  const Scene scene = folder.load(mesh("obj", "n.obj"));
+  CHECK(scene.shapes[0].mesh->normal[0] == std::array<float, 3>{0, 0, 1});
+  CHECK(scene.shapes[0].mesh->normal[1][1] == Approx(std::sqrt(0.5)));
+  REQUIRE(scene.warnings.size() == 1);
+  CHECK_THAT(scene.warnings[0], Catch::Contains("1 of 3 vertex normals"));
+}
+
+TEST_CASE("flip_normals turns triangles and normals around") {
+  SceneFolder folder;
+  folder.write_tetrahedron("t.ply");
+  const auto plain = folder.load(mesh("ply", "t.ply")).shapes[0].mesh;
+  const auto flipped =
+      folder.load(mesh("ply", "t.ply", "<boolean name=\"flip_normals\" value=\"true\"/>")).shapes[0].mesh;
+  CHECK(topology(*plain).volume == Approx(1.0 / 6));
+  CHECK(topology(*flipped).volume == Approx(-1.0 / 6));
+  CHECK(flipped->normal[0][0] == -plain->normal[0][0]);
+}
+
+TEST_CASE("OBJ texture coordinates are flipped unless the scene says otherwise, PLY's are not") {
+  SceneFolder folder;
+  folder.write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.25 0.125\nf 1/1 2/1 3/1\n");
+  CHECK(folder.load(mesh("obj", "t.obj")).shapes[0].mesh->texcoord[0] == std::array<float, 2>{0.25f, 0.875f});
+  CHECK(folder.load(mesh("obj", "t.obj", "<boolean name=\"flip_tex_coords\" value=\"false\"/>"))
+            .shapes[0]
+            .mesh->texcoord[0] == std::array<float, 2>{0.25f, 0.125f});
+  CHECK(folder.load(mesh("mesh", "t.obj")).shapes[0].mesh->texcoord[0] == std::array<float, 2>{0.25f, 0.125f});
+}
+
+TEST_CASE("a shape without a bsdf is diffuse, reflectance one half") {
+  const Scene scene = SceneFolder().load("<shape type=\"sphere\"/>");
+  const Bsdf& b = scene.bsdfs.at(static_cast<std::size_t>(scene.shapes[0].bsdf));
+  CHECK(b.kind == BsdfKind::diffuse);
+  CHECK(b.reflectance.value == Rgb{0.5, 0.5, 0.5});
+}
+
+TEST_CASE("media inside and outside arrive") {
+  const Scene scene = SceneFolder().load(
+      "<shape type=\"sphere\"><medium type=\"homogeneous\" name=\"interior\"/>"
+      "<medium type=\"homogeneous\" name=\"exterior\"/></shape>");
+  CHECK(scene.media.at(static_cast<std::size_t>(scene.shapes[0].interior)).id == "homogeneous0");
+  CHECK(scene.media.at(static_cast<std::size_t>(scene.shapes[0].exterior)).id == "homogeneous1");
+}
+
+TEST_CASE("faulty shapes are refused") {
+  SceneFolder folder;
+  folder.check_error("<shape type=\"sphere\">\n<float name=\"radius\" value=\"0\"/></shape>", 3, {"radius = 0"});
+  folder.check_error("<shape type=\"sphere\">\n" + to_world("<scale x=\"2\"/>") + "</shape>", 3, {"ellipsoid"});
+  folder.check_error("<shape type=\"sphere\">\n<medium type=\"homogeneous\"/></shape>", 3, {"name=\"interior\""});
+  folder.check_error("<shape type=\"sphere\">\n<bsdf type=\"null\"/><bsdf type=\"null\"/></shape>", 3,
+                     {"more than one <bsdf>"});
+  folder.check_error("<shape type=\"sphere\">\n<emitter type=\"area\"/></shape>", 3,
+                     {"<emitter type=\"area\">", "<bsdf>"});
+  folder.check_error(
+      "<shape type=\"cube\">\n" + to_world("<scale value=\"1e30\"/><scale value=\"1e30\"/>") + "</shape>", 3,
+      {"single precision"});
+  for (const std::string type : {"sphere", "disk"})
+    folder.check_error(
+        "<shape type=\"" + type + "\">\n" + to_world("<scale value=\"1e30\"/><scale value=\"1e30\"/>") + "</shape>", 3,
+        {"single precision"});
+  folder.check_error("<shape type=\"ply\"/>", 2, {"no \"filename\""});
+  folder.check_error(mesh("ply", "gone.ply"), 3, {"no such file", "gone.ply", "relative to the scene"});
+}
+
+TEST_CASE("a mesh with holes cannot bound a medium: how many open edges, and where one is") {
+  SceneFolder folder;
+  folder.write_ply("open.ply", {"0 0 0", "1 0 0", "0 1 0", "0 0 1"}, {"3 0 2 1", "3 0 1 3", "3 0 3 2"});
+  folder.check_error(mesh("ply", "open.ply", medium), 2, {"bounds a medium", "3 open edges", "0.5", "closed mesh"});
+  CHECK(folder.load(mesh("ply", "open.ply")).warnings.empty());
+  const Scene glass = folder.load(mesh("ply", "open.ply", "<bsdf type=\"dielectric\"/>"));
+  REQUIRE(glass.warnings.size() == 1);
+  CHECK_THAT(glass.warnings[0], Catch::Contains("dielectric") && Catch::Contains("3 open edges"));
+  folder.check_error("<shape type=\"rectangle\">" + medium + "</shape>", 2, {"4 open edges"});
+  folder.check_error("<shape type=\"disk\">" + medium + "</shape>", 2, {"not closed"});
+}
+
+TEST_CASE("vertices at the same position are one when holes are looked for") {
+  SceneFolder folder;
+  folder.write_ply("split.ply", {"0 0 0", "1 0 0", "0 1 0", "0 0 1", "0 0 0", "1 0 0", "0 0 1"},
+                   {"3 0 2 1", "3 4 5 6", "3 1 2 3", "3 0 3 2"});
+  CHECK(folder.load(mesh("ply", "split.ply", medium)).warnings.empty());
+}
+
+TEST_CASE("a mesh turned inside out, in part or as a whole, cannot bound a medium") {
+  SceneFolder folder;
+  folder.write_ply("out.ply", {"0 0 0", "1 0 0", "0 1 0", "0 0 1"}, {"3 0 1 2", "3 0 3 1", "3 1 3 2", "3 0 2 3"});
+  folder.check_error(mesh("ply", "out.ply", medium), 2, {"inside out", "volume -0.16", "flip_normals"});
+  CHECK(folder.load(mesh("ply", "out.ply", medium + "<boolean name=\"flip_normals\" value=\"true\"/>")).shapes.size() ==
+        1);
+  folder.write_ply("part.ply", {"0 0 0", "1 0 0", "0 1 0", "0 0 1"}, {"3 0 2 1", "3 0 1 3", "3 1 3 2", "3 0 3 2"});
+  folder.check_error(mesh("ply", "part.ply", medium), 2, {"wind against each other", "3 edges"});
+  folder.check_error("<shape type=\"sphere\">" + medium + "<boolean name=\"flip_normals\" value=\"true\"/></shape>", 2,
+                     {"inside out"});
+  folder.write_tetrahedron("t.ply");
+  folder.check_error(mesh("ply", "t.ply", medium + to_world("<scale x=\"-1\"/>")), 2, {"inside out"});
+}
+
+TEST_CASE("a mesh with normals of its own keeps its outside under a reflection") {
+  SceneFolder folder;
+  folder.write("t.obj",
+               "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 -1\nvn 0 -1 0\nvn 1 1 1\nvn -1 0 0\n"
+               "f 1//1 3//1 2//1\nf 1//2 2//2 4//2\nf 2//3 3//3 4//3\nf 1//4 4//4 3//4\n");
+  const Scene scene = folder.load(mesh("obj", "t.obj", medium + to_world("<scale x=\"-1\"/>")));
+  const Mesh& m = *scene.shapes[0].mesh;
+  CHECK(topology(m).volume == Approx(1.0 / 6));
+  CHECK(m.normal[6][0] == Approx(-1 / std::sqrt(3.0)));
+}
+
+TEST_CASE("a mesh with an edge of three triangles cannot bound a medium") {
+  SceneFolder folder;
+  folder.write_ply("fin.ply", {"0 0 0", "1 0 0", "0 1 0", "0 0 1", "-1 -1 -1"},
+                   {"3 0 2 1", "3 0 1 3", "3 1 2 3", "3 0 3 2", "3 0 1 4", "3 1 0 4"});
+  folder.check_error(mesh("ply", "fin.ply", medium), 2, {"non-manifold", "one at (0.5, 0, 0)"});
+}
+
+TEST_CASE("two separate closed parts are one closed mesh") {
+  SceneFolder folder;
+  folder.write_ply("two.ply", {"0 0 0", "1 0 0", "0 1 0", "0 0 1", "5 0 0", "6 0 0", "5 1 0", "5 0 1"},
+                   {"3 0 2 1", "3 0 1 3", "3 1 2 3", "3 0 3 2", "3 4 6 5", "3 4 5 7", "3 5 6 7", "3 4 7 6"});
+  CHECK(folder.load(mesh("ply", "two.ply", medium)).warnings.empty());
+}
+
+TEST_CASE("triangles without area are dropped with a warning, and open no holes") {
+  SceneFolder folder;
+  folder.write_ply("flat.ply", {"0 0 0", "1 0 0", "0 1 0", "0 0 1"},
+                   {"3 0 2 1", "3 0 1 3", "3 1 2 3", "3 0 3 2", "3 0 0 1", "3 2 2 2"});
+  const Scene scene = folder.load(mesh("ply", "flat.ply", medium));
+  CHECK(scene.shapes[0].mesh->triangle.size() == 4);
+  REQUIRE(scene.warnings.size() == 1);
+  CHECK_THAT(scene.warnings[0], Catch::Contains("scene.xml:2:1") && Catch::Contains("2 of 6 triangles"));
+  folder.write_ply("line.ply", {"0 0 0", "1 0 0", "2 0 0"}, {"3 0 1 2"});
+  folder.check_error(mesh("ply", "line.ply"), 3, {"no triangle of the mesh has an area"});
+}
+
+TEST_CASE("a sliver whose corners lie on a line closes the surface though it has no area") {
+  SceneFolder folder;
+  // The edge from (0, 0, 0) to (1, 0, 0) is split at its middle on one side only; a sliver joins the sides.
+  folder.write_ply("sliver.ply", {"0 0 0", "1 0 0", "0 1 0", "0 0 1", "0.5 0 0"},
+                   {"3 0 2 4", "3 4 2 1", "3 0 1 3", "3 1 2 3", "3 0 3 2", "3 0 4 1"});
+  const Scene scene = folder.load(mesh("ply", "sliver.ply", medium));
+  CHECK(scene.shapes[0].mesh->triangle.size() == 5);
+}
