@@ -17,19 +17,18 @@ void fail_type(const Element& element, const std::vector<std::string>& allowed) 
 
 namespace {
 
-std::string parse_version(const Element& root) {
+void check_version(const Element& root) {
   const std::string& version = root.attribute("version");
   if (version.empty()) fail(root.where, "<scene> has no version; need version=\"3.0.0\"");
   if (version[0] != '3')
     fail(root.where, "<scene version=" + quote(version) + ">; need 3.x.x: convert the file by opening it in Mitsuba 3");
-  return version;
 }
 
 }  // namespace
 
 Scene load_scene(const std::string& file, const std::map<std::string, std::string>& definitions) {
   const Document document = read_document(file, definitions);
-  parse_version(*document.root);
+  check_version(*document.root);
   Builder builder(document);
   builder.scene.file = file;
   warn_of_shears(*document.root, builder.scene.warnings);

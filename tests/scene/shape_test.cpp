@@ -172,6 +172,10 @@ TEST_CASE("faulty shapes are refused") {
   folder.check_error(
       "<shape type=\"cube\">\n" + to_world("<scale value=\"1e30\"/><scale value=\"1e30\"/>") + "</shape>", 3,
       {"single precision"});
+  for (const std::string type : {"sphere", "disk"})
+    folder.check_error(
+        "<shape type=\"" + type + "\">\n" + to_world("<scale value=\"1e30\"/><scale value=\"1e30\"/>") + "</shape>", 3,
+        {"single precision"});
   folder.check_error("<shape type=\"ply\"/>", 2, {"no \"filename\""});
   folder.check_error(mesh("ply", "gone.ply"), 3, {"no such file", "gone.ply", "relative to the scene"});
 }
@@ -207,6 +211,17 @@ TEST_CASE("a mesh turned inside out, in part or as a whole, cannot bound a mediu
                      {"inside out"});
   folder.write_tetrahedron("t.ply");
   folder.check_error(mesh("ply", "t.ply", medium + to_world("<scale x=\"-1\"/>")), 2, {"inside out"});
+}
+
+TEST_CASE("a mesh with normals of its own keeps its outside under a reflection") {
+  SceneFolder folder;
+  folder.write("t.obj",
+               "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 -1\nvn 0 -1 0\nvn 1 1 1\nvn -1 0 0\n"
+               "f 1//1 3//1 2//1\nf 1//2 2//2 4//2\nf 2//3 3//3 4//3\nf 1//4 4//4 3//4\n");
+  const Scene scene = folder.load(mesh("obj", "t.obj", medium + to_world("<scale x=\"-1\"/>")));
+  const Mesh& m = *scene.shapes[0].mesh;
+  CHECK(topology(m).volume == Approx(1.0 / 6));
+  CHECK(m.normal[6][0] == Approx(-1 / std::sqrt(3.0)));
 }
 
 TEST_CASE("a mesh with an edge of three triangles cannot bound a medium") {

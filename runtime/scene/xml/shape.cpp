@@ -46,12 +46,15 @@ void replace_zero_normals(Builder& builder, Properties& properties, Mesh& mesh) 
                            count, given.size()));
 }
 
+void check_single_precision(Properties& properties, const std::array<float, 3>& position) {
+  for (const float v : position)
+    if (!std::isfinite(v))
+      properties.fail_at("to_world",
+                         "to_world moves the shape beyond the range of single precision; need a smaller scale");
+}
+
 void check_single_precision(Properties& properties, const Mesh& mesh) {
-  for (const auto& p : mesh.position)
-    for (const float v : p)
-      if (!std::isfinite(v))
-        properties.fail_at("to_world",
-                           "to_world moves a vertex beyond the range of single precision; need a smaller scale");
+  for (const auto& p : mesh.position) check_single_precision(properties, p);
 }
 
 Mesh build_mesh(Builder& builder, Properties& properties) {
@@ -111,6 +114,8 @@ void build_sphere(Properties& properties, Shape& shape) {
   }
   shape.center = transform_point(t, center);
   shape.radius = radius * scale;
+  check_single_precision(properties, to_float(shape.center));
+  check_single_precision(properties, to_float({shape.radius, 0, 0}));
   shape.flip_normals = properties.boolean("flip_normals", false) != (determinant(t) < 0);
 }
 
@@ -120,6 +125,7 @@ void build_disk(Properties& properties, Shape& shape) {
   shape.center = transform_point(t, {0, 0, 0});
   shape.edge_u = transform_vector(t, {1, 0, 0});
   shape.edge_v = transform_vector(t, {0, 1, 0});
+  for (const Vec3& v : {shape.center, shape.edge_u, shape.edge_v}) check_single_precision(properties, to_float(v));
   shape.flip_normals = properties.boolean("flip_normals", false) != (determinant(t) < 0);
 }
 
