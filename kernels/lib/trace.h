@@ -33,7 +33,8 @@ typedef struct {
 
 typedef struct {
   float3 origin, direction;
-  float side; /* +1: the path is inside and expects to leave, -1: outside */
+  float side;  /* +1: inside, -1: outside; 0: nothing behind the origin counts */
+  bool inside; /* the path expects to leave */
 } Ray;
 
 inline Surfaces surfaces_of(__global const float* nodes, __global const float* leaves,
@@ -140,12 +141,18 @@ __attribute__((always_inline)) inline void meet_triangles(__global const float* 
  * Haines, Guenther, Akenine-Moeller: Precision Improvements for Ray/Sphere Intersection, 2019. */
 inline float meet_sphere(float3 from, Ray ray, float radius, float tolerance, bool starts_here, int* front,
                          float* slack) {
-  const bool inside = ray.side > 0.0f;
+  const bool inside = ray.inside;
   const float a = dot(ray.direction, ray.direction);
   const float b = -dot(from, ray.direction) / a;
   *front = 0;
   *slack = 0.0f;
-  if (starts_here) return inside ? fmax(2.0f * b, tolerance) : -1.0f;
+  if (starts_here) {
+    /* Beside the surface, on the side for which the direction leaves (beside_surface). The medium does not tell the side:
+     * glass may have none, and a sphere inside a medium, or turned inside out, has one on its outer side. Where the
+     * direction grazes so much that rounding decides its sign, the usual meaning of inside does. */
+    const bool inward = fabs(b) < tolerance ? inside : b > 0.0f;
+    return inward ? fmax(2.0f * b, tolerance) : -1.0f;
+  }
   const float3 nearest = from + b * ray.direction;
   float height = length(from) - radius;
   float s = (radius * radius - dot(nearest, nearest)) / a;
@@ -221,13 +228,14 @@ inline float3 position_on(__global const PrimitiveRecord* primitive, Ray ray, Fo
  * side: what flies t_max without a hit surely stays on its side. skip: the primitive on which the ray starts, or -1: a
  * flat one is not met again, of a sphere only the far side is. inside: the path is inside (leaves through the next
  * surface) or outside. */
-inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, float dy, float dz, float t_max, int skip,
-                 bool inside) {
+inline Hit trace_onward(Surfaces surfaces, float ox, float oy, float oz, float dx, float dy, float dz, float t_max, int skip,
+                 bool inside, bool strict) {
   __global const GeometryRecord* record = surfaces.record;
   Ray ray;
   ray.origin = (float3)(ox, oy, oz);
   ray.direction = (float3)(dx, dy, dz);
-  ray.side = inside ? 1.0f : -1.0f;
+  ray.side = strict ? 0.0f : inside ? 1.0f : -1.0f;
+  ray.inside = inside;
   if (skip >= 0) skip -= (int)record->first_primitive;
   Hit hit;
   hit.primitive = -1;
@@ -317,6 +325,11 @@ inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, floa
       current = stack[--size];
     } while (stack_t[size] >= found.limit);
   }
+}
+
+inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, float dy, float dz, float t_max, int skip,
+                 bool inside) {
+  return trace_onward(surfaces, ox, oy, oz, dx, dy, dz, t_max, skip, inside, false);
 }
 
 #endif
