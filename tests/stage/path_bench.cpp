@@ -35,6 +35,7 @@ std::size_t each_field(SomePath& p, std::size_t throughput, std::size_t radiance
   visit(field++, p.depth);
   visit(field++, p.medium);
   visit(field++, p.skip);
+  visit(field++, p.passed);
   visit(field++, p.hit);
   visit(field++, p.hit_u);
   visit(field++, p.hit_v);

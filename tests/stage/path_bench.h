@@ -19,7 +19,7 @@ struct Path {
   Vec3 position{}, direction{0, 0, 1};
   Rgb throughput{1, 1, 1}, radiance{};
   double refraction_scale = 1;
-  int pixel = 0, sample = 0, event = 1, depth = 0, medium = -1, skip = -1, hit = -1;
+  int pixel = 0, sample = 0, event = 1, depth = 0, medium = -1, skip = -1, passed = 0, hit = -1;
   double hit_u = 0, hit_v = 0, last_pdf = 0;
   int job = 0;
   Rgb ratio{1, 1, 1};
