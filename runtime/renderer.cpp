@@ -61,7 +61,9 @@ Rendering render(const Device& device, const Scene& scene, const RenderOptions& 
   // Pixels in runs, each with all of its samples in turn: launches of about a quarter of a second, so that progress
   // moves and an interruption is seen.
   const std::int64_t total = static_cast<std::int64_t>(pixels) * spp;
-  std::int64_t target = options.paths_a_launch > 0 ? options.paths_a_launch : 1 << 15, done = 0;
+  std::int64_t target = std::min<std::int64_t>(options.paths_a_launch > 0 ? options.paths_a_launch : 1 << 15,
+                                               static_cast<std::int64_t>(wavefront.sample_capacity())),
+               done = 0;
   const auto render_start = std::chrono::steady_clock::now();
   for (int sample = 0; sample < spp;) {
     int samples = static_cast<int>(std::clamp<std::int64_t>(target / pixels, 1, spp - sample));

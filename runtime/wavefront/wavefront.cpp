@@ -9,6 +9,9 @@ namespace {
 
 constexpr int fused_slots = 512;            // paths a pool: 256 to 1024 are equally fast, more leave idle tails
 constexpr int staged_slots = 1 << 20;       // paths in flight on a GPU
+constexpr int staged_slots_a_cpu_unit = 1 << 12;
+// Work-items a group of the staged kernels. Always given: PoCL compiles a kernel anew for every size it chooses itself.
+constexpr std::size_t gpu_local = 64, cpu_local = 1;
 constexpr int medium_events = 64;           // a state load at most
 constexpr int queues = 10, free_queue = 0;  // QUEUES of path_state.h, which needs a program's definitions
 
@@ -31,7 +34,9 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   std::map<std::string, std::string> definitions = feature_definitions(data);
   channels_ = std::stoi(definitions["RADIANCE_CHANNELS"]);
   workers_ = fused_ ? 4 * device.info().compute_units : 1;
-  slots_ = fused_ ? fused_slots : staged_slots;
+  slots_ = fused_ ? fused_slots
+           : cpu  ? std::min(staged_slots, staged_slots_a_cpu_unit * device.info().compute_units)
+                  : staged_slots;
   definitions["WIDTH"] = std::to_string(width_);
   definitions["BOX_WIDTH"] = std::to_string(data.geometry.box_width);
   definitions["FUSED"] = std::to_string(fused_);
@@ -122,13 +127,17 @@ void Wavefront::trace_fused(const std::vector<ChunkRecord>& chunks) {
 
 void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) {
   const cl::Buffer chunk_buffer = device_.upload(chunks, "chunks");
-  const std::size_t groups = static_cast<std::size_t>((slots_ + width_ - 1) / width_);
+  const int slots = std::min(slots_, paths);  // of the pool that this launch uses
+  const std::size_t local = device_.info().type == "cpu" ? cpu_local : gpu_local;
+  const auto launch = [&](const cl::Kernel& kernel, int items) {  // surplus items return at once
+    device_.launch(kernel, (static_cast<std::size_t>(items) + local - 1) / local * local, local);
+  };
   cl::Kernel fill(program_, "fill_free_queue"), generate(program_, "generate"), stage(program_, "stage"),
       reset(program_, "reset_queue");
   fill.setArg(0, storage_);
-  fill.setArg(1, static_cast<cl_int>(slots_));
+  fill.setArg(1, static_cast<cl_int>(slots));
   fill.setArg(2, counter_);
-  device_.launch(fill, static_cast<std::size_t>(slots_));
+  launch(fill, slots);
 
   set_scene_arguments(generate);
   set_scene_arguments(stage);
@@ -148,10 +157,10 @@ void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) 
       generate.setArg(at++, static_cast<cl_int>(next));
       generate.setArg(at++, static_cast<cl_int>(paths));
       generate.setArg(at++, storage_);
-      generate.setArg(at++, static_cast<cl_int>(slots_));
+      generate.setArg(at++, static_cast<cl_int>(slots));
       generate.setArg(at++, counter_);
       generate.setArg(at++, static_cast<cl_int>(half));
-      device_.launch(generate, groups);
+      launch(generate, (slots + width_ - 1) / width_);
       next += std::min(length[free_queue], paths - next);
     }
     for (int q = 1; q < queues; ++q) {
@@ -159,16 +168,16 @@ void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) 
       cl_uint at = scene_end;
       stage.setArg(at++, static_cast<cl_int>(q));
       stage.setArg(at++, storage_);
-      stage.setArg(at++, static_cast<cl_int>(slots_));
+      stage.setArg(at++, static_cast<cl_int>(slots));
       stage.setArg(at++, counter_);
       stage.setArg(at++, static_cast<cl_int>(half));
-      device_.launch(stage, static_cast<std::size_t>((length[q] + width_ - 1) / width_));
+      launch(stage, (length[q] + width_ - 1) / width_);
     }
     for (int q = 0; q < queues; ++q) {
       reset.setArg(0, counter_);
       reset.setArg(1, static_cast<cl_int>(q));
       reset.setArg(2, static_cast<cl_int>(half));
-      device_.launch(reset, 1);
+      device_.launch(reset, 1, 1);
     }
   }
 }
