@@ -55,8 +55,8 @@ class Repeats {
 
   double seconds() const { return median(seconds_); }
 
-  // Variance of one sample of a pixel over the squared mean, both summed over pixels and channels first: a mean over pixels
-  // weighted by brightness, which is what the error of the image as a whole is made of.
+  // Variance of one sample of a pixel over the squared mean, both summed over pixels and channels first: a mean over
+  // pixels weighted by brightness, which is what the error of the image as a whole is made of.
   double relative_variance(int spp) const {
     double variance = 0, power = 0;
     for (std::size_t i = 0; i < mean_.size(); ++i) {
@@ -78,8 +78,7 @@ class Repeats {
     double sum = 0;
     // The three channels of a pixel rise and fall together.
     for (std::size_t i = 0; i + 2 < square_.size(); i += 3) {
-      const double spread =
-          std::sqrt(square_[i]) + std::sqrt(square_[i + 1]) + std::sqrt(square_[i + 2]);
+      const double spread = std::sqrt(square_[i]) + std::sqrt(square_[i + 1]) + std::sqrt(square_[i + 2]);
       sum += spread * spread;
     }
     return std::sqrt(sum / (n - 1) / n) / static_cast<double>(mean_.size());
@@ -98,9 +97,7 @@ struct Row {
 
   double speed_ratio() const { return peer->seconds() / ours.seconds(); }
   // Efficiency is 1 / (variance x time).
-  double efficiency_ratio() const {
-    return speed_ratio() * peer->relative_variance(spp) / ours.relative_variance(spp);
-  }
+  double efficiency_ratio() const { return speed_ratio() * peer->relative_variance(spp) / ours.relative_variance(spp); }
   double mean_z() const {
     return (ours.image_mean() - peer->image_mean()) / std::hypot(ours.image_mean_stderr(), peer->image_mean_stderr());
   }
@@ -226,15 +223,16 @@ void run(const Options& options) {
   std::erase_if(scenes, [&](const BenchScene& scene) { return scene.name.find(options.only) == std::string::npos; });
   if (scenes.empty()) throw UsageError("--only " + options.only + ": no scene of the bench has this in its name");
 
-  nlohmann::ordered_json result{{"schema", "itn.bench/1"},
-                                {"device", {{"platform", device.info().platform}, {"name", device.info().name},
-                                            {"type", device.info().type}}},
-                                {"runs", options.runs},
-                                {"seed", options.common.seed},
-                                {"rows", nlohmann::ordered_json::array()}};
+  nlohmann::ordered_json result{
+      {"schema", "itn.bench/1"},
+      {"device", {{"platform", device.info().platform}, {"name", device.info().name}, {"type", device.info().type}}},
+      {"runs", options.runs},
+      {"seed", options.common.seed},
+      {"rows", nlohmann::ordered_json::array()}};
   if (options.common.talkative()) {
-    fmt::print("{} ({}){}; 128x128, medians of {} runs, relative variance of one sample of a pixel\n\n", device.info().name,
-               device.info().platform, compare ? ", beside Mitsuba " + peer->version() : "", options.runs);
+    fmt::print("{} ({}){}; 128x128, medians of {} runs, relative variance of one sample of a pixel\n\n",
+               device.info().name, device.info().platform, compare ? ", beside Mitsuba " + peer->version() : "",
+               options.runs);
     print_header(compare);
   }
   std::vector<Row> rows;
@@ -265,7 +263,8 @@ void add_bench(CLI::App& app) {
   command->add_option("--peer", options->peer, "also render in: mitsuba")->check(CLI::IsMember({"mitsuba"}));
   command->add_option("--peer-python", options->peer_python,
                       "python that has Mitsuba (default: .peers/bin/python, where tools/peers puts it)");
-  command->add_option("--runs", options->runs, "images of each scene and renderer (default: 5)")->check(CLI::Range(2, 1000));
+  command->add_option("--runs", options->runs, "images of each scene and renderer (default: 5)")
+      ->check(CLI::Range(2, 1000));
   command->add_option("--only", options->only, "only scenes with this in their name");
   command->add_option("--scenes", options->scenes, "keep the scene files in this folder");
   command->callback([options] { run(*options); });

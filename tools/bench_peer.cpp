@@ -11,9 +11,13 @@
 
 #include "runtime/error.h"
 #include "runtime/image/file.h"
-#include "tools/bench_mitsuba_script.h"
 
-namespace itn::tools {
+namespace itn {
+
+// The text of tools/bench_mitsuba.py (see tools/CMakeLists.txt).
+const char* embedded_script(const std::string& path);
+
+namespace tools {
 namespace {
 
 // tools/peers notes beside the interpreter which LLVM library Mitsuba shall load.
@@ -29,7 +33,8 @@ void set_llvm_path(const std::string& python) {
 
 MitsubaPeer::MitsubaPeer(const std::string& python, std::string folder) : folder_(std::move(folder)) {
   if (access(python.c_str(), X_OK) != 0)
-    throw UsageError("--peer-python " + python + ": no such program; run tools/peers, which installs Mitsuba, or name the "
+    throw UsageError("--peer-python " + python +
+                     ": no such program; run tools/peers, which installs Mitsuba, or name the "
                      "python of an environment that has it");
   set_llvm_path(python);
   int input[2], output[2];
@@ -43,7 +48,7 @@ MitsubaPeer::MitsubaPeer(const std::string& python, std::string folder) : folder
     dup2(input[0], STDIN_FILENO);
     dup2(output[1], STDOUT_FILENO);
     for (const int fd : {input[0], input[1], output[0], output[1]}) close(fd);
-    execl(python.c_str(), python.c_str(), "-c", bench_mitsuba_script, static_cast<char*>(nullptr));
+    execl(python.c_str(), python.c_str(), "-c", embedded_script("bench_mitsuba.py"), static_cast<char*>(nullptr));
     _exit(127);
   }
   close(input[0]);
@@ -52,7 +57,8 @@ MitsubaPeer::MitsubaPeer(const std::string& python, std::string folder) : folder
   from_ = fdopen(output[0], "r");
   const std::string greeting = read_line();
   if (greeting.empty())
-    throw UsageError("--peer-python " + python + ": Mitsuba does not start there (its message is above); run tools/peers");
+    throw UsageError("--peer-python " + python +
+                     ": Mitsuba does not start there (its message is above); run tools/peers");
   const auto hello = nlohmann::json::parse(greeting);
   version_ = hello.at("mitsuba").get<std::string>() + " " + hello.at("variant").get<std::string>();
 }
@@ -83,4 +89,5 @@ PeerImage MitsubaPeer::render(const std::string& scene, int spp, std::uint64_t s
   return image;
 }
 
-}  // namespace itn::tools
+}  // namespace tools
+}  // namespace itn

@@ -1,9 +1,10 @@
 // Mitsuba 3 in a process of its own, asked for one image at a time (see bench_mitsuba.py).
 #pragma once
+#include <sys/types.h>
+
 #include <cstdint>
 #include <cstdio>
 #include <string>
-#include <sys/types.h>
 #include <vector>
 
 namespace itn::tools {
@@ -15,8 +16,8 @@ struct PeerImage {
 
 class MitsubaPeer {
  public:
-  // python: the interpreter of a virtual environment with Mitsuba (tools/peers); folder: for the images that pass through.
-  // Throws UsageError when it does not start.
+  // python: the interpreter of a virtual environment with Mitsuba (tools/peers); folder: for the images that pass
+  // through. Throws UsageError when it does not start.
   MitsubaPeer(const std::string& python, std::string folder);
   ~MitsubaPeer();
   MitsubaPeer(const MitsubaPeer&) = delete;

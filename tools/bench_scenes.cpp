@@ -253,19 +253,19 @@ std::vector<BenchScene> write_bench_scenes(const std::string& folder) {
     for (const auto& [sigma_t, albedo, g] : {Material{25, .6, .5}, {25, .95, .5}, {100, .9, .5}, {300, .95, .8}})
       add(sunny ? "knot, sunsky" : "knot, constant",
           fmt::format("knot {} {} {} {}", sunny ? "sunsky" : "constant", sigma_t, albedo, g),
-          scene_xml(5, 36, knot_view,
-                    (sunny ? sunsky_xml(0.5358) : constant_xml) +
-                        object_xml("knot.ply", rough_xml("ggx", 0.2, 1.5),
-                                   medium_xml(sigma_t, scalar_albedo(albedo), g))));
+          scene_xml(
+              5, 36, knot_view,
+              (sunny ? sunsky_xml(0.5358) : constant_xml) +
+                  object_xml("knot.ply", rough_xml("ggx", 0.2, 1.5), medium_xml(sigma_t, scalar_albedo(albedo), g))));
 
   // Narrow view from 45 degrees above, as in the paper's data.
   constexpr const char* floor_view = R"(origin="0, -24, 24.35" target="0, 0, 0.35")";
   for (const auto& [sigma_t, albedo, g] : {Material{30, .39, .2}, {100, .87, .4}, {276, .95, .8}})
     add("star on a floor, index-matched", fmt::format("star matched {} {} {}", sigma_t, albedo, g),
-        scene_xml(20, 2.5, floor_view,
-                  sunsky_xml(30) + floor_xml +
-                      object_xml("star.ply", "    <bsdf type=\"null\"/>\n",
-                                 medium_xml(sigma_t, scalar_albedo(albedo), g))));
+        scene_xml(
+            20, 2.5, floor_view,
+            sunsky_xml(30) + floor_xml +
+                object_xml("star.ply", "    <bsdf type=\"null\"/>\n", medium_xml(sigma_t, scalar_albedo(albedo), g))));
   add("star on a floor, rough", "star rough 100 RGB .5",
       scene_xml(20, 2.5, floor_view,
                 sunsky_xml(8) + floor_xml +

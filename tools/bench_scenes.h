@@ -1,4 +1,5 @@
-// The scenes of `itn bench`, made on the spot: two meshes of some 65,000 triangles, a texture, and Mitsuba XML around them.
+// The scenes of `itn bench`, made on the spot: two meshes of some 65,000 triangles, a texture, and Mitsuba XML around
+// them.
 #pragma once
 #include <string>
 #include <vector>

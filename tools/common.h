@@ -32,6 +32,7 @@ void write_json(const CommonOptions& options, const nlohmann::ordered_json& resu
 void warn(const CommonOptions& options, const std::string& text);
 
 // One function a sub-command, in a file of the same name: declares its options and what to run.
+void add_bench(CLI::App& app);
 void add_devices(CLI::App& app);
 void add_parameters(CLI::App& app);
 void add_render(CLI::App& app);

@@ -32,6 +32,7 @@ int run(int argc, char** argv) {
   CLI::App app{"Volumetric path tracing on OpenCL for translucent materials", "itn"};
   app.set_version_flag("--version", std::string("itn ") + ITN_VERSION);
   app.require_subcommand(1);
+  itn::tools::add_bench(app);
   itn::tools::add_devices(app);
   itn::tools::add_render(app);
   itn::tools::add_parameters(app);

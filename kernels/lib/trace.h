@@ -6,18 +6,15 @@
  * wider than the rounding errors of their test. What remains is where a ray starts: a position lies only nearly on its
  * surface, or nearly in front of the next one. Four measures:
  *   - a returned position is computed on its primitive and kept a few roundings away from a triangle's edges;
- *   - a path goes on from a surface an `offset` beside it, on the side to which it goes (beside_surface,
- * lib/surface_frame.h);
+ *   - a path goes on from a surface an `offset` beside it, on the side to which it goes (beside_surface() in
+ *     lib/surface_frame.h);
  *   - what comes so close to a surface that rounding could put it on the other side counts as meeting it;
  *   - `inside` tells which side of a surface a consistent path meets next: all surfaces count as moved by their
- * tolerance so that the path is on the right side of them. */
+ *     tolerance so that the path is on the right side of them. */
 #ifndef ITN_TRACE_H
 #define ITN_TRACE_H
 #include "lib/box_vector.h"
 #include "shared/geometry_layout.h"
-
-/* Entries; the host refuses hierarchies that need more (runtime/scene/geometry.cpp). */
-#define TRACE_STACK 192
 
 typedef struct {
   __global const float* nodes;
@@ -29,8 +26,7 @@ typedef struct {
 typedef struct {
   float t;    /* distance [units of the direction] */
   float u, v; /* barycentric coordinates of a triangle's second and third vertex */
-  float x, y,
-      z; /* position on the surface, more exact than origin + t * direction: go on from beside_surface() of it */
+  float x, y, z; /* position on the surface, more exact than origin + t * direction: go on beside_surface() */
   int primitive; /* index into Surfaces.primitives, -1: no hit; the other members are then undefined */
   int front;     /* 1: the ray enters, against the outward normal, 0: it leaves */
 } Hit;
@@ -150,7 +146,13 @@ inline float meet_sphere(float3 from, Ray ray, float radius, float tolerance, bo
   const float b = -dot(from, ray.direction) / a;
   *front = 0;
   *slack = 0.0f;
-  if (starts_here) return inside ? fmax(2.0f * b, tolerance) : -1.0f;
+  if (starts_here) {
+    /* Beside the surface, on the side for which the direction leaves (beside_surface). The medium does not tell the side:
+     * glass may have none, and a sphere inside a medium, or turned inside out, has one on its outer side. Where the
+     * direction grazes so much that rounding decides its sign, the usual meaning of inside does. */
+    const bool inward = fabs(b) < tolerance ? inside : b > 0.0f;
+    return inward ? fmax(2.0f * b, tolerance) : -1.0f;
+  }
   const float3 nearest = from + b * ray.direction;
   float height = length(from) - radius;
   float s = (radius * radius - dot(nearest, nearest)) / a;
@@ -263,8 +265,8 @@ inline Hit trace_onward(Surfaces surfaces, float ox, float oy, float oz, float d
   found.limit = t_max - start;
   found.t = INFINITY;
   found.primitive = -1;
-  int stack[TRACE_STACK];
-  float stack_t[TRACE_STACK];
+  int stack[TRACE_STACK(BOX_WIDTH)];
+  float stack_t[TRACE_STACK(BOX_WIDTH)];
   int size = 0;
   int current = record->root;
   for (;;) {

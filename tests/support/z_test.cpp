@@ -37,7 +37,8 @@ double chi_square_tail(double x, int degrees_of_freedom) {
 
 double largest_z_bound(std::size_t count, double significance) {
   // 1 - (1 - 2 tail)^count = significance, solved for the tail without cancellation.
-  const double tail = -0.5 * std::expm1(std::log1p(-significance) / static_cast<double>(std::max<std::size_t>(count, 1)));
+  const double tail =
+      -0.5 * std::expm1(std::log1p(-significance) / static_cast<double>(std::max<std::size_t>(count, 1)));
   return -normal_quantile(tail);
 }
 

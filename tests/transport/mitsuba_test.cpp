@@ -1,8 +1,10 @@
 // Images against Mitsuba 3: scenes/test/mitsuba/*.xml, references (mean and standard error) beside them, rendered by
 // make_references.py. Per scene and channel: the z-scores of the pixels are standard normal, none is too large, and the
 // image's mean agrees. Where both standard errors vanish (the plain background) the values must be equal.
-#include <catch2/catch.hpp>
+// Where few samples carry most of a pixel's light (edges), a sample may miss them and with them its own variance: the
+// test of the largest score takes the reference's variance a sample, known from many more, where that is larger.
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cstdio>
 #include <filesystem>
 
@@ -57,7 +59,8 @@ void save_z(const std::string& name, const Rendering& ours, const ExrImage& refe
   for (int pixel = 0; pixel < ours.width * ours.height; ++pixel) {
     for (int c = 2; c >= 0; --c) image.data.push_back(ours.mean[static_cast<std::size_t>(3 * pixel + c)]);
     for (const int c : reference_channel)
-      image.data.push_back(reference.data[static_cast<std::size_t>(pixel) * reference.channels.size() + static_cast<std::size_t>(c)]);
+      image.data.push_back(
+          reference.data[static_cast<std::size_t>(pixel) * reference.channels.size() + static_cast<std::size_t>(c)]);
     for (int c = 2; c >= 0; --c) image.data.push_back(z[static_cast<std::size_t>(3 * pixel + c)]);
   }
   const std::string path = (std::filesystem::current_path() / ("z_" + name + ".exr")).string();
@@ -65,65 +68,79 @@ void save_z(const std::string& name, const Rendering& ours, const ExrImage& refe
   WARN("images and z-scores of the failed scene are in " << path);
 }
 
+void compare(const MitsubaScene& entry) {
+  const std::string name = entry.name;
+  const Scene scene = load_scene(test_scene("mitsuba/" + name + ".xml"));
+  RenderOptions options;
+  options.spp = entry.spp;
+  options.seed = 1;
+  const Rendering ours = render(device(), scene, options);
+  const ExrImage reference = read_exr(test_scene("mitsuba/" + name + ".exr"));
+  REQUIRE(ours.width == reference.width);
+  REQUIRE(ours.height == reference.height);
+  REQUIRE(ours.channels == 3);
+
+  int passes = 0, reference_spp = 0;
+  REQUIRE(std::sscanf(reference.header.at("comments").c_str(), "%*[^,], %*[^,], %d passes of %d spp", &passes,
+                      &reference_spp) == 2);
+  const double sample_ratio = static_cast<double>(passes) * reference_spp / entry.spp;
+
+  const auto pixels = static_cast<std::size_t>(ours.width) * static_cast<std::size_t>(ours.height);
+  std::vector<float> z_image(3 * pixels, 0.0F);
+  bool passed = true;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const std::string letter(1, "RGB"[c]);
+    INFO("channel " << letter);
+    const auto mean_channel = static_cast<std::size_t>(reference.channel(letter));
+    const auto stderr_channel = static_cast<std::size_t>(reference.channel("stderr." + letter));
+    std::vector<double> z;
+    double our_sum = 0, reference_sum = 0, reference_variance = 0, our_variance = 0, largest = 0;
+    std::size_t unequal = 0;
+    for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
+      const double value = ours.mean[3 * pixel + c], error = ours.stderr_[3 * pixel + c];
+      const double expected = reference.data[pixel * reference.channels.size() + mean_channel];
+      const double expected_error = reference.data[pixel * reference.channels.size() + stderr_channel];
+      our_sum += value;
+      our_variance += error * error;
+      reference_sum += expected;
+      reference_variance += expected_error * expected_error;
+      const double spread = std::sqrt(error * error + expected_error * expected_error);
+      if (spread < 1e-5 * std::abs(expected) || (expected == 0 && spread == 0)) {
+        if (std::abs(value - expected) > 1e-4 * std::abs(expected)) ++unequal;
+        continue;
+      }
+      z.push_back((value - expected) / spread);
+      z_image[3 * pixel + c] = static_cast<float>(z.back());
+      const double known_error = std::max(error, expected_error * std::sqrt(sample_ratio));
+      largest = std::max(largest, std::abs(value - expected) / std::hypot(known_error, expected_error));
+    }
+    const ZHistogram histogram = z_histogram(z);
+    const double z_mean = (our_sum - reference_sum) / std::sqrt(our_variance + reference_variance);
+    const auto count = static_cast<double>(pixels);
+    std::printf("%-24s %6d %3s %10.6f %10.6f %7.2f %9.2f %9.2g\n", name.c_str(), entry.spp, letter.c_str(),
+                our_sum / count, reference_sum / count, z_mean, largest, histogram.p_value);
+    const double mean_bound = largest_z_bound(tests_of_means, significance);
+    const double pixel_bound = largest_z_bound(tests_of_means * pixels, significance);
+    CHECK(unequal == 0);
+    CHECK(std::abs(z_mean) < mean_bound);
+    CHECK(largest < pixel_bound);
+    CHECK(histogram.p_value > significance / static_cast<double>(tests_of_means));
+    passed = passed && unequal == 0 && std::abs(z_mean) < mean_bound && largest < pixel_bound &&
+             histogram.p_value > significance / static_cast<double>(tests_of_means);
+  }
+  if (!passed) save_z(name, ours, reference, z_image);
+}
+
 }  // namespace
 
+// One section a scene: test_transport "pixels*" -c glass
 TEST_CASE("pixels and image means agree with Mitsuba 3 within their standard errors (z-test)", "[transport][stat]") {
-  std::printf("%-24s %6s %3s %10s %10s %7s %9s %9s\n", "scene", "spp", "", "mean", "Mitsuba", "z mean", "max |z|", "p chi2");
-  for (const MitsubaScene& entry : scenes) {
-    const std::string name = entry.name;
-    INFO("scene " << name);
-    const Scene scene = load_scene(test_scene("mitsuba/" + name + ".xml"));
-    RenderOptions options;
-    options.spp = entry.spp;
-    options.seed = 1;
-    const Rendering ours = render(device(), scene, options);
-    const ExrImage reference = read_exr(test_scene("mitsuba/" + name + ".exr"));
-    REQUIRE(ours.width == reference.width);
-    REQUIRE(ours.height == reference.height);
-    REQUIRE(ours.channels == 3);
-
-    const auto pixels = static_cast<std::size_t>(ours.width) * static_cast<std::size_t>(ours.height);
-    std::vector<float> z_image(3 * pixels, 0.0F);
-    bool passed = true;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const std::string letter(1, "RGB"[c]);
-      INFO("channel " << letter);
-      const auto mean_channel = static_cast<std::size_t>(reference.channel(letter));
-      const auto stderr_channel = static_cast<std::size_t>(reference.channel("stderr." + letter));
-      std::vector<double> z;
-      double our_sum = 0, reference_sum = 0, reference_variance = 0, our_variance = 0, largest = 0;
-      std::size_t unequal = 0;
-      for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
-        const double value = ours.mean[3 * pixel + c], error = ours.stderr_[3 * pixel + c];
-        const double expected = reference.data[pixel * reference.channels.size() + mean_channel];
-        const double expected_error = reference.data[pixel * reference.channels.size() + stderr_channel];
-        our_sum += value;
-        our_variance += error * error;
-        reference_sum += expected;
-        reference_variance += expected_error * expected_error;
-        const double spread = std::sqrt(error * error + expected_error * expected_error);
-        if (spread < 1e-5 * std::abs(expected) || (expected == 0 && spread == 0)) {
-          if (std::abs(value - expected) > 1e-4 * std::abs(expected)) ++unequal;
-          continue;
-        }
-        z.push_back((value - expected) / spread);
-        z_image[3 * pixel + c] = static_cast<float>(z.back());
-        largest = std::max(largest, std::abs(z.back()));
-      }
-      const ZHistogram histogram = z_histogram(z);
-      const double z_mean = (our_sum - reference_sum) / std::sqrt(our_variance + reference_variance);
-      const auto count = static_cast<double>(pixels);
-      std::printf("%-24s %6d %3s %10.6f %10.6f %7.2f %9.2f %9.2g\n", name.c_str(), entry.spp, letter.c_str(),
-                  our_sum / count, reference_sum / count, z_mean, largest, histogram.p_value);
-      const double mean_bound = largest_z_bound(tests_of_means, significance);
-      const double pixel_bound = largest_z_bound(tests_of_means * pixels, significance);
-      CHECK(unequal == 0);
-      CHECK(std::abs(z_mean) < mean_bound);
-      CHECK(largest < pixel_bound);
-      CHECK(histogram.p_value > significance / static_cast<double>(tests_of_means));
-      passed = passed && unequal == 0 && std::abs(z_mean) < mean_bound && largest < pixel_bound &&
-               histogram.p_value > significance / static_cast<double>(tests_of_means);
+  static bool header = false;
+  if (!header)
+    std::printf("%-24s %6s %3s %10s %10s %7s %9s %9s\n", "scene", "spp", "", "mean", "Mitsuba", "z mean", "max |z|",
+                "p chi2");
+  header = true;
+  for (const MitsubaScene& entry : scenes) SECTION(entry.name) {
+      compare(entry);
     }
-    if (!passed) save_z(name, ours, reference, z_image);
-  }
 }

@@ -1,8 +1,8 @@
 // The tests' own statistics against tabulated values: a judge has to be judged first.
+#include "../support/z_test.h"
+
 #include <catch2/catch.hpp>
 #include <random>
-
-#include "../support/z_test.h"
 
 using namespace itn::test;
 
