@@ -59,7 +59,8 @@ class BinaryTree {
   // What testing n primitives costs in node visits; the small term prefers fewer primitives in the same number of
   // blocks.
   float test_cost(std::uint32_t n) const {
-    return static_cast<float>((n + width_ - 1) / width_) + 1e-3f * static_cast<float>(n);
+    const std::uint32_t blocks = (n + width_ - 1) / width_;
+    return static_cast<float>(blocks) + 1e-3f * static_cast<float>(n);
   }
 
   static int bin_of(const BoxedPrimitive& p, std::size_t axis, float low, float scale) {

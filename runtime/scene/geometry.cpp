@@ -185,7 +185,7 @@ class Writer {
       std::vector<std::pair<Box, int>> children;
       for (const auto& child : node.children) {
         const auto i = static_cast<int>(child.index);
-        children.push_back({child.box, child.is_block ? CHILD_BLOCK(first_block + i, is_round) : first_node + i});
+        children.emplace_back(child.box, child.is_block ? CHILD_BLOCK(first_block + i, is_round) : first_node + i);
       }
       add_node(children);
     }
