@@ -58,8 +58,8 @@ Rendering render(const Device& device, const Scene& scene, const RenderOptions& 
   out.height = sensor.crop_height;
   out.build_s = seconds_since(start);
 
-  // Pixels in runs, each with all of its samples in turn: launches of about a quarter of a second, so that progress moves
-  // and an interruption is seen.
+  // Pixels in runs, each with all of its samples in turn: launches of about a quarter of a second, so that progress
+  // moves and an interruption is seen.
   const std::int64_t total = static_cast<std::int64_t>(pixels) * spp;
   std::int64_t target = options.paths_a_launch > 0 ? options.paths_a_launch : 1 << 15, done = 0;
   const auto render_start = std::chrono::steady_clock::now();
@@ -76,8 +76,8 @@ Rendering render(const Device& device, const Scene& scene, const RenderOptions& 
       if (options.progress) options.progress(static_cast<double>(done) / static_cast<double>(total));
       if (options.paths_a_launch == 0) {
         const double wanted = 0.25 / std::max(1e-6, seconds_since(launch_start)) * count * samples;
-        target = std::min<std::int64_t>({static_cast<std::int64_t>(wanted), 4 * target,
-                                         static_cast<std::int64_t>(wavefront.sample_capacity())});
+        target = std::min<std::int64_t>(
+            {static_cast<std::int64_t>(wanted), 4 * target, static_cast<std::int64_t>(wavefront.sample_capacity())});
         target = std::max<std::int64_t>(target, 1 << 12);
       }
     }

@@ -23,23 +23,23 @@ enum class Schedule {
 };
 
 struct RenderOptions {
-  int sensor = 0;           // index into Scene::sensors
-  int spp = 0;              // samples a pixel; 0: the scene's
-  std::uint64_t seed = 0;   // images of different seeds are independent
+  int sensor = 0;          // index into Scene::sensors
+  int spp = 0;             // samples a pixel; 0: the scene's
+  std::uint64_t seed = 0;  // images of different seeds are independent
   Operator op = Operator::full;
-  int width = 0;            // paths a work-item: 1, 4, 8, 16; 0: the device's default
+  int width = 0;  // paths a work-item: 1, 4, 8, 16; 0: the device's default
   Schedule schedule = Schedule::automatic;
-  int paths_a_launch = 0;   // 0: as many as take about a quarter of a second
-  std::function<void(double)> progress;         // called between launches with the fraction done
-  const std::atomic<bool>* cancel = nullptr;    // polled between launches; set: render throws Interrupted
+  int paths_a_launch = 0;                     // 0: as many as take about a quarter of a second
+  std::function<void(double)> progress;       // called between launches with the fraction done
+  const std::atomic<bool>* cancel = nullptr;  // polled between launches; set: render throws Interrupted
 };
 
 struct Rendering {
   int width = 0, height = 0, channels = 3;  // channels 1: luminance
   int spp = 0;
-  std::vector<float> mean, stderr_;  // row-major, row 0 on top, channels interleaved
+  std::vector<float> mean, stderr_;                   // row-major, row 0 on top, channels interleaved
   std::vector<double> mean_of_image, stderr_of_mean;  // a channel each; over all pixels
-  double build_s = 0, render_s = 0;  // scene to device and kernel build; path tracing alone
+  double build_s = 0, render_s = 0;                   // scene to device and kernel build; path tracing alone
   std::uint64_t paths = 0;
 };
 

@@ -1,12 +1,12 @@
 /* Everything a stage reads, and what every stage does with it: random numbers, roulette, the end of a path. */
 #ifndef ITN_LAUNCH_H
 #define ITN_LAUNCH_H
-#include "lib/vector.h"
-#include "lib/random.h"
-#include "lib/pool.h"
-#include "lib/trace.h"
-#include "lib/flight_grid.h"
 #include "lib/emitter.h"
+#include "lib/flight_grid.h"
+#include "lib/pool.h"
+#include "lib/random.h"
+#include "lib/trace.h"
+#include "lib/vector.h"
 #include "shared/scene_layout.h"
 
 typedef struct {
@@ -27,7 +27,8 @@ typedef struct {
   __global float* samples; /* radiance of each sample, RADIANCE_CHANNELS floats */
 } Launch;
 
-#define FIELD_OF(record, member) ((int)(((__global const char*)&((__global const record*)0)->member - (__global const char*)0) / 4))
+#define FIELD_OF(record, member) \
+  ((int)(((__global const char*)&((__global const record*)0)->member - (__global const char*)0) / 4))
 
 /* Random numbers of one event of each path. */
 typedef struct {
@@ -66,8 +67,8 @@ inline INT plain_depth(INT depth) {
 #endif
 }
 
-/* Russian roulette as Mitsuba plays it: from rr_depth on, survival with the largest throughput, at most 0.95. Returns who
- * dies; survivors' throughput is raised in place. */
+/* Russian roulette as Mitsuba plays it: from rr_depth on, survival with the largest throughput, at most 0.95. Returns
+ * who dies; survivors' throughput is raised in place. */
 inline MASK roulette(__global const JobRecord* job, INT depth, REAL u, MASK active, REAL largest, REAL throughput[]) {
   REAL survival = MIN(largest, (REAL)0.95f);
   MASK plays = active & (depth > job->rr_depth);

@@ -1,9 +1,10 @@
-/* Light connections of scattering vertices in media: when they are tried, and in which direction through a rough boundary.
+/* Light connections of scattering vertices in media: when they are tried, and in which direction through a rough
+ * boundary.
  *
  * The sun through a rough boundary: a direction that refracts to the sun is drawn at the scattering vertex, not at the
- * boundary (design: kernels/README.md, "Sun through a rough boundary"). The exit's normal is guessed from the vertex alone:
- * the nearest surface's. A microfacet normal about the guess refracts the light's direction into the medium. Unbiased with
- * any guess; the microfacet density nearly cancels. */
+ * boundary (design: kernels/README.md, "Sun through a rough boundary"). The exit's normal is guessed from the vertex
+ * alone: the nearest surface's. A microfacet normal about the guess refracts the light's direction into the medium.
+ * Unbiased with any guess; the microfacet density nearly cancels. */
 #ifndef ITN_LIGHT_CONNECTION_H
 #define ITN_LIGHT_CONNECTION_H
 #include "lib/frame.h"
@@ -11,7 +12,8 @@
 #include "model/rough_dielectric.h"
 
 #if MEDIUM_LIGHT_SAMPLING
-/* The sigma_t for choices about connections: the same whatever the path's hero channel, or MIS weights would not add up. */
+/* The sigma_t for choices about connections: the same whatever the path's hero channel, or MIS weights would not add
+ * up. */
 inline REAL connection_sigma_t(const REAL sigma_t[]) {
 #if SPECTRAL
   return (sigma_t[0] + sigma_t[1] + sigma_t[2]) * (1.0f / 3.0f);
@@ -20,8 +22,8 @@ inline REAL connection_sigma_t(const REAL sigma_t[]) {
 #endif
 }
 
-/* Probability of trying a connection from a position: falls with the least optical depth to the surface. A function of the
- * position alone, so that MIS can divide by it. */
+/* Probability of trying a connection from a position: falls with the least optical depth to the surface. A function of
+ * the position alone, so that MIS can divide by it. */
 inline REAL connection_chance(const Launch* launch, __global const GeometryRecord* geometry, REAL3 position,
                               REAL sigma_t) {
   const REAL least = surface_distance(launch->grid, geometry, position) * sigma_t;
@@ -52,8 +54,8 @@ inline REAL assumed_normals(const AssumedBoundary* b, REAL3 h) {
   return SELECT(b->distribution == MICROFACET_GGX, ggx, beckmann) * h.z;
 }
 
-/* Draws a direction inside, from the vertex towards the boundary, that a microfacet about the guessed normal refracts from
- * `light` (outside, towards the light). Returns its density [1/sr], 0: none. */
+/* Draws a direction inside, from the vertex towards the boundary, that a microfacet about the guessed normal refracts
+ * from `light` (outside, towards the light). Returns its density [1/sr], 0: none. */
 inline REAL sample_refracted(const AssumedBoundary* b, REAL3 guess, REAL3 light, REAL u0, REAL u1, REAL3* direction) {
   const REAL a2 = b->alpha * b->alpha;
   const REAL tan2 = SELECT(b->distribution == MICROFACET_GGX, a2 * u0 / (1.0f - u0), -a2 * LOG(1.0f - u0));
@@ -83,8 +85,7 @@ inline REAL refracted_pdf(const AssumedBoundary* b, REAL3 guess, REAL3 light, RE
   const Frame frame = make_frame(guess);
   const REAL3 in_frame = frame_to_local(&frame, h);
   const REAL d = light_h + b->eta * inside_h;
-  const REAL density =
-      assumed_normals(b, in_frame) * b->eta * b->eta * ABS(inside_h) / MAX(d * d, (REAL)(1e-12f));
+  const REAL density = assumed_normals(b, in_frame) * b->eta * b->eta * ABS(inside_h) / MAX(d * d, (REAL)(1e-12f));
   return SELECT((light_h > 0.0f) & (inside_h < 0.0f) & (in_frame.z > 0.0f), density, 0.0f);
 }
 #endif

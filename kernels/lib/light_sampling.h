@@ -1,11 +1,11 @@
-/* Light sampled at a vertex: which light, in which direction, with which density. The escape stage weighs what it finds by
- * chance against the same density (MIS, balance heuristic).
+/* Light sampled at a vertex: which light, in which direction, with which density. The escape stage weighs what it finds
+ * by chance against the same density (MIS, balance heuristic).
  *
  *   at surfaces       the sun with probability emitter->sun_share, else the sky (or environment map)
  *   in media          the sun alone where there is one: the phase function finds the sky by itself (kernels/README.md)
  *
- * LAST_PDF of a path: its density of DIRECTION at the last vertex [1/sr], over the probability with which light was sampled
- * there; > 0 as in media, < 0 as at surfaces, 0: light was not sampled there. */
+ * LAST_PDF of a path: its density of DIRECTION at the last vertex [1/sr], over the probability with which light was
+ * sampled there; > 0 as in media, < 0 as at surfaces, 0: light was not sampled there. */
 #ifndef ITN_LIGHT_SAMPLING_H
 #define ITN_LIGHT_SAMPLING_H
 #include "lib/emitter.h"

@@ -3,16 +3,17 @@
 #define ITN_OPTICAL_DEPTH_H
 #include "lib/launch.h"
 
-/* One ray. Optical depth per throughput channel from o towards d to outside the scene; false: something opaque or refractive is in
- * the way. */
+/* One ray. Optical depth per throughput channel from o towards d to outside the scene; false: something opaque or
+ * refractive is in the way. */
 inline bool optical_depth(const Launch* launch, __global const JobRecord* job, float o[3], const float d[3], int skip,
                           int medium, float depth[THROUGHPUT_CHANNELS]) {
   const Surfaces surfaces =
       surfaces_of(launch->nodes, launch->leaves, launch->primitives, launch->geometries + job->geometry);
   for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) depth[c] = 0.0f;
-  int before = -1;
+  bool passed = false; /* a boundary: nothing behind counts, or thin bodies would be passed again and again */
   for (;;) {
-    const Hit hit = trace(surfaces, o[0], o[1], o[2], d[0], d[1], d[2], INFINITY, skip, medium >= 0);
+    const Hit hit = trace_onward(surfaces, o[0], o[1], o[2], d[0], d[1], d[2], INFINITY, skip, medium >= 0, passed);
+    passed = true;
     if (hit.primitive < 0) return medium < 0;
     __global const PrimitiveRecord* primitive = launch->primitives + hit.primitive;
     __global const ShapeRecord* shape = launch->shapes + job->first_shape + primitive->shape;
@@ -30,14 +31,13 @@ inline bool optical_depth(const Launch* launch, __global const JobRecord* job, f
     if (medium >= 0)
       for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) depth[c] += launch->media[medium].sigma_t[c] * hit.t;
 #endif
-    if (hit.primitive != before || (primitive->flags & PRIMITIVE_SPHERE)) /* see null.h */
-      if (shape->interior != shape->exterior) medium = facing < 0.0f ? shape->interior : shape->exterior;
-    before = skip;
+    if (shape->interior != shape->exterior) medium = facing < 0.0f ? shape->interior : shape->exterior;
     skip = hit.primitive;
   }
 }
 
-/* Adds weight * light, dimmed on the way, to the radiance of the lanes in `mask`: from `from` in `medium` towards `to`. */
+/* Adds weight * light, dimmed on the way, to the radiance of the lanes in `mask`: from `from` in `medium` towards `to`.
+ */
 inline void add_connection(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK mask,
                            REAL3 from, REAL3 to, INT skip, INT medium, const REAL weight[RADIANCE_CHANNELS]) {
   Lanes slot, ox, oy, oz, dx, dy, dz, first, in, w[RADIANCE_CHANNELS];

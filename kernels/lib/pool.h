@@ -1,9 +1,9 @@
 /* A pool of path slots with its queues, in global memory.
  *
  * FUSED 1 (CPUs): every work-item owns one pool and runs all stages over it; queue lengths are private.
- * FUSED 0 (GPUs, stage tests): one pool for all work-items, one kernel a stage; queues are double-buffered (a stage reads
- * one half and pushes go to the other) and their lengths are global atomics.
- * The order of paths in a queue differs between the two, and nothing that a path computes depends on it. */
+ * FUSED 0 (GPUs, stage tests): one pool for all work-items, one kernel a stage; queues are double-buffered (a stage
+ * reads one half and pushes go to the other) and their lengths are global atomics. The order of paths in a queue
+ * differs between the two, and nothing that a path computes depends on it. */
 #ifndef ITN_POOL_H
 #define ITN_POOL_H
 #include "lib/vector.h"
@@ -11,7 +11,7 @@
 
 typedef struct {
   __global float* fields;
-  int stride;         /* slots + WIDTH: the last WIDTH slots are a dump for idle lanes */
+  int stride;          /* slots + WIDTH: the last WIDTH slots are a dump for idle lanes */
   __global int* items; /* queue q: items[q * stride ...] (FUSED 0: its half for pushes) */
 #if FUSED
   int length[QUEUES];

@@ -6,18 +6,15 @@
  * wider than the rounding errors of their test. What remains is where a ray starts: a position lies only nearly on its
  * surface, or nearly in front of the next one. Four measures:
  *   - a returned position is computed on its primitive and kept a few roundings away from a triangle's edges;
- *   - a path goes on from a surface an `offset` beside it, on the side to which it goes (beside_surface,
- * lib/surface_frame.h);
+ *   - a path goes on from a surface an `offset` beside it, on the side to which it goes (beside_surface() in
+ *     lib/surface_frame.h);
  *   - what comes so close to a surface that rounding could put it on the other side counts as meeting it;
  *   - `inside` tells which side of a surface a consistent path meets next: all surfaces count as moved by their
- * tolerance so that the path is on the right side of them. */
+ *     tolerance so that the path is on the right side of them. */
 #ifndef ITN_TRACE_H
 #define ITN_TRACE_H
 #include "lib/box_vector.h"
 #include "shared/geometry_layout.h"
-
-/* Entries; the host refuses hierarchies that need more (runtime/scene/geometry.cpp). */
-#define TRACE_STACK 192
 
 typedef struct {
   __global const float* nodes;
@@ -29,15 +26,15 @@ typedef struct {
 typedef struct {
   float t;    /* distance [units of the direction] */
   float u, v; /* barycentric coordinates of a triangle's second and third vertex */
-  float x, y,
-      z; /* position on the surface, more exact than origin + t * direction: go on from beside_surface() of it */
+  float x, y, z; /* position on the surface, more exact than origin + t * direction: go on beside_surface() */
   int primitive; /* index into Surfaces.primitives, -1: no hit; the other members are then undefined */
   int front;     /* 1: the ray enters, against the outward normal, 0: it leaves */
 } Hit;
 
 typedef struct {
   float3 origin, direction;
-  float side; /* +1: the path is inside and expects to leave, -1: outside */
+  float side;  /* +1: inside, -1: outside; 0: nothing behind the origin counts */
+  bool inside; /* the path expects to leave */
 } Ray;
 
 inline Surfaces surfaces_of(__global const float* nodes, __global const float* leaves,
@@ -144,7 +141,7 @@ __attribute__((always_inline)) inline void meet_triangles(__global const float* 
  * Haines, Guenther, Akenine-Moeller: Precision Improvements for Ray/Sphere Intersection, 2019. */
 inline float meet_sphere(float3 from, Ray ray, float radius, float tolerance, bool starts_here, int* front,
                          float* slack) {
-  const bool inside = ray.side > 0.0f;
+  const bool inside = ray.inside;
   const float a = dot(ray.direction, ray.direction);
   const float b = -dot(from, ray.direction) / a;
   *front = 0;
@@ -231,13 +228,14 @@ inline float3 position_on(__global const PrimitiveRecord* primitive, Ray ray, Fo
  * side: what flies t_max without a hit surely stays on its side. skip: the primitive on which the ray starts, or -1: a
  * flat one is not met again, of a sphere only the far side is. inside: the path is inside (leaves through the next
  * surface) or outside. */
-inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, float dy, float dz, float t_max, int skip,
-                 bool inside) {
+inline Hit trace_onward(Surfaces surfaces, float ox, float oy, float oz, float dx, float dy, float dz, float t_max, int skip,
+                 bool inside, bool strict) {
   __global const GeometryRecord* record = surfaces.record;
   Ray ray;
   ray.origin = (float3)(ox, oy, oz);
   ray.direction = (float3)(dx, dy, dz);
-  ray.side = inside ? 1.0f : -1.0f;
+  ray.side = strict ? 0.0f : inside ? 1.0f : -1.0f;
+  ray.inside = inside;
   if (skip >= 0) skip -= (int)record->first_primitive;
   Hit hit;
   hit.primitive = -1;
@@ -267,8 +265,8 @@ inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, floa
   found.limit = t_max - start;
   found.t = INFINITY;
   found.primitive = -1;
-  int stack[TRACE_STACK];
-  float stack_t[TRACE_STACK];
+  int stack[TRACE_STACK(BOX_WIDTH)];
+  float stack_t[TRACE_STACK(BOX_WIDTH)];
   int size = 0;
   int current = record->root;
   for (;;) {
@@ -327,6 +325,11 @@ inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, floa
       current = stack[--size];
     } while (stack_t[size] >= found.limit);
   }
+}
+
+inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, float dy, float dz, float t_max, int skip,
+                 bool inside) {
+  return trace_onward(surfaces, ox, oy, oz, dx, dy, dz, t_max, skip, inside, false);
 }
 
 #endif

@@ -29,6 +29,9 @@ enum { NODE_LOW_X, NODE_HIGH_X, NODE_LOW_Y, NODE_HIGH_Y, NODE_LOW_Z, NODE_HIGH_Z
 #define CHILD_IS_ROUND(child) (~(child)&1)
 #define CHILD_BLOCK_INDEX(child) (~(child) >> 1)
 
+/* Entries of the stack of a walk; the host builds no hierarchy that needs more. */
+#define TRACE_STACK(box_width) (12 * (box_width) + 48)
+
 /* Block rows. Unused lanes of a triangle block repeat a point and are never hit; the used lanes of a round block come
  * first and the primitive of the next one is -1. */
 enum {

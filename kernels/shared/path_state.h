@@ -14,7 +14,8 @@ enum {
   DEPTH,  /* scatterings so far, surfaces and media, index-matched boundaries not counted */
   MEDIUM, /* current medium, -1: vacuum */
   SKIP,   /* primitive the path stands on, -1: none */
-  BEFORE, /* primitive it passed straight on before that one, -1: none; means nothing when SKIP is -1 */
+  PASSED, /* 1: it went straight on through SKIP, an index-matched boundary, and looks ahead only: with tolerances for where
+             it stands, a body thinner than these would be entered and left for ever */
   HIT,    /* primitive it has arrived at */
   HIT_U, HIT_V, /* barycentric (triangle), phase etc. see trace.h */
   LAST_PDF, /* see light_sampling.h */

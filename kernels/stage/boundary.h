@@ -13,11 +13,12 @@ inline REAL boundary_tint(const Launch* launch, INT bsdf, MASK reflects, int cha
                 bsdf_real(launch, bsdf, FIELD_OF(BsdfRecord, specular_transmittance) + channel));
 }
 
-/* weight: f cos / p without the specular tints; pdf: LAST_PDF of d; inverse_eta: near over far index where the path is refracted. Radiance scales by inverse_eta^2 on the way (basic radiance is
- * conserved); roulette does not see this factor, as in Mitsuba. */
+/* weight: f cos / p without the specular tints; pdf: LAST_PDF of d; inverse_eta: near over far index where the path is
+ * refracted. Radiance scales by inverse_eta^2 on the way (basic radiance is conserved); roulette does not see this
+ * factor, as in Mitsuba. */
 inline void scatter_at_boundary(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
-                                const Surface* s, const Random* random, REAL u, REAL3 d, REAL weight,
-                                REAL pdf, MASK reflects, REAL inverse_eta) {
+                                const Surface* s, const Random* random, REAL u, REAL3 d, REAL weight, REAL pdf,
+                                MASK reflects, REAL inverse_eta) {
   REAL throughput[THROUGHPUT_CHANNELS];
   MASK real = valid & !s->misplaced;
   for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
@@ -29,8 +30,7 @@ inline void scatter_at_boundary(const Launch* launch, __global const JobRecord* 
   REAL ratio[3], spectral[3];
   for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
   spectral_weights(ratio, spectral);
-  REAL largest =
-      MAX(throughput[0] * spectral[0], MAX(throughput[1] * spectral[1], throughput[2] * spectral[2]));
+  REAL largest = MAX(throughput[0] * spectral[0], MAX(throughput[1] * spectral[1], throughput[2] * spectral[2]));
 #else
   REAL largest = largest_channel(throughput);
 #endif

@@ -1,5 +1,5 @@
-/* Stage connect: at a scattering vertex in a medium, light is connected: straight through index-matched boundaries, or the
- * sun through a rough one. Then the path goes on in the medium. */
+/* Stage connect: at a scattering vertex in a medium, light is connected: straight through index-matched boundaries, or
+ * the sun through a rough one. Then the path goes on in the medium. */
 #ifndef ITN_STAGE_CONNECT_H
 #define ITN_STAGE_CONNECT_H
 #include "lib/light_connection.h"
@@ -22,8 +22,7 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
   __global const float* media = (__global const float*)launch->media;
   const REAL g = GATHER((media + FIELD_OF(MediumRecord, g)), at);
   REAL sigma_t[THROUGHPUT_CHANNELS];
-  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
-    sigma_t[c] = GATHER((media + FIELD_OF(MediumRecord, sigma_t) + c), at);
+  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) sigma_t[c] = GATHER((media + FIELD_OF(MediumRecord, sigma_t) + c), at);
   REAL weight[3];
 #if SPECTRAL
   REAL ratio[3];
@@ -51,8 +50,8 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
     const REAL3 guess = surface_normal_guess(launch->grid, geometry, position);
     REAL3 inward;
     const REAL q = sample_refracted(&boundary, guess, light, u[2], u[3], &inward);
-    const LaneHits hits =
-        trace_lanes(launch, job, position, inward, (REAL)(INFINITY), (INT)(-1), true, refracted & (q > 0.0f));
+    const LaneHits hits = trace_lanes(launch, job, position, inward, (REAL)(INFINITY), (INT)(-1), true, (MASK)(0),
+                                      refracted & (q > 0.0f));
     MASK connected = refracted & (hits.primitive.integer >= 0);
     const INT primitive = SELECT_INT(connected, hits.primitive.integer, 0);
     const REAL3 exit = make3(hits.x.real, hits.y.real, hits.z.real);
@@ -73,11 +72,12 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
     const REAL eta = bsdf_real(launch, bsdf.integer, FIELD_OF(BsdfRecord, eta));
     const Frame frame = make_frame(shading);
     const REAL3 wi = scale3(frame_to_local(&frame, inward), -1.0f), wo = frame_to_local(&frame, light);
-    connected = connected & (wi.z < 0.0f) & (wo.z > 0.0f) & (dot3(light, normal) > 0.0f) &
-                (dot3(inward, normal) > 0.0f);
+    connected =
+        connected & (wi.z < 0.0f) & (wo.z > 0.0f) & (dot3(light, normal) > 0.0f) & (dot3(inward, normal) > 0.0f);
     REAL value = (REAL)(0.0f);
 #if HAS_ROUGH_GGX
-    value = SELECT(kind.integer == BSDF_ROUGH_GGX, rough_dielectric_eval(MICROFACET_GGX, alpha, 1.0f / eta, wi, wo), value);
+    value =
+        SELECT(kind.integer == BSDF_ROUGH_GGX, rough_dielectric_eval(MICROFACET_GGX, alpha, 1.0f / eta, wi, wo), value);
 #endif
 #if HAS_ROUGH_BECKMANN
     value = SELECT(kind.integer == BSDF_ROUGH_BECKMANN,
@@ -88,7 +88,8 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
     const REAL by_phase = phase * medium_transmittance(sigma, hits.distance.real);
     REAL other = light_pdf;
 #if HAS_ROUGH_GGX
-    other += SELECT(kind.integer == BSDF_ROUGH_GGX, rough_dielectric_pdf(MICROFACET_GGX, alpha, 1.0f / eta, wi, wo), 0.0f);
+    other +=
+        SELECT(kind.integer == BSDF_ROUGH_GGX, rough_dielectric_pdf(MICROFACET_GGX, alpha, 1.0f / eta, wi, wo), 0.0f);
 #endif
 #if HAS_ROUGH_BECKMANN
     other += SELECT(kind.integer == BSDF_ROUGH_BECKMANN,
@@ -102,8 +103,8 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
                     bsdf_real(launch, bsdf.integer, FIELD_OF(BsdfRecord, specular_transmittance) + c) *
                     medium_transmittance(sigma_t[THROUGHPUT_CHANNELS == 1 ? 0 : c], hits.distance.real);
     add_connection(launch, job, pool, slots, connected & (value > 0.0f),
-                   beside_surface(launch->primitives, primitive, exit, normal, light), light, primitive, outside.integer,
-                   arriving);
+                   beside_surface(launch->primitives, primitive, exit, normal, light), light, primitive,
+                   outside.integer, arriving);
   }
 #endif
   if (ANY(straight)) {

@@ -3,8 +3,8 @@
 #define ITN_STAGE_DIFFUSE_H
 #include "lib/light_sampling.h"
 #include "lib/optical_depth.h"
-#include "model/diffuse.h"
 #include "lib/texture.h"
+#include "model/diffuse.h"
 #include "stage/surface.h"
 
 #if HAS_DIFFUSE
@@ -38,8 +38,7 @@ inline void diffuse_stage(const Launch* launch, __global const JobRecord* job, P
   Frame frame = make_frame(scale3(s.frame, side));
 
   REAL throughput[THROUGHPUT_CHANNELS];
-  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
-    throughput[c] = LOAD(pool, THROUGHPUT + c, slots) * reflectance[c];
+  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] = LOAD(pool, THROUGHPUT + c, slots) * reflectance[c];
   REAL weight[3] = {(REAL)(1.0f), (REAL)(1.0f), (REAL)(1.0f)};
 #if SPECTRAL
   REAL ratio[3];

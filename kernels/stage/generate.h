@@ -1,5 +1,6 @@
-/* Stage generate: camera rays. The position on the film is drawn from the reconstruction filter, so that every sample of a
- * pixel has weight 1 and belongs to that pixel alone (filter importance sampling; Ernst, Stamminger, Greiner 2006). */
+/* Stage generate: camera rays. The position on the film is drawn from the reconstruction filter, so that every sample
+ * of a pixel has weight 1 and belongs to that pixel alone (filter importance sampling; Ernst, Stamminger, Greiner
+ * 2006). */
 #ifndef ITN_STAGE_GENERATE_H
 #define ITN_STAGE_GENERATE_H
 #include "lib/launch.h"
@@ -62,7 +63,7 @@ inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
   STORE_INT(pool, DEPTH, slots, 0);
   STORE_INT(pool, MEDIUM, slots, camera->medium);
   STORE_INT(pool, SKIP, slots, -1);
-  STORE_INT(pool, BEFORE, slots, -1);
+  STORE_INT(pool, PASSED, slots, 0);
   STORE(pool, LAST_PDF, slots, 0.0f);
   STORE_INT(pool, JOB, slots, job_index);
 #if SPECTRAL

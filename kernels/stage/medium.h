@@ -1,11 +1,11 @@
-/* Stage medium: free flights and scatterings in a homogeneous medium until the path meets a surface, ends, or waits for a
- * light connection. Several events a state load: a lane keeps scattering while enough of its group do. */
+/* Stage medium: free flights and scatterings in a homogeneous medium until the path meets a surface, ends, or waits for
+ * a light connection. Several events a state load: a lane keeps scattering while enough of its group do. */
 #ifndef ITN_STAGE_MEDIUM_H
 #define ITN_STAGE_MEDIUM_H
-#include "model/phase_henyey_greenstein.h"
 #include "lib/frame.h"
 #include "lib/launch.h"
 #include "lib/light_connection.h"
+#include "model/phase_henyey_greenstein.h"
 #include "stage/ray.h"
 
 #if HAS_MEDIUM
@@ -18,6 +18,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] = LOAD(pool, THROUGHPUT + c, slots);
   Random random = load_random(job, pool, slots);
   INT depth = LOAD_INT(pool, DEPTH, slots), skip = LOAD_INT(pool, SKIP, slots);
+  const MASK passed = LOAD_INT(pool, PASSED, slots) != 0;
 
   INT medium = SELECT_INT(valid, LOAD_INT(pool, MEDIUM, slots), 0) * (int)(sizeof(MediumRecord) / sizeof(float));
   __global const float* media = (__global const float*)launch->media;
@@ -39,7 +40,8 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
 
   MASK alive = valid, arrived = (MASK)(0), dead = (MASK)(0), escaped = (MASK)(0);
 #if MEDIUM_LIGHT_SAMPLING
-  MASK connectable = GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, connection)), medium) != CONNECTION_NONE;
+  MASK connectable =
+      GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, connection)), medium) != CONNECTION_NONE;
   REAL last_pdf = LOAD(pool, LAST_PDF, slots);
   REAL3 vertex = position; /* where the last flight began; direction of arrival for waiting lanes */
   MASK waiting = (MASK)(0);
@@ -57,7 +59,8 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     REAL distance = flight;
     REAL3 there = add3(position, scale3(direction, flight));
     if (ANY(test)) {
-      const LaneHits hits = trace_lanes(launch, job, position, direction, flight, skip, true, test);
+      const LaneHits hits =
+          trace_lanes(launch, job, position, direction, flight, skip, true, (skip >= 0) & passed, test);
       meets = test & (hits.primitive.integer >= 0);
       distance = SELECT(meets, hits.distance.real, flight);
       there = select3(meets, make3(hits.x.real, hits.y.real, hits.z.real), there);

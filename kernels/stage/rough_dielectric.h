@@ -1,19 +1,19 @@
 /* Stage rough dielectric: a microfacet boundary between two refractive indices. */
 #ifndef ITN_STAGE_ROUGH_DIELECTRIC_H
 #define ITN_STAGE_ROUGH_DIELECTRIC_H
-#include "model/rough_dielectric.h"
-#include "model/medium_homogeneous.h"
 #include "lib/light_connection.h"
 #include "lib/optical_depth.h"
+#include "model/medium_homogeneous.h"
+#include "model/rough_dielectric.h"
 #include "stage/boundary.h"
 
 #if HAS_ROUGH_BECKMANN || HAS_ROUGH_GGX
 #if ROUGH_LIGHT_SAMPLING
-/* The sun sampled where the path meets the boundary. Three ways lead from a scattering vertex x over the exit y to the sun in
- * direction o, weighed by the balance heuristic: the phase function and the flight bring the path to y and (A) the sun is
- * sampled there or (B) the BSDF finds it; or (C) o and the direction of the segment are drawn at x (connect.h). What A and B
- * share cancels; `rival` is C's density over theirs, 0 where the segment did not begin at a scattering vertex.
- * Returns LAST_PDF for the BSDF's own direction. */
+/* The sun sampled where the path meets the boundary. Three ways lead from a scattering vertex x over the exit y to the
+ * sun in direction o, weighed by the balance heuristic: the phase function and the flight bring the path to y and (A)
+ * the sun is sampled there or (B) the BSDF finds it; or (C) o and the direction of the segment are drawn at x
+ * (connect.h). What A and B share cancels; `rival` is C's density over theirs, 0 where the segment did not begin at a
+ * scattering vertex. Returns LAST_PDF for the BSDF's own direction. */
 inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __global const JobRecord* job, Pool* pool,
                                    INT slots, MASK mask, const Surface* s, const Frame* frame, const Random* random,
                                    REAL alpha, REAL eta, REAL3 wi, REAL3 direction, REAL pdf) {
@@ -69,7 +69,8 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
     arriving[c] = weight[c] * rgb[c] * LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots) *
                   boundary_tint(launch, s->bsdf, reflects, c);
   add_connection(launch, job, pool, slots, mask,
-                 beside_surface(launch->primitives, s->primitive, s->position, s->normal, light), light, s->primitive, s->exterior, arriving);
+                 beside_surface(launch->primitives, s->primitive, s->position, s->normal, light), light, s->primitive,
+                 s->exterior, arriving);
   return pdf / (1.0f + own_rival);
 }
 #endif

@@ -1,18 +1,17 @@
 /* What the stages of all boundaries share: where the path has arrived, in which frame, and how it goes on. */
 #ifndef ITN_STAGE_SURFACE_H
 #define ITN_STAGE_SURFACE_H
+#include "lib/frame.h"
 #include "lib/launch.h"
 #include "lib/surface_frame.h"
-#include "lib/frame.h"
 #include "stage/ray.h"
 
 typedef struct {
   REAL3 position, direction; /* direction of travel on arrival */
   REAL3 normal;              /* geometric, unit, outward */
   REAL3 frame;               /* shading normal, unit */
-  REAL texture[2]; /* coordinates */
-  MASK front; /* arrives from outside */
-  MASK flat;  /* not a sphere */
+  REAL texture[2];           /* coordinates */
+  MASK front;                /* arrives from outside */
   INT primitive, bsdf;
   INT interior, exterior; /* media */
   MASK misplaced; /* logically on the side it cannot come from: a position off by rounding; the boundary is passed as if
@@ -25,8 +24,8 @@ inline Surface load_surface(const Launch* launch, __global const JobRecord* job,
   s.position = load3(pool, POSITION_X, slots);
   s.direction = load3(pool, DIRECTION_X, slots);
   s.primitive = SELECT_INT(valid, LOAD_INT(pool, HIT, slots), 0);
-  surface_frame(launch->primitives, s.primitive, LOAD(pool, HIT_U, slots), LOAD(pool, HIT_V, slots), s.position, &s.normal,
-                &s.frame, s.texture);
+  surface_frame(launch->primitives, s.primitive, LOAD(pool, HIT_U, slots), LOAD(pool, HIT_V, slots), s.position,
+                &s.normal, &s.frame, s.texture);
   Lanes primitive, bsdf, interior, exterior;
   primitive.integer = s.primitive;
   for (int l = 0; l < WIDTH; ++l) {
@@ -38,9 +37,6 @@ inline Surface load_surface(const Launch* launch, __global const JobRecord* job,
   s.bsdf = bsdf.integer;
   s.interior = interior.integer;
   s.exterior = exterior.integer;
-  s.flat = (GATHER_INT(((__global const int*)launch->primitives + PRIMITIVE_AT_FLAGS),
-                       s.primitive * (int)(sizeof(PrimitiveRecord) / sizeof(float))) &
-            PRIMITIVE_SPHERE) == 0;
   s.front = dot3(s.direction, s.normal) < 0.0f;
   INT medium = LOAD_INT(pool, MEDIUM, slots);
   s.misplaced = valid & (interior.integer != exterior.integer) &
@@ -48,30 +44,21 @@ inline Surface load_surface(const Launch* launch, __global const JobRecord* job,
   return s;
 }
 
-/* On with `direction` from the surface, into `medium`. */
-inline void leave_surface_into(const Launch* launch, Pool* pool, INT slots, MASK mask, const Surface* s, REAL3 direction,
-                               INT medium, INT before) {
-  store3(pool, POSITION_X, slots,
-         beside_surface(launch->primitives, s->primitive, s->position, s->normal, direction));
+/* On with `direction` from the surface, into the medium on that side. As in Mitsuba, a shape with no media of its own
+ * leaves the path in the medium it is in. */
+inline void leave_surface(const Launch* launch, Pool* pool, INT slots, MASK mask, const Surface* s, REAL3 direction) {
+  const MASK inward = dot3(direction, s->normal) < 0.0f;
+  INT medium = LOAD_INT(pool, MEDIUM, slots);
+  medium = SELECT_INT(s->interior == s->exterior, medium, SELECT_INT(inward, s->interior, s->exterior));
+  store3(pool, POSITION_X, slots, beside_surface(launch->primitives, s->primitive, s->position, s->normal, direction));
   store3(pool, DIRECTION_X, slots, direction);
   STORE_INT(pool, MEDIUM, slots, medium);
   STORE_INT(pool, SKIP, slots, s->primitive);
-  STORE_INT(pool, BEFORE, slots, before);
+  STORE_INT(pool, PASSED, slots, 0);
   push(pool, QUEUE_RAY, slots, mask & (medium < 0));
 #if HAS_MEDIUM
   push(pool, QUEUE_MEDIUM, slots, mask & (medium >= 0));
 #endif
-}
-
-/* The medium on the side of `direction`. As in Mitsuba, a shape with no media of its own leaves the path in the one it is in. */
-inline INT medium_beyond(const Surface* s, INT medium, REAL3 direction) {
-  const MASK inward = dot3(direction, s->normal) < 0.0f;
-  return SELECT_INT(s->interior == s->exterior, medium, SELECT_INT(inward, s->interior, s->exterior));
-}
-
-inline void leave_surface(const Launch* launch, Pool* pool, INT slots, MASK mask, const Surface* s, REAL3 direction) {
-  leave_surface_into(launch, pool, slots, mask, s, direction,
-                     medium_beyond(s, LOAD_INT(pool, MEDIUM, slots), direction), (INT)(-1));
 }
 
 #endif

@@ -5,7 +5,8 @@
 namespace itn {
 
 // kernels/<path> with every #include "..." (relative to kernels/) replaced by the file's text, each file once (so never
-// inside an #if), with #line directives so that build logs name the right file. Throws std::logic_error for an unknown path.
+// inside an #if), with #line directives so that build logs name the right file. Throws std::logic_error for an unknown
+// path.
 std::string kernel_source(const std::string& path);
 
 }  // namespace itn

@@ -28,8 +28,6 @@ float Box::half_area() const {
 namespace {
 
 constexpr int bin_count = 32;
-// Below this depth subtrees are halved by count, so that no input makes a tree too deep for the device's stack.
-constexpr int heuristic_depth = 48;
 constexpr std::uint32_t parallel_size = 8192;  // smaller subtrees are not worth a thread
 
 struct BinaryNode {
@@ -48,8 +46,11 @@ struct Split {
 
 class BinaryTree {
  public:
-  BinaryTree(std::vector<BoxedPrimitive>& primitives, int width)
-      : primitives_(primitives), width_(static_cast<std::uint32_t>(width)), nodes_(2 * primitives.size()) {
+  BinaryTree(std::vector<BoxedPrimitive>& primitives, int width, int heuristic_depth)
+      : primitives_(primitives),
+        width_(static_cast<std::uint32_t>(width)),
+        heuristic_depth_(heuristic_depth),
+        nodes_(2 * primitives.size()) {
     build(0, 0, static_cast<std::uint32_t>(primitives.size()), 0);
   }
   const std::vector<BinaryNode>& nodes() const { return nodes_; }
@@ -58,7 +59,8 @@ class BinaryTree {
   // What testing n primitives costs in node visits; the small term prefers fewer primitives in the same number of
   // blocks.
   float test_cost(std::uint32_t n) const {
-    return static_cast<float>((n + width_ - 1) / width_) + 1e-3f * static_cast<float>(n);
+    const std::uint32_t blocks = (n + width_ - 1) / width_;
+    return static_cast<float>(blocks) + 1e-3f * static_cast<float>(n);
   }
 
   static int bin_of(const BoxedPrimitive& p, std::size_t axis, float low, float scale) {
@@ -117,7 +119,7 @@ class BinaryTree {
     nodes_[node] = {.box = box, .first = first, .count = count};
     if (count == 1) return;
     Split split;
-    if (depth < heuristic_depth) split = best_split(first, count, centers);
+    if (depth < heuristic_depth_) split = best_split(first, count, centers);
     if (count <= width_) {
       const float area = box.half_area();
       if (split.axis == 3 || area + split.cost >= area * test_cost(count)) return;
@@ -130,7 +132,7 @@ class BinaryTree {
         return bin_of(p, split.axis, low, scale) <= split.bin;
       });
       left_count = static_cast<std::uint32_t>(end - begin);
-    } else if (depth >= heuristic_depth) {
+    } else if (depth >= heuristic_depth_) {
       std::size_t axis = 0;
       for (std::size_t a = 1; a < 3; ++a)
         if (centers.high[a] - centers.low[a] > centers.high[axis] - centers.low[axis]) axis = a;
@@ -152,6 +154,7 @@ class BinaryTree {
 
   std::vector<BoxedPrimitive>& primitives_;
   std::uint32_t width_;
+  int heuristic_depth_;
   std::vector<BinaryNode> nodes_;
 };
 
@@ -207,11 +210,11 @@ class Collapse {
 
 }  // namespace
 
-WideTree build_tree(std::vector<BoxedPrimitive> primitives, int width) {
+WideTree build_tree(std::vector<BoxedPrimitive> primitives, int width, int heuristic_depth) {
   WideTree tree;
   if (primitives.empty()) return tree;
   tree.primitives = std::move(primitives);
-  const BinaryTree binary(tree.primitives, width);
+  const BinaryTree binary(tree.primitives, width, heuristic_depth);
   Collapse(binary.nodes(), width, tree);
   return tree;
 }

@@ -37,7 +37,8 @@ struct WideTree {
   int stack_depth = 0;  // entries that a depth-first walk may have to keep
 };
 
-// Surface area heuristic over bins. The result does not depend on the number of threads. No primitives: no nodes.
-WideTree build_tree(std::vector<BoxedPrimitive> primitives, int width);
+// Surface area heuristic over bins down to a depth of the binary tree, below it halves by count, so that no input makes
+// a tree of any depth. The result does not depend on the number of threads. No primitives: no nodes.
+WideTree build_tree(std::vector<BoxedPrimitive> primitives, int width, int heuristic_depth);
 
 }  // namespace itn

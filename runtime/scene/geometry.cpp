@@ -17,7 +17,6 @@ namespace {
 // operation).
 constexpr float tolerance_ratio = 0x1p-21f;
 constexpr float widen_ratio = 0x1p-19f;
-constexpr int stack_limit = 192;  // TRACE_STACK of lib/trace.h
 
 using Point = std::array<float, 3>;
 
@@ -186,7 +185,7 @@ class Writer {
       std::vector<std::pair<Box, int>> children;
       for (const auto& child : node.children) {
         const auto i = static_cast<int>(child.index);
-        children.push_back({child.box, child.is_block ? CHILD_BLOCK(first_block + i, is_round) : first_node + i});
+        children.emplace_back(child.box, child.is_block ? CHILD_BLOCK(first_block + i, is_round) : first_node + i);
       }
       add_node(children);
     }
@@ -241,6 +240,19 @@ Box box_of(const WideTree& tree) {
   return box;
 }
 
+// With few levels of the heuristic when the device's stack asks for it (meshes whose triangles differ by orders of
+// magnitude).
+WideTree build_tree(const std::vector<BoxedPrimitive>& primitives, int width) {
+  const int limit = TRACE_STACK(width) - 1;  // one entry for the node that joins triangles and round shapes
+  for (const int heuristic_depth : {48, 12}) {
+    WideTree tree = build_tree(primitives, width, heuristic_depth);
+    if (tree.stack_depth <= limit) return tree;
+  }
+  throw ResultError("geometry: the hierarchy of " + std::to_string(primitives.size()) +
+                    " primitives is too deep for the device's stack of " + std::to_string(limit) +
+                    "; use a mesh with fewer triangles");
+}
+
 std::uint32_t offset(std::size_t size) {
   if (size > 0xffffffffu)
     throw ResultError("geometry: more than 2^32 values; use a smaller mesh or fewer scenes a launch");
@@ -269,13 +281,8 @@ void append_geometry(const Scene& scene, Geometry& geometry) {
   std::vector<BoxedPrimitive> triangles, rounds;
   for (std::uint32_t i = 0; i < surfaces.entries.size(); ++i)
     (surfaces.is_round[i] ? rounds : triangles).push_back({surfaces.entries[i].box, i});
-  const WideTree triangle_tree = build_tree(std::move(triangles), geometry.box_width);
-  const WideTree round_tree = build_tree(std::move(rounds), geometry.box_width);
-  if (triangle_tree.stack_depth + 1 > stack_limit || round_tree.stack_depth + 1 > stack_limit)
-    throw ResultError("geometry: the hierarchy of " + std::to_string(surfaces.entries.size()) +
-                      " primitives is too deep for the device's stack; got " +
-                      std::to_string(std::max(triangle_tree.stack_depth, round_tree.stack_depth) + 1) +
-                      ", need at most " + std::to_string(stack_limit) + "; split the scene");
+  const WideTree triangle_tree = build_tree(triangles, geometry.box_width);
+  const WideTree round_tree = build_tree(rounds, geometry.box_width);
 
   GeometryRecord record{};
   record.first_node = offset(geometry.nodes.size());

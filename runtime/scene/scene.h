@@ -33,7 +33,8 @@ struct Sensor {
   double fov_x = 0;  // [degree], horizontal (already converted from fov_axis and focal_length); perspective only
   double principal_x = 0, principal_y = 0;  // principal_point_offset_x, _y
   double near_clip = 1e-2, far_clip = 1e4;
-  Transform to_world;  // Mitsuba: camera looks along local +z, +y up, +x left; orthographic covers [-1,1] in x scaled by to_world
+  Transform to_world;  // Mitsuba: camera looks along local +z, +y up, +x left; orthographic covers [-1,1] in x scaled
+                       // by to_world
   int width = 768, height = 576;
   int crop_x = 0, crop_y = 0, crop_width = 768, crop_height = 576;
   bool luminance = false;  // hdrfilm pixel_format "luminance"
@@ -55,7 +56,8 @@ struct Texture {
   Rgb value{0.5, 0.5, 0.5};              // when constant
   bool nearest = false;                  // filter_type
   enum class Wrap { repeat, mirror, clamp } wrap = Wrap::repeat;
-  std::array<double, 6> to_uv{1, 0, 0, 0, 1, 0};  // row major 2x3: applied to (u, v, 1) before the lookup; v = 0 is row 0
+  std::array<double, 6> to_uv{1, 0, 0,
+                              0, 1, 0};  // row major 2x3: applied to (u, v, 1) before the lookup; v = 0 is row 0
 };
 
 enum class BsdfKind { null, diffuse, dielectric, roughdielectric };
@@ -96,9 +98,10 @@ struct Shape {
   std::string id;
   Location where;
   enum class Kind { mesh, sphere, disk } kind = Kind::mesh;
-  std::shared_ptr<const Mesh> mesh;  // obj, ply, mesh, rectangle, cube: world space; triangles wind so that normals point out
-  Vec3 center{0, 0, 0};              // sphere, disk
-  double radius = 1;                 // sphere
+  std::shared_ptr<const Mesh>
+      mesh;              // obj, ply, mesh, rectangle, cube: world space; triangles wind so that normals point out
+  Vec3 center{0, 0, 0};  // sphere, disk
+  double radius = 1;     // sphere
   Vec3 edge_u{1, 0, 0}, edge_v{0, 1, 0};  // disk: center + a * edge_u + b * edge_v with a^2 + b^2 <= 1
   bool flip_normals = false;              // sphere, disk (meshes are already turned)
   int bsdf = -1;                          // index into Scene::bsdfs; always valid after loading
@@ -141,6 +144,5 @@ struct Scene {
   std::optional<Emitter> environment;
   std::vector<std::string> warnings;
 };
-
 
 }  // namespace itn

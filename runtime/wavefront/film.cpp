@@ -8,8 +8,8 @@ namespace itn {
 Film::Film(const Device& device, int pixels, int channels, bool luminance)
     : device_(device), pixels_(pixels), channels_(channels), luminance_(luminance && channels == 3) {
   program_ = device.build("film.cl", {});
-  sums_ = device.upload(std::vector<float>(static_cast<std::size_t>(pixels) * static_cast<std::size_t>(this->channels()) * 4),
-                        "film");
+  sums_ = device.upload(
+      std::vector<float>(static_cast<std::size_t>(pixels) * static_cast<std::size_t>(this->channels()) * 4), "film");
 }
 
 void Film::add(const cl::Buffer& samples, std::size_t first_sample, int first_pixel, int pixels, int samples_a_pixel) {

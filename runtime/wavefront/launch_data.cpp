@@ -54,7 +54,9 @@ CameraRecord camera_record(const Sensor& sensor, int first_medium) {
   r.crop_x = sensor.crop_x;
   r.crop_y = sensor.crop_y;
   r.crop_width = sensor.crop_width;
-  r.filter = sensor.filter == FilterKind::box ? FILTER_BOX : sensor.filter == FilterKind::tent ? FILTER_TENT : FILTER_GAUSSIAN;
+  r.filter = sensor.filter == FilterKind::box    ? FILTER_BOX
+             : sensor.filter == FilterKind::tent ? FILTER_TENT
+                                                 : FILTER_GAUSSIAN;
   r.filter_size = static_cast<float>(sensor.filter == FilterKind::tent ? sensor.filter_radius : sensor.filter_stddev);
   r.medium = sensor.medium < 0 ? -1 : first_medium + sensor.medium;
   return r;
@@ -84,9 +86,15 @@ int append_texture(const Texture& texture, LaunchData& data) {
 BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
   BsdfRecord r{};
   switch (bsdf.kind) {
-    case BsdfKind::null: r.kind = BSDF_NULL; break;
-    case BsdfKind::diffuse: r.kind = BSDF_DIFFUSE; break;
-    case BsdfKind::dielectric: r.kind = BSDF_DIELECTRIC; break;
+    case BsdfKind::null:
+      r.kind = BSDF_NULL;
+      break;
+    case BsdfKind::diffuse:
+      r.kind = BSDF_DIFFUSE;
+      break;
+    case BsdfKind::dielectric:
+      r.kind = BSDF_DIELECTRIC;
+      break;
     case BsdfKind::roughdielectric:
       r.kind = bsdf.distribution == Distribution::ggx ? BSDF_ROUGH_GGX : BSDF_ROUGH_BECKMANN;
       break;
@@ -98,8 +106,10 @@ BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
   store(bsdf.specular_reflectance, r.specular_reflectance);
   store(bsdf.specular_transmittance, r.specular_transmittance);
   r.twosided = bsdf.twosided;
-  if (bsdf.kind == BsdfKind::diffuse) data.coloured |= r.texture < 0 && !grey(bsdf.reflectance.value);
-  else data.coloured |= !grey(bsdf.specular_reflectance) || !grey(bsdf.specular_transmittance);
+  if (bsdf.kind == BsdfKind::diffuse)
+    data.coloured |= r.texture < 0 && !grey(bsdf.reflectance.value);
+  else
+    data.coloured |= !grey(bsdf.specular_reflectance) || !grey(bsdf.specular_transmittance);
   return r;
 }
 

@@ -7,9 +7,9 @@
 namespace itn {
 namespace {
 
-constexpr int fused_slots = 512;       // paths a pool: 256 to 1024 are equally fast, more leave idle tails
-constexpr int staged_slots = 1 << 20;  // paths in flight on a GPU
-constexpr int medium_events = 64;       // a state load at most
+constexpr int fused_slots = 512;            // paths a pool: 256 to 1024 are equally fast, more leave idle tails
+constexpr int staged_slots = 1 << 20;       // paths in flight on a GPU
+constexpr int medium_events = 64;           // a state load at most
 constexpr int queues = 10, free_queue = 0;  // QUEUES of path_state.h, which needs a program's definitions
 
 std::size_t field_count(const std::map<std::string, std::string>& d) {
@@ -100,8 +100,10 @@ void Wavefront::trace(const std::vector<JobSlice>& slices) {
     }
   }
   jobs_buffer_ = device_.upload(jobs, "jobs");
-  if (fused_) trace_fused(chunks);
-  else trace_staged(chunks, paths);
+  if (fused_)
+    trace_fused(chunks);
+  else
+    trace_staged(chunks, paths);
 }
 
 void Wavefront::trace_fused(const std::vector<ChunkRecord>& chunks) {

@@ -20,7 +20,7 @@ class Wavefront {
   Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs, Operator op, int width,
             Schedule schedule);
 
-  int channels() const { return channels_; }  // of radiance: 1 or 3
+  int channels() const { return channels_; }                        // of radiance: 1 or 3
   std::size_t sample_capacity() const { return sample_capacity_; }  // most samples a launch can hold
 
   // Traces the slices into samples(): slice after slice, pixel after pixel, sample after sample, channels interleaved.

@@ -23,12 +23,18 @@ Scene scene_of(std::vector<Shape> shapes) {
   return scene;
 }
 
-GeometryOnDevice::GeometryOnDevice(const Scene& scene, int width, int box_width) : width_(width) {
+GeometryOnDevice::GeometryOnDevice(const Scene& scene, int width, int box_width)
+    : GeometryOnDevice(std::vector<Scene>{scene}, width, box_width) {}
+
+GeometryOnDevice::GeometryOnDevice(const std::vector<Scene>& scenes, int width, int box_width) : width_(width) {
   geometry.box_width = box_width;
-  append_geometry(scene, geometry);
+  for (const Scene& scene : scenes) append_geometry(scene, geometry);
   setenv("ITN_KERNEL_DIR", ITN_SOURCE_DIR "/tests/geometry", 1);
-  program_ =
-      device_.build("geometry_test.cl", {{"WIDTH", std::to_string(width)}, {"BOX_WIDTH", std::to_string(box_width)}});
+  program_ = device_.build("geometry_test.cl", {{"WIDTH", std::to_string(width)},
+                                                {"BOX_WIDTH", std::to_string(box_width)},
+                                                {"HAS_ROUND", "1"},
+                                                {"HAS_SMOOTH", "1"},
+                                                {"HAS_TEXTURE", "1"}});
   unsetenv("ITN_KERNEL_DIR");
   nodes_ = device_.upload(geometry.nodes, "nodes");
   leaves_ = device_.upload(geometry.leaves, "leaves");
@@ -98,6 +104,21 @@ void GeometryOnDevice::fly(const std::vector<TestRay>& rays, std::vector<int>& c
   device_.download(bound, distance);
   clear.resize(rays.size());
   distance.resize(rays.size());
+}
+
+std::vector<GeometryOnDevice::Frame> GeometryOnDevice::frames(std::vector<TestHit> hits) const {
+  const std::size_t n = hits.size();
+  hits.resize((n + 15) / 16 * 16, hits.at(0));
+  std::vector<Frame> frames(hits.size());
+  cl::Kernel kernel(program_, "frames");
+  const cl::Buffer in = device_.upload(hits, "hits"), out = device_.upload(frames, "frames");
+  kernel.setArg(0, primitives_);
+  kernel.setArg(1, in);
+  kernel.setArg(2, out);
+  device_.launch(kernel, hits.size() / static_cast<std::size_t>(width_));
+  device_.download(out, frames);
+  frames.resize(n);
+  return frames;
 }
 
 std::vector<TestRay> GeometryOnDevice::paths(Vec3 start, double mean_free_path, double albedo, std::size_t n,
@@ -173,6 +194,12 @@ double meet_disk(const Vector& o, const Vector& d, const Vector& center, const V
 }
 
 }  // namespace
+
+double meet_triangle(const TestRay& ray, const std::array<float, 3>& a, const std::array<float, 3>& b,
+                     const std::array<float, 3>& c) {
+  const auto wide = [](const std::array<float, 3>& p) { return Vector{p[0], p[1], p[2]}; };
+  return meet_triangle(wide(ray.origin), wide(ray.direction), wide(a), wide(b), wide(c));
+}
 
 ExactHit closest(const Geometry& geometry, const TestRay& ray, double t_min) {
   const auto width = static_cast<std::size_t>(geometry.box_width);

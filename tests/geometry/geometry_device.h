@@ -44,6 +44,8 @@ class Stopwatch {
 class GeometryOnDevice {
  public:
   GeometryOnDevice(const Scene& scene, int width, int box_width);
+  // All in the same arrays; kernels see the last one.
+  GeometryOnDevice(const std::vector<Scene>& scenes, int width, int box_width);
   Geometry geometry;
   const GeometryRecord& record() const { return geometry.records.back(); }
 
@@ -54,6 +56,12 @@ class GeometryOnDevice {
   // What a path tracer asks inside a medium: rays of paths from `start` with t_max drawn from the mean free path.
   std::vector<TestRay> paths(Vec3 start, double mean_free_path, double albedo, std::size_t n, unsigned seed) const;
   WalkCounts walk(Vec3 start, double mean_free_path, std::uint64_t segments, unsigned seed) const;
+  struct Frame {
+    std::array<float, 3> normal, shading;
+    std::array<float, 2> texture;
+    std::array<float, 3> beside;
+  };
+  std::vector<Frame> frames(std::vector<TestHit> hits) const;
   std::array<int, 3> sizes() const;
 
  private:
@@ -71,6 +79,10 @@ struct ExactHit {
   int primitive = -1;
 };
 ExactHit closest(const Geometry& geometry, const TestRay& ray, double t_min = 0);
+
+// Distance along the ray in double, NaN: passes by.
+double meet_triangle(const TestRay& ray, const std::array<float, 3>& a, const std::array<float, 3>& b,
+                     const std::array<float, 3>& c);
 
 Scene scene_of(std::vector<Shape> shapes);
 

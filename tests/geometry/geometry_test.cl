@@ -1,5 +1,6 @@
 // Runs kernels/lib/trace.h alone: each work-item traces `each` rays, one after another.
 #include "lib/flight_grid.h"
+#include "lib/surface_frame.h"
 #include "lib/trace.h"
 
 typedef struct {
@@ -137,4 +138,22 @@ __kernel void fly(__global const uint* grid, __global const GeometryRecord* reco
   const MASK result = flight_is_clear(grid, record, o, d, COMPONENT(6), at >= 0);
   SCATTER_INT(clear, at, SELECT_INT(result, 1, 0));
   SCATTER(distance, at, surface_distance(grid, record, o));
+}
+
+// lib/surface_frame.h at hits: normal, shading normal, texture coordinates, and beside_surface() along +z.
+__kernel void frames(__global const PrimitiveRecord* primitives, __global const Hit* hits, __global float* out) {
+  const INT at = (int)get_global_id(0) * WIDTH + LANE_INDEX;
+  __global const float* h = (__global const float*)hits;
+  const INT word = at * (int)(sizeof(Hit) / sizeof(float));
+#define MEMBER(k) GATHER((h + (k)), word)
+  const INT primitive = GATHER_INT(((__global const int*)hits + 6), word);
+  const REAL3 position = make3(MEMBER(3), MEMBER(4), MEMBER(5));
+  REAL3 normal, shading;
+  REAL texture[2];
+  surface_frame(primitives, primitive, MEMBER(1), MEMBER(2), position, &normal, &shading, texture);
+  const REAL3 up = make3((REAL)(0.0f), (REAL)(0.0f), (REAL)(1.0f));
+  const REAL3 beside = beside_surface(primitives, primitive, position, normal, up);
+  const REAL values[11] = {normal.x,   normal.y,   normal.z, shading.x, shading.y, shading.z,
+                           texture[0], texture[1], beside.x, beside.y,  beside.z};
+  for (int k = 0; k < 11; ++k) SCATTER(out, at * 11 + k, values[k]);
 }
