@@ -44,7 +44,9 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
 #if ROUGH_LIGHT_SAMPLING
   const INT connection = GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, connection)), at);
   straight = valid & (connection == CONNECTION_STRAIGHT);
-  const MASK refracted = valid & (connection == CONNECTION_REFRACTED);
+  /* the boundary is one more scattering */
+  const MASK refracted = valid & (connection == CONNECTION_REFRACTED) &
+                         (plain_depth(LOAD_INT(pool, DEPTH, slots)) + 1 < job->max_depth);
   if (ANY(refracted)) {
     const AssumedBoundary boundary = assumed_boundary(launch, at);
     const REAL3 guess = surface_normal_guess(launch->grid, geometry, position);

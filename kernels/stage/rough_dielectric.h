@@ -15,7 +15,7 @@
  * (connect.h). What A and B share cancels; `rival` is C's density over theirs, 0 where the segment did not begin at a
  * scattering vertex. Returns LAST_PDF for the BSDF's own direction. */
 inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __global const JobRecord* job, Pool* pool,
-                                   INT slots, MASK mask, const Surface* s, const Frame* frame, const Random* random,
+                                   INT slots, MASK at_boundary, const Surface* s, const Frame* frame, const Random* random,
                                    REAL alpha, REAL eta, REAL3 wi, REAL3 direction, REAL pdf) {
   __global const EmitterRecord* emitter = launch->emitters + job->emitter;
   REAL u[4];
@@ -27,18 +27,19 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
   const REAL value = rough_dielectric_eval(distribution, alpha, eta, wi, wo);
   const REAL bsdf_pdf = rough_dielectric_pdf(distribution, alpha, eta, wi, wo);
   const INT depth = LOAD_INT(pool, DEPTH, slots) + 1;
-  mask = mask & (plain_depth(depth) < job->max_depth) & (value > 0.0f) & (dot3(light, s->normal) > 0.0f);
+  MASK mask = at_boundary & (plain_depth(depth) < job->max_depth) & (value > 0.0f) & (dot3(light, s->normal) > 0.0f);
 #if OPERATOR_SINGLE
   mask = mask & (depth >= SCATTERED_ONCE);
 #endif
   REAL rival = (REAL)(0.0f), own_rival = (REAL)(0.0f);
 #if MEDIUM_LIGHT_SAMPLING
   const REAL last_pdf = LOAD(pool, LAST_PDF, slots);
-  const INT medium = LOAD_INT(pool, MEDIUM, slots);
+  const INT medium = SELECT_INT(at_boundary, LOAD_INT(pool, MEDIUM, slots), -1); /* idle lanes hold anything */
   const INT at = max(medium, 0) * (int)(sizeof(MediumRecord) / sizeof(float));
   __global const float* media = (__global const float*)launch->media;
+  /* SKIP -1: the flight did not begin at a boundary, from where nothing was connected */
   const MASK from_medium =
-      !s->front & (last_pdf > 0.0f) & (medium >= 0) &
+      !s->front & (last_pdf > 0.0f) & (medium >= 0) & (LOAD_INT(pool, SKIP, slots) == -1) &
       (GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, connection)), at) == CONNECTION_REFRACTED);
   if (ANY(from_medium)) {
     const AssumedBoundary boundary = assumed_boundary(launch, at);

@@ -1,0 +1,70 @@
+// Scenes of the stage tests: a unit sphere about the origin, with or without a floor.
+#pragma once
+#include <memory>
+
+#include "runtime/scene/scene.h"
+
+namespace itn::test {
+
+inline Bsdf bsdf_of(BsdfKind kind, double eta = 1.5, double alpha = 0.2, Distribution distribution = Distribution::ggx) {
+  Bsdf bsdf;
+  bsdf.kind = kind;
+  bsdf.int_ior = eta;
+  bsdf.ext_ior = 1;
+  bsdf.alpha = alpha;
+  bsdf.distribution = distribution;
+  return bsdf;
+}
+
+inline Medium medium_of(double sigma_t, double albedo, double g) {
+  Medium medium;
+  medium.sigma_t = {sigma_t, sigma_t, sigma_t};
+  medium.albedo = {albedo, albedo, albedo};
+  medium.isotropic = g == 0;
+  medium.g = g;
+  return medium;
+}
+
+// The unit sphere, filled with the medium.
+inline Scene sphere_scene(const Bsdf& bsdf, const Medium& medium) {
+  Scene scene;
+  scene.sensors.resize(1);
+  Sensor& sensor = scene.sensors[0];
+  sensor.fov_x = 30;
+  sensor.width = sensor.height = sensor.crop_width = sensor.crop_height = 16;
+  scene.bsdfs = {bsdf};
+  scene.media = {medium};
+  Shape shape;
+  shape.kind = Shape::Kind::sphere;
+  shape.bsdf = 0;
+  shape.interior = 0;
+  scene.shapes = {shape};
+  scene.integrator.rr_depth = 1000;
+  scene.environment.emplace();
+  return scene;
+}
+
+// Adds the square [-half, half]^2 at z = height, facing up, u along x and v along y.
+inline void add_floor(Scene& scene, const Bsdf& bsdf, float half, float height) {
+  auto mesh = std::make_shared<Mesh>();
+  mesh->position = {{-half, -half, height}, {half, -half, height}, {half, half, height}, {-half, half, height}};
+  mesh->texcoord = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  mesh->triangle = {{0, 1, 2}, {0, 2, 3}};
+  Shape shape;
+  shape.mesh = mesh;
+  shape.bsdf = static_cast<int>(scene.bsdfs.size());
+  scene.bsdfs.push_back(bsdf);
+  scene.shapes.push_back(shape);
+}
+
+// A sun so wide that chance finds it, with or without the sky.
+inline Emitter wide_sun(double aperture_degree, Vec3 direction, double sky_scale) {
+  Emitter emitter;
+  emitter.kind = Emitter::Kind::sunsky;
+  emitter.sunsky.sun_direction = direction;
+  emitter.sunsky.sun_aperture = aperture_degree;
+  emitter.sunsky.sky_scale = sky_scale;
+  return emitter;
+}
+
+}  // namespace itn::test

@@ -1,0 +1,34 @@
+// What the stage tests share.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "runtime/device/device.h"
+
+namespace itn::test {
+
+inline const Device& device() {
+  static const Device shared;
+  return shared;
+}
+
+constexpr int widths[] = {1, 16};
+
+// Largest distance between the distribution of the values and a cumulative distribution function.
+template <class Cdf>
+double largest_gap(std::vector<double> values, const Cdf& cdf) {
+  std::sort(values.begin(), values.end());
+  double gap = 0;
+  const double n = static_cast<double>(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double p = cdf(values[i]), k = static_cast<double>(i);
+    gap = std::max({gap, std::abs(p - k / n), std::abs(p - (k + 1) / n)});
+  }
+  return gap;
+}
+
+// The gap that chance exceeds once in a million times (Kolmogorov, Smirnov).
+inline double kolmogorov_bound(std::size_t n) { return std::sqrt(-0.5 * std::log(0.5e-6) / static_cast<double>(n)); }
+
+}  // namespace itn::test
