@@ -52,8 +52,8 @@ Triangles torus_knot() {
   for (int i = 0; i < along; ++i)
     for (int j = 0; j < around; ++j) {
       const int k = (i + 1) % along, l = (j + 1) % around;
-      mesh.face.push_back({i * around + j, k * around + j, k * around + l});
-      mesh.face.push_back({i * around + j, k * around + l, i * around + l});
+      mesh.face.push_back({i * around + j, k * around + l, k * around + j});
+      mesh.face.push_back({i * around + j, i * around + l, k * around + l});
     }
   return mesh;
 }
