@@ -66,6 +66,7 @@ typedef struct {
   int first_shape; /* shape k of the geometry is shapes[first_shape + k] */
   int max_depth;   /* a path with k scatterings counts if k < max_depth */
   int rr_depth;
+  int hide_emitters; /* 1: a path that has not scattered sees no light, as in Mitsuba */
   int first_pixel;  /* of this launch */
   int first_sample; /* of this launch */
   int samples;      /* a pixel in this launch */

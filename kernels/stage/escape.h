@@ -15,6 +15,7 @@ inline void escape_stage(const Launch* launch, __global const JobRecord* job, Po
   REAL light_pdf = light_sampling_pdf(launch, emitter, direction, last_pdf < 0.0f);
   scale *= SELECT(last_pdf == 0.0f, 1.0f, ABS(last_pdf) / (ABS(last_pdf) + light_pdf));
 #endif
+  if (job->hide_emitters) scale = SELECT(LOAD_INT(pool, DEPTH, slots) > 0, scale, 0.0f);
 #if OPERATOR_SINGLE
   scale = SELECT(LOAD_INT(pool, DEPTH, slots) >= SCATTERED_ONCE, scale, 0.0f);
 #endif

@@ -163,6 +163,7 @@ JobRecord append_scene(const Scene& scene, int sensor, LaunchData& data) {
   const int unlimited = 1 << 20;  // beyond any path: roulette ends them
   job.max_depth = scene.integrator.max_depth < 0 ? unlimited : scene.integrator.max_depth;
   job.rr_depth = scene.integrator.rr_depth;
+  job.hide_emitters = scene.integrator.hide_emitters;
   return job;
 }
 

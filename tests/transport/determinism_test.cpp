@@ -11,7 +11,7 @@ using namespace itn::test;
 namespace {
 
 // Every stage is used: rough and smooth boundaries, media, diffuse surfaces, textures, sun and environment light.
-const char* const scenes[] = {"sunsky_rough_floor", "camera_inside", "rgb_sigma_t_null"};
+const char* const scenes[] = {"sunsky_rough_floor", "camera_inside", "rgb_sigma_t"};
 
 Rendering image_of(const char* name, RenderOptions options) {
   options.spp = 24;

@@ -20,9 +20,9 @@ import numpy as np
 FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'scenes', 'test', 'mitsuba')
 PASSES = 64
 SPP = 1024  # a pass
-SPP_OF = {'rgb_sigma_t_null': 2048, 'rgb_sigma_t': 2048, 'null_constant': 512, 'dielectric_constant': 512,
-          'max_depth': 512, 'rough_shading_normals': 512, 'sunsky_turned': 512}
-SPECTRAL_MIS = {'rgb_sigma_t', 'rgb_sigma_t_null'}
+SPP_OF = {'rgb_sigma_t': 2048, 'null_constant': 512, 'dielectric_constant': 512,
+          'max_depth': 512, 'rough_shading_normals': 512}
+SPECTRAL_MIS = {'rgb_sigma_t'}
 
 
 def render(path):

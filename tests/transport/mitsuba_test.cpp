@@ -37,13 +37,11 @@ const MitsubaScene scenes[] = {
     {"orthographic", 1024},
     {"rgb_albedo", 1024},
     {"rgb_sigma_t", 1024},
-    {"rgb_sigma_t_null", 2048},
     {"rough_beckmann", 1024},
     {"rough_ggx", 1024},
     {"rough_shading_normals", 1024},
     {"sunsky_null_floor", 2048},
     {"sunsky_rough_floor", 2048},
-    {"sunsky_turned", 1024},
 };
 
 constexpr std::size_t tests_of_means = 3 * std::size(scenes);
