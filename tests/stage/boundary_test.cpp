@@ -58,7 +58,8 @@ struct Expected {
   double eta;     // far side over near side
 };
 
-// What boundaries do with a path once the direction is known: counts of paths that do otherwise, and the largest errors.
+// What boundaries do with a path once the direction is known: counts of paths that do otherwise, and the largest
+// errors.
 struct BoundaryCheck {
   std::size_t wrong = 0, died = 0, reflected = 0;
   double direction = 0, throughput = 0, scale = 0, position = 0;
@@ -90,7 +91,8 @@ struct BoundaryCheck {
     direction = std::max(direction, test::distance(after.direction, e.direction));
     for (std::size_t c = 0; c < 3; ++c)
       throughput = std::max(throughput, std::abs(after.throughput[c] / expected[c] - 1));
-    scale = std::max(scale, std::abs(after.refraction_scale / before.refraction_scale * (e.reflects ? 1 : e.eta * e.eta) - 1));
+    scale = std::max(scale,
+                     std::abs(after.refraction_scale / before.refraction_scale * (e.reflects ? 1 : e.eta * e.eta) - 1));
     // beside the surface, on the side where the path goes on
     const double height = length(after.position) - 1, offset = bench.offset(before.hit);
     position = std::max(position, std::abs(height - (inside ? -offset : offset)));
@@ -134,14 +136,19 @@ TEST_CASE("stage ray finds the closest surface and the queue of its boundary") {
       const HostHit hit = closest(scene, paths[i].position, paths[i].direction, 1e-4);
       const Path& p = after[i];
       const Queue expected =
-          hit.shape < 0 ? Queue::escape
-                        : static_cast<Queue>(static_cast<int>(Queue::null) +
-                                             bench.data().bsdfs[static_cast<std::size_t>(scene.shapes[static_cast<std::size_t>(hit.shape)].bsdf)].kind);
+          hit.shape < 0
+              ? Queue::escape
+              : static_cast<Queue>(
+                    static_cast<int>(Queue::null) +
+                    bench.data()
+                        .bsdfs[static_cast<std::size_t>(scene.shapes[static_cast<std::size_t>(hit.shape)].bsdf)]
+                        .kind);
       if (p.queue != expected) {
         ++close;  // only rays that graze a surface or start on one may be seen differently
         continue;
       }
-      wrong += test::distance(p.direction, paths[i].direction) > 1e-7 || p.throughput != paths[i].throughput || p.event != 1 || p.medium != -1;
+      wrong += test::distance(p.direction, paths[i].direction) > 1e-7 || p.throughput != paths[i].throughput ||
+               p.event != 1 || p.medium != -1;
       if (hit.shape < 0) continue;
       ++hits;
       wrong += bench.data().geometry.primitives[static_cast<std::size_t>(p.hit)].shape != hit.shape;
@@ -161,7 +168,8 @@ TEST_CASE("stage null goes straight on in the medium of the other side") {
   for (const int width : widths) {
     PathBench bench(device(), scene, {.width = width});
     std::vector<Path> paths = arrivals(bench, Queue::null, 501), after;
-    for (std::size_t i = 0; i < paths.size(); i += 10) paths[i].medium = paths[i].medium < 0 ? 0 : -1;  // rounding put it there
+    for (std::size_t i = 0; i < paths.size(); i += 10)
+      paths[i].medium = paths[i].medium < 0 ? 0 : -1;  // rounding put it there
     after = paths;
     bench.run(Queue::null, after);
     std::size_t wrong = 0;
@@ -252,7 +260,8 @@ TEST_CASE("stage rough dielectric follows the microfacet model") {
           ++undecided;
           continue;
         }
-        check.add(bench, paths[i], after[i], {reflects, frame.to_world(wo), reflects ? weight : weight * far * far, far},
+        check.add(bench, paths[i], after[i],
+                  {reflects, frame.to_world(wo), reflects ? weight : weight * far * far, far},
                   bsdf.specular_reflectance, {1, 1, 1}, 11, 5);
       }
       CAPTURE(kind, width);

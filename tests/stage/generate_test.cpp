@@ -89,7 +89,8 @@ TEST_CASE("camera rays pass through their pixel's part of the film") {
           // rays start on the near plane
           place_error = std::max(place_error, std::abs((p.position[1] - 6) / 2 - 0.25));
           if (!orthographic)
-            place_error = std::max(place_error, std::abs((p.position[0] - 5) / 2 - 0.25 * p.direction[0] / p.direction[1]));
+            place_error =
+                std::max(place_error, std::abs((p.position[0] - 5) / 2 - 0.25 * p.direction[0] / p.direction[1]));
           if (orthographic) place_error = std::max(place_error, distance(p.direction, {0, 1, 0}));
         }
         CAPTURE(width, orthographic, filter);

@@ -12,7 +12,9 @@ namespace itn::test {
 constexpr double pi = std::numbers::pi;
 
 inline double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-inline Vec3 along(const Vec3& o, double t, const Vec3& d) { return {o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]}; }
+inline Vec3 along(const Vec3& o, double t, const Vec3& d) {
+  return {o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]};
+}
 inline Vec3 difference(const Vec3& a, const Vec3& b) { return along(a, -1, b); }
 inline Vec3 cross(const Vec3& a, const Vec3& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
@@ -59,8 +61,8 @@ inline HostHit closest(const Scene& scene, const Vec3& o, const Vec3& d, double 
         Vec3 v[3];
         for (std::size_t k = 0; k < 3; ++k)
           for (std::size_t x = 0; x < 3; ++x) v[k][x] = static_cast<double>(shape.mesh->position[triangle[k]][x]);
-        const Vec3 e1 = difference(v[1], v[0]), e2 = difference(v[2], v[0]), p = cross(d, e2), from = difference(o, v[0]),
-                   q = cross(from, e1);
+        const Vec3 e1 = difference(v[1], v[0]), e2 = difference(v[2], v[0]), p = cross(d, e2),
+                   from = difference(o, v[0]), q = cross(from, e1);
         const double determinant = dot(e1, p);
         if (determinant == 0) continue;
         const double a = dot(from, p) / determinant, b = dot(d, q) / determinant;

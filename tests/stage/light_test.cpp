@@ -1,5 +1,5 @@
-// Light sampling and connections: they change the noise, never the mean. The same paths with light met by chance alone are
-// the reference; the sun is wide, so that chance meets it.
+// Light sampling and connections: they change the noise, never the mean. The same paths with light met by chance alone
+// are the reference; the sun is wide, so that chance meets it.
 #include <catch2/catch.hpp>
 
 #include "host_model.h"
@@ -24,7 +24,8 @@ std::vector<Rgb> samples_of(const Scene& scene, Start start, bool light_sampling
       Path& p = paths[i];
       const double k = static_cast<double>(i), z = 2 * std::fmod(0.5 + k * 0.6180339887498949, 1) - 1;
       p.direction = {std::sqrt(1 - z * z) * std::cos(2.4 * k), std::sqrt(1 - z * z) * std::sin(2.4 * k), z};
-      p.position = along({0, 0, 0}, std::fmod(k * 0.7548776662, 0.9), unit({std::sin(k), std::cos(1.3 * k), std::sin(2.7 * k)}));
+      p.position =
+          along({0, 0, 0}, std::fmod(k * 0.7548776662, 0.9), unit({std::sin(k), std::cos(1.3 * k), std::sin(2.7 * k)}));
       p.medium = 0;
       p.queue = Queue::medium;
     }
@@ -90,7 +91,8 @@ TEST_CASE("connections through rough boundaries leave the mean") {
   for (const Distribution distribution : {Distribution::ggx, Distribution::beckmann})
     for (const double sigma_t : {distribution == Distribution::ggx ? 5.0 : 0.3}) {
       CAPTURE(distribution, sigma_t);
-      check_equal_means(lit_scene(bsdf_of(BsdfKind::roughdielectric, 1.4, 0.35, distribution), sigma_t, 70, 0), Start::medium);
+      check_equal_means(lit_scene(bsdf_of(BsdfKind::roughdielectric, 1.4, 0.35, distribution), sigma_t, 70, 0),
+                        Start::medium);
     }
 }
 
@@ -106,7 +108,8 @@ TEST_CASE("connections through rough boundaries count for max_depth") {
 TEST_CASE("connections leave the mean of single scattering and of coloured sigma_t") {
   {
     INFO("single, rough");
-    check_equal_means(lit_scene(bsdf_of(BsdfKind::roughdielectric, 1.4, 0.35), 2, 80, 0), Start::medium, Operator::single);
+    check_equal_means(lit_scene(bsdf_of(BsdfKind::roughdielectric, 1.4, 0.35), 2, 80, 0), Start::medium,
+                      Operator::single);
   }
   {
     INFO("single, index-matched");
@@ -197,7 +200,7 @@ TEST_CASE("a flight from boundary to boundary competes with no connection") {
       p.pixel = static_cast<int>(i);
       p.position = p.direction = sun;
       p.arrival = along({0, 0, 0}, 0.5, sun);  // where the flight began
-      p.last_pdf = 0.5;       // of the boundary before
+      p.last_pdf = 0.5;                        // of the boundary before
       p.skip = p.hit = 0;
       p.medium = 0;
       p.queue = Queue::rough_ggx;

@@ -111,8 +111,7 @@ MediumCheck check_event(const Scene& scene, const PathBench& bench, const std::v
     const Vector3<double> n{p.direction[0], p.direction[1], p.direction[2]};
     shading_frame(n, &s, &t);
     const double phi = 2 * pi * u[2];
-    const Vector3<double> w =
-        to_world(s, t, n, {sine * std::cos(phi), sine * std::sin(phi), cosine});
+    const Vector3<double> w = to_world(s, t, n, {sine * std::cos(phi), sine * std::sin(phi), cosine});
     check.direction = std::max(check.direction, distance(q.direction, {w.x, w.y, w.z}));
     check.wrong += q.queue != Queue::medium || q.depth != depth + (single ? once : 0) || q.skip != -1;
     check_state();
@@ -182,8 +181,8 @@ TEST_CASE("operator single ends paths at their second scattering in a medium") {
     CAPTURE(width);
     require_exact(check_event(scene, bench, first, first_after, false, true));
     for (std::size_t i = 0; i < paths.size(); i += 3)  // a second scattering ends them, arrivals go on
-      REQUIRE((after[i].queue == Queue::free ||
-               (after[i].queue == Queue::dielectric && after[i].depth == paths[i].depth)));
+      REQUIRE(
+          (after[i].queue == Queue::free || (after[i].queue == Queue::dielectric && after[i].depth == paths[i].depth)));
   }
 }
 

@@ -60,7 +60,8 @@ PathBench::PathBench(const Device& device, const Scene& scene, const Options& op
   job_.seed_high = static_cast<unsigned>(options.seed >> 32);
   definitions_ = feature_definitions(data_);
   if (!options.light_sampling)
-    for (const char* name : {"LIGHT_SAMPLING", "MEDIUM_LIGHT_SAMPLING", "ROUGH_LIGHT_SAMPLING"}) definitions_[name] = std::to_string(0);
+    for (const char* name : {"LIGHT_SAMPLING", "MEDIUM_LIGHT_SAMPLING", "ROUGH_LIGHT_SAMPLING"})
+      definitions_[name] = std::to_string(0);
   definitions_["WIDTH"] = std::to_string(width_);
   definitions_["BOX_WIDTH"] = std::to_string(data_.geometry.box_width);
   definitions_["FUSED"] = std::to_string(0);
@@ -73,20 +74,13 @@ PathBench::PathBench(const Device& device, const Scene& scene, const Options& op
   fields_ = each_field(none, throughput_channels_, radiance_channels_, has("SPECTRAL"), has("MEDIUM_LIGHT_SAMPLING"),
                        [](std::size_t, const auto&) {});
   const Geometry& g = data_.geometry;
-  scene_ = {device.upload(g.nodes, "nodes"),
-            device.upload(g.leaves, "leaves"),
-            device.upload(g.primitives, "primitives"),
-            device.upload(g.grid, "grid"),
-            device.upload(g.records, "geometries"),
-            {},  // jobs
-            device.upload(data_.cameras, "cameras"),
-            device.upload(data_.shapes, "shapes"),
-            device.upload(data_.bsdfs, "bsdfs"),
-            device.upload(data_.media, "media"),
-            device.upload(data_.emitters, "emitters"),
-            device.upload(data_.emitter_tables, "tables"),
-            device.upload(data_.textures, "textures"),
-            device.upload(data_.texels, "texels")};
+  scene_ = {device.upload(g.nodes, "nodes"),           device.upload(g.leaves, "leaves"),
+            device.upload(g.primitives, "primitives"), device.upload(g.grid, "grid"),
+            device.upload(g.records, "geometries"),    {},  // jobs
+            device.upload(data_.cameras, "cameras"),   device.upload(data_.shapes, "shapes"),
+            device.upload(data_.bsdfs, "bsdfs"),       device.upload(data_.media, "media"),
+            device.upload(data_.emitters, "emitters"), device.upload(data_.emitter_tables, "tables"),
+            device.upload(data_.textures, "textures"), device.upload(data_.texels, "texels")};
 }
 
 void PathBench::set_scene(cl::Kernel& kernel, const cl::Buffer& jobs, const cl::Buffer& samples) const {

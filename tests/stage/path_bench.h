@@ -54,7 +54,9 @@ class PathBench {
   const LaunchData& data() const { return data_; }
   const JobRecord& job() const { return job_; }
   // Numbered as in PrimitiveRecord: where paths that leave the primitive start.
-  double offset(int primitive) const { return static_cast<double>(data_.geometry.primitives[static_cast<std::size_t>(primitive)].offset); }
+  double offset(int primitive) const {
+    return static_cast<double>(data_.geometry.primitives[static_cast<std::size_t>(primitive)].offset);
+  }
 
   // The four random numbers of an event of a path.
   std::array<double, 4> random(const Path& path, unsigned stream, int event_offset = 0) const;

@@ -6,7 +6,8 @@
 
 namespace itn::test {
 
-inline Bsdf bsdf_of(BsdfKind kind, double eta = 1.5, double alpha = 0.2, Distribution distribution = Distribution::ggx) {
+inline Bsdf bsdf_of(BsdfKind kind, double eta = 1.5, double alpha = 0.2,
+                    Distribution distribution = Distribution::ggx) {
   Bsdf bsdf;
   bsdf.kind = kind;
   bsdf.int_ior = eta;

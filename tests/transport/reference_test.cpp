@@ -77,6 +77,9 @@ Row slab_row(const json& row, char which, const std::string& theta, double expec
   Row result{"slab " + describe(row, sigma_t) + ", " + which + theta, "slab_matched.xml", material(row, sigma_t),
              Operator::full, expected};
   result.definitions["theta"] = theta;
+  // 400 mean free paths, and no wider: a surface is only as sharp as single precision at its largest coordinate, and a
+  // width of 400 would blur it by 2 % of a mean free path at sigma_t 200 (kernels/README.md, "Known limits").
+  result.definitions["half_width"] = number(std::min(200.0, 400 / std::stod(sigma_t)));
   result.definitions["below"] = which == 'T' ? "180" : "0";
   if (row.contains("n") && row.at("n") != 1.0) {
     result.definitions["n"] = number(row.at("n"));
