@@ -7,8 +7,8 @@
 namespace itn {
 namespace {
 
-constexpr int fused_slots = 512;            // paths a pool: 256 to 1024 are equally fast, more leave idle tails
-constexpr int staged_slots = 1 << 20;       // paths in flight on a GPU
+constexpr int fused_slots = 512;       // paths a pool: 256 to 1024 are equally fast, more leave idle tails
+constexpr int staged_slots = 1 << 20;  // paths in flight on a GPU
 constexpr int staged_slots_a_cpu_unit = 1 << 12;
 // Work-items a group of the staged kernels. Always given: PoCL compiles a kernel anew for every size it chooses itself.
 constexpr std::size_t gpu_local = 64, cpu_local = 1;
