@@ -1,6 +1,6 @@
 #include "tools/interrupt.h"
 
-#include <signal.h>
+#include <signal.h>  // NOLINT(modernize-deprecated-headers): sigaction is POSIX
 #include <sys/time.h>
 #include <unistd.h>
 

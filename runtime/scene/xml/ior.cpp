@@ -30,6 +30,7 @@ double parse_ior(Properties& properties, const std::string& name, const std::str
     const auto found = index_of_refraction.find(material);
     if (found != index_of_refraction.end()) return found->second;
     std::vector<std::string> names;
+    names.reserve(index_of_refraction.size());
     for (const auto& [known, value] : index_of_refraction) names.push_back(known);
     properties.fail_at(name, quote(name) + ": unknown material " + quote(material) + need_one_of(material, names));
   }

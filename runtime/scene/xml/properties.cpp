@@ -116,7 +116,7 @@ std::string Properties::text(const std::string& name) {
 }
 
 std::string Properties::choice(const std::string& name, const std::vector<std::string>& allowed) {
-  const std::string got = lower_case(text(name, allowed[0]));
+  std::string got = lower_case(text(name, allowed[0]));
   if (std::find(allowed.begin(), allowed.end(), got) == allowed.end())
     fail_at(name, quote(name) + " is " + quote(got) + need_one_of(got, allowed));
   return got;
@@ -167,7 +167,7 @@ std::string Properties::file(const std::string& name) {
   if (given.empty()) fail_at(name, quote(name) + " is empty; need a path");
   std::vector<std::string> folders = document_.folders;
   folders.push_back(std::filesystem::path(document_.root->where.file).parent_path().string());
-  const std::string file = find_file(given, element_.where.file, folders);
+  std::string file = find_file(given, element_.where.file, folders);
   std::error_code status;
   if (!std::filesystem::is_regular_file(file, status))
     fail_at(name, "no such file " + quote(file) + "; paths are relative to the scene file");

@@ -70,7 +70,7 @@ Texture build_texture(Builder& builder, Properties& owner, const std::string& na
     const Element* element = owner.object("texture", name);
     if (!element)
       owner.fail_at(name, quote(name) + " is an object of the wrong kind; need a <texture>, <rgb> or <float>");
-    const Texture texture = build_bitmap(builder, *element);
+    Texture texture = build_bitmap(builder, *element);
     const auto [low, high] = std::minmax_element(texture.bitmap->data.begin(), texture.bitmap->data.end());
     if (*low < 0 || *high > 1)
       owner.fail_at(name,
