@@ -9,6 +9,11 @@
 
 #if HAS_ROUGH_BECKMANN || HAS_ROUGH_GGX
 #if ROUGH_LIGHT_SAMPLING
+/* Density of the connection over that of phase function and flight, which may underflow; 0 where no connection is drawn. */
+inline REAL rival_density(REAL connection, REAL by_phase, MASK mask) {
+  return SELECT(mask & (connection > 0.0f), connection / MAX(by_phase, (REAL)(1e-30f)), 0.0f);
+}
+
 /* The sun sampled where the path meets the boundary. Three ways lead from a scattering vertex x over the exit y to the
  * sun in direction o, weighed by the balance heuristic: the phase function and the flight bring the path to y and (A)
  * the sun is sampled there or (B) the BSDF finds it; or (C) o and the direction of the segment are drawn at x
@@ -49,10 +54,10 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
     const REAL3 vertex = load3(pool, VERTEX_X, slots), segment = sub3(s->position, vertex);
     const REAL by_phase = last_pdf * medium_transmittance(connection_sigma_t(sigma_t), SQRT(dot3(segment, segment)));
     const REAL3 guess = surface_normal_guess(launch->grid, launch->geometries + job->geometry, vertex);
-    rival = SELECT(from_medium, refracted_pdf(&boundary, guess, light, s->direction) / by_phase, 0.0f);
+    rival = rival_density(refracted_pdf(&boundary, guess, light, s->direction), by_phase, from_medium);
     const MASK finds_sun = from_medium & emitter_in_sun(emitter, direction);
     if (ANY(finds_sun))
-      own_rival = SELECT(finds_sun, refracted_pdf(&boundary, guess, direction, s->direction) / by_phase, 0.0f);
+      own_rival = rival_density(refracted_pdf(&boundary, guess, direction, s->direction), by_phase, finds_sun);
   }
 #endif
   const REAL mis = light_pdf / (light_pdf * (1.0f + rival) + bsdf_pdf);
@@ -72,7 +77,7 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
   add_connection(launch, job, pool, slots, mask,
                  beside_surface(launch->primitives, s->primitive, s->position, s->normal, light), light, s->primitive,
                  s->exterior, arriving);
-  return pdf / (1.0f + own_rival);
+  return MAX(pdf / (1.0f + own_rival), (REAL)(1e-30f)); /* not 0: that would say that the sun was not sampled */
 }
 #endif
 
