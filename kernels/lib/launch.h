@@ -30,6 +30,10 @@ typedef struct {
 #define FIELD_OF(record, member) \
   ((int)(((__global const char*)&((__global const record*)0)->member - (__global const char*)0) / 4))
 
+inline Surfaces job_surfaces(const Launch* launch, __global const JobRecord* job) {
+  return surfaces_of(launch->nodes, launch->leaves, launch->primitives, launch->geometries + job->geometry);
+}
+
 /* Random numbers of one event of each path. */
 typedef struct {
   UINT pixel, sample;

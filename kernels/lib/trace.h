@@ -47,8 +47,6 @@ inline Surfaces surfaces_of(__global const float* nodes, __global const float* l
   return s;
 }
 
-inline float clamped_inverse(float d) { return 1.0f / (fabs(d) > 1e-20f ? d : copysign(1e-20f, d)); }
-
 /* A vertex coordinate across the ray. */
 inline BoxFloat sheared(BoxFloat coordinate, float slope, BoxFloat depth) { return coordinate - slope * depth; }
 
@@ -61,42 +59,25 @@ inline BoxFloat edge_function(BoxFloat ax, BoxFloat ay, BoxFloat bx, BoxFloat by
   return p - q;
 }
 
-/* The ray seen along its longest axis kz. */
+/* One lane of RaySetup, seen along its longest axis kz. */
 typedef struct {
-  int kx, ky, kz;
+  int kx, ky, kz; /* offsets of these axes in a block */
   float ox, oy, oz;
   float sx, sy, sz; /* slopes of the direction over kz, and the inverse of its component along kz */
 } Shear;
-
-inline float component(float3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
-
-inline Shear shear_of(float3 o, float3 d) {
-  Shear s;
-  const float x = fabs(d.x), y = fabs(d.y), z = fabs(d.z);
-  s.kz = x > y ? (x > z ? 0 : 2) : (y > z ? 1 : 2);
-  s.kx = s.kz == 2 ? 0 : s.kz + 1;
-  s.ky = s.kx == 2 ? 0 : s.kx + 1;
-  s.ox = component(o, s.kx);
-  s.oy = component(o, s.ky);
-  s.oz = component(o, s.kz);
-  s.sz = 1.0f / component(d, s.kz);
-  s.sx = component(d, s.kx) * s.sz;
-  s.sy = component(d, s.ky) * s.sz;
-  return s;
-}
 
 /* The found hit while the walk goes on. */
 typedef struct {
   float limit; /* of the walk: t_max or the hit */
   float t, u, v;
   int primitive, front;
+  bool round;                 /* a sphere or a disk */
   __global const float* lane; /* of the block */
 } Found;
 
 __attribute__((always_inline)) inline void meet_triangles(__global const float* block, float side, const Shear* s,
                                                           int skip, Found* found) {
-  __global const float *px = block + s->kx * BOX_WIDTH, *py = block + s->ky * BOX_WIDTH,
-                       *pz = block + s->kz * BOX_WIDTH;
+  __global const float *px = block + s->kx, *py = block + s->ky, *pz = block + s->kz;
   const BoxFloat az = LOAD_BOX(pz, BLOCK_A) - s->oz, bz = LOAD_BOX(pz, BLOCK_B) - s->oz,
                  cz = LOAD_BOX(pz, BLOCK_C) - s->oz;
   const BoxFloat ax = sheared(LOAD_BOX(px, BLOCK_A) - s->ox, s->sx, az),
@@ -132,6 +113,7 @@ __attribute__((always_inline)) inline void meet_triangles(__global const float* 
       found->v = c.f[l];
       found->primitive = primitive;
       found->front = i.f[l] < 0.0f;
+      found->round = false;
       found->lane = block + l;
     }
   }
@@ -202,6 +184,7 @@ __attribute__((noinline)) void meet_round(__global const float* block, Ray ray, 
     found->limit = fmin(found->limit, t);
     found->primitive = primitive;
     found->front = front;
+    found->round = true;
     found->lane = p;
   }
 }
@@ -210,12 +193,15 @@ inline float3 vertex_of(__global const float* lane, int row) {
   return (float3)(lane[row * BOX_WIDTH], lane[(row + 1) * BOX_WIDTH], lane[(row + 2) * BOX_WIDTH]);
 }
 
-/* Where the ray meets the surface, computed on the surface. */
+/* Where the ray meets the surface, computed on the surface. A triangle's record is not looked at: it is rarely in a cache
+ * near by, and the block is. */
 inline float3 position_on(__global const PrimitiveRecord* primitive, Ray ray, Found* found) {
-  const float3 along = ray.origin + found->t * ray.direction;
-  const float3 n = (float3)(primitive->normal[0], primitive->normal[1], primitive->normal[2]);
-  if (primitive->flags & PRIMITIVE_SPHERE) return n + primitive->radius * normalize(along - n);
-  if (primitive->flags & PRIMITIVE_DISK) return along - dot(along - vertex_of(found->lane, BLOCK_CENTER), n) * n;
+  if (found->round) {
+    const float3 along = ray.origin + found->t * ray.direction;
+    const float3 n = (float3)(primitive->normal[0], primitive->normal[1], primitive->normal[2]);
+    if (primitive->flags & PRIMITIVE_SPHERE) return n + primitive->radius * normalize(along - n);
+    return along - dot(along - vertex_of(found->lane, BLOCK_CENTER), n) * n;
+  }
   const float margin = found->lane[BLOCK_MARGIN * BOX_WIDTH];
   const float3 a = vertex_of(found->lane, BLOCK_A), b = vertex_of(found->lane, BLOCK_B),
                c = vertex_of(found->lane, BLOCK_C);
@@ -224,45 +210,91 @@ inline float3 position_on(__global const PrimitiveRecord* primitive, Ray ray, Fo
   return a + u * (b - a) + v * (c - a);
 }
 
-/* Closest hit with a distance below t_max, or so little beyond that the position at t_max could be rounded to the other
- * side: what flies t_max without a hit surely stays on its side. skip: the primitive on which the ray starts, or -1: a
- * flat one is not met again, of a sphere only the far side is. inside: the path is inside (leaves through the next
- * surface) or outside. */
-inline Hit trace_onward(Surfaces surfaces, float ox, float oy, float oz, float dx, float dy, float dz, float t_max, int skip,
-                 bool inside, bool strict) {
+/* What the walks of WIDTH rays need and depends on the rays and the bounds of the geometry alone. */
+typedef struct {
+  Lanes ox, oy, oz;    /* origin; of rays from outside where they meet the bounds: the tests' rounding errors grow with the
+                          origin's coordinates */
+  Lanes dx, dy, dz;    /* direction */
+  Lanes start;         /* distance from the ray's origin to this one */
+  Lanes ix, iy, iz;    /* inverse of the direction */
+  Lanes shift_x, shift_y, shift_z; /* -origin times inverse */
+  Lanes kx, ky, kz;    /* as in Shear, the axes as offsets in a block */
+  Lanes across_x, across_y, across_z, slope_x, slope_y, slope_z;
+} RaySetup;
+
+inline REAL clamped_inverse(REAL d) { return 1.0f / SELECT(ABS(d) > 1e-20f, d, copysign((REAL)(1e-20f), d)); }
+
+inline REAL component(REAL3 v, INT axis) { return SELECT(axis == 0, v.x, SELECT(axis == 1, v.y, v.z)); }
+
+/* Returns which rays meet the bounds at all. */
+inline MASK set_up_rays(__global const GeometryRecord* record, REAL3 origin, REAL3 direction, RaySetup* s) {
+  const REAL3 inverse =
+      make3(clamped_inverse(direction.x), clamped_inverse(direction.y), clamped_inverse(direction.z));
+  const REAL x0 = (record->low[0] - origin.x) * inverse.x, x1 = (record->high[0] - origin.x) * inverse.x;
+  const REAL y0 = (record->low[1] - origin.y) * inverse.y, y1 = (record->high[1] - origin.y) * inverse.y;
+  const REAL z0 = (record->low[2] - origin.z) * inverse.z, z1 = (record->high[2] - origin.z) * inverse.z;
+  const REAL enter = MAX(MAX(MAX(MIN(x0, x1), MIN(y0, y1)), MIN(z0, z1)), (REAL)(0.0f)),
+             leave = MIN(MIN(MAX(x0, x1), MAX(y0, y1)), MAX(z0, z1));
+  const MASK outside = (origin.x < record->low[0]) | (origin.y < record->low[1]) | (origin.z < record->low[2]) |
+                       (origin.x > record->high[0]) | (origin.y > record->high[1]) | (origin.z > record->high[2]);
+  const REAL start = SELECT(outside, enter, 0.0f);
+  origin = select3(outside, add3(origin, scale3(direction, start)), origin);
+
+  s->start.real = start;
+  s->ox.real = origin.x;
+  s->oy.real = origin.y;
+  s->oz.real = origin.z;
+  s->dx.real = direction.x;
+  s->dy.real = direction.y;
+  s->dz.real = direction.z;
+  s->ix.real = inverse.x;
+  s->iy.real = inverse.y;
+  s->iz.real = inverse.z;
+  s->shift_x.real = -origin.x * inverse.x;
+  s->shift_y.real = -origin.y * inverse.y;
+  s->shift_z.real = -origin.z * inverse.z;
+  const REAL x = ABS(direction.x), y = ABS(direction.y), z = ABS(direction.z);
+  const INT kz = SELECT_INT(x > y, SELECT_INT(x > z, 0, 2), SELECT_INT(y > z, 1, 2));
+  const INT kx = SELECT_INT(kz == 2, 0, kz + 1), ky = SELECT_INT(kx == 2, 0, kx + 1);
+  s->kx.integer = kx * BOX_WIDTH;
+  s->ky.integer = ky * BOX_WIDTH;
+  s->kz.integer = kz * BOX_WIDTH;
+  s->across_x.real = component(origin, kx);
+  s->across_y.real = component(origin, ky);
+  s->across_z.real = component(origin, kz);
+  const REAL slope_z = 1.0f / component(direction, kz);
+  s->slope_z.real = slope_z;
+  s->slope_x.real = component(direction, kx) * slope_z;
+  s->slope_y.real = component(direction, ky) * slope_z;
+  return !outside | (enter <= 1.000001f * leave);
+}
+
+/* Lane l's closest hit with a distance below t_max, or so little beyond that the position at t_max could be rounded to the
+ * other side: what flies t_max without a hit surely stays on its side. skip: the primitive on which the ray starts, or -1:
+ * a flat one is not met again, of a sphere only the far side is. inside: the path is inside (leaves through the next
+ * surface) or outside. onward: nothing behind the origin counts, however little. */
+inline Hit trace_lane(Surfaces surfaces, const RaySetup* setup, int l, float t_max, int skip, bool inside, bool onward) {
   __global const GeometryRecord* record = surfaces.record;
-  Ray ray;
-  ray.origin = (float3)(ox, oy, oz);
-  ray.direction = (float3)(dx, dy, dz);
-  ray.side = strict ? 0.0f : inside ? 1.0f : -1.0f;
-  ray.inside = inside;
-  if (skip >= 0) skip -= (int)record->first_primitive;
   Hit hit;
   hit.primitive = -1;
-
-  const float3 inverse = (float3)(clamped_inverse(dx), clamped_inverse(dy), clamped_inverse(dz));
-  /* Rays from outside start where they meet the bounds: the tests' rounding errors grow with the origin's coordinates.
-   */
-  float start = 0.0f;
-  if (ox < record->low[0] || oy < record->low[1] || oz < record->low[2] || ox > record->high[0] ||
-      oy > record->high[1] || oz > record->high[2]) {
-    const float3 low = ((float3)(record->low[0], record->low[1], record->low[2]) - ray.origin) * inverse,
-                 high = ((float3)(record->high[0], record->high[1], record->high[2]) - ray.origin) * inverse;
-    const float3 enter = fmin(low, high), leave = fmax(low, high);
-    start = fmax(fmax(fmax(enter.x, enter.y), enter.z), 0.0f);
-    if (!(start <= 1.000001f * fmin(fmin(leave.x, leave.y), leave.z))) return hit;
-    ray.origin += start * ray.direction;
-  }
   if (record->root == CHILD_NONE) return hit;
-
-  const float3 shift = -ray.origin * inverse;
-  const Shear shear = shear_of(ray.origin, ray.direction);
-  const int near_x = inverse.x < 0 ? NODE_HIGH_X : NODE_LOW_X, near_y = inverse.y < 0 ? NODE_HIGH_Y : NODE_LOW_Y,
-            near_z = inverse.z < 0 ? NODE_HIGH_Z : NODE_LOW_Z;
+  Ray ray;
+  ray.origin = (float3)(setup->ox.f[l], setup->oy.f[l], setup->oz.f[l]);
+  ray.direction = (float3)(setup->dx.f[l], setup->dy.f[l], setup->dz.f[l]);
+  ray.side = onward ? 0.0f : inside ? 1.0f : -1.0f;
+  ray.inside = inside;
+  if (skip >= 0) skip -= (int)record->first_primitive;
+  const float ix = setup->ix.f[l], iy = setup->iy.f[l], iz = setup->iz.f[l];
+  const float shift_x = setup->shift_x.f[l], shift_y = setup->shift_y.f[l], shift_z = setup->shift_z.f[l];
+  const Shear shear = {setup->kx.i[l],       setup->ky.i[l],       setup->kz.i[l],
+                       setup->across_x.f[l], setup->across_y.f[l], setup->across_z.f[l],
+                       setup->slope_x.f[l],  setup->slope_y.f[l],  setup->slope_z.f[l]};
+  const int near_x = NODE_LOW_X + (setup->ix.i[l] < 0), near_y = NODE_LOW_Y + (setup->iy.i[l] < 0),
+            near_z = NODE_LOW_Z + (setup->iz.i[l] < 0);
   const int far_x = NODE_LOW_X + NODE_HIGH_X - near_x, far_y = NODE_LOW_Y + NODE_HIGH_Y - near_y,
             far_z = NODE_LOW_Z + NODE_HIGH_Z - near_z;
   Found found;
-  found.limit = t_max - start;
+  found.limit = t_max - setup->start.f[l];
   found.t = INFINITY;
   found.primitive = -1;
   int stack[TRACE_STACK(BOX_WIDTH)];
@@ -274,11 +306,11 @@ inline Hit trace_onward(Surfaces surfaces, float ox, float oy, float oz, float d
       __global const float* node = surfaces.nodes + (size_t)current * (NODE_ROWS * BOX_WIDTH);
       BoxLanes enter_t;
       enter_t.v = larger_of(
-          larger_of(LOAD_BOX(node, near_x) * inverse.x + shift.x, LOAD_BOX(node, near_y) * inverse.y + shift.y),
-          larger_of(LOAD_BOX(node, near_z) * inverse.z + shift.z, 0.0f));
+          larger_of(LOAD_BOX(node, near_x) * ix + shift_x, LOAD_BOX(node, near_y) * iy + shift_y),
+          larger_of(LOAD_BOX(node, near_z) * iz + shift_z, 0.0f));
       const BoxFloat leave_t = smaller_of(
-          smaller_of(LOAD_BOX(node, far_x) * inverse.x + shift.x, LOAD_BOX(node, far_y) * inverse.y + shift.y),
-          smaller_of(LOAD_BOX(node, far_z) * inverse.z + shift.z, found.limit));
+          smaller_of(LOAD_BOX(node, far_x) * ix + shift_x, LOAD_BOX(node, far_y) * iy + shift_y),
+          smaller_of(LOAD_BOX(node, far_z) * iz + shift_z, found.limit));
       uint bits = box_bits(enter_t.v <= leave_t);
       if (bits) {
         __global const int* child = (__global const int*)(node + NODE_CHILD * BOX_WIDTH);
@@ -312,7 +344,7 @@ inline Hit trace_onward(Surfaces surfaces, float ox, float oy, float oz, float d
         if (found.primitive >= 0) {
           hit.primitive = found.primitive + (int)record->first_primitive;
           const float3 position = position_on(surfaces.primitives + hit.primitive, ray, &found);
-          hit.t = fmax(found.t, 0.0f) + start;
+          hit.t = max(found.t, 0.0f) + setup->start.f[l];
           hit.front = found.front;
           hit.u = found.u;
           hit.v = found.v;
@@ -327,9 +359,53 @@ inline Hit trace_onward(Surfaces surfaces, float ox, float oy, float oz, float d
   }
 }
 
-inline Hit trace(Surfaces surfaces, float ox, float oy, float oz, float dx, float dy, float dz, float t_max, int skip,
-                 bool inside) {
-  return trace_onward(surfaces, ox, oy, oz, dx, dy, dz, t_max, skip, inside, false);
+/* The closest hits of the rays of all lanes. */
+typedef struct {
+  Lanes distance, primitive, u, v, x, y, z; /* as in Hit */
+} LaneHits;
+
+/* Traces the lanes in `mask`; others get primitive -1. inside, onward: as in trace_lane. */
+inline LaneHits trace_lanes(Surfaces surfaces, REAL3 origin, REAL3 direction, REAL t_max, INT skip, MASK inside,
+                            MASK onward, MASK mask) {
+  LaneHits hits;
+  RaySetup setup;
+  const MASK meets_bounds = set_up_rays(surfaces.record, origin, direction, &setup);
+  Lanes from, in, ahead;
+  hits.x.real = origin.x;
+  hits.y.real = origin.y;
+  hits.z.real = origin.z;
+  from.integer = skip;
+  in.integer = inside;
+  ahead.integer = onward;
+  hits.distance.real = t_max;
+  hits.primitive.integer = (INT)(-1);
+  hits.u.real = (REAL)(0.0f);
+  hits.v.real = (REAL)(0.0f);
+  uint bits = lane_bits(mask & meets_bounds);
+  FOR_EACH_LANE(l, bits) {
+    const Hit hit =
+        trace_lane(surfaces, &setup, l, hits.distance.f[l], from.i[l], in.i[l] != 0, ahead.i[l] != 0);
+    if (hit.primitive < 0) continue;
+    hits.primitive.i[l] = hit.primitive;
+    hits.distance.f[l] = hit.t;
+    hits.u.f[l] = hit.u;
+    hits.v.f[l] = hit.v;
+    hits.x.f[l] = hit.x;
+    hits.y.f[l] = hit.y;
+    hits.z.f[l] = hit.z;
+  }
+  return hits;
+}
+
+/* A single ray. */
+inline Hit trace(Surfaces surfaces, float3 origin, float3 direction, float t_max, int skip, bool inside) {
+  RaySetup setup;
+  const REAL3 o = make3((REAL)(origin.x), (REAL)(origin.y), (REAL)(origin.z)),
+              d = make3((REAL)(direction.x), (REAL)(direction.y), (REAL)(direction.z));
+  if (ANY(set_up_rays(surfaces.record, o, d, &setup))) return trace_lane(surfaces, &setup, 0, t_max, skip, inside, false);
+  Hit none;
+  none.primitive = -1;
+  return none;
 }
 
 #endif

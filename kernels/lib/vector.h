@@ -5,6 +5,7 @@
  *   GATHER(p, i), GATHER_INT(p, i)                    p[i] for each lane; p is a __global const float* / int*
  *   SCATTER(p, i, v), SCATTER_INT(p, i, v)            p[i] = v for each lane
  *   lane_bits(mask)                                   uint, bit l set where lane l is
+ *   lane_mask(bits)                                   the opposite
  *   ANY(mask)                                         is any lane set?
  *   FOR_EACH_LANE(l, bits) { }                        loops over the set bits
  *   Lanes                                             a union to read and write single lanes: .real .integer .f[l] .i[l] */
@@ -72,6 +73,8 @@ inline uint lane_bits(MASK mask) {
   return bits;
 }
 #endif
+
+inline MASK lane_mask(uint bits) { return (((INT)((int)bits) >> LANE_INDEX) & 1) != 0; }
 
 inline REAL3 select3(MASK mask, REAL3 yes, REAL3 no) {
   return make3(SELECT(mask, yes.x, no.x), SELECT(mask, yes.y, no.y), SELECT(mask, yes.z, no.z));

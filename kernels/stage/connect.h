@@ -52,8 +52,8 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
     const REAL3 guess = surface_normal_guess(launch->grid, geometry, position);
     REAL3 inward;
     const REAL q = sample_refracted(&boundary, guess, light, u[2], u[3], &inward);
-    const LaneHits hits = trace_lanes(launch, job, position, inward, (REAL)(INFINITY), (INT)(-1), true, (MASK)(0),
-                                      refracted & (q > 0.0f));
+    const LaneHits hits = trace_lanes(job_surfaces(launch, job), position, inward, (REAL)(INFINITY), (INT)(-1), refracted,
+                                      (MASK)(0), refracted & (q > 0.0f));
     MASK connected = refracted & (hits.primitive.integer >= 0);
     const INT primitive = SELECT_INT(connected, hits.primitive.integer, 0);
     const REAL3 exit = make3(hits.x.real, hits.y.real, hits.z.real);

@@ -13,6 +13,7 @@
 inline void medium_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                          int enough) {
   __global const GeometryRecord* geometry = launch->geometries + job->geometry;
+  const Surfaces surfaces = job_surfaces(launch, job);
   REAL3 position = load3(pool, POSITION_X, slots), direction = load3(pool, DIRECTION_X, slots);
   REAL throughput[THROUGHPUT_CHANNELS];
   for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] = LOAD(pool, THROUGHPUT + c, slots);
@@ -60,7 +61,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     REAL3 there = add3(position, scale3(direction, flight));
     if (ANY(test)) {
       const LaneHits hits =
-          trace_lanes(launch, job, position, direction, flight, skip, true, (skip >= 0) & passed, test);
+          trace_lanes(surfaces, position, direction, flight, skip, alive, (skip >= 0) & passed, test);
       meets = test & (hits.primitive.integer >= 0);
       distance = SELECT(meets, hits.distance.real, flight);
       there = select3(meets, make3(hits.x.real, hits.y.real, hits.z.real), there);

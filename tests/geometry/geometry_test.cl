@@ -22,8 +22,7 @@ __kernel void trace_rays(__global const float* nodes, __global const float* leav
   const size_t first = get_global_id(0) * (size_t)each;
   for (size_t i = first; i < first + each; ++i) {
     const TestRay r = rays[i];
-    hits[i] = trace(surfaces, r.origin[0], r.origin[1], r.origin[2], r.direction[0], r.direction[1], r.direction[2],
-                    r.t_max, r.skip, r.inside != 0);
+    hits[i] = trace(surfaces, vload3(0, rays[i].origin), vload3(0, rays[i].direction), r.t_max, r.skip, r.inside != 0);
   }
 }
 
@@ -50,7 +49,7 @@ __kernel void walk(__global const float* nodes, __global const float* leaves, __
   int skip = -1;
   for (int i = 0; i < segments; ++i) {
     const float flight = mean > 0 ? -mean * log(1.0f - next(&state)) : 1e30f;
-    const Hit hit = trace(surfaces, p.x, p.y, p.z, d.x, d.y, d.z, flight, skip, true);
+    const Hit hit = trace(surfaces, p, d, flight, skip, true);
     if (hit.primitive < 0) {
       if (flight >= 1e30f || fabs(p.x + flight * d.x - x) > 10.0f) {
         ++escaped;
@@ -110,7 +109,7 @@ __kernel void record_paths(__global const float* nodes, __global const float* le
       r->skip = skip;
       r->inside = 1;
     }
-    const Hit hit = trace(surfaces, p.x, p.y, p.z, d.x, d.y, d.z, flight, skip, true);
+    const Hit hit = trace(surfaces, p, d, flight, skip, true);
     if (hit.primitive >= 0) {
       __global const PrimitiveRecord* q = primitives + hit.primitive;
       n = (float3)(q->normal[0], q->normal[1], q->normal[2]);
