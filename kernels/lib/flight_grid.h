@@ -64,21 +64,17 @@ inline MASK flight_is_clear(__global const uint* grid, __global const GeometryRe
   return clear;
 }
 
-/* A lower bound of the distance from a position to any surface. */
-inline REAL surface_distance(__global const uint* grid, __global const GeometryRecord* record, REAL3 position) {
+/* A lower bound of the distance from a position to any surface, and a guess of the outward normal of the nearest one. */
+inline REAL nearest_surface(__global const uint* grid, __global const GeometryRecord* record, REAL3 position,
+                            REAL3* normal) {
+  *normal = make3((REAL)(0.0f), (REAL)(0.0f), (REAL)(1.0f));
   if (record->cells[0] == 0) return (REAL)(0.0f);
   const FlightCell cell = flight_cell(grid, record, position);
+  *normal = scale3(cell.normal, 1.0f / SQRT(dot3(cell.normal, cell.normal)));
   const REAL in_ball = cell.radius - SQRT(dot3(cell.from, cell.from));
   /* |normal| <= 1 */
   const REAL in_front = cell.offset - dot3(cell.normal, cell.from);
   return MAX(MIN(in_ball, in_front) - record->safety, (REAL)(0.0f));
-}
-
-/* A guess of the outward normal of the surface nearest to a position inside. */
-inline REAL3 surface_normal_guess(__global const uint* grid, __global const GeometryRecord* record, REAL3 position) {
-  if (record->cells[0] == 0) return make3((REAL)(0.0f), (REAL)(0.0f), (REAL)(1.0f));
-  const FlightCell cell = flight_cell(grid, record, position);
-  return scale3(cell.normal, 1.0f / SQRT(dot3(cell.normal, cell.normal)));
 }
 
 #endif

@@ -90,6 +90,15 @@ inline REAL largest_channel(const REAL throughput[]) {
 #endif
 }
 
+/* The largest channel with its spectral weight. */
+inline REAL brightest(const REAL throughput[], const REAL weight[3]) {
+#if THROUGHPUT_CHANNELS == 1
+  return throughput[0];
+#else
+  return MAX(throughput[0] * weight[0], MAX(throughput[1] * weight[1], throughput[2] * weight[2]));
+#endif
+}
+
 /* The path is complete: its radiance is written where its pixel and sample say, its slot is free. */
 inline void finish(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK mask) {
   Lanes slot;

@@ -9,9 +9,14 @@
 #define ITN_LIGHT_CONNECTION_H
 #include "lib/frame.h"
 #include "lib/light_sampling.h"
+#include "model/phase_henyey_greenstein.h"
 #include "model/rough_dielectric.h"
 
 #if MEDIUM_LIGHT_SAMPLING
+#define CHANCE_FLOOR 0.03f
+#define CHANCE_SCALE 0.25f
+#define CHANCE_ALONG 0.25f
+#define CHANCE_BEHIND 0.3f
 /* The sigma_t for choices about connections: the same whatever the path's hero channel, or MIS weights would not add
  * up. */
 inline REAL connection_sigma_t(const REAL sigma_t[]) {
@@ -22,12 +27,35 @@ inline REAL connection_sigma_t(const REAL sigma_t[]) {
 #endif
 }
 
-/* Probability of trying a connection from a position: falls with the least optical depth to the surface. A function of
- * the position alone, so that MIS can divide by it. */
-inline REAL connection_chance(const Launch* launch, __global const GeometryRecord* geometry, REAL3 position,
-                              REAL sigma_t) {
-  const REAL least = surface_distance(launch->grid, geometry, position) * sigma_t;
-  return MAX((REAL)(0.05f), MIN((REAL)(0.999f), EXP(-least)));
+/* Probability of trying a connection from a scattering vertex, proportional to what is expected of it: throughput, phase
+ * function towards the sun's middle (refracted at the nearest surface), and transmittance over the least distance to a
+ * surface. Rays are what a connection costs; a vertex deep inside, or one whose light arrives from behind, rarely pays for
+ * them. Any value above 0 is unbiased: the path keeps it, since MIS divides by it.
+ *   at: of the media's records, in floats; arrival: direction of travel before the scattering */
+inline REAL connection_chance(const Launch* launch, __global const JobRecord* job, INT at, REAL3 position, REAL3 arrival,
+                              REAL throughput, REAL sigma_t, REAL g) {
+  REAL3 normal;
+  const REAL distance = nearest_surface(launch->grid, launch->geometries + job->geometry, position, &normal);
+  REAL expected = throughput;
+  REAL along = (REAL)(1.0f); /* cosine between the connection and the normal of the surface through which it leaves */
+#if HAS_SUN
+  __global const EmitterRecord* emitter = launch->emitters + job->emitter;
+  __global const float* sun = emitter->sun_direction;
+  REAL3 towards = make3((REAL)(sun[0]), (REAL)(sun[1]), (REAL)(sun[2]));
+  const REAL facing = dot3(towards, normal);
+#if ROUGH_LIGHT_SAMPLING
+  __global const float* media = (__global const float*)launch->media;
+  const MASK refracted =
+      GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, connection)), at) == CONNECTION_REFRACTED;
+  const REAL inverse_eta = SELECT(refracted, 1.0f / GATHER((media + FIELD_OF(MediumRecord, eta)), at), 1.0f);
+  const REAL cosine = SQRT(MAX(1.0f - (1.0f - facing * facing) * inverse_eta * inverse_eta, (REAL)(0.0f)));
+  towards = add3(scale3(towards, inverse_eta),
+                 scale3(normal, SELECT(refracted, cosine - facing * inverse_eta, 0.0f)));
+#endif
+  along = MAX(dot3(towards, normal), (REAL)(CHANCE_ALONG));
+  expected *= 12.566371f * henyey_greenstein(dot3(arrival, towards), g) * SELECT(facing > 0.0f, 1.0f, CHANCE_BEHIND);
+#endif
+  return MAX((REAL)(CHANCE_FLOOR), MIN((REAL)(0.999f), CHANCE_SCALE * expected * EXP(-sigma_t * distance / along)));
 }
 #endif
 

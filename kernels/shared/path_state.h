@@ -27,6 +27,7 @@ enum {
 #if MEDIUM_LIGHT_SAMPLING
   ARRIVAL_X, ARRIVAL_Y, ARRIVAL_Z, /* waiting in QUEUE_CONNECT: direction of travel before the scattering */
   VERTEX_X = ARRIVAL_X, VERTEX_Y, VERTEX_Z, /* on arrival at a boundary: where the last flight began */
+  CHANCE, /* waiting in QUEUE_CONNECT: the probability with which it got there */
 #endif
   FIELDS
 };

@@ -11,7 +11,6 @@
 #if MEDIUM_LIGHT_SAMPLING
 inline void connect_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
   __global const EmitterRecord* emitter = launch->emitters + job->emitter;
-  __global const GeometryRecord* geometry = launch->geometries + job->geometry;
   Random random = load_random(job, pool, slots);
   random.event -= 1; /* the event that brought the path here */
   REAL u[4];
@@ -32,7 +31,7 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
   weight[0] = weight[1] = weight[2] = (REAL)(1.0f);
 #endif
   const REAL sigma = connection_sigma_t(sigma_t);
-  const REAL chance = connection_chance(launch, geometry, position, sigma);
+  const REAL chance = LOAD(pool, CHANCE, slots);
   const REAL scale = LOAD(pool, REFRACTION_SCALE, slots) / chance;
   for (int c = 0; c < RADIANCE_CHANNELS; ++c)
     weight[c] *= scale * LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
@@ -49,7 +48,8 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
                          (plain_depth(LOAD_INT(pool, DEPTH, slots)) + 1 < job->max_depth);
   if (ANY(refracted)) {
     const AssumedBoundary boundary = assumed_boundary(launch, at);
-    const REAL3 guess = surface_normal_guess(launch->grid, geometry, position);
+    REAL3 guess;
+    nearest_surface(launch->grid, launch->geometries + job->geometry, position, &guess);
     REAL3 inward;
     const REAL q = sample_refracted(&boundary, guess, light, u[2], u[3], &inward);
     const LaneHits hits = trace_lanes(job_surfaces(launch, job), position, inward, (REAL)(INFINITY), (INT)(-1), refracted,

@@ -43,7 +43,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
 #if MEDIUM_LIGHT_SAMPLING
   MASK connectable =
       GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, connection)), medium) != CONNECTION_NONE;
-  REAL last_pdf = LOAD(pool, LAST_PDF, slots);
+  REAL last_pdf = LOAD(pool, LAST_PDF, slots), chance = (REAL)(1.0f);
   REAL3 vertex = position; /* where the last flight began; direction of arrival for waiting lanes */
   MASK waiting = (MASK)(0);
 #endif
@@ -89,10 +89,8 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     REAL weight[3] = {(REAL)(1.0f), (REAL)(1.0f), (REAL)(1.0f)};
 #if SPECTRAL
     spectral_weights(ratio, weight);
-    REAL largest = MAX(throughput[0] * weight[0], MAX(throughput[1] * weight[1], throughput[2] * weight[2]));
-#else
-    REAL largest = largest_channel(throughput);
 #endif
+    const REAL largest = brightest(throughput, weight);
 #if OPERATOR_SINGLE
     MASK again = scatters & (depth >= SCATTERED_ONCE);
     dead = dead | again;
@@ -106,7 +104,9 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     alive = scatters & !dies;
 #if MEDIUM_LIGHT_SAMPLING
     /* u[2] decides on the connection first; what is left of it is uniform again */
-    REAL chance = connection_chance(launch, geometry, position, connection_sigma_t(sigma_t));
+    const REAL expected = connection_chance(launch, job, medium, position, direction, brightest(throughput, weight),
+                                            connection_sigma_t(sigma_t), g);
+    chance = SELECT(alive, expected, chance);
     MASK connects = alive & connectable & (u[2] < chance);
     u[2] = SELECT(connectable, SELECT(u[2] < chance, u[2] / chance, (u[2] - chance) / (1.0f - chance)), u[2]);
     vertex = select3(connects, direction, vertex);
@@ -143,6 +143,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   push(pool, QUEUE_ESCAPE, slots, escaped);
 #if MEDIUM_LIGHT_SAMPLING
   STORE(pool, LAST_PDF, slots, last_pdf);
+  STORE(pool, CHANCE, slots, chance);
   store3(pool, ARRIVAL_X, slots, vertex);
   push(pool, QUEUE_CONNECT, slots, waiting);
 #endif

@@ -19,7 +19,7 @@ std::size_t field_count(const std::map<std::string, std::string>& d) {
   const auto number = [&](const char* name) { return static_cast<std::size_t>(std::stoi(d.at(name))); };
   // FIELDS of path_state.h; checked against the device's own count when the program is built
   return 6 + number("THROUGHPUT_CHANNELS") + number("RADIANCE_CHANNELS") + 13 + 4 * number("SPECTRAL") +
-         3 * number("MEDIUM_LIGHT_SAMPLING");
+         4 * number("MEDIUM_LIGHT_SAMPLING");
 }
 
 }  // namespace

@@ -136,7 +136,8 @@ __kernel void fly(__global const uint* grid, __global const GeometryRecord* reco
   const REAL3 o = make3(COMPONENT(0), COMPONENT(1), COMPONENT(2)), d = make3(COMPONENT(3), COMPONENT(4), COMPONENT(5));
   const MASK result = flight_is_clear(grid, record, o, d, COMPONENT(6), at >= 0);
   SCATTER_INT(clear, at, SELECT_INT(result, 1, 0));
-  SCATTER(distance, at, surface_distance(grid, record, o));
+  REAL3 normal;
+  SCATTER(distance, at, nearest_surface(grid, record, o, &normal));
 }
 
 // lib/surface_frame.h at hits: normal, shading normal, texture coordinates, and beside_surface() along +z.
