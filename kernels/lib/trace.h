@@ -48,7 +48,7 @@ inline Surfaces surfaces_of(__global const float* nodes, __global const float* l
 }
 
 /* A vertex coordinate across the ray. */
-inline BoxFloat sheared(BoxFloat coordinate, float slope, BoxFloat depth) { return coordinate - slope * depth; }
+inline BoxFloat sheared(BoxFloat coordinate, BoxFloat slope, BoxFloat depth) { return coordinate - slope * depth; }
 
 /* Twice the signed area of (origin, a, b). Antisymmetric, and never of the wrong sign: must not become a fused
  * operation. */
@@ -75,38 +75,64 @@ typedef struct {
   __global const float* lane; /* of the block */
 } Found;
 
+/* BOX_WIDTH pairs of a triangle and a ray; a member that all pairs share is broadcast. Vertices and origin are in the order
+ * of Shear's axes. */
+typedef struct {
+  BoxFloat u, v, w, det; /* edge functions and their sum */
+  BoxFloat az, bz, cz;   /* depth of the vertices */
+} Crossing;
+
+__attribute__((always_inline)) inline BoxInt crosses(const BoxFloat vertex[9], BoxFloat ox, BoxFloat oy, BoxFloat oz,
+                                                     BoxFloat sx, BoxFloat sy, Crossing* c) {
+  c->az = vertex[2] - oz;
+  c->bz = vertex[5] - oz;
+  c->cz = vertex[8] - oz;
+  const BoxFloat ax = sheared(vertex[0] - ox, sx, c->az), ay = sheared(vertex[1] - oy, sy, c->az),
+                 bx = sheared(vertex[3] - ox, sx, c->bz), by = sheared(vertex[4] - oy, sy, c->bz),
+                 cx = sheared(vertex[6] - ox, sx, c->cz), cy = sheared(vertex[7] - oy, sy, c->cz);
+  c->u = edge_function(bx, by, cx, cy);
+  c->v = edge_function(cx, cy, ax, ay);
+  c->w = edge_function(ax, ay, bx, by);
+  c->det = c->u + c->v + c->w;
+  return ((smaller_of(smaller_of(c->u, c->v), c->w) >= 0.0f) | (larger_of(larger_of(c->u, c->v), c->w) <= 0.0f)) &
+         (c->det != 0.0f);
+}
+
+/* Distance t, barycentric coordinates b and c, and the inverse of normal . direction, below 0 for a front face. Returns
+ * whether the crossing counts. tolerance: of the distance, times twice the area, > 0 towards the ray's origin. */
+__attribute__((always_inline)) inline BoxInt crossing_distance(const Crossing* x, BoxFloat sz, BoxFloat tolerance,
+                                                               BoxFloat limit, BoxFloat* t, BoxFloat* b, BoxFloat* c,
+                                                               BoxFloat* inverse) {
+  /* depth: (a - origin) . N with N the normal times twice the area; t = depth / (N . direction). */
+  const BoxFloat unit = 1.0f / x->det, depth = x->u * x->az + x->v * x->bz + x->w * x->cz;
+  *inverse = sz * unit;
+  *t = depth * *inverse;
+  *b = x->v * unit;
+  *c = x->w * unit;
+  return ((depth + tolerance) * *inverse > 0.0f) & (*t - larger_of(tolerance * *inverse, 0.0f) < limit);
+}
+
 __attribute__((always_inline)) inline void meet_triangles(__global const float* block, float side, const Shear* s,
                                                           int skip, Found* found) {
-  __global const float *px = block + s->kx, *py = block + s->ky, *pz = block + s->kz;
-  const BoxFloat az = LOAD_BOX(pz, BLOCK_A) - s->oz, bz = LOAD_BOX(pz, BLOCK_B) - s->oz,
-                 cz = LOAD_BOX(pz, BLOCK_C) - s->oz;
-  const BoxFloat ax = sheared(LOAD_BOX(px, BLOCK_A) - s->ox, s->sx, az),
-                 ay = sheared(LOAD_BOX(py, BLOCK_A) - s->oy, s->sy, az),
-                 bx = sheared(LOAD_BOX(px, BLOCK_B) - s->ox, s->sx, bz),
-                 by = sheared(LOAD_BOX(py, BLOCK_B) - s->oy, s->sy, bz),
-                 cx = sheared(LOAD_BOX(px, BLOCK_C) - s->ox, s->sx, cz),
-                 cy = sheared(LOAD_BOX(py, BLOCK_C) - s->oy, s->sy, cz);
-  const BoxFloat u = edge_function(bx, by, cx, cy), v = edge_function(cx, cy, ax, ay),
-                 w = edge_function(ax, ay, bx, by);
-  const BoxFloat det = u + v + w;
-  const BoxInt covers =
-      ((smaller_of(smaller_of(u, v), w) >= 0.0f) | (larger_of(larger_of(u, v), w) <= 0.0f)) & (det != 0.0f);
-  if (!box_bits(covers)) return;
-  /* depth: (a - origin) . N with N the normal times twice the area; t = depth / (N . direction). */
-  const BoxFloat unit = 1.0f / det, inverse = s->sz * unit;
-  const BoxFloat depth = u * az + v * bz + w * cz, tolerance = side * LOAD_BOX(block, BLOCK_TOLERANCE);
-  BoxLanes t;
-  t.v = depth * inverse;
-  uint candidates = box_bits(covers & ((depth + tolerance) * inverse > 0.0f) &
-                             (t.v - larger_of(tolerance * inverse, 0.0f) < found->limit));
-  if (!candidates) return;
-  BoxLanes b, c, i;
-  b.v = v * unit;
-  c.v = w * unit;
-  i.v = inverse;
+  const int axes[3] = {s->kx, s->ky, s->kz};
+  BoxFloat vertex[9];
+  for (int k = 0; k < 3; ++k) {
+    vertex[k] = LOAD_BOX(block + axes[k], BLOCK_A);
+    vertex[3 + k] = LOAD_BOX(block + axes[k], BLOCK_B);
+    vertex[6 + k] = LOAD_BOX(block + axes[k], BLOCK_C);
+  }
+  Crossing crossing;
+  const BoxInt crossed = crosses(vertex, s->ox, s->oy, s->oz, s->sx, s->sy, &crossing);
+  if (!box_bits(crossed)) return;
+  BoxLanes t, b, c, i;
+  const BoxInt counts = crossing_distance(&crossing, s->sz, side * LOAD_BOX(block, BLOCK_TOLERANCE), found->limit, &t.v,
+                                          &b.v, &c.v, &i.v);
+  const uint candidates = box_bits(crossed & counts);
   FOR_EACH_LANE(l, candidates) {
     const int primitive = as_int(block[BLOCK_PRIMITIVE * BOX_WIDTH + l]);
-    if (t.f[l] < found->t && primitive != skip) {
+    /* the order in which triangles are met does not matter, not even on their common edge */
+    const bool closer = t.f[l] < found->t || (t.f[l] == found->t && primitive < found->primitive);
+    if (closer && primitive != skip) {
       found->t = t.f[l];
       found->limit = min(found->limit, t.f[l]);
       found->u = b.f[l];
@@ -193,21 +219,22 @@ inline float3 vertex_of(__global const float* lane, int row) {
   return (float3)(lane[row * BOX_WIDTH], lane[(row + 1) * BOX_WIDTH], lane[(row + 2) * BOX_WIDTH]);
 }
 
-/* Where the ray meets the surface, computed on the surface. A triangle's record is not looked at: it is rarely in a cache
- * near by, and the block is. */
-inline float3 position_on(__global const PrimitiveRecord* primitive, Ray ray, Found* found) {
-  if (found->round) {
-    const float3 along = ray.origin + found->t * ray.direction;
-    const float3 n = (float3)(primitive->normal[0], primitive->normal[1], primitive->normal[2]);
-    if (primitive->flags & PRIMITIVE_SPHERE) return n + primitive->radius * normalize(along - n);
-    return along - dot(along - vertex_of(found->lane, BLOCK_CENTER), n) * n;
-  }
-  const float margin = found->lane[BLOCK_MARGIN * BOX_WIDTH];
-  const float3 a = vertex_of(found->lane, BLOCK_A), b = vertex_of(found->lane, BLOCK_B),
-               c = vertex_of(found->lane, BLOCK_C);
-  const float u = clamp(found->u, margin, 1.0f - 2.0f * margin);
-  const float v = clamp(found->v, margin, 1.0f - margin - u);
-  return a + u * (b - a) + v * (c - a);
+/* The point of a triangle with barycentric coordinates u, v: of its second and third vertex. lane: of its block. A few
+ * roundings away from its edges. */
+inline REAL3 position_on_triangle(__global const float* lane, REAL u, REAL v) {
+  const float margin = lane[BLOCK_MARGIN * BOX_WIDTH];
+  const float3 a = vertex_of(lane, BLOCK_A), ab = vertex_of(lane, BLOCK_B) - a, ac = vertex_of(lane, BLOCK_C) - a;
+  u = MIN(MAX(u, (REAL)(margin)), (REAL)(1.0f - 2.0f * margin));
+  v = MIN(MAX(v, (REAL)(margin)), 1.0f - margin - u);
+  return make3(a.x + u * ab.x + v * ac.x, a.y + u * ab.y + v * ac.y, a.z + u * ab.z + v * ac.z);
+}
+
+/* Where the ray meets a round primitive, computed on it. */
+inline float3 position_on_round(__global const PrimitiveRecord* primitive, Ray ray, Found* found) {
+  const float3 along = ray.origin + found->t * ray.direction;
+  const float3 n = (float3)(primitive->normal[0], primitive->normal[1], primitive->normal[2]);
+  if (primitive->flags & PRIMITIVE_SPHERE) return n + primitive->radius * normalize(along - n);
+  return along - dot(along - vertex_of(found->lane, BLOCK_CENTER), n) * n;
 }
 
 /* What the walks of WIDTH rays need and depends on the rays and the bounds of the geometry alone. */
@@ -343,14 +370,25 @@ inline Hit trace_lane(Surfaces surfaces, const RaySetup* setup, int l, float t_m
       if (size == 0) {
         if (found.primitive >= 0) {
           hit.primitive = found.primitive + (int)record->first_primitive;
-          const float3 position = position_on(surfaces.primitives + hit.primitive, ray, &found);
           hit.t = max(found.t, 0.0f) + setup->start.f[l];
           hit.front = found.front;
           hit.u = found.u;
           hit.v = found.v;
-          hit.x = position.x;
-          hit.y = position.y;
-          hit.z = position.z;
+          if (found.round) {
+            const float3 position = position_on_round(surfaces.primitives + hit.primitive, ray, &found);
+            hit.x = position.x;
+            hit.y = position.y;
+            hit.z = position.z;
+          } else {
+            const REAL3 position = position_on_triangle(found.lane, (REAL)(found.u), (REAL)(found.v));
+            Lanes x, y, z;
+            x.real = position.x;
+            y.real = position.y;
+            z.real = position.z;
+            hit.x = x.f[0];
+            hit.y = y.f[0];
+            hit.z = z.f[0];
+          }
         }
         return hit;
       }

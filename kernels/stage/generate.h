@@ -4,6 +4,8 @@
 #ifndef ITN_STAGE_GENERATE_H
 #define ITN_STAGE_GENERATE_H
 #include "lib/launch.h"
+#include "lib/trace_coherent.h"
+#include "stage/ray.h"
 
 /* Offset from the pixel's centre [pixel]. */
 inline void sample_filter(int filter, float size, REAL u, REAL v, REAL* x, REAL* y) {
@@ -53,7 +55,8 @@ inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
   d.y = camera->direction_0[1] + a * camera->direction_a[1] + b * camera->direction_b[1];
   d.z = camera->direction_0[2] + a * camera->direction_a[2] + b * camera->direction_b[2];
   store3(pool, POSITION_X, slots, o);
-  store3(pool, DIRECTION_X, slots, scale3(d, 1.0f / SQRT(dot3(d, d))));
+  d = scale3(d, 1.0f / SQRT(dot3(d, d)));
+  store3(pool, DIRECTION_X, slots, d);
   for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, 1.0f);
   for (int c = 0; c < RADIANCE_CHANNELS; ++c) STORE(pool, RADIANCE + c, slots, 0.0f);
   STORE(pool, REFRACTION_SCALE, slots, 1.0f);
@@ -69,6 +72,14 @@ inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
 #if SPECTRAL
   for (int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_RATIO + c, slots, 1.0f);
   STORE_INT(pool, HERO, slots, CAST_INT(u[2] * 3.0f));
+#endif
+#if FUSED && WIDTH == BOX_WIDTH && !HAS_ROUND
+  /* Samples of a pixel come together here. */
+  LaneHits hits;
+  if (camera->medium < 0 && trace_coherent(job_surfaces(launch, job), o, d, valid, &hits)) {
+    arrive(launch, job, pool, slots, valid, &hits);
+    return;
+  }
 #endif
   push(pool, camera->medium < 0 ? QUEUE_RAY : QUEUE_MEDIUM, slots, valid);
 }

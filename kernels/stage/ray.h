@@ -3,18 +3,24 @@
 #define ITN_STAGE_RAY_H
 #include "lib/launch.h"
 
+/* Where the rays have led. */
+inline void arrive(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
+                   const LaneHits* hits) {
+  const MASK hit = valid & (hits->primitive.integer >= 0);
+  store3(pool, POSITION_X, slots, make3(hits->x.real, hits->y.real, hits->z.real));
+  STORE_INT(pool, HIT, slots, hits->primitive.integer);
+  STORE(pool, HIT_U, slots, hits->u.real);
+  STORE(pool, HIT_V, slots, hits->v.real);
+  push_surface(launch, job, pool, slots, hit, hits->primitive.integer);
+  push(pool, QUEUE_ESCAPE, slots, valid & !hit);
+}
+
 inline void ray_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
   const INT skip = LOAD_INT(pool, SKIP, slots);
   const LaneHits hits =
       trace_lanes(job_surfaces(launch, job), load3(pool, POSITION_X, slots), load3(pool, DIRECTION_X, slots),
                   (REAL)(INFINITY), skip, (MASK)(0), (skip >= 0) & (LOAD_INT(pool, PASSED, slots) != 0), valid);
-  const MASK hit = valid & (hits.primitive.integer >= 0);
-  store3(pool, POSITION_X, slots, make3(hits.x.real, hits.y.real, hits.z.real));
-  STORE_INT(pool, HIT, slots, hits.primitive.integer);
-  STORE(pool, HIT_U, slots, hits.u.real);
-  STORE(pool, HIT_V, slots, hits.v.real);
-  push_surface(launch, job, pool, slots, hit, hits.primitive.integer);
-  push(pool, QUEUE_ESCAPE, slots, valid & !hit);
+  arrive(launch, job, pool, slots, valid, &hits);
 }
 
 #endif
