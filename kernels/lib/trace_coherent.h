@@ -48,7 +48,7 @@ inline uint met_by_bundle(__global const float* block, const int axes[3], const 
   return box_bits((low_x <= margin) & (high_x >= -margin) & (low_y <= margin) & (high_y >= -margin));
 }
 
-/* Rays in vacuum from a common origin. False: they go too different ways, and nothing is found out. */
+/* Rays in vacuum from nearly the same origin. False: they go too different ways, and nothing is found out. */
 inline bool trace_coherent(Surfaces surfaces, REAL3 origin, REAL3 direction, MASK mask, LaneHits* hits) {
   __global const GeometryRecord* record = surfaces.record;
   RaySetup setup;
@@ -70,8 +70,7 @@ inline bool trace_coherent(Surfaces surfaces, REAL3 origin, REAL3 direction, MAS
   z.real = origin.z;
   const int axes[3] = {setup.kx.i[first], setup.ky.i[first], setup.kz.i[first]};
   const float sign_x = setup.ix.f[first], sign_y = setup.iy.f[first], sign_z = setup.iz.f[first];
-  const MASK together = (origin.x == x.f[first]) & (origin.y == y.f[first]) & (origin.z == z.f[first]) &
-                        (setup.kz.integer == axes[2]) & (setup.ix.real * sign_x > 0.0f) &
+  const MASK together = (setup.kz.integer == axes[2]) & (setup.ix.real * sign_x > 0.0f) &
                         (setup.iy.real * sign_y > 0.0f) & (setup.iz.real * sign_z > 0.0f);
   if (ANY(mask & !together)) return false;
 
@@ -81,10 +80,12 @@ inline bool trace_coherent(Surfaces surfaces, REAL3 origin, REAL3 direction, MAS
               iz = range_of(SELECT(mask, setup.iz.real, sign_z));
   const Range slope_x = range_of(SELECT(mask, setup.slope_x.real, setup.slope_x.f[first])),
               slope_y = range_of(SELECT(mask, setup.slope_y.real, setup.slope_y.f[first]));
-  /* The single rays' tests are exact to some roundings of coordinates, theirs and the scene's. */
+  /* The single rays' tests are exact to some roundings of coordinates, theirs and the scene's; and they start a little beside
+   * the first. */
   float extent = 0.0f;
   for (int k = 0; k < 3; ++k) extent += max(fabs(record->low[k] - from[k]), fabs(record->high[k] - from[k])) + fabs(from[k]);
-  const float margin = 1e-6f * extent;
+  const REAL beside = MAX(MAX(ABS(origin.x - from[0]), ABS(origin.y - from[1])), ABS(origin.z - from[2]));
+  const float margin = 1e-6f * extent - 2.0f * least_lane(SELECT(mask, -beside, 0.0f));
   const float seen_from[3] = {from[axes[0] / BOX_WIDTH], from[axes[1] / BOX_WIDTH], from[axes[2] / BOX_WIDTH]};
 
   const int near_x = NODE_LOW_X + (sign_x < 0), near_y = NODE_LOW_Y + (sign_y < 0), near_z = NODE_LOW_Z + (sign_z < 0);
