@@ -65,7 +65,7 @@ inline INT pop_group(Pool* pool, int queue, MASK* valid) {
   __global const int* items = pool->items + queue * pool->stride;
   pool->length[queue] = length - count;
   Lanes slot;
-  for (int l = 0; l < WIDTH; ++l)
+  UNROLL for (int l = 0; l < WIDTH; ++l)
     slot.i[l] = l < count ? items[length - count + l] : pool->stride - WIDTH + l;
   *valid = LANE_INDEX < count;
   return slot.integer;
@@ -85,7 +85,7 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void trace_paths(SCENE_P
   for (int s = 0; s < SLOTS; ++s) pool.items[QUEUE_FREE * pool.stride + s] = s;
   pool.length[QUEUE_FREE] = SLOTS;
   for (int f = 0; f < FIELDS; ++f)
-    for (int l = 0; l < WIDTH; ++l) pool.fields[f * pool.stride + SLOTS + l] = 0.0f;
+    UNROLL for (int l = 0; l < WIDTH; ++l) pool.fields[f * pool.stride + SLOTS + l] = 0.0f;
 
   for (int c = atomic_inc(next_chunk); c < chunk_count; c = atomic_inc(next_chunk)) {
     const ChunkRecord chunk = chunks[c];
@@ -106,7 +106,7 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void trace_paths(SCENE_P
         /* slots that the last, partial group does not use go back */
         push(&pool, QUEUE_FREE, slots, valid & (LANE_INDEX >= count));
         Lanes pixel, sample;
-        for (int l = 0; l < WIDTH; ++l) {
+        UNROLL for (int l = 0; l < WIDTH; ++l) {
           int path = min(next + l, last - 1), row = path / job->samples;
           pixel.i[l] = job->first_pixel + row;
           sample.i[l] = job->first_sample + path - row * job->samples;
@@ -189,7 +189,7 @@ __kernel void stage(SCENE_PARAMETERS, int queue, __global float* restrict storag
   __global const int* items =
       (__global const int*)(storage + FIELDS * pool.stride) + (from_half * QUEUES + queue) * pool.stride;
   Lanes slot;
-  for (int l = 0; l < WIDTH; ++l) slot.i[l] = group + l < length ? items[group + l] : pool.stride - WIDTH + l;
+  UNROLL for (int l = 0; l < WIDTH; ++l) slot.i[l] = group + l < length ? items[group + l] : pool.stride - WIDTH + l;
   MASK valid = LANE_INDEX + group < length;
   INT job = LOAD_INT(&pool, JOB, slot.integer);
   uint left = lane_bits(valid);

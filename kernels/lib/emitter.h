@@ -85,7 +85,7 @@ inline void envmap_radiance(__global const EmitterRecord* record, __global const
   envmap_cell(record, direction, &row, &column, &down, &across);
   const int stride = 3 * (record->width + 1);
   const INT at = record->pixels + row * stride + column * 3;
-  for (int c = 0; c < 3; ++c) {
+  UNROLL for (int c = 0; c < 3; ++c) {
     const REAL a = GATHER(tables, at + c), b = GATHER(tables, at + (c + 3));
     const REAL e = GATHER(tables, at + (c + stride)), f = GATHER(tables, at + (c + stride + 3));
     rgb[c] = (1 - down) * ((1 - across) * a + across * b) + down * ((1 - across) * e + across * f);
@@ -143,9 +143,9 @@ inline void clear_sky_radiance(__global const EmitterRecord* record, REAL3 d, RE
   const REAL one_minus_cos = 0.5f * dot3(chord, chord);
   const REAL gamma = angle_between(d, sun);
   const REAL cos_theta = fmax(d.z, (REAL)0);
-  for (int c = 0; c < 3; ++c) {
+  UNROLL for (int c = 0; c < 3; ++c) {
     REAL k[SKY_COEFFICIENTS];
-    for (int i = 0; i < SKY_COEFFICIENTS; ++i) k[i] = record->sky[c * SKY_COEFFICIENTS + i];
+    UNROLL for (int i = 0; i < SKY_COEFFICIENTS; ++i) k[i] = record->sky[c * SKY_COEFFICIENTS + i];
     const REAL radiance = sky_hosek_wilkie(k, cos_theta, gamma, one_minus_cos);
     rgb[c] = SELECT(d.z < 0, 0, radiance);
   }
@@ -186,7 +186,7 @@ inline REAL3 clear_sky_sample(__global const EmitterRecord* record, __global con
  * and to the disc's centre. */
 inline void sun_disc(__global const EmitterRecord* record, __global const float* tables, REAL z, REAL chord2,
                      REAL rgb[3]) {
-  for (int c = 0; c < 3; ++c) rgb[c] = SELECT(z < 0, 0, record->sun_radiance[c]);
+  UNROLL for (int c = 0; c < 3; ++c) rgb[c] = SELECT(z < 0, 0, record->sun_radiance[c]);
 #if HAS_COMPLEX_SUN
   if (!record->complex_sun) return;
   const float omc = record->sun_one_minus_cos;
@@ -205,9 +205,9 @@ inline void sun_disc(__global const EmitterRecord* record, __global const float*
   const REAL from = (1 + 2 * t) * (1 - t) * (1 - t), to = t * t * (3 - 2 * t);
   const REAL slope_from = width * t * (1 - t) * (1 - t), slope_to = -width * t * t * (1 - t);
   const int stride = 3 * SUN_POWERS * 2;
-  for (int c = 0; c < 3; ++c) {
+  UNROLL for (int c = 0; c < 3; ++c) {
     REAL sum = 0;
-    for (int power = SUN_POWERS - 1; power >= 0; --power) {
+    UNROLL for (int power = SUN_POWERS - 1; power >= 0; --power) {
       const INT at = record->sun_table + knot * stride + (c * SUN_POWERS + power) * 2;
       sum = sum * mu + (from * GATHER(tables, at) + slope_from * GATHER(tables, at + 1) +
                         to * GATHER(tables, at + stride) + slope_to * GATHER(tables, at + (stride + 1)));
@@ -233,7 +233,7 @@ inline void emitter_sky_radiance(__global const EmitterRecord* record, __global 
     return;
   }
 #endif
-  for (int c = 0; c < 3; ++c) rgb[c] = record->radiance[c];
+  UNROLL for (int c = 0; c < 3; ++c) rgb[c] = record->radiance[c];
 }
 
 /* Squared distance of two unit vectors, the direction and the one to the disc's centre: has digits where the cosine of a
@@ -252,7 +252,7 @@ inline MASK emitter_in_sun(__global const EmitterRecord* record, REAL3 direction
 /* The radiance of the sun's disc, 0 outside; gives emitter_in_sun. */
 inline MASK emitter_sun_radiance(__global const EmitterRecord* record, __global const float* tables, REAL3 direction,
                                  REAL rgb[3]) {
-  for (int c = 0; c < 3; ++c) rgb[c] = 0;
+  UNROLL for (int c = 0; c < 3; ++c) rgb[c] = 0;
 #if HAS_SUN
   if (record->kind == EMITTER_SUNSKY) {
     const REAL chord2 = sun_chord2(record, direction);
@@ -260,7 +260,7 @@ inline MASK emitter_sun_radiance(__global const EmitterRecord* record, __global 
     if (ANY(inside)) {
       REAL disc[3];
       sun_disc(record, tables, emitter_to_local(record, direction).z, chord2, disc);
-      for (int c = 0; c < 3; ++c) rgb[c] = SELECT(inside, disc[c], 0);
+      UNROLL for (int c = 0; c < 3; ++c) rgb[c] = SELECT(inside, disc[c], 0);
     }
     return inside;
   }
@@ -271,7 +271,7 @@ inline MASK emitter_sun_radiance(__global const EmitterRecord* record, __global 
 /* A direction uniform in the sun's cone, with density record->sun_pdf. */
 inline void sun_sample(__global const EmitterRecord* record, __global const float* tables, REAL u0, REAL u1,
                        REAL3* direction, REAL rgb[3]) {
-  for (int c = 0; c < 3; ++c) rgb[c] = 0;
+  UNROLL for (int c = 0; c < 3; ++c) rgb[c] = 0;
   *direction = make3((REAL)0, (REAL)0, (REAL)1);
 #if HAS_SUN
   if (record->kind == EMITTER_SUNSKY) {

@@ -59,7 +59,7 @@ inline void draw(const Random* r, uint stream, REAL u[4]) {
 #if SPECTRAL
 inline void spectral_weights(const REAL ratio[3], REAL weight[3]) {
   REAL inverse = 3.0f / (ratio[0] + ratio[1] + ratio[2]);
-  for (int c = 0; c < 3; ++c) weight[c] = ratio[c] * inverse;
+  UNROLL for (int c = 0; c < 3; ++c) weight[c] = ratio[c] * inverse;
 }
 #endif
 
@@ -78,7 +78,7 @@ inline MASK roulette(__global const JobRecord* job, INT depth, REAL u, MASK acti
   MASK plays = active & (depth > job->rr_depth);
   MASK dies = plays & (u >= survival);
   REAL raise = SELECT(plays & !dies, 1.0f / MAX(survival, (REAL)1e-20f), 1.0f);
-  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= raise;
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= raise;
   return (active & (largest <= 0.0f)) | dies | (active & (depth >= job->max_depth));
 }
 
@@ -109,7 +109,7 @@ inline void finish(const Launch* launch, __global const JobRecord* job, Pool* po
     int s = slot.i[l];
     int output = job->first_output + (ints[PIXEL * pool->stride + s] - job->first_pixel) * job->samples +
                  ints[SAMPLE * pool->stride + s] - job->first_sample;
-    for (int c = 0; c < RADIANCE_CHANNELS; ++c)
+    UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
       launch->samples[output * RADIANCE_CHANNELS + c] = pool->fields[(RADIANCE + c) * pool->stride + s];
   }
   push(pool, QUEUE_FREE, slots, mask);

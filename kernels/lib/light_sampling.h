@@ -17,7 +17,7 @@ inline void emitter_radiance(const Launch* launch, __global const EmitterRecord*
 #if HAS_SUN
   REAL sun[3];
   MASK inside = emitter_sun_radiance(emitter, launch->emitter_tables, direction, sun);
-  for (int c = 0; c < 3; ++c) rgb[c] += SELECT(inside, sun[c], 0.0f);
+  UNROLL for (int c = 0; c < 3; ++c) rgb[c] += SELECT(inside, sun[c], 0.0f);
 #endif
 }
 
@@ -68,7 +68,7 @@ inline void sample_light(const Launch* launch, __global const EmitterRecord* emi
   const REAL density = light_sampling_pdf(launch, emitter, *direction, at_surface);
   const MASK possible = density > 0.0f;
   *pdf = SELECT(possible, density, 1.0f);
-  for (int c = 0; c < 3; ++c) rgb[c] = SELECT(possible, rgb[c], 0.0f);
+  UNROLL for (int c = 0; c < 3; ++c) rgb[c] = SELECT(possible, rgb[c], 0.0f);
 }
 
 #endif

@@ -18,8 +18,8 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
   dz.real = to.z;
   stands_on.integer = skip;
   in.integer = medium;
-  for (int c = 0; c < RADIANCE_CHANNELS; ++c) w[c].real = weight[c];
-  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) depth[c].real = (REAL)(0.0f);
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) w[c].real = weight[c];
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) depth[c].real = (REAL)(0.0f);
   uint bits = lane_bits(mask);
   MASK passed = (MASK)(0); /* a boundary: nothing behind counts, or thin bodies would be passed again and again */
   while (bits) {
@@ -31,7 +31,7 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
       const int at = hits.primitive.i[l], current = in.i[l];
       if (at < 0) { /* nothing opaque or refractive in the way */
         if (current >= 0) continue;
-        for (int c = 0; c < RADIANCE_CHANNELS; ++c)
+        UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
           pool->fields[(RADIANCE + c) * pool->stride + slot.i[l]] +=
               w[c].f[l] * exp(-depth[THROUGHPUT_CHANNELS == 1 ? 0 : c].f[l]);
         continue;
@@ -51,7 +51,7 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
       oz.f[l] = o.z + offset * normal.z;
 #if HAS_MEDIUM
       if (current >= 0)
-        for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
+        UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
           depth[c].f[l] += launch->media[current].sigma_t[c] * hits.distance.f[l];
 #endif
       if (shape->interior != shape->exterior) in.i[l] = facing < 0.0f ? shape->interior : shape->exterior;

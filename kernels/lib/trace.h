@@ -116,8 +116,7 @@ __attribute__((always_inline)) inline void meet_triangles(__global const float* 
                                                           int skip, Found* found) {
   const int axes[3] = {s->kx, s->ky, s->kz};
   BoxFloat vertex[9];
-#pragma unroll
-  for (int k = 0; k < 3; ++k) {
+  UNROLL for (int k = 0; k < 3; ++k) {
     vertex[k] = LOAD_BOX(block + axes[k], BLOCK_A);
     vertex[3 + k] = LOAD_BOX(block + axes[k], BLOCK_B);
     vertex[6 + k] = LOAD_BOX(block + axes[k], BLOCK_C);

@@ -35,7 +35,7 @@ inline Range range_of(REAL v) {
 inline uint met_by_bundle(__global const float* block, const int axes[3], const float origin[3], Range slope_x,
                           Range slope_y, float margin) {
   BoxFloat low_x = INFINITY, high_x = -INFINITY, low_y = INFINITY, high_y = -INFINITY;
-  for (int vertex = 0; vertex < 3; ++vertex) {
+  UNROLL for (int vertex = 0; vertex < 3; ++vertex) {
     const BoxFloat x = LOAD_BOX(block + axes[0], 3 * vertex) - origin[0],
                    y = LOAD_BOX(block + axes[1], 3 * vertex) - origin[1],
                    z = LOAD_BOX(block + axes[2], 3 * vertex) - origin[2];
@@ -83,7 +83,7 @@ inline bool trace_coherent(Surfaces surfaces, REAL3 origin, REAL3 direction, MAS
   /* The single rays' tests are exact to some roundings of coordinates, theirs and the scene's; and they start a little beside
    * the first. */
   float extent = 0.0f;
-  for (int k = 0; k < 3; ++k) extent += max(fabs(record->low[k] - from[k]), fabs(record->high[k] - from[k])) + fabs(from[k]);
+  UNROLL for (int k = 0; k < 3; ++k) extent += max(fabs(record->low[k] - from[k]), fabs(record->high[k] - from[k])) + fabs(from[k]);
   const REAL beside = MAX(MAX(ABS(origin.x - from[0]), ABS(origin.y - from[1])), ABS(origin.z - from[2]));
   const float margin = 1e-6f * extent - 2.0f * least_lane(SELECT(mask, -beside, 0.0f));
   const float seen_from[3] = {from[axes[0] / BOX_WIDTH], from[axes[1] / BOX_WIDTH], from[axes[2] / BOX_WIDTH]};
@@ -136,7 +136,7 @@ inline bool trace_coherent(Surfaces surfaces, REAL3 origin, REAL3 direction, MAS
       const uint candidates = met_by_bundle(block, axes, seen_from, slope_x, slope_y, margin);
       FOR_EACH_LANE(l, candidates) {
         BoxFloat vertex[9];
-        for (int k = 0; k < 3; ++k) {
+        UNROLL for (int k = 0; k < 3; ++k) {
           vertex[k] = (BoxFloat)(block[axes[k] + BLOCK_A * BOX_WIDTH + l]);
           vertex[3 + k] = (BoxFloat)(block[axes[k] + BLOCK_B * BOX_WIDTH + l]);
           vertex[6 + k] = (BoxFloat)(block[axes[k] + BLOCK_C * BOX_WIDTH + l]);

@@ -46,7 +46,7 @@ inline void scatter_real(__global float* p, INT index, REAL value) {
   Lanes at, v;
   at.integer = index;
   v.real = value;
-  for (int l = 0; l < WIDTH; ++l) p[at.i[l]] = v.f[l];
+  UNROLL for (int l = 0; l < WIDTH; ++l) p[at.i[l]] = v.f[l];
 }
 #define SCATTER(p, index, value) scatter_real(p, index, value)
 #define SCATTER_INT(p, index, value) scatter_real((__global float*)(p), index, AS_REAL(value))
@@ -69,7 +69,7 @@ inline uint lane_bits(MASK mask) {
   Lanes m;
   m.integer = mask;
   uint bits = 0;
-  for (int l = 0; l < WIDTH; ++l) bits |= m.i[l] ? 1u << l : 0u;
+  UNROLL for (int l = 0; l < WIDTH; ++l) bits |= m.i[l] ? 1u << l : 0u;
   return bits;
 }
 #endif

@@ -13,6 +13,8 @@
 
 #ifdef __OPENCL_VERSION__
 
+/* Before a short loop: PoCL unrolls none by itself, and leaves arrays in memory that would fit into registers. */
+#define UNROLL _Pragma("unroll")
 #define JOIN_(a, b) a##b
 #define JOIN(a, b) JOIN_(a, b)
 #if WIDTH == 1
@@ -63,6 +65,7 @@ template <class Real>
 struct Vector3 {
   Real x, y, z;
 };
+#define UNROLL
 #define REAL3 Vector3<REAL>
 #define MODEL       \
   template <class REAL> \

@@ -21,11 +21,11 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
   __global const float* media = (__global const float*)launch->media;
   const REAL g = GATHER((media + FIELD_OF(MediumRecord, g)), at);
   REAL sigma_t[THROUGHPUT_CHANNELS];
-  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) sigma_t[c] = GATHER((media + FIELD_OF(MediumRecord, sigma_t) + c), at);
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) sigma_t[c] = GATHER((media + FIELD_OF(MediumRecord, sigma_t) + c), at);
   REAL weight[3];
 #if SPECTRAL
   REAL ratio[3];
-  for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
+  UNROLL for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
   spectral_weights(ratio, weight);
 #else
   weight[0] = weight[1] = weight[2] = (REAL)(1.0f);
@@ -33,7 +33,7 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
   const REAL sigma = connection_sigma_t(sigma_t);
   const REAL chance = LOAD(pool, CHANCE, slots);
   const REAL scale = LOAD(pool, REFRACTION_SCALE, slots) / chance;
-  for (int c = 0; c < RADIANCE_CHANNELS; ++c)
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
     weight[c] *= scale * LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
 
   REAL3 light;
@@ -63,7 +63,7 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
     Lanes at_primitive, bsdf, outside, kind, same;
     at_primitive.integer = primitive;
     same.integer = medium;
-    for (int l = 0; l < WIDTH; ++l) {
+    UNROLL for (int l = 0; l < WIDTH; ++l) {
       __global const ShapeRecord* shape =
           launch->shapes + job->first_shape + launch->primitives[at_primitive.i[l]].shape;
       bsdf.i[l] = shape->bsdf;
@@ -100,7 +100,7 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
     const REAL mis = chance * q * light_pdf / (chance * q * light_pdf + by_phase * other);
     value *= phase * mis / (q * light_pdf);
     REAL arriving[RADIANCE_CHANNELS];
-    for (int c = 0; c < RADIANCE_CHANNELS; ++c)
+    UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
       arriving[c] = weight[c] * value * rgb[c] *
                     bsdf_real(launch, bsdf.integer, FIELD_OF(BsdfRecord, specular_transmittance) + c) *
                     medium_transmittance(sigma_t[THROUGHPUT_CHANNELS == 1 ? 0 : c], hits.distance.real);
@@ -113,7 +113,7 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
     const REAL phase = henyey_greenstein(dot3(arrival, light), g);
     const REAL value = chance * phase / (chance * light_pdf + phase);
     REAL arriving[RADIANCE_CHANNELS];
-    for (int c = 0; c < RADIANCE_CHANNELS; ++c) arriving[c] = weight[c] * value * rgb[c];
+    UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) arriving[c] = weight[c] * value * rgb[c];
     add_connection(launch, job, pool, slots, straight, position, light, (INT)(-1), medium, arriving);
   }
   push(pool, QUEUE_MEDIUM, slots, valid);

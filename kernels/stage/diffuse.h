@@ -18,7 +18,7 @@ inline void diffuse_stage(const Launch* launch, __global const JobRecord* job, P
   bsdf.integer = s.bsdf;
   tu.real = s.texture[0];
   tv.real = s.texture[1];
-  for (int l = 0; l < WIDTH; ++l) {
+  UNROLL for (int l = 0; l < WIDTH; ++l) {
     __global const BsdfRecord* b = launch->bsdfs + bsdf.i[l];
     float rgb[3] = {b->reflectance[0], b->reflectance[1], b->reflectance[2]};
 #if HAS_TEXTURE
@@ -38,23 +38,23 @@ inline void diffuse_stage(const Launch* launch, __global const JobRecord* job, P
   Frame frame = make_frame(scale3(s.frame, side));
 
   REAL throughput[THROUGHPUT_CHANNELS];
-  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] = LOAD(pool, THROUGHPUT + c, slots) * reflectance[c];
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] = LOAD(pool, THROUGHPUT + c, slots) * reflectance[c];
   REAL weight[3] = {(REAL)(1.0f), (REAL)(1.0f), (REAL)(1.0f)};
 #if SPECTRAL
   REAL ratio[3];
-  for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
+  UNROLL for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
   spectral_weights(ratio, weight);
 #endif
   INT depth = LOAD_INT(pool, DEPTH, slots) + 1;
   REAL largest = (REAL)(0.0f);
-  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) largest = MAX(largest, throughput[c] * weight[c]);
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) largest = MAX(largest, throughput[c] * weight[c]);
 
   /* roulette first: paths that end here need no light */
   MASK dies = roulette(job, plain_depth(depth), u[2], reflects, largest, throughput);
   MASK goes_on = reflects & !dies;
   const REAL3 in_frame = diffuse_sample(u[0], u[1]);
   const REAL3 direction = frame_to_world(&frame, in_frame);
-  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
   STORE_INT(pool, EVENT, slots, random.event + 1);
   STORE_INT(pool, DEPTH, slots, depth);
   finish(launch, job, pool, slots, valid & !goes_on);
@@ -72,7 +72,7 @@ inline void diffuse_stage(const Launch* launch, __global const JobRecord* job, P
   value = SELECT(depth >= SCATTERED_ONCE, value, 0.0f);
 #endif
   REAL arriving[RADIANCE_CHANNELS];
-  for (int c = 0; c < RADIANCE_CHANNELS; ++c)
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
     arriving[c] = throughput[THROUGHPUT_CHANNELS == 1 ? 0 : c] * weight[c] * value * light[c];
   add_connection(launch, job, pool, slots, goes_on & (value > 0.0f),
                  beside_surface(launch->primitives, s.primitive, s.position, s.normal, to_light), to_light, s.primitive,

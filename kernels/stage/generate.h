@@ -38,7 +38,7 @@ inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
   draw(&random, 0, u);
   Lanes p, row, column;
   p.integer = pixel;
-  for (int l = 0; l < WIDTH; ++l) {
+  UNROLL for (int l = 0; l < WIDTH; ++l) {
     row.i[l] = p.i[l] / camera->crop_width;
     column.i[l] = p.i[l] - row.i[l] * camera->crop_width;
   }
@@ -57,8 +57,8 @@ inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
   store3(pool, POSITION_X, slots, o);
   d = scale3(d, 1.0f / SQRT(dot3(d, d)));
   store3(pool, DIRECTION_X, slots, d);
-  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, 1.0f);
-  for (int c = 0; c < RADIANCE_CHANNELS; ++c) STORE(pool, RADIANCE + c, slots, 0.0f);
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, 1.0f);
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) STORE(pool, RADIANCE + c, slots, 0.0f);
   STORE(pool, REFRACTION_SCALE, slots, 1.0f);
   STORE_INT(pool, PIXEL, slots, pixel);
   STORE_INT(pool, SAMPLE, slots, sample);
@@ -70,7 +70,7 @@ inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
   STORE(pool, LAST_PDF, slots, 0.0f);
   STORE_INT(pool, JOB, slots, job_index);
 #if SPECTRAL
-  for (int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_RATIO + c, slots, 1.0f);
+  UNROLL for (int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_RATIO + c, slots, 1.0f);
   STORE_INT(pool, HERO, slots, CAST_INT(u[2] * 3.0f));
 #endif
 #if FUSED && WIDTH == BOX_WIDTH && !HAS_ROUND

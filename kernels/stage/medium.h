@@ -16,7 +16,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   const Surfaces surfaces = job_surfaces(launch, job);
   REAL3 position = load3(pool, POSITION_X, slots), direction = load3(pool, DIRECTION_X, slots);
   REAL throughput[THROUGHPUT_CHANNELS];
-  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] = LOAD(pool, THROUGHPUT + c, slots);
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] = LOAD(pool, THROUGHPUT + c, slots);
   Random random = load_random(job, pool, slots);
   INT depth = LOAD_INT(pool, DEPTH, slots), skip = LOAD_INT(pool, SKIP, slots);
   const MASK passed = LOAD_INT(pool, PASSED, slots) != 0;
@@ -24,14 +24,14 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   INT medium = SELECT_INT(valid, LOAD_INT(pool, MEDIUM, slots), 0) * (int)(sizeof(MediumRecord) / sizeof(float));
   __global const float* media = (__global const float*)launch->media;
   REAL sigma_t[THROUGHPUT_CHANNELS], albedo[THROUGHPUT_CHANNELS];
-  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
     sigma_t[c] = GATHER((media + FIELD_OF(MediumRecord, sigma_t) + c), medium);
     albedo[c] = GATHER((media + FIELD_OF(MediumRecord, albedo) + c), medium);
   }
   REAL g = GATHER((media + FIELD_OF(MediumRecord, g)), medium);
 #if SPECTRAL
   REAL ratio[3];
-  for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
+  UNROLL for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
   INT hero = LOAD_INT(pool, HERO, slots);
   REAL sigma = SELECT(hero == 0, sigma_t[0], SELECT(hero == 1, sigma_t[1], sigma_t[2]));
 #else
@@ -79,13 +79,13 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
 #endif
     position = select3(meets | scatters, there, position);
 #if SPECTRAL
-    for (int c = 0; c < 3; ++c)
+    UNROLL for (int c = 0; c < 3; ++c)
       ratio[c] *= SELECT(meets | scatters, EXP((sigma - sigma_t[c]) * distance), 1.0f) *
                   SELECT(scatters, sigma_t[c] * mean_free_path, 1.0f);
 #endif
     skip = SELECT_INT(scatters, -1, skip);
     depth += SELECT_INT(scatters, 1, 0);
-    for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= SELECT(scatters, albedo[c], 1.0f);
+    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= SELECT(scatters, albedo[c], 1.0f);
     REAL weight[3] = {(REAL)(1.0f), (REAL)(1.0f), (REAL)(1.0f)};
 #if SPECTRAL
     spectral_weights(ratio, weight);
@@ -128,7 +128,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   }
   store3(pool, POSITION_X, slots, position);
   store3(pool, DIRECTION_X, slots, direction);
-  for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
   STORE_INT(pool, EVENT, slots, random.event);
   STORE_INT(pool, DEPTH, slots, depth);
   STORE_INT(pool, SKIP, slots, skip);
@@ -136,7 +136,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   STORE(pool, HIT_U, slots, hit_u);
   STORE(pool, HIT_V, slots, hit_v);
 #if SPECTRAL
-  for (int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_RATIO + c, slots, ratio[c]);
+  UNROLL for (int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_RATIO + c, slots, ratio[c]);
 #endif
   finish(launch, job, pool, slots, dead);
   push_surface(launch, job, pool, slots, arrived, hit_primitive);

@@ -49,7 +49,7 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
   if (ANY(from_medium)) {
     const AssumedBoundary boundary = assumed_boundary(launch, at);
     REAL sigma_t[THROUGHPUT_CHANNELS];
-    for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
+    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
       sigma_t[c] = GATHER((media + FIELD_OF(MediumRecord, sigma_t) + c), at);
     const REAL3 vertex = load3(pool, VERTEX_X, slots), segment = sub3(s->position, vertex);
     const REAL by_phase = last_pdf * medium_transmittance(connection_sigma_t(sigma_t), SQRT(dot3(segment, segment)));
@@ -66,13 +66,13 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
   REAL weight[3] = {scale, scale, scale};
 #if SPECTRAL
   REAL ratio[3];
-  for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
+  UNROLL for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
   spectral_weights(ratio, weight);
-  for (int c = 0; c < 3; ++c) weight[c] *= scale;
+  UNROLL for (int c = 0; c < 3; ++c) weight[c] *= scale;
 #endif
   const MASK reflects = wi.z * wo.z > 0.0f;
   REAL arriving[RADIANCE_CHANNELS];
-  for (int c = 0; c < RADIANCE_CHANNELS; ++c)
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
     arriving[c] = weight[c] * rgb[c] * LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots) *
                   boundary_tint(launch, s->bsdf, reflects, c);
   add_connection(launch, job, pool, slots, mask,

@@ -28,7 +28,7 @@ inline Surface load_surface(const Launch* launch, __global const JobRecord* job,
                 &s.normal, &s.frame, s.texture);
   Lanes primitive, bsdf, interior, exterior;
   primitive.integer = s.primitive;
-  for (int l = 0; l < WIDTH; ++l) {
+  UNROLL for (int l = 0; l < WIDTH; ++l) {
     __global const ShapeRecord* shape = launch->shapes + job->first_shape + launch->primitives[primitive.i[l]].shape;
     bsdf.i[l] = shape->bsdf;
     interior.i[l] = shape->interior;
