@@ -16,15 +16,24 @@ typedef struct {
   REAL radius;  /* of the ball around the centre */
 } FlightCell;
 
+/* Without a grid: a cell of which nothing is known. The load rarely hits a near cache: ask early. */
 inline FlightCell flight_cell(__global const uint* grid, __global const GeometryRecord* record, REAL3 position) {
   const int nx = record->cells[0], ny = record->cells[1], nz = record->cells[2];
+  if (nx == 0) {
+    const REAL zero = (REAL)(0.0f);
+    const FlightCell nothing = {make3(zero, zero, zero), make3(zero, zero, (REAL)(1.0f)), zero, zero};
+    return nothing;
+  }
   const REAL gx = (position.x - record->grid_low[0]) * record->inverse_cell_size,
              gy = (position.y - record->grid_low[1]) * record->inverse_cell_size,
              gz = (position.z - record->grid_low[2]) * record->inverse_cell_size;
   const INT ix = clamp(CAST_INT(gx), (INT)(0), (INT)(nx - 1)), iy = clamp(CAST_INT(gy), (INT)(0), (INT)(ny - 1)),
             iz = clamp(CAST_INT(gz), (INT)(0), (INT)(nz - 1));
   __global const int* cells = (__global const int*)(grid + record->first_cell);
-  const INT word = GATHER_INT(cells, (iz * ny + iy) * nx + ix);
+  /* bricks of 4 x 4 x 4 cells: neighbours share cache lines */
+  const int bx = (nx + 3) / 4, by = (ny + 3) / 4;
+  const INT brick = ((iz >> 2) * by + (iy >> 2)) * bx + (ix >> 2);
+  const INT word = GATHER_INT(cells, (brick << 6) + ((iz & 3) << 4) + ((iy & 3) << 2) + (ix & 3));
   FlightCell cell;
   cell.from.x = (gx - CAST_REAL(ix) - 0.5f) * record->cell_size;
   cell.from.y = (gy - CAST_REAL(iy) - 0.5f) * record->cell_size;
@@ -40,14 +49,14 @@ inline FlightCell flight_cell(__global const uint* grid, __global const Geometry
   return cell;
 }
 
-/* Does a flight of `distance` surely end before any surface? Unit direction. False is always a correct answer. */
-inline MASK flight_is_clear(__global const uint* grid, __global const GeometryRecord* record, REAL3 position,
-                            REAL3 direction, REAL distance, MASK active) {
+/* Does a flight of `distance` surely end before any surface? Unit direction; cell: of the position. False is always a
+ * correct answer. */
+inline MASK flight_is_clear(__global const uint* grid, __global const GeometryRecord* record, FlightCell cell,
+                            REAL3 position, REAL3 direction, REAL distance, MASK active) {
   MASK clear = (MASK)(0), moving = active;
-  if (record->cells[0] == 0) return clear;
   REAL flown = (REAL)(0.0f);
   for (int step = 0; step < FLIGHT_STEPS; ++step) {
-    const FlightCell cell = flight_cell(grid, record, add3(position, scale3(direction, flown)));
+    if (step > 0) cell = flight_cell(grid, record, add3(position, scale3(direction, flown)));
     /* To the end of the ball. */
     const REAL along = dot3(cell.from, direction);
     const REAL square = cell.radius * cell.radius - dot3(cell.from, cell.from);
@@ -64,17 +73,17 @@ inline MASK flight_is_clear(__global const uint* grid, __global const GeometryRe
   return clear;
 }
 
-/* A lower bound of the distance from a position to any surface, and a guess of the outward normal of the nearest one. */
-inline REAL nearest_surface(__global const uint* grid, __global const GeometryRecord* record, REAL3 position,
-                            REAL3* normal) {
-  *normal = make3((REAL)(0.0f), (REAL)(0.0f), (REAL)(1.0f));
-  if (record->cells[0] == 0) return (REAL)(0.0f);
-  const FlightCell cell = flight_cell(grid, record, position);
-  *normal = scale3(cell.normal, 1.0f / SQRT(dot3(cell.normal, cell.normal)));
-  const REAL in_ball = cell.radius - SQRT(dot3(cell.from, cell.from));
+/* A lower bound of the distance to any surface. */
+inline REAL surface_distance(__global const GeometryRecord* record, const FlightCell* cell) {
+  const REAL in_ball = cell->radius - SQRT(dot3(cell->from, cell->from));
   /* |normal| <= 1 */
-  const REAL in_front = cell.offset - dot3(cell.normal, cell.from);
+  const REAL in_front = cell->offset - dot3(cell->normal, cell->from);
   return MAX(MIN(in_ball, in_front) - record->safety, (REAL)(0.0f));
+}
+
+/* A guess of the outward normal of the nearest surface. */
+inline REAL3 surface_normal_guess(const FlightCell* cell) {
+  return scale3(cell->normal, 1.0f / SQRT(dot3(cell->normal, cell->normal)));
 }
 
 #endif

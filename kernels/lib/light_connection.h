@@ -31,11 +31,11 @@ inline REAL connection_sigma_t(const REAL sigma_t[]) {
  * function towards the sun's middle (refracted at the nearest surface), and transmittance over the least distance to a
  * surface. Rays are what a connection costs; a vertex deep inside, or one whose light arrives from behind, rarely pays for
  * them. Any value above 0 is unbiased: the path keeps it, since MIS divides by it.
- *   at: of the media's records, in floats; arrival: direction of travel before the scattering */
-inline REAL connection_chance(const Launch* launch, __global const JobRecord* job, INT at, REAL3 position, REAL3 arrival,
-                              REAL throughput, REAL sigma_t, REAL g) {
-  REAL3 normal;
-  const REAL distance = nearest_surface(launch->grid, launch->geometries + job->geometry, position, &normal);
+ *   at: of the media's records, in floats; cell: of the vertex; arrival: direction of travel before the scattering */
+inline REAL connection_chance(const Launch* launch, __global const JobRecord* job, INT at, const FlightCell* cell,
+                              REAL3 arrival, REAL throughput, REAL sigma_t, REAL g) {
+  const REAL distance = surface_distance(launch->geometries + job->geometry, cell);
+  const REAL3 normal = surface_normal_guess(cell);
   REAL expected = throughput;
   REAL along = (REAL)(1.0f); /* cosine between the connection and the normal of the surface through which it leaves */
 #if HAS_SUN

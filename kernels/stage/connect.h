@@ -48,8 +48,8 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
                          (plain_depth(LOAD_INT(pool, DEPTH, slots)) + 1 < job->max_depth);
   if (ANY(refracted)) {
     const AssumedBoundary boundary = assumed_boundary(launch, at);
-    REAL3 guess;
-    nearest_surface(launch->grid, launch->geometries + job->geometry, position, &guess);
+    const FlightCell cell = flight_cell(launch->grid, launch->geometries + job->geometry, position);
+    const REAL3 guess = surface_normal_guess(&cell);
     REAL3 inward;
     const REAL q = sample_refracted(&boundary, guess, light, u[2], u[3], &inward);
     const LaneHits hits = trace_lanes(job_surfaces(launch, job), position, inward, (REAL)(INFINITY), (INT)(-1), refracted,

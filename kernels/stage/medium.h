@@ -50,12 +50,13 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   INT hit_primitive = (INT)(-1);
   REAL hit_u = (REAL)(0.0f), hit_v = (REAL)(0.0f);
   int left = 0;
+  FlightCell cell = flight_cell(launch->grid, geometry, position);
   for (int event = 0; event < MEDIUM_EVENTS; ++event) {
     REAL u[4];
     draw(&random, 0, u);
     random.event += SELECT_INT(alive, 1, 0);
     REAL flight = -LOG(u[0]) * mean_free_path;
-    MASK clear = flight_is_clear(launch->grid, geometry, position, direction, flight, alive);
+    MASK clear = flight_is_clear(launch->grid, geometry, cell, position, direction, flight, alive);
     MASK test = alive & !clear, meets = (MASK)(0);
     REAL distance = flight;
     REAL3 there = add3(position, scale3(direction, flight));
@@ -83,6 +84,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
       ratio[c] *= SELECT(meets | scatters, EXP((sigma - sigma_t[c]) * distance), 1.0f) *
                   SELECT(scatters, sigma_t[c] * mean_free_path, 1.0f);
 #endif
+    cell = flight_cell(launch->grid, geometry, position);
     skip = SELECT_INT(scatters, -1, skip);
     depth += SELECT_INT(scatters, 1, 0);
     UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= SELECT(scatters, albedo[c], 1.0f);
@@ -104,7 +106,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     alive = scatters & !dies;
 #if MEDIUM_LIGHT_SAMPLING
     /* u[2] decides on the connection first; what is left of it is uniform again */
-    const REAL expected = connection_chance(launch, job, medium, position, direction, brightest(throughput, weight),
+    const REAL expected = connection_chance(launch, job, medium, &cell, direction, brightest(throughput, weight),
                                             connection_sigma_t(sigma_t), g);
     chance = SELECT(alive, expected, chance);
     MASK connects = alive & connectable & (u[2] < chance);

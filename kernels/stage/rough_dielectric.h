@@ -53,8 +53,8 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
       sigma_t[c] = GATHER((media + FIELD_OF(MediumRecord, sigma_t) + c), at);
     const REAL3 vertex = load3(pool, VERTEX_X, slots), segment = sub3(s->position, vertex);
     const REAL by_phase = last_pdf * medium_transmittance(connection_sigma_t(sigma_t), SQRT(dot3(segment, segment)));
-    REAL3 guess;
-    nearest_surface(launch->grid, launch->geometries + job->geometry, vertex, &guess);
+    const FlightCell cell = flight_cell(launch->grid, launch->geometries + job->geometry, vertex);
+    const REAL3 guess = surface_normal_guess(&cell);
     rival = rival_density(refracted_pdf(&boundary, guess, light, s->direction), by_phase, from_medium);
     const MASK finds_sun = from_medium & emitter_in_sun(emitter, direction);
     if (ANY(finds_sun))

@@ -66,6 +66,9 @@ void parallel(int count, const Function& f) {
   for (auto& thread : pool) thread.join();
 }
 
+// Cells lie in bricks of 4 x 4 x 4: neighbours share cache lines.
+int bricks(int cells) { return (cells + 3) / 4; }
+
 struct Octahedral {
   std::uint32_t code;
   Point normal;  // as the device decodes it; its coordinates' absolute values sum to 1
@@ -353,10 +356,9 @@ class Builder {
 
   void fill_slice(int z) {
     const auto words = [&](int x, int y) -> std::uint32_t& {
-      return grid_.words[(static_cast<std::size_t>(z) * static_cast<std::size_t>(grid_.cells[1]) +
-                          static_cast<std::size_t>(y)) *
-                             static_cast<std::size_t>(grid_.cells[0]) +
-                         static_cast<std::size_t>(x)];
+      const int brick = ((z >> 2) * bricks(grid_.cells[1]) + (y >> 2)) * bricks(grid_.cells[0]) + (x >> 2);
+      return grid_.words[static_cast<std::size_t>(brick) * 64 +
+                         static_cast<std::size_t>((z & 3) << 4 | (y & 3) << 2 | (x & 3))];
     };
     for (int y = 0; y < grid_.cells[1]; ++y)
       for (int x = 0; x < grid_.cells[0]; ++x) {
@@ -482,9 +484,9 @@ FlightGrid build_flight_grid(const Scene& scene) {
   for (std::size_t k = 0; k < 3; ++k) {
     grid.cells[k] = static_cast<int>(std::ceil((box.high[k] - box.low[k]) / grid.cell_size)) + 2;
     grid.low[k] = box.low[k] - grid.cell_size;
-    count *= static_cast<std::size_t>(grid.cells[k]);
+    count *= static_cast<std::size_t>(bricks(grid.cells[k]));
   }
-  grid.words.resize(count);
+  grid.words.resize(count * 64);
   bool closed = true;
   for (const Shape& shape : scene.shapes) closed &= shape.exterior < 0;
   Builder builder(grid, piece_cells * grid.cell_size, closed);

@@ -17,7 +17,7 @@ struct FlightGrid {
   std::array<int, 3> cells{0, 0, 0};  // 0: no medium, no grid
   std::array<float, 3> low{0, 0, 0};
   float cell_size = 0, ball_step = 0, plane_range = 0, safety = 0;
-  std::vector<std::uint32_t> words;  // x fastest
+  std::vector<std::uint32_t> words;  // bricks of 4 x 4 x 4 cells, x fastest in both
 };
 
 // Covers the shapes that have a medium on a side; all surfaces count.

@@ -134,10 +134,10 @@ __kernel void fly(__global const uint* grid, __global const GeometryRecord* reco
   const INT at = (int)get_global_id(0) * WIDTH + LANE_INDEX;
 #define COMPONENT(k) GATHER((rays + (k) * n), at)
   const REAL3 o = make3(COMPONENT(0), COMPONENT(1), COMPONENT(2)), d = make3(COMPONENT(3), COMPONENT(4), COMPONENT(5));
-  const MASK result = flight_is_clear(grid, record, o, d, COMPONENT(6), at >= 0);
+  const FlightCell cell = flight_cell(grid, record, o);
+  const MASK result = flight_is_clear(grid, record, cell, o, d, COMPONENT(6), at >= 0);
   SCATTER_INT(clear, at, SELECT_INT(result, 1, 0));
-  REAL3 normal;
-  SCATTER(distance, at, nearest_surface(grid, record, o, &normal));
+  SCATTER(distance, at, surface_distance(record, &cell));
 }
 
 // lib/surface_frame.h at hits: normal, shading normal, texture coordinates, and beside_surface() along +z.
