@@ -14,6 +14,7 @@ typedef struct {
   REAL3 normal; /* of the plane, absolute values sum to 1 */
   REAL offset;  /* no surface in the ball where normal . x < offset */
   REAL radius;  /* of the ball around the centre */
+  REAL cone;    /* in the ball every surface's outward normal has normal . direction < 0 if that of the plane is < -cone */
 } FlightCell;
 
 /* Without a grid: a cell of which nothing is known. The load rarely hits a near cache: ask early. */
@@ -21,7 +22,7 @@ inline FlightCell flight_cell(__global const uint* grid, __global const Geometry
   const int nx = record->cells[0], ny = record->cells[1], nz = record->cells[2];
   if (nx == 0) {
     const REAL zero = (REAL)(0.0f);
-    const FlightCell nothing = {make3(zero, zero, zero), make3(zero, zero, (REAL)(1.0f)), zero, zero};
+    const FlightCell nothing = {make3(zero, zero, zero), make3(zero, zero, (REAL)(1.0f)), zero, zero, (REAL)(2.0f)};
     return nothing;
   }
   const REAL gx = (position.x - record->grid_low[0]) * record->inverse_cell_size,
@@ -38,10 +39,12 @@ inline FlightCell flight_cell(__global const uint* grid, __global const Geometry
   cell.from.x = (gx - CAST_REAL(ix) - 0.5f) * record->cell_size;
   cell.from.y = (gy - CAST_REAL(iy) - 0.5f) * record->cell_size;
   cell.from.z = (gz - CAST_REAL(iz) - 0.5f) * record->cell_size;
-  cell.radius = CAST_REAL((word >> 24) & 255) * record->ball_step;
-  const INT offset = (word >> 16) & 255;
+  const INT offset = (word >> 16) & 255, top = (word >> 24) & 255;
+  const MASK plane = offset != FLIGHT_NO_PLANE;
+  cell.radius = CAST_REAL(SELECT_INT(plane, FLIGHT_PLANE_RADIUS(top & 3), top)) * record->ball_step;
   cell.offset =
-      SELECT(offset == 255, 1e30f, CAST_REAL(offset) * (record->plane_range * (2.0f / 254)) - record->plane_range);
+      SELECT(plane, CAST_REAL(offset) * (record->plane_range * (2.0f / 254)) - record->plane_range, 1e30f);
+  cell.cone = SELECT(plane & ((top >> 2) != FLIGHT_NO_CONE), CAST_REAL(top >> 2) * (1.0f / FLIGHT_NO_CONE), 2.0f);
   const REAL a = CAST_REAL(word & 255) * (2.0f / 255) - 1.0f, b = CAST_REAL((word >> 8) & 255) * (2.0f / 255) - 1.0f,
              c = 1.0f - fabs(a) - fabs(b);
   const REAL fold = MAX(-c, (REAL)(0.0f));
@@ -49,8 +52,11 @@ inline FlightCell flight_cell(__global const uint* grid, __global const Geometry
   return cell;
 }
 
-/* Does a flight of `distance` surely end before any surface? Unit direction; cell: of the position. False is always a
- * correct answer. */
+/* Does a flight of `distance` surely end before any surface? Unit direction; cell: of the position, inside a medium. False
+ * is always a correct answer.
+ *
+ * Inside, only surfaces that the flight leaves through, direction . normal > 0, can be met: where every surface of the ball
+ * faces the other way, the flight goes on to the ball's end. So the flights that start on a surface are spared a test. */
 inline MASK flight_is_clear(__global const uint* grid, __global const GeometryRecord* record, FlightCell cell,
                             REAL3 position, REAL3 direction, REAL distance, MASK active) {
   MASK clear = (MASK)(0), moving = active;
@@ -63,7 +69,8 @@ inline MASK flight_is_clear(__global const uint* grid, __global const GeometryRe
     const REAL in_ball = SELECT(square > 0.0f, SQRT(along * along + square) - along, 0.0f);
     /* To the plane. */
     const REAL speed = dot3(cell.normal, direction), room = cell.offset - dot3(cell.normal, cell.from);
-    const REAL in_front = SELECT(room > 0.0f, SELECT(speed > 0.0f, room / speed, 1e30f), 0.0f);
+    const MASK inward = speed < -cell.cone;
+    const REAL in_front = SELECT(inward | ((room > 0.0f) & (speed <= 0.0f)), 1e30f, SELECT(room > 0.0f, room / speed, 0.0f));
     const REAL d = MIN(in_ball, in_front) - record->safety;
     flown += SELECT(moving, MAX(d, (REAL)(0.0f)), 0.0f);
     clear = clear | (moving & (flown >= distance));

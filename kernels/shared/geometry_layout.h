@@ -64,6 +64,12 @@ typedef struct LAYOUT_ALIGNED {
 /* Places of PrimitiveRecord's members, in 4-byte words. */
 enum { PRIMITIVE_AT_UV = 4, PRIMITIVE_AT_SHAPE = 10, PRIMITIVE_AT_FLAGS, PRIMITIVE_AT_FRAME, PRIMITIVE_AT_OFFSET = 21 };
 
+/* A word of the flight grid (runtime/scene/flight_grid.h): octahedral normal, offset of the plane, and a byte that holds the
+ * radius of the ball where there is no plane, else one of four radii and the cone. */
+#define FLIGHT_NO_PLANE 255
+#define FLIGHT_PLANE_RADIUS(i) (((i) + 2) * ((i) + 3) / 2) /* steps: 3, 6, 10, 15 */
+#define FLIGHT_NO_CONE 63
+
 typedef struct LAYOUT_ALIGNED {
   layout_uint first_node, first_leaf; /* in floats */
   layout_uint first_primitive, first_cell;

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <thread>
 
+#include "kernels/shared/geometry_layout.h"
 #include "runtime/scene/bvh.h"
 
 namespace itn {
@@ -19,13 +20,13 @@ constexpr int fine_axis = 128, coarse_axis = 80;
 constexpr std::size_t fine_from = 10'000;  // triangles
 constexpr float ball_steps = 4;            // radius units a cell
 // Radii of the balls that planes cut: small ones hug curved surfaces, large ones let flights go far.
-constexpr std::array<int, 3> plane_radius_steps{3, 6, 10};
+constexpr std::array<int, 3> plane_radius_steps{FLIGHT_PLANE_RADIUS(0), FLIGHT_PLANE_RADIUS(1), FLIGHT_PLANE_RADIUS(2)};
 constexpr int largest_steps = plane_radius_steps.back();
+constexpr float any_normal = 10;  // a chord longer than any between unit vectors
 constexpr int near_steps = 8;        // a cell with this large a ball free of surface needs no plane
 constexpr int padding = 5;           // cells around the grid in which surfaces are kept while building
 constexpr int farthest = 40;         // cells: balls are not larger
 constexpr float piece_cells = 1.0f;  // longest edge of a piece of surface
-constexpr int no_plane = 255;
 
 Point operator-(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 Point operator+(const Point& a, const Point& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
@@ -107,6 +108,7 @@ class Builder {
   }
 
   void add(const Shape& shape) {
+    left_through_ = closed_ && shape.interior >= 0;
     if (shape.kind == Shape::Kind::mesh) {
       for (const auto& t : shape.mesh->triangle)
         add_triangle(shape.mesh->position[t[0]], shape.mesh->position[t[1]], shape.mesh->position[t[2]]);
@@ -128,6 +130,8 @@ class Builder {
   struct Sample {
     Point position;
     Point normal;  // times area
+    Point axis;    // unit; no normal of the surfaces here is farther from it than `chord`
+    float chord;
   };
 
   std::size_t count() const {
@@ -180,7 +184,10 @@ class Builder {
     Box box;
     for (const Point& p : points) box.add(p);
     if (outside(box)) return;
-    for (const Point& p : points) samples_.push_back({p, normal});
+    const float size = length(normal);
+    const bool known = left_through_ && size > 0;
+    for (const Point& p : points)
+      samples_.push_back({p, normal, known ? normal * (1 / size) : Point{0, 0, 0}, known ? 0 : any_normal});
     const float slack = 1e-3f * h_;
     const float reach = 0.5f * (h_ + slack) * (std::fabs(plane[0]) + std::fabs(plane[1]) + std::fabs(plane[2]));
     std::array<int, 3> first, last;
@@ -268,15 +275,28 @@ class Builder {
       if (begin != end)
         std::stable_sort(begin, end, [](const Sample& a, const Sample& b) { return a.position < b.position; });
       first_[i] = static_cast<std::uint32_t>(kept);
-      for (auto s = begin; s != end; ++s) {
-        if (kept > first_[i] && samples_[kept - 1].position == s->position)
-          samples_[kept - 1].normal = samples_[kept - 1].normal + s->normal;
-        else
-          samples_[kept++] = *s;
+      for (auto s = begin; s != end;) {
+        const auto last = std::find_if(s, end, [&](const Sample& o) { return o.position != s->position; });
+        samples_[kept++] = merged(s, last);
+        s = last;
       }
     }
     first_.back() = static_cast<std::uint32_t>(kept);
     samples_.resize(kept);
+  }
+
+  template <class Iterator>
+  static Sample merged(Iterator begin, Iterator end) {
+    Sample all = *begin;
+    for (auto s = begin + 1; s != end; ++s) {
+      all.normal = all.normal + s->normal;
+      all.axis = all.axis + s->axis;
+    }
+    const float size = length(all.axis);
+    if (size > 0) all.axis = all.axis * (1 / size);
+    all.chord = 0;
+    for (auto s = begin; s != end; ++s) all.chord = std::max(all.chord, length(all.axis - s->axis) + s->chord);
+    return all;
   }
 
   void find_outside() {
@@ -370,7 +390,7 @@ class Builder {
         const int steps = std::min(static_cast<int>(distance / grid_.ball_step), 255);
         words(x, y) =
             steps >= near_steps || outside_[at(px, py, pz)]
-                ? octahedral(gradient(px, py, pz)).code | no_plane << 16 | static_cast<std::uint32_t>(steps) << 24
+                ? octahedral(gradient(px, py, pz)).code | FLIGHT_NO_PLANE << 16 | static_cast<std::uint32_t>(steps) << 24
                 : plane_word(px, py, pz, steps);
       }
   }
@@ -399,7 +419,11 @@ class Builder {
     const float reach = largest_steps * grid_.ball_step + slack;
     const int r = static_cast<int>(std::ceil(reach / h_ + 0.5f));
     const int x0 = std::max(x - r, 0), x1 = std::min(x + r, n_[0] - 1);
-    thread_local std::vector<Point> near;
+    struct Near {
+      Point position;
+      const Sample* sample;
+    };
+    thread_local std::vector<Near> near;
     near.clear();
     Point normal{0, 0, 0};
     for (int k = std::max(z - r, 0); k <= std::min(z + r, n_[2] - 1); ++k)
@@ -412,7 +436,7 @@ class Builder {
           const Point p = samples_[i].position - c;
           const float square = dot(p, p);
           if (square > reach * reach) continue;
-          near.push_back(p);
+          near.push_back({p, &samples_[i]});
           const float weight = 1 / (square + h_ * h_);
           normal = normal + samples_[i].normal * (weight * weight);
         }
@@ -420,18 +444,21 @@ class Builder {
     if (dot(normal, normal) < 1e-30f) normal = {0, 0, 1};
     const Octahedral plane = octahedral(normal);
     const float norm = length(plane.normal);
-    std::array<float, plane_radius_steps.size()> offsets, squares;
+    const Point axis = plane.normal * (1 / norm);
+    std::array<float, plane_radius_steps.size()> offsets, squares, chords{};
     for (std::size_t i = 0; i < offsets.size(); ++i) {
       const float radius = static_cast<float>(plane_radius_steps[i]) * grid_.ball_step;
       offsets[i] = grid_.plane_range;
       squares[i] = (radius + slack) * (radius + slack);
     }
-    for (const Point& p : near) {
-      const float d = dot(plane.normal, p), square = dot(p, p);
-      for (std::size_t i = 0; i < offsets.size(); ++i)
+    for (const auto& [p, sample] : near) {
+      const float d = dot(plane.normal, p), square = dot(p, p), chord = length(axis - sample->axis) + sample->chord;
+      for (std::size_t i = 0; i < offsets.size(); ++i) {
         offsets[i] = square <= squares[i] ? std::min(offsets[i], d) : offsets[i];
+        chords[i] = square <= squares[i] ? std::max(chords[i], chord) : chords[i];
+      }
     }
-    std::uint32_t best = plane.code | no_plane << 16 | static_cast<std::uint32_t>(ball) << 24;
+    std::uint32_t best = plane.code | FLIGHT_NO_PLANE << 16 | static_cast<std::uint32_t>(ball) << 24;
     float most = usefulness(static_cast<float>(ball) * grid_.ball_step, 1e30f);
     for (std::size_t i = 0; i < offsets.size(); ++i) {
       const float code = std::floor((offsets[i] + grid_.plane_range) / (2 * grid_.plane_range) * 254 - 1e-3f);
@@ -439,10 +466,19 @@ class Builder {
       const float value = usefulness(radius, offsets[i] / norm);
       if (code < 0 || value <= most) continue;
       most = value;
-      best =
-          plane.code | static_cast<std::uint32_t>(code) << 16 | static_cast<std::uint32_t>(plane_radius_steps[i]) << 24;
+      best = plane.code | static_cast<std::uint32_t>(code) << 16 | static_cast<std::uint32_t>(i) << 24 |
+             cone_code(chords[i], norm) << 26;
     }
     return best;
+  }
+
+  // The least n . direction of the plane's normal n, of length `norm`, below 0, at which direction turns against all normals
+  // within a chord of n's direction.
+  static std::uint32_t cone_code(float chord, float norm) {
+    chord += 1e-3f;  // roundings
+    if (chord >= std::numbers::sqrt2_v<float>) return FLIGHT_NO_CONE;
+    const float sine = chord * std::sqrt(1 - 0.25f * chord * chord);
+    return static_cast<std::uint32_t>(std::min(std::ceil(norm * sine * FLIGHT_NO_CONE), float{FLIGHT_NO_CONE}));
   }
 
   FlightGrid& grid_;
@@ -451,7 +487,8 @@ class Builder {
   float h_;
   std::array<int, 3> n_{};
   Point low_{}, high_{};
-  bool beyond_ = false;  // some surface lies outside the padded grid
+  bool left_through_ = false;  // the shape being added: what is inside a medium can only leave through it
+  bool beyond_ = false;        // some surface lies outside the padded grid
   float longest_ = 0;
   std::vector<Sample> samples_;
   std::vector<std::uint32_t> first_;  // of each cell's samples
