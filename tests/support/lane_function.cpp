@@ -27,11 +27,13 @@ std::string source_of(const LaneFunction& f) {
   return text + "}\n";
 }
 
-cl::Program build(const Device& device, const std::string& source, int width) {
+cl::Program build(const Device& device, const LaneFunction& function, int width) {
+  std::map<std::string, std::string> definitions = function.definitions;
+  definitions["WIDTH"] = std::to_string(width);
   const TemporaryFolder folder;
-  std::ofstream(folder.path() / "lane_function.cl") << source;
+  std::ofstream(folder.path() / "lane_function.cl") << source_of(function);
   setenv("ITN_KERNEL_DIR", folder.path().c_str(), 1);
-  cl::Program program = device.build("lane_function.cl", {{"WIDTH", std::to_string(width)}});
+  cl::Program program = device.build("lane_function.cl", definitions);
   unsetenv("ITN_KERNEL_DIR");
   return program;
 }
@@ -47,7 +49,7 @@ Columns run_lanes(const LaneFunction& function, int width, const Columns& inputs
     in.insert(in.end(), column.begin(), column.end());
     in.resize((in.size() + largest_width - 1) / largest_width * largest_width, column.back());
   }
-  cl::Kernel kernel(build(device, source_of(function), width), "run");
+  cl::Kernel kernel(build(device, function, width), "run");
   const cl::Buffer in_buffer = device.upload(in, "inputs"), out_buffer = device.upload(out, "outputs");
   kernel.setArg(0, in_buffer);
   kernel.setArg(1, out_buffer);

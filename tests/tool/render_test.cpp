@@ -68,6 +68,19 @@ TEST_CASE("--json - gives the result and nothing else on standard output") {
   CHECK(json["derivatives"].is_object());
 }
 
+TEST_CASE("the file has the same bits whatever the number of threads") {
+  const TemporaryFolder folder;
+  std::string files[2];
+  for (const int threads : {1, 2}) {
+    const std::string name = folder / (std::to_string(threads) + ".exr");
+    const Result result = run_itn(render(name), {.environment = {{"POCL_MAX_PTHREAD_COUNT", std::to_string(threads)}}});
+    INFO(result.error);
+    REQUIRE(result.exit_code == 0);
+    files[threads - 1] = itn::read_file(name);
+  }
+  CHECK(files[0] == files[1]);
+}
+
 TEST_CASE("the JSON's mean is the mean of the file's pixels") {
   const TemporaryFolder folder;
   const Result result = run_itn(render(folder / "a.exr", {"--json", "-"}));
