@@ -52,10 +52,11 @@ TEST_CASE("sums of 10^5 samples are those of double precision, however they are 
         const auto first = samples.begin() + static_cast<std::ptrdiff_t>((p * samples_a_pixel + launch * count) * 3);
         part.insert(part.end(), first, first + static_cast<std::ptrdiff_t>(count * 3));
       }
-      film.add(device().upload(part, "samples"), 0, 0, pixels, static_cast<int>(count));
+      film.add(device().upload(part, "samples"), 0, 0, pixels, static_cast<int>(count), launch == 0);
     }
     Rendering out;
-    film.develop(samples_a_pixel, out);
+    film.develop(samples_a_pixel, pixels, out);
+    film.finish(out);
     CAPTURE(launches);
     check_sums(out, samples);
     if (launches > 1) CHECK((out.mean == previous.mean && out.stderr_ == previous.stderr_));
