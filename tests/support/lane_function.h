@@ -12,6 +12,7 @@ struct LaneFunction {
   std::vector<std::string> inputs;    // names of const REAL variables
   std::vector<std::string> outputs;   // names of REAL variables that body assigns to
   std::string body;
+  std::string functions;  // more OpenCL C, which body calls
 };
 
 // One column an output, row by row what body makes of the rows of the inputs. width: 1, 4, 8 or 16.
