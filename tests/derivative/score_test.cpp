@@ -153,7 +153,8 @@ struct Sky {
 };
 
 struct Outcome {
-  std::size_t compared = 0, off_dual = 0, off_difference = 0, off_width_1 = 0, off_width_16 = 0, not_finite = 0;
+  std::size_t compared = 0, sharp_difference = 0, sharp_device = 0, off_dual = 0, off_difference = 0, off_width_1 = 0,
+              off_width_16 = 0, not_finite = 0;
 };
 
 // direction: how the inputs move for derivative number `which`.
@@ -193,12 +194,14 @@ Outcome compare(const ScoreFunction& function, const Columns& in, std::size_t wh
         if (moves[k] != 0) size = std::min(size, std::abs(row[k] / moves[k]));
       const double step = 1e-4 * std::max(size, 1e-2);
       const double coarse = difference(step), fine = difference(step / 2);
+      outcome.sharp_difference += std::abs(coarse - fine) <= 1e-5 * (std::abs(fine) + 1e-3);
       outcome.off_difference +=
           !(std::abs(derivative - fine) <= std::abs(coarse - fine) + 1e-7 * std::abs(fine) + 1e-8);
     } else {
       outcome.off_dual += !std::isfinite(derivative);
     }
     const double bound = 2 * 0x1p-24 * rounding + 1e-30;
+    outcome.sharp_device += bound <= 1e-4 * (std::abs(derivative) + 1e-3);
     outcome.off_width_1 += !(std::abs(narrow[which][i] - derivative) <= bound);
     outcome.off_width_16 += !(std::abs(wide[which][i] - derivative) <= bound);
     outcome.not_finite += !std::isfinite(narrow[which][i]) || !std::isfinite(wide[which][i]);
@@ -209,12 +212,15 @@ Outcome compare(const ScoreFunction& function, const Columns& in, std::size_t wh
 // Of n rows: rounding bounds are first order and blind to comparisons that tip over; a central difference is wrong
 // where it straddles a branch or the step is not small beside the distance to a singularity.
 void check(const Outcome& outcome, const std::string& what) {
-  INFO(what << ": compared " << outcome.compared << ", off dual " << outcome.off_dual << ", off difference "
-            << outcome.off_difference << ", off at width 1 " << outcome.off_width_1 << ", at width 16 "
-            << outcome.off_width_16 << ", not finite " << outcome.not_finite);
+  INFO(what << ": compared " << outcome.compared << ", of them with a sharp difference " << outcome.sharp_difference
+            << ", device bound below 1e-4 " << outcome.sharp_device << ", off dual " << outcome.off_dual
+            << ", off difference " << outcome.off_difference << ", off at width 1 " << outcome.off_width_1
+            << ", at width 16 " << outcome.off_width_16 << ", not finite " << outcome.not_finite);
   CHECK(outcome.compared > n / 2);
   CHECK(outcome.off_dual == 0);
-  CHECK(outcome.off_difference < n / 200);
+  CHECK(outcome.sharp_difference > outcome.compared * 99 / 100);
+  CHECK(outcome.sharp_device > n * 85 / 100);
+  CHECK(outcome.off_difference < n / 1000);
   CHECK(outcome.off_width_1 < n / 1000);
   CHECK(outcome.off_width_16 < n / 1000);
   CHECK(outcome.not_finite == 0);
@@ -266,4 +272,32 @@ TEST_CASE("derivative of the clear sky: graph, dual numbers, differences and dev
     return moves;
   };
   check(compare<Sky>(function, sky_inputs(), 0, tangents), function.name);
+}
+
+TEST_CASE("scores of the rough dielectric are finite for degenerate directions", "[derivative]") {
+  const int width = GENERATE(1, 4, 8, 16);
+  const std::string name = GENERATE("score_rough_dielectric_ggx", "score_rough_dielectric_beckmann");
+  Columns in(8);
+  for (const float alpha : {1e-4f, 0.1f, 1.f})
+    for (const float eta : {1 / 1.5f, 1.5f, 1.f})
+      for (const float z : {0.f, 1e-7f, -1e-7f, 1e-3f, 0.7453559925f, -0.7453559925f, 1.f, -1.f})
+        for (const float z2 : {0.f, 1e-7f, -1e-7f, 1e-3f, -1e-3f, 0.5f, -0.5f, 1.f, -1.f})
+          for (const float x2 : {1.f, -1.f}) {
+            const std::array<float, 8> row{alpha, eta, std::sqrt(1 - z * z), 0, z, x2 * std::sqrt(1 - z2 * z2), 0, z2};
+            for (std::size_t k = 0; k < 8; ++k) in[k].push_back(row[k]);
+          }
+  const Columns out = run_lanes(printed(score_function(name)), width, in);
+  for (const auto& column : out)
+    CHECK(std::all_of(column.begin(), column.end(), [](float x) { return std::isfinite(x); }));
+}
+
+TEST_CASE("only what is asked for is computed; unknown names are errors that list the known ones", "[derivative]") {
+  const std::string all = print_scores({{"score_rough_dielectric_ggx", {"alpha", "eta"}}});
+  const std::string alpha = print_scores({{"score_rough_dielectric_ggx", {"alpha"}}}), none = print_scores({});
+  CHECK(alpha.size() < all.size() / 2);
+  CHECK(none.size() < alpha.size() / 2);
+  for (const ScoreFunction& function : score_functions()) CHECK(none.find("void " + function.name + "(") < none.size());
+  CHECK_THROWS_WITH(print_scores({{"score_vmf", {"kappa"}}}), "no score function score_vmf");
+  CHECK_THROWS_WITH(print_scores({{"score_henyey_greenstein", {"cosine"}}}),
+                    "score_henyey_greenstein has no parameter cosine; it has g");
 }
