@@ -36,6 +36,7 @@ class Recorder {
   std::vector<Recorded> reals(const std::string& name, int count) {
     function_.arguments.push_back("const REAL* " + name);
     std::vector<Recorded> result;
+    result.reserve(static_cast<std::size_t>(count));
     for (int i = 0; i < count; ++i) result.push_back(input(fmt::format("{}[{}]", name, i)));
     return result;
   }

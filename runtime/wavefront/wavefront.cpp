@@ -9,6 +9,7 @@ namespace {
 
 constexpr int fused_slots = 512;       // paths a pool: 256 to 1024 are equally fast, more leave idle tails
 constexpr int staged_slots = 1 << 20;  // paths in flight on a GPU
+constexpr std::size_t least_slots = 1 << 10, least_samples = 1 << 12;  // below, a launch is not worth its overhead
 constexpr int staged_slots_a_cpu_unit = 1 << 12;
 // Work-items a group of the staged kernels. Always given: PoCL compiles a kernel anew for every size it chooses itself.
 constexpr std::size_t gpu_local = 64, cpu_local = 1;
@@ -61,13 +62,26 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
             device.upload(data.textures, "textures"),
             device.upload(data.texels, "texels")};
 
-  const std::size_t budget = std::min<std::uint64_t>({std::uint64_t{256} << 20, device.info().max_allocation / 4});
-  sample_capacity_ = std::max<std::size_t>(budget / sizeof(float) / static_cast<std::size_t>(channels_), 1 << 12);
-  samples_ = device.allocate(sample_capacity_ * static_cast<std::size_t>(channels_) * sizeof(float), "samples");
-  const std::size_t fields = field_count(definitions);
-  const std::size_t pool = (fields + queues * (fused_ ? 1u : 2u)) * static_cast<std::size_t>(slots_ + width_);
-  storage_ = device.allocate(static_cast<std::size_t>(workers_) * pool * sizeof(float), "path state");
+  // Short of memory, fewer paths are in flight and launches are smaller: the image is the same.
+  const std::size_t a_slot = (field_count(definitions) + queues * (fused_ ? 1u : 2u)) * sizeof(float);
+  if (fused_) {
+    const std::size_t a_pool = a_slot * static_cast<std::size_t>(slots_ + width_);
+    const Device::Elements pools = device.allocate_most(static_cast<std::size_t>(workers_), 1, a_pool, "path state");
+    workers_ = static_cast<int>(pools.count);
+    storage_ = pools.buffer;
+  } else {
+    const std::size_t dump = static_cast<std::size_t>(width_);
+    const Device::Elements slots =
+        device.allocate_most(static_cast<std::size_t>(slots_) + dump, least_slots + dump, a_slot, "path state");
+    slots_ = static_cast<int>(slots.count - dump);
+    storage_ = slots.buffer;
+  }
   counter_ = device.allocate(2 * queues * sizeof(int), "queue lengths");
+  const std::size_t a_sample = static_cast<std::size_t>(channels_) * sizeof(float);
+  const std::uint64_t budget = std::min(std::uint64_t{256} << 20, device.info().max_allocation / 4);
+  const Device::Elements samples = device.allocate_most(budget / a_sample, least_samples, a_sample, "samples");
+  sample_capacity_ = samples.count;
+  samples_ = samples.buffer;
 }
 
 void Wavefront::set_scene_arguments(cl::Kernel& kernel) const {

@@ -162,8 +162,8 @@ TEST_CASE("every operation prints as OpenCL C that computes it, at every width",
   const int node = f.node_in(r.graph);
   const std::string text = print_function(r.graph, "printed", {"REAL x", "REAL y"},
                                           {{"value", node}, {"nothing", -1}, {"copy", r.x.node_in(r.graph)}});
-  const test::LaneFunction call{
-      {}, {"a", "b"}, {"value", "nothing", "copy"}, "printed(a, b, &value, &nothing, &copy);", text};
+  test::LaneFunction call{{}, {"a", "b"}, {"value", "nothing", "copy"}, "printed(a, b, &value, &nothing, &copy);"};
+  call.functions = text;
   const auto a = test::uniform_numbers(1000, 1, -2, 2), b = test::uniform_numbers(1000, 2, 0, 2);
   const test::Columns out = test::run_lanes(call, width, {a, b});
   double worst = 0;

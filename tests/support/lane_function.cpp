@@ -36,8 +36,10 @@ Columns run_lanes(const LaneFunction& function, int width, const Columns& inputs
     in.insert(in.end(), column.begin(), column.end());
     in.resize((in.size() + largest_width - 1) / largest_width * largest_width, column.back());
   }
+  std::map<std::string, std::string> definitions = function.definitions;
+  definitions["WIDTH"] = std::to_string(width);
   const cl::Program program =
-      device.build("lane_function.cl", {{"WIDTH", std::to_string(width)}}, {{"lane_function.cl", source_of(function)}});
+      device.build("lane_function.cl", definitions, {{"lane_function.cl", source_of(function)}});
   cl::Kernel kernel(program, "run");
   const cl::Buffer in_buffer = device.upload(in, "inputs"), out_buffer = device.upload(out, "outputs");
   kernel.setArg(0, in_buffer);

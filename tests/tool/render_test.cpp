@@ -68,6 +68,33 @@ TEST_CASE("--json - gives the result and nothing else on standard output") {
   CHECK(json["derivatives"].is_object());
 }
 
+TEST_CASE("the file has the same bits whatever the number of threads") {
+  const TemporaryFolder folder;
+  std::string files[2];
+  for (const int threads : {1, 2}) {
+    const std::string name = folder / (std::to_string(threads) + ".exr");
+    const Result result = run_itn(render(name), {.environment = {{"POCL_MAX_PTHREAD_COUNT", std::to_string(threads)}}});
+    INFO(result.error);
+    REQUIRE(result.exit_code == 0);
+    files[threads - 1] = itn::read_file(name);
+  }
+  CHECK(files[0] == files[1]);
+}
+
+TEST_CASE("too little device memory: fewer paths at a time and the same bits, or exit 4 with what is missing") {
+  const TemporaryFolder folder;
+  REQUIRE(run_itn(render(folder / "roomy.exr")).exit_code == 0);
+  const Result tight = run_itn(render(folder / "tight.exr"), {.environment = {{"ITN_MEMORY_LIMIT", "10"}}});
+  INFO(tight.error);
+  REQUIRE(tight.exit_code == 0);
+  CHECK(itn::read_file(folder / "roomy.exr") == itn::read_file(folder / "tight.exr"));
+  const Result failed = run_itn(render(folder / "none.exr"), {.environment = {{"ITN_MEMORY_LIMIT", "1"}}});
+  CHECK(failed.exit_code == 4);
+  CHECK_THAT(failed.error, Catch::Contains("no room for") && Catch::Contains("of 1024 KiB are free"));
+  CHECK(!std::filesystem::exists(folder / "none.exr"));
+  CHECK(run_itn(render(folder / "none.exr"), {.environment = {{"ITN_MEMORY_LIMIT", "lots"}}}).exit_code == 2);
+}
+
 TEST_CASE("the JSON's mean is the mean of the file's pixels") {
   const TemporaryFolder folder;
   const Result result = run_itn(render(folder / "a.exr", {"--json", "-"}));
