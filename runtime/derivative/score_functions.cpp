@@ -103,6 +103,16 @@ ScoreFunction rough_dielectric_score(int distribution, const std::string& name) 
   return r.scores(rough_dielectric_eval(distribution, alpha, far_over_near(eta, wi.z), wi, wo), {"alpha", "eta"});
 }
 
+ScoreFunction rough_dielectric_decision_score(int distribution, const std::string& name) {
+  Recorder r("score_rough_dielectric_decision_" + name,
+             "rough_dielectric_decision(" + name + ", alpha, far_over_near(eta, wi.z), wi, m, reflected)");
+  const Recorded alpha = r.real("alpha"), eta = r.real("eta");
+  const Vector3<Recorded> wi = r.real3("wi"), m = r.real3("m");
+  const Recorded reflected = r.real("reflected");
+  return r.scores(rough_dielectric_decision(distribution, alpha, far_over_near(eta, wi.z), wi, m, reflected),
+                  {"alpha", "eta"});
+}
+
 ScoreFunction sky_derivative() {
   Recorder r("derivative_sky_hosek_wilkie", "sky_hosek_wilkie(k, cos_theta, gamma, one_minus_cos), k moving along d_k");
   constexpr int coefficients = 10;
@@ -120,6 +130,8 @@ const std::vector<ScoreFunction>& score_functions() {
                                               diffuse_score(),
                                               rough_dielectric_score(MICROFACET_BECKMANN, "beckmann"),
                                               rough_dielectric_score(MICROFACET_GGX, "ggx"),
+                                              rough_dielectric_decision_score(MICROFACET_BECKMANN, "beckmann"),
+                                              rough_dielectric_decision_score(MICROFACET_GGX, "ggx"),
                                               sky_derivative()};
   return all;
 }

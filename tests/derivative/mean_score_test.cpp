@@ -196,3 +196,69 @@ TEST_CASE("mean score of a rough dielectric is the derivative of its albedo, by 
   INFO("distribution " << distribution << ", cosine " << cosine << ", reflection " << reflection);
   CHECK(mean == Approx(albedo_slope(surface, reflection, &RoughDielectric::eta)).epsilon(1e-3).margin(1e-4));
 }
+
+// What rough_dielectric_sample decides, samples that come out on the wrong side included: what a baseline needs.
+TEST_CASE("mean score of a rough dielectric's decisions is zero over normals and lobes", "[derivative]") {
+  const int distribution = GENERATE(MICROFACET_BECKMANN, MICROFACET_GGX);
+  const double cosine = GENERATE(0.9, 0.2, -0.6), alpha = GENERATE(0.2, 0.5), index = 1.4;
+  const Unit wi = direction_of_cosine(cosine);
+  const double eta = far_over_near(index, cosine), side = cosine < 0 ? -1 : 1;
+  const ScoreFunction& function =
+      score_function(distribution == MICROFACET_GGX ? "score_rough_dielectric_decision_ggx"
+                                                    : "score_rough_dielectric_decision_beckmann");
+  constexpr int rows = 240, columns = 120;
+  double norm = 0, by_alpha = 0, by_eta = 0, size = 0;
+  for (int i = 0; i < rows; ++i)
+    for (int j = 0; j < columns; ++j) {
+      const double t = (i + 0.5) / rows, theta = pi / 2 * t * t, phi = (j + 0.5) * pi / columns;
+      const Unit up = at_angles(theta, phi), m{up.x, up.y, side * up.z};
+      if (dot3(wi, m) <= 0) continue;
+      for (const double reflected : {0.0, 1.0}) {
+        const double weight = rough_dielectric_decision(distribution, alpha, eta, wi, m, reflected) * std::sin(theta) *
+                              2 * (pi * t / rows) * (pi / columns);
+        const std::array<double, 9> row{alpha, index, wi.x, wi.y, wi.z, m.x, m.y, m.z, reflected};
+        const Evaluation scores(function, row);
+        norm += weight;
+        by_alpha += weight * scores[function.derivatives[0]];
+        by_eta += weight * scores[function.derivatives[1]];
+        size += weight * std::abs(scores[function.derivatives[0]]);
+      }
+    }
+  INFO("distribution " << distribution << ", cosine " << cosine << ", alpha " << alpha);
+  CHECK(norm == Approx(1).epsilon(1e-4));
+  CHECK(size > 0.5);
+  CHECK(std::abs(by_alpha) < 1e-3 * size);
+  CHECK(std::abs(by_eta) < 1e-12);
+}
+
+TEST_CASE("mean score of a rough dielectric's sampled decisions is zero on the device (z-test)", "[derivative][stat]") {
+  const int width = GENERATE(1, 16);
+  const std::string name = GENERATE("beckmann", "ggx");
+  const float cosine = GENERATE(0.9f, 0.2f, -0.6f), alpha = GENERATE(0.1f, 0.5f);
+  LaneFunction call;
+  call.includes = {"model/rough_dielectric.h"};
+  call.functions = print_scores({{"score_rough_dielectric_decision_" + name, {"alpha", "eta"}}});
+  call.inputs = {"u0", "u1", "u2", "alpha", "cosine"};
+  call.outputs = {"d_alpha", "d_eta", "lost"};
+  call.body = "const int kind = MICROFACET_" + std::string(name == "ggx" ? "GGX" : "BECKMANN") + R"(;
+  const REAL inside = (REAL)(1.4f), eta = far_over_near(inside, cosine);
+  const REAL3 wi = make3(SQRT(1.0f - cosine * cosine), (REAL)(0.0f), cosine);
+  REAL3 wo;
+  REAL weight, pdf;
+  MASK mirror;
+  rough_dielectric_sample(kind, alpha, eta, wi, u0, u1, u2, &wo, &weight, &pdf, &mirror);
+  const REAL reflected = SELECT(mirror, 1.0f, 0.0f);
+  const REAL3 m = rough_dielectric_normal(eta, wi, wo, reflected);
+  score_rough_dielectric_decision_)" +
+              name + R"((alpha, inside, wi, m, reflected, &d_alpha, &d_eta);
+  lost = SELECT(weight > 0.0f, 0.0f, 1.0f);)";
+  constexpr std::size_t n = 1 << 17;
+  const Columns out = run_lanes(call, width,
+                                {uniform_numbers(n, 41), uniform_numbers(n, 42), uniform_numbers(n, 43),
+                                 std::vector<float>(n, alpha), std::vector<float>(n, cosine)});
+  INFO(name << ", cosine " << cosine << ", alpha " << alpha);
+  constexpr std::size_t scores = 2 * 2 * 3 * 2 * 2;
+  CHECK(std::abs(z_of_mean(out[0])) < largest_z_bound(scores, significance));
+  CHECK(std::abs(z_of_mean(out[1])) < largest_z_bound(scores, significance));
+  if (alpha == 0.5f && cosine == 0.2f) CHECK(std::count(out[2].begin(), out[2].end(), 1.f) > 1000);
+}

@@ -84,6 +84,22 @@ Columns rough_dielectric_inputs(int distribution) {
   return in;
 }
 
+// m and the lobe: what the sampler decided; one in ten wi and m at random.
+Columns rough_dielectric_decision_inputs(int distribution) {
+  Columns in = rough_dielectric_inputs(distribution);
+  in.emplace_back(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vector3<double> wi{in[2][i], in[3][i], in[4][i]}, wo{in[5][i], in[6][i], in[7][i]};
+    const bool reflected = wi.z * wo.z > 0;
+    const auto m = rough_dielectric_normal<double>(far_over_near<double>(in[1][i], wi.z), wi, wo, reflected);
+    in[5][i] = static_cast<float>(m.x);
+    in[6][i] = static_cast<float>(m.y);
+    in[7][i] = static_cast<float>(m.z);
+    in[8][i] = reflected;
+  }
+  return in;
+}
+
 // Coefficients and tangents of real skies, with random tangents beside.
 Columns sky_inputs() {
   Columns in(23, std::vector<float>(n));
@@ -143,6 +159,14 @@ struct RoughDielectric {
   static Real f(const Real* x) {
     const Vector3<Real> wi{x[2], x[3], x[4]}, wo{x[5], x[6], x[7]};
     return rough_dielectric_eval(distribution, x[0], far_over_near(x[1], wi.z), wi, wo);
+  }
+};
+template <int distribution>
+struct RoughDielectricDecision {
+  template <class Real>
+  static Real f(const Real* x) {
+    const Vector3<Real> wi{x[2], x[3], x[4]}, m{x[5], x[6], x[7]};
+    return rough_dielectric_decision(distribution, x[0], far_over_near(x[1], wi.z), wi, m, x[8]);
   }
 };
 struct Sky {
@@ -262,6 +286,14 @@ TEST_CASE("scores of the rough dielectric: graph, dual numbers, differences and 
   check_scores<RoughDielectric<MICROFACET_GGX>>("score_rough_dielectric_ggx", rough_dielectric_inputs(MICROFACET_GGX));
   check_scores<RoughDielectric<MICROFACET_BECKMANN>>("score_rough_dielectric_beckmann",
                                                      rough_dielectric_inputs(MICROFACET_BECKMANN));
+}
+
+TEST_CASE("scores of the rough dielectric's decisions: graph, dual numbers, differences and device agree",
+          "[derivative]") {
+  check_scores<RoughDielectricDecision<MICROFACET_GGX>>("score_rough_dielectric_decision_ggx",
+                                                        rough_dielectric_decision_inputs(MICROFACET_GGX));
+  check_scores<RoughDielectricDecision<MICROFACET_BECKMANN>>("score_rough_dielectric_decision_beckmann",
+                                                             rough_dielectric_decision_inputs(MICROFACET_BECKMANN));
 }
 
 TEST_CASE("derivative of the clear sky: graph, dual numbers, differences and device agree", "[derivative]") {
