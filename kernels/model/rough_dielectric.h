@@ -74,4 +74,19 @@ MODEL_VOID rough_dielectric_sample(int distribution, REAL alpha, REAL eta, REAL3
   *reflected = mirror;
 }
 
+/* The microfacet normal m that rough_dielectric_sample drew when it gave wo, lost samples included; m.wi >= 0. */
+MODEL3 rough_dielectric_normal(REAL eta, REAL3 wi, REAL3 wo, REAL reflected) {
+  REAL3 sum = add3(wi, scale3(wo, SELECT(reflected > NUMBER(0.5), NUMBER(1), eta)));
+  REAL scale = NUMBER(1) / SQRT(MAX(dot3(sum, sum), NUMBER(1e-20)));
+  return scale3(sum, SELECT(dot3(wi, sum) < NUMBER(0), -scale, scale));
+}
+
+/* Density of what rough_dielectric_sample decides: the normal m [1/sr], and reflection (reflected 1) or transmission (0).
+ * Its integral over m and sum over both is 1: no sample is lost here. */
+MODEL rough_dielectric_decision(int distribution, REAL alpha, REAL eta, REAL3 wi, REAL3 m, REAL reflected) {
+  REAL f = fresnel_dielectric(MIN(ABS(dot3(wi, m)), NUMBER(1)), eta);
+  return microfacet_visible_density(distribution, wi, m, alpha) *
+         SELECT(reflected > NUMBER(0.5), f, NUMBER(1) - f);
+}
+
 #endif

@@ -4,7 +4,6 @@
 #include <cctype>
 #include <cstdlib>
 
-#include "runtime/device/kernel_source.h"
 #include "runtime/error.h"
 
 namespace itn {
@@ -238,11 +237,12 @@ int Device::default_width() const {
   return 4;
 }
 
-cl::Program Device::build(const std::string& entry, const std::map<std::string, std::string>& definitions) const {
+cl::Program Device::build(const std::string& entry, const std::map<std::string, std::string>& definitions,
+                          const KernelFiles& generated) const {
   std::string options = "-cl-std=CL1.2 -cl-single-precision-constant";
   for (const auto& [name, value] : definitions) options += " -D " + name + "=" + value;
   try {
-    cl::Program program(context_, kernel_source(entry));
+    cl::Program program(context_, kernel_source(entry, generated));
     program.build({device_}, options.c_str());
     return program;
   } catch (const cl::BuildError& error) {

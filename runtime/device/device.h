@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "runtime/device/kernel_source.h"
+
 namespace itn {
 
 struct DeviceInfo {
@@ -43,9 +45,10 @@ class Device {
   // Paths a work-item: 16, 8 or 4 on CPUs that vectorise explicit vectors only, 1 elsewhere.
   int default_width() const;
 
-  // Builds kernels/<entry> (with its includes, see kernel_source.h) with "-D name=value" for each definition.
-  // The build log is part of the error.
-  cl::Program build(const std::string& entry, const std::map<std::string, std::string>& definitions) const;
+  // Builds kernels/<entry> (with its includes and the generated files, see kernel_source.h) with "-D name=value" for
+  // each definition. The build log is part of the error.
+  cl::Program build(const std::string& entry, const std::map<std::string, std::string>& definitions,
+                    const KernelFiles& generated = {}) const;
 
   // Bytes that this object has not allocated yet; others may use the device too.
   std::uint64_t free_memory() const;

@@ -14,6 +14,7 @@ struct LaneFunction {
   std::vector<std::string> outputs;   // names of REAL variables that body assigns to
   std::string body;
   std::map<std::string, std::string> definitions{};  // beside WIDTH
+  std::string functions{};                           // more OpenCL C, which body calls
 };
 
 // One column an output, row by row what body makes of the rows of the inputs. width: 1, 4, 8 or 16.
