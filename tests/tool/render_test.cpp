@@ -233,5 +233,6 @@ TEST_CASE("a scene without light renders black and warns") {
   const Result result = run_itn({"render", folder / "dark.xml", "-o", folder / "a.exr", "--json", "-"});
   REQUIRE(result.exit_code == 0);
   CHECK_THAT(result.error, Catch::Contains("warning") && Catch::Contains("emitter"));
-  for (const auto& mean : nlohmann::json::parse(result.output)["mean"]) CHECK(mean == 0);
+  const auto json = nlohmann::json::parse(result.output);
+  for (const auto& mean : json["mean"]) CHECK(mean == 0);
 }
