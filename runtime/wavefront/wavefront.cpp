@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "kernels/shared/path_state.h"
 #include "runtime/error.h"
 
 namespace itn {
@@ -13,14 +14,13 @@ constexpr std::size_t least_slots = 1 << 10, least_samples = 1 << 12;  // below,
 constexpr int staged_slots_a_cpu_unit = 1 << 12;
 // Work-items a group of the staged kernels. Always given: PoCL compiles a kernel anew for every size it chooses itself.
 constexpr std::size_t gpu_local = 64, cpu_local = 1;
-constexpr int medium_events = 64;           // a state load at most
-constexpr int queues = 10, free_queue = 0;  // QUEUES of path_state.h, which needs a program's definitions
+constexpr int medium_events = 64;  // a state load at most
+constexpr int queues = QUEUES, free_queue = QUEUE_FREE;
 
 std::size_t field_count(const std::map<std::string, std::string>& d) {
   const auto number = [&](const char* name) { return static_cast<std::size_t>(std::stoi(d.at(name))); };
-  // FIELDS of path_state.h; checked against the device's own count when the program is built
-  return 6 + number("THROUGHPUT_CHANNELS") + number("RADIANCE_CHANNELS") + 13 + 4 * number("SPECTRAL") +
-         3 * number("MEDIUM_LIGHT_SAMPLING");
+  return PATH_FIELDS(number("THROUGHPUT_CHANNELS"), number("RADIANCE_CHANNELS"), number("SPECTRAL"),
+                     number("MEDIUM_LIGHT_SAMPLING"));
 }
 
 }  // namespace

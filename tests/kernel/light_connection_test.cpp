@@ -31,6 +31,7 @@ const LaneFunction connection{
      {"LIGHT_SAMPLING", "1"},
      {"HAS_SUN", "1"},
      {"HAS_MEDIUM", "1"},
+     {"SPECTRAL", "0"},
      {"THROUGHPUT_CHANNELS", "1"},
      {"RADIANCE_CHANNELS", "1"},
      {"BOX_WIDTH", "4"}}};

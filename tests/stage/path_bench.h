@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/shared/path_state.h"
 #include "runtime/wavefront/launch_data.h"
 #include "runtime/wavefront/wavefront.h"
 
@@ -12,7 +13,9 @@ namespace itn::test {
 
 // As in kernels/shared/path_state.h.
 enum class Queue { free, ray, null, diffuse, dielectric, rough_beckmann, rough_ggx, medium, connect, escape };
-constexpr int queue_count = 10;
+constexpr int queue_count = QUEUES;
+static_assert(static_cast<int>(Queue::free) == QUEUE_FREE && static_cast<int>(Queue::rough_ggx) == QUEUE_ROUGH_GGX &&
+              static_cast<int>(Queue::escape) == QUEUE_ESCAPE && static_cast<int>(Queue::escape) + 1 == queue_count);
 
 // One path between two stages: the members of path_state.h.
 struct Path {
