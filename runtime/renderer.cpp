@@ -95,6 +95,7 @@ Rendering render(const Device& device, const Scene& scene, const RenderOptions& 
   }
   out.render_s = seconds_since(render_start);
   out.paths = static_cast<std::uint64_t>(total);
+  out.misplaced = wavefront.misplaced();
   film.finish(out);
   if (out.channels == 1 && !sensor.luminance) spread_channels(out);
   return out;

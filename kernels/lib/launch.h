@@ -25,6 +25,7 @@ typedef struct {
   __global const TextureRecord* textures;
   __global const float* texels;
   __global float* samples; /* radiance of each sample, RADIANCE_CHANNELS floats */
+  __global uint* misplaced; /* one count: arrivals at surfaces from the side where the path cannot be (stage/surface.h) */
 } Launch;
 
 #define FIELD_OF(record, member) \

@@ -77,6 +77,7 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
     storage_ = slots.buffer;
   }
   counter_ = device.allocate(2 * queues * sizeof(int), "queue lengths");
+  misplaced_ = device.upload(std::vector<cl_uint>{0}, "misplaced arrivals");
   const std::size_t a_sample = static_cast<std::size_t>(channels_) * sizeof(float);
   const std::uint64_t budget = std::min(std::uint64_t{256} << 20, device.info().max_allocation / 4);
   const Device::Elements samples = device.allocate_most(budget / a_sample, least_samples, a_sample, "samples");
@@ -90,7 +91,14 @@ void Wavefront::set_scene_arguments(cl::Kernel& kernel) const {
     if (k == 5) kernel.setArg(at++, jobs_buffer_);
     kernel.setArg(at++, scene_[k]);
   }
-  kernel.setArg(at, samples_);
+  kernel.setArg(at++, samples_);
+  kernel.setArg(at, misplaced_);
+}
+
+std::uint64_t Wavefront::misplaced() const {
+  std::vector<cl_uint> count(1);
+  device_.download(misplaced_, count);
+  return count[0];
 }
 
 void Wavefront::trace(const std::vector<JobSlice>& slices) {
@@ -130,7 +138,7 @@ void Wavefront::trace_fused(const std::vector<ChunkRecord>& chunks) {
   counter_ = device_.upload(std::vector<int>{0}, "chunk counter");
   cl::Kernel kernel(program_, "trace_paths");
   set_scene_arguments(kernel);
-  cl_uint at = static_cast<cl_uint>(scene_.size()) + 2;
+  cl_uint at = static_cast<cl_uint>(scene_.size()) + 3;
   kernel.setArg(at++, chunk_buffer);
   kernel.setArg(at++, static_cast<cl_int>(chunks.size()));
   kernel.setArg(at++, counter_);
@@ -155,7 +163,7 @@ void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) 
 
   set_scene_arguments(generate);
   set_scene_arguments(stage);
-  const cl_uint scene_end = static_cast<cl_uint>(scene_.size()) + 2;
+  const cl_uint scene_end = static_cast<cl_uint>(scene_.size()) + 3;
   std::vector<int> lengths(2 * queues);
   int next = 0;
   for (int half = 0;; half = 1 - half) {

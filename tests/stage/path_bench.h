@@ -33,7 +33,7 @@ class PathBench {
  public:
   struct Options {
     Operator op = Operator::full;
-    int width = 1;
+    int width = 1;               // unless the environment variable ITN_TEST_WIDTH says another (tools/oclgrind)
     int medium_events = 1;       // a launch of stage medium
     bool light_sampling = true;  // false: light is met by chance alone
     std::uint64_t seed = 1;
@@ -53,6 +53,8 @@ class PathBench {
   bool has(const char* feature) const { return definitions_.at(feature) != "0"; }
   const LaunchData& data() const { return data_; }
   const JobRecord& job() const { return job_; }
+  // Arrivals at surfaces from the wrong side, of all runs.
+  std::uint64_t misplaced() const;
   // Numbered as in PrimitiveRecord: where paths that leave the primitive start.
   double offset(int primitive) const {
     return static_cast<double>(data_.geometry.primitives[static_cast<std::size_t>(primitive)].offset);
@@ -74,6 +76,7 @@ class PathBench {
   std::map<std::string, std::string> definitions_;
   std::size_t throughput_channels_, radiance_channels_, fields_;
   cl::Program program_;
+  cl::Buffer misplaced_;
   std::vector<cl::Buffer> scene_;
 };
 
