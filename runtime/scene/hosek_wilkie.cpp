@@ -169,22 +169,28 @@ ClearSky clear_sky(const SunSky& parameters) {
 std::array<ClearSky, SKY_PARAMETERS> clear_sky_derivatives(const SunSky& parameters) {
   using Moving = Dual<SKY_PARAMETERS>;
   const auto& albedo = parameters.albedo;
-  const auto made = coefficients<Moving>(
-      parameters, {Moving::variable(parameters.turbidity, SKY_TURBIDITY),
-                   {Moving::variable(albedo[0], SKY_ALBEDO), Moving::variable(albedo[1], SKY_ALBEDO + 1),
-                    Moving::variable(albedo[2], SKY_ALBEDO + 2)},
-                   Moving::variable(parameters.sun_scale, SKY_SUN_SCALE),
-                   Moving::variable(parameters.sky_scale, SKY_SKY_SCALE)});
+  const auto at = [&](double turbidity) {
+    return coefficients<Moving>(parameters,
+                                {Moving::variable(turbidity, SKY_TURBIDITY),
+                                 {Moving::variable(albedo[0], SKY_ALBEDO), Moving::variable(albedo[1], SKY_ALBEDO + 1),
+                                  Moving::variable(albedo[2], SKY_ALBEDO + 2)},
+                                 Moving::variable(parameters.sun_scale, SKY_SUN_SCALE),
+                                 Moving::variable(parameters.sky_scale, SKY_SKY_SCALE)});
+  };
+  // The steps of the tables on both sides of the turbidity: the same one, unless it is a whole number.
+  const auto above = at(parameters.turbidity), below = at(std::nextafter(parameters.turbidity, 1.0));
   std::array<ClearSky, SKY_PARAMETERS> result;
   for (std::size_t p = 0; p < SKY_PARAMETERS; ++p) {
+    const auto mean = [p](const Moving& a, const Moving& b) { return (a.derivative[p] + b.derivative[p]) / 2; };
     ClearSky& d = result[p];
     d.sun = unit(parameters.sun_direction);
     d.sun_half_angle = half_angle(parameters);
     for (std::size_t c = 0; c < 3; ++c) {
-      for (std::size_t i = 0; i < SKY_COEFFICIENTS; ++i) d.sky[c][i] = made.sky[c][i].derivative[p];
-      d.sun_radiance[c] = made.sun_radiance[c].derivative[p];
+      for (std::size_t i = 0; i < SKY_COEFFICIENTS; ++i) d.sky[c][i] = mean(above.sky[c][i], below.sky[c][i]);
+      d.sun_radiance[c] = mean(above.sun_radiance[c], below.sun_radiance[c]);
     }
-    for (const auto& [value, slope] : made.limb) d.limb.push_back({value.derivative[p], slope.derivative[p]});
+    for (std::size_t i = 0; i < above.limb.size(); ++i)
+      d.limb.push_back({mean(above.limb[i][0], below.limb[i][0]), mean(above.limb[i][1], below.limb[i][1])});
   }
   return result;
 }

@@ -33,9 +33,9 @@ enum SkyParameter : std::size_t {
 };
 
 // By SkyParameter: the derivatives of sky, sun_radiance and limb; sun and sun_half_angle are as in clear_sky. The
-// tables are piecewise linear in turbidity, so at whole numbers this is the derivative towards larger turbidity (at 10:
-// towards smaller). sun_radiance() of such a record is the derivative of the sun's radiance, in which it is linear; the
-// sky's needs derivative_sky_hosek_wilkie (runtime/derivative/score_functions.h).
+// tables are piecewise linear in turbidity: at whole numbers from 2 to 9 this is the mean of the derivatives on both
+// sides, the limit of central differences. sun_radiance() of such a record is the derivative of the sun's radiance, in
+// which it is linear; the sky's needs derivative_sky_hosek_wilkie (runtime/derivative/score_functions.h).
 std::array<ClearSky, SKY_PARAMETERS> clear_sky_derivatives(const SunSky& parameters);
 
 // In a local direction. Both are 0 below the horizon.
