@@ -60,6 +60,18 @@ inline void spectral_weights(const REAL ratio[3], REAL weight[3]) {
 }
 #endif
 
+/* `scale` times these weights, of paths between two stages. */
+inline void channel_weights(const Pool* pool, INT slots, REAL scale, REAL weight[3]) {
+#if SPECTRAL
+  REAL ratio[3];
+  for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
+  spectral_weights(ratio, weight);
+  for (int c = 0; c < 3; ++c) weight[c] *= scale;
+#else
+  weight[0] = weight[1] = weight[2] = scale;
+#endif
+}
+
 inline INT plain_depth(INT depth) {
 #if OPERATOR_SINGLE
   return depth & (SCATTERED_ONCE - 1);

@@ -39,12 +39,8 @@ inline void diffuse_stage(const Launch* launch, __global const JobRecord* job, P
 
   REAL throughput[THROUGHPUT_CHANNELS];
   for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] = LOAD(pool, THROUGHPUT + c, slots) * reflectance[c];
-  REAL weight[3] = {(REAL)(1.0f), (REAL)(1.0f), (REAL)(1.0f)};
-#if SPECTRAL
-  REAL ratio[3];
-  for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
-  spectral_weights(ratio, weight);
-#endif
+  REAL weight[3];
+  channel_weights(pool, slots, (REAL)(1.0f), weight);
   INT depth = LOAD_INT(pool, DEPTH, slots) + 1;
   REAL largest = (REAL)(0.0f);
   for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) largest = MAX(largest, throughput[c] * weight[c]);
