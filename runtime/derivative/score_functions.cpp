@@ -41,14 +41,15 @@ class Recorder {
     return result;
   }
 
-  // d log f / d parameter, for inputs of those names
-  ScoreFunction scores(const Recorded& f, const std::vector<std::string>& parameters) {
+  // d log f / d parameter + d edge / d parameter, for inputs of those names
+  ScoreFunction scores(const Recorded& f, const std::vector<std::string>& parameters, const Recorded& edge = 0) {
     Graph& graph = function_.graph;
     function_.value = f.node_in(graph);
     function_.parameters = parameters;
     for (const std::string& parameter : parameters) {
       Differentiator along(graph, {{graph.input(parameter), graph.number(1)}});
-      function_.derivatives.push_back(along.log_derivative(function_.value));
+      function_.derivatives.push_back(
+          graph.make(Op::add, along.log_derivative(function_.value), along.derivative(edge.node_in(graph))));
     }
     return std::move(function_);
   }
@@ -100,7 +101,9 @@ ScoreFunction rough_dielectric_score(int distribution, const std::string& name) 
              "rough_dielectric_eval(" + name + ", alpha, far_over_near(eta, wi.z), wi, wo)");
   const Recorded alpha = r.real("alpha"), eta = r.real("eta");
   const Vector3<Recorded> wi = r.real3("wi"), wo = r.real3("wo");
-  return r.scores(rough_dielectric_eval(distribution, alpha, far_over_near(eta, wi.z), wi, wo), {"alpha", "eta"});
+  const Recorded far = far_over_near(eta, wi.z);
+  const Recorded edge = distribution == MICROFACET_GGX ? rough_dielectric_edge(far, wi, wo) : Recorded(0);
+  return r.scores(rough_dielectric_eval(distribution, alpha, far, wi, wo), {"alpha", "eta"}, edge);
 }
 
 ScoreFunction rough_dielectric_decision_score(int distribution, const std::string& name) {

@@ -128,26 +128,32 @@ Columns sky_inputs() {
   return in;
 }
 
-// f over any scalar, from a row of its scalar inputs in the order of the arguments.
-struct HenyeyGreenstein {
+// f over any scalar, from a row of its scalar inputs in the order of the arguments; edge: what is added to log f.
+struct NoEdge {
+  template <class Real>
+  static Real edge(const Real*) {
+    return 0;
+  }
+};
+struct HenyeyGreenstein : NoEdge {
   template <class Real>
   static Real f(const Real* x) {
     return henyey_greenstein(x[0], x[1]);
   }
 };
-struct Scattering {
+struct Scattering : NoEdge {
   template <class Real>
   static Real f(const Real* x) {
     return medium_free_flight(x[0], x[2]) * x[1];
   }
 };
-struct Passage {
+struct Passage : NoEdge {
   template <class Real>
   static Real f(const Real* x) {
     return medium_transmittance(x[0], x[1]);
   }
 };
-struct Diffuse {
+struct Diffuse : NoEdge {
   template <class Real>
   static Real f(const Real* x) {
     return diffuse_eval(x[0], Vector3<Real>{x[1], x[2], x[3]});
@@ -160,16 +166,22 @@ struct RoughDielectric {
     const Vector3<Real> wi{x[2], x[3], x[4]}, wo{x[5], x[6], x[7]};
     return rough_dielectric_eval(distribution, x[0], far_over_near(x[1], wi.z), wi, wo);
   }
+  template <class Real>
+  static Real edge(const Real* x) {
+    const Vector3<Real> wi{x[2], x[3], x[4]}, wo{x[5], x[6], x[7]};
+    if (distribution != MICROFACET_GGX) return 0;
+    return rough_dielectric_edge(far_over_near(x[1], wi.z), wi, wo);
+  }
 };
 template <int distribution>
-struct RoughDielectricDecision {
+struct RoughDielectricDecision : NoEdge {
   template <class Real>
   static Real f(const Real* x) {
     const Vector3<Real> wi{x[2], x[3], x[4]}, m{x[5], x[6], x[7]};
     return rough_dielectric_decision(distribution, x[0], far_over_near(x[1], wi.z), wi, m, x[8]);
   }
 };
-struct Sky {
+struct Sky : NoEdge {
   template <class Real>
   static Real f(const Real* x) {
     return sky_hosek_wilkie(x, x[20], x[21], x[22]);
@@ -200,7 +212,8 @@ Outcome compare(const ScoreFunction& function, const Columns& in, std::size_t wh
     const Dual<1> f = Model::f(dual.data());
     if (!logarithmic || f.value > 1e-200) {  // else the quotient has no digits
       ++outcome.compared;
-      const double reference = logarithmic ? f.derivative[0] / f.value : f.derivative[0];
+      const double reference =
+          logarithmic ? f.derivative[0] / f.value + Model::edge(dual.data()).derivative[0] : f.derivative[0];
       outcome.off_dual += !(std::abs(derivative - reference) <= 0x1p-52 * 4 * (rounding + std::abs(reference)));
 
       // Fourth order; half the step tells how far it can be trusted.
@@ -209,7 +222,7 @@ Outcome compare(const ScoreFunction& function, const Columns& in, std::size_t wh
           std::vector<double> moved = row;
           for (std::size_t k = 0; k < row.size(); ++k) moved[k] += t * moves[k];
           const double value = Model::f(moved.data());
-          return logarithmic ? std::log(value) : value;
+          return logarithmic ? std::log(value) + Model::edge(moved.data()) : value;
         };
         return (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h);
       };
