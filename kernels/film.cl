@@ -7,17 +7,20 @@ inline void add_exactly(float* sum, float* error, float b) {
   *sum = s;
 }
 
-/* samples: from first_sample on [pixel][sample][channel]; sums: [pixel][channel][sum, its error, sum of squares, its error].
+/* samples: from first_sample on [pixel][sample][channel]; sums: [pixel][channel][sum, its error, sum of squares, its error],
+ * which start at 0 if fresh.
  * luminance: one channel, the luminance of three (Rec. 709). Squares are rounded once each, below the noise they measure. */
 __kernel void accumulate(__global const float* restrict samples, uint first_sample, int samples_a_pixel, int channels,
-                         int luminance, int first_pixel, int pixels, __global float* restrict sums) {
+                         int luminance, int first_pixel, int pixels, int fresh,
+                         __global float* restrict sums) {
   int pixel = get_global_id(0);
   if (pixel >= pixels) return;
   __global const float* in = samples + ((size_t)first_sample + (size_t)pixel * samples_a_pixel) * channels;
   int out_channels = luminance ? 1 : channels;
   for (int c = 0; c < out_channels; ++c) {
     __global float* out = sums + 4 * ((size_t)(first_pixel + pixel) * out_channels + c);
-    float sum = out[0], error = out[1], square = out[2], square_error = out[3];
+    float sum = fresh ? 0.0f : out[0], error = fresh ? 0.0f : out[1];
+    float square = fresh ? 0.0f : out[2], square_error = fresh ? 0.0f : out[3];
     for (int s = 0; s < samples_a_pixel; ++s) {
       __global const float* rgb = in + s * channels;
       float x = luminance ? 0.212671f * rgb[0] + 0.715160f * rgb[1] + 0.072169f * rgb[2] : rgb[c];

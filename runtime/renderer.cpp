@@ -20,6 +20,12 @@ int box_width(const Device& device) {
   return device.info().preferred_width >= 16 ? 16 : 8;
 }
 
+// Paths of the next launch, from how long the last one's took: about a quarter of a second, at most 4 times as many.
+std::int64_t next_target(std::int64_t target, std::int64_t paths, double seconds) {
+  const double wanted = 0.25 / std::max(1e-6, seconds) * static_cast<double>(paths);
+  return std::clamp<std::int64_t>(static_cast<std::int64_t>(wanted), 1 << 12, 4 * target);
+}
+
 // Radiance of one channel is that of all three.
 void spread_channels(Rendering& r) {
   const auto spread = [](const auto& in) {
@@ -56,38 +62,41 @@ Rendering render(const Device& device, const Scene& scene, const RenderOptions& 
   Rendering out;
   out.width = sensor.crop_width;
   out.height = sensor.crop_height;
+  out.spp = spp;
   out.build_s = seconds_since(start);
 
-  // Pixels in runs, each with all of its samples in turn: launches of about a quarter of a second, so that progress
-  // moves and an interruption is seen.
+  // Bands of pixels, as many as the film holds; in a band runs of pixels, each with all of its samples in turn:
+  // launches of about a quarter of a second, so that progress moves and an interruption is seen.
   const std::int64_t total = static_cast<std::int64_t>(pixels) * spp;
   std::int64_t target = std::min<std::int64_t>(options.paths_a_launch > 0 ? options.paths_a_launch : 1 << 15,
                                                static_cast<std::int64_t>(wavefront.sample_capacity())),
                done = 0;
   const auto render_start = std::chrono::steady_clock::now();
-  for (int sample = 0; sample < spp;) {
-    int samples = static_cast<int>(std::clamp<std::int64_t>(target / pixels, 1, spp - sample));
-    const int run = static_cast<int>(std::clamp<std::int64_t>(target / samples, 1, pixels));
-    for (int pixel = 0; pixel < pixels; pixel += run) {
-      if (options.cancel && *options.cancel) throw Interrupted();
-      const int count = std::min(run, pixels - pixel);
-      const auto launch_start = std::chrono::steady_clock::now();
-      wavefront.trace({{0, pixel, count, sample, samples}});
-      film.add(wavefront.samples(), 0, pixel, count, samples);
-      done += static_cast<std::int64_t>(count) * samples;
-      if (options.progress) options.progress(static_cast<double>(done) / static_cast<double>(total));
-      if (options.paths_a_launch == 0) {
-        const double wanted = 0.25 / std::max(1e-6, seconds_since(launch_start)) * count * samples;
-        target = std::min<std::int64_t>(
-            {static_cast<std::int64_t>(wanted), 4 * target, static_cast<std::int64_t>(wavefront.sample_capacity())});
-        target = std::max<std::int64_t>(target, 1 << 12);
+  for (int first = 0; first < pixels; first += film.pixels()) {
+    const int band = std::min(film.pixels(), pixels - first);
+    for (int sample = 0; sample < spp;) {
+      const int samples = static_cast<int>(std::clamp<std::int64_t>(target / band, 1, spp - sample));
+      const int run = static_cast<int>(std::clamp<std::int64_t>(target / samples, 1, band));
+      for (int pixel = 0; pixel < band; pixel += run) {
+        if (options.cancel && *options.cancel) throw Interrupted();
+        const int count = std::min(run, band - pixel);
+        const auto launch_start = std::chrono::steady_clock::now();
+        wavefront.trace({{0, first + pixel, count, sample, samples}});
+        film.add(wavefront.samples(), 0, pixel, count, samples, sample == 0);
+        done += static_cast<std::int64_t>(count) * samples;
+        if (options.progress) options.progress(static_cast<double>(done) / static_cast<double>(total));
+        if (options.paths_a_launch == 0)
+          target = next_target(target, static_cast<std::int64_t>(count) * samples, seconds_since(launch_start));
+        target = std::min(target, static_cast<std::int64_t>(wavefront.sample_capacity()));
       }
+      sample += samples;
     }
-    sample += samples;
+    film.develop(spp, band, out);
   }
   out.render_s = seconds_since(render_start);
   out.paths = static_cast<std::uint64_t>(total);
-  film.develop(spp, out);
+  out.misplaced = wavefront.misplaced();
+  film.finish(out);
   if (out.channels == 1 && !sensor.luminance) spread_channels(out);
   return out;
 }

@@ -41,6 +41,9 @@ struct Rendering {
   std::vector<double> mean_of_image, stderr_of_mean;  // a channel each; over all pixels
   double build_s = 0, render_s = 0;                   // scene to device and kernel build; path tracing alone
   std::uint64_t paths = 0;
+  // Arrivals at surfaces from the side where the path cannot be: positions off by rounding (a few in 10^9), or shapes
+  // that overlap or are not closed, and then the image is wrong.
+  std::uint64_t misplaced = 0;
 };
 
 // Throws UsageError (no such sensor, spp < 1), DeviceError, Interrupted.

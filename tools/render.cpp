@@ -98,6 +98,7 @@ nlohmann::ordered_json to_json(const Rendering& image, const Options& options, c
       {"time",
        {{"scene_s", times.scene}, {"build_s", image.build_s}, {"render_s", image.render_s}, {"write_s", times.write}}},
       {"paths", image.paths},
+      {"misplaced", image.misplaced},
       {"paths_per_s", static_cast<double>(image.paths) / image.render_s},
       {"mean", image.mean_of_image},
       {"mean_stderr", image.stderr_of_mean},
@@ -136,6 +137,12 @@ void run(const Options& options) {
   render_options.cancel = &interrupt_flag();
   const Rendering image = render(device, scene, render_options);
   progress.clear();
+  constexpr double few = 1e-5;  // rounding alone stays far below
+  if (static_cast<double>(image.misplaced) > few * static_cast<double>(image.paths))
+    warn(common,
+         fmt::format("{}: {} paths met {} surfaces from the side where they cannot be: shapes that overlap or are "
+                     "not closed, or a camera inside of a shape without its medium; the image is wrong there",
+                     options.scene, image.paths, image.misplaced));
 
   const Stopwatch writing;
   write_exr(options.output, to_exr(image, scene, options, device));

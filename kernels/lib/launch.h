@@ -25,6 +25,7 @@ typedef struct {
   __global const TextureRecord* textures;
   __global const float* texels;
   __global float* samples; /* radiance of each sample, RADIANCE_CHANNELS floats */
+  __global uint* misplaced; /* one count: arrivals at surfaces from the side where the path cannot be (stage/surface.h) */
 } Launch;
 
 #define FIELD_OF(record, member) \
@@ -63,6 +64,18 @@ inline void spectral_weights(const REAL ratio[3], REAL weight[3]) {
 }
 #endif
 
+/* `scale` times these weights, of paths between two stages. */
+inline void channel_weights(const Pool* pool, INT slots, REAL scale, REAL weight[3]) {
+#if SPECTRAL
+  REAL ratio[3];
+  UNROLL for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
+  spectral_weights(ratio, weight);
+  UNROLL for (int c = 0; c < 3; ++c) weight[c] *= scale;
+#else
+  weight[0] = weight[1] = weight[2] = scale;
+#endif
+}
+
 inline INT plain_depth(INT depth) {
 #if OPERATOR_SINGLE
   return depth & (SCATTERED_ONCE - 1);
@@ -80,14 +93,6 @@ inline MASK roulette(__global const JobRecord* job, INT depth, REAL u, MASK acti
   REAL raise = SELECT(plays & !dies, 1.0f / MAX(survival, (REAL)1e-20f), 1.0f);
   UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= raise;
   return (active & (largest <= 0.0f)) | dies | (active & (depth >= job->max_depth));
-}
-
-inline REAL largest_channel(const REAL throughput[]) {
-#if THROUGHPUT_CHANNELS == 1
-  return throughput[0];
-#else
-  return MAX(throughput[0], MAX(throughput[1], throughput[2]));
-#endif
 }
 
 /* The largest channel with its spectral weight. */

@@ -1,7 +1,7 @@
 /* Light sampled at a vertex: which light, in which direction, with which density. The escape stage weighs what it finds
  * by chance against the same density (MIS, balance heuristic).
  *
- *   at surfaces       the sun with probability emitter->sun_share, else the sky (or environment map)
+ *   at surfaces       the sun with probability sun_share(), else the sky (or environment map)
  *   in media          the sun alone where there is one: the phase function finds the sky by itself (kernels/README.md)
  *
  * LAST_PDF of a path: its density of DIRECTION at the last vertex [1/sr], over the probability with which light was

@@ -96,6 +96,21 @@ MODEL erfc_scaled(REAL x) {
   return p * t;
 }
 
+/* G1 of Beckmann without the fit: k sqrt(pi) / (k sqrt(pi) erfc(-k) / 2 + exp(-k^2) / 2), k = cot v / alpha. */
+MODEL beckmann_shadowing_exact(REAL3 v, REAL alpha) {
+  REAL k = MIN(ABS(v.z) / (alpha * SQRT(MAX(v.x * v.x + v.y * v.y, NUMBER(1e-18)))), NUMBER(1e4));
+  REAL half_k = NUMBER(0.886226925452758) * k;
+  return NUMBER(2) * half_k / (NUMBER(2) * half_k - EXP(-(k * k)) * (half_k * erfc_scaled(k) - NUMBER(0.5)));
+}
+
+/* Density of the normals that microfacet_visible_sample draws [1/sr], m.wi > 0; wi and m both above the surface or both
+ * below. For Beckmann this is not microfacet_visible_normals, which has the fit of G1. */
+MODEL microfacet_visible_density(int distribution, REAL3 wi, REAL3 m, REAL alpha) {
+  REAL seen = ABS(dot3(wi, m) / wi.z);
+  if (distribution == MICROFACET_GGX) return ggx_shadowing(wi, alpha) * ggx_normals(m, alpha) * seen;
+  return beckmann_shadowing_exact(wi, alpha) * beckmann_normals(m, alpha) * seen;
+}
+
 /* x with erfc(x) = 2 u for u in [2^-24, 1 - 2^-24], relative error 4e-5: a normal deviate of variance 1/2, x > 0 for
  * u < 1/2. Minimax fit made here. */
 MODEL normal_quantile(REAL u) {

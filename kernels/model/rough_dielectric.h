@@ -35,6 +35,19 @@ MODEL rough_dielectric_half(int distribution, REAL alpha, REAL eta, REAL3 wi, RE
   return SELECT(possible, result, NUMBER(0));
 }
 
+/* What d log f / d eta lacks for GGX. D of upright microfacets (h.z = 0) is not 0, so transmission jumps to 0 at the cone of
+ * wo where h.z = 0, and the cone moves with eta: the derivative of an integral of f is that of f plus f on the cone times its
+ * motion. K(h.z) goes from K(0) = 0 to 1 at h.z = BAND; adding dK / d eta to the score spreads the term over the band.
+ * K' has the integral 1 and the first moment 0 and ends at 0, so the error is of second order in BAND: some percent of the
+ * term itself. */
+#define ROUGH_DIELECTRIC_BAND 0.1
+MODEL rough_dielectric_edge(REAL eta, REAL3 wi, REAL3 wo) {
+  REAL3 sum = add3(wi, scale3(wo, SELECT(wi.z * wo.z > NUMBER(0), NUMBER(1), eta)));
+  REAL upright = ABS(sum.z) / SQRT(MAX(dot3(sum, sum), NUMBER(1e-20)));
+  REAL x = MIN(upright * NUMBER(1 / ROUGH_DIELECTRIC_BAND), NUMBER(1));
+  return x * (NUMBER(6) - x * (NUMBER(9) - NUMBER(4) * x));
+}
+
 /* f |wo.z|. Zero, not NaN, for directions in the surface. Compilers share the work of this and the next function. */
 MODEL rough_dielectric_eval(int distribution, REAL alpha, REAL eta, REAL3 wi, REAL3 wo) {
   REAL radiance = SELECT(wi.z * wo.z > NUMBER(0), NUMBER(1), NUMBER(1) / (eta * eta));
@@ -72,6 +85,21 @@ MODEL_VOID rough_dielectric_sample(int distribution, REAL alpha, REAL eta, REAL3
   *pdf = SELECT(possible, density, NUMBER(0));
   *wo = make3(out.x, out.y, side * out.z);
   *reflected = mirror;
+}
+
+/* The microfacet normal m that rough_dielectric_sample drew when it gave wo, lost samples included; m.wi >= 0. */
+MODEL3 rough_dielectric_normal(REAL eta, REAL3 wi, REAL3 wo, REAL reflected) {
+  REAL3 sum = add3(wi, scale3(wo, SELECT(reflected > NUMBER(0.5), NUMBER(1), eta)));
+  REAL scale = NUMBER(1) / SQRT(MAX(dot3(sum, sum), NUMBER(1e-20)));
+  return scale3(sum, SELECT(dot3(wi, sum) < NUMBER(0), -scale, scale));
+}
+
+/* Density of what rough_dielectric_sample decides: the normal m [1/sr], and reflection (reflected 1) or transmission (0).
+ * Its integral over m and sum over both is 1: no sample is lost here. */
+MODEL rough_dielectric_decision(int distribution, REAL alpha, REAL eta, REAL3 wi, REAL3 m, REAL reflected) {
+  REAL f = fresnel_dielectric(MIN(ABS(dot3(wi, m)), NUMBER(1)), eta);
+  return microfacet_visible_density(distribution, wi, m, alpha) *
+         SELECT(reflected > NUMBER(0.5), f, NUMBER(1) - f);
 }
 
 #endif

@@ -1,8 +1,13 @@
 /* A path between two stages: one float or int a field, fields[FIELD * stride + slot]; and the queues it can wait in.
- * Features that a scene does not use (definitions of the program, see runtime/wavefront/features.h) take no room. */
+ * Features that a scene does not use (definitions of the program, see runtime/wavefront/launch_data.cpp) take no room. */
 #ifndef ITN_PATH_STATE_H
 #define ITN_PATH_STATE_H
 
+/* Fields of a program with these definitions, for the host. */
+#define PATH_FIELDS(throughput_channels, radiance_channels, spectral, medium_light_sampling) \
+  (19 + (throughput_channels) + (radiance_channels) + 4 * (spectral) + 4 * (medium_light_sampling))
+
+#ifdef __OPENCL_VERSION__
 enum {
   POSITION_X, POSITION_Y, POSITION_Z,
   DIRECTION_X, DIRECTION_Y, DIRECTION_Z, /* unit, of travel from the camera on */
@@ -31,6 +36,9 @@ enum {
 #endif
   FIELDS
 };
+typedef char path_fields_are_counted
+    [FIELDS == PATH_FIELDS(THROUGHPUT_CHANNELS, RADIANCE_CHANNELS, SPECTRAL, MEDIUM_LIGHT_SAMPLING) ? 1 : -1];
+#endif
 
 /* In the OPERATOR_SINGLE build DEPTH also holds, above the count of scatterings, whether the path has scattered in a medium. */
 #define SCATTERED_ONCE 0x1000000

@@ -26,14 +26,9 @@ inline void scatter_at_boundary(const Launch* launch, __global const JobRecord* 
     throughput[c] = LOAD(pool, THROUGHPUT + c, slots) * SELECT(real, weight * tint, 1.0f);
   }
   INT depth = LOAD_INT(pool, DEPTH, slots) + SELECT_INT(real, 1, 0);
-#if SPECTRAL
-  REAL ratio[3], spectral[3];
-  UNROLL for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
-  spectral_weights(ratio, spectral);
-  REAL largest = MAX(throughput[0] * spectral[0], MAX(throughput[1] * spectral[1], throughput[2] * spectral[2]));
-#else
-  REAL largest = largest_channel(throughput);
-#endif
+  REAL weights[3];
+  channel_weights(pool, slots, (REAL)(1.0f), weights);
+  const REAL largest = brightest(throughput, weights);
   MASK dies = roulette(job, plain_depth(depth), u, real, largest, throughput);
   UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
   STORE_INT(pool, DEPTH, slots, depth);

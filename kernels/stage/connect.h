@@ -22,19 +22,12 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
   const REAL g = GATHER((media + FIELD_OF(MediumRecord, g)), at);
   REAL sigma_t[THROUGHPUT_CHANNELS];
   UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) sigma_t[c] = GATHER((media + FIELD_OF(MediumRecord, sigma_t) + c), at);
-  REAL weight[3];
-#if SPECTRAL
-  REAL ratio[3];
-  UNROLL for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
-  spectral_weights(ratio, weight);
-#else
-  weight[0] = weight[1] = weight[2] = (REAL)(1.0f);
-#endif
   const REAL sigma = connection_sigma_t(sigma_t);
   const REAL chance = LOAD(pool, CHANCE, slots);
-  const REAL scale = LOAD(pool, REFRACTION_SCALE, slots) / chance;
+  REAL weight[3];
+  channel_weights(pool, slots, LOAD(pool, REFRACTION_SCALE, slots) / chance, weight);
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
-    weight[c] *= scale * LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
+    weight[c] *= LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
 
   REAL3 light;
   REAL light_pdf, rgb[3];

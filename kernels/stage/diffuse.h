@@ -39,15 +39,10 @@ inline void diffuse_stage(const Launch* launch, __global const JobRecord* job, P
 
   REAL throughput[THROUGHPUT_CHANNELS];
   UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] = LOAD(pool, THROUGHPUT + c, slots) * reflectance[c];
-  REAL weight[3] = {(REAL)(1.0f), (REAL)(1.0f), (REAL)(1.0f)};
-#if SPECTRAL
-  REAL ratio[3];
-  UNROLL for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
-  spectral_weights(ratio, weight);
-#endif
+  REAL weight[3];
+  channel_weights(pool, slots, (REAL)(1.0f), weight);
   INT depth = LOAD_INT(pool, DEPTH, slots) + 1;
-  REAL largest = (REAL)(0.0f);
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) largest = MAX(largest, throughput[c] * weight[c]);
+  const REAL largest = brightest(throughput, weight);
 
   /* roulette first: paths that end here need no light */
   MASK dies = roulette(job, plain_depth(depth), u[2], reflects, largest, throughput);

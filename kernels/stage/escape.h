@@ -19,13 +19,8 @@ inline void escape_stage(const Launch* launch, __global const JobRecord* job, Po
 #if OPERATOR_SINGLE
   scale = SELECT(LOAD_INT(pool, DEPTH, slots) >= SCATTERED_ONCE, scale, 0.0f);
 #endif
-  REAL weight[3] = {scale, scale, scale};
-#if SPECTRAL
-  REAL ratio[3];
-  UNROLL for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
-  spectral_weights(ratio, weight);
-  UNROLL for (int c = 0; c < 3; ++c) weight[c] *= scale;
-#endif
+  REAL weight[3];
+  channel_weights(pool, slots, scale, weight);
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
     REAL throughput = LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
     STORE(pool, RADIANCE + c, slots, LOAD(pool, RADIANCE + c, slots) + throughput * weight[c] * light[c]);

@@ -63,13 +63,8 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
 #endif
   const REAL mis = light_pdf / (light_pdf * (1.0f + rival) + bsdf_pdf);
   const REAL scale = LOAD(pool, REFRACTION_SCALE, slots) * value * mis / light_pdf;
-  REAL weight[3] = {scale, scale, scale};
-#if SPECTRAL
-  REAL ratio[3];
-  UNROLL for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
-  spectral_weights(ratio, weight);
-  UNROLL for (int c = 0; c < 3; ++c) weight[c] *= scale;
-#endif
+  REAL weight[3];
+  channel_weights(pool, slots, scale, weight);
   const MASK reflects = wi.z * wo.z > 0.0f;
   REAL arriving[RADIANCE_CHANNELS];
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)

@@ -14,8 +14,8 @@ typedef struct {
   MASK front;                /* arrives from outside */
   INT primitive, bsdf;
   INT interior, exterior; /* media */
-  MASK misplaced; /* logically on the side it cannot come from: a position off by rounding; the boundary is passed as if
-                     it were not there, and the path is on its logical side again */
+  MASK misplaced; /* logically on the side it cannot come from: a position off by rounding, or shapes that overlap; the
+                     boundary is passed as if it were not there, and the path is on its logical side again */
 } Surface;
 
 inline Surface load_surface(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
@@ -41,6 +41,8 @@ inline Surface load_surface(const Launch* launch, __global const JobRecord* job,
   INT medium = LOAD_INT(pool, MEDIUM, slots);
   s.misplaced = valid & (interior.integer != exterior.integer) &
                 (medium == SELECT_INT(s.front, interior.integer, exterior.integer));
+  const uint strays = lane_bits(s.misplaced);
+  if (strays) atomic_add(launch->misplaced, popcount(strays));
   return s;
 }
 

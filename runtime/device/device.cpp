@@ -4,7 +4,6 @@
 #include <cctype>
 #include <cstdlib>
 
-#include "runtime/device/kernel_source.h"
 #include "runtime/error.h"
 
 namespace itn {
@@ -49,7 +48,10 @@ bool out_of_memory(cl_int code) {
          code == CL_INVALID_BUFFER_SIZE;
 }
 
-std::string mebibytes(std::uint64_t bytes) { return std::to_string((bytes + (1u << 20) - 1) >> 20) + " MiB"; }
+std::string readable_size(std::uint64_t bytes) {
+  const bool small = bytes < std::uint64_t{16} << 20;
+  return std::to_string(bytes >> (small ? 10 : 20)) + (small ? " KiB" : " MiB");
+}
 
 [[noreturn]] void fail(const DeviceInfo& device, const std::string& what, const cl::Error& error) {
   std::string message = device.name + ": " + what + " failed: " + error.what() + ": " + error_name(error.err());
@@ -179,6 +181,26 @@ const Candidate& choose(const std::vector<Candidate>& all, const std::string& op
                     listing(all));
 }
 
+std::uint64_t memory_limit_of_environment() {
+  const char* text = std::getenv("ITN_MEMORY_LIMIT");
+  if (!text) return 0;
+  char* end = nullptr;
+  const unsigned long long mib = std::strtoull(text, &end, 10);
+  if (end == text || *end != '\0' || mib == 0)
+    throw UsageError(std::string("ITN_MEMORY_LIMIT: got '") + text + "', need a positive number of MiB");
+  return static_cast<std::uint64_t>(mib) << 20;
+}
+
+// Takes a buffer's size off the count when the driver frees it.
+struct Tally {
+  std::shared_ptr<std::atomic<std::uint64_t>> allocated;
+  std::uint64_t bytes;
+};
+void CL_CALLBACK buffer_freed(cl_mem, void* tally) {
+  const std::unique_ptr<Tally> mine(static_cast<Tally*>(tally));
+  *mine->allocated -= mine->bytes;
+}
+
 }  // namespace
 
 std::vector<DeviceInfo> list_devices() {
@@ -187,11 +209,15 @@ std::vector<DeviceInfo> list_devices() {
   return infos;
 }
 
-Device::Device(const std::string& spec) {
+Device::Device(const std::string& spec, std::uint64_t memory_limit)
+    : allocated_(std::make_shared<std::atomic<std::uint64_t>>(0)) {
   const std::vector<Candidate> all = candidates();
   const Candidate& chosen = choose(all, spec);
   info_ = chosen.info;
   device_ = chosen.device;
+  if (memory_limit == 0) memory_limit = memory_limit_of_environment();
+  if (memory_limit > 0) info_.memory = std::min(info_.memory, memory_limit);
+  info_.max_allocation = std::min(info_.max_allocation, info_.memory);
   try {
     context_ = cl::Context(device_);
     queue_ = cl::CommandQueue(context_, device_);
@@ -211,11 +237,12 @@ int Device::default_width() const {
   return 4;
 }
 
-cl::Program Device::build(const std::string& entry, const std::map<std::string, std::string>& definitions) const {
+cl::Program Device::build(const std::string& entry, const std::map<std::string, std::string>& definitions,
+                          const KernelFiles& generated) const {
   std::string options = "-cl-std=CL1.2 -cl-single-precision-constant";
   for (const auto& [name, value] : definitions) options += " -D " + name + "=" + value;
   try {
-    cl::Program program(context_, kernel_source(entry));
+    cl::Program program(context_, kernel_source(entry, generated));
     program.build({device_}, options.c_str());
     return program;
   } catch (const cl::BuildError& error) {
@@ -228,14 +255,49 @@ cl::Program Device::build(const std::string& entry, const std::map<std::string, 
   }
 }
 
-cl::Buffer Device::allocate(std::size_t bytes, const char* what) const {
-  if (bytes > info_.max_allocation)
-    throw DeviceError(info_.name + ": " + what + ": got a buffer of " + mebibytes(bytes) + ", need at most " +
-                      mebibytes(info_.max_allocation) + "; use a smaller mesh or image, or choose another --device");
+std::uint64_t Device::free_memory() const {
+  const std::uint64_t allocated = *allocated_;
+  return allocated < info_.memory ? info_.memory - allocated : 0;
+}
+
+std::optional<cl::Buffer> Device::try_allocate(std::size_t bytes, const char* what) const {
+  bytes = std::max<std::size_t>(bytes, 16);
+  if (bytes > info_.max_allocation || bytes > free_memory()) return std::nullopt;
   try {
-    return cl::Buffer(context_, CL_MEM_READ_WRITE, std::max<std::size_t>(bytes, 16));
+    cl::Buffer buffer(context_, CL_MEM_READ_WRITE, bytes);
+    if (bytes >= 1u << 20) {  // drivers may put the work off until a buffer is used
+      queue_.enqueueFillBuffer(buffer, cl_uint{0}, 0, 16);
+      queue_.finish();
+    }
+    buffer.setDestructorCallback(buffer_freed, new Tally{allocated_, bytes});
+    *allocated_ += bytes;
+    return buffer;
   } catch (const cl::Error& error) {
-    fail(info_, "allocating " + mebibytes(bytes) + " for " + what, error);
+    if (out_of_memory(error.err())) return std::nullopt;
+    fail(info_, "allocating " + readable_size(bytes) + " for " + what, error);
+  }
+}
+
+void Device::fail_for_memory(std::size_t bytes, const char* what) const {
+  throw DeviceError(info_.name + ": " + what + ": no room for " + readable_size(bytes) + "; " +
+                    readable_size(free_memory()) + " of " + readable_size(info_.memory) +
+                    " are free, a buffer holds at most " + readable_size(info_.max_allocation) +
+                    "; use a smaller mesh or image, or choose another --device (see 'itn devices', ITN_MEMORY_LIMIT)");
+}
+
+cl::Buffer Device::allocate(std::size_t bytes, const char* what) const {
+  std::optional<cl::Buffer> buffer = try_allocate(bytes, what);
+  if (!buffer) fail_for_memory(bytes, what);
+  return *buffer;
+}
+
+Device::Elements Device::allocate_most(std::size_t wanted, std::size_t least, std::size_t bytes_each,
+                                       const char* what) const {
+  const std::uint64_t half = free_memory() / 2 / bytes_each;
+  for (std::size_t count = std::max<std::size_t>(std::min<std::uint64_t>(wanted, half), least);;
+       count = std::max(count / 2, least)) {
+    if (std::optional<cl::Buffer> buffer = try_allocate(count * bytes_each, what)) return {*buffer, count};
+    if (count == least) fail_for_memory(count * bytes_each, what);
   }
 }
 
@@ -245,7 +307,7 @@ cl::Buffer Device::upload_bytes(const void* data, std::size_t bytes, const char*
   try {
     queue_.enqueueWriteBuffer(buffer, CL_TRUE, 0, bytes, data);
   } catch (const cl::Error& error) {
-    fail(info_, std::string("copying ") + mebibytes(bytes) + " to the device for " + what, error);
+    fail(info_, std::string("copying ") + readable_size(bytes) + " to the device for " + what, error);
   }
   return buffer;
 }
@@ -255,7 +317,7 @@ void Device::download_bytes(const cl::Buffer& buffer, void* data, std::size_t by
   try {
     queue_.enqueueReadBuffer(buffer, CL_TRUE, 0, bytes, data);
   } catch (const cl::Error& error) {
-    fail(info_, "reading " + mebibytes(bytes) + " from the device", error);
+    fail(info_, "reading " + readable_size(bytes) + " from the device", error);
   }
 }
 

@@ -5,9 +5,14 @@
 #define CL_HPP_MINIMUM_OPENCL_VERSION 120
 #define CL_HPP_ENABLE_EXCEPTIONS
 #include <CL/opencl.hpp>
+#include <atomic>
 #include <map>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "runtime/device/kernel_source.h"
 
 namespace itn {
 
@@ -29,7 +34,9 @@ class Device {
   // spec: index, "cpu", "gpu", or a case-insensitive part of the platform or device name. Empty: the environment
   // variable ITN_DEVICE, then the first usable GPU, then the first usable CPU. Throws DeviceError with the list of
   // devices.
-  explicit Device(const std::string& spec = "");
+  // memory_limit [byte]: allocate no more than this; 0: the environment variable ITN_MEMORY_LIMIT [MiB], else all that
+  // the device has. Throws UsageError where the variable is no number.
+  explicit Device(const std::string& spec = "", std::uint64_t memory_limit = 0);
 
   const DeviceInfo& info() const { return info_; }
   const cl::Context& context() const { return context_; }
@@ -38,12 +45,23 @@ class Device {
   // Paths a work-item: 16, 8 or 4 on CPUs that vectorise explicit vectors only, 1 elsewhere.
   int default_width() const;
 
-  // Builds kernels/<entry> (with its includes, see kernel_source.h) with "-D name=value" for each definition.
-  // The build log is part of the error.
-  cl::Program build(const std::string& entry, const std::map<std::string, std::string>& definitions) const;
+  // Builds kernels/<entry> (with its includes and the generated files, see kernel_source.h) with "-D name=value" for
+  // each definition. The build log is part of the error.
+  cl::Program build(const std::string& entry, const std::map<std::string, std::string>& definitions,
+                    const KernelFiles& generated = {}) const;
+
+  // Bytes that this object has not allocated yet; others may use the device too.
+  std::uint64_t free_memory() const;
 
   // Uninitialised (or filled from host memory) device memory; size 0 becomes one byte-aligned dummy element.
   cl::Buffer allocate(std::size_t bytes, const char* what) const;
+  // As many of `wanted` elements of that size as fit into half of the free memory (others want some too); halves the
+  // number until the driver has room. Throws DeviceError where not even `least` fit.
+  struct Elements {
+    cl::Buffer buffer;
+    std::size_t count = 0;
+  };
+  Elements allocate_most(std::size_t wanted, std::size_t least, std::size_t bytes_each, const char* what) const;
   template <class T>
   cl::Buffer upload(const std::vector<T>& data, const char* what) const {
     return upload_bytes(data.data(), data.size() * sizeof(T), what);
@@ -57,12 +75,15 @@ class Device {
   void finish() const;
 
  private:
+  std::optional<cl::Buffer> try_allocate(std::size_t bytes, const char* what) const;
+  [[noreturn]] void fail_for_memory(std::size_t bytes, const char* what) const;
   cl::Buffer upload_bytes(const void* data, std::size_t bytes, const char* what) const;
   void download_bytes(const cl::Buffer& buffer, void* data, std::size_t bytes) const;
   DeviceInfo info_;
   cl::Device device_;
   cl::Context context_;
   cl::CommandQueue queue_;
+  std::shared_ptr<std::atomic<std::uint64_t>> allocated_;  // [byte]; buffers may outlive this object
 };
 
 }  // namespace itn

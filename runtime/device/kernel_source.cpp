@@ -13,7 +13,8 @@ const char* embedded_kernel(const std::string& path);
 
 namespace {
 
-std::string read(const std::string& path) {
+std::string read(const std::string& path, const KernelFiles& generated) {
+  if (const auto found = generated.find(path); found != generated.end()) return found->second;
   if (const char* folder = std::getenv("ITN_KERNEL_DIR")) {
     std::ifstream in(std::string(folder) + "/" + path);
     if (in) return {std::istreambuf_iterator<char>(in), {}};
@@ -22,9 +23,9 @@ std::string read(const std::string& path) {
   throw std::logic_error("no kernel file kernels/" + path);
 }
 
-void expand(const std::string& path, std::set<std::string>& seen, std::string& out) {
+void expand(const std::string& path, const KernelFiles& generated, std::set<std::string>& seen, std::string& out) {
   if (!seen.insert(path).second) return;
-  std::istringstream in(read(path));
+  std::istringstream in(read(path, generated));
   const auto mark = [&](int line) { out += "#line " + std::to_string(line) + " \"kernels/" + path + "\"\n"; };
   mark(1);
   int number = 0;
@@ -36,17 +37,17 @@ void expand(const std::string& path, std::set<std::string>& seen, std::string& o
       continue;
     }
     const auto first = open + 10, last = line.find('"', first);
-    expand(line.substr(first, last - first), seen, out);
+    expand(line.substr(first, last - first), generated, seen, out);
     mark(number + 1);
   }
 }
 
 }  // namespace
 
-std::string kernel_source(const std::string& path) {
+std::string kernel_source(const std::string& path, const KernelFiles& generated) {
   std::set<std::string> seen;
   std::string out;
-  expand(path, seen, out);
+  expand(path, generated, seen, out);
   return out;
 }
 

@@ -1,12 +1,16 @@
 // The text of the kernels, embedded at build time (or read from ITN_KERNEL_DIR while developing).
 #pragma once
+#include <map>
 #include <string>
 
 namespace itn {
 
+// Path below kernels/ -> text.
+using KernelFiles = std::map<std::string, std::string>;
+
 // kernels/<path> with every #include "..." (relative to kernels/) replaced by the file's text, each file once (so never
-// inside an #if), with #line directives so that build logs name the right file. Throws std::logic_error for an unknown
-// path.
-std::string kernel_source(const std::string& path);
+// inside an #if), with #line directives so that build logs name the right file. Files made at run time, such as printed
+// derivatives, come in `generated` and go before the others. Throws std::logic_error for an unknown path.
+std::string kernel_source(const std::string& path, const KernelFiles& generated = {});
 
 }  // namespace itn

@@ -8,6 +8,7 @@
 
 #include "kernels/model/angle.h"
 #include "kernels/model/sky_hosek_wilkie.h"
+#include "runtime/derivative/dual.h"
 
 namespace itn {
 
@@ -16,7 +17,7 @@ const char* embedded_data(const std::string& path);
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+constexpr double pi = std::numbers::pi, degree = pi / 180;
 constexpr std::size_t turbidities = 10, albedos = 2, control_points = 6, elevations = 30, wavelengths = 10;
 constexpr std::size_t knots = SUN_KNOTS, powers = SUN_POWERS;
 
@@ -40,87 +41,157 @@ const Tables& tables() {
   return loaded;
 }
 
+double value_of(double x) { return x; }
+template <std::size_t N>
+double value_of(const Dual<N>& x) {
+  return x.value;
+}
+
+template <class Real>
+Real between(const Real& low, const Real& high, const Real& weight) {
+  return low + weight * (high - low);
+}
+
 // Where x lies among 0, 1, ... last: the step below and the weight of the one above it.
+template <class Real>
 struct Step {
   std::size_t below;
-  double weight;
-  Step(double x, std::size_t last) {
-    x = std::clamp(x, 0.0, static_cast<double>(last));
-    below = std::min(static_cast<std::size_t>(x), last - 1);
-    weight = x - static_cast<double>(below);
+  Real weight;
+  Step(const Real& x, std::size_t last) {
+    const Real inside = std::clamp(x, Real(0), Real(static_cast<double>(last)));
+    below = std::min(static_cast<std::size_t>(value_of(inside)), last - 1);
+    weight = inside - Real(static_cast<double>(below));
   }
   // between data[below * stride + at] and data[(below + 1) * stride + at]
-  double operator()(const std::vector<double>& data, std::size_t stride, std::size_t at) const {
-    return std::lerp(data[below * stride + at], data[(below + 1) * stride + at], weight);
+  Real operator()(const std::vector<double>& data, std::size_t stride, std::size_t at) const {
+    return between(Real(data[below * stride + at]), Real(data[(below + 1) * stride + at]), weight);
   }
+};
+
+// What the sky can be differentiated by.
+template <class Real>
+struct Controls {
+  Real turbidity;
+  std::array<Real, 3> albedo;
+  Real sun_scale, sky_scale;
+};
+
+// ClearSky over any scalar; the sun's place and size are plain numbers.
+template <class Real>
+struct Coefficients {
+  std::array<std::array<Real, SKY_COEFFICIENTS>, 3> sky{};
+  std::array<Real, 3> sun_radiance{};
+  std::vector<std::array<Real, 2>> limb;
 };
 
 // Of a table [turbidity][albedo][control point][width]: linear in turbidity and albedo, a Bezier curve of degree 5 in
 // the cube root of the elevation (as a share of the right angle).
-double interpolate(const std::vector<double>& data, std::size_t width, std::size_t at, const Step& turbidity,
-                   double albedo, double elevation) {
+template <class Real>
+Real interpolate(const std::vector<double>& data, std::size_t width, std::size_t at, const Step<Real>& turbidity,
+                 const Real& albedo, double elevation) {
   static const double binomial[control_points] = {1, 5, 10, 10, 5, 1};
   const double x = std::cbrt(elevation / (pi / 2));
   const std::size_t stride = albedos * control_points * width;
-  double sum = 0;
+  Real sum = 0;
   for (std::size_t k = 0; k < control_points; ++k) {
     const double bernstein = binomial[k] * std::pow(x, k) * std::pow(1 - x, control_points - 1 - k);
-    const double dark = turbidity(data, stride, k * width + at);
-    const double bright = turbidity(data, stride, (control_points + k) * width + at);
-    sum += bernstein * std::lerp(dark, bright, albedo);
+    const Real dark = turbidity(data, stride, k * width + at);
+    const Real bright = turbidity(data, stride, (control_points + k) * width + at);
+    sum += bernstein * between(dark, bright, albedo);
   }
   return sum;
 }
 
 double one_minus_cos(double angle) { return 2 * std::pow(std::sin(angle / 2), 2); }
 
-}  // namespace
+double elevation_of(const Vec3& direction) { return std::asin(std::clamp(direction[2], 0.0, 1.0)); }
 
-ClearSky clear_sky(const SunSky& parameters) {
+Vec3 unit(const Vec3& v) {
+  const double length = std::hypot(v[0], v[1], v[2]);
+  return {v[0] / length, v[1] / length, v[2] / length};
+}
+
+double half_angle(const SunSky& parameters) { return parameters.sun_aperture / 2 * degree; }
+
+template <class Real>
+Coefficients<Real> coefficients(const SunSky& fixed, const Controls<Real>& controls) {
   const Tables& data = tables();
-  ClearSky result;
-  const Vec3& sun = parameters.sun_direction;
-  for (std::size_t i = 0; i < 3; ++i) result.sun[i] = sun[i] / std::hypot(sun[0], sun[1], sun[2]);
-  const double elevation = std::asin(std::clamp(result.sun[2], 0.0, 1.0));
-  const Step turbidity(parameters.turbidity - 1, turbidities - 1);
+  Coefficients<Real> result;
+  const double elevation = elevation_of(unit(fixed.sun_direction));
+  const Step<Real> turbidity(controls.turbidity - Real(1), turbidities - 1);
 
   for (std::size_t c = 0; c < 3; ++c) {
     auto& k = result.sky[c];
     for (std::size_t i = 0; i < 9; ++i)
-      k[i] = interpolate(data.sky_params, 3 * 9, c * 9 + i, turbidity, parameters.albedo[c], elevation);
+      k[i] = interpolate(data.sky_params, 3 * 9, c * 9 + i, turbidity, controls.albedo[c], elevation);
     // The tables order them A B C D E F G I H, which is the order of the formula's array too.
-    k[9] = parameters.sky_scale * data.luminance_scale *
-           interpolate(data.sky_rad, 3, c, turbidity, parameters.albedo[c], elevation);
+    k[9] = controls.sky_scale * data.luminance_scale *
+           interpolate(data.sky_rad, 3, c, turbidity, controls.albedo[c], elevation);
   }
 
-  const double degree = pi / 180;
-  result.sun_half_angle = parameters.sun_aperture / 2 * degree;
-  const double scale = parameters.sun_scale * data.sun_scale * data.luminance_scale;
-  if (!parameters.complex_sun) {
+  const Real scale = controls.sun_scale * data.sun_scale * data.luminance_scale;
+  if (!fixed.complex_sun) {
     // Irradiance at elevations of 2, 5, ... 89 degrees
-    const Step step((elevation / degree - 2) / 3, elevations - 1);
+    const Step<double> step((elevation / degree - 2) / 3, elevations - 1);
     for (std::size_t c = 0; c < 3; ++c) {
-      const double low = turbidity(data.sun_irr, elevations * 3, step.below * 3 + c);
-      const double high = turbidity(data.sun_irr, elevations * 3, (step.below + 1) * 3 + c);
+      const Real low = turbidity(data.sun_irr, elevations * 3, step.below * 3 + c);
+      const Real high = turbidity(data.sun_irr, elevations * 3, (step.below + 1) * 3 + c);
       result.sun_radiance[c] =
-          scale * std::lerp(low, high, step.weight) / (2 * pi * one_minus_cos(result.sun_half_angle));
+          scale * between(low, high, Real(step.weight)) / (2 * pi * one_minus_cos(half_angle(fixed)));
     }
     return result;
   }
   // The spectrum is folded into three channels here, so that a direction costs no loop over wavelengths. A disc of
   // another size has the power of the sun's own, by the ratio of solid angles.
-  const double ratio = one_minus_cos(data.sun_aperture / 2 * degree) / one_minus_cos(result.sun_half_angle);
+  const double ratio = one_minus_cos(data.sun_aperture / 2 * degree) / one_minus_cos(half_angle(fixed));
   for (std::size_t knot = 0; knot < knots; ++knot)
     for (std::size_t c = 0; c < 3; ++c)
       for (std::size_t power = 0; power < powers; ++power) {
-        std::array<double, 2> sum{0, 0};
+        std::array<Real, 2> sum{0, 0};
         for (std::size_t w = 0; w < wavelengths; ++w) {
-          const double factor = scale * ratio * data.sun_rgb[3 * w + c] * data.sun_ld[powers * w + power];
+          const Real factor = scale * ratio * data.sun_rgb[3 * w + c] * data.sun_ld[powers * w + power];
           sum[0] += factor * turbidity(data.sun_val, knots * wavelengths, knot * wavelengths + w);
           sum[1] += factor * turbidity(data.sun_der, knots * wavelengths, knot * wavelengths + w);
         }
         result.limb.push_back(sum);
       }
+  return result;
+}
+
+}  // namespace
+
+ClearSky clear_sky(const SunSky& parameters) {
+  const auto made = coefficients<double>(
+      parameters, {parameters.turbidity, parameters.albedo, parameters.sun_scale, parameters.sky_scale});
+  return {unit(parameters.sun_direction), made.sky, half_angle(parameters), made.sun_radiance, made.limb};
+}
+
+std::array<ClearSky, SKY_PARAMETERS> clear_sky_derivatives(const SunSky& parameters) {
+  using Moving = Dual<SKY_PARAMETERS>;
+  const auto& albedo = parameters.albedo;
+  const auto at = [&](double turbidity) {
+    return coefficients<Moving>(parameters,
+                                {Moving::variable(turbidity, SKY_TURBIDITY),
+                                 {Moving::variable(albedo[0], SKY_ALBEDO), Moving::variable(albedo[1], SKY_ALBEDO + 1),
+                                  Moving::variable(albedo[2], SKY_ALBEDO + 2)},
+                                 Moving::variable(parameters.sun_scale, SKY_SUN_SCALE),
+                                 Moving::variable(parameters.sky_scale, SKY_SKY_SCALE)});
+  };
+  // The steps of the tables on both sides of the turbidity: the same one, unless it is a whole number.
+  const auto above = at(parameters.turbidity), below = at(std::nextafter(parameters.turbidity, 1.0));
+  std::array<ClearSky, SKY_PARAMETERS> result;
+  for (std::size_t p = 0; p < SKY_PARAMETERS; ++p) {
+    const auto mean = [p](const Moving& a, const Moving& b) { return (a.derivative[p] + b.derivative[p]) / 2; };
+    ClearSky& d = result[p];
+    d.sun = unit(parameters.sun_direction);
+    d.sun_half_angle = half_angle(parameters);
+    for (std::size_t c = 0; c < 3; ++c) {
+      for (std::size_t i = 0; i < SKY_COEFFICIENTS; ++i) d.sky[c][i] = mean(above.sky[c][i], below.sky[c][i]);
+      d.sun_radiance[c] = mean(above.sun_radiance[c], below.sun_radiance[c]);
+    }
+    for (std::size_t i = 0; i < above.limb.size(); ++i)
+      d.limb.push_back({mean(above.limb[i][0], below.limb[i][0]), mean(above.limb[i][1], below.limb[i][1])});
+  }
   return result;
 }
 

@@ -23,6 +23,21 @@ struct ClearSky {
 // Expects values inside their ranges: append_emitter checks them.
 ClearSky clear_sky(const SunSky& parameters);
 
+// What a clear sky can be differentiated by: albedo has three components.
+enum SkyParameter : std::size_t {
+  SKY_TURBIDITY,
+  SKY_ALBEDO,
+  SKY_SUN_SCALE = SKY_ALBEDO + 3,
+  SKY_SKY_SCALE,
+  SKY_PARAMETERS
+};
+
+// By SkyParameter: the derivatives of sky, sun_radiance and limb; sun and sun_half_angle are as in clear_sky. The
+// tables are piecewise linear in turbidity: at whole numbers from 2 to 9 this is the mean of the derivatives on both
+// sides, the limit of central differences. sun_radiance() of such a record is the derivative of the sun's radiance, in
+// which it is linear; the sky's needs derivative_sky_hosek_wilkie (runtime/derivative/score_functions.h).
+std::array<ClearSky, SKY_PARAMETERS> clear_sky_derivatives(const SunSky& parameters);
+
 // In a local direction. Both are 0 below the horizon.
 Rgb sky_radiance(const ClearSky& sky, const Vec3& local);
 // 0 outside the disc too.

@@ -6,13 +6,23 @@
 namespace itn {
 
 Film::Film(const Device& device, int pixels, int channels, bool luminance)
-    : device_(device), pixels_(pixels), channels_(channels), luminance_(luminance && channels == 3) {
+    : device_(device),
+      pixels_(pixels),
+      channels_(channels),
+      luminance_(luminance && channels == 3),
+      means_(static_cast<std::size_t>(this->channels())),
+      variances_(means_.size()) {
   program_ = device.build("film.cl", {});
-  sums_ = device.upload(
-      std::vector<float>(static_cast<std::size_t>(pixels) * static_cast<std::size_t>(this->channels()) * 4), "film");
+  constexpr std::size_t least_pixels = 1 << 10;
+  const std::size_t a_pixel = 4 * sizeof(float) * static_cast<std::size_t>(this->channels());
+  const std::size_t wanted = static_cast<std::size_t>(pixels);
+  const Device::Elements sums = device.allocate_most(wanted, std::min(wanted, least_pixels), a_pixel, "film");
+  pixels_ = static_cast<int>(sums.count);
+  sums_ = sums.buffer;
 }
 
-void Film::add(const cl::Buffer& samples, std::size_t first_sample, int first_pixel, int pixels, int samples_a_pixel) {
+void Film::add(const cl::Buffer& samples, std::size_t first_sample, int first_pixel, int pixels, int samples_a_pixel,
+               bool fresh) {
   cl::Kernel kernel(program_, "accumulate");
   kernel.setArg(0, samples);
   kernel.setArg(1, static_cast<cl_uint>(first_sample));
@@ -21,33 +31,36 @@ void Film::add(const cl::Buffer& samples, std::size_t first_sample, int first_pi
   kernel.setArg(4, static_cast<cl_int>(luminance_));
   kernel.setArg(5, static_cast<cl_int>(first_pixel));
   kernel.setArg(6, static_cast<cl_int>(pixels));
-  kernel.setArg(7, sums_);
+  kernel.setArg(7, static_cast<cl_int>(fresh));
+  kernel.setArg(8, sums_);
   device_.launch(kernel, static_cast<std::size_t>(pixels));
   device_.finish();
 }
 
-void Film::develop(int spp, Rendering& out) const {
-  const std::size_t n = static_cast<std::size_t>(pixels_), channels = static_cast<std::size_t>(this->channels());
+void Film::develop(int spp, int pixels, Rendering& out) {
+  const std::size_t n = static_cast<std::size_t>(pixels), channels = static_cast<std::size_t>(this->channels());
   std::vector<float> sums(n * channels * 4);
   device_.download(sums_, sums);
-  out.channels = this->channels();
-  out.spp = spp;
-  out.mean.resize(n * channels);
-  out.stderr_.resize(n * channels);
-  out.mean_of_image.assign(channels, 0);
-  out.stderr_of_mean.assign(channels, 0);
   for (std::size_t i = 0; i < n * channels; ++i) {
     const double sum = static_cast<double>(sums[4 * i]) + sums[4 * i + 1];
     const double squares = static_cast<double>(sums[4 * i + 2]) + sums[4 * i + 3];
     const double mean = sum / spp;
     const double variance =
         spp > 1 ? std::max(0.0, (squares - sum * mean) / (spp - 1.0)) / spp : std::numeric_limits<double>::infinity();
-    out.mean[i] = static_cast<float>(mean);
-    out.stderr_[i] = static_cast<float>(std::sqrt(variance));
-    out.mean_of_image[i % channels] += mean / static_cast<double>(n);
-    out.stderr_of_mean[i % channels] += variance / (static_cast<double>(n) * static_cast<double>(n));
+    out.mean.push_back(static_cast<float>(mean));
+    out.stderr_.push_back(static_cast<float>(std::sqrt(variance)));
+    means_[i % channels] += mean;
+    variances_[i % channels] += variance;
   }
-  for (double& variance : out.stderr_of_mean) variance = std::sqrt(variance);
+}
+
+void Film::finish(Rendering& out) const {
+  out.channels = channels();
+  const double n = static_cast<double>(out.mean.size() / means_.size());
+  for (std::size_t c = 0; c < means_.size(); ++c) {
+    out.mean_of_image.push_back(means_[c] / n);
+    out.stderr_of_mean.push_back(std::sqrt(variances_[c]) / n);
+  }
 }
 
 }  // namespace itn

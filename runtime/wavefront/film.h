@@ -1,5 +1,5 @@
-// Sums of an image's samples on the device, in the order of the samples: the same bits however the samples were split
-// into launches.
+// Sums of the samples of a band of pixels on the device, in the order of the samples: the same bits however the samples
+// were split into launches, and the image into bands.
 #pragma once
 #include "runtime/renderer.h"
 
@@ -7,16 +7,23 @@ namespace itn {
 
 class Film {
  public:
+  // Room for that many pixels, or fewer where the device's memory is short.
   // channels: of the samples. luminance: sums the luminance of 3 channels instead of each.
   Film(const Device& device, int pixels, int channels, bool luminance);
 
-  // Adds the next samples of pixels [first_pixel, first_pixel + pixels), which start at first_sample of the buffer.
-  void add(const cl::Buffer& samples, std::size_t first_sample, int first_pixel, int pixels, int samples_a_pixel);
-
+  int pixels() const { return pixels_; }  // of a band
   int channels() const { return luminance_ ? 1 : channels_; }
 
-  // Fills mean, stderr_, mean_of_image and stderr_of_mean; with one sample a pixel the standard error is infinite.
-  void develop(int spp, Rendering& rendering) const;
+  // Adds the next samples of pixels [first_pixel, first_pixel + pixels) of the band, which start at first_sample of the
+  // buffer. fresh: the pixels' first samples, what was there is forgotten.
+  void add(const cl::Buffer& samples, std::size_t first_sample, int first_pixel, int pixels, int samples_a_pixel,
+           bool fresh);
+
+  // Appends the means and standard errors of the band's first `pixels` pixels; with one sample a pixel the standard
+  // error is infinite.
+  void develop(int spp, int pixels, Rendering& rendering);
+  // After the last band: mean_of_image and stderr_of_mean.
+  void finish(Rendering& rendering) const;
 
  private:
   const Device& device_;
@@ -24,6 +31,7 @@ class Film {
   bool luminance_;
   cl::Program program_;
   cl::Buffer sums_;
+  std::vector<double> means_, variances_;  // a channel each: sums over the pixels of all bands
 };
 
 }  // namespace itn

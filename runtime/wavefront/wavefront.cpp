@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "kernels/shared/path_state.h"
 #include "runtime/error.h"
 
 namespace itn {
@@ -9,17 +10,17 @@ namespace {
 
 constexpr int fused_slots = 512;       // paths a pool: 256 to 1024 are equally fast, more leave idle tails
 constexpr int staged_slots = 1 << 20;  // paths in flight on a GPU
+constexpr std::size_t least_slots = 1 << 10, least_samples = 1 << 12;  // below, a launch is not worth its overhead
 constexpr int staged_slots_a_cpu_unit = 1 << 12;
 // Work-items a group of the staged kernels. Always given: PoCL compiles a kernel anew for every size it chooses itself.
 constexpr std::size_t gpu_local = 64, cpu_local = 1;
-constexpr int medium_events = 64;           // a state load at most
-constexpr int queues = 10, free_queue = 0;  // QUEUES of path_state.h, which needs a program's definitions
+constexpr int medium_events = 64;  // a state load at most
+constexpr int queues = QUEUES, free_queue = QUEUE_FREE;
 
 std::size_t field_count(const std::map<std::string, std::string>& d) {
   const auto number = [&](const char* name) { return static_cast<std::size_t>(std::stoi(d.at(name))); };
-  // FIELDS of path_state.h; checked against the device's own count when the program is built
-  return 6 + number("THROUGHPUT_CHANNELS") + number("RADIANCE_CHANNELS") + 13 + 4 * number("SPECTRAL") +
-         4 * number("MEDIUM_LIGHT_SAMPLING");
+  return PATH_FIELDS(number("THROUGHPUT_CHANNELS"), number("RADIANCE_CHANNELS"), number("SPECTRAL"),
+                     number("MEDIUM_LIGHT_SAMPLING"));
 }
 
 }  // namespace
@@ -61,13 +62,27 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
             device.upload(data.textures, "textures"),
             device.upload(data.texels, "texels")};
 
-  const std::size_t budget = std::min<std::uint64_t>({std::uint64_t{256} << 20, device.info().max_allocation / 4});
-  sample_capacity_ = std::max<std::size_t>(budget / sizeof(float) / static_cast<std::size_t>(channels_), 1 << 12);
-  samples_ = device.allocate(sample_capacity_ * static_cast<std::size_t>(channels_) * sizeof(float), "samples");
-  const std::size_t fields = field_count(definitions);
-  const std::size_t pool = (fields + queues * (fused_ ? 1u : 2u)) * static_cast<std::size_t>(slots_ + width_);
-  storage_ = device.allocate(static_cast<std::size_t>(workers_) * pool * sizeof(float), "path state");
+  // Short of memory, fewer paths are in flight and launches are smaller: the image is the same.
+  const std::size_t a_slot = (field_count(definitions) + queues * (fused_ ? 1u : 2u)) * sizeof(float);
+  if (fused_) {
+    const std::size_t a_pool = a_slot * static_cast<std::size_t>(slots_ + width_);
+    const Device::Elements pools = device.allocate_most(static_cast<std::size_t>(workers_), 1, a_pool, "path state");
+    workers_ = static_cast<int>(pools.count);
+    storage_ = pools.buffer;
+  } else {
+    const std::size_t dump = static_cast<std::size_t>(width_);
+    const Device::Elements slots =
+        device.allocate_most(static_cast<std::size_t>(slots_) + dump, least_slots + dump, a_slot, "path state");
+    slots_ = static_cast<int>(slots.count - dump);
+    storage_ = slots.buffer;
+  }
   counter_ = device.allocate(2 * queues * sizeof(int), "queue lengths");
+  misplaced_ = device.upload(std::vector<cl_uint>{0}, "misplaced arrivals");
+  const std::size_t a_sample = static_cast<std::size_t>(channels_) * sizeof(float);
+  const std::uint64_t budget = std::min(std::uint64_t{256} << 20, device.info().max_allocation / 4);
+  const Device::Elements samples = device.allocate_most(budget / a_sample, least_samples, a_sample, "samples");
+  sample_capacity_ = samples.count;
+  samples_ = samples.buffer;
 }
 
 void Wavefront::set_scene_arguments(cl::Kernel& kernel) const {
@@ -76,7 +91,14 @@ void Wavefront::set_scene_arguments(cl::Kernel& kernel) const {
     if (k == 5) kernel.setArg(at++, jobs_buffer_);
     kernel.setArg(at++, scene_[k]);
   }
-  kernel.setArg(at, samples_);
+  kernel.setArg(at++, samples_);
+  kernel.setArg(at, misplaced_);
+}
+
+std::uint64_t Wavefront::misplaced() const {
+  std::vector<cl_uint> count(1);
+  device_.download(misplaced_, count);
+  return count[0];
 }
 
 void Wavefront::trace(const std::vector<JobSlice>& slices) {
@@ -116,7 +138,7 @@ void Wavefront::trace_fused(const std::vector<ChunkRecord>& chunks) {
   counter_ = device_.upload(std::vector<int>{0}, "chunk counter");
   cl::Kernel kernel(program_, "trace_paths");
   set_scene_arguments(kernel);
-  cl_uint at = static_cast<cl_uint>(scene_.size()) + 2;
+  cl_uint at = static_cast<cl_uint>(scene_.size()) + 3;
   kernel.setArg(at++, chunk_buffer);
   kernel.setArg(at++, static_cast<cl_int>(chunks.size()));
   kernel.setArg(at++, counter_);
@@ -141,7 +163,7 @@ void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) 
 
   set_scene_arguments(generate);
   set_scene_arguments(stage);
-  const cl_uint scene_end = static_cast<cl_uint>(scene_.size()) + 2;
+  const cl_uint scene_end = static_cast<cl_uint>(scene_.size()) + 3;
   std::vector<int> lengths(2 * queues);
   int next = 0;
   for (int half = 0;; half = 1 - half) {

@@ -28,6 +28,9 @@ class Wavefront {
   void trace(const std::vector<JobSlice>& slices);
   const cl::Buffer& samples() const { return samples_; }
 
+  // Arrivals so far at surfaces from the side where the path cannot be, modulo 2^32.
+  std::uint64_t misplaced() const;
+
  private:
   void set_scene_arguments(cl::Kernel& kernel) const;
   void trace_fused(const std::vector<ChunkRecord>& chunks);
@@ -39,7 +42,7 @@ class Wavefront {
   int width_, channels_, workers_, slots_;
   std::size_t sample_capacity_;
   std::vector<cl::Buffer> scene_;  // in the order of SCENE_PARAMETERS, without jobs and samples
-  cl::Buffer jobs_buffer_, samples_, storage_, counter_;
+  cl::Buffer jobs_buffer_, samples_, storage_, counter_, misplaced_;
   cl::Program program_;
 };
 

@@ -124,6 +124,23 @@ TEST_CASE("too large a buffer is refused with its size and the device's limit") 
   CHECK(message.find("MiB") != std::string::npos);
 }
 
+TEST_CASE("a memory limit counts what is allocated, and frees what is released") {
+  const itn::Device device("", 8u << 20);
+  CHECK(device.info().memory == 8u << 20);
+  {
+    const cl::Buffer kept = device.allocate(5u << 20, "kept");
+    CHECK(device.free_memory() == 3u << 20);
+    const std::string message = message_of([&] { (void)device.allocate(4u << 20, "the film"); });
+    CHECK_THAT(message,
+               Catch::Contains("the film: no room for 4096 KiB") && Catch::Contains("3072 KiB of 8192 KiB are free"));
+    const itn::Device::Elements most = device.allocate_most(6u << 20, 1, 1, "many");
+    CHECK(most.count == 3u << 19);
+    const cl::Buffer rest = device.allocate(device.free_memory(), "rest");
+    CHECK_THAT(message_of([&] { (void)device.allocate_most(100, 10, 1, "many"); }), Catch::Contains("many: no room"));
+  }
+  CHECK(device.free_memory() == 8u << 20);
+}
+
 TEST_CASE("an empty vector becomes a buffer that a kernel can be given") {
   const itn::Device device;
   CHECK(device.upload(std::vector<float>{}, "nothing").getInfo<CL_MEM_SIZE>() >= 4);

@@ -172,6 +172,7 @@ TEST_CASE("stage null goes straight on in the medium of the other side") {
       paths[i].medium = paths[i].medium < 0 ? 0 : -1;  // rounding put it there
     after = paths;
     bench.run(Queue::null, after);
+    CHECK(bench.misplaced() == 51);
     std::size_t wrong = 0;
     for (std::size_t i = 0; i < paths.size(); ++i) {
       const bool inside = i % 2 == 0;

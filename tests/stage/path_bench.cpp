@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstdlib>
 #include <stdexcept>
 
 namespace itn::test {
@@ -45,8 +46,10 @@ std::size_t each_field(SomePath& p, std::size_t throughput, std::size_t radiance
     for (std::size_t c = 0; c < 3; ++c) visit(field++, p.ratio[c]);
     visit(field++, p.hero);
   }
-  if (connects)
+  if (connects) {
     for (std::size_t k = 0; k < 3; ++k) visit(field++, p.arrival[k]);
+    visit(field++, p.chance);
+  }
   return field;
 }
 
@@ -54,6 +57,7 @@ std::size_t each_field(SomePath& p, std::size_t throughput, std::size_t radiance
 
 PathBench::PathBench(const Device& device, const Scene& scene, const Options& options)
     : device_(device), width_(options.width) {
+  if (const char* width = std::getenv("ITN_TEST_WIDTH")) width_ = std::atoi(width);
   data_.geometry.box_width = 4;
   job_ = append_scene(scene, 0, data_);
   job_.seed_low = static_cast<unsigned>(options.seed);
@@ -70,9 +74,13 @@ PathBench::PathBench(const Device& device, const Scene& scene, const Options& op
   throughput_channels_ = static_cast<std::size_t>(std::stoi(definitions_["THROUGHPUT_CHANNELS"]));
   radiance_channels_ = static_cast<std::size_t>(std::stoi(definitions_["RADIANCE_CHANNELS"]));
   program_ = device.build("wavefront.cl", definitions_);
+  misplaced_ = device.upload(std::vector<cl_uint>{0}, "misplaced");
   const Path none;
   fields_ = each_field(none, throughput_channels_, radiance_channels_, has("SPECTRAL"), has("MEDIUM_LIGHT_SAMPLING"),
                        [](std::size_t, const auto&) {});
+  if (fields_ != PATH_FIELDS(throughput_channels_, radiance_channels_, std::size_t{has("SPECTRAL")},
+                             std::size_t{has("MEDIUM_LIGHT_SAMPLING")}))
+    throw std::logic_error("the members of a path are not those of path_state.h");
   const Geometry& g = data_.geometry;
   scene_ = {device.upload(g.nodes, "nodes"),           device.upload(g.leaves, "leaves"),
             device.upload(g.primitives, "primitives"), device.upload(g.grid, "grid"),
@@ -83,9 +91,16 @@ PathBench::PathBench(const Device& device, const Scene& scene, const Options& op
             device.upload(data_.textures, "textures"), device.upload(data_.texels, "texels")};
 }
 
+std::uint64_t PathBench::misplaced() const {
+  std::vector<cl_uint> count(1);
+  device_.download(misplaced_, count);
+  return count[0];
+}
+
 void PathBench::set_scene(cl::Kernel& kernel, const cl::Buffer& jobs, const cl::Buffer& samples) const {
   for (cl_uint k = 0; k < scene_.size(); ++k) kernel.setArg(k, k == 5 ? jobs : scene_[k]);
   kernel.setArg(static_cast<cl_uint>(scene_.size()), samples);
+  kernel.setArg(static_cast<cl_uint>(scene_.size()) + 1, misplaced_);
 }
 
 std::vector<float> PathBench::pack(const std::vector<Path>& paths) const {
@@ -159,7 +174,7 @@ std::vector<Path> PathBench::generate(int pixels, int samples) {
   fill.setArg(2, lengths_buffer);
   device_.launch(fill, n, 1);
   set_scene(kernel, jobs, gathered);
-  cl_uint at = static_cast<cl_uint>(scene_.size()) + 1;
+  cl_uint at = static_cast<cl_uint>(scene_.size()) + 2;
   kernel.setArg(at++, chunk_buffer);
   kernel.setArg(at++, 2);
   kernel.setArg(at++, 0);
@@ -203,7 +218,7 @@ void PathBench::run(Queue stage, std::vector<Path>& all) {
   const cl::Buffer pool = device_.upload(storage, "pool"), lengths_buffer = device_.upload(lengths, "lengths");
   cl::Kernel kernel(program_, "stage");
   set_scene(kernel, jobs, gathered);
-  cl_uint at = static_cast<cl_uint>(scene_.size()) + 1;
+  cl_uint at = static_cast<cl_uint>(scene_.size()) + 2;
   kernel.setArg(at++, static_cast<int>(stage));
   kernel.setArg(at++, pool);
   kernel.setArg(at++, static_cast<int>(n));

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/shared/path_state.h"
 #include "runtime/wavefront/launch_data.h"
 #include "runtime/wavefront/wavefront.h"
 
@@ -12,7 +13,9 @@ namespace itn::test {
 
 // As in kernels/shared/path_state.h.
 enum class Queue { free, ray, null, diffuse, dielectric, rough_beckmann, rough_ggx, medium, connect, escape };
-constexpr int queue_count = 10;
+constexpr int queue_count = QUEUES;
+static_assert(static_cast<int>(Queue::free) == QUEUE_FREE && static_cast<int>(Queue::rough_ggx) == QUEUE_ROUGH_GGX &&
+              static_cast<int>(Queue::escape) == QUEUE_ESCAPE && static_cast<int>(Queue::escape) + 1 == queue_count);
 
 // One path between two stages: the members of path_state.h.
 struct Path {
@@ -25,6 +28,7 @@ struct Path {
   Rgb ratio{1, 1, 1};
   int hero = 0;
   Vec3 arrival{};
+  double chance = 1;
   Queue queue = Queue::free;  // where it waits; free: it has ended
   Rgb sample_radiance{};      // what it gave to its pixel when it ended
 };
@@ -33,7 +37,7 @@ class PathBench {
  public:
   struct Options {
     Operator op = Operator::full;
-    int width = 1;
+    int width = 1;               // unless the environment variable ITN_TEST_WIDTH says another (tools/oclgrind)
     int medium_events = 1;       // a launch of stage medium
     bool light_sampling = true;  // false: light is met by chance alone
     std::uint64_t seed = 1;
@@ -53,6 +57,8 @@ class PathBench {
   bool has(const char* feature) const { return definitions_.at(feature) != "0"; }
   const LaunchData& data() const { return data_; }
   const JobRecord& job() const { return job_; }
+  // Arrivals at surfaces from the wrong side, of all runs.
+  std::uint64_t misplaced() const;
   // Numbered as in PrimitiveRecord: where paths that leave the primitive start.
   double offset(int primitive) const {
     return static_cast<double>(data_.geometry.primitives[static_cast<std::size_t>(primitive)].offset);
@@ -74,6 +80,7 @@ class PathBench {
   std::map<std::string, std::string> definitions_;
   std::size_t throughput_channels_, radiance_channels_, fields_;
   cl::Program program_;
+  cl::Buffer misplaced_;
   std::vector<cl::Buffer> scene_;
 };
 

@@ -1,7 +1,8 @@
-// Which schedule and how many paths a launch: the same bits.
+// Which schedule, how many paths a launch, and which other jobs share it: the same bits.
 #include <catch2/catch.hpp>
 
 #include "runtime/renderer.h"
+#include "runtime/wavefront/wavefront.h"
 #include "scenes.h"
 #include "stage_test.h"
 
@@ -26,4 +27,55 @@ TEST_CASE("fused and staged schedules give the same bits for launches of any siz
       CHECK((staged.mean == fused.mean && staged.stderr_ == fused.stderr_));
     }
   }
+}
+
+TEST_CASE("jobs that share a launch have the bits of each job alone") {
+  // three scenes of the same features: materials, light, camera and seed differ
+  std::vector<Scene> scenes;
+  for (const double sigma_t : {2.0, 8.0, 0.5}) {
+    Scene scene = sphere_scene(bsdf_of(BsdfKind::roughdielectric, 1.3 + 0.02 * sigma_t, 0.3),
+                               medium_of(sigma_t, 0.9, 0.1 * sigma_t));
+    add_floor(scene, bsdf_of(BsdfKind::diffuse), 3, -1.25f);
+    scene.sensors[0].to_world.m = {1, 0, 0, 0, 0, 0, 1, -4 - 0.1 * sigma_t, 0, 1, 0, 0, 0, 0, 0, 1};
+    scene.environment = wide_sun(40, {0.6, 0, 0.8}, 0.2 * sigma_t);
+    scenes.push_back(scene);
+  }
+  // scenes in turn, one of them twice, runs of pixels and samples that begin anywhere
+  const std::vector<JobSlice> slices{{0, 3, 200, 5, 7}, {1, 0, 256, 0, 9}, {0, 210, 40, 0, 16}, {2, 17, 100, 1, 33}};
+  for (const Schedule schedule : {Schedule::fused, Schedule::staged})
+    for (const int width : widths) {
+      CAPTURE(schedule == Schedule::fused, width);
+      const auto data_of = [](const std::vector<Scene>& of, std::vector<JobRecord>& jobs) {
+        LaunchData data;
+        data.geometry.box_width = 4;
+        for (const Scene& scene : of) jobs.push_back(append_scene(scene, 0, data));
+        return data;
+      };
+      const auto trace = [&](Wavefront& wavefront, const std::vector<JobSlice>& together) {
+        wavefront.trace(together);
+        int paths = 0;
+        for (const JobSlice& s : together) paths += s.pixels * s.samples;
+        std::vector<float> samples(static_cast<std::size_t>(paths * wavefront.channels()));
+        device().download(wavefront.samples(), samples);
+        return samples;
+      };
+      std::vector<JobRecord> jobs;
+      const LaunchData data = data_of(scenes, jobs);
+      for (std::size_t j = 0; j < jobs.size(); ++j) jobs[j].seed_low = static_cast<unsigned>(10 + j);
+      Wavefront shared(device(), data, jobs, Operator::full, width, schedule);
+      std::vector<float> alone;
+      for (const JobSlice& slice : slices) {
+        const std::size_t k = static_cast<std::size_t>(slice.job);
+        std::vector<JobRecord> job;
+        const LaunchData own = data_of({scenes[k]}, job);
+        job[0].seed_low = jobs[k].seed_low;
+        Wavefront wavefront(device(), own, job, Operator::full, width, schedule);
+        JobSlice same = slice;
+        same.job = 0;
+        const std::vector<float> part = trace(wavefront, {same});
+        alone.insert(alone.end(), part.begin(), part.end());
+      }
+      CHECK(std::any_of(alone.begin(), alone.end(), [](float x) { return x > 0; }));
+      CHECK(trace(shared, slices) == alone);
+    }
 }

@@ -2,6 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <vector>
 
 #include "runtime/device/device.h"
@@ -13,7 +14,12 @@ inline const Device& device() {
   return shared;
 }
 
-constexpr int widths[] = {1, 16};
+// The environment variable ITN_TEST_WIDTH leaves one of them (tools/oclgrind).
+inline std::vector<int> tested_widths() {
+  if (const char* width = std::getenv("ITN_TEST_WIDTH")) return {std::atoi(width)};
+  return {1, 16};
+}
+inline const std::vector<int> widths = tested_widths();
 
 // Largest distance between the distribution of the values and a cumulative distribution function.
 template <class Cdf>

@@ -1,12 +1,9 @@
 #include "lane_function.h"
 
 #include <algorithm>
-#include <cstdlib>
-#include <fstream>
 #include <random>
 
 #include "runtime/device/device.h"
-#include "temporary_folder.h"
 
 namespace itn::test {
 namespace {
@@ -16,6 +13,7 @@ constexpr std::size_t largest_width = 16;
 std::string source_of(const LaneFunction& f) {
   std::string text = "#include \"lib/vector.h\"\n";
   for (const auto& include : f.includes) text += "#include \"" + include + "\"\n";
+  text += f.functions;
   text += "__kernel void run(__global const float* in_, __global float* out_, int count_) {\n";
   text += "INT at_ = (int)get_global_id(0) * WIDTH + LANE_INDEX;\n";
   for (std::size_t k = 0; k < f.inputs.size(); ++k)
@@ -25,15 +23,6 @@ std::string source_of(const LaneFunction& f) {
   for (std::size_t k = 0; k < f.outputs.size(); ++k)
     text += "SCATTER(out_, at_ + " + std::to_string(k) + " * count_, " + f.outputs[k] + ");\n";
   return text + "}\n";
-}
-
-cl::Program build(const Device& device, const std::string& source, int width) {
-  const TemporaryFolder folder;
-  std::ofstream(folder.path() / "lane_function.cl") << source;
-  setenv("ITN_KERNEL_DIR", folder.path().c_str(), 1);
-  cl::Program program = device.build("lane_function.cl", {{"WIDTH", std::to_string(width)}});
-  unsetenv("ITN_KERNEL_DIR");
-  return program;
 }
 
 }  // namespace
@@ -47,7 +36,11 @@ Columns run_lanes(const LaneFunction& function, int width, const Columns& inputs
     in.insert(in.end(), column.begin(), column.end());
     in.resize((in.size() + largest_width - 1) / largest_width * largest_width, column.back());
   }
-  cl::Kernel kernel(build(device, source_of(function), width), "run");
+  std::map<std::string, std::string> definitions = function.definitions;
+  definitions["WIDTH"] = std::to_string(width);
+  const cl::Program program =
+      device.build("lane_function.cl", definitions, {{"lane_function.cl", source_of(function)}});
+  cl::Kernel kernel(program, "run");
   const cl::Buffer in_buffer = device.upload(in, "inputs"), out_buffer = device.upload(out, "outputs");
   kernel.setArg(0, in_buffer);
   kernel.setArg(1, out_buffer);

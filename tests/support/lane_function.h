@@ -1,5 +1,6 @@
 // A few lines of OpenCL C over REAL lanes, run over arrays on the default device at a chosen width.
 #pragma once
+#include <map>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,8 @@ struct LaneFunction {
   std::vector<std::string> inputs;    // names of const REAL variables
   std::vector<std::string> outputs;   // names of REAL variables that body assigns to
   std::string body;
+  std::map<std::string, std::string> definitions{};  // beside WIDTH
+  std::string functions{};                           // more OpenCL C, which body calls
 };
 
 // One column an output, row by row what body makes of the rows of the inputs. width: 1, 4, 8 or 16.

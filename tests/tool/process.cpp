@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <stdexcept>
 
 #include "runtime/image/file.h"
@@ -12,7 +13,7 @@
 namespace {
 
 std::string temporary_file() {
-  std::string name = "/tmp/itn_test_XXXXXX";
+  std::string name = (std::filesystem::temp_directory_path() / "itn_test_XXXXXX").string();
   const int descriptor = mkstemp(name.data());
   if (descriptor < 0) throw std::runtime_error("cannot create " + name);
   close(descriptor);
@@ -27,7 +28,9 @@ void redirect(const std::string& file, int descriptor) {
 }  // namespace
 
 Process::Process(const std::vector<std::string>& arguments, const Options& options)
-    : output_(options.output_file.empty() ? temporary_file() : options.output_file), error_(temporary_file()) {
+    : own_output_(options.output_file.empty()),
+      output_(own_output_ ? temporary_file() : options.output_file),
+      error_(temporary_file()) {
   std::vector<char*> argv{const_cast<char*>("itn")};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
@@ -52,8 +55,8 @@ Process::~Process() {
     kill(pid_, SIGKILL);
     waitpid(pid_, nullptr, 0);
   }
-  for (const std::string& file : {output_, error_})
-    if (file.starts_with("/tmp/itn_test_")) unlink(file.c_str());
+  if (own_output_) unlink(output_.c_str());
+  unlink(error_.c_str());
 }
 
 void Process::send(int signal_number) const { kill(pid_, signal_number); }
@@ -64,7 +67,7 @@ Result Process::wait() {
   pid_ = -1;
   Result result;
   result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-  if (output_.starts_with("/tmp/itn_test_")) result.output = itn::read_file(output_);
+  if (own_output_) result.output = itn::read_file(output_);
   result.error = itn::read_file(error_);
   return result;
 }

@@ -29,6 +29,7 @@ class Process {
 
  private:
   pid_t pid_ = -1;
+  bool own_output_;
   std::string output_, error_;  // files
 };
 

@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 #include <chrono>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -62,10 +63,52 @@ TEST_CASE("--json - gives the result and nothing else on standard output") {
   CHECK(json["device"].contains("platform"));
   for (const char* time : {"scene_s", "build_s", "render_s", "write_s"}) CHECK(json["time"][time] >= 0);
   CHECK(json["paths"] == 32 * 24 * 4);
+  CHECK(json["misplaced"] == 0);
   CHECK(json["paths_per_s"] > 0);
   CHECK(json["mean"].size() == 3);
   CHECK(json["mean_stderr"].size() == 3);
   CHECK(json["derivatives"].is_object());
+}
+
+TEST_CASE("the file has the same bits whatever the number of threads") {
+  const TemporaryFolder folder;
+  std::string files[2];
+  for (const int threads : {1, 2}) {
+    const std::string name = folder / (std::to_string(threads) + ".exr");
+    const Result result = run_itn(render(name), {.environment = {{"POCL_MAX_PTHREAD_COUNT", std::to_string(threads)}}});
+    INFO(result.error);
+    REQUIRE(result.exit_code == 0);
+    files[threads - 1] = itn::read_file(name);
+  }
+  CHECK(files[0] == files[1]);
+}
+
+TEST_CASE("too little device memory: fewer paths at a time and the same bits, or exit 4 with what is missing") {
+  const TemporaryFolder folder;
+  REQUIRE(run_itn(render(folder / "roomy.exr")).exit_code == 0);
+  const Result tight = run_itn(render(folder / "tight.exr"), {.environment = {{"ITN_MEMORY_LIMIT", "10"}}});
+  INFO(tight.error);
+  REQUIRE(tight.exit_code == 0);
+  CHECK(itn::read_file(folder / "roomy.exr") == itn::read_file(folder / "tight.exr"));
+  const Result failed = run_itn(render(folder / "none.exr"), {.environment = {{"ITN_MEMORY_LIMIT", "1"}}});
+  CHECK(failed.exit_code == 4);
+  CHECK_THAT(failed.error, Catch::Contains("no room for") && Catch::Contains("of 1024 KiB are free"));
+  CHECK(!std::filesystem::exists(folder / "none.exr"));
+  CHECK(run_itn(render(folder / "none.exr"), {.environment = {{"ITN_MEMORY_LIMIT", "lots"}}}).exit_code == 2);
+}
+
+TEST_CASE("paths inside a shape whose medium the camera does not name are counted and warned about") {
+  const TemporaryFolder folder;
+  std::string scene = itn::read_file(ball);
+  const std::string outside = "origin=\"0, 0, 5\" target=\"0, 0, 0\"";
+  REQUIRE(scene.find(outside) != std::string::npos);
+  scene.replace(scene.find(outside), outside.size(), "origin=\"0, 0, 0\" target=\"0, 0, 1\"");
+  std::ofstream(folder / "inside.xml") << scene;
+  const Result result = run_itn({"render", folder / "inside.xml", "-o", folder / "a.exr", "--json", "-"});
+  REQUIRE(result.exit_code == 0);
+  const auto json = nlohmann::json::parse(result.output);
+  CHECK(json["misplaced"] == json["paths"]);  // each path once: it is on its logical side from then on
+  CHECK_THAT(result.error, Catch::Contains("warning") && Catch::Contains("from the side where they cannot be"));
 }
 
 TEST_CASE("the JSON's mean is the mean of the file's pixels") {
@@ -190,5 +233,6 @@ TEST_CASE("a scene without light renders black and warns") {
   const Result result = run_itn({"render", folder / "dark.xml", "-o", folder / "a.exr", "--json", "-"});
   REQUIRE(result.exit_code == 0);
   CHECK_THAT(result.error, Catch::Contains("warning") && Catch::Contains("emitter"));
-  for (const auto& mean : nlohmann::json::parse(result.output)["mean"]) CHECK(mean == 0);
+  const auto json = nlohmann::json::parse(result.output);
+  for (const auto& mean : json["mean"]) CHECK(mean == 0);
 }

@@ -6,8 +6,9 @@
 
 Each scene is rendered in independent passes, each with a seed of its own. The file holds the mean over the passes in
 channels R G B, and its standard error, from the spread of the passes, in stderr.R stderr.G stderr.B.
-The integrator is the scene's own volpath; for RGB sigma_t volpathmis (volpath takes one channel's density there, which
-has no useful variance). Mitsuba takes rgb sigma_t in [0, 1] only: the scenes use `scale`.
+The integrator is the scene's own volpath. For RGB sigma_t volpath takes one channel's density, which has no useful
+variance: there either volpathmis, or, where that is heavy-tailed too, three renders with a channel's sigma_t for all three.
+Mitsuba takes rgb sigma_t in [0, 1] only: the scenes use `scale`.
 """
 import glob
 import os
@@ -23,6 +24,22 @@ SPP = 1024  # a pass
 SPP_OF = {'rgb_sigma_t': 2048, 'null_constant': 512, 'dielectric_constant': 512,
           'max_depth': 512, 'rough_shading_normals': 512}
 SPECTRAL_MIS = {'rgb_sigma_t'}
+CHANNEL_BY_CHANNEL = {'rgb_sigma_t_null'}
+
+
+def channel_by_channel(scene, **options):
+    """The image of a scene with one medium, each channel from a render in which all have its sigma_t."""
+    parameters = mi.traverse(scene)
+    key, = [k for k in parameters.keys() if k.endswith('.sigma_t.value.value')]
+    sigma_t = np.array(parameters[key]).ravel()
+    channels = []
+    for c in range(3):
+        parameters[key] = mi.Color3f(float(sigma_t[c]))
+        parameters.update()
+        channels.append(np.array(mi.render(scene, **options), dtype=np.float64)[:, :, c])
+    parameters[key] = mi.Color3f(*[float(s) for s in sigma_t])
+    parameters.update()
+    return np.stack(channels, axis=-1)
 
 
 def render(path):
@@ -35,7 +52,11 @@ def render(path):
     start = time.time()
     mean, square = 0.0, 0.0
     for k in range(PASSES):
-        image = np.array(mi.render(scene, integrator=integrator, spp=spp, seed=k), dtype=np.float64)
+        options = {'integrator': integrator, 'spp': spp, 'seed': k}
+        if name in CHANNEL_BY_CHANNEL:
+            image = channel_by_channel(scene, **options)
+        else:
+            image = np.array(mi.render(scene, **options), dtype=np.float64)
         delta = image - mean
         mean = mean + delta / (k + 1)
         square = square + delta * (image - mean)

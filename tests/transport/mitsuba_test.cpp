@@ -24,11 +24,25 @@ struct MitsubaScene {
 
 // Samples enough for a pixel's mean to be near normal; more where few paths carry most of the light.
 const MitsubaScene scenes[] = {
-    {"camera_inside", 1024},     {"dielectric_constant", 1024}, {"glass", 1024},        {"hide_emitters", 1024},
-    {"max_depth", 1024},         {"max_depth_null", 1024},      {"nested", 1024},       {"null_constant", 1024},
-    {"null_envmap", 1024},       {"opaque_neighbours", 1024},   {"orthographic", 1024}, {"rgb_albedo", 1024},
-    {"rgb_sigma_t", 1024},       {"rough_beckmann", 1024},      {"rough_ggx", 1024},    {"rough_shading_normals", 1024},
-    {"sunsky_null_floor", 2048}, {"sunsky_rough_floor", 2048},
+    {"camera_inside", 1024},
+    {"dielectric_constant", 1024},
+    {"glass", 1024},
+    {"hide_emitters", 1024},
+    {"max_depth", 1024},
+    {"max_depth_null", 1024},
+    {"nested", 1024},
+    {"null_constant", 1024},
+    {"null_envmap", 1024},
+    {"opaque_neighbours", 1024},
+    {"orthographic", 1024},
+    {"rgb_albedo", 1024},
+    {"rgb_sigma_t", 1024},
+    {"rgb_sigma_t_null", 2048},
+    {"rough_beckmann", 1024},
+    {"rough_ggx", 1024},
+    {"rough_shading_normals", 1024},
+    {"sunsky_null_floor", 2048},
+    {"sunsky_rough_floor", 2048},
 };
 
 constexpr std::size_t tests_of_means = 3 * std::size(scenes);

@@ -1,0 +1,20 @@
+// A graph as OpenCL C 1.2 in the dialect of kernels/shared/portable.h: the same text serves every width.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "runtime/derivative/graph.h"
+
+namespace itn {
+
+struct Output {
+  std::string name;  // of a REAL* argument
+  int node = -1;     // its value; -1: 0, without computing anything
+};
+
+// An inline function that takes `arguments` ("REAL alpha", "REAL3 wi"), then a pointer for each output, and computes
+// every sub-expression once. Throws std::logic_error for a constant beyond the range of single precision.
+std::string print_function(const Graph& graph, const std::string& name, const std::vector<std::string>& arguments,
+                           const std::vector<Output>& outputs);
+
+}  // namespace itn

@@ -1,0 +1,348 @@
+// Four ways to the same derivative: the recorded graph in double precision, dual numbers, central differences, and the
+// printed OpenCL code.
+#include <catch2/catch.hpp>
+#include <numbers>
+
+#include "kernels/model/diffuse.h"
+#include "kernels/model/medium_homogeneous.h"
+#include "kernels/model/phase_henyey_greenstein.h"
+#include "kernels/model/rough_dielectric.h"
+#include "kernels/model/sky_hosek_wilkie.h"
+#include "runtime/derivative/dual.h"
+#include "runtime/scene/hosek_wilkie.h"
+#include "score_support.h"
+
+using namespace itn;
+using namespace itn::test;
+
+namespace {
+
+constexpr std::size_t n = 20000;
+constexpr double pi = std::numbers::pi;
+
+// Directions with cosines of all sizes, down to 1e-4 from grazing and from the normal.
+void add_directions(Columns& columns, unsigned seed) {
+  const auto kind = uniform_numbers(n, seed), z = uniform_numbers(n, seed + 1, -1, 1),
+             phi = uniform_numbers(n, seed + 2, 0, 2 * pi);
+  std::vector<float> x(n), y(n), w(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    double cosine = z[i];
+    if (kind[i] < 0.1f) cosine *= 1e-2;
+    if (kind[i] > 0.9f) cosine = std::copysign(1 - 1e-4 * std::abs(cosine), cosine);
+    const double sine = std::sqrt(1 - cosine * cosine);
+    x[i] = static_cast<float>(sine * std::cos(phi[i]));
+    y[i] = static_cast<float>(sine * std::sin(phi[i]));
+    w[i] = static_cast<float>(cosine);
+  }
+  columns.insert(columns.end(), {x, y, w});
+}
+
+Columns henyey_greenstein_inputs() {
+  Columns in{uniform_numbers(n, 1, -1, 1), uniform_numbers(n, 2, -0.99, 0.99)};
+  for (std::size_t i = 0; i < n; i += 100) in[0][i] = i % 200 ? 1.f : -1.f;  // straight on, straight back
+  for (std::size_t i = 50; i < n; i += 100) in[1][i] = 1e-6f * static_cast<float>(i) / n;
+  return in;
+}
+
+Columns medium_inputs() {
+  auto sigma_t = uniform_numbers(n, 3, -3, 6), distance = uniform_numbers(n, 4, 0, 5);
+  for (float& s : sigma_t) s = std::exp(s);
+  return {sigma_t, distance};
+}
+
+Columns medium_scattering_inputs() {
+  const Columns in = medium_inputs();
+  return {in[0], uniform_numbers(n, 5, 1e-3, 1), in[1]};
+}
+
+Columns diffuse_inputs() {
+  Columns in{uniform_numbers(n, 6, 1e-3, 1)};
+  add_directions(in, 7);
+  return in;
+}
+
+// wo: nine in ten drawn by the sampler, so that both lobes are met; the others anywhere.
+Columns rough_dielectric_inputs(int distribution) {
+  Columns in{uniform_numbers(n, 11, -3.9, 0), uniform_numbers(n, 12, 1.05, 2)};
+  for (float& alpha : in[0]) alpha = std::exp(alpha);  // from 0.02
+  for (std::size_t i = 1; i < n; i += 2) in[1][i] = 1 / in[1][i];
+  add_directions(in, 13);
+  add_directions(in, 16);
+  const auto u0 = uniform_numbers(n, 21), u1 = uniform_numbers(n, 22), u2 = uniform_numbers(n, 23);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (i % 10 == 0) continue;
+    const Vector3<double> wi{in[2][i], in[3][i], in[4][i]};
+    Vector3<double> wo{};
+    double weight = 0, pdf = 0;
+    bool reflected = false;
+    rough_dielectric_sample<double>(distribution, in[0][i], far_over_near<double>(in[1][i], wi.z), wi, u0[i], u1[i],
+                                    u2[i], &wo, &weight, &pdf, &reflected);
+    in[5][i] = static_cast<float>(wo.x);
+    in[6][i] = static_cast<float>(wo.y);
+    in[7][i] = static_cast<float>(wo.z);
+  }
+  return in;
+}
+
+// m and the lobe: what the sampler decided; one in ten wi and m at random.
+Columns rough_dielectric_decision_inputs(int distribution) {
+  Columns in = rough_dielectric_inputs(distribution);
+  in.emplace_back(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vector3<double> wi{in[2][i], in[3][i], in[4][i]}, wo{in[5][i], in[6][i], in[7][i]};
+    const bool reflected = wi.z * wo.z > 0;
+    const auto m = rough_dielectric_normal<double>(far_over_near<double>(in[1][i], wi.z), wi, wo, reflected);
+    in[5][i] = static_cast<float>(m.x);
+    in[6][i] = static_cast<float>(m.y);
+    in[7][i] = static_cast<float>(m.z);
+    in[8][i] = reflected;
+  }
+  return in;
+}
+
+// Coefficients and tangents of real skies, with random tangents beside.
+Columns sky_inputs() {
+  Columns in(23, std::vector<float>(n));
+  const auto u = uniform_numbers(n, 31), cosine = uniform_numbers(n, 32, 0, 1), azimuth = uniform_numbers(n, 33, 0, pi);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (i % 50) {  // a new sky every 50 rows
+      for (std::size_t k = 0; k < 20; ++k) in[k][i] = in[k][i - 1];
+    } else {
+      SunSky parameters;
+      parameters.turbidity = 1 + 9 * u[i];
+      parameters.albedo = {u[i + 1], u[i + 2], u[i + 3]};
+      parameters.sun_direction = {std::sqrt(1 - u[i + 4] * u[i + 4]), 0, u[i + 4]};
+      const auto sky = clear_sky(parameters).sky[i % 3];
+      const auto tangent = clear_sky_derivatives(parameters)[i % 4].sky[i % 4 ? i % 4 - 1 : 0];
+      for (std::size_t k = 0; k < 10; ++k) {
+        in[k][i] = static_cast<float>(sky[k]);
+        in[10 + k][i] = static_cast<float>(tangent[k]);
+      }
+    }
+    const double sun_cosine = u[i - i % 50 + 4], sine = std::sqrt(1 - cosine[i] * cosine[i]);
+    const double dot = cosine[i] * sun_cosine + sine * std::sqrt(1 - sun_cosine * sun_cosine) * std::cos(azimuth[i]);
+    in[20][i] = cosine[i];
+    in[21][i] = static_cast<float>(std::acos(std::clamp(dot, -1., 1.)));
+    in[22][i] = static_cast<float>(1 - dot);
+  }
+  return in;
+}
+
+// f over any scalar, from a row of its scalar inputs in the order of the arguments; edge: what is added to log f.
+struct NoEdge {
+  template <class Real>
+  static Real edge(const Real*) {
+    return 0;
+  }
+};
+struct HenyeyGreenstein : NoEdge {
+  template <class Real>
+  static Real f(const Real* x) {
+    return henyey_greenstein(x[0], x[1]);
+  }
+};
+struct Scattering : NoEdge {
+  template <class Real>
+  static Real f(const Real* x) {
+    return medium_free_flight(x[0], x[2]) * x[1];
+  }
+};
+struct Passage : NoEdge {
+  template <class Real>
+  static Real f(const Real* x) {
+    return medium_transmittance(x[0], x[1]);
+  }
+};
+struct Diffuse : NoEdge {
+  template <class Real>
+  static Real f(const Real* x) {
+    return diffuse_eval(x[0], Vector3<Real>{x[1], x[2], x[3]});
+  }
+};
+template <int distribution>
+struct RoughDielectric {
+  template <class Real>
+  static Real f(const Real* x) {
+    const Vector3<Real> wi{x[2], x[3], x[4]}, wo{x[5], x[6], x[7]};
+    return rough_dielectric_eval(distribution, x[0], far_over_near(x[1], wi.z), wi, wo);
+  }
+  template <class Real>
+  static Real edge(const Real* x) {
+    const Vector3<Real> wi{x[2], x[3], x[4]}, wo{x[5], x[6], x[7]};
+    if (distribution != MICROFACET_GGX) return 0;
+    return rough_dielectric_edge(far_over_near(x[1], wi.z), wi, wo);
+  }
+};
+template <int distribution>
+struct RoughDielectricDecision : NoEdge {
+  template <class Real>
+  static Real f(const Real* x) {
+    const Vector3<Real> wi{x[2], x[3], x[4]}, m{x[5], x[6], x[7]};
+    return rough_dielectric_decision(distribution, x[0], far_over_near(x[1], wi.z), wi, m, x[8]);
+  }
+};
+struct Sky : NoEdge {
+  template <class Real>
+  static Real f(const Real* x) {
+    return sky_hosek_wilkie(x, x[20], x[21], x[22]);
+  }
+};
+
+struct Outcome {
+  std::size_t compared = 0, sharp_difference = 0, sharp_device = 0, off_dual = 0, off_difference = 0, off_width_1 = 0,
+              off_width_16 = 0, not_finite = 0;
+};
+
+// direction: how the inputs move for derivative number `which`.
+template <class Model, class Direction>
+Outcome compare(const ScoreFunction& function, const Columns& in, std::size_t which, const Direction& direction) {
+  const bool logarithmic = function.name.rfind("score", 0) == 0;
+  const int node = function.derivatives[which];
+  const Columns narrow = run_lanes(printed(function), 1, in), wide = run_lanes(printed(function), 16, in);
+  Outcome outcome;
+  for (std::size_t i = 0; i < in[0].size(); ++i) {
+    std::vector<double> row;
+    for (const auto& column : in) row.push_back(column[i]);
+    const Evaluation evaluation(function, row);
+    const double derivative = evaluation[node], rounding = evaluation.rounding(node);
+    const std::vector<double> moves = direction(row);
+
+    std::vector<Dual<1>> dual(row.begin(), row.end());
+    for (std::size_t k = 0; k < row.size(); ++k) dual[k].derivative[0] = moves[k];
+    const Dual<1> f = Model::f(dual.data());
+    if (!logarithmic || f.value > 1e-200) {  // else the quotient has no digits
+      ++outcome.compared;
+      const double reference =
+          logarithmic ? f.derivative[0] / f.value + Model::edge(dual.data()).derivative[0] : f.derivative[0];
+      outcome.off_dual += !(std::abs(derivative - reference) <= 0x1p-52 * 4 * (rounding + std::abs(reference)));
+
+      // Fourth order; half the step tells how far it can be trusted.
+      const auto difference = [&](double h) {
+        const auto at = [&](double t) {
+          std::vector<double> moved = row;
+          for (std::size_t k = 0; k < row.size(); ++k) moved[k] += t * moves[k];
+          const double value = Model::f(moved.data());
+          return logarithmic ? std::log(value) + Model::edge(moved.data()) : value;
+        };
+        return (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h);
+      };
+      double size = 1;  // of the step: a relative change of what moves
+      for (std::size_t k = 0; k < row.size(); ++k)
+        if (moves[k] != 0) size = std::min(size, std::abs(row[k] / moves[k]));
+      const double step = 1e-4 * std::max(size, 1e-2);
+      const double coarse = difference(step), fine = difference(step / 2);
+      outcome.sharp_difference += std::abs(coarse - fine) <= 1e-5 * (std::abs(fine) + 1e-3);
+      outcome.off_difference +=
+          !(std::abs(derivative - fine) <= std::abs(coarse - fine) + 1e-7 * std::abs(fine) + 1e-8);
+    } else {
+      outcome.off_dual += !std::isfinite(derivative);
+    }
+    const double bound = 2 * 0x1p-24 * rounding + 1e-30;
+    outcome.sharp_device += bound <= 1e-4 * (std::abs(derivative) + 1e-3);
+    outcome.off_width_1 += !(std::abs(narrow[which][i] - derivative) <= bound);
+    outcome.off_width_16 += !(std::abs(wide[which][i] - derivative) <= bound);
+    outcome.not_finite += !std::isfinite(narrow[which][i]) || !std::isfinite(wide[which][i]);
+  }
+  return outcome;
+}
+
+// Of n rows: rounding bounds are first order and blind to comparisons that tip over; a central difference is wrong
+// where it straddles a branch or the step is not small beside the distance to a singularity.
+void check(const Outcome& outcome, const std::string& what) {
+  INFO(what << ": compared " << outcome.compared << ", of them with a sharp difference " << outcome.sharp_difference
+            << ", device bound below 1e-4 " << outcome.sharp_device << ", off dual " << outcome.off_dual
+            << ", off difference " << outcome.off_difference << ", off at width 1 " << outcome.off_width_1
+            << ", at width 16 " << outcome.off_width_16 << ", not finite " << outcome.not_finite);
+  CHECK(outcome.compared > n / 2);
+  CHECK(outcome.off_dual == 0);
+  CHECK(outcome.sharp_difference > outcome.compared * 99 / 100);
+  CHECK(outcome.sharp_device > n * 85 / 100);
+  CHECK(outcome.off_difference < n / 1000);
+  CHECK(outcome.off_width_1 < n / 1000);
+  CHECK(outcome.off_width_16 < n / 1000);
+  CHECK(outcome.not_finite == 0);
+}
+
+template <class Model>
+void check_scores(const std::string& name, const Columns& in) {
+  const ScoreFunction& function = score_function(name);
+  const auto inputs = scalar_inputs(function);
+  REQUIRE(inputs.size() == in.size());
+  for (std::size_t p = 0; p < function.parameters.size(); ++p) {
+    const auto alone = [&](const std::vector<double>&) {
+      std::vector<double> moves(inputs.size());
+      for (std::size_t k = 0; k < inputs.size(); ++k) moves[k] = inputs[k] == function.parameters[p];
+      return moves;
+    };
+    check(compare<Model>(function, in, p, alone), name + " by " + function.parameters[p]);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("score of Henyey-Greenstein: graph, dual numbers, differences and device agree", "[derivative]") {
+  check_scores<HenyeyGreenstein>("score_henyey_greenstein", henyey_greenstein_inputs());
+}
+
+TEST_CASE("scores of the homogeneous medium: graph, dual numbers, differences and device agree", "[derivative]") {
+  check_scores<Scattering>("score_medium_scattering", medium_scattering_inputs());
+  check_scores<Passage>("score_medium_passage", medium_inputs());
+}
+
+TEST_CASE("score of diffuse reflection: graph, dual numbers, differences and device agree", "[derivative]") {
+  Columns in = diffuse_inputs();
+  for (float& z : in[3]) z = std::abs(z);
+  check_scores<Diffuse>("score_diffuse", in);
+}
+
+TEST_CASE("scores of the rough dielectric: graph, dual numbers, differences and device agree", "[derivative]") {
+  check_scores<RoughDielectric<MICROFACET_GGX>>("score_rough_dielectric_ggx", rough_dielectric_inputs(MICROFACET_GGX));
+  check_scores<RoughDielectric<MICROFACET_BECKMANN>>("score_rough_dielectric_beckmann",
+                                                     rough_dielectric_inputs(MICROFACET_BECKMANN));
+}
+
+TEST_CASE("scores of the rough dielectric's decisions: graph, dual numbers, differences and device agree",
+          "[derivative]") {
+  check_scores<RoughDielectricDecision<MICROFACET_GGX>>("score_rough_dielectric_decision_ggx",
+                                                        rough_dielectric_decision_inputs(MICROFACET_GGX));
+  check_scores<RoughDielectricDecision<MICROFACET_BECKMANN>>("score_rough_dielectric_decision_beckmann",
+                                                             rough_dielectric_decision_inputs(MICROFACET_BECKMANN));
+}
+
+TEST_CASE("derivative of the clear sky: graph, dual numbers, differences and device agree", "[derivative]") {
+  const ScoreFunction& function = score_function("derivative_sky_hosek_wilkie");
+  const auto tangents = [](const std::vector<double>& row) {
+    std::vector<double> moves(row.size());
+    std::copy_n(row.begin() + 10, 10, moves.begin());
+    return moves;
+  };
+  check(compare<Sky>(function, sky_inputs(), 0, tangents), function.name);
+}
+
+TEST_CASE("scores of the rough dielectric are finite for degenerate directions", "[derivative]") {
+  const int width = GENERATE(1, 4, 8, 16);
+  const std::string name = GENERATE("score_rough_dielectric_ggx", "score_rough_dielectric_beckmann");
+  Columns in(8);
+  for (const float alpha : {1e-4f, 0.1f, 1.f})
+    for (const float eta : {1 / 1.5f, 1.5f, 1.f})
+      for (const float z : {0.f, 1e-7f, -1e-7f, 1e-3f, 0.7453559925f, -0.7453559925f, 1.f, -1.f})
+        for (const float z2 : {0.f, 1e-7f, -1e-7f, 1e-3f, -1e-3f, 0.5f, -0.5f, 1.f, -1.f})
+          for (const float x2 : {1.f, -1.f}) {
+            const std::array<float, 8> row{alpha, eta, std::sqrt(1 - z * z), 0, z, x2 * std::sqrt(1 - z2 * z2), 0, z2};
+            for (std::size_t k = 0; k < 8; ++k) in[k].push_back(row[k]);
+          }
+  const Columns out = run_lanes(printed(score_function(name)), width, in);
+  for (const auto& column : out)
+    CHECK(std::all_of(column.begin(), column.end(), [](float x) { return std::isfinite(x); }));
+}
+
+TEST_CASE("only what is asked for is computed; unknown names are errors that list the known ones", "[derivative]") {
+  const std::string all = print_scores({{"score_rough_dielectric_ggx", {"alpha", "eta"}}});
+  const std::string alpha = print_scores({{"score_rough_dielectric_ggx", {"alpha"}}}), none = print_scores({});
+  CHECK(alpha.size() < all.size() / 2);
+  CHECK(none.size() < alpha.size() / 2);
+  for (const ScoreFunction& function : score_functions()) CHECK(none.find("void " + function.name + "(") < none.size());
+  CHECK_THROWS_WITH(print_scores({{"score_vmf", {"kappa"}}}), "no score function score_vmf");
+  CHECK_THROWS_WITH(print_scores({{"score_henyey_greenstein", {"cosine"}}}),
+                    "score_henyey_greenstein has no parameter cosine; it has g");
+}

@@ -1,0 +1,51 @@
+// Device memory too small: smaller launches, fewer paths in flight, the image in bands; the same bits.
+#include <catch2/catch.hpp>
+
+#include "runtime/error.h"
+#include "runtime/renderer.h"
+#include "runtime/wavefront/launch_data.h"
+#include "scenes.h"
+#include "stage_test.h"
+
+using namespace itn;
+using namespace itn::test;
+
+namespace {
+
+// What cannot shrink [byte].
+std::uint64_t scene_bytes(const Scene& scene) {
+  LaunchData data;
+  data.geometry.box_width = 16;
+  append_scene(scene, 0, data);
+  const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
+  const Geometry& g = data.geometry;
+  return bytes(g.nodes) + bytes(g.leaves) + bytes(g.primitives) + bytes(g.grid) + bytes(g.records) +
+         bytes(data.emitter_tables) + bytes(data.texels);
+}
+
+}  // namespace
+
+TEST_CASE("an image that does not fit into the device's memory is rendered in parts, to the same bits") {
+  Scene scene = sphere_scene(bsdf_of(BsdfKind::roughdielectric, 1.4, 0.3), medium_of(2, 0.9, 0.5));
+  Sensor& sensor = scene.sensors[0];
+  sensor.width = sensor.crop_width = 120;  // 9,600 pixels of 48 bytes: several bands where 450,000 bytes are free
+  sensor.height = sensor.crop_height = 80;
+  sensor.to_world.m = {1, 0, 0, 0, 0, 0, 1, -4, 0, 1, 0, 0, 0, 0, 0, 1};
+  scene.environment = wide_sun(40, {0.6, 0, 0.8}, 1);
+  const std::uint64_t fixed = scene_bytes(scene);
+  RenderOptions options;
+  options.spp = 3;
+  const Rendering roomy = render(device(), scene, options);
+  for (const Schedule schedule : {Schedule::fused, Schedule::staged}) {
+    CAPTURE(fixed, schedule == Schedule::fused);
+    options.schedule = schedule;
+    const Rendering tight = render(Device("", fixed + 450000), scene, options);
+    CHECK((tight.mean == roomy.mean && tight.stderr_ == roomy.stderr_ && tight.mean_of_image == roomy.mean_of_image &&
+           tight.stderr_of_mean == roomy.stderr_of_mean));
+    for (const std::uint64_t limit : {fixed + 100000, fixed / 2, std::uint64_t{1000}}) {
+      CAPTURE(limit);
+      CHECK_THROWS_WITH(render(Device("", limit), scene, options), Catch::Contains("no room for"));
+      CHECK_THROWS_AS(render(Device("", limit), scene, options), DeviceError);
+    }
+  }
+}
