@@ -13,10 +13,9 @@
 #include "model/rough_dielectric.h"
 
 #if MEDIUM_LIGHT_SAMPLING
-#define CHANCE_FLOOR 0.03f
+#define CHANCE_FLOOR 0.02f
 #define CHANCE_SCALE 0.25f
-#define CHANCE_ALONG 0.25f
-#define CHANCE_BEHIND 0.3f
+#define CHANCE_ANYWHERE 0.12f
 /* The sigma_t for choices about connections: the same whatever the path's hero channel, or MIS weights would not add
  * up. */
 inline REAL connection_sigma_t(const REAL sigma_t[]) {
@@ -36,8 +35,7 @@ inline REAL connection_chance(const Launch* launch, __global const JobRecord* jo
                               REAL3 arrival, REAL throughput, REAL sigma_t, REAL g) {
   const REAL distance = surface_distance(launch->geometries + job->geometry, cell);
   const REAL3 normal = surface_normal_guess(cell);
-  REAL expected = throughput;
-  REAL along = (REAL)(1.0f); /* cosine between the connection and the normal of the surface through which it leaves */
+  REAL expected = (REAL)(1.0f);
 #if HAS_SUN
   __global const EmitterRecord* emitter = launch->emitters + job->emitter;
   __global const float* sun = emitter->sun_direction;
@@ -52,10 +50,13 @@ inline REAL connection_chance(const Launch* launch, __global const JobRecord* jo
   towards = add3(scale3(towards, inverse_eta),
                  scale3(normal, SELECT(refracted, cosine - facing * inverse_eta, 0.0f)));
 #endif
-  along = MAX(dot3(towards, normal), (REAL)(CHANCE_ALONG));
-  expected *= 12.566371f * henyey_greenstein(dot3(arrival, towards), g) * SELECT(facing > 0.0f, 1.0f, CHANCE_BEHIND);
+  /* cosine between the connection and the normal of the surface through which it leaves */
+  const REAL along = MAX(dot3(towards, normal), (REAL)(0.25f));
+  expected = 12.566371f * henyey_greenstein(dot3(arrival, towards), g) * SELECT(facing > 0.0f, 1.0f, 0.3f) *
+             EXP(sigma_t * distance * (1.0f - 1.0f / along));
 #endif
-  return MAX((REAL)(CHANCE_FLOOR), MIN((REAL)(0.999f), CHANCE_SCALE * expected * EXP(-sigma_t * distance / along)));
+  expected = throughput * EXP(-sigma_t * distance) * MAX(CHANCE_SCALE * expected, (REAL)(CHANCE_ANYWHERE));
+  return MAX((REAL)(CHANCE_FLOOR), MIN((REAL)(0.999f), expected));
 }
 #endif
 

@@ -22,7 +22,7 @@ constexpr float ball_steps = 4;            // radius units a cell
 // Radii of the balls that planes cut: small ones hug curved surfaces, large ones let flights go far.
 constexpr std::array<int, 3> plane_radius_steps{FLIGHT_PLANE_RADIUS(0), FLIGHT_PLANE_RADIUS(1), FLIGHT_PLANE_RADIUS(2)};
 constexpr int largest_steps = plane_radius_steps.back();
-constexpr float any_normal = 10;  // a chord longer than any between unit vectors
+constexpr float any_normal = 10;     // a chord longer than any between unit vectors
 constexpr int near_steps = 8;        // a cell with this large a ball free of surface needs no plane
 constexpr int padding = 5;           // cells around the grid in which surfaces are kept while building
 constexpr int farthest = 40;         // cells: balls are not larger
@@ -388,10 +388,10 @@ class Builder {
           for (const auto& [p, n] : {std::pair{px, n_[0]}, {py, n_[1]}, {pz, n_[2]}})
             distance = std::min(distance, (static_cast<float>(std::min(p, n - 1 - p)) + 0.5f) * h_);
         const int steps = std::min(static_cast<int>(distance / grid_.ball_step), 255);
-        words(x, y) =
-            steps >= near_steps || outside_[at(px, py, pz)]
-                ? octahedral(gradient(px, py, pz)).code | FLIGHT_NO_PLANE << 16 | static_cast<std::uint32_t>(steps) << 24
-                : plane_word(px, py, pz, steps);
+        words(x, y) = steps >= near_steps || outside_[at(px, py, pz)]
+                          ? octahedral(gradient(px, py, pz)).code | FLIGHT_NO_PLANE << 16 |
+                                static_cast<std::uint32_t>(steps) << 24
+                          : plane_word(px, py, pz, steps);
       }
   }
 
@@ -472,8 +472,8 @@ class Builder {
     return best;
   }
 
-  // The least n . direction of the plane's normal n, of length `norm`, below 0, at which direction turns against all normals
-  // within a chord of n's direction.
+  // The least n . direction of the plane's normal n, of length `norm`, below 0, at which direction turns against all
+  // normals within a chord of n's direction.
   static std::uint32_t cone_code(float chord, float norm) {
     chord += 1e-3f;  // roundings
     if (chord >= std::numbers::sqrt2_v<float>) return FLIGHT_NO_CONE;
