@@ -265,6 +265,7 @@ inline Hit trace_onward(Surfaces surfaces, float ox, float oy, float oz, float d
   found.limit = t_max - start;
   found.t = INFINITY;
   found.primitive = -1;
+  found.u = found.v = 0.0f; /* spheres and disks have none */
   int stack[TRACE_STACK(BOX_WIDTH)];
   float stack_t[TRACE_STACK(BOX_WIDTH)];
   int size = 0;
