@@ -324,6 +324,7 @@ inline Hit trace_lane(Surfaces surfaces, const RaySetup* setup, int l, float t_m
   found.limit = t_max - setup->start.f[l];
   found.t = INFINITY;
   found.primitive = -1;
+  found.u = found.v = 0.0f; /* spheres and disks have none */
   int stack[TRACE_STACK(BOX_WIDTH)];
   float stack_t[TRACE_STACK(BOX_WIDTH)];
   int size = 0;
