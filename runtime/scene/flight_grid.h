@@ -2,10 +2,10 @@
 // a part of space, around its centre, without any surface:
 //   far from surfaces: a ball;
 //   near surfaces: the part of a ball on the inner side of a plane that bounds all surfaces in the ball; and a cone
-//   around the plane's normal that holds the normals of these surfaces: a flight inside a medium, against all normals of
-//   the cone, meets none of them, since it could only leave through them.
-// A word a cell: octahedral normal of the plane (2 x 8 bits), the plane's offset (8 bits; FLIGHT_NO_PLANE: the normal is
-// then a guess of the nearest surface's), 8 bits for the radius of the ball, or for one of four radii and the cone.
+//   around the plane's normal that holds the normals of these surfaces: a flight inside a medium, against all normals
+//   of the cone, meets none of them, since it could only leave through them.
+// A word a cell: octahedral normal of the plane (2 x 8 bits), the plane's offset (8 bits; FLIGHT_NO_PLANE: the normal
+// is then a guess of the nearest surface's), 8 bits for the radius of the ball, or for one of four radii and the cone.
 // kernels/lib/flight_grid.h reads it.
 #pragma once
 #include <array>
