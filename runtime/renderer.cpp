@@ -56,6 +56,7 @@ Rendering render(const Device& device, const Scene& scene, const RenderOptions& 
   job.seed_low = static_cast<unsigned>(options.seed);
   job.seed_high = static_cast<unsigned>(options.seed >> 32);
   Wavefront wavefront(device, data, {job}, options.op, options.width, options.schedule);
+  if (options.time_stages) wavefront.time_stages();
   const int pixels = sensor.crop_width * sensor.crop_height;
   Film film(device, pixels, wavefront.channels(), sensor.luminance);
 
@@ -96,6 +97,7 @@ Rendering render(const Device& device, const Scene& scene, const RenderOptions& 
   out.render_s = seconds_since(render_start);
   out.paths = static_cast<std::uint64_t>(total);
   out.misplaced = wavefront.misplaced();
+  out.stages = wavefront.stage_times();
   film.finish(out);
   if (out.channels == 1 && !sensor.luminance) spread_channels(out);
   return out;
