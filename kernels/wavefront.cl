@@ -147,7 +147,7 @@ __kernel void fill_free_queue(__global float* restrict storage, int slots, __glo
   }
 }
 
-/* Starts paths next_path ... of the chunk table (flattened) in the free slots. */
+/* Starts paths next_path ... of the chunk table (flattened) in the free slots; lanes of different jobs one after the other. */
 __kernel void generate(SCENE_PARAMETERS, __global const ChunkRecord* restrict chunks, int chunk_count, int next_path,
                        int path_count, __global float* restrict storage, int slots, __global int* restrict lengths,
                        int from_half) {
@@ -157,15 +157,13 @@ __kernel void generate(SCENE_PARAMETERS, __global const ChunkRecord* restrict ch
   if (group >= length) return;
   __global const int* items = (__global const int*)(storage + FIELDS * pool.stride) +
                               (from_half * QUEUES + QUEUE_FREE) * pool.stride;
-  for (int l = 0; l < WIDTH && group + l < length; ++l) {
-    int slot = items[group + l], path = next_path + group + l;
-    Lanes one;
-    one.integer = pool.stride - WIDTH + LANE_INDEX;
-    one.i[0] = slot;
-    if (path >= path_count) {
-      push(&pool, QUEUE_FREE, one.integer, LANE_INDEX == 0);
-      continue;
-    }
+  const int starting = min(length - group, path_count - next_path - group); /* lanes that get a path */
+  Lanes slot, pixel, sample, job_of;
+  for (int l = 0; l < WIDTH; ++l) {
+    slot.i[l] = group + l < length ? items[group + l] : pool.stride - WIDTH + l;
+    pixel.i[l] = sample.i[l] = job_of.i[l] = 0;
+    if (l >= starting) continue;
+    int path = next_path + group + l;
     int low = 0, high = chunk_count - 1; /* last chunk that starts at or before the path */
     while (low < high) {
       int middle = (low + high + 1) / 2;
@@ -175,8 +173,19 @@ __kernel void generate(SCENE_PARAMETERS, __global const ChunkRecord* restrict ch
     int in_job = chunks[low].first + path - chunks[low].start;
     __global const JobRecord* job = jobs + chunks[low].job;
     int row = in_job / job->samples;
-    generate_stage(&launch, chunks[low].job, &pool, one.integer, LANE_INDEX == 0, (INT)(job->first_pixel + row),
-                   (INT)(job->first_sample + in_job - row * job->samples));
+    job_of.i[l] = chunks[low].job;
+    pixel.i[l] = job->first_pixel + row;
+    sample.i[l] = job->first_sample + in_job - row * job->samples;
+  }
+  MASK starts = LANE_INDEX < starting;
+  push(&pool, QUEUE_FREE, slot.integer, (LANE_INDEX + group < length) & !starts);
+  uint left = lane_bits(starts);
+  while (left) {
+    int current = job_of.i[LOWEST_BIT(left)];
+    MASK mask = starts & (job_of.integer == current);
+    INT group_slots = SELECT_INT(mask, slot.integer, pool.stride - WIDTH + LANE_INDEX);
+    generate_stage(&launch, current, &pool, group_slots, mask, pixel.integer, sample.integer);
+    left &= ~lane_bits(mask);
   }
 }
 

@@ -56,6 +56,7 @@ Rendering render(const Device& device, const Scene& scene, const RenderOptions& 
   job.seed_high = static_cast<unsigned>(options.seed >> 32);
   const DerivativeData derivatives = derivative_data(scene, options.derivatives);
   Wavefront wavefront(device, data, {job}, derivatives, options.op, options.width, options.schedule);
+  if (options.time_stages) wavefront.time_stages();
   const int pixels = sensor.crop_width * sensor.crop_height;
   Film film(device, pixels, 1 + static_cast<int>(options.derivatives.size()), wavefront.channels(), sensor.luminance);
   std::vector<Image> images;
@@ -97,6 +98,7 @@ Rendering render(const Device& device, const Scene& scene, const RenderOptions& 
   out.render_s = seconds_since(render_start);
   out.paths = static_cast<std::uint64_t>(total);
   out.misplaced = wavefront.misplaced();
+  out.stages = wavefront.stage_times();
   film.finish(images);
   out.channels = film.channels();
   if (out.channels == 1 && !sensor.luminance) {

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "runtime/device/device.h"
@@ -34,6 +35,14 @@ struct RenderOptions {
   int paths_a_launch = 0;                     // 0: as many as take about a quarter of a second
   std::function<void(double)> progress;       // called between launches with the fraction done
   const std::atomic<bool>* cancel = nullptr;  // polled between launches; set: render throws Interrupted
+  bool time_stages = false;                   // staged only: fills Rendering::stages, waiting for every launch
+};
+
+// What all launches of one stage (kernels/README.md) took.
+struct StageTime {
+  std::string stage;
+  double seconds = 0;
+  std::uint64_t launches = 0, paths = 0;  // paths: in the stage's queue, summed over its launches
 };
 
 struct Image {
@@ -50,6 +59,7 @@ struct Rendering : Image {
   // Arrivals at surfaces from the side where the path cannot be: positions off by rounding (a few in 10^9), or shapes
   // that overlap or are not closed, and then the image is wrong.
   std::uint64_t misplaced = 0;
+  std::vector<StageTime> stages;  // those that ran
 };
 
 // Throws UsageError (no such sensor, spp < 1, a parameter that is unknown or not differentiable), DeviceError,

@@ -14,6 +14,7 @@
 #include "runtime/scene/load.h"
 #include "tools/bench_peer.h"
 #include "tools/bench_scenes.h"
+#include "tools/bench_stages.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
 
@@ -24,6 +25,7 @@ struct Options {
   CommonOptions common;
   std::string peer, peer_python = ".peers/bin/python", only, scenes;
   int runs = 5;
+  bool stages = false;
 };
 
 double median(std::vector<double> values) {
@@ -210,6 +212,27 @@ std::vector<GeometricMean> geometric_means(const std::vector<Row>& rows) {
   return means;
 }
 
+void time_stages_of(const Device& device, const std::vector<BenchScene>& scenes, const Options& options,
+                    nlohmann::ordered_json& result) {
+  if (options.common.talkative())
+    fmt::print(
+        "\ntime per stage, each launched and waited for by itself (the fused schedule cannot be timed inside)\n");
+  RenderOptions render_options;
+  render_options.spp = options.common.spp;
+  render_options.seed = options.common.seed;
+  render_options.cancel = &interrupt_flag();
+  for (const BenchScene& scene : scenes) {
+    const Rendering image = time_stages(device, load_scene(scene.file), render_options);
+    if (options.common.talkative()) print_stages(scene.name, image);
+    result["stages"][scene.name] = stages_to_json(image);
+  }
+  const ScatteringSpeed speed = scattering_speed(device, options.runs);
+  if (options.common.talkative())
+    fmt::print("\nscattering in an endless medium: {:.0f} million events/s; the bare walk {:.0f}\n",
+               speed.renderer * 1e-6, speed.walk * 1e-6);
+  result["scattering_events_per_s"] = {{"renderer", speed.renderer}, {"bare_walk", speed.walk}};
+}
+
 void run(const Options& options) {
   if (!options.common.definitions.empty())
     throw UsageError("-D " + options.common.definitions.front() + ": bench makes its own scenes, which have no $name");
@@ -251,6 +274,7 @@ void run(const Options& options) {
       result["geometric_mean"][label] = {{"paths_per_s", mean.speed}, {"efficiency", mean.efficiency}};
     }
   }
+  if (options.stages) time_stages_of(device, scenes, options, result);
   write_json(options.common, result);
 }
 
@@ -266,6 +290,8 @@ void add_bench(CLI::App& app) {
   command->add_option("--runs", options->runs, "images of each scene and renderer (default: 5)")
       ->check(CLI::Range(2, 1000));
   command->add_option("--only", options->only, "only scenes with this in their name");
+  command->add_flag("--stages", options->stages,
+                    "then time the stages of each scene, and scattering beside a bare walk without a scene");
   command->add_option("--scenes", options->scenes, "keep the scene files in this folder");
   command->callback([options] { run(*options); });
 }

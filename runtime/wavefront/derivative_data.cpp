@@ -80,7 +80,8 @@ class Builder {
       case ParameterKind::sigma_t:
       case ParameterKind::scale: {
         const Medium& m = medium(p);
-        const auto chain = jacobian(scaled_extinction, std::array{m.sigma_t[static_cast<std::size_t>(channel)], m.scale});
+        const auto chain =
+            jacobian(scaled_extinction, std::array{m.sigma_t[static_cast<std::size_t>(channel)], m.scale});
         return chain.by[0][p.kind == ParameterKind::scale ? 1 : 0];
       }
       case ParameterKind::int_ior:
@@ -112,7 +113,8 @@ DerivativeData derivative_data(const Scene& scene, const std::vector<std::string
     const Parameter p = find_parameter(parameters, *name);
     if (!p.not_differentiable.empty())
       throw UsageError(fmt::format("parameter {} cannot be differentiated by: {}", p.name, p.not_differentiable));
-    if (std::find(names.begin(), name, *name) != name) throw UsageError(fmt::format("parameter {}: named twice", *name));
+    if (std::find(names.begin(), name, *name) != name)
+      throw UsageError(fmt::format("parameter {}: named twice", *name));
     builder.add(p);
   }
   return std::move(builder.data);

@@ -1,6 +1,8 @@
 #include "runtime/wavefront/wavefront.h"
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 
 #include "kernels/shared/path_state.h"
 #include "runtime/error.h"
@@ -16,6 +18,9 @@ constexpr int staged_slots_a_cpu_unit = 1 << 12;
 constexpr std::size_t gpu_local = 64, cpu_local = 1;
 constexpr int medium_events = 64;  // a state load at most
 constexpr int queues = QUEUES, free_queue = QUEUE_FREE;
+// In the order of path_state.h.
+constexpr std::array<const char*, QUEUES> stage_names{"generate",       "ray",       "null",   "diffuse", "dielectric",
+                                                      "rough beckmann", "rough ggx", "medium", "connect", "escape"};
 
 std::size_t field_count(const std::map<std::string, std::string>& d) {
   const auto number = [&](const char* name) { return static_cast<std::size_t>(std::stoi(d.at(name))); };
@@ -48,6 +53,7 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   definitions["SCORES"] = std::to_string(derivatives.scores.size());
   definitions["DERIVATIVES"] = std::to_string(derivatives.derivatives.size());
   program_ = device.build("wavefront.cl", definitions, {{"derivative/score.h", print_scores(derivatives.functions)}});
+  for (const char* name : stage_names) stage_times_.push_back({name, 0, 0, 0});
 
   const Geometry& g = data.geometry;
   scene_ = {device.upload(g.nodes, "hierarchy nodes"),
@@ -106,6 +112,13 @@ std::uint64_t Wavefront::misplaced() const {
   return count[0];
 }
 
+std::vector<StageTime> Wavefront::stage_times() const {
+  std::vector<StageTime> ran;
+  std::copy_if(stage_times_.begin(), stage_times_.end(), std::back_inserter(ran),
+               [](const StageTime& stage) { return stage.launches > 0; });
+  return ran;
+}
+
 void Wavefront::trace(const std::vector<JobSlice>& slices) {
   std::vector<JobRecord> jobs;
   int paths = 0;
@@ -159,6 +172,17 @@ void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) 
   const auto launch = [&](const cl::Kernel& kernel, int items) {  // surplus items return at once
     device_.launch(kernel, (static_cast<std::size_t>(items) + local - 1) / local * local, local);
   };
+  const auto launch_stage = [&](const cl::Kernel& kernel, int queue, int items, int waiting_paths) {
+    if (!timed_) return launch(kernel, items);
+    device_.finish();
+    const auto start = std::chrono::steady_clock::now();
+    launch(kernel, items);
+    device_.finish();
+    StageTime& time = stage_times_[static_cast<std::size_t>(queue)];
+    time.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    time.launches += 1;
+    time.paths += static_cast<std::uint64_t>(waiting_paths);
+  };
   cl::Kernel fill(program_, "fill_free_queue"), generate(program_, "generate"), stage(program_, "stage"),
       reset(program_, "reset_queue");
   fill.setArg(0, storage_);
@@ -187,8 +211,9 @@ void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) 
       generate.setArg(at++, static_cast<cl_int>(slots));
       generate.setArg(at++, counter_);
       generate.setArg(at++, static_cast<cl_int>(half));
-      launch(generate, (slots + width_ - 1) / width_);
-      next += std::min(length[free_queue], paths - next);
+      const int starting = std::min(length[free_queue], paths - next);
+      launch_stage(generate, free_queue, (slots + width_ - 1) / width_, starting);
+      next += starting;
     }
     for (int q = 1; q < queues; ++q) {
       if (length[q] == 0) continue;
@@ -198,7 +223,7 @@ void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) 
       stage.setArg(at++, static_cast<cl_int>(slots));
       stage.setArg(at++, counter_);
       stage.setArg(at++, static_cast<cl_int>(half));
-      launch(stage, (length[q] + width_ - 1) / width_);
+      launch_stage(stage, q, (length[q] + width_ - 1) / width_, length[q]);
     }
     for (int q = 0; q < queues; ++q) {
       reset.setArg(0, counter_);

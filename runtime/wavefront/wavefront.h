@@ -31,6 +31,10 @@ class Wavefront {
   void trace(const std::vector<JobSlice>& slices);
   const cl::Buffer& samples() const { return samples_; }
 
+  // From now on trace() of the staged schedule waits for every launch and counts its time to its stage.
+  void time_stages() { timed_ = true; }
+  std::vector<StageTime> stage_times() const;
+
   // Arrivals so far at surfaces from the side where the path cannot be, modulo 2^32.
   std::uint64_t misplaced() const;
 
@@ -41,12 +45,13 @@ class Wavefront {
 
   const Device& device_;
   std::vector<JobRecord> jobs_;
-  bool fused_;
+  bool fused_, timed_ = false;
   int width_, channels_, workers_, slots_;
   std::size_t sample_capacity_;
   std::vector<cl::Buffer> scene_;  // in the order of SCENE_PARAMETERS, without jobs and samples
   cl::Buffer jobs_buffer_, samples_, storage_, counter_, misplaced_;
   cl::Program program_;
+  std::vector<StageTime> stage_times_;  // a queue each; the free queue's stage is generate
 };
 
 }  // namespace itn

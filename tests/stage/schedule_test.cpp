@@ -1,5 +1,6 @@
 // Which schedule, how many paths a launch, and which other jobs share it: the same bits.
 #include <catch2/catch.hpp>
+#include <map>
 
 #include "runtime/renderer.h"
 #include "runtime/wavefront/wavefront.h"
@@ -27,6 +28,29 @@ TEST_CASE("fused and staged schedules give the same bits for launches of any siz
       CHECK((staged.mean == fused.mean && staged.stderr_ == fused.stderr_));
     }
   }
+}
+
+TEST_CASE("timing the stages counts every path and changes no bit") {
+  Scene scene = sphere_scene(bsdf_of(BsdfKind::roughdielectric, 1.4, 0.3), medium_of(2, 0.9, 0.5));
+  scene.sensors[0].to_world.m = {1, 0, 0, 0, 0, 0, 1, -4, 0, 1, 0, 0, 0, 0, 0, 1};
+  RenderOptions options;
+  options.spp = 64;
+  options.schedule = Schedule::staged;
+  const Rendering plain = render(device(), scene, options);
+  options.time_stages = true;
+  const Rendering timed = render(device(), scene, options);
+  CHECK(plain.stages.empty());
+  CHECK(timed.mean == plain.mean);
+  double seconds = 0;
+  std::map<std::string, std::uint64_t> paths;
+  for (const StageTime& stage : timed.stages) {
+    seconds += stage.seconds;
+    paths[stage.stage] = stage.paths;
+  }
+  CHECK((seconds > 0 && seconds < timed.render_s));
+  CHECK(paths["generate"] == timed.paths);
+  CHECK((paths["escape"] > 0 && paths["escape"] <= timed.paths));  // absorbed ones do not
+  CHECK((paths["medium"] > 0 && paths["rough ggx"] > 0));
 }
 
 TEST_CASE("jobs that share a launch have the bits of each job alone") {

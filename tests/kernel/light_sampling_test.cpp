@@ -1,0 +1,120 @@
+// Light sampled at a vertex: what it brings divided by its density is finite, on the rim of the sun's disc too.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+#include <random>
+
+#include "runtime/device/device.h"
+#include "runtime/scene/emitter.h"
+
+using namespace itn;
+
+namespace {
+
+struct Sample {
+  float pdf;
+  std::array<float, 3> rgb;
+};
+
+struct Light {
+  EmitterRecord record{};
+  std::vector<float> tables;
+};
+
+Light sun_of(double elevation, double azimuth, double aperture) {
+  Emitter emitter;
+  emitter.kind = Emitter::Kind::sunsky;
+  emitter.sunsky.sun_direction = {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
+                                  std::sin(elevation)};
+  emitter.sunsky.sun_aperture = aperture;
+  Light light;
+  append_emitter(emitter, light.record, light.tables);
+  return light;
+}
+
+class Sampler {
+ public:
+  explicit Sampler(int width) : width_(width) {
+    setenv("ITN_KERNEL_DIR", ITN_SOURCE_DIR "/tests/kernel", 1);
+    program_ = device_.build("light_sampling_test.cl", {{"WIDTH", std::to_string(width)},
+                                                        {"BOX_WIDTH", "4"},
+                                                        {"LIGHT_SAMPLING", "1"},
+                                                        {"MEDIUM_LIGHT_SAMPLING", "1"},
+                                                        {"HAS_SUN", "1"},
+                                                        {"SPECTRAL", "0"},
+                                                        {"THROUGHPUT_CHANNELS", "1"},
+                                                        {"RADIANCE_CHANNELS", "3"}});
+    unsetenv("ITN_KERNEL_DIR");
+  }
+
+  // u: three numbers a sample, as the three columns that the kernel reads; as many samples as a multiple of the width.
+  std::vector<Sample> sample(const Light& light, bool at_surface, const std::vector<float>& u) const {
+    const std::size_t n = u.size() / 3;
+    std::vector<float> out(4 * n);
+    const cl::Buffer record = device_.upload(std::vector<EmitterRecord>{light.record}, "record"),
+                     tables = device_.upload(light.tables, "tables"), in = device_.upload(u, "u"),
+                     to = device_.upload(out, "out");
+    cl::Kernel kernel(program_, "sample");
+    kernel.setArg(0, record);
+    kernel.setArg(1, tables);
+    kernel.setArg(2, static_cast<cl_int>(at_surface));
+    kernel.setArg(3, in);
+    kernel.setArg(4, to);
+    device_.launch(kernel, n / static_cast<std::size_t>(width_));
+    device_.finish();
+    device_.download(to, out);
+    std::vector<Sample> samples(n);
+    for (std::size_t i = 0; i < n; ++i) samples[i] = {out[i], {out[n + i], out[2 * n + i], out[3 * n + i]}};
+    return samples;
+  }
+
+ private:
+  Device device_;
+  int width_;
+  cl::Program program_;
+};
+
+}  // namespace
+
+TEST_CASE("a sun direction that rounds to outside the disc brings no light, not NaN") {
+  constexpr std::size_t n = 1 << 16;
+  std::mt19937 random(5);
+  // The outermost share 4e-5 of the disc, in the generator's steps of 2^-23.
+  std::uniform_int_distribution<int> step(0, 299);
+  std::uniform_real_distribution<float> unit(0, 1);
+  std::vector<float> u(3 * n);
+  for (std::size_t i = 0; i < n; ++i) {
+    u[i] = 1 - 0x1p-24F - 0x1p-23F * static_cast<float>(step(random));
+    u[n + i] = unit(random);
+    u[2 * n + i] = 0.05F;  // at a surface: the sun, not the sky
+  }
+  for (const int width : {1, 16}) {
+    const Sampler sampler(width);
+    std::size_t outside = 0;
+    for (const double aperture : {0.2, 0.5358, 8.0, 60.0})
+      for (const double elevation : {0.9, 1.1, 1.3, std::numbers::pi / 2})
+        for (const double azimuth : {0.3, 2.5, 4.4}) {
+          const Light light = sun_of(elevation, azimuth, aperture);
+          for (const bool at_surface : {false, true}) {
+            std::size_t wrong = 0;
+            for (const Sample& s : sampler.sample(light, at_surface, u)) {
+              // Inside the disc there is at least the sun's radiance, outside at most the sky's.
+              const bool sun = std::equal(s.rgb.begin(), s.rgb.end(), std::begin(light.record.sun_radiance),
+                                          [](float rgb, float disc) { return rgb >= disc; });
+              const bool nothing = s.rgb == std::array<float, 3>{};
+              const bool finite = std::isfinite(s.pdf) && s.pdf > 0 &&
+                                  std::all_of(s.rgb.begin(), s.rgb.end(), [](float x) { return std::isfinite(x); });
+              // In a medium only the sun is sampled: what rounds to outside it has no density.
+              wrong += !finite || (!at_surface && !sun && !nothing);
+              outside += !sun;
+            }
+            CAPTURE(width, aperture, elevation, azimuth, at_surface);
+            CHECK(wrong == 0);
+          }
+        }
+    CAPTURE(width);
+    CHECK(outside > 100);  // or the rim was never crossed
+  }
+}
