@@ -7,23 +7,24 @@ inline void add_exactly(float* sum, float* error, float b) {
   *sum = s;
 }
 
-/* samples: from first_sample on [pixel][sample][channel]; sums: [pixel][channel][sum, its error, sum of squares, its error],
- * which start at 0 if fresh.
+/* samples: from first_sample on [pixel][sample][image][channel]; sums: [pixel][image][channel][sum, its error, sum of
+ * squares, its error], which start at 0 if fresh.
  * luminance: one channel, the luminance of three (Rec. 709). Squares are rounded once each, below the noise they measure. */
-__kernel void accumulate(__global const float* restrict samples, uint first_sample, int samples_a_pixel, int channels,
-                         int luminance, int first_pixel, int pixels, int fresh,
+__kernel void accumulate(__global const float* restrict samples, uint first_sample, int samples_a_pixel, int images,
+                         int channels, int luminance, int first_pixel, int pixels, int fresh,
                          __global float* restrict sums) {
   int pixel = get_global_id(0);
   if (pixel >= pixels) return;
-  __global const float* in = samples + ((size_t)first_sample + (size_t)pixel * samples_a_pixel) * channels;
-  int out_channels = luminance ? 1 : channels;
-  for (int c = 0; c < out_channels; ++c) {
-    __global float* out = sums + 4 * ((size_t)(first_pixel + pixel) * out_channels + c);
+  const int step = images * channels;
+  __global const float* in = samples + ((size_t)first_sample + (size_t)pixel * samples_a_pixel) * step;
+  const int out_channels = luminance ? 1 : channels;
+  for (int v = 0; v < images * out_channels; ++v) {
+    __global float* out = sums + 4 * ((size_t)(first_pixel + pixel) * images * out_channels + v);
     float sum = fresh ? 0.0f : out[0], error = fresh ? 0.0f : out[1];
     float square = fresh ? 0.0f : out[2], square_error = fresh ? 0.0f : out[3];
-    for (int s = 0; s < samples_a_pixel; ++s) {
-      __global const float* rgb = in + s * channels;
-      float x = luminance ? 0.212671f * rgb[0] + 0.715160f * rgb[1] + 0.072169f * rgb[2] : rgb[c];
+    __global const float* value = in + (luminance ? 3 * v : v);
+    for (int s = 0; s < samples_a_pixel; ++s, value += step) {
+      float x = luminance ? 0.212671f * value[0] + 0.715160f * value[1] + 0.072169f * value[2] : value[0];
       add_exactly(&sum, &error, x);
       add_exactly(&square, &square_error, x * x);
     }

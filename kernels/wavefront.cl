@@ -21,10 +21,11 @@
       __global const BsdfRecord *restrict bsdfs, __global const MediumRecord *restrict media,                     \
       __global const EmitterRecord *restrict emitters, __global const float *restrict emitter_tables,             \
       __global const TextureRecord *restrict textures, __global const float *restrict texels,                     \
+      __global const ScoreRecord *restrict scores, __global const DerivativeRecord *restrict derivatives,         \
       __global float *restrict samples, __global uint *restrict misplaced
 #define SCENE_LAUNCH                                                                                              \
   {nodes, leaves, primitives, grid, geometries, jobs, cameras, shapes, bsdfs, media, emitters, emitter_tables,    \
-   textures, texels, samples, misplaced}
+   textures, texels, scores, derivatives, samples, misplaced}
 
 /* Runs the stage of a queue over one group of slots. */
 inline void run_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, int queue, INT slots,

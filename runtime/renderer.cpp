@@ -26,18 +26,17 @@ std::int64_t next_target(std::int64_t target, std::int64_t paths, double seconds
   return std::clamp<std::int64_t>(static_cast<std::int64_t>(wanted), 1 << 12, 4 * target);
 }
 
-// Radiance of one channel is that of all three.
-void spread_channels(Rendering& r) {
+// The values of one channel are those of all three.
+void spread_channels(Image& image) {
   const auto spread = [](const auto& in) {
     std::decay_t<decltype(in)> out;
     for (const auto value : in) out.insert(out.end(), 3, value);
     return out;
   };
-  r.mean = spread(r.mean);
-  r.stderr_ = spread(r.stderr_);
-  r.mean_of_image = spread(r.mean_of_image);
-  r.stderr_of_mean = spread(r.stderr_of_mean);
-  r.channels = 3;
+  image.mean = spread(image.mean);
+  image.stderr_ = spread(image.stderr_);
+  image.mean_of_image = spread(image.mean_of_image);
+  image.stderr_of_mean = spread(image.stderr_of_mean);
 }
 
 }  // namespace
@@ -55,10 +54,12 @@ Rendering render(const Device& device, const Scene& scene, const RenderOptions& 
   JobRecord job = append_scene(scene, options.sensor, data);
   job.seed_low = static_cast<unsigned>(options.seed);
   job.seed_high = static_cast<unsigned>(options.seed >> 32);
-  Wavefront wavefront(device, data, {job}, options.op, options.width, options.schedule);
+  const DerivativeData derivatives = derivative_data(scene, options.derivatives);
+  Wavefront wavefront(device, data, {job}, derivatives, options.op, options.width, options.schedule);
   if (options.time_stages) wavefront.time_stages();
   const int pixels = sensor.crop_width * sensor.crop_height;
-  Film film(device, pixels, wavefront.channels(), sensor.luminance);
+  Film film(device, pixels, 1 + static_cast<int>(options.derivatives.size()), wavefront.channels(), sensor.luminance);
+  std::vector<Image> images;
 
   Rendering out;
   out.width = sensor.crop_width;
@@ -92,14 +93,20 @@ Rendering render(const Device& device, const Scene& scene, const RenderOptions& 
       }
       sample += samples;
     }
-    film.develop(spp, band, out);
+    film.develop(spp, band, images);
   }
   out.render_s = seconds_since(render_start);
   out.paths = static_cast<std::uint64_t>(total);
   out.misplaced = wavefront.misplaced();
   out.stages = wavefront.stage_times();
-  film.finish(out);
-  if (out.channels == 1 && !sensor.luminance) spread_channels(out);
+  film.finish(images);
+  out.channels = film.channels();
+  if (out.channels == 1 && !sensor.luminance) {
+    for (Image& image : images) spread_channels(image);
+    out.channels = 3;
+  }
+  static_cast<Image&>(out) = std::move(images.front());
+  out.derivatives.assign(std::move_iterator(images.begin() + 1), std::move_iterator(images.end()));
   return out;
 }
 

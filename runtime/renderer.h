@@ -28,6 +28,8 @@ struct RenderOptions {
   int spp = 0;             // samples a pixel; 0: the scene's
   std::uint64_t seed = 0;  // images of different seeds are independent
   Operator op = Operator::full;
+  // Names of scene parameters: the image is differentiated by each, from the same paths (paper, section 4).
+  std::vector<std::string> derivatives;
   int width = 0;  // paths a work-item: 1, 4, 8, 16; 0: the device's default
   Schedule schedule = Schedule::automatic;
   int paths_a_launch = 0;                     // 0: as many as take about a quarter of a second
@@ -43,12 +45,16 @@ struct StageTime {
   std::uint64_t launches = 0, paths = 0;  // paths: in the stage's queue, summed over its launches
 };
 
-struct Rendering {
-  int width = 0, height = 0, channels = 3;  // channels 1: luminance
-  int spp = 0;
+struct Image {
   std::vector<float> mean, stderr_;                   // row-major, row 0 on top, channels interleaved
   std::vector<double> mean_of_image, stderr_of_mean;  // a channel each; over all pixels
-  double build_s = 0, render_s = 0;                   // scene to device and kernel build; path tracing alone
+};
+
+struct Rendering : Image {
+  int width = 0, height = 0, channels = 3;  // channels 1: luminance
+  int spp = 0;
+  std::vector<Image> derivatives;    // one for each of RenderOptions::derivatives
+  double build_s = 0, render_s = 0;  // scene to device and kernel build; path tracing alone
   std::uint64_t paths = 0;
   // Arrivals at surfaces from the side where the path cannot be: positions off by rounding (a few in 10^9), or shapes
   // that overlap or are not closed, and then the image is wrong.
@@ -56,7 +62,8 @@ struct Rendering {
   std::vector<StageTime> stages;  // those that ran
 };
 
-// Throws UsageError (no such sensor, spp < 1), DeviceError, Interrupted.
+// Throws UsageError (no such sensor, spp < 1, a parameter that is unknown or not differentiable), DeviceError,
+// Interrupted.
 Rendering render(const Device& device, const Scene& scene, const RenderOptions& options);
 
 }  // namespace itn

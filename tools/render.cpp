@@ -22,6 +22,7 @@ namespace {
 struct Options {
   CommonOptions common;
   std::string scene, output, operator_name = "full";
+  std::vector<std::string> derivatives;
   int sensor = 0;
   bool preview = false;
 };
@@ -63,12 +64,26 @@ const Sensor& chosen_sensor(const Scene& scene, int index) {
 ExrImage to_exr(const Rendering& image, const Scene& scene, const Options& options, const Device& device) {
   const std::size_t channels = static_cast<std::size_t>(image.channels);
   ExrImage exr{image.width, image.height, {}, {}, {}};
-  exr.channels = channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
-  for (std::size_t c = 0; c < channels; ++c) exr.channels.push_back("stderr." + exr.channels[c]);
-  exr.data.reserve(2 * image.mean.size());
-  for (std::size_t i = 0; i < image.mean.size(); i += channels) {
-    for (std::size_t c = 0; c < channels; ++c) exr.data.push_back(image.mean[i + c]);
-    for (std::size_t c = 0; c < channels; ++c) exr.data.push_back(image.stderr_[i + c]);
+  const std::vector<std::string> letters =
+      channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
+  const auto add = [&](const std::string& prefix) {
+    for (const std::string& letter : letters) exr.channels.push_back(prefix + letter);
+  };
+  add("");
+  add("stderr.");
+  for (const std::string& name : options.derivatives) {
+    add("derivative." + name + ".");
+    add("derivative_stderr." + name + ".");
+  }
+  const std::size_t pixels = image.mean.size() / channels;
+  const auto store = [&](const Image& from, std::size_t pixel) {
+    for (std::size_t c = 0; c < channels; ++c) exr.data.push_back(from.mean[pixel * channels + c]);
+    for (std::size_t c = 0; c < channels; ++c) exr.data.push_back(from.stderr_[pixel * channels + c]);
+  };
+  exr.data.reserve(pixels * exr.channels.size());
+  for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
+    store(image, pixel);
+    for (const Image& derivative : image.derivatives) store(derivative, pixel);
   }
   nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
   for (const Parameter& p : list_parameters(scene)) parameters[p.name] = p.value;
@@ -85,6 +100,10 @@ ExrImage to_exr(const Rendering& image, const Scene& scene, const Options& optio
 nlohmann::ordered_json to_json(const Rendering& image, const Options& options, const Device& device,
                                const Times& times) {
   const DeviceInfo& info = device.info();
+  nlohmann::ordered_json derivatives = nlohmann::ordered_json::object();
+  for (std::size_t i = 0; i < image.derivatives.size(); ++i)
+    derivatives[options.derivatives[i]] = {{"mean", image.derivatives[i].mean_of_image},
+                                           {"stderr", image.derivatives[i].stderr_of_mean}};
   return {
       {"schema", "itn.render/1"},
       {"scene", options.scene},
@@ -102,7 +121,7 @@ nlohmann::ordered_json to_json(const Rendering& image, const Options& options, c
       {"paths_per_s", static_cast<double>(image.paths) / image.render_s},
       {"mean", image.mean_of_image},
       {"mean_stderr", image.stderr_of_mean},
-      {"derivatives", nlohmann::ordered_json::object()}};
+      {"derivatives", derivatives}};
 }
 
 void print(const Rendering& image, const Options& options, const Device& device, const Times& times) {
@@ -110,6 +129,9 @@ void print(const Rendering& image, const Options& options, const Device& device,
              options.operator_name, device.info().name);
   fmt::print("mean {:.6g}  standard error {:.2g}\n", fmt::join(image.mean_of_image, " "),
              fmt::join(image.stderr_of_mean, " "));
+  for (std::size_t i = 0; i < image.derivatives.size(); ++i)
+    fmt::print("derivative by {}: mean {:.6g}  standard error {:.2g}\n", options.derivatives[i],
+               fmt::join(image.derivatives[i].mean_of_image, " "), fmt::join(image.derivatives[i].stderr_of_mean, " "));
   fmt::print("scene {:.2f} s, kernels {:.2f} s, rendering {:.2f} s, {:.3g} million paths/s, writing {:.2f} s\n",
              times.scene, image.build_s, image.render_s, static_cast<double>(image.paths) / image.render_s / 1e6,
              times.write);
@@ -133,6 +155,7 @@ void run(const Options& options) {
   render_options.spp = spp;
   render_options.seed = common.seed;
   render_options.op = options.operator_name == "single" ? Operator::single : Operator::full;
+  render_options.derivatives = options.derivatives;
   render_options.progress = [&](double fraction) { progress.update(fraction); };
   render_options.cancel = &interrupt_flag();
   const Rendering image = render(device, scene, render_options);
@@ -160,6 +183,10 @@ void add_render(CLI::App& app) {
   CLI::App* command = app.add_subcommand("render", "a scene to an image with its standard error");
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
   command->add_option("-o,--output", options->output, "OpenEXR file to write")->required();
+  command
+      ->add_option("--derivative", options->derivatives,
+                   "also the derivative image by this scene parameter (itn parameters lists them); may be repeated")
+      ->take_all();
   command->add_option("--operator", options->operator_name, "full: all light; single: one scattering in the medium")
       ->check(CLI::IsMember({"full", "single"}))
       ->capture_default_str();

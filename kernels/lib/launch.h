@@ -24,7 +24,9 @@ typedef struct {
   __global const float* emitter_tables;
   __global const TextureRecord* textures;
   __global const float* texels;
-  __global float* samples; /* radiance of each sample, RADIANCE_CHANNELS floats */
+  __global const ScoreRecord* scores;
+  __global const DerivativeRecord* derivatives;
+  __global float* samples; /* of each sample the radiance and its derivatives, RADIANCE_CHANNELS floats each */
   __global uint* misplaced; /* one count: arrivals at surfaces from the side where the path cannot be (stage/surface.h) */
 } Launch;
 
@@ -114,8 +116,9 @@ inline void finish(const Launch* launch, __global const JobRecord* job, Pool* po
     int s = slot.i[l];
     int output = job->first_output + (ints[PIXEL * pool->stride + s] - job->first_pixel) * job->samples +
                  ints[SAMPLE * pool->stride + s] - job->first_sample;
-    UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
-      launch->samples[output * RADIANCE_CHANNELS + c] = pool->fields[(RADIANCE + c) * pool->stride + s];
+    const int values = RADIANCE_CHANNELS * (1 + DERIVATIVES);
+    UNROLL for (int c = 0; c < values; ++c)
+      launch->samples[output * values + c] = pool->fields[(RADIANCE + c) * pool->stride + s];
   }
   push(pool, QUEUE_FREE, slots, mask);
 }

@@ -1,15 +1,16 @@
 /* What dims a light connection on its way: index-matched boundaries and media are passed, anything else blocks it. */
 #ifndef ITN_OPTICAL_DEPTH_H
 #define ITN_OPTICAL_DEPTH_H
-#include "lib/launch.h"
+#include "lib/score.h"
 
 /* Adds weight * light, dimmed on the way, to the radiance of the lanes in `mask`: from `from` in `medium` towards `to`.
- */
+ * scores: of everything but the way. */
 inline void add_connection(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK mask,
-                           REAL3 from, REAL3 to, INT skip, INT medium, const REAL weight[RADIANCE_CHANNELS]) {
+                           REAL3 from, REAL3 to, INT skip, INT medium, const REAL weight[RADIANCE_CHANNELS],
+                           const Scores* scores) {
   const Surfaces surfaces = job_surfaces(launch, job);
-  Lanes slot, ox, oy, oz, dx, dy, dz, stands_on, in, w[RADIANCE_CHANNELS], depth[THROUGHPUT_CHANNELS];
-  slot.integer = slots;
+  Lanes ox, oy, oz, dx, dy, dz, stands_on, in, depth[THROUGHPUT_CHANNELS];
+  Lanes through[SCORES + 1]; /* distance in the medium of each score of sigma_t */
   ox.real = from.x;
   oy.real = from.y;
   oz.real = from.z;
@@ -18,9 +19,9 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
   dz.real = to.z;
   stands_on.integer = skip;
   in.integer = medium;
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) w[c].real = weight[c];
+  UNROLL for (int k = 0; k < SCORES; ++k) through[k].real = (REAL)(0.0f);
   UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) depth[c].real = (REAL)(0.0f);
-  uint bits = lane_bits(mask);
+  uint bits = lane_bits(mask), reached = 0;
   MASK passed = (MASK)(0); /* a boundary: nothing behind counts, or thin bodies would be passed again and again */
   while (bits) {
     const LaneHits hits = trace_lanes(surfaces, make3(ox.real, oy.real, oz.real), to, (REAL)(INFINITY),
@@ -30,10 +31,7 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
     FOR_EACH_LANE(l, bits) {
       const int at = hits.primitive.i[l], current = in.i[l];
       if (at < 0) { /* nothing opaque or refractive in the way */
-        if (current >= 0) continue;
-        UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
-          pool->fields[(RADIANCE + c) * pool->stride + slot.i[l]] +=
-              w[c].f[l] * exp(-depth[THROUGHPUT_CHANNELS == 1 ? 0 : c].f[l]);
+        if (current < 0) reached |= 1u << l;
         continue;
       }
       __global const PrimitiveRecord* primitive = launch->primitives + at;
@@ -50,9 +48,13 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
       oy.f[l] = o.y + offset * normal.y;
       oz.f[l] = o.z + offset * normal.z;
 #if HAS_MEDIUM
-      if (current >= 0)
+      if (current >= 0) {
         UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
           depth[c].f[l] += launch->media[current].sigma_t[c] * hits.distance.f[l];
+        UNROLL for (int k = 0; k < SCORES; ++k)
+          if (launch->scores[k].kind == SCORE_SIGMA_T && current - job->first_medium == launch->scores[k].target)
+            through[k].f[l] += hits.distance.f[l];
+      }
 #endif
       if (shape->interior != shape->exterior) in.i[l] = facing < 0.0f ? shape->interior : shape->exterior;
       stands_on.i[l] = at;
@@ -61,6 +63,18 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
     bits = next;
     mask = mask & lane_mask(next);
   }
+  if (!reached) return;
+  REAL arriving[RADIANCE_CHANNELS];
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
+    arriving[c] = weight[c] * EXP(-depth[THROUGHPUT_CHANNELS == 1 ? 0 : c].real);
+  Scores there = *scores;
+  UNROLL for (int k = 0; k < SCORES; ++k) {
+    if (launch->scores[k].kind != SCORE_SIGMA_T) continue;
+    REAL d;
+    score_medium_passage((REAL)(1.0f), through[k].real, &d); /* whatever sigma_t is */
+    there.of[k] += d;
+  }
+  gather_radiance(launch, pool, slots, lane_mask(reached), arriving, &there);
 }
 
 #endif

@@ -4,8 +4,9 @@
 #define ITN_PATH_STATE_H
 
 /* Fields of a program with these definitions, for the host. */
-#define PATH_FIELDS(throughput_channels, radiance_channels, spectral, medium_light_sampling) \
-  (19 + (throughput_channels) + (radiance_channels) + 4 * (spectral) + 4 * (medium_light_sampling))
+#define PATH_FIELDS(throughput_channels, radiance_channels, spectral, medium_light_sampling, scores, derivatives) \
+  (19 + (throughput_channels) + (radiance_channels) * (1 + (derivatives)) + (scores) + 4 * (spectral) +           \
+   4 * (medium_light_sampling))
 
 #ifdef __OPENCL_VERSION__
 enum {
@@ -13,7 +14,9 @@ enum {
   DIRECTION_X, DIRECTION_Y, DIRECTION_Z, /* unit, of travel from the camera on */
   THROUGHPUT, /* THROUGHPUT_CHANNELS fields; without the refraction scale below */
   RADIANCE = THROUGHPUT + THROUGHPUT_CHANNELS, /* RADIANCE_CHANNELS fields: gathered so far */
-  REFRACTION_SCALE = RADIANCE + RADIANCE_CHANNELS, /* (n here / n at the camera)^-2: radiance over basic radiance */
+  DERIVATIVE = RADIANCE + RADIANCE_CHANNELS, /* of the radiance: RADIANCE_CHANNELS fields for each of DERIVATIVES */
+  SCORE = DERIVATIVE + DERIVATIVES * RADIANCE_CHANNELS, /* SCORES fields: see ScoreRecord */
+  REFRACTION_SCALE = SCORE + SCORES, /* (n here / n at the camera)^-2: radiance over basic radiance */
   PIXEL, SAMPLE, /* ints: with the job's seed and EVENT the counter of the random numbers */
   EVENT,
   DEPTH,  /* scatterings so far, surfaces and media, index-matched boundaries not counted */
@@ -37,7 +40,8 @@ enum {
   FIELDS
 };
 typedef char path_fields_are_counted
-    [FIELDS == PATH_FIELDS(THROUGHPUT_CHANNELS, RADIANCE_CHANNELS, SPECTRAL, MEDIUM_LIGHT_SAMPLING) ? 1 : -1];
+    [FIELDS == PATH_FIELDS(THROUGHPUT_CHANNELS, RADIANCE_CHANNELS, SPECTRAL, MEDIUM_LIGHT_SAMPLING, SCORES, DERIVATIVES) ? 1
+                                                                                                               : -1];
 #endif
 
 /* In the OPERATOR_SINGLE build DEPTH also holds, above the count of scatterings, whether the path has scattered in a medium. */

@@ -60,10 +60,27 @@ typedef struct {
   int pad;
 } TextureRecord;
 
+/* A number of a scene that factors of a path's throughput depend on: the path carries its score, the sum of
+ * d log f / d number over the factors so far. */
+enum { SCORE_SIGMA_T, SCORE_ALBEDO, SCORE_G, SCORE_ALPHA, SCORE_ETA, SCORE_REFLECTANCE };
+
+typedef struct {
+  int kind;    /* SCORE_* */
+  int target;  /* which of the scene's media or BSDFs */
+  int channel; /* whose value it is, of three */
+} ScoreRecord;
+
+/* A parameter by which the image is differentiated: d f / d parameter = f * factor[c] * score[c] in channel c. */
+typedef struct {
+  int score[3];
+  float factor[3]; /* d number / d parameter; 0: the channel does not depend on it */
+} DerivativeRecord;
+
 /* One image with one set of parameters. */
 typedef struct {
   int camera, geometry, emitter;
   int first_shape; /* shape k of the geometry is shapes[first_shape + k] */
+  int first_medium, first_bsdf; /* of the scene, for ScoreRecord */
   int max_depth;   /* a path with k scatterings counts if k < max_depth */
   int rr_depth;
   int hide_emitters; /* 1: a path that has not scattered sees no light, as in Mitsuba */

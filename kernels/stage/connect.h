@@ -29,6 +29,8 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
     weight[c] *= LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
 
+  const INT medium_index = LOAD_INT(pool, MEDIUM, slots);
+  const Scores scores = load_scores(pool, slots);
   REAL3 light;
   REAL light_pdf, rgb[3];
   sample_light(launch, emitter, (MASK)(0), u, &light, &light_pdf, rgb);
@@ -97,9 +99,20 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
       arriving[c] = weight[c] * value * rgb[c] *
                     bsdf_real(launch, bsdf.integer, FIELD_OF(BsdfRecord, specular_transmittance) + c) *
                     medium_transmittance(sigma_t[THROUGHPUT_CHANNELS == 1 ? 0 : c], hits.distance.real);
+    Scores connection_scores = scores;
+    score_phase(launch, job, &connection_scores, medium_index, dot3(arrival, inward), g, connected);
+    score_passage(launch, job, &connection_scores, medium_index, sigma_t, hits.distance.real, connected);
+#if HAS_ROUGH_GGX
+    score_rough_boundary(MICROFACET_GGX, launch, job, &connection_scores, bsdf.integer, alpha, eta, wi, wo,
+                         connected & (kind.integer == BSDF_ROUGH_GGX));
+#endif
+#if HAS_ROUGH_BECKMANN
+    score_rough_boundary(MICROFACET_BECKMANN, launch, job, &connection_scores, bsdf.integer, alpha, eta, wi, wo,
+                         connected & (kind.integer == BSDF_ROUGH_BECKMANN));
+#endif
     add_connection(launch, job, pool, slots, connected & (value > 0.0f),
                    beside_surface(launch->primitives, primitive, exit, normal, light), light, primitive,
-                   outside.integer, arriving);
+                   outside.integer, arriving, &connection_scores);
   }
 #endif
   if (ANY(straight)) {
@@ -107,8 +120,13 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
     const REAL value = chance * phase / (chance * light_pdf + phase);
     REAL arriving[RADIANCE_CHANNELS];
     UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) arriving[c] = weight[c] * value * rgb[c];
-    add_connection(launch, job, pool, slots, straight, position, light, (INT)(-1), medium, arriving);
+    Scores connection_scores = scores;
+    score_phase(launch, job, &connection_scores, medium_index, dot3(arrival, light), g, straight);
+    add_connection(launch, job, pool, slots, straight, position, light, (INT)(-1), medium, arriving, &connection_scores);
   }
+  Scores onward = scores;
+  score_phase(launch, job, &onward, medium_index, dot3(arrival, load3(pool, DIRECTION_X, slots)), g, valid);
+  store_scores(pool, slots, &onward);
   push(pool, QUEUE_MEDIUM, slots, valid);
 }
 #endif

@@ -53,6 +53,7 @@ inline void diffuse_stage(const Launch* launch, __global const JobRecord* job, P
   STORE_INT(pool, EVENT, slots, random.event + 1);
   STORE_INT(pool, DEPTH, slots, depth);
   finish(launch, job, pool, slots, valid & !goes_on);
+  const Scores scores = load_scores(pool, slots);
 #if LIGHT_SAMPLING
   const MASK everywhere = valid | !valid;
   __global const EmitterRecord* emitter = launch->emitters + job->emitter;
@@ -69,13 +70,18 @@ inline void diffuse_stage(const Launch* launch, __global const JobRecord* job, P
   REAL arriving[RADIANCE_CHANNELS];
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
     arriving[c] = throughput[THROUGHPUT_CHANNELS == 1 ? 0 : c] * weight[c] * value * light[c];
+  Scores connection_scores = scores;
+  score_reflection(launch, job, &connection_scores, s.bsdf, reflectance, frame_to_local(&frame, to_light), goes_on);
   add_connection(launch, job, pool, slots, goes_on & (value > 0.0f),
                  beside_surface(launch->primitives, s.primitive, s.position, s.normal, to_light), to_light, s.primitive,
-                 LOAD_INT(pool, MEDIUM, slots), arriving);
+                 LOAD_INT(pool, MEDIUM, slots), arriving, &connection_scores);
   STORE(pool, LAST_PDF, slots, -diffuse_pdf(in_frame));
 #else
   STORE(pool, LAST_PDF, slots, 0.0f);
 #endif
+  Scores onward = scores;
+  score_reflection(launch, job, &onward, s.bsdf, reflectance, in_frame, goes_on);
+  store_scores(pool, slots, &onward);
   leave_surface(launch, pool, slots, goes_on, &s, direction);
 }
 

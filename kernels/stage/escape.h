@@ -3,6 +3,7 @@
 #define ITN_STAGE_ESCAPE_H
 #include "lib/launch.h"
 #include "lib/light_sampling.h"
+#include "lib/score.h"
 
 inline void escape_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
   __global const EmitterRecord* emitter = launch->emitters + job->emitter;
@@ -21,10 +22,10 @@ inline void escape_stage(const Launch* launch, __global const JobRecord* job, Po
 #endif
   REAL weight[3];
   channel_weights(pool, slots, scale, weight);
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
-    REAL throughput = LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
-    STORE(pool, RADIANCE + c, slots, LOAD(pool, RADIANCE + c, slots) + throughput * weight[c] * light[c]);
-  }
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
+    light[c] *= LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots) * weight[c];
+  const Scores scores = load_scores(pool, slots);
+  gather_radiance(launch, pool, slots, valid, light, &scores);
   finish(launch, job, pool, slots, valid);
 }
 

@@ -58,7 +58,7 @@ inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
   d = scale3(d, 1.0f / SQRT(dot3(d, d)));
   store3(pool, DIRECTION_X, slots, d);
   UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, 1.0f);
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) STORE(pool, RADIANCE + c, slots, 0.0f);
+  UNROLL for (int c = RADIANCE; c < REFRACTION_SCALE; ++c) STORE(pool, c, slots, 0.0f); /* derivatives and scores too */
   STORE(pool, REFRACTION_SCALE, slots, 1.0f);
   STORE_INT(pool, PIXEL, slots, pixel);
   STORE_INT(pool, SAMPLE, slots, sample);

@@ -5,6 +5,7 @@
 #include "lib/frame.h"
 #include "lib/launch.h"
 #include "lib/light_connection.h"
+#include "lib/score.h"
 #include "model/phase_henyey_greenstein.h"
 #include "stage/ray.h"
 
@@ -38,6 +39,8 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   REAL sigma = sigma_t[0];
 #endif
   REAL mean_free_path = 1.0f / sigma;
+  const INT medium_index = LOAD_INT(pool, MEDIUM, slots);
+  Scores scores = load_scores(pool, slots);
 
   MASK alive = valid, arrived = (MASK)(0), dead = (MASK)(0), escaped = (MASK)(0);
 #if MEDIUM_LIGHT_SAMPLING
@@ -85,6 +88,8 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
                   SELECT(scatters, sigma_t[c] * mean_free_path, 1.0f);
 #endif
     cell = flight_cell(launch->grid, geometry, position);
+    score_passage(launch, job, &scores, medium_index, sigma_t, distance, meets);
+    score_scattering(launch, job, &scores, medium_index, sigma_t, albedo, distance, scatters);
     skip = SELECT_INT(scatters, -1, skip);
     depth += SELECT_INT(scatters, 1, 0);
     UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= SELECT(scatters, albedo[c], 1.0f);
@@ -125,12 +130,14 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     last_pdf = SELECT(alive, SELECT(connectable, henyey_greenstein(cosine, g) / chance, 0.0f), last_pdf);
     alive = alive & !connects; /* connected before the path goes on, so contributions keep their order */
 #endif
+    score_phase(launch, job, &scores, medium_index, cosine, g, alive); /* of those that connect: stage/connect.h */
     left = popcount(lane_bits(alive));
     if (left <= enough) break;
   }
   store3(pool, POSITION_X, slots, position);
   store3(pool, DIRECTION_X, slots, direction);
   UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
+  store_scores(pool, slots, &scores);
   STORE_INT(pool, EVENT, slots, random.event);
   STORE_INT(pool, DEPTH, slots, depth);
   STORE_INT(pool, SKIP, slots, skip);

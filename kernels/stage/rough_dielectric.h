@@ -21,7 +21,7 @@ inline REAL rival_density(REAL connection, REAL by_phase, MASK mask) {
  * scattering vertex. Returns LAST_PDF for the BSDF's own direction. */
 inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __global const JobRecord* job, Pool* pool,
                                    INT slots, MASK at_boundary, const Surface* s, const Frame* frame, const Random* random,
-                                   REAL alpha, REAL eta, REAL3 wi, REAL3 direction, REAL pdf) {
+                                   REAL alpha, REAL eta_inside, REAL eta, REAL3 wi, REAL3 direction, REAL pdf) {
   __global const EmitterRecord* emitter = launch->emitters + job->emitter;
   REAL u[4];
   draw(random, 1, u);
@@ -70,9 +70,11 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
     arriving[c] = weight[c] * rgb[c] * LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots) *
                   boundary_tint(launch, s->bsdf, reflects, c);
+  Scores scores = load_scores(pool, slots);
+  score_rough_boundary(distribution, launch, job, &scores, s->bsdf, alpha, eta_inside, wi, wo, mask);
   add_connection(launch, job, pool, slots, mask,
                  beside_surface(launch->primitives, s->primitive, s->position, s->normal, light), light, s->primitive,
-                 s->exterior, arriving);
+                 s->exterior, arriving, &scores);
   return MAX(pdf / (1.0f + own_rival), (REAL)(1e-30f)); /* not 0: that would say that the sun was not sampled */
 }
 #endif
@@ -88,7 +90,7 @@ inline void rough_dielectric_stage(int distribution, const Launch* launch, __glo
   const REAL eta_inside = bsdf_real(launch, s.bsdf, FIELD_OF(BsdfRecord, eta));
   const Frame frame = make_frame(s.frame);
   const REAL3 wi = scale3(frame_to_local(&frame, s.direction), -1.0f);
-  const REAL eta = SELECT(wi.z > 0.0f, eta_inside, 1.0f / eta_inside); /* far side over near side */
+  const REAL eta = far_over_near(eta_inside, wi.z); /* far side over near side */
   REAL3 wo;
   REAL weight, pdf;
   MASK reflects;
@@ -98,10 +100,14 @@ inline void rough_dielectric_stage(int distribution, const Launch* launch, __glo
   const REAL3 direction = frame_to_world(&frame, wo);
 #if ROUGH_LIGHT_SAMPLING
   pdf = sample_sun_at_boundary(distribution, launch, job, pool, slots, valid & !s.misplaced, &s, &frame, &random, alpha,
-                               eta, wi, direction, pdf);
+                               eta_inside, eta, wi, direction, pdf);
 #else
   pdf = (REAL)(0.0f);
 #endif
+  Scores scores = load_scores(pool, slots);
+  score_rough_boundary(distribution, launch, job, &scores, s.bsdf, alpha, eta_inside, wi, wo,
+                       valid & !s.misplaced & (weight > 0.0f));
+  store_scores(pool, slots, &scores);
   scatter_at_boundary(launch, job, pool, slots, valid, &s, &random, u[3], direction, weight, pdf, reflects, 1.0f / eta);
 }
 

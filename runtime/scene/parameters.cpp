@@ -5,13 +5,20 @@
 #include <cmath>
 #include <limits>
 
+#include "runtime/error.h"
+
 namespace itn {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-const char* const not_yet = "not yet: this version renders values only";
+const char* const not_yet = "not yet: this version differentiates by media and surfaces only";
 const char* const smooth = "smooth interface: use roughdielectric with a small alpha";
 const char* const texture = "a texture, not a number";
+const char* const zero = "0: the paths that a change would bring have no probability; start from a small value";
+const char* const yes = "";
+
+// Of numbers that are factors of a path's throughput: its score is not defined where they are 0.
+const char* unless_zero(double value) { return value == 0 ? zero : yes; }
 
 struct Range {
   double low, high;
@@ -21,25 +28,33 @@ constexpr Range unit_interval{0, 1}, non_negative{0, infinity, true, false}, pos
 
 class List {
  public:
-  void number(const std::string& name, double value, const Range& range, const char* why_not,
-              const std::string& unit = "") {
-    parameters.push_back({name, value, range.low, range.high, range.low_included, range.high_included, unit, why_not});
+  void owner(int index) { index_ = index; }
+  void number(const std::string& name, ParameterKind kind, double value, const Range& range, const char* why_not,
+              const std::string& unit = "", int component = -1) {
+    parameters.push_back({name, value, range.low, range.high, range.low_included, range.high_included, unit, why_not,
+                          kind, index_, component});
   }
-  void colour(const std::string& name, const Rgb& value, const Range& range, const char* why_not,
+  void colour(const std::string& name, ParameterKind kind, const Rgb& value, const Range& range, const char* why_not,
               bool by_component = false, const std::string& unit = "") {
+    const auto reason = [&](double v) { return *why_not ? why_not : unless_zero(v); };
     if (!by_component && value[0] == value[1] && value[1] == value[2])
-      return number(name, value[0], range, why_not, unit);
-    for (std::size_t c = 0; c < 3; ++c) number(name + "." + "RGB"[c], value[c], range, why_not, unit);
+      return number(name, kind, value[0], range, reason(value[0]), unit);
+    for (std::size_t c = 0; c < 3; ++c)
+      number(name + "." + "RGB"[c], kind, value[c], range, reason(value[c]), unit, static_cast<int>(c));
   }
 
   std::vector<Parameter> parameters;
+
+ private:
+  int index_ = 0;
 };
 
 void add(List& list, const Medium& m) {
-  list.colour(m.id + ".sigma_t", m.sigma_t, non_negative, not_yet, m.sigma_t_is_rgb, "1/scene unit");
-  list.colour(m.id + ".albedo", m.albedo, unit_interval, not_yet, m.albedo_is_rgb);
-  list.number(m.id + ".scale", m.scale, non_negative, not_yet);
-  if (!m.isotropic) list.number(m.phase_id + ".g", m.g, {-1, 1, false, false}, not_yet);
+  list.colour(m.id + ".sigma_t", ParameterKind::sigma_t, m.sigma_t, non_negative, yes, m.sigma_t_is_rgb,
+              "1/scene unit");
+  list.colour(m.id + ".albedo", ParameterKind::albedo, m.albedo, unit_interval, yes, m.albedo_is_rgb);
+  list.number(m.id + ".scale", ParameterKind::scale, m.scale, non_negative, unless_zero(m.scale));
+  if (!m.isotropic) list.number(m.phase_id + ".g", ParameterKind::g, m.g, {-1, 1, false, false}, yes);
 }
 
 void add(List& list, const Bsdf& b) {
@@ -48,18 +63,18 @@ void add(List& list, const Bsdf& b) {
       return;
     case BsdfKind::diffuse:
       if (b.reflectance.bitmap)
-        list.number(b.id + ".reflectance", std::nan(""), unit_interval, texture);
+        list.number(b.id + ".reflectance", ParameterKind::reflectance, std::nan(""), unit_interval, texture);
       else
-        list.colour(b.id + ".reflectance", b.reflectance.value, unit_interval, not_yet);
+        list.colour(b.id + ".reflectance", ParameterKind::reflectance, b.reflectance.value, unit_interval, yes);
       return;
     case BsdfKind::roughdielectric:
-      list.number(b.id + ".alpha", b.alpha, {0, 1, false, true}, not_yet);
-      list.number(b.id + ".int_ior", b.int_ior, positive, not_yet);
-      list.number(b.id + ".ext_ior", b.ext_ior, positive, not_yet);
+      list.number(b.id + ".alpha", ParameterKind::alpha, b.alpha, {0, 1, false, true}, yes);
+      list.number(b.id + ".int_ior", ParameterKind::int_ior, b.int_ior, positive, yes);
+      list.number(b.id + ".ext_ior", ParameterKind::ext_ior, b.ext_ior, positive, yes);
       return;
     case BsdfKind::dielectric:
-      list.number(b.id + ".int_ior", b.int_ior, positive, smooth);
-      list.number(b.id + ".ext_ior", b.ext_ior, positive, smooth);
+      list.number(b.id + ".int_ior", ParameterKind::int_ior, b.int_ior, positive, smooth);
+      list.number(b.id + ".ext_ior", ParameterKind::ext_ior, b.ext_ior, positive, smooth);
       return;
   }
 }
@@ -67,14 +82,14 @@ void add(List& list, const Bsdf& b) {
 void add(List& list, const Emitter& e) {
   switch (e.kind) {
     case Emitter::Kind::constant:
-      return list.colour(e.id + ".radiance", e.radiance, non_negative, not_yet);
+      return list.colour(e.id + ".radiance", ParameterKind::radiance, e.radiance, non_negative, not_yet);
     case Emitter::Kind::envmap:
-      return list.number(e.id + ".scale", e.scale, non_negative, not_yet);
+      return list.number(e.id + ".scale", ParameterKind::envmap_scale, e.scale, non_negative, not_yet);
     case Emitter::Kind::sunsky:
-      list.number(e.id + ".turbidity", e.sunsky.turbidity, {1, 10}, not_yet);
-      list.colour(e.id + ".albedo", e.sunsky.albedo, unit_interval, not_yet);
-      list.number(e.id + ".sun_scale", e.sunsky.sun_scale, non_negative, not_yet);
-      list.number(e.id + ".sky_scale", e.sunsky.sky_scale, non_negative, not_yet);
+      list.number(e.id + ".turbidity", ParameterKind::turbidity, e.sunsky.turbidity, {1, 10}, not_yet);
+      list.colour(e.id + ".albedo", ParameterKind::ground_albedo, e.sunsky.albedo, unit_interval, not_yet);
+      list.number(e.id + ".sun_scale", ParameterKind::sun_scale, e.sunsky.sun_scale, non_negative, not_yet);
+      list.number(e.id + ".sky_scale", ParameterKind::sky_scale, e.sunsky.sky_scale, non_negative, not_yet);
       return;
   }
 }
@@ -87,10 +102,25 @@ std::string Parameter::range() const {
 
 std::vector<Parameter> list_parameters(const Scene& scene) {
   List list;
-  for (const Medium& medium : scene.media) add(list, medium);
-  for (const Bsdf& bsdf : scene.bsdfs) add(list, bsdf);
+  for (std::size_t i = 0; i < scene.media.size(); ++i) {
+    list.owner(static_cast<int>(i));
+    add(list, scene.media[i]);
+  }
+  for (std::size_t i = 0; i < scene.bsdfs.size(); ++i) {
+    list.owner(static_cast<int>(i));
+    add(list, scene.bsdfs[i]);
+  }
   if (scene.environment) add(list, *scene.environment);
   return std::move(list.parameters);
+}
+
+Parameter find_parameter(const std::vector<Parameter>& parameters, const std::string& name) {
+  std::string names;
+  for (const Parameter& p : parameters) {
+    if (p.name == name) return p;
+    names += (names.empty() ? "" : ", ") + p.name;
+  }
+  throw UsageError(fmt::format("parameter {}: the scene has none of that name; need one of: {}", name, names));
 }
 
 }  // namespace itn

@@ -7,6 +7,24 @@
 
 namespace itn {
 
+// The member of the scene that a parameter is.
+enum class ParameterKind {
+  sigma_t,
+  albedo,
+  scale,
+  g,
+  alpha,
+  int_ior,
+  ext_ior,
+  reflectance,
+  radiance,
+  envmap_scale,
+  turbidity,
+  ground_albedo,
+  sun_scale,
+  sky_scale
+};
+
 struct Parameter {
   std::string name;  // <id>.<parameter>, with .R .G .B where the components differ or were given as <rgb>
   double value = 0;
@@ -15,9 +33,15 @@ struct Parameter {
   std::string unit;  // empty: a pure number
   // Empty: the renderer can differentiate by it; else why not and, where there is one, the remedy.
   std::string not_differentiable;
+  ParameterKind kind = ParameterKind::sigma_t;
+  int index = 0;       // of the medium or the BSDF in the scene
+  int component = -1;  // of a colour; -1: all
 
   std::string range() const;  // "[0, 1]", "(-1, 1)", "[0, inf)"
 };
+
+// The listed parameter of that name. Throws UsageError: not there (names those that are).
+Parameter find_parameter(const std::vector<Parameter>& parameters, const std::string& name);
 
 // Media, phase functions, BSDFs, then the environment, in the order of the scene.
 std::vector<Parameter> list_parameters(const Scene& scene);

@@ -5,16 +5,17 @@
 
 namespace itn {
 
-Film::Film(const Device& device, int pixels, int channels, bool luminance)
+Film::Film(const Device& device, int pixels, int images, int channels, bool luminance)
     : device_(device),
       pixels_(pixels),
+      images_(images),
       channels_(channels),
       luminance_(luminance && channels == 3),
-      means_(static_cast<std::size_t>(this->channels())),
+      means_(static_cast<std::size_t>(images * this->channels())),
       variances_(means_.size()) {
   program_ = device.build("film.cl", {});
   constexpr std::size_t least_pixels = 1 << 10;
-  const std::size_t a_pixel = 4 * sizeof(float) * static_cast<std::size_t>(this->channels());
+  const std::size_t a_pixel = 4 * sizeof(float) * means_.size();
   const std::size_t wanted = static_cast<std::size_t>(pixels);
   const Device::Elements sums = device.allocate_most(wanted, std::min(wanted, least_pixels), a_pixel, "film");
   pixels_ = static_cast<int>(sums.count);
@@ -27,39 +28,43 @@ void Film::add(const cl::Buffer& samples, std::size_t first_sample, int first_pi
   kernel.setArg(0, samples);
   kernel.setArg(1, static_cast<cl_uint>(first_sample));
   kernel.setArg(2, static_cast<cl_int>(samples_a_pixel));
-  kernel.setArg(3, static_cast<cl_int>(channels_));
-  kernel.setArg(4, static_cast<cl_int>(luminance_));
-  kernel.setArg(5, static_cast<cl_int>(first_pixel));
-  kernel.setArg(6, static_cast<cl_int>(pixels));
-  kernel.setArg(7, static_cast<cl_int>(fresh));
-  kernel.setArg(8, sums_);
+  kernel.setArg(3, static_cast<cl_int>(images_));
+  kernel.setArg(4, static_cast<cl_int>(channels_));
+  kernel.setArg(5, static_cast<cl_int>(luminance_));
+  kernel.setArg(6, static_cast<cl_int>(first_pixel));
+  kernel.setArg(7, static_cast<cl_int>(pixels));
+  kernel.setArg(8, static_cast<cl_int>(fresh));
+  kernel.setArg(9, sums_);
   device_.launch(kernel, static_cast<std::size_t>(pixels));
   device_.finish();
 }
 
-void Film::develop(int spp, int pixels, Rendering& out) {
-  const std::size_t n = static_cast<std::size_t>(pixels), channels = static_cast<std::size_t>(this->channels());
-  std::vector<float> sums(n * channels * 4);
+void Film::develop(int spp, int pixels, std::vector<Image>& images) {
+  const std::size_t values = means_.size(), n = static_cast<std::size_t>(pixels) * values;
+  std::vector<float> sums(n * 4);
   device_.download(sums_, sums);
-  for (std::size_t i = 0; i < n * channels; ++i) {
+  images.resize(static_cast<std::size_t>(images_));
+  for (std::size_t i = 0; i < n; ++i) {
     const double sum = static_cast<double>(sums[4 * i]) + sums[4 * i + 1];
     const double squares = static_cast<double>(sums[4 * i + 2]) + sums[4 * i + 3];
     const double mean = sum / spp;
     const double variance =
         spp > 1 ? std::max(0.0, (squares - sum * mean) / (spp - 1.0)) / spp : std::numeric_limits<double>::infinity();
-    out.mean.push_back(static_cast<float>(mean));
-    out.stderr_.push_back(static_cast<float>(std::sqrt(variance)));
-    means_[i % channels] += mean;
-    variances_[i % channels] += variance;
+    Image& image = images[i % values / static_cast<std::size_t>(channels())];
+    image.mean.push_back(static_cast<float>(mean));
+    image.stderr_.push_back(static_cast<float>(std::sqrt(variance)));
+    means_[i % values] += mean;
+    variances_[i % values] += variance;
   }
 }
 
-void Film::finish(Rendering& out) const {
-  out.channels = channels();
-  const double n = static_cast<double>(out.mean.size() / means_.size());
-  for (std::size_t c = 0; c < means_.size(); ++c) {
-    out.mean_of_image.push_back(means_[c] / n);
-    out.stderr_of_mean.push_back(std::sqrt(variances_[c]) / n);
+void Film::finish(std::vector<Image>& images) const {
+  const std::size_t channels = static_cast<std::size_t>(this->channels());
+  for (std::size_t v = 0; v < means_.size(); ++v) {
+    Image& image = images[v / channels];
+    const double n = static_cast<double>(image.mean.size() / channels);
+    image.mean_of_image.push_back(means_[v] / n);
+    image.stderr_of_mean.push_back(std::sqrt(variances_[v]) / n);
   }
 }
 

@@ -8,11 +8,12 @@ namespace itn {
 class Film {
  public:
   // Room for that many pixels, or fewer where the device's memory is short.
-  // channels: of the samples. luminance: sums the luminance of 3 channels instead of each.
-  Film(const Device& device, int pixels, int channels, bool luminance);
+  // A sample holds `images` pixels of `channels` channels: radiance, then derivatives. luminance: sums the luminance of
+  // 3 channels instead of each.
+  Film(const Device& device, int pixels, int images, int channels, bool luminance);
 
-  int pixels() const { return pixels_; }  // of a band
-  int channels() const { return luminance_ ? 1 : channels_; }
+  int pixels() const { return pixels_; }                       // of a band
+  int channels() const { return luminance_ ? 1 : channels_; }  // of an image
 
   // Adds the next samples of pixels [first_pixel, first_pixel + pixels) of the band, which start at first_sample of the
   // buffer. fresh: the pixels' first samples, what was there is forgotten.
@@ -21,17 +22,17 @@ class Film {
 
   // Appends the means and standard errors of the band's first `pixels` pixels; with one sample a pixel the standard
   // error is infinite.
-  void develop(int spp, int pixels, Rendering& rendering);
+  void develop(int spp, int pixels, std::vector<Image>& images);
   // After the last band: mean_of_image and stderr_of_mean.
-  void finish(Rendering& rendering) const;
+  void finish(std::vector<Image>& images) const;
 
  private:
   const Device& device_;
-  int pixels_, channels_;
+  int pixels_, images_, channels_;
   bool luminance_;
   cl::Program program_;
   cl::Buffer sums_;
-  std::vector<double> means_, variances_;  // a channel each: sums over the pixels of all bands
+  std::vector<double> means_, variances_;  // an image and a channel each: sums over the pixels of all bands
 };
 
 }  // namespace itn

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "kernels/model/microfacet.h"
+#include "runtime/derivative/parameter_chain.h"
 #include "runtime/scene/emitter.h"
 
 namespace itn {
@@ -100,7 +101,7 @@ BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
       break;
   }
   r.alpha = static_cast<float>(bsdf.alpha);
-  r.eta = static_cast<float>(bsdf.int_ior / bsdf.ext_ior);
+  r.eta = static_cast<float>(relative_index(Numbers<double, 2>{bsdf.int_ior, bsdf.ext_ior})[0]);
   store(bsdf.reflectance.value, r.reflectance);
   r.texture = append_texture(bsdf.reflectance, data);
   store(bsdf.specular_reflectance, r.specular_reflectance);
@@ -116,7 +117,8 @@ BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
 MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   const Medium& medium = scene.media[static_cast<std::size_t>(index)];
   MediumRecord r{};
-  for (std::size_t c = 0; c < 3; ++c) r.sigma_t[c] = static_cast<float>(medium.sigma_t[c] * medium.scale);
+  for (std::size_t c = 0; c < 3; ++c)
+    r.sigma_t[c] = static_cast<float>(scaled_extinction(Numbers<double, 2>{medium.sigma_t[c], medium.scale})[0]);
   store(medium.albedo, r.albedo);
   r.g = static_cast<float>(medium.isotropic ? 0 : medium.g);
   for (const Shape& shape : scene.shapes) {
@@ -127,7 +129,7 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
       r.connection = CONNECTION_REFRACTED;
       r.distribution = bsdf.distribution == Distribution::ggx ? MICROFACET_GGX : MICROFACET_BECKMANN;
       r.alpha = static_cast<float>(bsdf.alpha);
-      r.eta = static_cast<float>(bsdf.int_ior / bsdf.ext_ior);
+      r.eta = static_cast<float>(relative_index(Numbers<double, 2>{bsdf.int_ior, bsdf.ext_ior})[0]);
     }
   }
   data.spectral |= !grey(medium.sigma_t);
@@ -141,6 +143,8 @@ JobRecord append_scene(const Scene& scene, int sensor, LaunchData& data) {
   JobRecord job{};
   const int first_medium = static_cast<int>(data.media.size()), first_bsdf = static_cast<int>(data.bsdfs.size());
   job.first_shape = static_cast<int>(data.shapes.size());
+  job.first_medium = first_medium;
+  job.first_bsdf = first_bsdf;
   const auto medium_index = [&](int medium) { return medium < 0 ? -1 : first_medium + medium; };
   for (int m = 0; m < static_cast<int>(scene.media.size()); ++m) data.media.push_back(medium_record(scene, m, data));
   for (const Bsdf& bsdf : scene.bsdfs) data.bsdfs.push_back(bsdf_record(bsdf, data));

@@ -25,13 +25,13 @@ constexpr std::array<const char*, QUEUES> stage_names{"generate",       "ray",  
 std::size_t field_count(const std::map<std::string, std::string>& d) {
   const auto number = [&](const char* name) { return static_cast<std::size_t>(std::stoi(d.at(name))); };
   return PATH_FIELDS(number("THROUGHPUT_CHANNELS"), number("RADIANCE_CHANNELS"), number("SPECTRAL"),
-                     number("MEDIUM_LIGHT_SAMPLING"));
+                     number("MEDIUM_LIGHT_SAMPLING"), number("SCORES"), number("DERIVATIVES"));
 }
 
 }  // namespace
 
-Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs, Operator op, int width,
-                     Schedule schedule)
+Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs,
+                     const DerivativeData& derivatives, Operator op, int width, Schedule schedule)
     : device_(device), jobs_(std::move(jobs)) {
   width_ = width > 0 ? width : device.default_width();
   const bool cpu = device.info().type == "cpu";
@@ -50,7 +50,9 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   definitions["GENERATE_BELOW"] = std::to_string(width_);
   definitions["MEDIUM_EVENTS"] = std::to_string(medium_events);
   definitions["OPERATOR_SINGLE"] = std::to_string(op == Operator::single);
-  program_ = device.build("wavefront.cl", definitions);
+  definitions["SCORES"] = std::to_string(derivatives.scores.size());
+  definitions["DERIVATIVES"] = std::to_string(derivatives.derivatives.size());
+  program_ = device.build("wavefront.cl", definitions, {{"derivative/score.h", print_scores(derivatives.functions)}});
   for (const char* name : stage_names) stage_times_.push_back({name, 0, 0, 0});
 
   const Geometry& g = data.geometry;
@@ -66,7 +68,9 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
             device.upload(data.emitters, "emitters"),
             device.upload(data.emitter_tables, "emitter tables"),
             device.upload(data.textures, "textures"),
-            device.upload(data.texels, "texels")};
+            device.upload(data.texels, "texels"),
+            device.upload(derivatives.scores, "scores"),
+            device.upload(derivatives.derivatives, "derivatives")};
 
   // Short of memory, fewer paths are in flight and launches are smaller: the image is the same.
   const std::size_t a_slot = (field_count(definitions) + queues * (fused_ ? 1u : 2u)) * sizeof(float);
@@ -84,7 +88,8 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   }
   counter_ = device.allocate(2 * queues * sizeof(int), "queue lengths");
   misplaced_ = device.upload(std::vector<cl_uint>{0}, "misplaced arrivals");
-  const std::size_t a_sample = static_cast<std::size_t>(channels_) * sizeof(float);
+  const std::size_t a_sample =
+      static_cast<std::size_t>(channels_) * (1 + derivatives.derivatives.size()) * sizeof(float);
   const std::uint64_t budget = std::min(std::uint64_t{256} << 20, device.info().max_allocation / 4);
   const Device::Elements samples = device.allocate_most(budget / a_sample, least_samples, a_sample, "samples");
   sample_capacity_ = samples.count;

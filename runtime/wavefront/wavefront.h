@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "runtime/renderer.h"
+#include "runtime/wavefront/derivative_data.h"
 #include "runtime/wavefront/launch_data.h"
 
 namespace itn {
@@ -16,15 +17,17 @@ struct JobSlice {
 
 class Wavefront {
  public:
-  // jobs: as append_scene returned them, with their seeds.
-  Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs, Operator op, int width,
-            Schedule schedule);
+  // jobs: as append_scene returned them, with their seeds. derivatives: of every job's image; targets count within the
+  // job's scene.
+  Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs,
+            const DerivativeData& derivatives, Operator op, int width, Schedule schedule);
 
   int channels() const { return channels_; }                        // of radiance: 1 or 3
   std::size_t sample_capacity() const { return sample_capacity_; }  // most samples a launch can hold
 
-  // Traces the slices into samples(): slice after slice, pixel after pixel, sample after sample, channels interleaved.
-  // Returns when done. Their samples together are at most sample_capacity().
+  // Traces the slices into samples(): slice after slice, pixel after pixel, sample after sample; of a sample the
+  // channels of the radiance, then those of each derivative. Returns when done. Their samples together are at most
+  // sample_capacity().
   void trace(const std::vector<JobSlice>& slices);
   const cl::Buffer& samples() const { return samples_; }
 

@@ -16,8 +16,8 @@ namespace {
 constexpr int samples_a_pixel = 100000;
 
 // samples: [pixel][sample][channel]
-void check_sums(const Rendering& film, const std::vector<float>& samples) {
-  const std::size_t channels = static_cast<std::size_t>(film.channels), values = film.mean.size();
+void check_sums(const Image& film, const std::vector<float>& samples) {
+  const std::size_t channels = 3, values = film.mean.size();
   double worst_mean = 0, worst_error = 0;
   for (std::size_t i = 0; i < values; ++i) {
     double sum = 0, square = 0;
@@ -42,9 +42,9 @@ TEST_CASE("sums of 10^5 samples are those of double precision, however they are 
   std::lognormal_distribution<float> radiance(0, 2);  // rare large values among small ones, as in images
   std::vector<float> samples(pixels * samples_a_pixel * 3);
   for (float& x : samples) x = radiance(generator);
-  Rendering previous;
+  Image previous;
   for (const std::size_t launches : {1, 8, 1000}) {
-    Film film(device(), pixels, 3, false);
+    Film film(device(), pixels, 1, 3, false);
     const std::size_t count = samples_a_pixel / launches;
     for (std::size_t launch = 0; launch < launches; ++launch) {
       std::vector<float> part;
@@ -54,9 +54,10 @@ TEST_CASE("sums of 10^5 samples are those of double precision, however they are 
       }
       film.add(device().upload(part, "samples"), 0, 0, pixels, static_cast<int>(count), launch == 0);
     }
-    Rendering out;
-    film.develop(samples_a_pixel, pixels, out);
-    film.finish(out);
+    std::vector<Image> images;
+    film.develop(samples_a_pixel, pixels, images);
+    film.finish(images);
+    const Image& out = images.front();
     CAPTURE(launches);
     check_sums(out, samples);
     if (launches > 1) CHECK((out.mean == previous.mean && out.stderr_ == previous.stderr_));
@@ -78,7 +79,7 @@ TEST_CASE("a render of 10^5 samples a pixel is the mean of its paths in double p
   data.geometry.box_width = 4;
   JobRecord job = append_scene(scene, 0, data);
   job.seed_low = 5;
-  Wavefront wavefront(device(), data, {job}, Operator::full, 0, Schedule::automatic);
+  Wavefront wavefront(device(), data, {job}, {}, Operator::full, 0, Schedule::automatic);
   wavefront.trace({{0, 0, 4, 0, samples_a_pixel}});
   std::vector<float> grey(4 * samples_a_pixel), samples;
   device().download(wavefront.samples(), grey);

@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include "runtime/derivative/score_functions.h"
+
 namespace itn::test {
 namespace {
 
@@ -73,22 +75,32 @@ PathBench::PathBench(const Device& device, const Scene& scene, const Options& op
   definitions_["OPERATOR_SINGLE"] = std::to_string(options.op == Operator::single);
   throughput_channels_ = static_cast<std::size_t>(std::stoi(definitions_["THROUGHPUT_CHANNELS"]));
   radiance_channels_ = static_cast<std::size_t>(std::stoi(definitions_["RADIANCE_CHANNELS"]));
-  program_ = device.build("wavefront.cl", definitions_);
+  definitions_["SCORES"] = definitions_["DERIVATIVES"] = "0";
+  program_ = device.build("wavefront.cl", definitions_, {{"derivative/score.h", print_scores({})}});
   misplaced_ = device.upload(std::vector<cl_uint>{0}, "misplaced");
   const Path none;
   fields_ = each_field(none, throughput_channels_, radiance_channels_, has("SPECTRAL"), has("MEDIUM_LIGHT_SAMPLING"),
                        [](std::size_t, const auto&) {});
   if (fields_ != PATH_FIELDS(throughput_channels_, radiance_channels_, std::size_t{has("SPECTRAL")},
-                             std::size_t{has("MEDIUM_LIGHT_SAMPLING")}))
+                             std::size_t{has("MEDIUM_LIGHT_SAMPLING")}, 0, 0))
     throw std::logic_error("the members of a path are not those of path_state.h");
   const Geometry& g = data_.geometry;
-  scene_ = {device.upload(g.nodes, "nodes"),           device.upload(g.leaves, "leaves"),
-            device.upload(g.primitives, "primitives"), device.upload(g.grid, "grid"),
-            device.upload(g.records, "geometries"),    {},  // jobs
-            device.upload(data_.cameras, "cameras"),   device.upload(data_.shapes, "shapes"),
-            device.upload(data_.bsdfs, "bsdfs"),       device.upload(data_.media, "media"),
-            device.upload(data_.emitters, "emitters"), device.upload(data_.emitter_tables, "tables"),
-            device.upload(data_.textures, "textures"), device.upload(data_.texels, "texels")};
+  scene_ = {device.upload(g.nodes, "nodes"),
+            device.upload(g.leaves, "leaves"),
+            device.upload(g.primitives, "primitives"),
+            device.upload(g.grid, "grid"),
+            device.upload(g.records, "geometries"),
+            {},  // jobs
+            device.upload(data_.cameras, "cameras"),
+            device.upload(data_.shapes, "shapes"),
+            device.upload(data_.bsdfs, "bsdfs"),
+            device.upload(data_.media, "media"),
+            device.upload(data_.emitters, "emitters"),
+            device.upload(data_.emitter_tables, "tables"),
+            device.upload(data_.textures, "textures"),
+            device.upload(data_.texels, "texels"),
+            device.upload(std::vector<int>{}, "scores"),
+            device.upload(std::vector<int>{}, "derivatives")};
 }
 
 std::uint64_t PathBench::misplaced() const {

@@ -86,14 +86,14 @@ TEST_CASE("jobs that share a launch have the bits of each job alone") {
       std::vector<JobRecord> jobs;
       const LaunchData data = data_of(scenes, jobs);
       for (std::size_t j = 0; j < jobs.size(); ++j) jobs[j].seed_low = static_cast<unsigned>(10 + j);
-      Wavefront shared(device(), data, jobs, Operator::full, width, schedule);
+      Wavefront shared(device(), data, jobs, {}, Operator::full, width, schedule);
       std::vector<float> alone;
       for (const JobSlice& slice : slices) {
         const std::size_t k = static_cast<std::size_t>(slice.job);
         std::vector<JobRecord> job;
         const LaunchData own = data_of({scenes[k]}, job);
         job[0].seed_low = jobs[k].seed_low;
-        Wavefront wavefront(device(), own, job, Operator::full, width, schedule);
+        Wavefront wavefront(device(), own, job, {}, Operator::full, width, schedule);
         JobSlice same = slice;
         same.job = 0;
         const std::vector<float> part = trace(wavefront, {same});

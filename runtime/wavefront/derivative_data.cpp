@@ -1,0 +1,123 @@
+#include "runtime/wavefront/derivative_data.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "runtime/derivative/parameter_chain.h"
+#include "runtime/error.h"
+#include "runtime/scene/parameters.h"
+
+namespace itn {
+namespace {
+
+class Builder {
+ public:
+  explicit Builder(const Scene& scene) : scene_(scene) {}
+
+  void add(const Parameter& p) {
+    DerivativeRecord record{};
+    for (int c = 0; c < 3; ++c) {
+      if (p.component >= 0 && p.component != c) continue;
+      record.score[c] = score(p, c);
+      record.factor[c] = static_cast<float>(factor(p, c));
+    }
+    data.derivatives.push_back(record);
+  }
+
+  DerivativeData data;
+
+ private:
+  // Index of the score that the parameter's channel needs.
+  int score(const Parameter& p, int channel) {
+    ScoreRecord r{SCORE_SIGMA_T, p.index, channel};
+    switch (p.kind) {
+      case ParameterKind::scale:
+      case ParameterKind::sigma_t:
+        r.kind = SCORE_SIGMA_T;
+        if (grey(medium(p).sigma_t)) r.channel = 0;
+        want("score_medium_scattering", "sigma_t");
+        want("score_medium_passage", "sigma_t");
+        break;
+      case ParameterKind::albedo:
+        r.kind = SCORE_ALBEDO;
+        if (grey(medium(p).albedo)) r.channel = 0;
+        want("score_medium_scattering", "albedo");
+        break;
+      case ParameterKind::g:
+        r = {SCORE_G, p.index, 0};
+        want("score_henyey_greenstein", "g");
+        break;
+      case ParameterKind::alpha:
+        r = {SCORE_ALPHA, p.index, 0};
+        want(boundary(p), "alpha");
+        break;
+      case ParameterKind::int_ior:
+      case ParameterKind::ext_ior:
+        r = {SCORE_ETA, p.index, 0};
+        want(boundary(p), "eta");
+        break;
+      case ParameterKind::reflectance:
+        r.kind = SCORE_REFLECTANCE;
+        if (grey(bsdf(p).reflectance.value)) r.channel = 0;
+        want("score_diffuse", "albedo");
+        break;
+      default:
+        throw std::logic_error("no score for " + p.name);
+    }
+    const auto same = [&](const ScoreRecord& o) {
+      return o.kind == r.kind && o.target == r.target && o.channel == r.channel;
+    };
+    const auto found = std::find_if(data.scores.begin(), data.scores.end(), same);
+    if (found != data.scores.end()) return static_cast<int>(found - data.scores.begin());
+    data.scores.push_back(r);
+    return static_cast<int>(data.scores.size()) - 1;
+  }
+
+  // d number of the score / d parameter
+  double factor(const Parameter& p, int channel) const {
+    switch (p.kind) {
+      case ParameterKind::sigma_t:
+      case ParameterKind::scale: {
+        const Medium& m = medium(p);
+        const auto chain =
+            jacobian(scaled_extinction, std::array{m.sigma_t[static_cast<std::size_t>(channel)], m.scale});
+        return chain.by[0][p.kind == ParameterKind::scale ? 1 : 0];
+      }
+      case ParameterKind::int_ior:
+      case ParameterKind::ext_ior:
+        return jacobian(relative_index, std::array{bsdf(p).int_ior, bsdf(p).ext_ior})
+            .by[0][p.kind == ParameterKind::ext_ior ? 1 : 0];
+      default:
+        return 1;
+    }
+  }
+
+  static bool grey(const Rgb& c) { return c[0] == c[1] && c[1] == c[2]; }
+  const Medium& medium(const Parameter& p) const { return scene_.media[static_cast<std::size_t>(p.index)]; }
+  const Bsdf& bsdf(const Parameter& p) const { return scene_.bsdfs[static_cast<std::size_t>(p.index)]; }
+  std::string boundary(const Parameter& p) const {
+    return bsdf(p).distribution == Distribution::ggx ? "score_rough_dielectric_ggx" : "score_rough_dielectric_beckmann";
+  }
+  void want(const std::string& function, const std::string& parameter) { data.functions[function].insert(parameter); }
+
+  const Scene& scene_;
+};
+
+}  // namespace
+
+DerivativeData derivative_data(const Scene& scene, const std::vector<std::string>& names) {
+  const std::vector<Parameter> parameters = list_parameters(scene);
+  Builder builder(scene);
+  for (auto name = names.begin(); name != names.end(); ++name) {
+    const Parameter p = find_parameter(parameters, *name);
+    if (!p.not_differentiable.empty())
+      throw UsageError(fmt::format("parameter {} cannot be differentiated by: {}", p.name, p.not_differentiable));
+    if (std::find(names.begin(), name, *name) != name)
+      throw UsageError(fmt::format("parameter {}: named twice", *name));
+    builder.add(p);
+  }
+  return std::move(builder.data);
+}
+
+}  // namespace itn
