@@ -1,6 +1,6 @@
-// Derivatives by every parameter of small scenes against central differences with common random numbers: z-scores of all
-// of them together must look normal. In the suite some of the scenes; `test_transport "[.differences]"` takes all, with
-// 64 times the samples, and prints the table of README.md.
+// Derivatives by every parameter of small scenes against central differences with common random numbers: z-scores of
+// all of them together must look normal. In the suite some of the scenes; `test_transport "[.differences]"` takes all,
+// with 64 times the samples, and prints the table of README.md.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -64,8 +64,9 @@ Scene moved(Scene scene, const Parameter& p, double by) {
 
 // Distance of the inner points; the outer ones are twice as far. Fourth order leaves a relative error of about the
 // fourth power of step / distance to the next singularity. Contributions of fixed paths are powers of albedo and
-// reflectance, so that differences of common random numbers have next to no noise: there the step is small, for no error.
-// By the others paths change for good (other flights, other sides of a boundary): the noise falls as the step grows.
+// reflectance, so that differences of common random numbers have next to no noise: there the step is small, for no
+// error. By the others paths change for good (other flights, other sides of a boundary): the noise falls as the step
+// grows.
 double step(const Scene& scene, const Parameter& p) {
   const double x = p.value;
   switch (p.kind) {
@@ -173,9 +174,8 @@ void check(bool all, int samples_a_pixel) {
         z.push_back(score);
       else  // the same paths on both sides: no noise to speak of, but equality
         CHECK(std::abs(score) < 3);
-      std::printf("| %s | %s | %.5f ± %.5f | %.5f (%.5f) | %.5f | %.2f |\n", c.name.c_str(),
-                  parameters[i].name.c_str(), r.derivative.value, r.derivative.stderr_, r.difference.value,
-                  r.second_order.value, error, score);
+      std::printf("| %s | %s | %.5f ± %.5f | %.5f (%.5f) | %.5f | %.2f |\n", c.name.c_str(), parameters[i].name.c_str(),
+                  r.derivative.value, r.derivative.stderr_, r.difference.value, r.second_order.value, error, score);
       std::fflush(stdout);
     }
   }
@@ -186,8 +186,8 @@ void check(bool all, int samples_a_pixel) {
   }
   const double p = chi_square_tail(sum, static_cast<int>(z.size()));
   const ZHistogram histogram = z_histogram(z, 5);
-  std::printf("%zu parameters with noise: largest |z| %.2f, sum of z^2 %.1f (p = %.3g), histogram p = %.3g\n", z.size(), largest,
-              sum, p, histogram.p_value);
+  std::printf("%zu parameters with noise: largest |z| %.2f, sum of z^2 %.1f (p = %.3g), histogram p = %.3g\n", z.size(),
+              largest, sum, p, histogram.p_value);
   CHECK(largest < largest_z_bound(z.size(), 0.0027));
   CHECK(p > 1e-3);
   CHECK(1 - p > 1e-3);

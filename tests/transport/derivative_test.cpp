@@ -1,6 +1,6 @@
 // Derivatives of spheres' and slabs' radiance against the deterministic solutions (data/transport.json), and identities
-// that they obey. In the suite at a relative standard error of 3 % for some rows; `test_transport "[.derivatives]"` asks
-// 0.5 % of every row that a million samples can tell so well, and prints the table of README.md.
+// that they obey. In the suite at a relative standard error of 3 % for some rows; `test_transport "[.derivatives]"`
+// asks 0.5 % of every row that a million samples can tell so well, and prints the table of README.md.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdio>
@@ -60,8 +60,8 @@ std::vector<DerivativeRow> slab_rows(const char* part, const std::vector<std::st
       for (const char which : {'R', 'T'}) {
         if (which == 'T' && row.at("tau") == "inf") continue;
         const std::string seen = which + theta;
-        rows.push_back(with_derivatives(slab_row(row, which, theta, row.at("value").at(seen).get<double>()),
-                                        row.at("d"), seen));
+        rows.push_back(
+            with_derivatives(slab_row(row, which, theta, row.at("value").at(seen).get<double>()), row.at("d"), seen));
       }
   return rows;
 }
@@ -242,8 +242,7 @@ TEST_CASE("where nothing absorbs, no pixel of a white furnace depends on sigma_t
     for (const char* sigma_t : {"0.5", "10"})
       for (const char* g : {"-0.5", "0.9"}) {
         INFO(name << ", sigma_t " << sigma_t << ", g " << g);
-        const Scene scene =
-            load_scene(test_scene(name), {{"sigma_t", sigma_t}, {"g", g}, {"rr_depth", "1000000"}});
+        const Scene scene = load_scene(test_scene(name), {{"sigma_t", sigma_t}, {"g", g}, {"rr_depth", "1000000"}});
         RenderOptions options;
         options.spp = 256;
         options.seed = 4 + z.size();
@@ -279,7 +278,8 @@ TEST_CASE("at albedo 1 the mean derivative by albedo is the exact mean number of
   for (const char* name : {"sphere_matched.xml", "sphere_dielectric.xml"})
     for (const char* g : {"0", "0.8"}) {
       const bool matched = name == std::string("sphere_matched.xml");
-      Scene scene = load_scene(test_scene(name), {{"sigma_t", "2"}, {"albedo", "1"}, {"g", g}, {"rr_depth", "1000000"}});
+      Scene scene =
+          load_scene(test_scene(name), {{"sigma_t", "2"}, {"albedo", "1"}, {"g", g}, {"rr_depth", "1000000"}});
       // All of the sphere, instead of one point of it: the columns of x and y, which were scaled to a thousandth.
       for (const std::size_t k : {0u, 1u, 4u, 5u, 8u, 9u}) scene.sensors[0].to_world.m[k] *= 1000;
       RenderOptions options;

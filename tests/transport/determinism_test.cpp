@@ -144,8 +144,7 @@ TEST_CASE("a derivative is the same alone and beside others, in any order", "[tr
   const auto at = static_cast<std::size_t>(std::find(names.rbegin(), names.rend(), "hg0.g") - names.rbegin());
   const Image &a = together.derivatives[at], &b = alone.derivatives[0];
   // Compilers may join the additions of one score and of several differently.
-  for (std::size_t i = 0; i < a.mean.size(); ++i)
-    CHECK(std::abs(a.mean[i] - b.mean[i]) <= 1e-3f * b.stderr_[i]);
+  for (std::size_t i = 0; i < a.mean.size(); ++i) CHECK(std::abs(a.mean[i] - b.mean[i]) <= 1e-3f * b.stderr_[i]);
 }
 
 TEST_CASE("the derivative of a luminance film is the luminance of the colour film's", "[transport]") {

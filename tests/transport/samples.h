@@ -1,5 +1,5 @@
-// Single samples of many scenes from one program, which takes seconds to build: their spread gives standard errors, also
-// of differences between scenes that are traced with the same random numbers.
+// Single samples of many scenes from one program, which takes seconds to build: their spread gives standard errors,
+// also of differences between scenes that are traced with the same random numbers.
 #pragma once
 #include <optional>
 #include <string>
