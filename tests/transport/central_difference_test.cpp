@@ -1,6 +1,6 @@
 // Derivatives by every parameter of small scenes against central differences with common random numbers: z-scores of
 // all of them together must look normal. In the suite some of the scenes; `test_transport "[.differences]"` takes all,
-// with 64 times the samples, and prints the table of README.md.
+// with twice the samples, and prints the table of README.md.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -21,6 +21,7 @@ struct Case {
   bool in_suite;
   Operator op = Operator::full;
   std::function<void(Scene&)> edit{};
+  bool roulette = false;
 };
 
 // The constant colour instead of the texture of the first textured surface.
@@ -35,7 +36,7 @@ std::function<void(Scene&)> painted(const Rgb& colour) {
 
 std::vector<Case> cases() {
   return {
-      {"null_constant", true},
+      {"null_constant", true, Operator::full, {}, true},
       {"null_constant, operator single", false, Operator::single},
       {"null_envmap", false},  // with a scale
       {"rough_ggx", true},
@@ -72,7 +73,7 @@ double step(const Scene& scene, const Parameter& p) {
   switch (p.kind) {
     case ParameterKind::albedo:
     case ParameterKind::reflectance:
-      return std::min(0.01 * x, 0.5 * (1 - x));
+      return std::min(0.01 * x, 0.2 * (1 - x));
     case ParameterKind::g:
       return 0.15 * (1 - std::abs(x));
     case ParameterKind::int_ior:
@@ -158,6 +159,9 @@ void check(bool all, int samples_a_pixel) {
     INFO(c.name);
     Scene scene = load_scene(test_scene("mitsuba/" + c.name.substr(0, c.name.find(',')) + ".xml"));
     if (c.edit) c.edit(scene);
+    // Roulette decides otherwise once in thousands of paths as its parameters move: too rare for a standard error to be
+    // known, and many in one scene.
+    if (!c.roulette) scene.integrator.rr_depth = 1 << 20;
     std::vector<Parameter> parameters;
     for (const Parameter& p : list_parameters(scene))
       if (p.not_differentiable.empty()) parameters.push_back(p);
@@ -199,5 +203,5 @@ void check(bool all, int samples_a_pixel) {
 TEST_CASE("derivatives by every parameter are those of central differences", "[transport][stat]") { check(false, 64); }
 
 TEST_CASE("derivatives by every parameter of all scenes are those of central differences", "[.differences]") {
-  check(true, 4096);
+  check(true, 128);
 }
