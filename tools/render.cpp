@@ -1,6 +1,7 @@
-// itn render: image and standard error in one EXR.
+// itn render: image, standard error and derivatives in one EXR, and pictures of them.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 
@@ -43,13 +44,22 @@ std::string preview_name(const std::string& output) {
   return std::filesystem::path(output).replace_extension(".png").string();
 }
 
+// a.exr, skin.g: a.skin.g.png. Ids may contain slashes, file names may not.
+std::string preview_name(const std::string& output, std::string parameter) {
+  std::replace(parameter.begin(), parameter.end(), '/', '_');
+  return std::filesystem::path(output).replace_extension("." + parameter + ".png").string();
+}
+
 void check_outputs(const Options& options) {
   const std::string extension = std::filesystem::path(options.output).extension().string();
   if (extension == ".png" || extension == ".jpg" || extension == ".jpeg")
     throw UsageError("-o " + options.output + ": got " + extension +
                      ", need a name that ends in .exr; --preview writes a PNG beside it");
   check_writable(options.output);
-  if (options.preview) check_writable(preview_name(options.output));
+  if (options.preview) {
+    check_writable(preview_name(options.output));
+    for (const std::string& name : options.derivatives) check_writable(preview_name(options.output, name));
+  }
   if (!options.common.json.empty() && options.common.json != "-") check_writable(options.common.json);
 }
 
@@ -124,7 +134,20 @@ nlohmann::ordered_json to_json(const Rendering& image, const Options& options, c
       {"derivatives", derivatives}};
 }
 
-void print(const Rendering& image, const Options& options, const Device& device, const Times& times) {
+// Returns the values of full red and blue, one a derivative.
+std::vector<double> write_previews(const Rendering& image, const Options& options) {
+  write_png(preview_name(options.output), image.width, image.height, tone_mapped(image.mean, image.channels));
+  std::vector<double> scales;
+  for (std::size_t i = 0; i < image.derivatives.size(); ++i) {
+    const SignedPicture picture = red_blue(image.derivatives[i].mean, image.channels);
+    write_png(preview_name(options.output, options.derivatives[i]), image.width, image.height, picture.bytes);
+    scales.push_back(picture.scale);
+  }
+  return scales;
+}
+
+void print(const Rendering& image, const Options& options, const Device& device, const Times& times,
+           const std::vector<double>& preview_scales) {
   fmt::print("{}: {} x {}, {} spp, operator {}, {}\n", options.output, image.width, image.height, image.spp,
              options.operator_name, device.info().name);
   fmt::print("mean {:.6g}  standard error {:.2g}\n", fmt::join(image.mean_of_image, " "),
@@ -132,6 +155,9 @@ void print(const Rendering& image, const Options& options, const Device& device,
   for (std::size_t i = 0; i < image.derivatives.size(); ++i)
     fmt::print("derivative by {}: mean {:.6g}  standard error {:.2g}\n", options.derivatives[i],
                fmt::join(image.derivatives[i].mean_of_image, " "), fmt::join(image.derivatives[i].stderr_of_mean, " "));
+  for (std::size_t i = 0; i < preview_scales.size(); ++i)
+    fmt::print("{}: blue {:.3g}, white 0, red {:.3g}\n", preview_name(options.output, options.derivatives[i]),
+               -preview_scales[i], preview_scales[i]);
   fmt::print("scene {:.2f} s, kernels {:.2f} s, rendering {:.2f} s, {:.3g} million paths/s, writing {:.2f} s\n",
              times.scene, image.build_s, image.render_s, static_cast<double>(image.paths) / image.render_s / 1e6,
              times.write);
@@ -169,10 +195,10 @@ void run(const Options& options) {
 
   const Stopwatch writing;
   write_exr(options.output, to_exr(image, scene, options, device));
-  if (options.preview)
-    write_png(preview_name(options.output), image.width, image.height, tone_mapped(image.mean, image.channels));
+  std::vector<double> preview_scales;
+  if (options.preview) preview_scales = write_previews(image, options);
   times.write = writing.seconds();
-  if (common.talkative()) print(image, options, device, times);
+  if (common.talkative()) print(image, options, device, times, preview_scales);
   write_json(common, to_json(image, options, device, times));
 }
 
@@ -193,7 +219,9 @@ void add_render(CLI::App& app) {
   command->add_option("--sensor", options->sensor, "which of the scene's sensors, from 0")
       ->check(CLI::Range(0, 1 << 20))
       ->capture_default_str();
-  command->add_flag("--preview", options->preview, "also write a tone-mapped PNG beside the output");
+  command->add_flag(
+      "--preview", options->preview,
+      "also write PNGs beside the output: the image, tone-mapped, and each derivative, red positive, blue negative");
   add_common_options(*command, options->common);
   command->callback([options] { run(*options); });
 }

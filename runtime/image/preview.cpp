@@ -55,26 +55,28 @@ std::vector<std::uint8_t> tone_mapped(const std::vector<float>& data, int channe
   return bytes;
 }
 
-std::vector<std::uint8_t> red_blue(const std::vector<float>& data, int channels) {
+SignedPicture red_blue(const std::vector<float>& data, int channels) {
   const std::size_t pixels = data.size() / static_cast<std::size_t>(channels);
-  std::vector<double> values(pixels), sizes(pixels);
+  std::vector<double> values(pixels), sizes;
   for (std::size_t i = 0; i < pixels; ++i) {
     const Colour c = pixel(data, channels, i);
     values[i] = (c[0] + c[1] + c[2]) / 3;
-    sizes[i] = std::fabs(values[i]);
+    if (values[i] != 0) sizes.push_back(std::fabs(values[i]));
   }
-  const double largest = percentile(sizes, 0.99);
-  std::vector<std::uint8_t> bytes;
-  bytes.reserve(3 * pixels);
+  SignedPicture picture;
+  picture.scale = percentile(sizes, 0.99);
+  picture.bytes.reserve(3 * pixels);
+  const auto byte = [](double x) { return static_cast<std::uint8_t>(std::lround(255 * x)); };
   for (const double value : values) {
     if (!std::isfinite(value)) {
-      append(bytes, {0, 1, 0});
+      picture.bytes.insert(picture.bytes.end(), {0, 255, 0});
       continue;
     }
-    const double t = largest > 0 ? std::clamp(value / largest, -1.0, 1.0) : 0, rest = 1 - std::fabs(t);
-    append(bytes, t >= 0 ? Colour{1, rest, rest} : Colour{rest, rest, 1});
+    const double t = picture.scale > 0 ? std::clamp(value / picture.scale, -1.0, 1.0) : 0;
+    const std::uint8_t rest = byte(1 - std::fabs(t));
+    picture.bytes.insert(picture.bytes.end(), {t >= 0 ? byte(1) : rest, rest, t >= 0 ? rest : byte(1)});
   }
-  return bytes;
+  return picture;
 }
 
 }  // namespace itn

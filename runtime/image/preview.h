@@ -12,8 +12,14 @@ namespace itn {
 // white; then sRGB encoding. Pixels that are not finite become magenta.
 std::vector<std::uint8_t> tone_mapped(const std::vector<float>& data, int channels);
 
-// Mean over the channels; white at 0, red for positive, blue for negative values, saturated at the 99th percentile of
-// the absolute value. Pixels that are not finite become green.
-std::vector<std::uint8_t> red_blue(const std::vector<float>& data, int channels);
+struct SignedPicture {
+  std::vector<std::uint8_t> bytes;
+  double scale = 0;  // the absolute value of full red and full blue
+};
+
+// Mean over the channels; white at 0, red for positive, blue for negative values (as in the paper's figure 2), linear
+// in sRGB and symmetric, saturated at the 99th percentile of the absolute values that are not 0, so that a large
+// background does not matter. Pixels that are not finite become green.
+SignedPicture red_blue(const std::vector<float>& data, int channels);
 
 }  // namespace itn

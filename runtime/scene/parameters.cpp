@@ -114,6 +114,57 @@ std::vector<Parameter> list_parameters(const Scene& scene) {
   return std::move(list.parameters);
 }
 
+void set_parameter(Scene& scene, const Parameter& p, double value) {
+  if (!p.contains(value))
+    throw UsageError(fmt::format("parameter {}: got {}, need a number in {}", p.name, value, p.range()));
+  const auto index = static_cast<std::size_t>(p.index);
+  const auto set_colour = [&](Rgb& colour) {
+    for (int c = 0; c < 3; ++c)
+      if (p.component < 0 || p.component == c) colour[static_cast<std::size_t>(c)] = value;
+  };
+  switch (p.kind) {
+    case ParameterKind::sigma_t:
+      return set_colour(scene.media.at(index).sigma_t);
+    case ParameterKind::albedo:
+      return set_colour(scene.media.at(index).albedo);
+    case ParameterKind::scale:
+      scene.media.at(index).scale = value;
+      return;
+    case ParameterKind::g:
+      scene.media.at(index).g = value;
+      return;
+    case ParameterKind::alpha:
+      scene.bsdfs.at(index).alpha = value;
+      return;
+    case ParameterKind::int_ior:
+      scene.bsdfs.at(index).int_ior = value;
+      return;
+    case ParameterKind::ext_ior:
+      scene.bsdfs.at(index).ext_ior = value;
+      return;
+    case ParameterKind::reflectance:
+      if (scene.bsdfs.at(index).reflectance.bitmap)
+        throw UsageError(fmt::format("parameter {}: cannot be set: {}", p.name, texture));
+      return set_colour(scene.bsdfs.at(index).reflectance.value);
+    case ParameterKind::radiance:
+      return set_colour(scene.environment.value().radiance);
+    case ParameterKind::envmap_scale:
+      scene.environment.value().scale = value;
+      return;
+    case ParameterKind::turbidity:
+      scene.environment.value().sunsky.turbidity = value;
+      return;
+    case ParameterKind::ground_albedo:
+      return set_colour(scene.environment.value().sunsky.albedo);
+    case ParameterKind::sun_scale:
+      scene.environment.value().sunsky.sun_scale = value;
+      return;
+    case ParameterKind::sky_scale:
+      scene.environment.value().sunsky.sky_scale = value;
+      return;
+  }
+}
+
 Parameter find_parameter(const std::vector<Parameter>& parameters, const std::string& name) {
   std::string names;
   for (const Parameter& p : parameters) {

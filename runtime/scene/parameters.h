@@ -37,11 +37,18 @@ struct Parameter {
   int index = 0;       // of the medium or the BSDF in the scene
   int component = -1;  // of a colour; -1: all
 
+  bool contains(double v) const {
+    return (low_included ? v >= low : v > low) && (high_included ? v <= high : v < high);
+  }
   std::string range() const;  // "[0, 1]", "(-1, 1)", "[0, inf)"
 };
 
 // The listed parameter of that name. Throws UsageError: not there (names those that are).
 Parameter find_parameter(const std::vector<Parameter>& parameters, const std::string& name);
+
+// Gives the parameter another value: a colour without a component gets it in all three. The scene is the one that was
+// listed, or a copy. Throws UsageError: outside of the range (names it), or a texture.
+void set_parameter(Scene& scene, const Parameter& parameter, double value);
 
 // Media, phase functions, BSDFs, then the environment, in the order of the scene.
 std::vector<Parameter> list_parameters(const Scene& scene);

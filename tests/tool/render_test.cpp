@@ -48,6 +48,59 @@ TEST_CASE("itn render writes image, standard error and what they were made from"
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 2);
 }
 
+TEST_CASE("--derivative: channels in the EXR, means in the JSON, and with --preview a picture each") {
+  const TemporaryFolder folder;
+  const Result result =
+      run_itn(render(folder / "a.exr", {"--derivative", "skin.sigma_t", "--derivative", "haze.g", "--preview"}));
+  INFO(result.error);
+  REQUIRE(result.exit_code == 0);
+  CHECK_THAT(result.output, Catch::Contains("derivative by skin.sigma_t: mean"));
+  CHECK_THAT(result.output, Catch::Contains("a.haze.g.png: blue -"));  // the scale of the colours
+  const itn::ExrImage image = itn::read_exr(folder / "a.exr");
+  CHECK(image.channels.size() == 18);
+  for (const std::string parameter : {"skin.sigma_t", "haze.g"})
+    for (const std::string channel : {".R", ".G", ".B"}) {
+      CHECK(image.channel("derivative." + parameter + channel) >= 0);
+      CHECK(image.channel("derivative_stderr." + parameter + channel) >= 0);
+    }
+  for (const char* name : {"a.png", "a.skin.sigma_t.png", "a.haze.g.png"})
+    CHECK(itn::read_file(folder / name).substr(1, 3) == "PNG");
+  CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 4);
+
+  const Result json_result =
+      run_itn(render(folder / "b.exr", {"--derivative", "skin.sigma_t", "--derivative", "haze.g", "--json", "-"}));
+  REQUIRE(json_result.exit_code == 0);
+  const auto json = nlohmann::json::parse(json_result.output);
+  CHECK(json["derivatives"].size() == 2);
+  for (const char* parameter : {"skin.sigma_t", "haze.g"})
+    for (std::size_t c = 0; c < 3; ++c) {
+      INFO(parameter << " " << c);
+      double sum = 0;
+      const auto channel =
+          static_cast<std::size_t>(image.channel(std::string("derivative.") + parameter + "." + "RGB"[c]));
+      for (std::size_t i = channel; i < image.data.size(); i += image.channels.size())
+        sum += static_cast<double>(image.data[i]);
+      const double error = json["derivatives"][parameter]["stderr"][c].get<double>();
+      CHECK(error > 0);
+      CHECK(json["derivatives"][parameter]["mean"][c].get<double>() == Approx(sum / (32 * 24)).margin(1e-3 * error));
+    }
+}
+
+TEST_CASE("--derivative by what cannot be, or is named twice, is a usage error and writes nothing") {
+  const TemporaryFolder folder;
+  const std::vector<std::pair<std::vector<std::string>, std::string>> wrong{
+      {{"--derivative", "skin.colour"}, "need one of: skin.sigma_t"},
+      {{"--derivative", "constant0.radiance.R"}, "cannot be differentiated by"},
+      {{"--derivative", "haze.g", "--derivative", "haze.g"}, "named twice"}};
+  for (const auto& [options, message] : wrong) {
+    const Result result = run_itn(render(folder / "a.exr", options));
+    INFO(result.error);
+    CHECK(result.exit_code == 2);
+    CHECK_THAT(result.error, Catch::Contains(message));
+  }
+  CHECK(folder.empty());
+}
+
 TEST_CASE("--json - gives the result and nothing else on standard output") {
   const TemporaryFolder folder;
   const Result result = run_itn(render(folder / "a.exr", {"--json", "-", "--spp", "4", "--operator", "single"}));
