@@ -39,33 +39,67 @@ void spread_channels(Image& image) {
   image.stderr_of_mean = spread(image.stderr_of_mean);
 }
 
-}  // namespace
-
-Rendering render(const Device& device, const Scene& scene, const RenderOptions& options) {
-  if (options.sensor < 0 || options.sensor >= static_cast<int>(scene.sensors.size()))
-    throw UsageError("sensor " + std::to_string(options.sensor) + ": the scene has sensors 0 to " +
+const Sensor& sensor_of(const Scene& scene, int index) {
+  if (index < 0 || index >= static_cast<int>(scene.sensors.size()))
+    throw UsageError("sensor " + std::to_string(index) + ": the scene has sensors 0 to " +
                      std::to_string(scene.sensors.size() - 1));
-  const Sensor& sensor = scene.sensors[static_cast<std::size_t>(options.sensor)];
-  const int spp = options.spp > 0 ? options.spp : sensor.spp;
-  const auto start = std::chrono::steady_clock::now();
+  return scene.sensors[static_cast<std::size_t>(index)];
+}
 
+LaunchData data_for(const Device& device) {
   LaunchData data;
   data.geometry.box_width = box_width(device);
+  return data;
+}
+
+JobRecord job_of(const Scene& scene, const RenderOptions& options, LaunchData& data) {
   JobRecord job = append_scene(scene, options.sensor, data);
   job.seed_low = static_cast<unsigned>(options.seed);
   job.seed_high = static_cast<unsigned>(options.seed >> 32);
-  const DerivativeData derivatives = derivative_data(scene, options.derivatives);
-  Wavefront wavefront(device, data, {job}, derivatives, options.op, options.width, options.schedule);
-  if (options.time_stages) wavefront.time_stages();
+  return job;
+}
+
+}  // namespace
+
+struct Renderer::State {
+  State(const Device& device, const Scene& scene, const RenderOptions& given)
+      : options(given),
+        sensor(sensor_of(scene, given.sensor)),
+        data(data_for(device)),
+        wavefront(device, data, {job_of(scene, given, data)}, derivative_data(scene, given.derivatives), given.op,
+                  given.width, given.schedule),
+        film(device, sensor.crop_width * sensor.crop_height, 1 + static_cast<int>(given.derivatives.size()),
+             wavefront.channels(), sensor.luminance) {
+    if (options.time_stages) wavefront.time_stages();
+    build_s = seconds_since(start);
+  }
+
+  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  RenderOptions options;
+  Sensor sensor;
+  LaunchData data;
+  Wavefront wavefront;
+  Film film;
+  double build_s = 0;
+};
+
+Renderer::Renderer(const Device& device, const Scene& scene, const RenderOptions& options)
+    : state_(std::make_unique<State>(device, scene, options)) {}
+Renderer::~Renderer() = default;
+
+Rendering Renderer::render(int first_sample, int spp) {
+  const RenderOptions& options = state_->options;
+  const Sensor& sensor = state_->sensor;
+  Wavefront& wavefront = state_->wavefront;
+  Film& film = state_->film;
   const int pixels = sensor.crop_width * sensor.crop_height;
-  Film film(device, pixels, 1 + static_cast<int>(options.derivatives.size()), wavefront.channels(), sensor.luminance);
   std::vector<Image> images;
 
   Rendering out;
   out.width = sensor.crop_width;
   out.height = sensor.crop_height;
   out.spp = spp;
-  out.build_s = seconds_since(start);
+  out.build_s = state_->build_s;
 
   // Bands of pixels, as many as the film holds; in a band runs of pixels, each with all of its samples in turn:
   // launches of about a quarter of a second, so that progress moves and an interruption is seen.
@@ -83,7 +117,7 @@ Rendering render(const Device& device, const Scene& scene, const RenderOptions& 
         if (options.cancel && *options.cancel) throw Interrupted();
         const int count = std::min(run, band - pixel);
         const auto launch_start = std::chrono::steady_clock::now();
-        wavefront.trace({{0, first + pixel, count, sample, samples}});
+        wavefront.trace({{0, first + pixel, count, first_sample + sample, samples}});
         film.add(wavefront.samples(), 0, pixel, count, samples, sample == 0);
         done += static_cast<std::int64_t>(count) * samples;
         if (options.progress) options.progress(static_cast<double>(done) / static_cast<double>(total));
@@ -108,6 +142,11 @@ Rendering render(const Device& device, const Scene& scene, const RenderOptions& 
   static_cast<Image&>(out) = std::move(images.front());
   out.derivatives.assign(std::move_iterator(images.begin() + 1), std::move_iterator(images.end()));
   return out;
+}
+
+Rendering render(const Device& device, const Scene& scene, const RenderOptions& options) {
+  const int spp = options.spp > 0 ? options.spp : sensor_of(scene, options.sensor).spp;
+  return Renderer(device, scene, options).render(0, spp);
 }
 
 }  // namespace itn

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -60,6 +61,22 @@ struct Rendering : Image {
   // that overlap or are not closed, and then the image is wrong.
   std::uint64_t misplaced = 0;
   std::vector<StageTime> stages;  // those that ran
+};
+
+// A scene on a device, ready to render its samples in parts.
+class Renderer {
+ public:
+  // Options as for render(), but that spp is not looked at. Throws as render().
+  Renderer(const Device& device, const Scene& scene, const RenderOptions& options);
+  ~Renderer();
+  // Samples first_sample ... first_sample + samples - 1 of every pixel: parts of one seed make up the whole.
+  // first_sample
+  // >= 0, samples >= 1.
+  Rendering render(int first_sample, int samples);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 // Throws UsageError (no such sensor, spp < 1, a parameter that is unknown or not differentiable), DeviceError,

@@ -12,6 +12,7 @@
 #include "runtime/error.h"
 #include "runtime/renderer.h"
 #include "runtime/scene/load.h"
+#include "tools/bench_derivatives.h"
 #include "tools/bench_peer.h"
 #include "tools/bench_scenes.h"
 #include "tools/bench_stages.h"
@@ -25,7 +26,7 @@ struct Options {
   CommonOptions common;
   std::string peer, peer_python = ".peers/bin/python", only, scenes;
   int runs = 5;
-  bool stages = false;
+  bool stages = false, derivatives = false;
 };
 
 double median(std::vector<double> values) {
@@ -233,6 +234,56 @@ void time_stages_of(const Device& device, const std::vector<BenchScene>& scenes,
   result["scattering_events_per_s"] = {{"renderer", speed.renderer}, {"bare_walk", speed.walk}};
 }
 
+void cost_of_derivatives(const Device& device, MitsubaPeer* peer, const std::vector<BenchScene>& scenes,
+                         const Options& options, nlohmann::ordered_json& result) {
+  const bool talk = options.common.talkative();
+  if (talk) {
+    fmt::print(
+        "\nimage with derivatives by sigma_t, albedo and g: time over that of the image alone{}\n",
+        peer ? "; speed beside prbvolpath's value and gradient; z and efficiency of the derivatives of the mean" : "");
+    fmt::print("{:<26} {:>6}", "scene", "cost");
+    if (peer)
+      for (const char* title : {"speed", "z sigma_t", "z albedo", "z g", "efficiency: sigma_t", "albedo", "g"})
+        fmt::print(" {:>9}", title);
+    fmt::print("\n");
+  }
+  RenderOptions render_options;
+  render_options.spp = options.common.spp;
+  render_options.seed = options.common.seed;
+  render_options.cancel = &interrupt_flag();
+  double speeds = 0;
+  for (const BenchScene& scene : scenes) {
+    const DerivativeCost cost =
+        derivative_cost(device, load_scene(scene.file), scene.file, render_options, options.runs, peer);
+    nlohmann::ordered_json json{{"cost", cost.derivatives_s / cost.value_s}};
+    if (talk) fmt::print("{:<26} {:>6.3f}", scene.name, cost.derivatives_s / cost.value_s);
+    if (peer) {
+      const double speed = cost.peer_s / cost.derivatives_s;
+      speeds += std::log(speed) / static_cast<double>(scenes.size());
+      json["speed"] = speed;
+      if (talk) fmt::print(" {:>8.1f}x", speed);
+      std::array<double, 3> efficiency{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const MeanDerivative &a = cost.ours[k], &b = cost.peer[k];
+        const double z = (a.value - b.value) / std::hypot(a.stderr_, b.stderr_);
+        efficiency[k] = speed * b.variance / a.variance;
+        json[derivative_names[k]] = {
+            {"itn", a.value}, {"itn_stderr", a.stderr_},    {"mitsuba", b.value}, {"mitsuba_stderr", b.stderr_},
+            {"z", z},         {"efficiency", efficiency[k]}};
+        if (talk) fmt::print(" {:>9.2f}", z);
+      }
+      if (talk)
+        for (const double e : efficiency) fmt::print(" {:>8.1f}x", e);
+    }
+    if (talk) fmt::print("\n");
+    std::fflush(stdout);
+    result["derivatives"][scene.name] = json;
+  }
+  if (!peer) return;
+  result["geometric_mean"]["all"]["value_and_gradient"] = std::exp(speeds);
+  if (talk) fmt::print("{:<40} speed {:>6.2f}x\n", "value and gradient, geometric mean", std::exp(speeds));
+}
+
 void run(const Options& options) {
   if (!options.common.definitions.empty())
     throw UsageError("-D " + options.common.definitions.front() + ": bench makes its own scenes, which have no $name");
@@ -274,6 +325,7 @@ void run(const Options& options) {
       result["geometric_mean"][label] = {{"paths_per_s", mean.speed}, {"efficiency", mean.efficiency}};
     }
   }
+  if (options.derivatives) cost_of_derivatives(device, peer.get(), scenes, options, result);
   if (options.stages) time_stages_of(device, scenes, options, result);
   write_json(options.common, result);
 }
@@ -290,6 +342,10 @@ void add_bench(CLI::App& app) {
   command->add_option("--runs", options->runs, "images of each scene and renderer (default: 5)")
       ->check(CLI::Range(2, 1000));
   command->add_option("--only", options->only, "only scenes with this in their name");
+  command->add_flag(
+      "--derivatives", options->derivatives,
+      "then the cost of derivatives by sigma_t, albedo and g; with --peer beside prbvolpath (3 runs or more tell "
+      "standard errors)");
   command->add_flag("--stages", options->stages,
                     "then time the stages of each scene, and scattering beside a bare walk without a scene");
   command->add_option("--scenes", options->scenes, "keep the scene files in this folder");

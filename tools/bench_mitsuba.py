@@ -2,16 +2,34 @@
 
 One JSON object a line on standard input, {"scene": FILE, "spp": N, "seed": K, "output": FILE}; one answer a line on
 standard output, {"seconds": T, "width": W, "height": H}, the image as raw float32 RGB in the output file.
+With "gradient": true, prbvolpath renders the image and then differentiates its mean by sigma_t, albedo and g of the scene's
+medium; the answer has "gradient", one list of numbers for each of them, and no image is written.
 Seconds are path tracing alone: the scene is loaded before, once; the caller throws the first run (kernel compilation) away.
 """
 import json
 import os
+import re
 import sys
 import time
 
 # Whatever Mitsuba prints must not mix with the answers.
 answers = os.fdopen(os.dup(1), 'w')
 os.dup2(2, 1)
+
+
+def load_differentiable(mi, dr, file):
+    """The scene, its parameters by our names, and prbvolpath with the file's depths."""
+    scene = mi.load_file(file)
+    with open(file) as source:
+        depths = dict(re.findall(r'name="(max_depth|rr_depth)" value="(-?\d+)"', source.read()))
+    integrator = mi.load_dict({'type': 'prbvolpath', **{name: int(value) for name, value in depths.items()}})
+    parameters = mi.traverse(scene)
+    keys = {}
+    for name, end in {'sigma_t': 'sigma_t.value.value', 'albedo': 'albedo.value.value', 'g': 'phase_function.g'}.items():
+        keys[name], = [key for key in parameters.keys() if key.endswith(end)]
+        dr.enable_grad(parameters[keys[name]])
+    parameters.update()
+    return scene, parameters, keys, integrator
 
 
 def main():
@@ -23,8 +41,26 @@ def main():
     mi.set_log_level(mi.LogLevel.Error)
     print(json.dumps({'mitsuba': mi.__version__, 'variant': mi.variant()}), file=answers, flush=True)
     scene, loaded = None, None
+    differentiable, differentiable_file = None, None
     for line in sys.stdin:
         job = json.loads(line)
+        if job.get('gradient'):
+            if job['scene'] != differentiable_file:
+                differentiable, differentiable_file = load_differentiable(mi, dr, job['scene']), job['scene']
+            view, parameters, keys, integrator = differentiable
+            for key in keys.values():
+                dr.set_grad(parameters[key], 0)
+            dr.sync_thread()
+            start = time.perf_counter()
+            dr.backward(dr.mean(mi.render(view, parameters, integrator=integrator, spp=job['spp'], seed=job['seed']),
+                                axis=None))
+            gradient = {name: np.array(dr.grad(parameters[key])).ravel() for name, key in keys.items()}
+            dr.sync_thread()
+            seconds = time.perf_counter() - start
+            print(json.dumps({'seconds': seconds,
+                              'gradient': {name: values.tolist() for name, values in gradient.items()}}),
+                  file=answers, flush=True)
+            continue
         if job['scene'] != loaded:
             scene, loaded = mi.load_file(job['scene']), job['scene']
         dr.sync_thread()

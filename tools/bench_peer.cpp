@@ -75,13 +75,29 @@ std::string MitsubaPeer::read_line() {
   return line;
 }
 
+std::string MitsubaPeer::ask(const std::string& job, const std::string& scene) {
+  std::fputs((job + "\n").c_str(), to_);
+  std::fflush(to_);
+  std::string answer = read_line();
+  if (answer.empty()) throw ResultError("bench: Mitsuba ended while rendering " + scene + "; its message is above");
+  return answer;
+}
+
+PeerGradient MitsubaPeer::differentiate(const std::string& scene, int spp, std::uint64_t seed) {
+  const nlohmann::json job{{"scene", scene}, {"spp", spp}, {"seed", seed}, {"gradient", true}};
+  const auto result = nlohmann::json::parse(ask(job.dump(), scene));
+  const auto sum = [&](const char* name) {
+    double total = 0;
+    for (const auto& value : result.at("gradient").at(name)) total += value.get<double>();
+    return total;
+  };
+  return {result.at("seconds").get<double>(), sum("sigma_t"), sum("albedo"), sum("g")};
+}
+
 PeerImage MitsubaPeer::render(const std::string& scene, int spp, std::uint64_t seed) {
   const std::string file = folder_ + "/peer.raw";
   const nlohmann::json job{{"scene", scene}, {"spp", spp}, {"seed", seed}, {"output", file}};
-  std::fputs((job.dump() + "\n").c_str(), to_);
-  std::fflush(to_);
-  const std::string answer = read_line();
-  if (answer.empty()) throw ResultError("bench: Mitsuba ended while rendering " + scene + "; its message is above");
+  const std::string answer = ask(job.dump(), scene);
   const auto result = nlohmann::json::parse(answer);
   const std::string bytes = read_file(file);
   PeerImage image{result.at("seconds").get<double>(), std::vector<float>(bytes.size() / sizeof(float))};

@@ -14,6 +14,12 @@ struct PeerImage {
   std::vector<float> pixels;  // RGB
 };
 
+// Of the mean over pixels and channels, by sigma_t, albedo (the sum over its components) and g of the scene's medium.
+struct PeerGradient {
+  double seconds = 0;
+  double sigma_t = 0, albedo = 0, g = 0;
+};
+
 class MitsubaPeer {
  public:
   // python: the interpreter of a virtual environment with Mitsuba (tools/peers); folder: for the images that pass
@@ -25,9 +31,12 @@ class MitsubaPeer {
 
   const std::string& version() const { return version_; }
   PeerImage render(const std::string& scene, int spp, std::uint64_t seed);
+  // Value and gradient by prbvolpath.
+  PeerGradient differentiate(const std::string& scene, int spp, std::uint64_t seed);
 
  private:
   std::string read_line();
+  std::string ask(const std::string& job, const std::string& scene);
   std::string folder_, version_;
   pid_t process_ = -1;
   std::FILE *to_ = nullptr, *from_ = nullptr;

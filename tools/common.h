@@ -40,6 +40,7 @@ void warn(const CommonOptions& options, const std::string& text);
 void add_bench(CLI::App& app);
 void add_devices(CLI::App& app);
 void add_gradcheck(CLI::App& app);
+void add_gradient(CLI::App& app);
 void add_parameters(CLI::App& app);
 void add_render(CLI::App& app);
 

@@ -74,9 +74,9 @@ void choose(const Scene& scene, const Options& options, Report& report) {
 }
 
 // Renders one image after the other, each of the same number of paths, and says how far the whole job is.
-class Renderer {
+class RenderSeries {
  public:
-  Renderer(const Device& device, const Options& options, int spp, std::size_t images, double paths_an_image)
+  RenderSeries(const Device& device, const Options& options, int spp, std::size_t images, double paths_an_image)
       : device_(device),
         images_(static_cast<double>(images)),
         progress_(options.scene, static_cast<double>(images) * paths_an_image, "paths", !options.common.quiet) {
@@ -104,13 +104,14 @@ class Renderer {
   RenderOptions options_;
 };
 
-std::vector<double> difference_image(const Scene& scene, const Rendering& image, const Check& check, std::uint64_t seed,
-                                     Renderer& renderer) {
-  std::vector<double> difference(image.mean.size(), 0.0);
+std::vector<double> difference_image(const Scene& scene, const Check& check, std::uint64_t seed,
+                                     RenderSeries& render_image) {
+  std::vector<double> difference;
   for (std::size_t k = 0; k < check.stencil.offset.size(); ++k) {
     Scene changed = scene;
     set_parameter(changed, check.parameter, check.parameter.value + check.stencil.offset[k]);
-    const Rendering other = renderer(changed, seed);
+    const Rendering other = render_image(changed, seed);
+    difference.resize(other.mean.size(), 0.0);
     for (std::size_t i = 0; i < difference.size(); ++i)
       difference[i] += check.stencil.weight[k] * static_cast<double>(other.mean[i]);
   }
@@ -132,16 +133,16 @@ void measure(const Device& device, const Scene& scene, const Options& options, R
   for (const Check& check : report.checks) names.push_back(check.parameter.name);
 
   const std::size_t images = batches * (1 + 4 * report.checks.size());
-  Renderer renderer(device, options, batch_spp, images, static_cast<double>(pixels) * batch_spp);
+  RenderSeries render_image(device, options, batch_spp, images, static_cast<double>(pixels) * batch_spp);
   double largest_mean = 0;
   for (int batch = 0; batch < batches; ++batch) {
     const std::uint64_t seed = options.common.seed * batches + static_cast<std::uint64_t>(batch);
-    const Rendering image = renderer(scene, seed, names);
+    const Rendering image = render_image(scene, seed, names);
     for (const double mean : image.mean_of_image) largest_mean = std::max(largest_mean, std::fabs(mean));
     for (std::size_t i = 0; i < comparisons.size(); ++i)
-      comparisons[i].add(image.derivatives[i].mean, difference_image(scene, image, report.checks[i], seed, renderer));
+      comparisons[i].add(image.derivatives[i].mean, difference_image(scene, report.checks[i], seed, render_image));
   }
-  report.render_s = renderer.seconds();
+  report.render_s = render_image.seconds();
   report.bound = largest_z_bound(comparisons.size() * channels, significance);
   for (std::size_t i = 0; i < comparisons.size(); ++i) {
     Check& check = report.checks[i];

@@ -36,6 +36,7 @@ int run(int argc, char** argv) {
   itn::tools::add_devices(app);
   itn::tools::add_gradcheck(app);
   itn::tools::add_render(app);
+  itn::tools::add_gradient(app);
   itn::tools::add_parameters(app);
   try {
     app.parse(argc, argv);

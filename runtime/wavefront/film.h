@@ -23,8 +23,8 @@ class Film {
   // Appends the means and standard errors of the band's first `pixels` pixels; with one sample a pixel the standard
   // error is infinite.
   void develop(int spp, int pixels, std::vector<Image>& images);
-  // After the last band: mean_of_image and stderr_of_mean.
-  void finish(std::vector<Image>& images) const;
+  // After the last band: mean_of_image and stderr_of_mean. The film is then ready for the next image.
+  void finish(std::vector<Image>& images);
 
  private:
   const Device& device_;

@@ -1,0 +1,173 @@
+#include "runtime/inversion/image_loss.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "runtime/error.h"
+#include "runtime/image/exr.h"
+
+namespace itn {
+namespace {
+
+constexpr int most_groups = 16;
+
+// Sums over groups of n x, n y and n^2 x y, n the samples of a group: of a value and one of its derivatives, or of the
+// value with itself.
+struct PairSum {
+  double x = 0, y = 0, xy = 0, n = 0, nn = 0;
+
+  void add(double samples, double value, double other, double sign = 1) {
+    x += sign * samples * value;
+    y += sign * samples * other;
+    xy += sign * samples * samples * value * other;
+    n += sign * samples;
+    nn += sign * samples * samples;
+  }
+  double product() const { return (x * y - xy) / (n * n - nn); }
+  double mean_y() const { return y / n; }
+};
+
+std::string at_pixel(int pixel, int width) { return fmt::format("pixel ({}, {})", pixel % width, pixel / width); }
+
+ExrImage read_sized(const std::string& file, int width, int height) {
+  ExrImage image = read_exr(file);
+  if (image.width != width || image.height != height)
+    throw InputError(fmt::format("{}: {} x {} pixels, need {} x {}, the size of the sensor's film", file, image.width,
+                                 image.height, width, height));
+  return image;
+}
+
+std::vector<float> read_weights(const std::string& mask, int width, int height) {
+  const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  if (mask.empty()) return std::vector<float>(pixels, 1.0F);
+  const ExrImage image = read_sized(mask, width, height);
+  std::vector<float> weight(pixels);
+  const std::size_t channel = static_cast<std::size_t>(std::max({image.channel("Y"), image.channel("R"), 0}));
+  double sum = 0;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    weight[i] = image.data[i * image.channels.size() + channel];
+    if (!(weight[i] >= 0 && std::isfinite(weight[i])))
+      throw InputError(fmt::format("{}: {} is {}; a mask holds weights, finite and 0 or more", mask,
+                                   at_pixel(static_cast<int>(i), width), weight[i]));
+    sum += weight[i];
+  }
+  if (sum == 0) throw InputError(mask + ": every pixel is 0, so nothing is compared; need some above 0");
+  return weight;
+}
+
+}  // namespace
+
+TargetImage read_target(const std::string& file, const std::string& mask, int width, int height, int channels) {
+  const ExrImage image = read_sized(file, width, height);
+  TargetImage target{width, height, channels, {}, read_weights(mask, width, height)};
+  std::vector<std::size_t> from;
+  for (const char* name : channels == 1 ? std::vector<const char*>{"Y"} : std::vector<const char*>{"R", "G", "B"}) {
+    const int c = image.channel(name);
+    if (c < 0)
+      throw InputError(fmt::format("{}: has channels {}, need {}, as the sensor's film", file,
+                                   fmt::join(image.channels, " "), channels == 1 ? "Y" : "R G B"));
+    from.push_back(static_cast<std::size_t>(c));
+  }
+  for (std::size_t i = 0; i < target.weight.size(); ++i)
+    for (const std::size_t c : from) {
+      const float value = image.data[i * image.channels.size() + c];
+      if (target.weight[i] > 0 && !(value >= 0 && std::isfinite(value)))
+        throw InputError(
+            fmt::format("{}: {}, channel {} is {}; radiance is finite and 0 or more: give the pixel weight 0 "
+                        "in a mask",
+                        file, at_pixel(static_cast<int>(i), width), image.channels[c], value));
+      target.value.push_back(target.weight[i] > 0 ? value : 0.0F);
+    }
+  return target;
+}
+
+std::vector<int> split_samples(int spp) {
+  const int groups = std::min(spp, most_groups);
+  std::vector<int> samples;
+  for (int g = 0; g < groups; ++g) samples.push_back(spp / groups + (g < spp % groups ? 1 : 0));
+  return samples;
+}
+
+LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetImage& target) {
+  const std::size_t parameters = groups.front().derivatives.size(), count = groups.size();
+  const std::size_t channels = static_cast<std::size_t>(target.channels);
+  const double infinity = std::numeric_limits<double>::infinity();
+  // The loss first, then the gradient.
+  std::vector<double> sum(1 + parameters), variance(1 + parameters);
+  double weights = 0;
+  std::vector<double> without(count);  // an estimate from all groups but one
+  for (std::size_t pixel = 0; pixel < target.weight.size(); ++pixel) {
+    const double weight = target.weight[pixel];
+    weights += weight;
+    if (weight == 0) continue;
+    for (std::size_t k = 0; k <= parameters; ++k) {
+      double all = 0;
+      std::fill(without.begin(), without.end(), 0.0);
+      for (std::size_t c = 0; c < channels; ++c) {
+        const std::size_t i = pixel * channels + c;
+        const double wanted = target.value[i];
+        const auto y = [&](std::size_t g) {
+          return static_cast<double>(k == 0 ? groups[g].mean[i] : groups[g].derivatives[k - 1].mean[i]);
+        };
+        // (T - I)^2 = T^2 - 2 I T + I^2, and 2 (T - I) dT
+        const auto estimate = [&](const PairSum& s) {
+          return k == 0 ? s.product() - 2 * wanted * s.mean_y() + wanted * wanted
+                        : 2 * (s.product() - wanted * s.mean_y());
+        };
+        PairSum pairs;
+        for (std::size_t g = 0; g < count; ++g) pairs.add(groups[g].spp, groups[g].mean[i], y(g));
+        all += estimate(pairs);
+        if (count < 3) continue;
+        for (std::size_t g = 0; g < count; ++g) {
+          PairSum rest = pairs;
+          rest.add(groups[g].spp, groups[g].mean[i], y(g), -1);
+          without[g] += estimate(rest);
+        }
+      }
+      sum[k] += weight * all;
+      if (count < 3) {
+        variance[k] = infinity;
+        continue;
+      }
+      const auto n = static_cast<double>(count);
+      double mean = 0, square = 0;
+      for (const double w : without) mean += w / n;
+      for (const double w : without) square += (w - mean) * (w - mean);
+      variance[k] += weight * weight * square * (n - 1) / n;
+    }
+  }
+  LossGradient result;
+  const double scale = 1 / (weights * static_cast<double>(channels));
+  result.loss = sum[0] * scale;
+  result.loss_stderr = std::sqrt(variance[0]) * scale;
+  for (std::size_t p = 0; p < parameters; ++p) {
+    result.gradient.push_back(sum[1 + p] * scale);
+    result.gradient_stderr.push_back(std::sqrt(variance[1 + p]) * scale);
+  }
+  return result;
+}
+
+LossGradient mean_of(const std::vector<LossGradient>& images) {
+  LossGradient mean = images.front();
+  const auto n = static_cast<double>(images.size());
+  const auto combine = [&](auto value, auto error) {
+    double sum = 0, square = 0;
+    for (const LossGradient& image : images) {
+      sum += value(image);
+      square += error(image) * error(image);
+    }
+    return std::pair{sum / n, std::sqrt(square) / n};
+  };
+  std::tie(mean.loss, mean.loss_stderr) =
+      combine([](const LossGradient& i) { return i.loss; }, [](const LossGradient& i) { return i.loss_stderr; });
+  for (std::size_t p = 0; p < mean.gradient.size(); ++p)
+    std::tie(mean.gradient[p], mean.gradient_stderr[p]) =
+        combine([&](const LossGradient& i) { return i.gradient[p]; },
+                [&](const LossGradient& i) { return i.gradient_stderr[p]; });
+  return mean;
+}
+
+}  // namespace itn

@@ -1,0 +1,43 @@
+// The image loss of the paper (eq. 4: mean squared difference) and its gradient, both unbiased from the same paths.
+//
+// T, the rendered image, and dT, its derivative, are means over the same samples x_i, y_i, so (T - I) dT is biased by
+// their covariance, as the paper's published code is. Products of different samples are not: with S = sum over samples,
+// (S(x) S(y) - S(xy)) / (N (N - 1)) has the mean of T dT exactly (a U-statistic; so has T^2 with y = x). Here the
+// products are of different groups of samples, up to 16 groups: at 16 samples and fewer that is every pair, above it at
+// most 1/16 less.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "runtime/renderer.h"
+
+namespace itn {
+
+struct TargetImage {
+  int width = 0, height = 0, channels = 3;  // 1: luminance
+  std::vector<float> value;                 // row-major, row 0 on top, channels interleaved
+  std::vector<float> weight;                // one a pixel, >= 0
+};
+
+// The channels R G B, or Y where channels is 1. mask: a file of the same size whose channel Y, R or else first weighs
+// the pixels; empty: all weigh 1. Throws InputError: another size, channels missing, a weight below 0, nothing but
+// weights of 0, or NaN, infinite or negative pixels that have a weight.
+TargetImage read_target(const std::string& file, const std::string& mask, int width, int height, int channels);
+
+// Mean over pixels (by weight) and channels of (T - I)^2, and its gradient by the renderer's parameters, with standard
+// errors (jackknife over the groups of each pixel; infinite with fewer than three samples a pixel).
+struct LossGradient {
+  double loss = 0, loss_stderr = 0;
+  std::vector<double> gradient, gradient_stderr;
+};
+
+// groups: two or more renderings of different samples of the same image, as split_samples() says.
+LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetImage& target);
+
+// How many samples each group gets; spp >= 2.
+std::vector<int> split_samples(int spp);
+
+// The mean over several images of one scene.
+LossGradient mean_of(const std::vector<LossGradient>& images);
+
+}  // namespace itn

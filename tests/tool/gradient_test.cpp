@@ -1,0 +1,87 @@
+// itn gradient as a user meets it.
+#include <catch2/catch.hpp>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "runtime/image/exr.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/tool/process.h"
+
+namespace {
+
+const std::string ball = ITN_SOURCE_DIR "/tests/tool/data/ball.xml";
+
+std::vector<std::string> gradient(const std::string& target, const std::vector<std::string>& more = {}) {
+  std::vector<std::string> arguments{"gradient", ball, "--target", target, "--parameter", "skin.albedo.G"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+// 32 x 24, as the ball's film.
+itn::ExrImage constant_image(float value, int width = 32) {
+  return {width, 24, {"R", "G", "B"}, std::vector<float>(static_cast<std::size_t>(width) * 24 * 3, value), {}};
+}
+
+}  // namespace
+
+TEST_CASE("itn gradient: the loss from a darker target falls with the albedo") {
+  const TemporaryFolder folder;
+  itn::write_exr(folder / "target.exr", constant_image(0));
+  const Result result = run_itn(gradient(folder / "target.exr", {"--json", "-"}));
+  INFO(result.error);
+  REQUIRE(result.exit_code == 0);
+  const auto json = nlohmann::json::parse(result.output);
+  CHECK(json["schema"] == "itn.gradient/1");
+  CHECK(json["loss"].get<double>() > 0);
+  CHECK(json["loss_stderr"].get<double>() > 0);
+  const auto& albedo = json["gradient"]["skin.albedo.G"];
+  CHECK(albedo["value"].get<double>() > 3 * albedo["stderr"].get<double>());
+  CHECK(json["time"].contains("render_s"));
+}
+
+TEST_CASE("itn gradient: a mask leaves pixels out, whatever they hold") {
+  const TemporaryFolder folder;
+  itn::ExrImage target = constant_image(0.5F), mask = constant_image(1);
+  itn::write_exr(folder / "whole.exr", target);
+  target.data[0] = std::numeric_limits<float>::quiet_NaN();
+  mask.data[0] = 0;
+  itn::write_exr(folder / "target.exr", target);
+  itn::write_exr(folder / "mask.exr", mask);
+  const auto loss = [](const Result& result) { return nlohmann::json::parse(result.output)["loss"].get<double>(); };
+  const Result masked = run_itn(gradient(folder / "target.exr", {"--mask", folder / "mask.exr", "--json", "-"}));
+  INFO(masked.error);
+  REQUIRE(masked.exit_code == 0);
+  const Result whole = run_itn(gradient(folder / "whole.exr", {"--json", "-"}));
+  CHECK(loss(masked) != loss(whole));
+  CHECK(loss(masked) == Approx(loss(whole)).epsilon(0.05));
+}
+
+TEST_CASE("itn gradient refuses targets, masks and parameters that make no sense") {
+  const TemporaryFolder folder;
+  itn::ExrImage bad = constant_image(0.5F);
+  itn::write_exr(folder / "good.exr", bad);
+  itn::write_exr(folder / "black.exr", constant_image(0));
+  itn::write_exr(folder / "wide.exr", constant_image(0.5F, 33));
+  bad.data[3 * (32 * 2 + 5) + 1] = -1;
+  itn::write_exr(folder / "negative.exr", bad);
+  bad.data[3 * (32 * 2 + 5) + 1] = std::numeric_limits<float>::quiet_NaN();
+  itn::write_exr(folder / "nan.exr", bad);
+  itn::write_exr(folder / "grey.exr", {32, 24, {"Y"}, std::vector<float>(32 * 24, 0.5F), {}});
+  const auto fails = [&](const std::vector<std::string>& arguments, int code, const std::vector<std::string>& words) {
+    const Result result = run_itn(arguments);
+    CAPTURE(result.error);
+    CHECK(result.exit_code == code);
+    for (const std::string& word : words) CHECK_THAT(result.error, Catch::Contains(word));
+  };
+  fails(gradient(folder / "wide.exr"), 3, {"wide.exr", "33 x 24", "32 x 24"});
+  fails(gradient(folder / "negative.exr"), 3, {"pixel (5, 2)", "channel G", "-1", "mask"});
+  fails(gradient(folder / "nan.exr"), 3, {"pixel (5, 2)", "nan"});
+  fails(gradient(folder / "grey.exr"), 3, {"channels Y", "need R G B"});
+  fails(gradient(folder / "missing.exr"), 3, {"missing.exr"});
+  const std::string good = folder / "good.exr";
+  fails(gradient(good, {"--mask", folder / "black.exr"}), 3, {"black.exr", "every pixel is 0"});
+  fails(gradient(good, {"--parameter", "skin.gloss"}), 2, {"skin.gloss", "skin.albedo.G"});
+  fails(gradient(good, {"--parameter", "skin.albedo.G"}), 2, {"named twice"});
+  fails(gradient(good, {"--spp", "1"}), 2, {"--spp 1", "2 or more"});
+  fails(gradient(good, {"--sensor", "0", "--sensor", "0"}), 2, {"2 --sensor and 1 --target"});
+}

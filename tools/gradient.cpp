@@ -1,0 +1,128 @@
+// itn gradient: an image loss and its unbiased gradient.
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "runtime/error.h"
+#include "runtime/inversion/image_loss.h"
+#include "runtime/scene/load.h"
+#include "tools/common.h"
+#include "tools/interrupt.h"
+#include "tools/progress.h"
+
+namespace itn::tools {
+namespace {
+
+struct Options {
+  CommonOptions common;
+  std::string scene, operator_name = "full";
+  std::vector<std::string> targets, masks, parameters;
+  std::vector<int> sensors;
+};
+
+// Which sensor each target was seen by: as given, else the scene's sensors in their order.
+std::vector<int> sensors_of_targets(const Options& options) {
+  std::vector<int> sensors = options.sensors;
+  if (sensors.empty())
+    for (std::size_t i = 0; i < options.targets.size(); ++i) sensors.push_back(static_cast<int>(i));
+  if (sensors.size() != options.targets.size())
+    throw UsageError(fmt::format("{} --sensor and {} --target; need one sensor for each target, or none at all",
+                                 sensors.size(), options.targets.size()));
+  if (!options.masks.empty() && options.masks.size() != options.targets.size())
+    throw UsageError(fmt::format("{} --mask and {} --target; need one mask for each target, or none at all",
+                                 options.masks.size(), options.targets.size()));
+  return sensors;
+}
+
+nlohmann::ordered_json to_json(const LossGradient& result, const Options& options, double scene_s, double render_s) {
+  nlohmann::ordered_json gradient = nlohmann::ordered_json::object();
+  for (std::size_t p = 0; p < options.parameters.size(); ++p)
+    gradient[options.parameters[p]] = {{"value", result.gradient[p]}, {"stderr", result.gradient_stderr[p]}};
+  return {{"schema", "itn.gradient/1"},
+          {"scene", options.scene},
+          {"operator", options.operator_name},
+          {"loss", result.loss},
+          {"loss_stderr", result.loss_stderr},
+          {"gradient", gradient},
+          {"time", {{"scene_s", scene_s}, {"render_s", render_s}}}};
+}
+
+void run(const Options& options) {
+  const CommonOptions& common = options.common;
+  const auto seconds = [start = std::chrono::steady_clock::now()] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  const Scene scene = load_scene(options.scene, common.definition_map());
+  for (const std::string& text : scene.warnings) warn(common, text);
+  const double scene_s = seconds();
+  const std::vector<int> sensors = sensors_of_targets(options);
+  const Device device(common.device);
+
+  std::vector<LossGradient> losses;
+  Progress progress(options.scene, static_cast<double>(sensors.size()), "images", !common.quiet);
+  for (std::size_t t = 0; t < sensors.size(); ++t) {
+    RenderOptions render_options;
+    render_options.sensor = sensors[t];
+    render_options.seed = common.seed + t;  // independent noise in every image
+    render_options.op = options.operator_name == "single" ? Operator::single : Operator::full;
+    render_options.derivatives = options.parameters;
+    render_options.cancel = &interrupt_flag();
+    Renderer renderer(device, scene, render_options);
+    const Sensor& sensor = scene.sensors[static_cast<std::size_t>(sensors[t])];
+    const TargetImage target = read_target(options.targets[t], options.masks.empty() ? "" : options.masks[t],
+                                           sensor.crop_width, sensor.crop_height, sensor.luminance ? 1 : 3);
+    const int spp = common.spp ? common.spp : sensor.spp;
+    if (spp < 2) throw UsageError("--spp 1: an unbiased loss compares different samples of a pixel; need 2 or more");
+    std::vector<Rendering> groups;
+    int first = 0;
+    for (const int samples : split_samples(spp)) {
+      groups.push_back(renderer.render(first, samples));
+      first += samples;
+      progress.update((static_cast<double>(t) + static_cast<double>(first) / spp) /
+                      static_cast<double>(sensors.size()));
+    }
+    losses.push_back(loss_gradient(groups, target));
+  }
+  progress.clear();
+  const LossGradient result = mean_of(losses);
+  if (common.talkative()) {
+    fmt::print("loss {:.6g}  standard error {:.2g}\n", result.loss, result.loss_stderr);
+    for (std::size_t p = 0; p < options.parameters.size(); ++p)
+      fmt::print("d loss / d {}: {:.6g}  standard error {:.2g}\n", options.parameters[p], result.gradient[p],
+                 result.gradient_stderr[p]);
+  }
+  write_json(common, to_json(result, options, scene_s, seconds() - scene_s));
+}
+
+}  // namespace
+
+void add_gradient(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "gradient", "mean squared difference from a target image and its gradient by scene parameters, both unbiased");
+  command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
+  command
+      ->add_option("--target", options->targets,
+                   "OpenEXR image to compare with, of the film's size; repeated: one for each of several sensors")
+      ->required()
+      ->take_all();
+  command
+      ->add_option("--mask", options->masks,
+                   "OpenEXR file whose Y, R or else first channel weighs the target's pixels; one a target")
+      ->take_all();
+  command
+      ->add_option("--parameter", options->parameters,
+                   "scene parameter to differentiate by (itn parameters lists them); may be repeated")
+      ->required()
+      ->take_all();
+  command->add_option("--sensor", options->sensors, "the sensor of each target, from 0; default: in their order")
+      ->check(CLI::Range(0, 1 << 20))
+      ->take_all();
+  command->add_option("--operator", options->operator_name, "full: all light; single: one scattering in the medium")
+      ->check(CLI::IsMember({"full", "single"}))
+      ->capture_default_str();
+  add_common_options(*command, options->common);
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace itn::tools
