@@ -34,8 +34,8 @@ class DerivativeComparison {
     double derivative = 0, derivative_stderr = 0, difference = 0, difference_stderr = 0;
     double stderr_between = 0;  // of derivative - difference, which share their random numbers
     double z = 0;               // (derivative - difference) / stderr_between; infinite or NaN when a number is
-    // Pixels of which a number is not 0 but for rounding, and the share of them whose own derivative and difference differ by more than
-    // the 95 % limit of Student's t: about 0.05, less where few paths carry the derivative.
+    // Pixels of which a number is not 0 but for rounding, and the share of them whose own derivative and difference
+    // differ by more than the 95 % limit of Student's t: about 0.05, less where few paths carry the derivative.
     std::size_t pixels = 0;
     double beyond_95 = 0;
   };

@@ -58,10 +58,10 @@ TEST_CASE("central differences are exact to fourth order, one-sided ones at an e
     const auto s = difference_stencil({}, parameter(x, 0, infinity));
     CHECK(differentiate(s, x, quartic) == Approx(-1 + 4 * x - 3 * x * x + 2 * x * x * x).epsilon(1e-9));
   }
-  const auto cubic = [](double x) { return 3 - x + 2 * x * x - x * x * x; };
+  const auto cubic = [](double x) { return 3 - x + 2 * x * x + x * x * x; };
   for (const double x : {0.0, 1.0}) {
     const auto s = difference_stencil({}, parameter(x, 0, 1));
-    CHECK(differentiate(s, x, cubic) == Approx(-1 + 4 * x - 3 * x * x).epsilon(1e-9));
+    CHECK(differentiate(s, x, cubic) == Approx(-1 + 4 * x + 3 * x * x).epsilon(1e-9));
   }
 }
 
