@@ -80,7 +80,7 @@ void DerivativeComparison::add(const std::vector<float>& derivative, const std::
 std::vector<DerivativeComparison::Channel> DerivativeComparison::result(double rounding) const {
   if (batches_ < 2) throw std::logic_error("DerivativeComparison: fewer than two batches");
   const double n = static_cast<double>(batches_), limit = t_limit_95(n - 1);
-  const double pixels = static_cast<double>(sums_.size() / channels_);
+  const double pixels = static_cast<double>(sums_.size()) / static_cast<double>(channels_);
   std::vector<Channel> result(channels_);
   std::vector<std::size_t> beyond(channels_, 0);
   for (std::size_t i = 0; i < sums_.size(); ++i) {
