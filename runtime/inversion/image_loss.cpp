@@ -86,8 +86,8 @@ TargetImage read_target(const std::string& file, const std::string& mask, int wi
 
 std::vector<int> split_samples(int spp) {
   const int groups = std::min(spp, most_groups);
-  std::vector<int> samples;
-  for (int g = 0; g < groups; ++g) samples.push_back(spp / groups + (g < spp % groups ? 1 : 0));
+  std::vector<int> samples(static_cast<std::size_t>(groups), spp / groups);
+  for (int g = 0; g < spp % groups; ++g) ++samples[static_cast<std::size_t>(g)];
   return samples;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -14,6 +15,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 const char* const not_yet = "not yet: this version differentiates by media and surfaces only";
 const char* const smooth = "smooth interface: use roughdielectric with a small alpha";
 const char* const texture = "a texture, not a number";
+const char* const shared = "used at several places: not yet; write it out at each, with an id of its own";
 const char* const zero = "0: the paths that a change would bring have no probability; start from a small value";
 const char* const yes = "";
 
@@ -94,6 +96,29 @@ void add(List& list, const Emitter& e) {
   }
 }
 
+// What stands inside of a twosided BSDF only has no surface of its own.
+bool is_inside_another(const Scene& scene, std::size_t bsdf) {
+  const auto same_id = [&](const Bsdf& b) { return b.id == scene.bsdfs[bsdf].id; };
+  const bool used = std::any_of(scene.shapes.begin(), scene.shapes.end(),
+                                [&](const Shape& s) { return s.bsdf == static_cast<int>(bsdf); });
+  return !used && std::count_if(scene.bsdfs.begin(), scene.bsdfs.end(), same_id) > 1;
+}
+
+// A phase function that several media share, or a BSDF that is used with one side and with two: one number of the
+// scene, but several of the records that derivatives are taken by.
+std::vector<Parameter> each_once(const std::vector<Parameter>& parameters) {
+  std::vector<Parameter> result;
+  for (const Parameter& p : parameters) {
+    const auto same = [&](const Parameter& other) { return other.name == p.name; };
+    const auto found = std::find_if(result.begin(), result.end(), same);
+    if (found == result.end())
+      result.push_back(p);
+    else
+      found->not_differentiable = shared;
+  }
+  return result;
+}
+
 }  // namespace
 
 std::string Parameter::range() const {
@@ -107,11 +132,12 @@ std::vector<Parameter> list_parameters(const Scene& scene) {
     add(list, scene.media[i]);
   }
   for (std::size_t i = 0; i < scene.bsdfs.size(); ++i) {
+    if (is_inside_another(scene, i)) continue;
     list.owner(static_cast<int>(i));
     add(list, scene.bsdfs[i]);
   }
   if (scene.environment) add(list, *scene.environment);
-  return std::move(list.parameters);
+  return each_once(list.parameters);
 }
 
 void set_parameter(Scene& scene, const Parameter& p, double value) {

@@ -62,8 +62,7 @@ void Film::finish(std::vector<Image>& images) {
   const std::size_t channels = static_cast<std::size_t>(this->channels());
   for (std::size_t v = 0; v < means_.size(); ++v) {
     Image& image = images[v / channels];
-    const std::size_t pixels = image.mean.size() / channels;
-    const auto n = static_cast<double>(pixels);
+    const double n = static_cast<double>(image.mean.size()) / static_cast<double>(channels);
     image.mean_of_image.push_back(means_[v] / n);
     image.stderr_of_mean.push_back(std::sqrt(variances_[v]) / n);
     means_[v] = variances_[v] = 0;

@@ -1,5 +1,6 @@
 #include "runtime/scene/parameters.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 
 #include "runtime/scene/load.h"
@@ -46,4 +47,28 @@ TEST_CASE("a smooth interface is not differentiable and the remedy is named") {
   scene.bsdfs[0].id = "glass";
   scene.bsdfs[0].kind = itn::BsdfKind::dielectric;
   CHECK_THAT(find(itn::list_parameters(scene), "glass.int_ior").not_differentiable, Catch::Contains("roughdielectric"));
+}
+
+TEST_CASE("the BSDF inside a twosided one is a parameter once, of the surface that shows it") {
+  const itn::Scene scene = itn::load_scene(ITN_SOURCE_DIR "/scenes/test/mitsuba/camera_inside.xml");
+  const auto all = itn::list_parameters(scene);
+  const auto named = [](const itn::Parameter& p) { return p.name == "diffuse0.reflectance.R"; };
+  REQUIRE(std::count_if(all.begin(), all.end(), named) == 1);
+  const itn::Parameter& p = find(all, "diffuse0.reflectance.R");
+  CHECK(p.not_differentiable.empty());
+  CHECK(scene.bsdfs[static_cast<std::size_t>(p.index)].twosided);
+}
+
+TEST_CASE("a phase function that two media share is one parameter, and not differentiable yet") {
+  itn::Scene scene;
+  scene.media.resize(2);
+  for (itn::Medium& medium : scene.media) {
+    medium.phase_id = "haze";
+    medium.isotropic = false;
+  }
+  scene.media[0].id = "fog";
+  scene.media[1].id = "mist";
+  const auto all = itn::list_parameters(scene);
+  CHECK(std::count_if(all.begin(), all.end(), [](const itn::Parameter& p) { return p.name == "haze.g"; }) == 1);
+  CHECK_THAT(find(all, "haze.g").not_differentiable, Catch::Contains("several places"));
 }

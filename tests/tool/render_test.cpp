@@ -207,6 +207,38 @@ TEST_CASE("wrong options are usage errors and name the option") {
   CHECK(folder.empty());
 }
 
+TEST_CASE("--derivative by a smooth index, a texture or an albedo of 0 is a usage error that says why") {
+  const TemporaryFolder folder;
+  const std::string scene = itn::read_file(ball);
+  const auto replaced = [&](std::string text, const std::string& from, const std::string& to) {
+    REQUIRE(text.find(from) != std::string::npos);
+    return text.replace(text.find(from), from.size(), to);
+  };
+  std::ofstream(folder / "smooth.xml") << replaced(replaced(scene, "<float name=\"alpha\" value=\"0.2\"/>", ""),
+                                                   "roughdielectric", "dielectric");
+  std::ofstream(folder / "black.xml") << replaced(scene, "0.9, 0.8, 0.7", "0.9, 0, 0.7");
+  const std::string textured = ITN_SOURCE_DIR "/scenes/test/mitsuba/sunsky_null_floor.xml";
+  struct Wrong {
+    std::string scene, parameter, message;
+  };
+  const std::vector<Wrong> wrong{{folder / "smooth.xml", "glass.int_ior", "roughdielectric"},
+                                 {folder / "black.xml", "skin.albedo.G", "start from a small value"},
+                                 {textured, "diffuse0.reflectance", "a texture, not a number"}};
+  for (const auto& [file, parameter, message] : wrong) {
+    const Result result =
+        run_itn({"render", file, "-o", folder / "a.exr", "--spp", "1", "--derivative", parameter, "--quiet"});
+    INFO(parameter << ": " << result.error);
+    CHECK(result.exit_code == 2);
+    CHECK_THAT(result.error, Catch::Contains(parameter) && Catch::Contains(message));
+    CHECK(!std::filesystem::exists(folder / "a.exr"));
+  }
+  // What is not 0 beside a 0 stays differentiable.
+  const Result beside =
+      run_itn({"render", folder / "black.xml", "-o", folder / "a.exr", "--spp", "1", "--derivative", "skin.albedo.R"});
+  INFO(beside.error);
+  CHECK(beside.exit_code == 0);
+}
+
 TEST_CASE("an unknown device is a device failure that names those there are") {
   const TemporaryFolder folder;
   const std::string name = itn::list_devices().at(0).name;

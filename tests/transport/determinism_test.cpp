@@ -1,5 +1,6 @@
 // What schedules paths must not change what they compute: bit-identical images on one device at one width; between
 // widths, where float operations may round differently, equal within the standard error.
+#include <algorithm>
 #include <catch2/catch.hpp>
 
 #include "../support/z_test.h"
@@ -19,7 +20,19 @@ Rendering image_of(const char* name, RenderOptions options) {
   return render(device(), load_scene(test_scene("mitsuba/" + std::string(name) + ".xml")), options);
 }
 
-bool identical(const Rendering& a, const Rendering& b) { return a.mean == b.mean && a.stderr_ == b.stderr_; }
+bool identical(const Image& a, const Image& b) { return a.mean == b.mean && a.stderr_ == b.stderr_; }
+
+// Media, boundaries, floors: what a path's score has a part from. Colours by component, sun through a rough boundary.
+const std::map<std::string, std::vector<std::string>> differentiated{
+    {"sunsky_rough_floor",
+     {"jelly.sigma_t", "jelly.albedo.G", "hg0.g", "roughdielectric0.alpha", "roughdielectric0.int_ior"}},
+    {"camera_inside", {"haze.sigma_t", "core.scale", "hg0.g", "diffuse0.reflectance.R"}},
+    {"rgb_sigma_t", {"wax.sigma_t.R", "wax.albedo.B", "wax.scale", "hg0.g"}}};
+
+Rendering derivatives_of(const std::string& name, RenderOptions options) {
+  options.derivatives = differentiated.at(name);
+  return image_of(name.c_str(), options);
+}
 
 }  // namespace
 
@@ -77,6 +90,78 @@ TEST_CASE("one lane and 4, 8 and 16 render the same image within the standard er
       for (std::size_t c = 0; c < 3; ++c)
         CHECK(std::abs(a.mean_of_image[c] - same.mean_of_image[c]) < a.stderr_of_mean[c]);
     }
+}
+
+TEST_CASE("derivative images do not change a bit of the image", "[transport]") {
+  for (const char* name : scenes) {
+    INFO(name);
+    CHECK(identical(image_of(name, {}), derivatives_of(name, {})));
+  }
+}
+
+TEST_CASE("launch sizes and schedules do not change a bit of derivative images", "[transport]") {
+  for (const char* name : scenes) {
+    RenderOptions staged, small;
+    staged.schedule = Schedule::staged;
+    small.schedule = Schedule::fused;
+    small.paths_a_launch = 1000;
+    const Rendering whole = derivatives_of(name, {}), in_stages = derivatives_of(name, staged),
+                    in_parts = derivatives_of(name, small);
+    for (std::size_t i = 0; i < whole.derivatives.size(); ++i) {
+      INFO(name << ", " << differentiated.at(name)[i]);
+      CHECK(identical(whole.derivatives[i], in_stages.derivatives[i]));
+      CHECK(identical(whole.derivatives[i], in_parts.derivatives[i]));
+    }
+  }
+}
+
+TEST_CASE("one lane and 16 render the same derivatives within the standard error", "[transport][stat]") {
+  for (const char* name : scenes) {
+    RenderOptions narrow, wide;
+    narrow.width = 1;
+    wide.width = 16;
+    const Rendering a = derivatives_of(name, narrow), same = derivatives_of(name, wide);
+    wide.seed = 8;  // independent images, so that their standard errors add
+    const Rendering b = derivatives_of(name, wide);
+    for (std::size_t i = 0; i < a.derivatives.size(); ++i)
+      for (std::size_t c = 0; c < 3; ++c) {
+        INFO(name << ", " << differentiated.at(name)[i] << ", channel " << c);
+        const Image &x = a.derivatives[i], &y = b.derivatives[i], &z = same.derivatives[i];
+        // Channels that a component of a colour does not touch are exactly 0.
+        CHECK(std::abs(x.mean_of_image[c] - y.mean_of_image[c]) <=
+              4.5 * std::hypot(x.stderr_of_mean[c], y.stderr_of_mean[c]));
+        CHECK(std::abs(x.mean_of_image[c] - z.mean_of_image[c]) <= x.stderr_of_mean[c]);
+      }
+  }
+}
+
+TEST_CASE("a derivative is the same alone and beside others, in any order", "[transport]") {
+  RenderOptions all, one;
+  const std::vector<std::string>& names = differentiated.at("sunsky_rough_floor");
+  all.derivatives = {names.rbegin(), names.rend()};
+  one.derivatives = {"hg0.g"};
+  const Rendering together = image_of("sunsky_rough_floor", all), alone = image_of("sunsky_rough_floor", one);
+  const auto at = static_cast<std::size_t>(std::find(names.rbegin(), names.rend(), "hg0.g") - names.rbegin());
+  const Image &a = together.derivatives[at], &b = alone.derivatives[0];
+  // Compilers may join the additions of one score and of several differently.
+  for (std::size_t i = 0; i < a.mean.size(); ++i) CHECK(std::abs(a.mean[i] - b.mean[i]) <= 1e-3f * b.stderr_[i]);
+}
+
+TEST_CASE("the derivative of a luminance film is the luminance of the colour film's", "[transport]") {
+  Scene scene = load_scene(test_scene("mitsuba/sunsky_rough_floor.xml"));
+  RenderOptions options;
+  options.spp = 24;
+  options.derivatives = differentiated.at("sunsky_rough_floor");
+  const Rendering colour = render(device(), scene, options);
+  scene.sensors[0].luminance = true;
+  const Rendering grey = render(device(), scene, options);
+  REQUIRE(grey.channels == 1);
+  for (std::size_t i = 0; i < grey.derivatives.size(); ++i) {
+    const std::vector<double>& rgb = colour.derivatives[i].mean_of_image;
+    const double luminance = 0.212671 * rgb[0] + 0.715160 * rgb[1] + 0.072169 * rgb[2];
+    INFO(options.derivatives[i]);
+    CHECK(std::abs(grey.derivatives[i].mean_of_image[0] - luminance) < 1e-4 * grey.derivatives[i].stderr_of_mean[0]);
+  }
 }
 
 TEST_CASE("the standard error tells the spread of images of independent seeds", "[transport][stat]") {

@@ -4,11 +4,9 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdio>
-#include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "../support/z_test.h"
-#include "transport.h"
+#include "reference_rows.h"
 
 using namespace itn;
 using namespace itn::test;
@@ -16,86 +14,19 @@ using nlohmann::json;
 
 namespace {
 
-struct Row {
-  std::string what, scene;
-  Definitions definitions;
-  Operator op = Operator::full;
-  double expected = 0;
-};
-
-const json& data() {
-  static const json file =
-      json::parse(std::ifstream(std::string(ITN_SOURCE_DIR) + "/tests/transport/data/transport.json"));
-  return file;
-}
-
-std::string number(const json& value) {
-  if (value.is_string()) return value.get<std::string>();
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", value.get<double>());
-  return text;
-}
-
-// Optically so thick (diffuse light reaches 18 mean free paths at most in our rows) that nothing comes through.
-std::string optical_thickness(const json& tau) { return tau == "inf" ? "200" : number(tau); }
-
-Definitions material(const json& row, const std::string& sigma_t) {
-  const double albedo = row.at("albedo").get<double>();
-  // Roulette, which is tested elsewhere, only adds noise where next to nothing is absorbed.
-  return {{"sigma_t", sigma_t},
-          {"albedo", number(row.at("albedo"))},
-          {"g", row.contains("g") ? number(row.at("g")) : "0"},
-          {"rr_depth", albedo >= 0.99 ? "1000000" : "20"}};
-}
-
-std::string describe(const json& row, const std::string& sigma_t) {
-  std::string text = "sigma_t " + sigma_t + ", albedo " + number(row.at("albedo"));
-  if (row.contains("g")) text += ", g " + number(row.at("g"));
-  if (row.contains("n")) text += ", n " + number(row.at("n"));
-  return text;
-}
-
 std::vector<Row> sphere_rows(bool all) {
   std::vector<Row> rows;
-  for (const json& row : data().at("sphere_uniform_env"))
+  for (const json& row : reference_data().at("sphere_uniform_env"))
     for (const char* b : {"0.0", "0.25", "0.5", "0.75", "0.9"}) {
       if (!all && b != std::string("0.0") && b != std::string("0.75")) continue;
-      const bool matched = row.at("n") == 1.0;
-      Row result{"sphere " + describe(row, number(row.at("sigma_t"))) + ", b " + b,
-                 matched ? "sphere_matched.xml" : "sphere_dielectric.xml", material(row, number(row.at("sigma_t"))),
-                 Operator::full, row.at("value").at("b" + std::string(b)).get<double>()};
-      result.definitions["b"] = b;
-      if (!matched) result.definitions["n"] = number(row.at("n"));
-      rows.push_back(result);
+      rows.push_back(sphere_row(row, b, row.at("value").at("b" + std::string(b)).get<double>()));
     }
   return rows;
 }
 
-// Reflectance ('R') or transmittance ('T') of a slab at an angle.
-Row slab_row(const json& row, char which, const std::string& theta, double expected) {
-  const std::string sigma_t = optical_thickness(row.at("tau"));
-  Row result{"slab " + describe(row, sigma_t) + ", " + which + theta, "slab_matched.xml", material(row, sigma_t),
-             Operator::full, expected};
-  result.definitions["theta"] = theta;
-  // 400 mean free paths, and no wider: a surface is only as sharp as single precision at its largest coordinate, and a
-  // width of 400 would blur it by 2 % of a mean free path at sigma_t 200 (kernels/README.md, "Known limits").
-  result.definitions["half_width"] = number(std::min(200.0, 400 / std::stod(sigma_t)));
-  result.definitions["below"] = which == 'T' ? "180" : "0";
-  if (row.contains("n") && row.at("n") != 1.0) {
-    result.definitions["n"] = number(row.at("n"));
-    result.scene = "slab_dielectric.xml";
-  }
-  if (row.contains("alpha_ggx")) {
-    result.definitions["alpha"] = number(row.at("alpha_ggx"));
-    result.scene = "slab_rough.xml";
-    result.what = "rough " + result.what + ", alpha " + number(row.at("alpha_ggx"));
-  }
-  return result;
-}
-
 std::vector<Row> slab_rows(const char* part, bool all) {
   std::vector<Row> rows;
-  for (const json& row : data().at(part))
+  for (const json& row : reference_data().at(part))
     for (const char* theta : {"0", "30", "60", "75"})
       for (const char which : {'R', 'T'}) {
         if (!all && theta != std::string("0") && theta != std::string("60")) continue;
@@ -107,7 +38,7 @@ std::vector<Row> slab_rows(const char* part, bool all) {
 
 std::vector<Row> halfspace_rows(bool all) {
   std::vector<Row> rows;
-  for (json row : data().at("halfspace_isotropic"))
+  for (json row : reference_data().at("halfspace_isotropic"))
     for (const char* theta : {"0", "30", "60", "75"}) {
       if (!all && theta != std::string("0") && theta != std::string("75")) continue;
       row["tau"] = "inf";
@@ -121,7 +52,7 @@ std::vector<Row> halfspace_rows(bool all) {
 
 std::vector<Row> single_rows(bool) {
   std::vector<Row> rows;
-  for (const json& row : data().at("single_scatter"))
+  for (const json& row : reference_data().at("single_scatter"))
     for (const char which : {'R', 'T'}) {
       if (which == 'T' && row.at("tau") == "inf") continue;
       Row result = slab_row(row, which, number(row.at("theta_deg")), row.at(std::string(1, which)).get<double>());
@@ -135,7 +66,7 @@ std::vector<Row> single_rows(bool) {
 // At most k scatterings: the sum over j <= k of albedo^j c_j.
 std::vector<Row> order_rows(bool all) {
   std::vector<Row> rows;
-  for (json row : data().at("scattering_orders")) {
+  for (json row : reference_data().at("scattering_orders")) {
     if (row.at("n") != 1.0) continue;
     const double albedo = 0.9;
     row["albedo"] = albedo;

@@ -1,0 +1,203 @@
+// Derivatives by every parameter of small scenes against central differences with common random numbers: z-scores of
+// all of them together must look normal. In the suite some of the scenes; `test_transport "[.differences]"` takes all,
+// with 64 times the samples, and prints the table of README.md.
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <functional>
+
+#include "../support/z_test.h"
+#include "runtime/scene/parameters.h"
+#include "samples.h"
+
+using namespace itn;
+using namespace itn::test;
+
+namespace {
+
+struct Case {
+  std::string name;  // of a scene in scenes/test/mitsuba, and what is changed in it
+  bool in_suite;
+  Operator op = Operator::full;
+  std::function<void(Scene&)> edit{};
+};
+
+// The constant colour instead of the texture of the first textured surface.
+std::function<void(Scene&)> painted(const Rgb& colour) {
+  return [colour](Scene& scene) {
+    const auto floor = std::find_if(scene.bsdfs.begin(), scene.bsdfs.end(),
+                                    [](const Bsdf& bsdf) { return bsdf.reflectance.bitmap != nullptr; });
+    floor->reflectance = {};
+    floor->reflectance.value = colour;
+  };
+}
+
+std::vector<Case> cases() {
+  return {
+      {"null_constant", true},
+      {"null_constant, operator single", false, Operator::single},
+      {"null_envmap", false},  // with a scale
+      {"rough_ggx", true},
+      {"rough_beckmann", false},
+      {"rough_shading_normals", false},
+      {"rgb_albedo", false},
+      {"rgb_sigma_t", false},
+      {"rgb_sigma_t_null, grey floor", true, Operator::full, painted({0.5, 0.5, 0.5})},
+      {"sunsky_null_floor, red floor", false, Operator::full, painted({0.7, 0.3, 0.2})},
+      {"sunsky_rough_floor, red floor", true, Operator::full, painted({0.7, 0.3, 0.2})},
+      {"sunsky_rough_floor, operator single", false, Operator::single},
+      {"nested", false},
+      {"camera_inside", true},
+      {"opaque_neighbours", false},
+      {"orthographic", false},
+      {"max_depth", false},
+      {"hide_emitters", false},
+      {"dielectric_constant", false},
+  };
+}
+
+Scene moved(Scene scene, const Parameter& p, double by) {
+  set_parameter(scene, p, p.value + by);
+  return scene;
+}
+
+// Distance of the inner points; the outer ones are twice as far. Fourth order leaves a relative error of about the
+// fourth power of step / distance to the next singularity. Contributions of fixed paths are powers of albedo and
+// reflectance, so that differences of common random numbers have next to no noise: there the step is small, for no
+// error. By the others paths change for good (other flights, other sides of a boundary): the noise falls as the step
+// grows.
+double step(const Scene& scene, const Parameter& p) {
+  const double x = p.value;
+  switch (p.kind) {
+    case ParameterKind::albedo:
+    case ParameterKind::reflectance:
+      return std::min(0.01 * x, 0.5 * (1 - x));
+    case ParameterKind::g:
+      return 0.15 * (1 - std::abs(x));
+    case ParameterKind::int_ior:
+    case ParameterKind::ext_ior: {
+      const Bsdf& bsdf = scene.bsdfs[static_cast<std::size_t>(p.index)];
+      return 0.1 * std::abs(bsdf.int_ior - bsdf.ext_ior);
+    }
+    default:
+      return 0.15 * x;
+  }
+}
+
+struct Comparison {
+  Estimate derivative, difference, second_order;  // second_order: what it would be from the two inner points alone
+  Estimate disagreement;                          // derivative - difference, sample by sample
+  double rounding = 0;                            // of the difference, from single precision
+  double other_channels = 0;                      // largest |derivative| in channels that the parameter does not touch
+};
+
+// Of the mean over the pixels and over the channels that the parameter touches.
+std::vector<Comparison> compare(const Scene& scene, const std::vector<Parameter>& parameters, Operator op,
+                                int samples_a_pixel) {
+  std::vector<Scene> scenes{scene};
+  std::vector<std::string> names;
+  for (const Parameter& p : parameters) {
+    names.push_back(p.name);
+    for (const int k : {-2, -1, 1, 2}) scenes.push_back(moved(scene, p, k * step(scene, p)));
+  }
+  SampledScenes sampled(scenes, names, op, std::vector<std::uint64_t>(scenes.size(), 21));
+  const std::size_t channels = sampled.channels(), images = sampled.images();
+
+  std::vector<Comparison> result(parameters.size());
+  int first = 0;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const Parameter& p = parameters[i];
+    const double h = step(scene, p);
+    Moments value, derivative, difference, second_order, disagreement;
+    const int at = 1 + 4 * static_cast<int>(i);
+    // Samples of its own for each parameter, so that the z-scores are independent.
+    constexpr int run = 32;
+    for (int done = 0; done < samples_a_pixel; done += run, first += run) {
+      const std::vector<float> samples = sampled.trace({0, at, at + 1, at + 2, at + 3}, first, run);
+      const std::size_t scene_size = samples.size() / 5, sample_size = images * channels;
+      for (std::size_t s = 0; s < scene_size; s += sample_size) {
+        const auto mean = [&](std::size_t which, std::size_t image) {
+          double sum = 0;
+          for (std::size_t c = 0; c < channels; ++c) {
+            const double x = static_cast<double>(samples[which * scene_size + s + image * channels + c]);
+            if (p.component < 0)
+              sum += x / static_cast<double>(channels);
+            else if (static_cast<int>(c) == p.component)
+              sum += x;
+            else if (image > 0)
+              result[i].other_channels = std::max(result[i].other_channels, std::abs(x));
+          }
+          return sum;
+        };
+        const double inner = (mean(3, 0) - mean(2, 0)) / (2 * h), outer = (mean(4, 0) - mean(1, 0)) / (4 * h);
+        const double fourth_order = (4 * inner - outer) / 3, d = mean(0, 1 + i);
+        value.add(mean(0, 0));
+        derivative.add(d);
+        difference.add(fourth_order);
+        second_order.add(inner);
+        disagreement.add(d - fourth_order);
+      }
+    }
+    result[i].derivative = derivative.estimate();
+    result[i].difference = difference.estimate();
+    result[i].second_order = second_order.estimate();
+    result[i].disagreement = disagreement.estimate();
+    // Of float products whose factor is moved by a millionth part of the value: shows where there is no noise.
+    result[i].rounding = 1e-6 * value.estimate().value / h;
+  }
+  return result;
+}
+
+void check(bool all, int samples_a_pixel) {
+  std::printf("\n| scene | parameter | derivative | central difference (second order) | standard error | z |\n");
+  std::printf("|---|---|---|---|---|---|\n");
+  std::vector<double> z;
+  for (const Case& c : cases()) {
+    if (!all && !c.in_suite) continue;
+    INFO(c.name);
+    Scene scene = load_scene(test_scene("mitsuba/" + c.name.substr(0, c.name.find(',')) + ".xml"));
+    if (c.edit) c.edit(scene);
+    std::vector<Parameter> parameters;
+    for (const Parameter& p : list_parameters(scene))
+      if (p.not_differentiable.empty()) parameters.push_back(p);
+    const std::vector<Comparison> compared = compare(scene, parameters, c.op, samples_a_pixel);
+    for (std::size_t i = 0; i < compared.size(); ++i) {
+      const Comparison& r = compared[i];
+      INFO(parameters[i].name);
+      CHECK(r.other_channels == 0);
+      // Nothing of the scene that light meets may stay untested.
+      CHECK(r.derivative.stderr_ > 0);
+      const double error = std::hypot(r.disagreement.stderr_, r.rounding);
+      const double score = r.disagreement.value / error;
+      if (r.rounding < 0.1 * r.disagreement.stderr_)
+        z.push_back(score);
+      else  // the same paths on both sides: no noise to speak of, but equality
+        CHECK(std::abs(score) < 3);
+      std::printf("| %s | %s | %.5f ± %.5f | %.5f (%.5f) | %.5f | %.2f |\n", c.name.c_str(), parameters[i].name.c_str(),
+                  r.derivative.value, r.derivative.stderr_, r.difference.value, r.second_order.value, error, score);
+      std::fflush(stdout);
+    }
+  }
+  double largest = 0, sum = 0;
+  for (const double value : z) {
+    largest = std::max(largest, std::abs(value));
+    sum += value * value;
+  }
+  const double p = chi_square_tail(sum, static_cast<int>(z.size()));
+  const ZHistogram histogram = z_histogram(z, 5);
+  std::printf("%zu parameters with noise: largest |z| %.2f, sum of z^2 %.1f (p = %.3g), histogram p = %.3g\n", z.size(),
+              largest, sum, p, histogram.p_value);
+  CHECK(largest < largest_z_bound(z.size(), 0.0027));
+  CHECK(p > 1e-3);
+  CHECK(1 - p > 1e-3);
+  CHECK(histogram.p_value > 1e-3);
+}
+
+}  // namespace
+
+TEST_CASE("derivatives by every parameter are those of central differences", "[transport][stat]") { check(false, 64); }
+
+TEST_CASE("derivatives by every parameter of all scenes are those of central differences", "[.differences]") {
+  check(true, 4096);
+}
