@@ -1,5 +1,7 @@
 #include "tools/common.h"
 
+#include <fmt/format.h>
+
 #include <charconv>
 #include <cstdio>
 #include <limits>
@@ -19,6 +21,14 @@ std::string is_seed(const std::string& text) {
 }
 
 }  // namespace
+
+const Sensor& chosen_sensor(const Scene& scene, int index) {
+  const int count = static_cast<int>(scene.sensors.size());
+  if (index >= count)
+    throw UsageError(fmt::format("--sensor {}: {} has {} sensor{}; need 0 to {}", index, scene.file, count,
+                                 count == 1 ? "" : "s", count - 1));
+  return scene.sensors[static_cast<std::size_t>(index)];
+}
 
 std::map<std::string, std::string> CommonOptions::definition_map() const {
   std::map<std::string, std::string> map;

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "runtime/scene/scene.h"
+
 namespace itn::tools {
 
 struct CommonOptions {
@@ -25,6 +27,9 @@ struct CommonOptions {
 
 void add_common_options(CLI::App& command, CommonOptions& options);
 
+// Of --sensor; throws UsageError when the scene has fewer.
+const Sensor& chosen_sensor(const Scene& scene, int index);
+
 // Writes the result where --json says; throws ResultError when that fails.
 void write_json(const CommonOptions& options, const nlohmann::ordered_json& result);
 
@@ -34,6 +39,7 @@ void warn(const CommonOptions& options, const std::string& text);
 // One function a sub-command, in a file of the same name: declares its options and what to run.
 void add_bench(CLI::App& app);
 void add_devices(CLI::App& app);
+void add_gradcheck(CLI::App& app);
 void add_gradient(CLI::App& app);
 void add_parameters(CLI::App& app);
 void add_render(CLI::App& app);

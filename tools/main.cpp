@@ -34,6 +34,7 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   itn::tools::add_bench(app);
   itn::tools::add_devices(app);
+  itn::tools::add_gradcheck(app);
   itn::tools::add_render(app);
   itn::tools::add_gradient(app);
   itn::tools::add_parameters(app);

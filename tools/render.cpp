@@ -63,14 +63,6 @@ void check_outputs(const Options& options) {
   if (!options.common.json.empty() && options.common.json != "-") check_writable(options.common.json);
 }
 
-const Sensor& chosen_sensor(const Scene& scene, int index) {
-  const int count = static_cast<int>(scene.sensors.size());
-  if (index >= count)
-    throw UsageError(fmt::format("--sensor {}: {} has {} sensor{}; need 0 to {}", index, scene.file, count,
-                                 count == 1 ? "" : "s", count - 1));
-  return scene.sensors[static_cast<std::size_t>(index)];
-}
-
 ExrImage to_exr(const Rendering& image, const Scene& scene, const Options& options, const Device& device) {
   const std::size_t channels = static_cast<std::size_t>(image.channels);
   ExrImage exr{image.width, image.height, {}, {}, {}};

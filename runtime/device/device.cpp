@@ -242,8 +242,13 @@ cl::Program Device::build(const std::string& entry, const std::map<std::string, 
   std::string options = "-cl-std=CL1.2 -cl-single-precision-constant";
   for (const auto& [name, value] : definitions) options += " -D " + name + "=" + value;
   try {
-    cl::Program program(context_, kernel_source(entry, generated));
+    const std::string source = kernel_source(entry, generated);
+    const std::lock_guard lock(programs_->mutex);
+    const std::string text = options + "\n" + source;
+    if (const auto found = programs_->by_text.find(text); found != programs_->by_text.end()) return found->second;
+    cl::Program program(context_, source);
     program.build({device_}, options.c_str());
+    programs_->by_text.emplace(text, program);
     return program;
   } catch (const cl::BuildError& error) {
     std::string log;

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -46,7 +47,8 @@ class Device {
   int default_width() const;
 
   // Builds kernels/<entry> (with its includes and the generated files, see kernel_source.h) with "-D name=value" for
-  // each definition. The build log is part of the error.
+  // each definition. The build log is part of the error. The same text and options are built once: rendering one scene
+  // after the other would spend its time in the compiler's front end otherwise.
   cl::Program build(const std::string& entry, const std::map<std::string, std::string>& definitions,
                     const KernelFiles& generated = {}) const;
 
@@ -83,6 +85,11 @@ class Device {
   cl::Device device_;
   cl::Context context_;
   cl::CommandQueue queue_;
+  struct Programs {
+    std::mutex mutex;
+    std::map<std::string, cl::Program> by_text;  // options and source
+  };
+  std::shared_ptr<Programs> programs_ = std::make_shared<Programs>();
   std::shared_ptr<std::atomic<std::uint64_t>> allocated_;  // [byte]; buffers may outlive this object
 };
 

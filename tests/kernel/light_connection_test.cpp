@@ -32,6 +32,8 @@ const LaneFunction connection{
      {"HAS_SUN", "1"},
      {"HAS_MEDIUM", "1"},
      {"SPECTRAL", "0"},
+     {"SCORES", "0"},
+     {"DERIVATIVES", "0"},
      {"THROUGHPUT_CHANNELS", "1"},
      {"RADIANCE_CHANNELS", "1"},
      {"BOX_WIDTH", "4"}}};

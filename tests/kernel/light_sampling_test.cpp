@@ -44,6 +44,8 @@ class Sampler {
                                                         {"MEDIUM_LIGHT_SAMPLING", "1"},
                                                         {"HAS_SUN", "1"},
                                                         {"SPECTRAL", "0"},
+                                                        {"SCORES", "0"},
+                                                        {"DERIVATIVES", "0"},
                                                         {"THROUGHPUT_CHANNELS", "1"},
                                                         {"RADIANCE_CHANNELS", "3"}});
     unsetenv("ITN_KERNEL_DIR");

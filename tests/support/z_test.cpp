@@ -5,17 +5,6 @@
 
 namespace itn::test {
 
-double normal_cdf(double z) { return 0.5 * std::erfc(-z / std::sqrt(2.0)); }
-
-double normal_quantile(double p) {
-  double low = -40, high = 40;
-  for (int i = 0; i < 200; ++i) {
-    const double middle = 0.5 * (low + high);
-    (normal_cdf(middle) < p ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
-}
-
 double chi_square_tail(double x, int degrees_of_freedom) {
   if (x <= 0) return 1;
   const double a = 0.5 * degrees_of_freedom, y = 0.5 * x;
@@ -33,13 +22,6 @@ double chi_square_tail(double x, int degrees_of_freedom) {
   double fraction = 0;
   for (int n = 300; n >= 1; --n) fraction = n * (n - a) / (y + 2 * n + 1 - a - fraction);
   return front / (y + 1 - a - fraction);
-}
-
-double largest_z_bound(std::size_t count, double significance) {
-  // 1 - (1 - 2 tail)^count = significance, solved for the tail without cancellation.
-  const double tail =
-      -0.5 * std::expm1(std::log1p(-significance) / static_cast<double>(std::max<std::size_t>(count, 1)));
-  return -normal_quantile(tail);
 }
 
 ZHistogram z_histogram(const std::vector<double>& z, int bins) {

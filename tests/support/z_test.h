@@ -3,17 +3,16 @@
 #include <cstddef>
 #include <vector>
 
+#include "runtime/statistics.h"
+
 namespace itn::test {
 
-// Standard normal distribution function and its inverse (p in (0, 1)).
-double normal_cdf(double z);
-double normal_quantile(double p);
+using itn::largest_z_bound;
+using itn::normal_cdf;
+using itn::normal_quantile;
 
 // Probability that a chi-square variable with that many degrees of freedom exceeds x.
 double chi_square_tail(double x, int degrees_of_freedom);
-
-// |z| that `count` independent standard normal scores exceed anywhere with probability `significance` (Sidak).
-double largest_z_bound(std::size_t count, double significance);
 
 // Chi-square of the scores' histogram against the standard normal, over bins of equal probability.
 struct ZHistogram {
