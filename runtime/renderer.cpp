@@ -67,7 +67,7 @@ struct Renderer::State {
         sensor(sensor_of(scene, given.sensor)),
         data(data_for(device)),
         wavefront(device, data, {job_of(scene, given, data)}, derivative_data(scene, given.derivatives), given.op,
-                  given.width, given.schedule),
+                  given.width, given.schedule, given.baselines),
         film(device, sensor.crop_width * sensor.crop_height, 1 + static_cast<int>(given.derivatives.size()),
              wavefront.channels(), sensor.luminance) {
     if (options.time_stages) wavefront.time_stages();

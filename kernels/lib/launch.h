@@ -7,6 +7,7 @@
 #include "lib/random.h"
 #include "lib/trace.h"
 #include "lib/vector.h"
+#include "shared/baseline_layout.h"
 #include "shared/scene_layout.h"
 
 typedef struct {
@@ -26,6 +27,8 @@ typedef struct {
   __global const float* texels;
   __global const ScoreRecord* scores;
   __global const DerivativeRecord* derivatives;
+  __global const float* futures; /* lib/baseline.h: [cell][throughput channel] */
+  __global float* visits;        /* of a pilot */
   __global float* samples; /* of each sample the radiance and its derivatives, RADIANCE_CHANNELS floats each */
   __global uint* misplaced; /* one count: arrivals at surfaces from the side where the path cannot be (stage/surface.h) */
 } Launch;
@@ -119,6 +122,15 @@ inline void finish(const Launch* launch, __global const JobRecord* job, Pool* po
     const int values = RADIANCE_CHANNELS * (1 + DERIVATIVES);
     UNROLL for (int c = 0; c < values; ++c)
       launch->samples[output * values + c] = pool->fields[(RADIANCE + c) * pool->stride + s];
+#if BASELINE_SCORES
+    UNROLL for (int p = 0; p < DERIVATIVES; ++p)
+      UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+        __global const DerivativeRecord* r = launch->derivatives + p;
+        const int field = BASELINE + (THROUGHPUT_CHANNELS == 1 ? r->score[c] : 3 * r->score[c] + c);
+        launch->samples[output * values + (1 + p) * RADIANCE_CHANNELS + c] -=
+            r->factor[c] * job->future_tint[c] * pool->fields[field * pool->stride + s];
+      }
+#endif
   }
   push(pool, QUEUE_FREE, slots, mask);
 }

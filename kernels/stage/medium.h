@@ -2,6 +2,7 @@
  * a light connection. Several events a state load: a lane keeps scattering while enough of its group do. */
 #ifndef ITN_STAGE_MEDIUM_H
 #define ITN_STAGE_MEDIUM_H
+#include "lib/baseline.h"
 #include "lib/frame.h"
 #include "lib/launch.h"
 #include "lib/light_connection.h"
@@ -41,6 +42,9 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   REAL mean_free_path = 1.0f / sigma;
   const INT medium_index = LOAD_INT(pool, MEDIUM, slots);
   Scores scores = load_scores(pool, slots);
+  Baseline baseline = load_baseline(pool, slots);
+  const INT first_cell = GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, first_cell)), medium);
+  const REAL refraction_scale = LOAD(pool, REFRACTION_SCALE, slots);
 
   MASK alive = valid, arrived = (MASK)(0), dead = (MASK)(0), escaped = (MASK)(0);
 #if MEDIUM_LIGHT_SAMPLING
@@ -54,7 +58,10 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   REAL hit_u = (REAL)(0.0f), hit_v = (REAL)(0.0f);
   int left = 0;
   FlightCell cell = flight_cell(launch->grid, geometry, position);
+  Depth below = depth_of(&cell, sigma);
   for (int event = 0; event < MEDIUM_EVENTS; ++event) {
+    const INT flight_state = medium_state(first_cell, DECISION_FLIGHT, &below, dot3(below.normal, direction));
+    const MASK flies = alive;
     REAL u[4];
     draw(&random, 0, u);
     random.event += SELECT_INT(alive, 1, 0);
@@ -88,15 +95,28 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
                   SELECT(scatters, sigma_t[c] * mean_free_path, 1.0f);
 #endif
     cell = flight_cell(launch->grid, geometry, position);
-    score_passage(launch, job, &scores, medium_index, sigma_t, distance, meets);
-    score_scattering(launch, job, &scores, medium_index, sigma_t, albedo, distance, scatters);
-    skip = SELECT_INT(scatters, -1, skip);
-    depth += SELECT_INT(scatters, 1, 0);
-    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= SELECT(scatters, albedo[c], 1.0f);
+    below = depth_of(&cell, sigma);
+    Scores step = no_scores();
+    score_passage(launch, job, &step, medium_index, sigma_t, distance, meets);
+    score_scattering(launch, job, &step, medium_index, sigma_t, albedo, distance, scatters);
+    /* weighed as after the flight: then the means are zero over the mixture of the hero channels' densities too */
     REAL weight[3] = {(REAL)(1.0f), (REAL)(1.0f), (REAL)(1.0f)};
 #if SPECTRAL
     spectral_weights(ratio, weight);
 #endif
+    REAL total[THROUGHPUT_CHANNELS], change[THROUGHPUT_CHANNELS], outcome[BASELINE_SLOPES];
+    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
+      total[c] = throughput[c] * refraction_scale * weight[c];
+      change[c] = (REAL)(0.0f);
+    }
+    outcome[0] = SELECT(flies, u[0] - 0.5f, 0.0f);
+    outcome[1] = (REAL)(0.0f);
+    record_visit(launch, job, pool, slots, &random, random.event - 1, DECISION_FLIGHT, flight_state, total, outcome, flies);
+    add_decision(launch, &baseline, flight_state, total, outcome, change, &scores, &step);
+    add_scores(&scores, &step);
+    skip = SELECT_INT(scatters, -1, skip);
+    depth += SELECT_INT(scatters, 1, 0);
+    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= SELECT(scatters, albedo[c], 1.0f);
     const REAL largest = brightest(throughput, weight);
 #if OPERATOR_SINGLE
     MASK again = scatters & (depth >= SCATTERED_ONCE);
@@ -105,10 +125,17 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     depth += SELECT_INT(scatters, SCATTERED_ONCE, 0);
 #endif
     INT vertices = plain_depth(depth);
+    const MASK may_go_on = scatters & (largest > 0.0f) & (vertices < job->max_depth);
+    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) total[c] = throughput[c] * refraction_scale * weight[c];
     MASK dies = roulette(job, vertices, u[3], scatters, largest, throughput);
     MASK goes_on = scatters & !dies;
     dead = dead | dies;
     alive = scatters & !dies;
+    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
+      const REAL raised = throughput[c] * refraction_scale * weight[c];
+      change[c] = SELECT(may_go_on, SELECT(alive, raised, 0.0f) - total[c], 0.0f);
+      total[c] = raised;
+    }
 #if MEDIUM_LIGHT_SAMPLING
     /* u[2] decides on the connection first; what is left of it is uniform again */
     const REAL expected = connection_chance(launch, job, medium, &cell, direction, brightest(throughput, weight),
@@ -123,6 +150,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     henyey_greenstein_sample(g, u[1], &cosine, &sine);
     sin_cos_2pi(u[2], &s, &c);
     Frame frame = make_frame(direction);
+    const REAL arrival = dot3(below.normal, direction);
     REAL3 turned = frame_to_world(&frame, make3(sine * c, sine * s, cosine));
     turned = scale3(turned, 1.5f - 0.5f * dot3(turned, turned)); /* stays unit over thousands of turns */
     direction = select3(alive, turned, direction);
@@ -130,7 +158,16 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     last_pdf = SELECT(alive, SELECT(connectable, henyey_greenstein(cosine, g) / chance, 0.0f), last_pdf);
     alive = alive & !connects; /* connected before the path goes on, so contributions keep their order */
 #endif
-    score_phase(launch, job, &scores, medium_index, cosine, g, alive); /* of those that connect: stage/connect.h */
+    const INT turn_state = medium_state(first_cell, DECISION_TURN, &below, arrival);
+    const REAL departure = dot3(below.normal, direction);
+    outcome[0] = SELECT(goes_on, departure - g * arrival, 0.0f);
+    outcome[1] = SELECT(goes_on, legendre_2(departure) - g * g * legendre_2(arrival), 0.0f);
+    step = no_scores();
+    score_phase(launch, job, &step, medium_index, cosine, g, goes_on);
+    record_visit(launch, job, pool, slots, &random, random.event - 1, DECISION_TURN, turn_state, total, outcome, goes_on);
+    add_decision(launch, &baseline, turn_state, total, outcome, change, &scores, &step);
+    UNROLL for (int k = 0; k < SCORES; ++k)
+      scores.of[k] += SELECT(alive, step.of[k], 0.0f); /* of those that connect: stage/connect.h */
     left = popcount(lane_bits(alive));
     if (left <= enough) break;
   }
@@ -138,6 +175,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   store3(pool, DIRECTION_X, slots, direction);
   UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
   store_scores(pool, slots, &scores);
+  store_baseline(pool, slots, &baseline);
   STORE_INT(pool, EVENT, slots, random.event);
   STORE_INT(pool, DEPTH, slots, depth);
   STORE_INT(pool, SKIP, slots, skip);

@@ -1,6 +1,7 @@
 /* Stage rough dielectric: a microfacet boundary between two refractive indices. */
 #ifndef ITN_STAGE_ROUGH_DIELECTRIC_H
 #define ITN_STAGE_ROUGH_DIELECTRIC_H
+#include "lib/baseline.h"
 #include "lib/light_connection.h"
 #include "lib/optical_depth.h"
 #include "model/medium_homogeneous.h"
@@ -79,6 +80,31 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
 }
 #endif
 
+/* The baseline's part of the sampled normal and lobe; samples that are lost count too, or its mean would not be zero.
+ * scores: before the decision. */
+inline void decide_at_boundary(int distribution, const Launch* launch, __global const JobRecord* job, Pool* pool,
+                               INT slots, INT bsdf, const Random* random, REAL alpha, REAL eta_inside, REAL3 wi, REAL3 wo,
+                               MASK reflects, const Scores* scores, MASK mask) {
+  const INT first_cell = GATHER_INT(((__global const int*)launch->bsdfs + FIELD_OF(BsdfRecord, first_cell)),
+                                    bsdf * (int)(sizeof(BsdfRecord) / sizeof(float)));
+  const INT state = boundary_state(first_cell, wi.z);
+  REAL weight[3], total[THROUGHPUT_CHANNELS], change[THROUGHPUT_CHANNELS], outcome[BASELINE_SLOPES];
+  channel_weights(pool, slots, LOAD(pool, REFRACTION_SCALE, slots), weight);
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
+    total[c] = LOAD(pool, THROUGHPUT + c, slots) * weight[c];
+    change[c] = (REAL)(0.0f);
+  }
+  const REAL eta = far_over_near(eta_inside, wi.z), reflected = SELECT(reflects, 1.0f, 0.0f);
+  const REAL3 m = rough_dielectric_normal(eta, wi, wo, reflected);
+  outcome[0] = SELECT(mask, reflected - fresnel_dielectric(MIN(ABS(dot3(wi, m)), (REAL)(1.0f)), eta), 0.0f);
+  outcome[1] = (REAL)(0.0f);
+  const Scores step = score_decision_at_boundary(distribution, launch, job, bsdf, alpha, eta_inside, wi, m, reflected, mask);
+  record_visit(launch, job, pool, slots, random, random->event, DECISION_FLIGHT, state, total, outcome, mask);
+  Baseline baseline = load_baseline(pool, slots);
+  add_decision(launch, &baseline, state, total, outcome, change, scores, &step);
+  store_baseline(pool, slots, &baseline);
+}
+
 /* distribution: a constant where this is inlined. */
 inline void rough_dielectric_stage(int distribution, const Launch* launch, __global const JobRecord* job, Pool* pool,
                                    INT slots, MASK valid) {
@@ -105,6 +131,8 @@ inline void rough_dielectric_stage(int distribution, const Launch* launch, __glo
   pdf = (REAL)(0.0f);
 #endif
   Scores scores = load_scores(pool, slots);
+  decide_at_boundary(distribution, launch, job, pool, slots, s.bsdf, &random, alpha, eta_inside, wi, wo, reflects, &scores,
+                     valid & !s.misplaced);
   score_rough_boundary(distribution, launch, job, &scores, s.bsdf, alpha, eta_inside, wi, wo,
                        valid & !s.misplaced & (weight > 0.0f));
   store_scores(pool, slots, &scores);

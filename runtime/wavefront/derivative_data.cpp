@@ -50,12 +50,13 @@ class Builder {
         break;
       case ParameterKind::alpha:
         r = {SCORE_ALPHA, p.index, 0};
-        want(boundary(p), "alpha");
+        want("score_rough_dielectric_" + boundary(p), "alpha");
+        want("score_rough_dielectric_decision_" + boundary(p), "alpha");
         break;
       case ParameterKind::int_ior:
       case ParameterKind::ext_ior:
         r = {SCORE_ETA, p.index, 0};
-        want(boundary(p), "eta");
+        want("score_rough_dielectric_" + boundary(p), "eta");
         break;
       case ParameterKind::reflectance:
         r.kind = SCORE_REFLECTANCE;
@@ -97,7 +98,7 @@ class Builder {
   const Medium& medium(const Parameter& p) const { return scene_.media[static_cast<std::size_t>(p.index)]; }
   const Bsdf& bsdf(const Parameter& p) const { return scene_.bsdfs[static_cast<std::size_t>(p.index)]; }
   std::string boundary(const Parameter& p) const {
-    return bsdf(p).distribution == Distribution::ggx ? "score_rough_dielectric_ggx" : "score_rough_dielectric_beckmann";
+    return bsdf(p).distribution == Distribution::ggx ? "ggx" : "beckmann";
   }
   void want(const std::string& function, const std::string& parameter) { data.functions[function].insert(parameter); }
 

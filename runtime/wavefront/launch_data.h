@@ -12,7 +12,7 @@
 namespace itn {
 
 static_assert(sizeof(CameraRecord) == 104 && sizeof(MediumRecord) == 48 && sizeof(ShapeRecord) == 16 &&
-              sizeof(BsdfRecord) == 64 && sizeof(TextureRecord) == 48 && sizeof(JobRecord) == 60 &&
+              sizeof(BsdfRecord) == 64 && sizeof(TextureRecord) == 48 && sizeof(JobRecord) == 76 &&
               sizeof(ChunkRecord) == 16);
 
 struct LaunchData {
@@ -25,6 +25,8 @@ struct LaunchData {
   std::vector<float> emitter_tables;
   std::vector<TextureRecord> textures;
   std::vector<float> texels;
+  std::vector<int> pixels;  // of each camera's film
+  int cells = 0;            // of the tables of expected futures
   bool coloured = false;  // some throughput or radiance differs between channels
   bool coloured_light = false;
   bool spectral = false;  // some medium's sigma_t does

@@ -6,6 +6,7 @@
 
 #include "kernels/shared/path_state.h"
 #include "runtime/error.h"
+#include "runtime/wavefront/baseline.h"
 
 namespace itn {
 namespace {
@@ -22,23 +23,38 @@ constexpr int queues = QUEUES, free_queue = QUEUE_FREE;
 constexpr std::array<const char*, QUEUES> stage_names{"generate",       "ray",       "null",   "diffuse", "dielectric",
                                                       "rough beckmann", "rough ggx", "medium", "connect", "escape"};
 
+// The pilot that learns baselines: paths a job, paths a launch, pixels a run; its samples of a pixel begin at the last, beyond
+// those of any image.
+const int pilot_paths = getenv("PILOT") ? atoi(getenv("PILOT")) : 1 << 14;
+constexpr int pilot_launch = 1 << 12, pilot_run = 64, pilot_sample = 1 << 30;
+
+bool has_density(const std::vector<ScoreRecord>& scores) {
+  return std::any_of(scores.begin(), scores.end(),
+                     [](const ScoreRecord& r) { return r.kind != SCORE_ALBEDO && r.kind != SCORE_REFLECTANCE; });
+}
+
 std::size_t field_count(const std::map<std::string, std::string>& d) {
   const auto number = [&](const char* name) { return static_cast<std::size_t>(std::stoi(d.at(name))); };
   return PATH_FIELDS(number("THROUGHPUT_CHANNELS"), number("RADIANCE_CHANNELS"), number("SPECTRAL"),
-                     number("MEDIUM_LIGHT_SAMPLING"), number("SCORES"), number("DERIVATIVES"));
+                     number("MEDIUM_LIGHT_SAMPLING"), number("SCORES"), number("DERIVATIVES"),
+                     number("BASELINE_SCORES"));
 }
 
 }  // namespace
 
 Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs,
-                     const DerivativeData& derivatives, Operator op, int width, Schedule schedule)
-    : device_(device), jobs_(std::move(jobs)) {
+                     const DerivativeData& derivatives, Operator op, int width, Schedule schedule, bool baselines)
+    : device_(device), jobs_(std::move(jobs)), cells_(data.cells) {
+  const bool quiet = baselines && has_density(derivatives.scores);
+  learnt_ = !quiet;
+  for (const JobRecord& job : jobs_) pixels_.push_back(data.pixels[static_cast<std::size_t>(job.camera)]);
   width_ = width > 0 ? width : device.default_width();
   const bool cpu = device.info().type == "cpu";
   fused_ = schedule == Schedule::automatic ? cpu : schedule == Schedule::fused;
 
   std::map<std::string, std::string> definitions = feature_definitions(data);
   channels_ = std::stoi(definitions["RADIANCE_CHANNELS"]);
+  throughput_channels_ = std::stoi(definitions["THROUGHPUT_CHANNELS"]);
   workers_ = fused_ ? 4 * device.info().compute_units : 1;
   slots_ = fused_ ? fused_slots
            : cpu  ? std::min(staged_slots, staged_slots_a_cpu_unit * device.info().compute_units)
@@ -51,6 +67,7 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   definitions["MEDIUM_EVENTS"] = std::to_string(medium_events);
   definitions["OPERATOR_SINGLE"] = std::to_string(op == Operator::single);
   definitions["SCORES"] = std::to_string(derivatives.scores.size());
+  definitions["BASELINE_SCORES"] = quiet ? definitions["SCORES"] : "0";
   definitions["DERIVATIVES"] = std::to_string(derivatives.derivatives.size());
   program_ = device.build("wavefront.cl", definitions, {{"derivative/score.h", print_scores(derivatives.functions)}});
   for (const char* name : stage_names) stage_times_.push_back({name, 0, 0, 0});
@@ -72,6 +89,10 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
             device.upload(derivatives.scores, "scores"),
             device.upload(derivatives.derivatives, "derivatives")};
 
+  futures_ = device.upload(std::vector<float>(quiet ? static_cast<std::size_t>(cells_ * throughput_channels_ * BASELINE_NUMBERS) : 1),
+                           "expected futures");
+  visits_ = device.upload(std::vector<float>(1), "pilot's visits");
+
   // Short of memory, fewer paths are in flight and launches are smaller: the image is the same.
   const std::size_t a_slot = (field_count(definitions) + queues * (fused_ ? 1u : 2u)) * sizeof(float);
   if (fused_) {
@@ -88,8 +109,8 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   }
   counter_ = device.allocate(2 * queues * sizeof(int), "queue lengths");
   misplaced_ = device.upload(std::vector<cl_uint>{0}, "misplaced arrivals");
-  const std::size_t a_sample =
-      static_cast<std::size_t>(channels_) * (1 + derivatives.derivatives.size()) * sizeof(float);
+  a_sample_ = channels_ * (1 + static_cast<int>(derivatives.derivatives.size()));
+  const std::size_t a_sample = static_cast<std::size_t>(a_sample_) * sizeof(float);
   const std::uint64_t budget = std::min(std::uint64_t{256} << 20, device.info().max_allocation / 4);
   const Device::Elements samples = device.allocate_most(budget / a_sample, least_samples, a_sample, "samples");
   sample_capacity_ = samples.count;
@@ -102,6 +123,8 @@ void Wavefront::set_scene_arguments(cl::Kernel& kernel) const {
     if (k == 5) kernel.setArg(at++, jobs_buffer_);
     kernel.setArg(at++, scene_[k]);
   }
+  kernel.setArg(at++, futures_);
+  kernel.setArg(at++, visits_);
   kernel.setArg(at++, samples_);
   kernel.setArg(at, misplaced_);
 }
@@ -120,6 +143,55 @@ std::vector<StageTime> Wavefront::stage_times() const {
 }
 
 void Wavefront::trace(const std::vector<JobSlice>& slices) {
+  if (!learnt_) learn_baselines();
+  trace_jobs(slices, false);
+}
+
+// A pilot of every job: runs of pixels spread evenly over its film, of samples that no image takes.
+void Wavefront::learn_baselines() {
+  learnt_ = true;
+  BaselineTable table(cells_, throughput_channels_, channels_);
+  const auto a_path =
+      static_cast<std::size_t>(BASELINE_VISITS * BASELINE_VISIT_SIZE(throughput_channels_, channels_));
+  const std::vector<float> none(pilot_launch * a_path);
+  std::vector<float> visits, samples;
+  for (std::size_t j = 0; j < jobs_.size(); ++j) {
+    std::vector<JobSlice> slices;
+    int paths = 0;
+    const auto launch = [&] {
+      visits_ = device_.upload(none, "pilot's visits");
+      trace_jobs(slices, true);
+      samples.resize(static_cast<std::size_t>(paths * a_sample_));
+      visits.resize(static_cast<std::size_t>(paths) * a_path);
+      device_.download(samples_, samples);
+      device_.download(visits_, visits);
+      table.add(samples, a_sample_, visits);
+      slices.clear();
+      paths = 0;
+    };
+    const std::int64_t pixels = pixels_[j];
+    const int a_pixel = static_cast<int>(std::max<std::int64_t>(1, pilot_paths / pixels));
+    const std::int64_t runs = std::min<std::int64_t>((pixels + pilot_run - 1) / pilot_run, pilot_paths / pilot_run);
+    for (std::int64_t run = 0; run < runs; ++run) {
+      const int first = static_cast<int>(run * pixels / runs);
+      const int length = std::min(static_cast<int>((run + 1) * pixels / runs) - first, pilot_run);
+      for (int sample = 0; sample < a_pixel;) {
+        const int samples_of_run = std::min(a_pixel - sample, pilot_launch / length);
+        if (paths + samples_of_run * length > pilot_launch) launch();
+        slices.push_back({static_cast<int>(j), first, length, pilot_sample + sample, samples_of_run});
+        paths += samples_of_run * length;
+        sample += samples_of_run;
+      }
+    }
+    if (paths > 0) launch();
+    const std::array<float, 3> tint = table.take_tint();
+    std::copy(tint.begin(), tint.end(), jobs_[j].future_tint);
+  }
+  futures_ = device_.upload(table.futures(), "expected futures");
+  visits_ = device_.upload(std::vector<float>(1), "pilot's visits");
+}
+
+void Wavefront::trace_jobs(const std::vector<JobSlice>& slices, bool pilot) {
   std::vector<JobRecord> jobs;
   int paths = 0;
   for (const JobSlice& slice : slices) {
@@ -128,6 +200,7 @@ void Wavefront::trace(const std::vector<JobSlice>& slices) {
     job.first_sample = slice.first_sample;
     job.samples = slice.samples;
     job.first_output = paths;
+    job.pilot = pilot;
     jobs.push_back(job);
     paths += slice.pixels * slice.samples;
   }
@@ -156,7 +229,7 @@ void Wavefront::trace_fused(const std::vector<ChunkRecord>& chunks) {
   counter_ = device_.upload(std::vector<int>{0}, "chunk counter");
   cl::Kernel kernel(program_, "trace_paths");
   set_scene_arguments(kernel);
-  cl_uint at = static_cast<cl_uint>(scene_.size()) + 3;
+  cl_uint at = static_cast<cl_uint>(scene_.size()) + 5;
   kernel.setArg(at++, chunk_buffer);
   kernel.setArg(at++, static_cast<cl_int>(chunks.size()));
   kernel.setArg(at++, counter_);
@@ -192,7 +265,7 @@ void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) 
 
   set_scene_arguments(generate);
   set_scene_arguments(stage);
-  const cl_uint scene_end = static_cast<cl_uint>(scene_.size()) + 3;
+  const cl_uint scene_end = static_cast<cl_uint>(scene_.size()) + 5;
   std::vector<int> lengths(2 * queues);
   int next = 0;
   for (int half = 0;; half = 1 - half) {

@@ -18,9 +18,9 @@ struct JobSlice {
 class Wavefront {
  public:
   // jobs: as append_scene returned them, with their seeds. derivatives: of every job's image; targets count within the
-  // job's scene.
+  // job's scene. baselines: derivatives are made quiet (lib/baseline.h); the first trace() then learns what that takes.
   Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs,
-            const DerivativeData& derivatives, Operator op, int width, Schedule schedule);
+            const DerivativeData& derivatives, Operator op, int width, Schedule schedule, bool baselines = true);
 
   int channels() const { return channels_; }                        // of radiance: 1 or 3
   std::size_t sample_capacity() const { return sample_capacity_; }  // most samples a launch can hold
@@ -40,16 +40,20 @@ class Wavefront {
 
  private:
   void set_scene_arguments(cl::Kernel& kernel) const;
+  void trace_jobs(const std::vector<JobSlice>& slices, bool pilot);
+  void learn_baselines();
   void trace_fused(const std::vector<ChunkRecord>& chunks);
   void trace_staged(const std::vector<ChunkRecord>& chunks, int paths);
 
   const Device& device_;
   std::vector<JobRecord> jobs_;
-  bool fused_, timed_ = false;
+  std::vector<int> pixels_;  // of each job's film
+  int cells_, throughput_channels_, a_sample_ = 0;  // a_sample_: floats of a sample
+  bool fused_, timed_ = false, learnt_;
   int width_, channels_, workers_, slots_;
   std::size_t sample_capacity_;
   std::vector<cl::Buffer> scene_;  // in the order of SCENE_PARAMETERS, without jobs and samples
-  cl::Buffer jobs_buffer_, samples_, storage_, counter_, misplaced_;
+  cl::Buffer jobs_buffer_, futures_, visits_, samples_, storage_, counter_, misplaced_;
   cl::Program program_;
   std::vector<StageTime> stage_times_;  // a queue each; the free queue's stage is generate
 };
