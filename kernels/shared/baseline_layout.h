@@ -11,16 +11,10 @@ enum { DECISION_FLIGHT, DECISION_TURN, DECISIONS };
 /* Cells of a rough boundary: cosines of arrival, -1 to 1. */
 #define BASELINE_BOUNDARY_CELLS 48
 
-/* Numbers of a cell and throughput channel: V, then the slopes along the outcomes of the decision. */
-#define BASELINE_SLOPES 2
-#define BASELINE_NUMBERS (1 + BASELINE_SLOPES)
-
 /* A path of the pilot tells the states of its first events, DECISIONS of each: for each of them a cell + 1 (an int, 0: none),
- * the outcomes of the decision, for each throughput channel the weight and for each radiance channel what the path had
- * gathered before. */
+ * then for each throughput channel its weight and for each radiance channel what it had gathered before. */
 #define BASELINE_EVENTS 64
 #define BASELINE_VISITS (BASELINE_EVENTS * DECISIONS)
-#define BASELINE_VISIT_SIZE(throughput_channels, radiance_channels) \
-  (1 + BASELINE_SLOPES + (throughput_channels) + (radiance_channels))
+#define BASELINE_VISIT_SIZE(throughput_channels, radiance_channels) (1 + (throughput_channels) + (radiance_channels))
 
 #endif

@@ -4,10 +4,9 @@
 #define ITN_PATH_STATE_H
 
 /* Fields of a program with these definitions, for the host. */
-#define PATH_FIELDS(throughput_channels, radiance_channels, spectral, medium_light_sampling, scores, derivatives,   \
-                    baseline_scores)                                                                              \
-  (19 + (throughput_channels) * (1 + (baseline_scores)) + (radiance_channels) * (1 + (derivatives)) + (scores) +  \
-   4 * (spectral) + 4 * (medium_light_sampling))
+#define PATH_FIELDS(throughput_channels, radiance_channels, spectral, medium_light_sampling, scores, derivatives) \
+  (19 + (throughput_channels) + (radiance_channels) * (1 + (derivatives)) + (scores) + 4 * (spectral) +           \
+   4 * (medium_light_sampling))
 
 #ifdef __OPENCL_VERSION__
 enum {
@@ -17,8 +16,7 @@ enum {
   RADIANCE = THROUGHPUT + THROUGHPUT_CHANNELS, /* RADIANCE_CHANNELS fields: gathered so far */
   DERIVATIVE = RADIANCE + RADIANCE_CHANNELS, /* of the radiance: RADIANCE_CHANNELS fields for each of DERIVATIVES */
   SCORE = DERIVATIVE + DERIVATIVES * RADIANCE_CHANNELS, /* SCORES fields: see ScoreRecord */
-  BASELINE = SCORE + SCORES, /* BASELINE_SCORES x THROUGHPUT_CHANNELS fields: see lib/baseline.h */
-  REFRACTION_SCALE = BASELINE + BASELINE_SCORES * THROUGHPUT_CHANNELS, /* (n here / n at the camera)^-2: radiance over basic radiance */
+  REFRACTION_SCALE = SCORE + SCORES, /* (n here / n at the camera)^-2: radiance over basic radiance */
   PIXEL, SAMPLE, /* ints: with the job's seed and EVENT the counter of the random numbers */
   EVENT,
   DEPTH,  /* scatterings so far, surfaces and media, index-matched boundaries not counted */
@@ -42,10 +40,8 @@ enum {
   FIELDS
 };
 typedef char path_fields_are_counted
-    [FIELDS == PATH_FIELDS(THROUGHPUT_CHANNELS, RADIANCE_CHANNELS, SPECTRAL, MEDIUM_LIGHT_SAMPLING, SCORES, DERIVATIVES,
-                           BASELINE_SCORES)
-         ? 1
-         : -1];
+    [FIELDS == PATH_FIELDS(THROUGHPUT_CHANNELS, RADIANCE_CHANNELS, SPECTRAL, MEDIUM_LIGHT_SAMPLING, SCORES, DERIVATIVES) ? 1
+                                                                                                               : -1];
 #endif
 
 /* In the OPERATOR_SINGLE build DEPTH also holds, above the count of scatterings, whether the path has scattered in a medium. */

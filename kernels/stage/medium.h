@@ -42,7 +42,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   REAL mean_free_path = 1.0f / sigma;
   const INT medium_index = LOAD_INT(pool, MEDIUM, slots);
   Scores scores = load_scores(pool, slots);
-  Baseline baseline = load_baseline(pool, slots);
+  Baseline baseline = no_baseline();
   const INT first_cell = GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, first_cell)), medium);
   const REAL refraction_scale = LOAD(pool, REFRACTION_SCALE, slots);
 
@@ -104,15 +104,11 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
 #if SPECTRAL
     spectral_weights(ratio, weight);
 #endif
-    REAL total[THROUGHPUT_CHANNELS], change[THROUGHPUT_CHANNELS], outcome[BASELINE_SLOPES];
-    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
-      total[c] = throughput[c] * refraction_scale * weight[c];
-      change[c] = (REAL)(0.0f);
-    }
-    outcome[0] = SELECT(flies, u[0] - 0.5f, 0.0f);
-    outcome[1] = (REAL)(0.0f);
-    record_visit(launch, job, pool, slots, &random, random.event - 1, DECISION_FLIGHT, flight_state, total, outcome, flies);
-    add_decision(launch, &baseline, flight_state, total, outcome, change, &scores, &step);
+    REAL total[THROUGHPUT_CHANNELS], change[THROUGHPUT_CHANNELS], future[THROUGHPUT_CHANNELS];
+    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) total[c] = throughput[c] * refraction_scale * weight[c];
+    record_visit(launch, job, pool, slots, &random, random.event - 1, DECISION_FLIGHT, flight_state, total, flies);
+    expected_future(launch, flight_state, future);
+    add_decision(launch, &baseline, total, future, &step);
     add_scores(&scores, &step);
     skip = SELECT_INT(scatters, -1, skip);
     depth += SELECT_INT(scatters, 1, 0);
@@ -131,11 +127,15 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     MASK goes_on = scatters & !dies;
     dead = dead | dies;
     alive = scatters & !dies;
+    const INT turn_state = medium_state(first_cell, DECISION_TURN, &below, dot3(below.normal, direction));
+    expected_future(launch, turn_state, future);
     UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
       const REAL raised = throughput[c] * refraction_scale * weight[c];
       change[c] = SELECT(may_go_on, SELECT(alive, raised, 0.0f) - total[c], 0.0f);
       total[c] = raised;
     }
+    add_roulette(&baseline, change, future, &scores);
+    record_visit(launch, job, pool, slots, &random, random.event - 1, DECISION_TURN, turn_state, total, alive);
 #if MEDIUM_LIGHT_SAMPLING
     /* u[2] decides on the connection first; what is left of it is uniform again */
     const REAL expected = connection_chance(launch, job, medium, &cell, direction, brightest(throughput, weight),
@@ -150,7 +150,6 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     henyey_greenstein_sample(g, u[1], &cosine, &sine);
     sin_cos_2pi(u[2], &s, &c);
     Frame frame = make_frame(direction);
-    const REAL arrival = dot3(below.normal, direction);
     REAL3 turned = frame_to_world(&frame, make3(sine * c, sine * s, cosine));
     turned = scale3(turned, 1.5f - 0.5f * dot3(turned, turned)); /* stays unit over thousands of turns */
     direction = select3(alive, turned, direction);
@@ -158,14 +157,9 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     last_pdf = SELECT(alive, SELECT(connectable, henyey_greenstein(cosine, g) / chance, 0.0f), last_pdf);
     alive = alive & !connects; /* connected before the path goes on, so contributions keep their order */
 #endif
-    const INT turn_state = medium_state(first_cell, DECISION_TURN, &below, arrival);
-    const REAL departure = dot3(below.normal, direction);
-    outcome[0] = SELECT(goes_on, departure - g * arrival, 0.0f);
-    outcome[1] = SELECT(goes_on, legendre_2(departure) - g * g * legendre_2(arrival), 0.0f);
     step = no_scores();
     score_phase(launch, job, &step, medium_index, cosine, g, goes_on);
-    record_visit(launch, job, pool, slots, &random, random.event - 1, DECISION_TURN, turn_state, total, outcome, goes_on);
-    add_decision(launch, &baseline, turn_state, total, outcome, change, &scores, &step);
+    add_decision(launch, &baseline, total, future, &step);
     UNROLL for (int k = 0; k < SCORES; ++k)
       scores.of[k] += SELECT(alive, step.of[k], 0.0f); /* of those that connect: stage/connect.h */
     left = popcount(lane_bits(alive));
@@ -175,7 +169,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   store3(pool, DIRECTION_X, slots, direction);
   UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
   store_scores(pool, slots, &scores);
-  store_baseline(pool, slots, &baseline);
+  take_off(launch, job, pool, slots, &baseline);
   STORE_INT(pool, EVENT, slots, random.event);
   STORE_INT(pool, DEPTH, slots, depth);
   STORE_INT(pool, SKIP, slots, skip);

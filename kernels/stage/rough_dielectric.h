@@ -81,28 +81,27 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
 #endif
 
 /* The baseline's part of the sampled normal and lobe; samples that are lost count too, or its mean would not be zero.
- * scores: before the decision. */
+ */
 inline void decide_at_boundary(int distribution, const Launch* launch, __global const JobRecord* job, Pool* pool,
                                INT slots, INT bsdf, const Random* random, REAL alpha, REAL eta_inside, REAL3 wi, REAL3 wo,
-                               MASK reflects, const Scores* scores, MASK mask) {
+                               MASK reflects, MASK mask) {
+  bool by_roughness = false;
+  UNROLL for (int k = 0; k < BASELINE_SCORES; ++k) by_roughness |= launch->scores[k].kind == SCORE_ALPHA;
+  if (!by_roughness) return;
   const INT first_cell = GATHER_INT(((__global const int*)launch->bsdfs + FIELD_OF(BsdfRecord, first_cell)),
                                     bsdf * (int)(sizeof(BsdfRecord) / sizeof(float)));
   const INT state = boundary_state(first_cell, wi.z);
-  REAL weight[3], total[THROUGHPUT_CHANNELS], change[THROUGHPUT_CHANNELS], outcome[BASELINE_SLOPES];
+  REAL weight[3], total[THROUGHPUT_CHANNELS], future[THROUGHPUT_CHANNELS];
   channel_weights(pool, slots, LOAD(pool, REFRACTION_SCALE, slots), weight);
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
-    total[c] = LOAD(pool, THROUGHPUT + c, slots) * weight[c];
-    change[c] = (REAL)(0.0f);
-  }
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) total[c] = LOAD(pool, THROUGHPUT + c, slots) * weight[c];
+  record_visit(launch, job, pool, slots, random, random->event, DECISION_FLIGHT, state, total, mask);
+  expected_future(launch, state, future);
   const REAL eta = far_over_near(eta_inside, wi.z), reflected = SELECT(reflects, 1.0f, 0.0f);
   const REAL3 m = rough_dielectric_normal(eta, wi, wo, reflected);
-  outcome[0] = SELECT(mask, reflected - fresnel_dielectric(MIN(ABS(dot3(wi, m)), (REAL)(1.0f)), eta), 0.0f);
-  outcome[1] = (REAL)(0.0f);
   const Scores step = score_decision_at_boundary(distribution, launch, job, bsdf, alpha, eta_inside, wi, m, reflected, mask);
-  record_visit(launch, job, pool, slots, random, random->event, DECISION_FLIGHT, state, total, outcome, mask);
-  Baseline baseline = load_baseline(pool, slots);
-  add_decision(launch, &baseline, state, total, outcome, change, scores, &step);
-  store_baseline(pool, slots, &baseline);
+  Baseline baseline = no_baseline();
+  add_decision(launch, &baseline, total, future, &step);
+  take_off(launch, job, pool, slots, &baseline);
 }
 
 /* distribution: a constant where this is inlined. */
@@ -131,7 +130,7 @@ inline void rough_dielectric_stage(int distribution, const Launch* launch, __glo
   pdf = (REAL)(0.0f);
 #endif
   Scores scores = load_scores(pool, slots);
-  decide_at_boundary(distribution, launch, job, pool, slots, s.bsdf, &random, alpha, eta_inside, wi, wo, reflects, &scores,
+  decide_at_boundary(distribution, launch, job, pool, slots, s.bsdf, &random, alpha, eta_inside, wi, wo, reflects,
                      valid & !s.misplaced);
   score_rough_boundary(distribution, launch, job, &scores, s.bsdf, alpha, eta_inside, wi, wo,
                        valid & !s.misplaced & (weight > 0.0f));

@@ -1,6 +1,5 @@
 #include "runtime/wavefront/baseline.h"
 
-#include <Eigen/Cholesky>
 #include <cstdint>
 #include <cstring>
 #include <utility>
@@ -22,11 +21,8 @@ void BaselineTable::add(const std::vector<float>& samples, int stride, const std
       std::int32_t cell = 0;
       std::memcpy(&cell, visit, sizeof cell);
       if (cell == 0) continue;
-      const float* weight = visit + 1 + BASELINE_SLOPES;
+      const float* weight = visit + 1;
       const float* before = weight + throughput_channels_;
-      Numbers along;
-      along[0] = 1;
-      for (int i = 0; i < BASELINE_SLOPES; ++i) along[1 + i] = visit[1 + i];
       for (std::size_t c = 0; c < throughput_channels_; ++c) {
         // A throughput channel stands for its radiance channel, or for the mean of all.
         double future = 0;
@@ -36,9 +32,8 @@ void BaselineTable::add(const std::vector<float>& samples, int stride, const std
         else
           future = sample[c] - before[c];
         Sums& sums = sums_[static_cast<std::size_t>(cell - 1) * throughput_channels_ + c];
-        const Numbers weighed = static_cast<double>(weight[c]) * along;
-        sums.squares += weighed * weighed.transpose();
-        sums.products += weighed * future;
+        sums.products += static_cast<double>(weight[c]) * future;
+        sums.squares += static_cast<double>(weight[c]) * static_cast<double>(weight[c]);
       }
     }
   }
@@ -46,16 +41,9 @@ void BaselineTable::add(const std::vector<float>& samples, int stride, const std
 
 std::vector<float> BaselineTable::futures() const {
   std::vector<float> result;
-  result.reserve(sums_.size() * BASELINE_NUMBERS);
-  for (const Sums& sums : sums_) {
-    // A little of the first square on the diagonal: slopes that few visits tell, and outcomes that are always 0, become 0.
-    auto squares = sums.squares;
-    const double ridge = 1e-3 * squares(0, 0) + 1e-30;
-    for (int i = 1; i < BASELINE_NUMBERS; ++i) squares(i, i) += ridge;
-    squares(0, 0) += 1e-30;
-    const Numbers numbers = squares.ldlt().solve(sums.products);
-    for (const double number : numbers) result.push_back(static_cast<float>(number));
-  }
+  result.reserve(sums_.size());
+  for (const Sums& sums : sums_)
+    result.push_back(sums.squares > 0 ? static_cast<float>(sums.products / sums.squares) : 0.0F);
   return result;
 }
 

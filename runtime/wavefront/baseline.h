@@ -1,6 +1,5 @@
 // What paths are expected to gather, learnt from a pilot: the table of kernels/lib/baseline.h.
 #pragma once
-#include <Eigen/Core>
 #include <array>
 #include <vector>
 
@@ -16,17 +15,15 @@ class BaselineTable {
   // as kernels/lib/baseline.h writes them.
   void add(const std::vector<float>& samples, int stride, const std::vector<float>& visits);
 
-  // [cell][throughput channel][V, A_i]: least squares of what paths of weight 1 gathered over the outcomes.
+  // [cell][throughput channel]: V, what a path of weight 1 is expected to gather; 0 where no path came.
   std::vector<float> futures() const;
   // Of the radiance channels that share a throughput channel: what each gathered over what they gathered on average, since
   // the last call.
   std::array<float, 3> take_tint();
 
  private:
-  using Numbers = Eigen::Matrix<double, BASELINE_NUMBERS, 1>;
   struct Sums {
-    Eigen::Matrix<double, BASELINE_NUMBERS, BASELINE_NUMBERS> squares = decltype(squares)::Zero();
-    Numbers products = Numbers::Zero();
+    double products = 0, squares = 0;  // of weight * what the path then gathered, of weight^2
   };
 
   std::size_t throughput_channels_, radiance_channels_;

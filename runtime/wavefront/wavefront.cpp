@@ -36,8 +36,7 @@ bool has_density(const std::vector<ScoreRecord>& scores) {
 std::size_t field_count(const std::map<std::string, std::string>& d) {
   const auto number = [&](const char* name) { return static_cast<std::size_t>(std::stoi(d.at(name))); };
   return PATH_FIELDS(number("THROUGHPUT_CHANNELS"), number("RADIANCE_CHANNELS"), number("SPECTRAL"),
-                     number("MEDIUM_LIGHT_SAMPLING"), number("SCORES"), number("DERIVATIVES"),
-                     number("BASELINE_SCORES"));
+                     number("MEDIUM_LIGHT_SAMPLING"), number("SCORES"), number("DERIVATIVES"));
 }
 
 }  // namespace
@@ -67,7 +66,7 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   definitions["MEDIUM_EVENTS"] = std::to_string(medium_events);
   definitions["OPERATOR_SINGLE"] = std::to_string(op == Operator::single);
   definitions["SCORES"] = std::to_string(derivatives.scores.size());
-  definitions["BASELINE_SCORES"] = quiet ? definitions["SCORES"] : "0";
+  definitions["BASELINES"] = std::to_string(quiet);
   definitions["DERIVATIVES"] = std::to_string(derivatives.derivatives.size());
   program_ = device.build("wavefront.cl", definitions, {{"derivative/score.h", print_scores(derivatives.functions)}});
   for (const char* name : stage_names) stage_times_.push_back({name, 0, 0, 0});
@@ -89,7 +88,7 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
             device.upload(derivatives.scores, "scores"),
             device.upload(derivatives.derivatives, "derivatives")};
 
-  futures_ = device.upload(std::vector<float>(quiet ? static_cast<std::size_t>(cells_ * throughput_channels_ * BASELINE_NUMBERS) : 1),
+  futures_ = device.upload(std::vector<float>(quiet ? static_cast<std::size_t>(cells_ * throughput_channels_) : 1),
                            "expected futures");
   visits_ = device.upload(std::vector<float>(1), "pilot's visits");
 
