@@ -32,7 +32,7 @@ struct RenderOptions {
   // Names of scene parameters: the image is differentiated by each, from the same paths (paper, section 4).
   std::vector<std::string> derivatives;
   bool baselines = true;  // derivatives are quieter at the same mean (kernels/README.md, "Quiet derivatives")
-  int width = 0;  // paths a work-item: 1, 4, 8, 16; 0: the device's default
+  int width = 0;          // paths a work-item: 1, 4, 8, 16; 0: the device's default
   Schedule schedule = Schedule::automatic;
   int paths_a_launch = 0;                     // 0: as many as take about a quarter of a second
   std::function<void(double)> progress;       // called between launches with the fraction done

@@ -90,7 +90,7 @@ inline void add_roulette(Baseline* b, const REAL change[], const REAL v[], const
 inline void record_visit(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                          const Random* random, INT event, int decision, INT state, const REAL weight[],
                          MASK mask) {
-  if (!BASELINES || __builtin_expect(!job->pilot, 1)) return;
+  if (!BASELINES || !job->pilot) return;
   const INT path = (AS_INT(random->pixel) - job->first_pixel) * job->samples + AS_INT(random->sample) - job->first_sample;
   mask = mask & (event < BASELINE_EVENTS);
   Lanes at, value[BASELINE_VISIT_SIZE(THROUGHPUT_CHANNELS, RADIANCE_CHANNELS)];

@@ -69,6 +69,16 @@ inline void spectral_weights(const REAL ratio[3], REAL weight[3]) {
 }
 #endif
 
+/* The sigma_t for choices that the weights must not depend on: the same whatever the path's hero channel, or MIS weights
+ * would not add up, nor baselines have mean zero. */
+inline REAL mean_sigma_t(const REAL sigma_t[]) {
+#if SPECTRAL
+  return (sigma_t[0] + sigma_t[1] + sigma_t[2]) * (1.0f / 3.0f);
+#else
+  return sigma_t[0];
+#endif
+}
+
 /* `scale` times these weights, of paths between two stages. */
 inline void channel_weights(const Pool* pool, INT slots, REAL scale, REAL weight[3]) {
 #if SPECTRAL

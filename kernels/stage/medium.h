@@ -58,7 +58,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   REAL hit_u = (REAL)(0.0f), hit_v = (REAL)(0.0f);
   int left = 0;
   FlightCell cell = flight_cell(launch->grid, geometry, position);
-  Depth below = depth_of(&cell, sigma);
+  Depth below = depth_of(&cell, mean_sigma_t(sigma_t));
   for (int event = 0; event < MEDIUM_EVENTS; ++event) {
     const INT flight_state = medium_state(first_cell, DECISION_FLIGHT, &below, dot3(below.normal, direction));
     const MASK flies = alive;
@@ -95,7 +95,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
                   SELECT(scatters, sigma_t[c] * mean_free_path, 1.0f);
 #endif
     cell = flight_cell(launch->grid, geometry, position);
-    below = depth_of(&cell, sigma);
+    below = depth_of(&cell, mean_sigma_t(sigma_t));
     Scores step = no_scores();
     score_passage(launch, job, &step, medium_index, sigma_t, distance, meets);
     score_scattering(launch, job, &step, medium_index, sigma_t, albedo, distance, scatters);
@@ -139,7 +139,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
 #if MEDIUM_LIGHT_SAMPLING
     /* u[2] decides on the connection first; what is left of it is uniform again */
     const REAL expected = connection_chance(launch, job, medium, &cell, direction, brightest(throughput, weight),
-                                            connection_sigma_t(sigma_t), g);
+                                            mean_sigma_t(sigma_t), g);
     chance = SELECT(alive, expected, chance);
     MASK connects = alive & connectable & (u[2] < chance);
     u[2] = SELECT(connectable, SELECT(u[2] < chance, u[2] / chance, (u[2] - chance) / (1.0f - chance)), u[2]);

@@ -53,7 +53,7 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
     UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
       sigma_t[c] = GATHER((media + FIELD_OF(MediumRecord, sigma_t) + c), at);
     const REAL3 vertex = load3(pool, VERTEX_X, slots), segment = sub3(s->position, vertex);
-    const REAL by_phase = last_pdf * medium_transmittance(connection_sigma_t(sigma_t), SQRT(dot3(segment, segment)));
+    const REAL by_phase = last_pdf * medium_transmittance(mean_sigma_t(sigma_t), SQRT(dot3(segment, segment)));
     const FlightCell cell = flight_cell(launch->grid, launch->geometries + job->geometry, vertex);
     const REAL3 guess = surface_normal_guess(&cell);
     rival = rival_density(refracted_pdf(&boundary, guess, light, s->direction), by_phase, from_medium);

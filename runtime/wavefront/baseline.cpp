@@ -12,7 +12,8 @@ BaselineTable::BaselineTable(int cells, int throughput_channels, int radiance_ch
       sums_(static_cast<std::size_t>(cells) * throughput_channels_) {}
 
 void BaselineTable::add(const std::vector<float>& samples, int stride, const std::vector<float>& visits) {
-  const std::size_t size = BASELINE_VISIT_SIZE(throughput_channels_, radiance_channels_), a_path = BASELINE_VISITS * size;
+  const std::size_t size = BASELINE_VISIT_SIZE(throughput_channels_, radiance_channels_),
+                    a_path = BASELINE_VISITS * size;
   for (std::size_t path = 0; path * a_path < visits.size(); ++path) {
     const float* sample = &samples[path * static_cast<std::size_t>(stride)];
     for (std::size_t r = 0; r < radiance_channels_; ++r) gathered_[r] += sample[r];

@@ -11,14 +11,14 @@ class BaselineTable {
  public:
   BaselineTable(int cells, int throughput_channels, int radiance_channels);
 
-  // samples: of each path what it gathered, `stride` floats a path of which the first are radiance; visits: of each path,
-  // as kernels/lib/baseline.h writes them.
+  // samples: of each path what it gathered, `stride` floats a path of which the first are radiance; visits: of each
+  // path, as kernels/lib/baseline.h writes them.
   void add(const std::vector<float>& samples, int stride, const std::vector<float>& visits);
 
   // [cell][throughput channel]: V, what a path of weight 1 is expected to gather; 0 where no path came.
   std::vector<float> futures() const;
-  // Of the radiance channels that share a throughput channel: what each gathered over what they gathered on average, since
-  // the last call.
+  // Of the radiance channels that share a throughput channel: what each gathered over what they gathered on average,
+  // since the last call.
   std::array<float, 3> take_tint();
 
  private:

@@ -27,7 +27,7 @@ struct LaunchData {
   std::vector<float> texels;
   std::vector<int> pixels;  // of each camera's film
   int cells = 0;            // of the tables of expected futures
-  bool coloured = false;  // some throughput or radiance differs between channels
+  bool coloured = false;    // some throughput or radiance differs between channels
   bool coloured_light = false;
   bool spectral = false;  // some medium's sigma_t does
 };

@@ -23,10 +23,9 @@ constexpr int queues = QUEUES, free_queue = QUEUE_FREE;
 constexpr std::array<const char*, QUEUES> stage_names{"generate",       "ray",       "null",   "diffuse", "dielectric",
                                                       "rough beckmann", "rough ggx", "medium", "connect", "escape"};
 
-// The pilot that learns baselines: paths a job, paths a launch, pixels a run; its samples of a pixel begin at the last, beyond
-// those of any image.
-const int pilot_paths = getenv("PILOT") ? atoi(getenv("PILOT")) : 1 << 14;
-constexpr int pilot_launch = 1 << 12, pilot_run = 64, pilot_sample = 1 << 30;
+// The pilot that learns baselines: paths a job, paths a launch, pixels a run; its samples of a pixel begin at the last,
+// beyond those of any image.
+constexpr int pilot_paths = 1 << 13, pilot_launch = 1 << 11, pilot_run = 64, pilot_sample = 1 << 30;
 
 bool has_density(const std::vector<ScoreRecord>& scores) {
   return std::any_of(scores.begin(), scores.end(),
@@ -150,8 +149,7 @@ void Wavefront::trace(const std::vector<JobSlice>& slices) {
 void Wavefront::learn_baselines() {
   learnt_ = true;
   BaselineTable table(cells_, throughput_channels_, channels_);
-  const auto a_path =
-      static_cast<std::size_t>(BASELINE_VISITS * BASELINE_VISIT_SIZE(throughput_channels_, channels_));
+  const auto a_path = static_cast<std::size_t>(BASELINE_VISITS * BASELINE_VISIT_SIZE(throughput_channels_, channels_));
   const std::vector<float> none(pilot_launch * a_path);
   std::vector<float> visits, samples;
   for (std::size_t j = 0; j < jobs_.size(); ++j) {

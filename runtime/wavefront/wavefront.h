@@ -47,7 +47,7 @@ class Wavefront {
 
   const Device& device_;
   std::vector<JobRecord> jobs_;
-  std::vector<int> pixels_;  // of each job's film
+  std::vector<int> pixels_;                         // of each job's film
   int cells_, throughput_channels_, a_sample_ = 0;  // a_sample_: floats of a sample
   bool fused_, timed_ = false, learnt_;
   int width_, channels_, workers_, slots_;
