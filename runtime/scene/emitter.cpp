@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
 
 #include "runtime/error.h"
 #include "runtime/scene/hosek_wilkie.h"

@@ -112,7 +112,8 @@ std::vector<Comparison> compare(const Scene& scene, const std::vector<Parameter>
     const int at = 1 + 4 * static_cast<int>(i);
     // Samples of its own for each parameter, so that the z-scores are independent.
     constexpr int run = 32;
-    for (int done = 0; done < samples_a_pixel; done += run, first += run) {
+    const int count = is_of_light(p) ? run : samples_a_pixel;  // by the light there is no noise
+    for (int done = 0; done < count; done += run, first += run) {
       const std::vector<float> samples = sampled.trace({0, at, at + 1, at + 2, at + 3}, first, run);
       const std::size_t scene_size = samples.size() / 5, sample_size = images * channels;
       for (std::size_t s = 0; s < scene_size; s += sample_size) {

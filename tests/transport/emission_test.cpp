@@ -165,7 +165,8 @@ TEST_CASE("derivatives by the light leave the image and other derivatives as the
 TEST_CASE("derivatives by the light agree between widths", "[transport][stat]") {
   const Scene scene = scene_of("sunsky_rough_floor");
   const auto parameters = light_parameters(scene);
-  const Rendering narrow = differentiated(scene, parameters, Operator::full, 1),
+  const int width = GENERATE(1, 4, 8);
+  const Rendering narrow = differentiated(scene, parameters, Operator::full, width),
                   wide = differentiated(scene, parameters, Operator::full, 16);
   for (std::size_t k = 0; k < parameters.size(); ++k)
     for (std::size_t c = 0; c < 3; ++c) {
