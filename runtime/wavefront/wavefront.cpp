@@ -27,11 +27,6 @@ constexpr std::array<const char*, QUEUES> stage_names{"generate",       "ray",  
 // beyond those of any image.
 constexpr int pilot_paths = 1 << 13, pilot_launch = 1 << 11, pilot_run = 64, pilot_sample = 1 << 30;
 
-bool has_density(const std::vector<ScoreRecord>& scores) {
-  return std::any_of(scores.begin(), scores.end(),
-                     [](const ScoreRecord& r) { return r.kind != SCORE_ALBEDO && r.kind != SCORE_REFLECTANCE; });
-}
-
 std::size_t field_count(const std::map<std::string, std::string>& d) {
   const auto number = [&](const char* name) { return static_cast<std::size_t>(std::stoi(d.at(name))); };
   return PATH_FIELDS(number("THROUGHPUT_CHANNELS"), number("RADIANCE_CHANNELS"), number("SPECTRAL"),
@@ -43,7 +38,7 @@ std::size_t field_count(const std::map<std::string, std::string>& d) {
 Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs,
                      const DerivativeData& derivatives, Operator op, int width, Schedule schedule, bool baselines)
     : device_(device), jobs_(std::move(jobs)), cells_(data.cells) {
-  const bool quiet = baselines && has_density(derivatives.scores);
+  const bool quiet = baselines && !derivatives.scores.empty() && cells_ > 0;
   learnt_ = !quiet;
   for (const JobRecord& job : jobs_) pixels_.push_back(data.pixels[static_cast<std::size_t>(job.camera)]);
   width_ = width > 0 ? width : device.default_width();
@@ -67,6 +62,9 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   definitions["SCORES"] = std::to_string(derivatives.scores.size());
   definitions["BASELINES"] = std::to_string(quiet);
   definitions["DERIVATIVES"] = std::to_string(derivatives.derivatives.size());
+  const bool by_light = std::any_of(derivatives.derivatives.begin(), derivatives.derivatives.end(),
+                                    [](const DerivativeRecord& d) { return d.emitter >= 0; });
+  definitions["HAS_LIGHT_DERIVATIVES"] = std::to_string(by_light);
   program_ = device.build("wavefront.cl", definitions, {{"derivative/score.h", print_scores(derivatives.functions)}});
   for (const char* name : stage_names) stage_times_.push_back({name, 0, 0, 0});
 
