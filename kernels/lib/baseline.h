@@ -13,28 +13,20 @@
 
 #define BASELINE_SCORES (BASELINES ? SCORES : 0)
 
-/* Sums over the decisions of a stage: [score][throughput channel]. */
+/* Sums over the path's decisions so far: [score][throughput channel]. They go beside the derivatives until the path's end:
+ * how many decisions a stage makes at a time depends on the schedule, and must not change the order of additions. */
 typedef struct {
   REAL of[BASELINE_SCORES * THROUGHPUT_CHANNELS + 1];
 } Baseline;
 
-inline Baseline no_baseline(void) {
+inline Baseline load_baseline(const Pool* pool, INT slots) {
   Baseline b;
-  UNROLL for (int i = 0; i < BASELINE_SCORES * THROUGHPUT_CHANNELS; ++i) b.of[i] = (REAL)(0.0f);
+  UNROLL for (int i = 0; i < BASELINE_SCORES * THROUGHPUT_CHANNELS; ++i) b.of[i] = LOAD(pool, BASELINE + i, slots);
   return b;
 }
 
-/* Takes the sums off the derivatives gathered so far. */
-inline void take_off(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, const Baseline* b) {
-  Baseline sums = *b; /* a copy is indexed, so that b itself stays in registers */
-  UNROLL for (int p = 0; p < (BASELINES ? DERIVATIVES : 0); ++p) {
-    __global const DerivativeRecord* r = launch->derivatives + p;
-    UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
-      const int field = DERIVATIVE + p * RADIANCE_CHANNELS + c;
-      const int sum = THROUGHPUT_CHANNELS == 1 ? r->score[c] : r->score[c] * THROUGHPUT_CHANNELS + c;
-      STORE(pool, field, slots, LOAD(pool, field, slots) - r->factor[c] * job->future_tint[c] * sums.of[sum]);
-    }
-  }
+inline void store_baseline(const Pool* pool, INT slots, const Baseline* b) {
+  UNROLL for (int i = 0; i < BASELINE_SCORES * THROUGHPUT_CHANNELS; ++i) STORE(pool, BASELINE + i, slots, b->of[i]);
 }
 
 /* Where a path is below the nearest surface. */

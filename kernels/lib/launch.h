@@ -132,6 +132,16 @@ inline void finish(const Launch* launch, __global const JobRecord* job, Pool* po
     const int values = RADIANCE_CHANNELS * (1 + DERIVATIVES);
     UNROLL for (int c = 0; c < values; ++c)
       launch->samples[output * values + c] = pool->fields[(RADIANCE + c) * pool->stride + s];
+#if BASELINES
+    UNROLL for (int p = 0; p < DERIVATIVES; ++p)
+      UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+        __global const DerivativeRecord* r = launch->derivatives + p;
+        const int field = BASELINE + (THROUGHPUT_CHANNELS == 1 ? r->score[c] : r->score[c] * THROUGHPUT_CHANNELS + c);
+        if (r->factor[c] != 0.0f)
+          launch->samples[output * values + (1 + p) * RADIANCE_CHANNELS + c] -=
+              r->factor[c] * job->future_tint[c] * pool->fields[field * pool->stride + s];
+      }
+#endif
   }
   push(pool, QUEUE_FREE, slots, mask);
 }

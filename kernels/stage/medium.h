@@ -42,7 +42,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   REAL mean_free_path = 1.0f / sigma;
   const INT medium_index = LOAD_INT(pool, MEDIUM, slots);
   Scores scores = load_scores(pool, slots);
-  Baseline baseline = no_baseline();
+  Baseline baseline = load_baseline(pool, slots);
   const INT first_cell = GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, first_cell)), medium);
   const REAL refraction_scale = LOAD(pool, REFRACTION_SCALE, slots);
 
@@ -169,7 +169,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   store3(pool, DIRECTION_X, slots, direction);
   UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
   store_scores(pool, slots, &scores);
-  take_off(launch, job, pool, slots, &baseline);
+  store_baseline(pool, slots, &baseline);
   STORE_INT(pool, EVENT, slots, random.event);
   STORE_INT(pool, DEPTH, slots, depth);
   STORE_INT(pool, SKIP, slots, skip);

@@ -99,9 +99,9 @@ inline void decide_at_boundary(int distribution, const Launch* launch, __global 
   const REAL eta = far_over_near(eta_inside, wi.z), reflected = SELECT(reflects, 1.0f, 0.0f);
   const REAL3 m = rough_dielectric_normal(eta, wi, wo, reflected);
   const Scores step = score_decision_at_boundary(distribution, launch, job, bsdf, alpha, eta_inside, wi, m, reflected, mask);
-  Baseline baseline = no_baseline();
+  Baseline baseline = load_baseline(pool, slots);
   add_decision(launch, &baseline, total, future, &step);
-  take_off(launch, job, pool, slots, &baseline);
+  store_baseline(pool, slots, &baseline);
 }
 
 /* distribution: a constant where this is inlined. */

@@ -30,7 +30,7 @@ constexpr int pilot_paths = 1 << 13, pilot_launch = 1 << 11, pilot_run = 64, pil
 std::size_t field_count(const std::map<std::string, std::string>& d) {
   const auto number = [&](const char* name) { return static_cast<std::size_t>(std::stoi(d.at(name))); };
   return PATH_FIELDS(number("THROUGHPUT_CHANNELS"), number("RADIANCE_CHANNELS"), number("SPECTRAL"),
-                     number("MEDIUM_LIGHT_SAMPLING"), number("SCORES"), number("DERIVATIVES"));
+                     number("MEDIUM_LIGHT_SAMPLING"), number("SCORES"), number("DERIVATIVES"), number("BASELINES"));
 }
 
 }  // namespace

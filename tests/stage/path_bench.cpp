@@ -82,7 +82,7 @@ PathBench::PathBench(const Device& device, const Scene& scene, const Options& op
   fields_ = each_field(none, throughput_channels_, radiance_channels_, has("SPECTRAL"), has("MEDIUM_LIGHT_SAMPLING"),
                        [](std::size_t, const auto&) {});
   if (fields_ != PATH_FIELDS(throughput_channels_, radiance_channels_, std::size_t{has("SPECTRAL")},
-                             std::size_t{has("MEDIUM_LIGHT_SAMPLING")}, 0, 0))
+                             std::size_t{has("MEDIUM_LIGHT_SAMPLING")}, 0, 0, 0))
     throw std::logic_error("the members of a path are not those of path_state.h");
   const Geometry& g = data_.geometry;
   scene_ = {device.upload(g.nodes, "nodes"),
