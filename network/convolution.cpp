@@ -133,8 +133,8 @@ void ConvolutionStage::create_backward_weights() {
     weights_gradient_ = memory(weights_of(shape_, Tag::ohwi), engine_);
     return;
   }
-  // Of numbers of channels below a block oneDNN has vector code for 1 and 3 alone.
-  if (!whole_blocks(shape_)) group_ = group_ % 3 == 0 ? 3 : 1;
+  // For six plain channels oneDNN has no vector code, for three it has.
+  if (group_ == 6) group_ = 3;
   ConvolutionShape shape = shape_;
   shape.in_channels = group_;
   input_for_weights_ = input_;

@@ -15,15 +15,26 @@
 namespace itn {
 namespace {
 
+bool is_power_of_two(int number, int up_to) {
+  return number >= 1 && number <= up_to && std::has_single_bit(static_cast<unsigned>(number));
+}
+
+std::size_t features_of(const NetworkDescription& description) {
+  return static_cast<std::size_t>(description.width) << (NETWORK_STAGES - 1);
+}
+
 void check(const NetworkDescription& description) {
   if (description.kind != "rn" && description.kind != "itn" && description.kind != "ssn")
     throw UsageError("network kind '" + description.kind + "': must be rn, itn or ssn");
   if (description.channels != 1 && description.channels != 6)
     throw UsageError("network with " + std::to_string(description.channels) +
                      " input channels: must be 1 (luminance) or 6 (known shape and light)");
-  if (description.size < 1 || description.size > 128 || !std::has_single_bit(static_cast<unsigned>(description.size)))
+  if (!is_power_of_two(description.size, 128))
     throw UsageError("network for images of " + std::to_string(description.size) +
                      " pixels: must be a power of two, up to 128");
+  if (!is_power_of_two(description.width, 64))
+    throw UsageError("network with " + std::to_string(description.width) +
+                     " channels in its first stage: must be a power of two, up to 64");
   check_outputs(description.outputs);
 }
 
@@ -34,7 +45,7 @@ std::vector<Tensor> empty_weights(const NetworkDescription& description) {
     tensors.push_back({std::move(name), std::move(shape), std::vector<float>(count)});
   };
   auto in = static_cast<std::size_t>(description.channels);
-  std::size_t out = NETWORK_FIRST_CHANNELS;
+  auto out = static_cast<std::size_t>(description.width);
   for (int stage = 0; stage < NETWORK_STAGES; ++stage) {
     add("convolution" + std::to_string(stage) + ".weight", {out, in, 3, 3});
     add("convolution" + std::to_string(stage) + ".bias", {out});
@@ -58,12 +69,12 @@ struct Network::Pass {
   FullyConnectedShape last;
 
   Pass(const NetworkDescription& description, int batch)
-      : last{static_cast<std::size_t>(batch), NETWORK_FEATURES, description.outputs.size()} {
+      : last{static_cast<std::size_t>(batch), features_of(description), description.outputs.size()} {
     images = dnnl::memory({{batch, description.channels, description.size, description.size},
                            dnnl::memory::data_type::f32,
                            dnnl::memory::format_tag::nchw},
                           engine);
-    ConvolutionShape shape{batch, description.channels, NETWORK_FIRST_CHANNELS, description.size};
+    ConvolutionShape shape{batch, description.channels, description.width, description.size};
     for (int stage = 0; stage < NETWORK_STAGES; ++stage) {
       if (stage == 0)
         stages.emplace_back(engine, shape, images, dnnl::memory());

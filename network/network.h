@@ -1,5 +1,6 @@
-// The paper's network (section 5; after Liu et al. 2017): seven convolution stages (convolution.h) with 16, 32, ...,
-// 1024 channels, and one fully connected layer to as many raw outputs as there are parameters to predict.
+// The paper's network (section 5; after Liu et al. 2017): seven convolution stages (convolution.h), each with twice the
+// channels of the one before, 16, 32, ..., 1024 in the paper, and one fully connected layer to as many raw outputs as
+// there are parameters to predict.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -13,7 +14,7 @@
 
 namespace itn {
 
-constexpr int NETWORK_STAGES = 7, NETWORK_FIRST_CHANNELS = 16, NETWORK_FEATURES = 1024;
+constexpr int NETWORK_STAGES = 7;
 
 struct NetworkDescription {
   std::string kind =
@@ -21,6 +22,7 @@ struct NetworkDescription {
   int channels = 1;  // 1: luminance. 6: luminance, normal (3), depth, environment, where shape and light are known
   int size = 128;    // side of the square images [pixels]: a power of two, up to 128
   std::vector<OutputRange> outputs = default_outputs();
+  int width = 16;  // channels of the first stage: a power of two, up to 64; the last has 64 times as many
 
   friend bool operator==(const NetworkDescription&, const NetworkDescription&) = default;
 };

@@ -39,6 +39,7 @@ std::map<std::string, std::string> network_metadata(const NetworkDescription& de
           {"kind", description.kind},
           {"channels", std::to_string(description.channels)},
           {"size", std::to_string(description.size)},
+          {"width", std::to_string(description.width)},
           {"outputs", outputs.dump()}};
 }
 
@@ -52,6 +53,7 @@ NetworkDescription network_description(const Safetensors& content, const std::st
   description.kind = content.text("kind", file);
   description.channels = whole_number(content, "channels", file);
   description.size = whole_number(content, "size", file);
+  description.width = whole_number(content, "width", file);
   try {
     description.outputs.clear();
     for (const nlohmann::json& range : nlohmann::json::parse(content.text("outputs", file)))

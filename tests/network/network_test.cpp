@@ -1,6 +1,7 @@
 // The whole network: its structure, its gradient, its first weights, and that the same input gives the same bits.
 #include "network/network.h"
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -29,17 +30,17 @@ Reference reference_network(const Network& network, const Numbers& images, std::
   std::vector<reference::Shape> shapes;
   std::vector<reference::Stage> stages;
   std::vector<Numbers> inputs{images};
-  reference::Shape shape{batch, static_cast<std::size_t>(network.description().channels), 16,
-                         static_cast<std::size_t>(network.description().size)};
+  const NetworkDescription& description = network.description();
+  reference::Shape shape{batch, static_cast<std::size_t>(description.channels),
+                         static_cast<std::size_t>(description.width), static_cast<std::size_t>(description.size)};
   for (std::size_t i = 0; i < NETWORK_STAGES; ++i) {
     shapes.push_back(shape);
     stages.push_back(reference::stage(shape, inputs.back(), weights[2 * i], weights[2 * i + 1]));
     inputs.push_back(stages.back().output);
     shape = {batch, shape.out, 2 * shape.out, shape.pooled_size()};
   }
-  const std::size_t outputs = network.description().outputs.size();
-  const FullyConnectedShape last{batch, NETWORK_FEATURES, outputs};
-  Reference result{Numbers(batch * outputs), std::vector<Numbers>(weights.size())};
+  const FullyConnectedShape last{batch, shape.in, description.outputs.size()};
+  Reference result{Numbers(batch * last.outputs), std::vector<Numbers>(weights.size())};
   fully_connected(last, inputs.back().data(), weights[14].data(), weights[15].data(), result.outputs.data());
 
   result.gradients[14].resize(weights[14].size());
@@ -56,8 +57,8 @@ Reference reference_network(const Network& network, const Numbers& images, std::
   return result;
 }
 
-Network network_of(int channels, int size, std::uint64_t seed = 1) {
-  Network network({"rn", channels, size, default_outputs()});
+Network network_of(int channels, int size, std::uint64_t seed = 1, int width = 16) {
+  Network network({"rn", channels, size, default_outputs(), width});
   network.initialise(seed);
   return network;
 }
@@ -68,9 +69,10 @@ std::vector<float> random_images(const Network& network, int batch) {
 
 }  // namespace
 
-TEST_CASE("The network's outputs and gradients are the reference's, with one and with six channels") {
-  for (const int channels : {1, 6}) {
-    Network network = network_of(channels, 16);
+TEST_CASE("The network's outputs and gradients are the reference's, with one and with six channels, at any width") {
+  for (const auto& [channels, size, width] : {std::array{1, 16, 16}, {6, 16, 16}, {6, 32, 2}, {1, 128, 1}}) {
+    INFO(channels << " channels, " << size << " pixels, width " << width);
+    Network network = network_of(channels, size, 1, width);
     for (std::size_t i = 1; i < network.weights().size(); i += 2)  // biases other than 0
       network.weights()[i].values = as_floats(random_numbers(network.weights()[i].values.size(), 40 + i, 0.1));
     const std::vector<float> images = random_images(network, 2);
@@ -158,6 +160,7 @@ TEST_CASE("Networks and batches that cannot be are usage errors") {
   CHECK_THROWS_AS(make({"rn", 1, 256, default_outputs()}), UsageError);
   CHECK_THROWS_AS(make({"rn", 1, 0, default_outputs()}), UsageError);
   CHECK_THROWS_AS(make({"rn", 1, 64, {}}), UsageError);
+  CHECK_THROWS_AS(make({"rn", 1, 64, default_outputs(), 24}), UsageError);
   Network network({"rn", 1, 4, default_outputs()});
   CHECK_THROWS_AS(network.backward(std::vector<float>(3)), UsageError);
   CHECK_THROWS_AS(network.forward(std::vector<float>(17), 1), UsageError);
