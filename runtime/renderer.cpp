@@ -66,7 +66,8 @@ struct Renderer::State {
       : options(given),
         sensor(sensor_of(scene, given.sensor)),
         data(data_for(device)),
-        wavefront(device, data, {job_of(scene, given, data)}, derivative_data(scene, given.derivatives), given.op,
+        job(job_of(scene, given, data)),
+        wavefront(device, data, {job}, derivative_data(scene, given.derivatives, job.emitter, data), given.op,
                   given.width, given.schedule),
         film(device, sensor.crop_width * sensor.crop_height, 1 + static_cast<int>(given.derivatives.size()),
              wavefront.channels(), sensor.luminance) {
@@ -78,6 +79,7 @@ struct Renderer::State {
   RenderOptions options;
   Sensor sensor;
   LaunchData data;
+  JobRecord job;
   Wavefront wavefront;
   Film film;
   double build_s = 0;

@@ -52,6 +52,9 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   definitions["OPERATOR_SINGLE"] = std::to_string(op == Operator::single);
   definitions["SCORES"] = std::to_string(derivatives.scores.size());
   definitions["DERIVATIVES"] = std::to_string(derivatives.derivatives.size());
+  const bool by_light = std::any_of(derivatives.derivatives.begin(), derivatives.derivatives.end(),
+                                    [](const DerivativeRecord& d) { return d.emitter >= 0; });
+  definitions["HAS_LIGHT_DERIVATIVES"] = std::to_string(by_light);
   program_ = device.build("wavefront.cl", definitions, {{"derivative/score.h", print_scores(derivatives.functions)}});
   for (const char* name : stage_names) stage_times_.push_back({name, 0, 0, 0});
 
