@@ -175,7 +175,9 @@ class Comparison {
       const bool noisy = e.value != 0 && relative > 1.5 * precision_.relative_stderr;
       noisy_ += noisy;
       if (!noisy && e.value != 0) worst_ = std::max(worst_, relative);
-      estimate.stderr_ = std::hypot(estimate.stderr_, e.uncertainty);
+      // Where nothing is absorbed baselines leave no noise, only the rounding of scores of order 1.
+      constexpr double rounding = 1e-6;
+      estimate.stderr_ = std::hypot(estimate.stderr_, e.uncertainty, rounding);
       const double z = z_score(estimate, e.value);
       z_[e.parameter].push_back(z);
       std::printf("| %s | %s | %.6f | %.6f | %.2f %%%s | %.2f |\n", row.row.what.c_str(), e.parameter.c_str(),
