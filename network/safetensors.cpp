@@ -39,32 +39,33 @@ struct Entry {
   std::size_t begin, end;
 };
 
-// Whole numbers from 0 up; what JSON holds besides is an error.
-std::vector<std::size_t> counts(const Json& json) {
+std::vector<std::size_t> whole_numbers(const std::string& name, const Json& json, const std::string& file) {
   std::vector<std::size_t> numbers;
+  if (!json.is_array()) fail(file, "array '" + name + "': a list of whole numbers is expected for its shape and place");
   for (const Json& number : json) {
-    if (!number.is_number_unsigned()) throw Json::other_error::create(501, "a whole number is expected", &number);
+    if (!number.is_number_unsigned())
+      fail(file, "array '" + name + "': " + number.dump() + " is no whole number, in its shape or place");
     numbers.push_back(number.get<std::size_t>());
   }
   return numbers;
 }
 
 Entry parse_entry(const std::string& name, const Json& json, const std::string& file) {
-  const std::vector<std::size_t> shape = counts(json.at("shape")), offsets = counts(json.at("data_offsets"));
+  const std::vector<std::size_t> shape = whole_numbers(name, json.at("shape"), file),
+                                 offsets = whole_numbers(name, json.at("data_offsets"), file);
   if (offsets.size() != 2 || offsets[0] > offsets[1]) fail(file, "array '" + name + "' has no valid place in the file");
   Entry entry{name, json.at("dtype").get<std::string>(), shape, offsets[0], offsets[1]};
   if (entry.type != "F32" && entry.type != "F16")
     fail(file, "array '" + name + "' is of type " + entry.type + ", where F32 and F16 are known");
   // The product of the shape, step by step, so that it cannot overflow.
-  std::size_t room = (entry.end - entry.begin) / (entry.type == "F32" ? 4 : 2);
-  const std::size_t bytes = entry.end - entry.begin;
+  const std::size_t bytes = entry.end - entry.begin, number_size = entry.type == "F32" ? 4 : 2;
   std::size_t count = 1;
   for (const std::size_t extent : shape) {
-    if (extent != 0 && count > room / extent) fail(file, "array '" + name + "' is larger than its place in the file");
+    if (extent != 0 && count > bytes / extent) fail(file, "array '" + name + "' is larger than its place in the file");
     count *= extent;
   }
-  if (count * (entry.type == "F32" ? 4 : 2) != bytes)
-    fail(file, "array '" + name + "' does not fill its place in the file");
+  if (count > bytes / number_size) fail(file, "array '" + name + "' is larger than its place in the file");
+  if (count * number_size != bytes) fail(file, "array '" + name + "' does not fill its place in the file");
   return entry;
 }
 

@@ -118,6 +118,9 @@ TEST_CASE("First weights have the variance of He et al., and are a function of t
     CHECK(square / count * inputs / 2 == Approx(1).margin(4 * std::sqrt(2 / count)));
     for (const float bias : network.weights()[i + 1].values) CHECK(bias == 0);
   }
+  // Layers do not resemble each other: of equal numbers the ratios would all be the same.
+  const std::vector<float>&a = network.weights()[2].values, &b = network.weights()[4].values;
+  CHECK(std::abs(a[0] / b[0] - a[1] / b[1]) > 1e-3);
   CHECK(network_of(6, 64, 7).weights()[2].values == network.weights()[2].values);
   CHECK(network_of(6, 64, 8).weights()[2].values != network.weights()[2].values);
 }

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "network/random.h"
 #include "runtime/error.h"
 
 namespace {
@@ -100,6 +101,8 @@ TEST_CASE("A wrong header is an input error that says what is wrong") {
   CHECK_THAT(entry(R"({"dtype":"F32","shape":[2],"data_offsets":[0,8,9]})"), Contains("no valid place"));
   CHECK_THAT(entry(R"({"dtype":"F32","shape":[-2],"data_offsets":[0,8]})"), Contains("whole number"));
   CHECK_THAT(entry(R"({"dtype":"F32","shape":[2.5],"data_offsets":[0,8]})"), Contains("whole number"));
+  CHECK_THAT(entry(R"({"dtype":"F32","shape":2,"data_offsets":[0,8]})"), Contains("list of whole numbers"));
+  CHECK_THAT(entry(R"({"dtype":"F32","shape":[2,0],"data_offsets":[0,8]})"), Contains("does not fill"));
   CHECK_THAT(entry(R"({"shape":[2],"data_offsets":[0,8]})"), Contains("dtype"));
   CHECK_THAT(entry("7"), Contains("no valid safetensors header"));
   CHECK_THAT(message(file_of("{\"x\":", data)), Contains("no valid safetensors header"));
@@ -118,4 +121,25 @@ TEST_CASE("Numbers that are not finite are an input error") {
              Contains("not finite"));
   CHECK_THAT(message(file_of(R"({"x":{"dtype":"F16","shape":[1],"data_offsets":[0,2]}})", half_infinity)),
              Contains("not finite"));
+}
+
+TEST_CASE("A damaged file is read, or refused as an input error; nothing else happens") {
+  const std::string bytes = safetensors_bytes(two_arrays, Precision::half);
+  int refused = 0;
+  constexpr int trials = 3000;
+  for (std::uint64_t trial = 0; trial < trials; ++trial) {
+    std::string damaged = bytes;
+    for (std::uint64_t change = 0; change <= trial % 3; ++change) {
+      const std::uint64_t random = random_bits(1, trial, change);
+      damaged[random % damaged.size()] = static_cast<char>(random >> 40);
+    }
+    try {
+      parse_safetensors(damaged, "f");
+    } catch (const InputError&) {
+      ++refused;
+    }
+  }
+  // Most of the file is header, where hardly a byte can change unnoticed; a change in names, metadata or numbers can.
+  CHECK(refused > trials / 2);
+  CHECK(refused < trials);
 }

@@ -66,9 +66,11 @@ class MadeUpImageLoss : public ImageLoss {
       result.gradient.push_back(broken ? NAN : 2 * difference / static_cast<double>(examples.size()));
     }
     asked.push_back({examples.begin(), examples.end()});
+    steps.push_back(step);
     return result;
   }
   std::vector<std::vector<std::size_t>> asked;
+  std::vector<std::uint64_t> steps;
   bool broken = false;
 };
 
@@ -118,6 +120,36 @@ TEST_CASE("An epoch takes every example once, in an order of its own; what fills
         std::vector<std::size_t>(seen.begin() + 16, seen.end()));
 }
 
+TEST_CASE("A step is Adam's, at the schedule's rate, with the gradient of the batch; validation is the mean over all") {
+  const MadeUpExamples training(16, 1), validation(11, 2);
+  const TrainingOptions chosen = options(2);
+  Network network = small_network(), by_hand = small_network();
+  Trainer trainer(network, training, validation, chosen);
+  Adam adam(by_hand.weights());
+  const std::size_t values = by_hand.image_values();
+  for (std::uint64_t step = 0; step < 4; ++step) {
+    const std::vector<std::size_t> order = random_order(chosen.seed, RANDOM_ORDER + step / 2, 16);
+    std::vector<float> images(8 * values);
+    std::vector<double> truth(16);
+    for (std::size_t i = 0; i < 8; ++i)
+      training.read(order[step % 2 * 8 + i], std::span(images).subspan(i * values, values),
+                    std::span(truth).subspan(2 * i, 2));
+    by_hand.backward(supervised_loss(by_hand.forward(images, 8), truth, outputs).gradient);
+    adam.step(by_hand.weights(), by_hand.gradients(),
+              cosine_learning_rate(chosen.first_learning_rate, chosen.last_learning_rate, step, 4));
+    trainer.step();
+    CHECK(same_weights(network, by_hand));
+  }
+  double sum = 0;
+  for (std::size_t i = 0; i < 11; ++i) {
+    std::vector<float> image(values);
+    std::vector<double> truth(2);
+    validation.read(i, image, truth);
+    sum += supervised_loss(by_hand.forward(image, 1), truth, outputs).loss;
+  }
+  CHECK(trainer.curve().back().validation == Approx(sum / 11).epsilon(1e-5));
+}
+
 TEST_CASE("Training stopped at any step goes on from its checkpoint to the same bits") {
   const MadeUpExamples training(24, 1), validation(5, 2);
   TrainingOptions chosen = options(2);
@@ -131,16 +163,19 @@ TEST_CASE("Training stopped at any step goes on from its checkpoint to the same 
   const std::string file = folder / "checkpoint.safetensors";
   for (const std::uint64_t stop : {0, 2, 3, 4, 6}) {  // an epoch has three steps
     INFO("stopped after step " << stop);
-    {
-      Network network = small_network();
-      Trainer trainer(network, training, validation, chosen, &image_loss);
-      while (trainer.steps() < stop) trainer.step();
-      trainer.write_checkpoint(file);
-    }
-    Network network = small_network(77);
+    Network stopped_network = small_network(), network = small_network(77);
+    Trainer stopped(stopped_network, training, validation, chosen, &image_loss);
+    while (stopped.steps() < stop) stopped.step();
+    stopped.write_checkpoint(file);
+
     Trainer trainer(network, training, validation, chosen, &image_loss);
     trainer.read_checkpoint(file);
     CHECK(trainer.steps() == stop);
+    CHECK(same_weights(network, stopped_network));
+    stopped.restore_best();
+    trainer.restore_best();
+    CHECK(same_weights(network, stopped_network));
+    trainer.read_checkpoint(file);
     while (!trainer.finished()) trainer.step();
     CHECK(same_weights(network, whole));
     CHECK(trainer.curve() == undisturbed.curve());
@@ -160,6 +195,7 @@ TEST_CASE("The image loss is asked about the batch, and pulls the network where 
   std::set<std::size_t> first_epoch(image_loss.asked[0].begin(), image_loss.asked[0].end());
   first_epoch.insert(image_loss.asked[1].begin(), image_loss.asked[1].end());
   CHECK(first_epoch.size() == 16);
+  for (std::size_t i = 0; i < 40; ++i) CHECK(image_loss.steps[i] == i);
   CHECK(trainer.curve().back().image < 0.25 * trainer.curve().front().image);
 }
 
