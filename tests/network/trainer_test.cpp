@@ -78,7 +78,7 @@ TrainingOptions options(int epochs) {
   TrainingOptions result;
   result.epochs = epochs;
   result.batch = 8;
-  result.first_learning_rate = 3e-3;
+  result.first_learning_rate = 1e-2;
   result.seed = 5;
   result.data = "made up";
   return result;
@@ -95,10 +95,10 @@ bool same_weights(const Network& a, const Network& b) {
 TEST_CASE("A network learns what its images tell: far better than the best constant guess") {
   const MadeUpExamples training(64, 1), validation(32, 2);
   Network network = small_network();
-  Trainer trainer(network, training, validation, options(25));
+  Trainer trainer(network, training, validation, options(12));
   while (!trainer.finished()) trainer.step();
-  REQUIRE(trainer.curve().size() == 25);
-  CHECK(trainer.steps() == 25 * 8);
+  REQUIRE(trainer.curve().size() == 12);
+  CHECK(trainer.steps() == 12 * 8);
   // Shares uniform over 0.8: their variance is 0.8^2 / 12 = 0.053, the constant guess's loss.
   CHECK(trainer.curve().back().supervised < 0.053 / 4);
   CHECK(trainer.curve().back().validation < 0.053 / 4);
