@@ -1,0 +1,48 @@
+// Rendered images against targets as a weighted least-squares problem: what Gauss-Newton solves, and what tells how well
+// the parameters are known.
+//
+// Unknowns: the coordinates of the parameters, then, where the exposures are unknown, log s of every target (the model
+// of a target is s T). r = s T - I, J = d (s T) / d unknown. Products of two rendered things take them from different
+// samples (image_loss.h), so gradient and information have no bias at any number of samples.
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "runtime/inversion/forward_model.h"
+#include "runtime/inversion/image_loss.h"
+
+namespace itn {
+
+// Variances, one a pixel and channel: of one rendered sample, and of the target.
+struct NoiseModel {
+  std::vector<double> sample, target;
+};
+
+// From a rendering whose samples are then not used again: weights that know the noise of what they weigh would pull
+// towards pixels that happen to be quiet, and so dark. Samples: variance between the groups, mean of 3 x 3 pixels.
+// Target: where its file has standard errors the variance of a sample, scaled to them on the whole; and relative_noise
+// times the rendered radiance, squared.
+NoiseModel noise_model(const std::vector<Rendering>& groups, const TargetImage& target, double relative_noise,
+                       double exposure);
+
+struct LeastSquares {
+  double loss = 0, loss_stderr = 0;  // mean squared difference (image_loss.h)
+  double cost = 0, cost_stderr = 0;  // mean of r^2 / variance; 1: what the noise explains
+  double residuals = 0;              // pixels with weight, times channels
+  Eigen::VectorXd gradient;          // sum of r J / variance
+  Eigen::MatrixXd information;       // sum of J J^T / variance
+  Eigen::MatrixXd plug_in;           // the same from means alone: positive, and too large by the noise of J
+  Eigen::MatrixXd spread;            // of the gradient, from its parts, one a pixel: all noise that there is, known or not
+  Eigen::MatrixXd monte_carlo;       // the part of it that comes from the rendering
+};
+
+// x: the unknowns; images: rendered at x with spp samples in all.
+LeastSquares least_squares(const std::vector<std::vector<Rendering>>& images, const std::vector<TargetImage>& targets,
+                           const std::vector<NoiseModel>& noise, const std::vector<Coordinate>& coordinates,
+                           const std::vector<double>& x);
+
+// The information, positive definite: directions in which noise has left less than a tenth of the plug-in get that.
+// Throws ResultError: an unknown on which no pixel depends (names: of the unknowns).
+Eigen::MatrixXd positive_information(const LeastSquares& equations, const std::vector<std::string>& names);
+
+}  // namespace itn
