@@ -160,6 +160,10 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
           : fmt::format("NOT converged after {} iterations: the least-squares solution is about {:.1f} standard errors "
                         "away; the intervals do not hold. Give it more iterations, or start nearer.",
                         outcome.found().steps.size(), end.distance));
+  if (!end.determined)
+    text.push_back(
+        "A direction of the parameters shows so little in the images that the noise of the derivatives hides it: the "
+        "intervals do not hold. Give it more samples (--spp), or fewer parameters.");
   for (std::size_t p = 0; p < coordinates.size(); ++p)
     if (coordinates[p].at_edge(end.x[p]))
       text.push_back(fmt::format("{} ended on the edge of its range: its interval does not hold.",

@@ -19,20 +19,20 @@ constexpr double least_damping = 1e-6, most_damping = 1e3;
 
 // Gauss-Newton's step from the equations, undamped, and what is known of it.
 struct NewtonStep {
-  Eigen::MatrixXd information;
+  PositiveInformation information;
   Eigen::VectorXd step;
   Eigen::MatrixXd covariance, monte_carlo;  // of the unknowns at the solution; the rendering's part
   double distance = 0, in_monte_carlo = 0;  // root mean square over the unknowns, in standard errors of each
 
   NewtonStep(const LeastSquares& equations, const std::vector<std::string>& names)
       : information(positive_information(equations, names)) {
-    const Eigen::LDLT<Eigen::MatrixXd> solver(information);
+    const Eigen::LDLT<Eigen::MatrixXd> solver(information.matrix);
     const auto sandwich = [&](const Eigen::MatrixXd& spread) {
       const Eigen::MatrixXd half = solver.solve(spread);
       const Eigen::MatrixXd whole = solver.solve(Eigen::MatrixXd(half.transpose()));
       return Eigen::MatrixXd((whole + whole.transpose()) / 2);
     };
-    const auto unknowns = static_cast<double>(information.rows());
+    const auto unknowns = static_cast<double>(equations.gradient.size());
     step = -solver.solve(equations.gradient);
     // Residuals of fitted parameters are a little too small.
     const double fitted = equations.residuals / std::max(1.0, equations.residuals - unknowns);
@@ -48,7 +48,7 @@ struct NewtonStep {
   // The rendering's share of the covariance.
   double monte_carlo_share() const {
     return Eigen::LDLT<Eigen::MatrixXd>(covariance).solve(monte_carlo).trace() /
-           static_cast<double>(information.rows());
+           static_cast<double>(step.size());
   }
 };
 
@@ -155,17 +155,18 @@ void Inversion::gauss_newton(const LeastSquares& equations, InversionState& stat
   step.distance = newton.distance;
   const double share = newton.monte_carlo_share();
   const bool most = state.spp >= options_.sample_limit();
-  state.converged = newton.distance <= 1 && (share <= enough_share || most);
+  const bool determined = newton.information.determined;
+  state.converged = determined && newton.distance <= 1 && (share <= enough_share || most);
   state.done = state.converged;
-  if (!state.converged && !most && newton.in_monte_carlo <= lost_in_noise) {
-    const double wanted = share < 1 ? share / (1 - share) / enough_share : 16;
+  if (!state.converged && !most && (newton.in_monte_carlo <= lost_in_noise || !determined)) {
+    const double wanted = !determined ? 4 : share < 1 ? share / (1 - share) / enough_share : 16;
     state.spp = static_cast<int>(std::min<double>(options_.sample_limit(), state.spp * std::clamp(wanted, 2.0, 16.0)));
     state.accepted = false;  // costs compare with the same weights only
   }
 
   const double damping = state.converged ? 0 : state.damping;
   state.damping = std::max(least_damping, state.damping / 10);
-  Eigen::MatrixXd damped = newton.information;
+  Eigen::MatrixXd damped = newton.information.matrix;
   damped.diagonal() *= 1 + damping;
   Eigen::VectorXd change = -Eigen::LDLT<Eigen::MatrixXd>(damped).solve(equations.gradient);
   change *= std::min(1.0, largest_step / std::max(1e-300, change.cwiseAbs().maxCoeff()));
@@ -216,7 +217,8 @@ Inversion::Conclusion Inversion::conclude(const InversionState& state) {
   result.residual = equations.cost;
   result.residuals = equations.residuals;
   result.distance = newton.distance;
-  result.converged = options_.method == InversionOptions::Method::adam ? newton.distance <= lost_in_noise
+  result.determined = newton.information.determined;
+  result.converged = options_.method == InversionOptions::Method::adam ? result.determined && newton.distance <= lost_in_noise
                                                                         : state.converged;
   if (state.converged) {  // the covariance is that of this step's end
     for (std::size_t k = 0; k < result.x.size(); ++k) result.x[k] += newton.step[static_cast<Eigen::Index>(k)];

@@ -6,12 +6,14 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "runtime/error.h"
 
 namespace itn {
 namespace {
 
+constexpr std::size_t parts = 32;
 constexpr double least_variance = 1e-3;  // of the image's mean: pixels without noise must not rule
 
 // Mean over 3 x 3 pixels, channel by channel.
@@ -64,24 +66,27 @@ class Sum {
       if (target.weight[pixel] == 0) continue;
       Eigen::VectorXd part = Eigen::VectorXd::Zero(unknowns_), random = part;
       double loss_noise = 0, cost_noise = 0;
+      Eigen::MatrixXd& own_part = into_.information_parts[(static_cast<std::uint32_t>(pixel) * 2654435769U) >> 27];
       for (std::size_t c = 0; c < channels; ++c) {
         const std::size_t i = pixel * channels + c;
         const double sample = exposure_ * exposure_ * noise.sample[i] / count_;  // variance of s T
-        const double variance = std::max(floor, noise.target[i] + sample);
+        const double known = noise.target[i] + sample, variance = std::max(floor, known);
         const double weight = target.weight[pixel] / variance;
         products(groups, i, target.value[i]);
         part += weight * residual_jacobian_;
         random += weight * std::sqrt(sample) * mean_jacobian_;
-        into_.information += weight * jacobian_jacobian_;
+        own_part += weight * jacobian_jacobian_;
         into_.plug_in.noalias() += weight * mean_jacobian_ * mean_jacobian_.transpose();
         into_.loss += loss_weight * target.weight[pixel] * residual_residual_;
-        into_.cost += weight * (residual_residual_ + sample);
+        if (known > floor) {
+          into_.cost += weight * (residual_residual_ + sample);
+          into_.residuals += 1;
+        }
         // the variance of a squared mean whose noise is normal
         const double spread =
             std::sqrt(4 * std::max(0.0, residual_residual_) * sample + 2 * sample * sample);
         loss_noise += loss_weight * target.weight[pixel] * spread;
         cost_noise += weight * spread;
-        into_.residuals += 1;
       }
       into_.gradient += part;
       into_.spread.noalias() += part * part.transpose();
@@ -175,19 +180,21 @@ LeastSquares least_squares(const std::vector<std::vector<Rendering>>& images, co
   const auto n = static_cast<Eigen::Index>(x.size());
   sum.gradient = Eigen::VectorXd::Zero(n);
   sum.information = sum.plug_in = sum.spread = sum.monte_carlo = Eigen::MatrixXd::Zero(n, n);
+  sum.information_parts.assign(parts, sum.information);
   for (std::size_t t = 0; t < targets.size(); ++t) {
     double weights = 0;
     for (const float weight : targets[t].weight) weights += weight;
     const double all = weights * targets[t].channels * static_cast<double>(targets.size());
     Sum(sum, coordinates, x, t).add(images[t], targets[t], noise[t], 1 / all);
   }
+  for (const Eigen::MatrixXd& part : sum.information_parts) sum.information += part;
   sum.cost /= sum.residuals;
   sum.cost_stderr = std::sqrt(sum.cost_stderr) / sum.residuals;
   sum.loss_stderr = std::sqrt(sum.loss_stderr);
   return sum;
 }
 
-Eigen::MatrixXd positive_information(const LeastSquares& equations, const std::vector<std::string>& names) {
+PositiveInformation positive_information(const LeastSquares& equations, const std::vector<std::string>& names) {
   for (Eigen::Index k = 0; k < equations.plug_in.rows(); ++k)
     if (!(equations.plug_in(k, k) > 0))
       throw ResultError(fmt::format("{}: no compared pixel depends on it, so the target cannot tell it; leave it out, "
@@ -202,12 +209,21 @@ Eigen::MatrixXd positive_information(const LeastSquares& equations, const std::v
   const Eigen::LLT<Eigen::MatrixXd> root(unit(equations.plug_in) +
                                          ridge * Eigen::MatrixXd::Identity(scale.size(), scale.size()));
   const Eigen::MatrixXd l = root.matrixL();
-  const Eigen::MatrixXd half = root.matrixL().solve(unit(equations.information));
-  const Eigen::MatrixXd relative = root.matrixL().solve(Eigen::MatrixXd(half.transpose()));
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen((relative + relative.transpose()) / 2);
-  const Eigen::MatrixXd v = l * eigen.eigenvectors();
-  const Eigen::VectorXd kept = eigen.eigenvalues().cwiseMax(0.1);
-  return scale.asDiagonal() * v * kept.asDiagonal() * v.transpose() * scale.asDiagonal();
+  const auto relative = [&](const Eigen::MatrixXd& m) {
+    const Eigen::MatrixXd half = root.matrixL().solve(unit(m));
+    const Eigen::MatrixXd whole = root.matrixL().solve(Eigen::MatrixXd(half.transpose()));
+    return Eigen::MatrixXd((whole + whole.transpose()) / 2);
+  };
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(relative(equations.information));
+  const Eigen::VectorXd& value = eigen.eigenvalues();
+  Eigen::VectorXd spread = Eigen::VectorXd::Zero(value.size());
+  for (const Eigen::MatrixXd& part : equations.information_parts) {
+    const Eigen::MatrixXd in_part = eigen.eigenvectors().transpose() * relative(part) * eigen.eigenvectors();
+    spread += (in_part.diagonal() - value / static_cast<double>(parts)).cwiseAbs2();
+  }
+  const Eigen::VectorXd least = 3 * spread.cwiseSqrt();
+  const Eigen::MatrixXd v = scale.asDiagonal() * l * eigen.eigenvectors();
+  return {v * value.cwiseMax(least).asDiagonal() * v.transpose(), (value.array() > least.array()).all()};
 }
 
 }  // namespace itn
