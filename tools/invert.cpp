@@ -60,6 +60,7 @@ nlohmann::json stored(const InversionState& s) {
           {"accepted_cost", s.accepted_cost},
           {"accepted_cost_stderr", s.accepted_cost_stderr},
           {"damping", s.damping},
+          {"pool", s.pool},
           {"first_moment", s.first_moment},
           {"second_moment", s.second_moment}};
 }
@@ -80,6 +81,7 @@ InversionState state_from(const nlohmann::json& j) {
   j.at("accepted_cost").get_to(s.accepted_cost);
   j.at("accepted_cost_stderr").get_to(s.accepted_cost_stderr);
   j.at("damping").get_to(s.damping);
+  j.at("pool").get_to(s.pool);
   j.at("first_moment").get_to(s.first_moment);
   j.at("second_moment").get_to(s.second_moment);
   return s;

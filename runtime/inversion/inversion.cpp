@@ -12,45 +12,11 @@ namespace {
 
 constexpr int pilot_spp = 16;            // for the noise, before the first iteration
 constexpr int concluding_spp = 256;      // at least
-constexpr double enough_share = 0.1;     // of the rendering in the variance of the unknowns
+constexpr double enough_share = 0.2;     // of the rendering in the variance of the unknowns
+constexpr double settled = 0.7;          // steps shorter than this many standard errors end the search
 constexpr double lost_in_noise = 1.5;    // steps shorter than this many standard errors of the rendering say nothing
 constexpr double largest_step = 1;       // of a coordinate in one iteration
 constexpr double least_damping = 1e-6, most_damping = 1e3;
-
-// Gauss-Newton's step from the equations, undamped, and what is known of it.
-struct NewtonStep {
-  PositiveInformation information;
-  Eigen::VectorXd step;
-  Eigen::MatrixXd covariance, monte_carlo;  // of the unknowns at the solution; the rendering's part
-  double distance = 0, in_monte_carlo = 0;  // root mean square over the unknowns, in standard errors of each
-
-  NewtonStep(const LeastSquares& equations, const std::vector<std::string>& names)
-      : information(positive_information(equations, names)) {
-    const Eigen::LDLT<Eigen::MatrixXd> solver(information.matrix);
-    const auto sandwich = [&](const Eigen::MatrixXd& spread) {
-      const Eigen::MatrixXd half = solver.solve(spread);
-      const Eigen::MatrixXd whole = solver.solve(Eigen::MatrixXd(half.transpose()));
-      return Eigen::MatrixXd((whole + whole.transpose()) / 2);
-    };
-    const auto unknowns = static_cast<double>(equations.gradient.size());
-    step = -solver.solve(equations.gradient);
-    // Residuals of fitted parameters are a little too small.
-    const double fitted = equations.residuals / std::max(1.0, equations.residuals - unknowns);
-    covariance = fitted * sandwich(equations.spread);
-    monte_carlo = sandwich(equations.monte_carlo);
-    const auto length = [&](const Eigen::MatrixXd& metric) {
-      return std::sqrt(std::max(0.0, step.dot(Eigen::LDLT<Eigen::MatrixXd>(metric).solve(step))) / unknowns);
-    };
-    distance = length(covariance);
-    in_monte_carlo = length(monte_carlo);
-  }
-
-  // The rendering's share of the covariance.
-  double monte_carlo_share() const {
-    return Eigen::LDLT<Eigen::MatrixXd>(covariance).solve(monte_carlo).trace() /
-           static_cast<double>(step.size());
-  }
-};
 
 std::vector<double> exposures(const std::vector<double>& x, std::size_t parameters, std::size_t images) {
   std::vector<double> result(images, 1.0);
@@ -138,7 +104,7 @@ InversionStep Inversion::advance(InversionState& state) {
 void Inversion::gauss_newton(const LeastSquares& equations, InversionState& state, InversionStep& step) const {
   step.loss = equations.loss;
   step.loss_stderr = equations.loss_stderr;
-  const double tolerance = 2 * std::hypot(equations.cost_stderr, state.accepted_cost_stderr);
+  const double tolerance = 4 * std::hypot(equations.cost_stderr, state.accepted_cost_stderr);
   step.accepted = !state.accepted || equations.cost <= state.accepted_cost + tolerance;
   if (!step.accepted) {
     for (std::size_t k = 0; k < state.x.size(); ++k)
@@ -151,24 +117,32 @@ void Inversion::gauss_newton(const LeastSquares& equations, InversionState& stat
   state.accepted_cost = equations.cost;
   state.accepted_cost_stderr = equations.cost_stderr;
 
-  const NewtonStep newton(equations, names());
-  step.distance = newton.distance;
-  const double share = newton.monte_carlo_share();
+  NormalEquations pool = state.pool.empty() ? NormalEquations(state.x.size())
+                                            : NormalEquations::from_numbers(state.x.size(), state.pool);
+  pool.add(equations, state.x);
+  const NormalEquations::Solution solution = pool.solve(state.x, names());
+  step.distance = solution.distance(state.x);
+  const double share = solution.monte_carlo_share;
   const bool most = state.spp >= options_.sample_limit();
-  const bool determined = newton.information.determined;
-  state.converged = determined && newton.distance <= 1 && (share <= enough_share || most);
+  state.converged = solution.determined && step.distance <= settled && share <= enough_share;
   state.done = state.converged;
-  if (!state.converged && !most && (newton.in_monte_carlo <= lost_in_noise || !determined)) {
-    const double wanted = !determined ? 4 : share < 1 ? share / (1 - share) / enough_share : 16;
+  if (!state.converged && !most && (step.distance * step.distance <= lost_in_noise * share || !solution.determined)) {
+    const double wanted = solution.determined ? share / std::max(1e-3, 1 - share) / enough_share : 4;
     state.spp = static_cast<int>(std::min<double>(options_.sample_limit(), state.spp * std::clamp(wanted, 2.0, 16.0)));
     state.accepted = false;  // costs compare with the same weights only
+    state.pool.clear();
+  } else {
+    pool.forget(step.distance > 2 ? 0.1 : step.distance > 1 ? 0.5 : 1);
+    state.pool = pool.numbers();
   }
 
-  const double damping = state.converged ? 0 : state.damping;
+  Eigen::VectorXd change = solution.x - Eigen::Map<const Eigen::VectorXd>(state.x.data(), solution.x.size());
+  if (!state.converged) {
+    Eigen::MatrixXd damped = solution.information;
+    damped.diagonal() *= 1 + state.damping;
+    change = Eigen::LDLT<Eigen::MatrixXd>(damped).solve(Eigen::VectorXd(solution.information * change));
+  }
   state.damping = std::max(least_damping, state.damping / 10);
-  Eigen::MatrixXd damped = newton.information.matrix;
-  damped.diagonal() *= 1 + damping;
-  Eigen::VectorXd change = -Eigen::LDLT<Eigen::MatrixXd>(damped).solve(equations.gradient);
   change *= std::min(1.0, largest_step / std::max(1e-300, change.cwiseAbs().maxCoeff()));
   for (std::size_t k = 0; k < state.x.size(); ++k) state.x[k] += change[static_cast<Eigen::Index>(k)];
   state.x = clamped(state.x);
@@ -205,24 +179,28 @@ void Inversion::adam(const std::vector<std::vector<Rendering>>& images, Inversio
 
 Inversion::Conclusion Inversion::conclude(const InversionState& state) {
   Conclusion result;
-  result.noise = noise_at(state.x, state.next_sample, pilot_spp);
+  const bool pooled = !state.pool.empty();
+  result.noise = pooled ? noise_at(state.noise_x, state.noise_sample, state.noise_spp)
+                        : noise_at(state.x, state.next_sample, pilot_spp);
   result.images = model_.render(state.x, state.next_sample + pilot_spp, std::max(concluding_spp, state.spp));
-  const LeastSquares equations =
-      least_squares(result.images, targets_, result.noise, model_.coordinates(), state.x);
-  const NewtonStep newton(equations, names());
-  result.covariance = newton.covariance;
-  result.x = state.x;
+  const LeastSquares equations = least_squares(result.images, targets_, result.noise, model_.coordinates(), state.x);
+  NormalEquations pool =
+      pooled ? NormalEquations::from_numbers(state.x.size(), state.pool) : NormalEquations(state.x.size());
+  pool.add(equations, state.x);
+  const NormalEquations::Solution solution = pool.solve(state.x, names());
+  result.covariance = solution.covariance;
   result.loss = equations.loss;
   result.loss_stderr = equations.loss_stderr;
   result.residual = equations.cost;
   result.residuals = equations.residuals;
-  result.distance = newton.distance;
-  result.determined = newton.information.determined;
-  result.converged = options_.method == InversionOptions::Method::adam ? result.determined && newton.distance <= lost_in_noise
-                                                                        : state.converged;
-  if (state.converged) {  // the covariance is that of this step's end
-    for (std::size_t k = 0; k < result.x.size(); ++k) result.x[k] += newton.step[static_cast<Eigen::Index>(k)];
-    result.x = clamped(result.x);
+  result.distance = solution.distance(state.x);
+  result.determined = solution.determined;
+  result.x = state.x;
+  if (options_.method == InversionOptions::Method::adam) {
+    result.converged = result.determined && result.distance <= lost_in_noise;
+  } else {
+    result.converged = state.converged || (result.determined && result.distance <= settled);
+    if (result.converged) result.x = clamped({solution.x.begin(), solution.x.end()});
   }
   return result;
 }

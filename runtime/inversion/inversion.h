@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/inversion/least_squares.h"
+#include "runtime/inversion/normal_equations.h"
 
 namespace itn {
 
@@ -39,6 +39,7 @@ struct InversionState {
   int noise_spp = 0, noise_sample = 0;
   double accepted_cost = 0, accepted_cost_stderr = 0, damping = 0.01;
   bool accepted = false;
+  std::vector<double> pool;  // NormalEquations of the renderings since
   std::vector<double> first_moment, second_moment;  // Adam
 };
 

@@ -1,9 +1,5 @@
 #include "runtime/inversion/least_squares.h"
 
-#include <fmt/format.h>
-
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -13,7 +9,6 @@
 namespace itn {
 namespace {
 
-constexpr std::size_t parts = 32;
 constexpr double least_variance = 1e-3;  // of the image's mean: pixels without noise must not rule
 
 // Mean over 3 x 3 pixels, channel by channel.
@@ -64,9 +59,10 @@ class Sum {
     const double floor = variance_floor(noise);
     for (std::size_t pixel = 0; pixel < target.weight.size(); ++pixel) {
       if (target.weight[pixel] == 0) continue;
-      Eigen::VectorXd part = Eigen::VectorXd::Zero(unknowns_), random = part;
+      Eigen::VectorXd part = Eigen::VectorXd::Zero(unknowns_);
+      Eigen::MatrixXd by_group = Eigen::MatrixXd::Zero(unknowns_, static_cast<Eigen::Index>(groups.size()));
       double loss_noise = 0, cost_noise = 0;
-      Eigen::MatrixXd& own_part = into_.information_parts[(static_cast<std::uint32_t>(pixel) * 2654435769U) >> 27];
+      Eigen::MatrixXd& own_part = into_.information[(static_cast<std::uint32_t>(pixel) * 2654435769U) >> 27];
       for (std::size_t c = 0; c < channels; ++c) {
         const std::size_t i = pixel * channels + c;
         const double sample = exposure_ * exposure_ * noise.sample[i] / count_;  // variance of s T
@@ -74,7 +70,7 @@ class Sum {
         const double weight = target.weight[pixel] / variance;
         products(groups, i, target.value[i]);
         part += weight * residual_jacobian_;
-        random += weight * std::sqrt(sample) * mean_jacobian_;
+        by_group += weight * influence_;
         own_part += weight * jacobian_jacobian_;
         into_.plug_in.noalias() += weight * mean_jacobian_ * mean_jacobian_.transpose();
         into_.loss += loss_weight * target.weight[pixel] * residual_residual_;
@@ -90,7 +86,9 @@ class Sum {
       }
       into_.gradient += part;
       into_.spread.noalias() += part * part.transpose();
-      into_.monte_carlo.noalias() += random * random.transpose();
+      const auto g = static_cast<double>(groups.size());
+      by_group.colwise() -= by_group.rowwise().mean().eval();
+      into_.monte_carlo.noalias() += g / (g - 1) * by_group * by_group.transpose();
       into_.loss_stderr += loss_noise * loss_noise;
       into_.cost_stderr += cost_noise * cost_noise;
     }
@@ -108,29 +106,28 @@ class Sum {
 
   // Of pixel and channel i: means, and mean products of different groups.
   void products(const std::vector<Rendering>& groups, std::size_t i, double wanted) {
-    mean_jacobian_ = Eigen::VectorXd::Zero(unknowns_);
-    residual_jacobian_ = mean_jacobian_;
-    jacobian_jacobian_ = Eigen::MatrixXd::Zero(unknowns_, unknowns_);
-    double mean_residual = 0;
-    residual_residual_ = 0;
-    Eigen::VectorXd jacobian = mean_jacobian_;
-    for (const Rendering& group : groups) {
-      const double n = group.spp, value = exposure_ * static_cast<double>(group.mean[i]), residual = value - wanted;
+    const auto count = static_cast<Eigen::Index>(groups.size());
+    jacobian_.resize(unknowns_, count);  // each times its number of samples
+    jacobian_.setZero();
+    residual_.resize(count);
+    for (Eigen::Index g = 0; g < count; ++g) {
+      const Rendering& group = groups[static_cast<std::size_t>(g)];
+      const double n = group.spp, value = n * exposure_ * static_cast<double>(group.mean[i]);
+      residual_[g] = value - n * wanted;
       for (std::size_t p = 0; p < parameters_; ++p)
-        jacobian[static_cast<Eigen::Index>(p)] =
-            exposure_ * slope_[p] * static_cast<double>(group.derivatives[p].mean[i]);
-      if (own_exposure_ >= 0) jacobian[own_exposure_] = value;
-      mean_residual += n * residual;
-      mean_jacobian_ += n * jacobian;
-      residual_residual_ -= n * n * residual * residual;
-      residual_jacobian_ -= n * n * residual * jacobian;
-      jacobian_jacobian_.noalias() -= n * n * jacobian * jacobian.transpose();
+        jacobian_(static_cast<Eigen::Index>(p), g) =
+            n * exposure_ * slope_[p] * static_cast<double>(group.derivatives[p].mean[i]);
+      if (own_exposure_ >= 0) jacobian_(own_exposure_, g) = value;
     }
-    const double pairs = count_ * count_ - square_count_;
-    residual_residual_ = (residual_residual_ + mean_residual * mean_residual) / pairs;
-    residual_jacobian_ = (residual_jacobian_ + mean_residual * mean_jacobian_) / pairs;
-    jacobian_jacobian_ = (jacobian_jacobian_ + mean_jacobian_ * mean_jacobian_.transpose()) / pairs;
-    mean_jacobian_ /= count_;
+    const Eigen::VectorXd all = jacobian_.rowwise().sum();
+    const double all_residual = residual_.sum(), pairs = count_ * count_ - square_count_;
+    residual_residual_ = (all_residual * all_residual - residual_.squaredNorm()) / pairs;
+    residual_jacobian_ = (all_residual * all - jacobian_ * residual_) / pairs;
+    jacobian_jacobian_ = (all * all.transpose() - jacobian_ * jacobian_.transpose()) / pairs;
+    mean_jacobian_ = all / count_;
+    // What each group does to residual_jacobian_ (the projection of a U-statistic).
+    influence_ = (all * residual_.transpose() + all_residual * jacobian_ -
+                  2 * jacobian_ * residual_.asDiagonal()) / pairs;
   }
 
   LeastSquares& into_;
@@ -138,8 +135,8 @@ class Sum {
   std::size_t parameters_;
   std::vector<double> slope_;
   double exposure_ = 1, count_ = 0, square_count_ = 0;
-  Eigen::VectorXd mean_jacobian_, residual_jacobian_;
-  Eigen::MatrixXd jacobian_jacobian_;
+  Eigen::MatrixXd jacobian_, jacobian_jacobian_, influence_;
+  Eigen::VectorXd residual_, mean_jacobian_, residual_jacobian_;
   double residual_residual_ = 0;
 };
 
@@ -179,51 +176,18 @@ LeastSquares least_squares(const std::vector<std::vector<Rendering>>& images, co
   LeastSquares sum;
   const auto n = static_cast<Eigen::Index>(x.size());
   sum.gradient = Eigen::VectorXd::Zero(n);
-  sum.information = sum.plug_in = sum.spread = sum.monte_carlo = Eigen::MatrixXd::Zero(n, n);
-  sum.information_parts.assign(parts, sum.information);
+  sum.plug_in = sum.spread = sum.monte_carlo = Eigen::MatrixXd::Zero(n, n);
+  sum.information.assign(information_parts, sum.plug_in);
   for (std::size_t t = 0; t < targets.size(); ++t) {
     double weights = 0;
     for (const float weight : targets[t].weight) weights += weight;
     const double all = weights * targets[t].channels * static_cast<double>(targets.size());
     Sum(sum, coordinates, x, t).add(images[t], targets[t], noise[t], 1 / all);
   }
-  for (const Eigen::MatrixXd& part : sum.information_parts) sum.information += part;
   sum.cost /= sum.residuals;
   sum.cost_stderr = std::sqrt(sum.cost_stderr) / sum.residuals;
   sum.loss_stderr = std::sqrt(sum.loss_stderr);
   return sum;
-}
-
-PositiveInformation positive_information(const LeastSquares& equations, const std::vector<std::string>& names) {
-  for (Eigen::Index k = 0; k < equations.plug_in.rows(); ++k)
-    if (!(equations.plug_in(k, k) > 0))
-      throw ResultError(fmt::format("{}: no compared pixel depends on it, so the target cannot tell it; leave it out, "
-                                    "or show a part of the scene where it matters",
-                                    names[static_cast<std::size_t>(k)]));
-  // In the coordinates where the plug-in is the identity. Unit diagonal first: the unknowns' scales differ.
-  const Eigen::VectorXd scale = equations.plug_in.diagonal().cwiseSqrt();
-  const auto unit = [&](const Eigen::MatrixXd& m) {
-    return Eigen::MatrixXd(scale.cwiseInverse().asDiagonal() * m * scale.cwiseInverse().asDiagonal());
-  };
-  constexpr double ridge = 1e-12;
-  const Eigen::LLT<Eigen::MatrixXd> root(unit(equations.plug_in) +
-                                         ridge * Eigen::MatrixXd::Identity(scale.size(), scale.size()));
-  const Eigen::MatrixXd l = root.matrixL();
-  const auto relative = [&](const Eigen::MatrixXd& m) {
-    const Eigen::MatrixXd half = root.matrixL().solve(unit(m));
-    const Eigen::MatrixXd whole = root.matrixL().solve(Eigen::MatrixXd(half.transpose()));
-    return Eigen::MatrixXd((whole + whole.transpose()) / 2);
-  };
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(relative(equations.information));
-  const Eigen::VectorXd& value = eigen.eigenvalues();
-  Eigen::VectorXd spread = Eigen::VectorXd::Zero(value.size());
-  for (const Eigen::MatrixXd& part : equations.information_parts) {
-    const Eigen::MatrixXd in_part = eigen.eigenvectors().transpose() * relative(part) * eigen.eigenvectors();
-    spread += (in_part.diagonal() - value / static_cast<double>(parts)).cwiseAbs2();
-  }
-  const Eigen::VectorXd least = 3 * spread.cwiseSqrt();
-  const Eigen::MatrixXd v = scale.asDiagonal() * l * eigen.eigenvectors();
-  return {v * value.cwiseMax(least).asDiagonal() * v.transpose(), (value.array() > least.array()).all()};
 }
 
 }  // namespace itn

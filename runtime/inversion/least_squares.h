@@ -25,31 +25,24 @@ struct NoiseModel {
 NoiseModel noise_model(const std::vector<Rendering>& groups, const TargetImage& target, double relative_noise,
                        double exposure);
 
+constexpr std::size_t information_parts = 32;
+
+// The equations of one rendering, at the unknowns that it was made with.
 struct LeastSquares {
   double loss = 0, loss_stderr = 0;  // mean squared difference (image_loss.h)
   double cost = 0, cost_stderr = 0;  // mean of r^2 / variance; 1: what the noise explains
   double residuals = 0;              // pixels with weight and noise, times channels
   Eigen::VectorXd gradient;          // sum of r J / variance
-  Eigen::MatrixXd information;       // sum of J J^T / variance
-  std::vector<Eigen::MatrixXd> information_parts;  // of 32 interleaved sets of pixels
-  Eigen::MatrixXd plug_in;           // the same from means alone: positive, and too large by the noise of J
-  Eigen::MatrixXd spread;            // of the gradient, from its parts, one a pixel: all noise that there is, known or not
-  Eigen::MatrixXd monte_carlo;       // the part of it that comes from the rendering
+  // Sum of J J^T / variance, of 32 interleaved sets of pixels: their differences are its noise.
+  std::vector<Eigen::MatrixXd> information;
+  Eigen::MatrixXd plug_in;      // the same of all pixels and from means alone: positive, and too large by the noise of J
+  Eigen::MatrixXd spread;       // of the gradient, from its parts, one a pixel: all noise that there is, known or not
+  Eigen::MatrixXd monte_carlo;  // what the rendering has in it, from its groups of samples
 };
 
-// x: the unknowns; images: rendered at x with spp samples in all.
+// x: the unknowns; images: rendered at x.
 LeastSquares least_squares(const std::vector<std::vector<Rendering>>& images, const std::vector<TargetImage>& targets,
                            const std::vector<NoiseModel>& noise, const std::vector<Coordinate>& coordinates,
                            const std::vector<double>& x);
-
-// The information, positive definite: in directions in which it is less than three standard errors (from the parts) it
-// is those.
-struct PositiveInformation {
-  Eigen::MatrixXd matrix;
-  bool determined = true;  // it was more everywhere
-};
-
-// Throws ResultError: an unknown on which no pixel depends (names: of the unknowns).
-PositiveInformation positive_information(const LeastSquares& equations, const std::vector<std::string>& names);
 
 }  // namespace itn
