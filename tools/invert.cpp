@@ -52,9 +52,9 @@ nlohmann::json stored(const InversionState& s) {
           {"x", s.x},
           {"done", s.done},
           {"converged", s.converged},
-          {"noise_x", s.noise_x},
-          {"noise_spp", s.noise_spp},
-          {"noise_sample", s.noise_sample},
+          {"reference_x", s.reference_x},
+          {"reference_spp", s.reference_spp},
+          {"reference_sample", s.reference_sample},
           {"accepted", s.accepted},
           {"accepted_x", s.accepted_x},
           {"accepted_cost", s.accepted_cost},
@@ -73,9 +73,9 @@ InversionState state_from(const nlohmann::json& j) {
   j.at("x").get_to(s.x);
   j.at("done").get_to(s.done);
   j.at("converged").get_to(s.converged);
-  j.at("noise_x").get_to(s.noise_x);
-  j.at("noise_spp").get_to(s.noise_spp);
-  j.at("noise_sample").get_to(s.noise_sample);
+  j.at("reference_x").get_to(s.reference_x);
+  j.at("reference_spp").get_to(s.reference_spp);
+  j.at("reference_sample").get_to(s.reference_sample);
   j.at("accepted").get_to(s.accepted);
   j.at("accepted_x").get_to(s.accepted_x);
   j.at("accepted_cost").get_to(s.accepted_cost);

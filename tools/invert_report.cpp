@@ -22,18 +22,14 @@ struct Residual {
 Residual residual_of(const Inversion::Conclusion& end, std::size_t t, std::size_t parameters,
                      const TargetImage& target) {
   const double exposure = end.x.size() > parameters ? std::exp(end.x[parameters + t]) : 1;
-  const std::vector<Rendering>& groups = end.images[t];
-  double samples = 0;
-  for (const Rendering& group : groups) samples += group.spp;
+  const Rendering& image = end.images[t];
   Residual r;
   for (std::size_t i = 0; i < target.value.size(); ++i) {
-    double sum = 0;
-    for (const Rendering& group : groups) sum += group.spp * static_cast<double>(group.mean[i]);
-    const double model = exposure * sum / samples;
-    const double variance = exposure * exposure * end.noise[t].sample[i] / samples;
+    const double model = exposure * static_cast<double>(image.mean[i]);
+    const double variance = end.references[t].sample[i] / image.spp;
     const bool compared = target.weight[i / static_cast<std::size_t>(target.channels)] > 0;
     const double left = compared ? model - static_cast<double>(target.value[i]) : 0;
-    const double all = variance + end.noise[t].target[i];
+    const double all = variance + end.references[t].target[i];
     r.model.push_back(static_cast<float>(model));
     r.error.push_back(static_cast<float>(std::sqrt(variance)));
     r.residual.push_back(static_cast<float>(left));

@@ -24,12 +24,23 @@ std::vector<double> ForwardModel::start() const {
   return x;
 }
 
-std::vector<std::vector<Rendering>> ForwardModel::render(const std::vector<double>& x, int first, int spp) {
+void ForwardModel::set(const std::vector<double>& x) {
   for (std::size_t p = 0; p < coordinates_.size(); ++p)
     set_parameter(scene_, coordinates_[p].parameter(), coordinates_[p].value(x[p]));
+  for (const auto& renderer : renderers_) renderer->replace(scene_);
+}
+
+std::vector<Rendering> ForwardModel::render(const std::vector<double>& x, int first, int spp) {
+  set(x);
+  std::vector<Rendering> images;
+  for (const auto& renderer : renderers_) images.push_back(renderer->render(first, spp));
+  return images;
+}
+
+std::vector<std::vector<Rendering>> ForwardModel::render_groups(const std::vector<double>& x, int first, int spp) {
+  set(x);
   std::vector<std::vector<Rendering>> images;
   for (const auto& renderer : renderers_) {
-    renderer->replace(scene_);
     std::vector<Rendering>& groups = images.emplace_back();
     int sample = first;
     for (const int samples : split_samples(spp)) {

@@ -20,10 +20,14 @@ class ForwardModel {
   std::vector<double> start() const;  // the coordinates of the scene's own values
 
   // Samples [first, first + spp) of every image at these coordinates (one a parameter; what follows is not looked at),
-  // with derivatives by the parameters themselves, in the groups of split_samples(). spp >= 2.
-  std::vector<std::vector<Rendering>> render(const std::vector<double>& x, int first, int spp);
+  // with derivatives by the parameters themselves.
+  std::vector<Rendering> render(const std::vector<double>& x, int first, int spp);
+  // The same in the groups of split_samples(); spp >= 2.
+  std::vector<std::vector<Rendering>> render_groups(const std::vector<double>& x, int first, int spp);
 
  private:
+  void set(const std::vector<double>& x);
+
   Scene scene_;
   std::vector<Coordinate> coordinates_;
   std::vector<std::unique_ptr<Renderer>> renderers_;

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -14,15 +14,10 @@ constexpr int pilot_spp = 16;            // for the noise, before the first iter
 constexpr int concluding_spp = 256;      // at least
 constexpr double enough_share = 0.2;     // of the rendering in the variance of the unknowns
 constexpr double settled = 0.7;          // steps shorter than this many standard errors end the search
+constexpr double in_linear_range = 1;    // renderings from farther away than this many standard errors are not pooled
 constexpr double lost_in_noise = 1.5;    // steps shorter than this many standard errors of the rendering say nothing
 constexpr double largest_step = 1;       // of a coordinate in one iteration
 constexpr double least_damping = 1e-6, most_damping = 1e3;
-
-std::vector<double> exposures(const std::vector<double>& x, std::size_t parameters, std::size_t images) {
-  std::vector<double> result(images, 1.0);
-  for (std::size_t i = parameters; i < x.size(); ++i) result[i - parameters] = std::exp(x[i]);
-  return result;
-}
 
 }  // namespace
 
@@ -42,17 +37,19 @@ std::vector<double> Inversion::clamped(std::vector<double> x) const {
   return x;
 }
 
-std::vector<NoiseModel> Inversion::noise_of(const std::vector<std::vector<Rendering>>& images,
-                                            const std::vector<double>& x) {
-  const std::vector<double> exposure = exposures(x, model_.coordinates().size(), images.size());
-  std::vector<NoiseModel> noise;
+std::vector<Reference> Inversion::references_of(const std::vector<Rendering>& images,
+                                                const std::vector<double>& x) const {
+  std::vector<Reference> references;
   for (std::size_t i = 0; i < images.size(); ++i)
-    noise.push_back(noise_model(images[i], targets_[i], options_.relative_noise, exposure[i]));
-  return noise;
+    references.push_back(reference_of(images[i], targets_[i], i, options_.relative_noise, model_.coordinates(), x));
+  return references;
 }
 
-std::vector<NoiseModel> Inversion::noise_at(const std::vector<double>& x, int first, int spp) {
-  return noise_of(model_.render(x, first, spp), x);
+void Inversion::take_reference(const std::vector<double>& x, int first, int spp) {
+  if (reference_sample_ == first && reference_x_ == x) return;
+  references_ = references_of(model_.render(x, first, spp), x);
+  reference_x_ = x;
+  reference_sample_ = first;
 }
 
 InversionState Inversion::start(const std::vector<double>& x) {
@@ -61,18 +58,17 @@ InversionState Inversion::start(const std::vector<double>& x) {
   state.spp = options_.method == InversionOptions::Method::adam ? options_.sample_limit()
                                                                 : std::min(pilot_spp, options_.sample_limit());
   if (options_.exposure) {
-    const auto images = model_.render(state.x, 0, pilot_spp);
+    const auto images = model_.render_groups(state.x, 0, pilot_spp);
     for (std::size_t i = 0; i < images.size(); ++i)
       state.x.push_back(std::log(best_exposure(images[i], targets_[i])));
   }
-  state.noise_x = state.x;
-  state.noise_spp = pilot_spp;
+  state.reference_x = state.x;
+  state.reference_spp = pilot_spp;
   state.next_sample = pilot_spp;
   return state;
 }
 
 InversionStep Inversion::advance(InversionState& state) {
-  const auto images = model_.render(state.x, state.next_sample, state.spp);
   InversionStep step;
   step.iteration = state.iteration;
   step.spp = state.spp;
@@ -80,20 +76,17 @@ InversionStep Inversion::advance(InversionState& state) {
   const int first = state.next_sample;
   state.next_sample += state.spp;
   if (options_.method == InversionOptions::Method::adam) {
-    adam(images, state, step);
+    adam(model_.render_groups(state.x, first, state.spp), state, step);
   } else {
-    if (noise_sample_ != state.noise_sample || noise_x_ != state.noise_x) {
-      noise_ = noise_at(state.noise_x, state.noise_sample, state.noise_spp);
-      noise_x_ = state.noise_x;
-      noise_sample_ = state.noise_sample;
-    }
-    const int spp = state.spp;
-    gauss_newton(least_squares(images, targets_, noise_, model_.coordinates(), state.x), state, step);
-    if (state.spp != spp) {  // more samples: also better weights
-      noise_ = noise_of(images, step.x);
-      state.noise_x = noise_x_ = step.x;
-      state.noise_sample = noise_sample_ = first;
-      state.noise_spp = spp;
+    take_reference(state.reference_x, state.reference_sample, state.reference_spp);
+    const std::vector<Rendering> images = model_.render(state.x, first, state.spp);
+    if (gauss_newton(least_squares(images, targets_, references_, model_.coordinates(), state.x), state, step)) {
+      references_ = references_of(images, step.x);
+      state.reference_x = reference_x_ = step.x;
+      state.reference_sample = reference_sample_ = first;
+      state.reference_spp = step.spp;
+      state.pool.clear();
+      state.accepted = false;  // costs compare with the same weights only
     }
   }
   ++state.iteration;
@@ -101,7 +94,7 @@ InversionStep Inversion::advance(InversionState& state) {
   return step;
 }
 
-void Inversion::gauss_newton(const LeastSquares& equations, InversionState& state, InversionStep& step) const {
+bool Inversion::gauss_newton(const LeastSquares& equations, InversionState& state, InversionStep& step) const {
   step.loss = equations.loss;
   step.loss_stderr = equations.loss_stderr;
   const double tolerance = 4 * std::hypot(equations.cost_stderr, state.accepted_cost_stderr);
@@ -110,7 +103,7 @@ void Inversion::gauss_newton(const LeastSquares& equations, InversionState& stat
     for (std::size_t k = 0; k < state.x.size(); ++k)
       state.x[k] = state.accepted_x[k] + (state.x[k] - state.accepted_x[k]) / 4;
     state.damping = std::min(most_damping, 10 * state.damping);
-    return;
+    return false;
   }
   state.accepted = true;
   state.accepted_x = state.x;
@@ -126,26 +119,25 @@ void Inversion::gauss_newton(const LeastSquares& equations, InversionState& stat
   const bool most = state.spp >= options_.sample_limit();
   state.converged = solution.determined && step.distance <= settled && share <= enough_share;
   state.done = state.converged;
-  if (!state.converged && !most && (step.distance * step.distance <= lost_in_noise * share || !solution.determined)) {
+  const bool more = !state.converged && !most &&
+                    (step.distance * step.distance <= lost_in_noise * lost_in_noise * share || !solution.determined);
+  if (more) {
     const double wanted = solution.determined ? share / std::max(1e-3, 1 - share) / enough_share : 4;
     state.spp = static_cast<int>(std::min<double>(options_.sample_limit(), state.spp * std::clamp(wanted, 2.0, 16.0)));
-    state.accepted = false;  // costs compare with the same weights only
-    state.pool.clear();
-  } else {
-    pool.forget(step.distance > 2 ? 0.1 : step.distance > 1 ? 0.5 : 1);
-    state.pool = pool.numbers();
   }
+  state.pool = pool.numbers();
 
   Eigen::VectorXd change = solution.x - Eigen::Map<const Eigen::VectorXd>(state.x.data(), solution.x.size());
   if (!state.converged) {
     Eigen::MatrixXd damped = solution.information;
     damped.diagonal() *= 1 + state.damping;
-    change = Eigen::LDLT<Eigen::MatrixXd>(damped).solve(Eigen::VectorXd(solution.information * change));
+    change = Eigen::PartialPivLU<Eigen::MatrixXd>(damped).solve(Eigen::VectorXd(solution.information * change));
   }
   state.damping = std::max(least_damping, state.damping / 10);
   change *= std::min(1.0, largest_step / std::max(1e-300, change.cwiseAbs().maxCoeff()));
   for (std::size_t k = 0; k < state.x.size(); ++k) state.x[k] += change[static_cast<Eigen::Index>(k)];
   state.x = clamped(state.x);
+  return !state.converged && (more || !solution.determined || step.distance > in_linear_range);
 }
 
 void Inversion::adam(const std::vector<std::vector<Rendering>>& images, InversionState& state,
@@ -180,10 +172,14 @@ void Inversion::adam(const std::vector<std::vector<Rendering>>& images, Inversio
 Inversion::Conclusion Inversion::conclude(const InversionState& state) {
   Conclusion result;
   const bool pooled = !state.pool.empty();
-  result.noise = pooled ? noise_at(state.noise_x, state.noise_sample, state.noise_spp)
-                        : noise_at(state.x, state.next_sample, pilot_spp);
-  result.images = model_.render(state.x, state.next_sample + pilot_spp, std::max(concluding_spp, state.spp));
-  const LeastSquares equations = least_squares(result.images, targets_, result.noise, model_.coordinates(), state.x);
+  if (pooled)
+    take_reference(state.reference_x, state.reference_sample, state.reference_spp);
+  else
+    take_reference(state.x, state.next_sample, concluding_spp);
+  result.references = references_;
+  result.images = model_.render(state.x, state.next_sample + concluding_spp, std::max(concluding_spp, state.spp));
+  const LeastSquares equations =
+      least_squares(result.images, targets_, references_, model_.coordinates(), state.x);
   NormalEquations pool =
       pooled ? NormalEquations::from_numbers(state.x.size(), state.pool) : NormalEquations(state.x.size());
   pool.add(equations, state.x);

@@ -6,8 +6,9 @@
 // every iteration, a step size that falls to 0 as a cosine.
 //
 // Gauss-Newton (Levenberg and Marquardt's form): the residuals weighted by their noise (least_squares.h), fresh samples
-// in every iteration, four times as many as soon as a step is lost in the rendering's noise, until that noise is a small
-// part of what the target's own noise does to the parameters.
+// in every iteration, more of them as soon as a step is lost in the rendering's noise. Near the solution the equations of
+// all iterations are pooled (normal_equations.h), until the rendering's noise is a small part of what the target's own
+// noise does to the parameters.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -34,9 +35,9 @@ struct InversionState {
   int spp = 0, next_sample = 0;     // its samples
   std::vector<double> x;            // the unknowns (least_squares.h) that it renders
   bool done = false, converged = false;
-  // Gauss-Newton: the rendering that the noise model is made from, the accepted point, and how far it trusts a step.
-  std::vector<double> noise_x, accepted_x;
-  int noise_spp = 0, noise_sample = 0;
+  // Gauss-Newton: the rendering that is the reference, the accepted point, and how far it trusts a step.
+  std::vector<double> reference_x, accepted_x;
+  int reference_spp = 0, reference_sample = 0;
   double accepted_cost = 0, accepted_cost_stderr = 0, damping = 0.01;
   bool accepted = false;
   std::vector<double> pool;  // NormalEquations of the renderings since
@@ -70,8 +71,8 @@ class Inversion {
     double distance = 0;   // from the least-squares solution, as InversionStep
     bool determined = true;  // else the derivatives' noise hides a direction in which the image tells little
     bool converged = false;  // Adam: within one and a half standard errors of it
-    std::vector<NoiseModel> noise;
-    std::vector<std::vector<Rendering>> images;
+    std::vector<Reference> references;
+    std::vector<Rendering> images;
   };
   // Gauss-Newton, where it has converged, ends with the small step that this rendering asks for.
   Conclusion conclude(const InversionState& state);
@@ -81,17 +82,18 @@ class Inversion {
 
  private:
   std::vector<double> clamped(std::vector<double> x) const;
-  std::vector<NoiseModel> noise_at(const std::vector<double>& x, int first, int spp);
-  std::vector<NoiseModel> noise_of(const std::vector<std::vector<Rendering>>& images, const std::vector<double>& x);
-  void gauss_newton(const LeastSquares& equations, InversionState& state, InversionStep& step) const;
+  std::vector<Reference> references_of(const std::vector<Rendering>& images, const std::vector<double>& x) const;
+  void take_reference(const std::vector<double>& x, int first, int spp);
+  // Where the next iteration renders; true: this one's rendering is its reference.
+  bool gauss_newton(const LeastSquares& equations, InversionState& state, InversionStep& step) const;
   void adam(const std::vector<std::vector<Rendering>>& images, InversionState& state, InversionStep& step) const;
 
   ForwardModel& model_;
   const std::vector<TargetImage>& targets_;
   InversionOptions options_;
-  std::vector<NoiseModel> noise_;  // of the state's noise_x
-  std::vector<double> noise_x_;
-  int noise_sample_ = -1;
+  std::vector<Reference> references_;  // of the state's reference_x
+  std::vector<double> reference_x_;
+  int reference_sample_ = -1;
 };
 
 }  // namespace itn

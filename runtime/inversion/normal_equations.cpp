@@ -4,6 +4,8 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -20,31 +22,22 @@ constexpr double sure = 3;  // standard errors
 NormalEquations::NormalEquations(std::size_t unknowns) {
   const auto n = static_cast<Eigen::Index>(unknowns);
   right_ = Eigen::VectorXd::Zero(n);
-  plug_in_ = spread_ = monte_carlo_ = Eigen::MatrixXd::Zero(n, n);
-  parts_.assign(information_parts, plug_in_);
+  scale_ = spread_ = monte_carlo_ = Eigen::MatrixXd::Zero(n, n);
+  parts_.assign(information_parts, scale_);
 }
 
 void NormalEquations::add(const LeastSquares& equations, const std::vector<double>& x) {
   count_ += 1;
-  square_count_ += 1;
   residuals_ = equations.residuals;
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(plug_in_.rows(), plug_in_.cols());
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(scale_.rows(), scale_.cols());
   for (std::size_t k = 0; k < parts_.size(); ++k) {
     parts_[k] += equations.information[k];
     information += equations.information[k];
   }
   right_ += information * Eigen::Map<const Eigen::VectorXd>(x.data(), right_.size()) - equations.gradient;
-  plug_in_ += equations.plug_in;
+  scale_ += equations.scale;
   spread_ += equations.spread;
   monte_carlo_ += equations.monte_carlo;
-}
-
-void NormalEquations::forget(double factor) {
-  count_ *= factor;
-  square_count_ *= factor * factor;
-  right_ *= factor;
-  for (Eigen::MatrixXd* m : {&plug_in_, &spread_, &monte_carlo_}) *m *= factor;
-  for (Eigen::MatrixXd& part : parts_) part *= factor;
 }
 
 double NormalEquations::Solution::distance(const std::vector<double>& from) const {
@@ -55,40 +48,40 @@ double NormalEquations::Solution::distance(const std::vector<double>& from) cons
 
 NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from,
                                                  const std::vector<std::string>& names) const {
-  for (Eigen::Index k = 0; k < plug_in_.rows(); ++k)
-    if (!(plug_in_(k, k) > 0))
+  for (Eigen::Index k = 0; k < scale_.rows(); ++k)
+    if (!(scale_(k, k) > 0))
       throw ResultError(fmt::format("{}: no compared pixel depends on it, so the target cannot tell it; leave it out, "
                                     "or show a part of the scene where it matters",
                                     names[static_cast<std::size_t>(k)]));
   Solution solution;
-  // Eigenvectors where the plug-in is the identity; unit diagonal first, as the unknowns' scales differ.
-  const Eigen::VectorXd scale = plug_in_.diagonal().cwiseSqrt();
-  const auto unit = [&](const Eigen::MatrixXd& m) {
-    return Eigen::MatrixXd(scale.cwiseInverse().asDiagonal() * m * scale.cwiseInverse().asDiagonal());
+  // Singular vectors where the scale is the identity; unit diagonal first, as the unknowns' scales differ.
+  const Eigen::VectorXd unit = scale_.diagonal().cwiseSqrt();
+  const auto in_units = [&](const Eigen::MatrixXd& m) {
+    return Eigen::MatrixXd(unit.cwiseInverse().asDiagonal() * m * unit.cwiseInverse().asDiagonal());
   };
   constexpr double ridge = 1e-12;
-  const Eigen::LLT<Eigen::MatrixXd> root(unit(plug_in_) + ridge * Eigen::MatrixXd::Identity(scale.size(), scale.size()));
-  const Eigen::MatrixXd l = root.matrixL();
+  const Eigen::LLT<Eigen::MatrixXd> root(in_units(scale_) +
+                                         ridge * Eigen::MatrixXd::Identity(unit.size(), unit.size()));
+  const Eigen::MatrixXd l = unit.asDiagonal() * Eigen::MatrixXd(root.matrixL());
   const auto relative = [&](const Eigen::MatrixXd& m) {
-    const Eigen::MatrixXd half = root.matrixL().solve(unit(m));
-    const Eigen::MatrixXd whole = root.matrixL().solve(Eigen::MatrixXd(half.transpose()));
-    return Eigen::MatrixXd((whole + whole.transpose()) / 2);
+    const Eigen::MatrixXd half = root.matrixL().solve(in_units(m));
+    return Eigen::MatrixXd(root.matrixL().solve(Eigen::MatrixXd(half.transpose())).transpose());
   };
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(scale.size(), scale.size());
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(unit.size(), unit.size());
   for (const Eigen::MatrixXd& part : parts_) sum += part;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(relative(sum));
-  const Eigen::VectorXd& value = eigen.eigenvalues();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(relative(sum), Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::VectorXd& value = svd.singularValues();
   Eigen::VectorXd noise = Eigen::VectorXd::Zero(value.size());
   for (const Eigen::MatrixXd& part : parts_) {
-    const Eigen::MatrixXd in_part = eigen.eigenvectors().transpose() * relative(part) * eigen.eigenvectors();
+    const Eigen::MatrixXd in_part = svd.matrixU().transpose() * relative(part) * svd.matrixV();
     noise += (in_part.diagonal() - value / static_cast<double>(parts_.size())).cwiseAbs2();
   }
   const Eigen::VectorXd least = sure * noise.cwiseSqrt();
-  const Eigen::MatrixXd v = scale.asDiagonal() * l * eigen.eigenvectors();
-  solution.information = v * value.cwiseMax(least).asDiagonal() * v.transpose();
+  solution.information =
+      l * svd.matrixU() * value.cwiseMax(least).asDiagonal() * svd.matrixV().transpose() * l.transpose();
   solution.determined = (value.array() > least.array()).all();
 
-  const Eigen::LDLT<Eigen::MatrixXd> solver(solution.information);
+  const Eigen::PartialPivLU<Eigen::MatrixXd> solver(solution.information);
   const Eigen::VectorXd at = Eigen::Map<const Eigen::VectorXd>(from.data(), right_.size());
   solution.x = at + solver.solve(right_ - sum * at);
   const auto sandwich = [&](const Eigen::MatrixXd& m) {
@@ -101,7 +94,7 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
   const auto unknowns = static_cast<double>(right_.size());
   const double fitted = residuals_ / std::max(1.0, residuals_ - unknowns);
   const Eigen::MatrixXd mean_spread = spread_ / count_, mean_monte_carlo = monte_carlo_ / count_;
-  const Eigen::MatrixXd from_rendering = square_count_ * sandwich(mean_monte_carlo);
+  const Eigen::MatrixXd from_rendering = count_ * sandwich(mean_monte_carlo);
   const Eigen::MatrixXd from_target = count_ * count_ * sandwich(mean_spread - mean_monte_carlo);
   // Of the small difference of two estimates nothing negative.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> positive(from_target);
@@ -114,10 +107,10 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
 }
 
 std::vector<double> NormalEquations::numbers() const {
-  std::vector<double> result{count_, square_count_, residuals_};
+  std::vector<double> result{count_, residuals_};
   const auto append = [&](const auto& m) { result.insert(result.end(), m.data(), m.data() + m.size()); };
   append(right_);
-  append(plug_in_);
+  append(scale_);
   append(spread_);
   append(monte_carlo_);
   for (const Eigen::MatrixXd& part : parts_) append(part);
@@ -128,15 +121,14 @@ NormalEquations NormalEquations::from_numbers(std::size_t unknowns, const std::v
   NormalEquations result(unknowns);
   if (numbers.size() != result.numbers().size()) throw std::invalid_argument("stored equations of another size");
   result.count_ = numbers[0];
-  result.square_count_ = numbers[1];
-  result.residuals_ = numbers[2];
-  const double* next = numbers.data() + 3;
+  result.residuals_ = numbers[1];
+  const double* next = numbers.data() + 2;
   const auto take = [&](auto& m) {
     std::copy_n(next, m.size(), m.data());
     next += m.size();
   };
   take(result.right_);
-  take(result.plug_in_);
+  take(result.scale_);
   take(result.spread_);
   take(result.monte_carlo_);
   for (Eigen::MatrixXd& part : result.parts_) take(part);

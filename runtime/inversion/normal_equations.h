@@ -12,18 +12,17 @@ class NormalEquations {
  public:
   explicit NormalEquations(std::size_t unknowns = 0);
 
-  // x: the unknowns of these equations. All that are pooled have the same noise model.
+  // x: the unknowns of these equations. All that are pooled have the same references.
   void add(const LeastSquares& equations, const std::vector<double>& x);
-  // The equations so far count that much less.
-  void forget(double factor);
   bool empty() const { return count_ == 0; }
 
   struct Solution {
     Eigen::VectorXd x;
     Eigen::MatrixXd covariance;   // of x: the targets' noise, and the rendering's
     double monte_carlo_share = 0;  // of the rendering in it, mean over the unknowns
-    bool determined = true;  // the information is more than three standard errors in every direction; else it is taken
-                             // to be those where it is less, and x does not move far in such a direction
+    // The information is more than three standard errors in every direction. Where it is less it is taken to be those,
+    // so x does not move far there.
+    bool determined = true;
     Eigen::MatrixXd information;
     // Root mean square over the unknowns, in standard errors, of the way from `from`.
     double distance(const std::vector<double>& from) const;
@@ -37,10 +36,10 @@ class NormalEquations {
   static NormalEquations from_numbers(std::size_t unknowns, const std::vector<double>& numbers);
 
  private:
-  double count_ = 0, square_count_ = 0, residuals_ = 0;
+  double count_ = 0, residuals_ = 0;
   Eigen::VectorXd right_;  // sum of information x - gradient
   std::vector<Eigen::MatrixXd> parts_;
-  Eigen::MatrixXd plug_in_, spread_, monte_carlo_;
+  Eigen::MatrixXd scale_, spread_, monte_carlo_;
 };
 
 }  // namespace itn
