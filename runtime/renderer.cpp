@@ -52,9 +52,9 @@ struct Renderer::State {
   State(const Device& on, const Scene& scene, const RenderOptions& given)
       : device(on), options(given), sensor(sensor_of(scene, given.sensor)) {
     const auto start = std::chrono::steady_clock::now();
-    const DerivativeData derivatives = derivative_data(scene, options.derivatives);
     data.geometry.box_width = box_width(device);
-    build(seeded(append_scene(scene, options.sensor, data)), derivatives);
+    const JobRecord job = seeded(append_scene(scene, options.sensor, data));
+    build(job, derivative_data(scene, options.derivatives, job.emitter, data));
     build_s = seconds_since(start);
   }
 
@@ -75,8 +75,8 @@ struct Renderer::State {
   }
 
   void replace(const Scene& scene) {
-    const DerivativeData derivatives = derivative_data(scene, options.derivatives);
     const JobRecord job = seeded(replace_scene(scene, options.sensor, data));
+    const DerivativeData derivatives = derivative_data(scene, options.derivatives, job.emitter, data);
     if (!wavefront->replace(data, job, derivatives)) build(job, derivatives);
   }
 

@@ -108,9 +108,7 @@ std::vector<double> difference_image(const Scene& scene, const Check& check, std
                                      RenderSeries& render_image) {
   std::vector<double> difference;
   for (std::size_t k = 0; k < check.stencil.offset.size(); ++k) {
-    Scene changed = scene;
-    set_parameter(changed, check.parameter, check.parameter.value + check.stencil.offset[k]);
-    const Rendering other = render_image(changed, seed);
+    const Rendering other = render_image(moved_scene(scene, check.parameter, check.stencil.offset[k]), seed);
     difference.resize(other.mean.size(), 0.0);
     for (std::size_t i = 0; i < difference.size(); ++i)
       difference[i] += check.stencil.weight[k] * static_cast<double>(other.mean[i]);

@@ -88,7 +88,7 @@ inline void envmap_radiance(__global const EmitterRecord* record, __global const
   UNROLL for (int c = 0; c < 3; ++c) {
     const REAL a = GATHER(tables, at + c), b = GATHER(tables, at + (c + 3));
     const REAL e = GATHER(tables, at + (c + stride)), f = GATHER(tables, at + (c + stride + 3));
-    rgb[c] = (1 - down) * ((1 - across) * a + across * b) + down * ((1 - across) * e + across * f);
+    rgb[c] = record->radiance[c] * ((1 - down) * ((1 - across) * a + across * b) + down * ((1 - across) * e + across * f));
   }
 }
 
@@ -135,18 +135,30 @@ inline REAL3 envmap_sample(__global const EmitterRecord* record, __global const 
 #endif
 
 #if HAS_SUN
+/* What the sky's model takes of a direction: from the zenith, and from the sun. */
+typedef struct {
+  REAL cos_theta, gamma, one_minus_cos;
+} SkyAngles;
+
 /* d: in the local frame */
-inline void clear_sky_radiance(__global const EmitterRecord* record, REAL3 d, REAL rgb[3]) {
+inline SkyAngles sky_angles(__global const EmitterRecord* record, REAL3 d) {
   __global const float* s = record->sun_local;
   const REAL3 sun = make3((REAL)s[0], (REAL)s[1], (REAL)s[2]);
   const REAL3 chord = sub3(d, sun);
-  const REAL one_minus_cos = 0.5f * dot3(chord, chord);
-  const REAL gamma = angle_between(d, sun);
-  const REAL cos_theta = fmax(d.z, (REAL)0);
+  SkyAngles angles;
+  angles.cos_theta = fmax(d.z, (REAL)0);
+  angles.gamma = angle_between(d, sun);
+  angles.one_minus_cos = 0.5f * dot3(chord, chord);
+  return angles;
+}
+
+/* d: in the local frame */
+inline void clear_sky_radiance(__global const EmitterRecord* record, REAL3 d, REAL rgb[3]) {
+  const SkyAngles angles = sky_angles(record, d);
   UNROLL for (int c = 0; c < 3; ++c) {
     REAL k[SKY_COEFFICIENTS];
     UNROLL for (int i = 0; i < SKY_COEFFICIENTS; ++i) k[i] = record->sky[c * SKY_COEFFICIENTS + i];
-    const REAL radiance = sky_hosek_wilkie(k, cos_theta, gamma, one_minus_cos);
+    const REAL radiance = sky_hosek_wilkie(k, angles.cos_theta, angles.gamma, angles.one_minus_cos);
     rgb[c] = SELECT(d.z < 0, 0, radiance);
   }
 }

@@ -44,8 +44,9 @@ inline REAL light_sampling_pdf(const Launch* launch, __global const EmitterRecor
   return pdf;
 }
 
-/* Draws a direction; *pdf > 0; rgb: radiance of all light from there. */
-inline void sample_light(const Launch* launch, __global const EmitterRecord* emitter, MASK at_surface, const REAL u[3],
+/* Draws a direction; *pdf > 0; rgb: radiance of all light from there. Returns which lanes got one: rounding can put a
+ * direction on the rim of the sun's disc just outside it, where the density is 0. */
+inline MASK sample_light(const Launch* launch, __global const EmitterRecord* emitter, MASK at_surface, const REAL u[3],
                          REAL3* direction, REAL* pdf, REAL rgb[3]) {
   REAL share = sun_share(emitter, at_surface);
   MASK sun = u[2] < share;
@@ -64,11 +65,10 @@ inline void sample_light(const Launch* launch, __global const EmitterRecord* emi
 #endif
   }
   emitter_radiance(launch, emitter, *direction, rgb);
-  /* Rounding can put a direction on the rim of the sun's disc just outside it: density 0, and nothing arrives. */
   const REAL density = light_sampling_pdf(launch, emitter, *direction, at_surface);
   const MASK possible = density > 0.0f;
   *pdf = SELECT(possible, density, 1.0f);
-  UNROLL for (int c = 0; c < 3; ++c) rgb[c] = SELECT(possible, rgb[c], 0.0f);
+  return possible;
 }
 
 #endif

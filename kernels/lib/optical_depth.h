@@ -1,14 +1,17 @@
 /* What dims a light connection on its way: index-matched boundaries and media are passed, anything else blocks it. */
 #ifndef ITN_OPTICAL_DEPTH_H
 #define ITN_OPTICAL_DEPTH_H
+#include "lib/emission.h"
 #include "lib/score.h"
 
 /* Adds weight * light, dimmed on the way, to the radiance of the lanes in `mask`: from `from` in `medium` towards `to`.
- * scores: of everything but the way. */
+ * light: the radiance from there; scores: of everything but the way. */
 inline void add_connection(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK mask,
                            REAL3 from, REAL3 to, INT skip, INT medium, const REAL weight[RADIANCE_CHANNELS],
-                           const Scores* scores) {
+                           const REAL light[3], const Scores* scores) {
   const Surfaces surfaces = job_surfaces(launch, job);
+  REAL arriving[RADIANCE_CHANNELS];
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) arriving[c] = weight[c] * light[c];
   Lanes ox, oy, oz, dx, dy, dz, stands_on, in, depth[THROUGHPUT_CHANNELS];
   Lanes through[SCORES + 1]; /* distance in the medium of each score of sigma_t */
   ox.real = from.x;
@@ -64,9 +67,12 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
     mask = mask & lane_mask(next);
   }
   if (!reached) return;
-  REAL arriving[RADIANCE_CHANNELS];
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
-    arriving[c] = weight[c] * EXP(-depth[THROUGHPUT_CHANNELS == 1 ? 0 : c].real);
+  REAL dimmed[RADIANCE_CHANNELS];
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+    const REAL transmittance = EXP(-depth[THROUGHPUT_CHANNELS == 1 ? 0 : c].real);
+    arriving[c] *= transmittance;
+    dimmed[c] = weight[c] * transmittance;
+  }
   Scores there = *scores;
   UNROLL for (int k = 0; k < SCORES; ++k) {
     if (launch->scores[k].kind != SCORE_SIGMA_T) continue;
@@ -75,6 +81,7 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
     there.of[k] += d;
   }
   gather_radiance(launch, pool, slots, lane_mask(reached), arriving, &there);
+  gather_light_derivatives(launch, job, pool, slots, lane_mask(reached), dimmed, to);
 }
 
 #endif

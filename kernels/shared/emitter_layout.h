@@ -31,7 +31,7 @@ typedef struct {
   int complex_sun;    /* 0 or 1 */
   int unused;
   float to_local[9];
-  float radiance[3];            /* constant; an envmap's pixels have their scale in them already */
+  float radiance[3];            /* constant; envmap: what its pixels are multiplied by */
   float sky[3 * SKY_COEFFICIENTS];
   float sun_radiance[3];        /* without limb darkening */
   float sun_direction[3];       /* world, unit, towards the sun */

@@ -70,10 +70,12 @@ typedef struct {
   int channel; /* whose value it is, of three */
 } ScoreRecord;
 
-/* A parameter by which the image is differentiated: d f / d parameter = f * factor[c] * score[c] in channel c. */
+/* A parameter by which the image is differentiated: d f / d parameter = f * factor[c] * score[c] in channel c, or for a
+ * parameter of the light f / radiance * d radiance / d parameter. */
 typedef struct {
   int score[3];
   float factor[3]; /* d number / d parameter; 0: the channel does not depend on it */
+  int emitter; /* of the light: the emitter record of d radiance / d parameter (lib/emission.h); else -1 */
 } DerivativeRecord;
 
 /* One image with one set of parameters. */

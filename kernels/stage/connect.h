@@ -33,13 +33,13 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
   const Scores scores = load_scores(pool, slots);
   REAL3 light;
   REAL light_pdf, rgb[3];
-  sample_light(launch, emitter, (MASK)(0), u, &light, &light_pdf, rgb);
-  MASK straight = valid;
+  const MASK sampled = valid & sample_light(launch, emitter, (MASK)(0), u, &light, &light_pdf, rgb);
+  MASK straight = sampled;
 #if ROUGH_LIGHT_SAMPLING
   const INT connection = GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, connection)), at);
-  straight = valid & (connection == CONNECTION_STRAIGHT);
+  straight = sampled & (connection == CONNECTION_STRAIGHT);
   /* the boundary is one more scattering */
-  const MASK refracted = valid & (connection == CONNECTION_REFRACTED) &
+  const MASK refracted = sampled & (connection == CONNECTION_REFRACTED) &
                          (plain_depth(LOAD_INT(pool, DEPTH, slots)) + 1 < job->max_depth);
   if (ANY(refracted)) {
     const AssumedBoundary boundary = assumed_boundary(launch, at);
@@ -94,11 +94,11 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
 #endif
     const REAL mis = chance * q * light_pdf / (chance * q * light_pdf + by_phase * other);
     value *= phase * mis / (q * light_pdf);
-    REAL arriving[RADIANCE_CHANNELS];
+    REAL connection_weight[RADIANCE_CHANNELS];
     UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
-      arriving[c] = weight[c] * value * rgb[c] *
-                    bsdf_real(launch, bsdf.integer, FIELD_OF(BsdfRecord, specular_transmittance) + c) *
-                    medium_transmittance(sigma_t[THROUGHPUT_CHANNELS == 1 ? 0 : c], hits.distance.real);
+      connection_weight[c] = weight[c] * value *
+                             bsdf_real(launch, bsdf.integer, FIELD_OF(BsdfRecord, specular_transmittance) + c) *
+                             medium_transmittance(sigma_t[THROUGHPUT_CHANNELS == 1 ? 0 : c], hits.distance.real);
     Scores connection_scores = scores;
     score_phase(launch, job, &connection_scores, medium_index, dot3(arrival, inward), g, connected);
     score_passage(launch, job, &connection_scores, medium_index, sigma_t, hits.distance.real, connected);
@@ -112,17 +112,18 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
 #endif
     add_connection(launch, job, pool, slots, connected & (value > 0.0f),
                    beside_surface(launch->primitives, primitive, exit, normal, light), light, primitive,
-                   outside.integer, arriving, &connection_scores);
+                   outside.integer, connection_weight, rgb, &connection_scores);
   }
 #endif
   if (ANY(straight)) {
     const REAL phase = henyey_greenstein(dot3(arrival, light), g);
     const REAL value = chance * phase / (chance * light_pdf + phase);
-    REAL arriving[RADIANCE_CHANNELS];
-    UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) arriving[c] = weight[c] * value * rgb[c];
+    REAL connection_weight[RADIANCE_CHANNELS];
+    UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) connection_weight[c] = weight[c] * value;
     Scores connection_scores = scores;
     score_phase(launch, job, &connection_scores, medium_index, dot3(arrival, light), g, straight);
-    add_connection(launch, job, pool, slots, straight, position, light, (INT)(-1), medium, arriving, &connection_scores);
+    add_connection(launch, job, pool, slots, straight, position, light, (INT)(-1), medium, connection_weight, rgb,
+                   &connection_scores);
   }
   Scores onward = scores;
   score_phase(launch, job, &onward, medium_index, dot3(arrival, load3(pool, DIRECTION_X, slots)), g, valid);

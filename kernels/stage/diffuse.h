@@ -61,20 +61,20 @@ inline void diffuse_stage(const Launch* launch, __global const JobRecord* job, P
   draw(&random, 1, v);
   REAL3 to_light;
   REAL pdf, light[3];
-  sample_light(launch, emitter, everywhere, v, &to_light, &pdf, light);
+  const MASK sampled = sample_light(launch, emitter, everywhere, v, &to_light, &pdf, light);
   const REAL bsdf_pdf = diffuse_pdf(frame_to_local(&frame, to_light));
   REAL value = bsdf_pdf / (pdf + bsdf_pdf) * LOAD(pool, REFRACTION_SCALE, slots);
 #if OPERATOR_SINGLE
   value = SELECT(depth >= SCATTERED_ONCE, value, 0.0f);
 #endif
-  REAL arriving[RADIANCE_CHANNELS];
+  REAL connection_weight[RADIANCE_CHANNELS];
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
-    arriving[c] = throughput[THROUGHPUT_CHANNELS == 1 ? 0 : c] * weight[c] * value * light[c];
+    connection_weight[c] = throughput[THROUGHPUT_CHANNELS == 1 ? 0 : c] * weight[c] * value;
   Scores connection_scores = scores;
   score_reflection(launch, job, &connection_scores, s.bsdf, reflectance, frame_to_local(&frame, to_light), goes_on);
-  add_connection(launch, job, pool, slots, goes_on & (value > 0.0f),
+  add_connection(launch, job, pool, slots, goes_on & sampled & (value > 0.0f),
                  beside_surface(launch->primitives, s.primitive, s.position, s.normal, to_light), to_light, s.primitive,
-                 LOAD_INT(pool, MEDIUM, slots), arriving, &connection_scores);
+                 LOAD_INT(pool, MEDIUM, slots), connection_weight, light, &connection_scores);
   STORE(pool, LAST_PDF, slots, -diffuse_pdf(in_frame));
 #else
   STORE(pool, LAST_PDF, slots, 0.0f);

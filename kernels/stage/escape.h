@@ -1,6 +1,7 @@
 /* Stage escape: the path has left the scene and meets the light around it. */
 #ifndef ITN_STAGE_ESCAPE_H
 #define ITN_STAGE_ESCAPE_H
+#include "lib/emission.h"
 #include "lib/launch.h"
 #include "lib/light_sampling.h"
 #include "lib/score.h"
@@ -22,10 +23,13 @@ inline void escape_stage(const Launch* launch, __global const JobRecord* job, Po
 #endif
   REAL weight[3];
   channel_weights(pool, slots, scale, weight);
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
-    light[c] *= LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots) * weight[c];
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+    weight[c] *= LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
+    light[c] *= weight[c];
+  }
   const Scores scores = load_scores(pool, slots);
   gather_radiance(launch, pool, slots, valid, light, &scores);
+  gather_light_derivatives(launch, job, pool, slots, valid, weight, direction);
   finish(launch, job, pool, slots, valid);
 }
 

@@ -27,12 +27,13 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
   draw(random, 1, u);
   REAL3 light;
   REAL light_pdf, rgb[3];
-  sample_light(launch, emitter, (MASK)(0), u, &light, &light_pdf, rgb);
+  const MASK sampled = sample_light(launch, emitter, (MASK)(0), u, &light, &light_pdf, rgb);
   const REAL3 wo = frame_to_local(frame, light);
   const REAL value = rough_dielectric_eval(distribution, alpha, eta, wi, wo);
   const REAL bsdf_pdf = rough_dielectric_pdf(distribution, alpha, eta, wi, wo);
   const INT depth = LOAD_INT(pool, DEPTH, slots) + 1;
-  MASK mask = at_boundary & (plain_depth(depth) < job->max_depth) & (value > 0.0f) & (dot3(light, s->normal) > 0.0f);
+  MASK mask =
+      at_boundary & sampled & (plain_depth(depth) < job->max_depth) & (value > 0.0f) & (dot3(light, s->normal) > 0.0f);
 #if OPERATOR_SINGLE
   mask = mask & (depth >= SCATTERED_ONCE);
 #endif
@@ -66,15 +67,15 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
   REAL weight[3];
   channel_weights(pool, slots, scale, weight);
   const MASK reflects = wi.z * wo.z > 0.0f;
-  REAL arriving[RADIANCE_CHANNELS];
+  REAL connection_weight[RADIANCE_CHANNELS];
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
-    arriving[c] = weight[c] * rgb[c] * LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots) *
-                  boundary_tint(launch, s->bsdf, reflects, c);
+    connection_weight[c] = weight[c] * LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots) *
+                           boundary_tint(launch, s->bsdf, reflects, c);
   Scores scores = load_scores(pool, slots);
   score_rough_boundary(distribution, launch, job, &scores, s->bsdf, alpha, eta_inside, wi, wo, mask);
   add_connection(launch, job, pool, slots, mask,
                  beside_surface(launch->primitives, s->primitive, s->position, s->normal, light), light, s->primitive,
-                 s->exterior, arriving, &scores);
+                 s->exterior, connection_weight, rgb, &scores);
   return MAX(pdf / (1.0f + own_rival), (REAL)(1e-30f)); /* not 0: that would say that the sun was not sampled */
 }
 #endif

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 
 #include "runtime/statistics.h"
@@ -23,8 +24,10 @@ double variance_of_mean(double sum, double sum_2, double n) {
   return std::max(0.0, (sum_2 - sum * sum / n) / (n - 1) / n);
 }
 
-// How far the parameter may move before the image has a kink.
+// How far the parameter may move before the image has a kink; 0: it stands on one.
 double distance_to_kink(const Scene& scene, const Parameter& p) {
+  // The sky's tables are linear between whole turbidities.
+  if (p.kind == ParameterKind::turbidity) return std::fabs(p.value - std::round(p.value));
   if (p.kind != ParameterKind::int_ior && p.kind != ParameterKind::ext_ior)
     return std::numeric_limits<double>::infinity();
   const Bsdf& b = scene.bsdfs.at(static_cast<std::size_t>(p.index));
@@ -45,11 +48,22 @@ DifferenceStencil difference_stencil(const Scene& scene, const Parameter& p) {
     return s;
   }
   double h = 0.1 * std::min(below, above);
-  if (const double kink = distance_to_kink(scene, p); kink > 0) h = std::min(h, 0.2 * kink);
+  const double kink = distance_to_kink(scene, p);
+  h = kink > 0 ? std::min(h, 0.2 * kink) : 0.1 * h;
   s.offset = {-h, -h / 2, h / 2, h};
-  s.weight = {1 / (6 * h), -4 / (3 * h), 4 / (3 * h), -1 / (6 * h)};
+  if (kink > 0)
+    s.weight = {1 / (6 * h), -4 / (3 * h), 4 / (3 * h), -1 / (6 * h)};
+  else
+    s.weight = {1 / (2 * h), -2 / h, 2 / h, -1 / (2 * h)};
   s.step = h;
   return s;
+}
+
+Scene moved_scene(const Scene& scene, const Parameter& p, double offset) {
+  Scene moved = scene;
+  if (moved.environment) moved.environment->sampled_as = std::make_shared<Emitter>(*scene.environment);
+  set_parameter(moved, p, p.value + offset);
+  return moved;
 }
 
 double rounding_error(const DifferenceStencil& stencil, double mean_of_image) {

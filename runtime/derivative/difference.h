@@ -15,10 +15,15 @@ struct DifferenceStencil {
 };
 
 // Inside of the range: central differences with step h and h/2, Richardson-extrapolated, error of order h^4; h is a
-// tenth of the distance to the nearer end of the range (for g = 0.5: 0.05; for sigma_t = 10: 1), and for an index of
-// refraction at most a fifth of the distance to the one across the boundary, where the image has a kink. At an end of
-// the range: one-sided, four points, error of order h^3, h = 1.5 % of the range.
+// tenth of the distance to the nearer end of the range (for g = 0.5: 0.05; for sigma_t = 10: 1), and at most a fifth of
+// the distance to a kink of the image: for an index of refraction the one across the boundary, for the turbidity the
+// next whole number. On a kink: the mean of the derivatives on both sides, error of order h^2. At an end of the range:
+// one-sided, four points, error of order h^3, h = 1.5 % of the range.
 DifferenceStencil difference_stencil(const Scene& scene, const Parameter& parameter);
+
+// The scene with the parameter moved; light is sampled as before, so that paths of the same random numbers stay.
+// Throws UsageError: outside of the range.
+Scene moved_scene(const Scene& scene, const Parameter& parameter, double offset);
 
 // Independent batches of a derivative image and of a difference image from the same random numbers.
 class DerivativeComparison {

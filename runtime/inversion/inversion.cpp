@@ -13,7 +13,7 @@ namespace {
 constexpr int pilot_spp = 16;            // for the noise, before the first iteration
 constexpr int concluding_spp = 256;      // at least
 constexpr double enough_share = 0.2;     // of the rendering in the variance of the unknowns
-constexpr double settled = 0.7;          // steps shorter than this many standard errors end the search
+constexpr double settled = 0.4;          // steps shorter than this many standard errors end the search
 constexpr double in_linear_range = 1;    // renderings from farther away than this many standard errors are not pooled
 constexpr double lost_in_noise = 1.5;    // steps shorter than this many standard errors of the rendering say nothing
 constexpr double largest_step = 1;       // of a coordinate in one iteration

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
 
 #include "runtime/error.h"
 #include "runtime/scene/hosek_wilkie.h"
@@ -112,6 +113,7 @@ void append_envmap(const Emitter& emitter, EmitterRecord& record, std::vector<fl
   require(tables.size() + 4 * (width + 2) * (height + 1) < std::numeric_limits<int>::max(), emitter, "bitmap",
           "small enough to address with 31 bits", fmt::format("{} x {} pixels", width, height), "scale it down");
 
+  std::fill_n(record.radiance, 3, static_cast<float>(emitter.scale));
   record.width = bitmap.width;
   record.height = bitmap.height;
   record.pixels = static_cast<int>(tables.size());
@@ -125,7 +127,7 @@ void append_envmap(const Emitter& emitter, EmitterRecord& record, std::vector<fl
         rgb[c] = emitter.scale * value;
         if (!(not_negative(value) && rgb[c] <= std::numeric_limits<float>::max()))
           refuse_pixel(emitter, x, y, c, value);
-        tables.push_back(static_cast<float>(rgb[c]));
+        tables.push_back(value);
       }
       if (x < width) light[y * width + x] = luminance(rgb);
     }
@@ -160,14 +162,26 @@ void check_sunsky(const Emitter& emitter) {
           "to_world turns the horizon");
 }
 
-void append_sunsky(const Emitter& emitter, EmitterRecord& record, std::vector<float>& tables) {
-  check_sunsky(emitter);
-  const ClearSky sky = clear_sky(emitter.sunsky);
-  const auto to_float = [](double x) { return static_cast<float>(x); };
+float to_float(double x) { return static_cast<float>(x); }
+
+// What the light of a clear sky is made of.
+void set_radiance(const ClearSky& sky, EmitterRecord& record, std::vector<float>& tables) {
   for (std::size_t c = 0; c < 3; ++c) {
     std::transform(sky.sky[c].begin(), sky.sky[c].end(), record.sky + c * SKY_COEFFICIENTS, to_float);
     record.sun_radiance[c] = to_float(sky.sun_radiance[c]);
   }
+  record.complex_sun = sky.limb.empty() ? 0 : 1;
+  record.sun_table = static_cast<int>(tables.size());
+  for (const auto& [value, slope] : sky.limb) {
+    tables.push_back(to_float(value));
+    tables.push_back(to_float(slope));
+  }
+}
+
+void append_sunsky(const Emitter& emitter, EmitterRecord& record, std::vector<float>& tables) {
+  check_sunsky(emitter);
+  const ClearSky sky = clear_sky(emitter.sunsky);
+  set_radiance(sky, record, tables);
 
   // Sampling table: the mean luminance of each cell from 4 x 4 points.
   const double horizontal = std::hypot(sky.sun[0], sky.sun[1]);
@@ -209,12 +223,6 @@ void append_sunsky(const Emitter& emitter, EmitterRecord& record, std::vector<fl
   record.sun_one_minus_cos = to_float(fall);
   record.sun_chord2 = to_float(2 * fall);
   record.sun_pdf = to_float(1 / (2 * pi * fall));
-  record.complex_sun = sky.limb.empty() ? 0 : 1;
-  record.sun_table = static_cast<int>(tables.size());
-  for (const auto& [value, slope] : sky.limb) {
-    tables.push_back(to_float(value));
-    tables.push_back(to_float(slope));
-  }
   // The disc's light: the mean over points that share its solid angle evenly.
   double light = 0;
   for (int i = 0; i < 16; ++i)
@@ -228,7 +236,38 @@ void append_sunsky(const Emitter& emitter, EmitterRecord& record, std::vector<fl
   record.sun_weight = to_float(light);
 }
 
+// By one of the sky's numbers; by all components of the ground's albedo at once where it is one parameter.
+ClearSky derivative_of(const SunSky& sunsky, const Parameter& p) {
+  auto by = clear_sky_derivatives(sunsky);
+  switch (p.kind) {
+    case ParameterKind::turbidity:
+      return by[SKY_TURBIDITY];
+    case ParameterKind::sun_scale:
+      return by[SKY_SUN_SCALE];
+    case ParameterKind::sky_scale:
+      return by[SKY_SKY_SCALE];
+    case ParameterKind::ground_albedo:
+      break;
+    default:
+      throw std::logic_error("not a parameter of the sky: " + p.name);
+  }
+  if (p.component >= 0) return by[SKY_ALBEDO + static_cast<std::size_t>(p.component)];
+  ClearSky& sum = by[SKY_ALBEDO];  // each channel depends on its own component, and the sun on none
+  for (std::size_t c = 1; c < 3; ++c) sum.sky[c] = by[SKY_ALBEDO + c].sky[c];
+  return sum;
+}
+
 }  // namespace
+
+EmitterRecord emitter_derivative(const Emitter& emitter, const Parameter& p, const EmitterRecord& record,
+                                 std::vector<float>& tables) {
+  EmitterRecord result = record;
+  if (emitter.kind == Emitter::Kind::sunsky)
+    set_radiance(derivative_of(emitter.sunsky, p), result, tables);
+  else  // linear in `radiance`, which is the parameter itself
+    for (int c = 0; c < 3; ++c) result.radiance[c] = p.component < 0 || p.component == c ? 1.0F : 0.0F;
+  return result;
+}
 
 void append_emitter(const Emitter& emitter, EmitterRecord& record, std::vector<float>& tables) {
   record = {};
@@ -247,6 +286,13 @@ void append_emitter(const Emitter& emitter, EmitterRecord& record, std::vector<f
       append_sunsky(emitter, record, tables);
       break;
   }
+  if (!emitter.sampled_as) return;
+  if (emitter.sampled_as->kind != emitter.kind) throw std::logic_error("light sampled as light of another kind");
+  EmitterRecord other;
+  append_emitter(*emitter.sampled_as, other, tables);
+  record.sampling = other.sampling;
+  record.sun_weight = other.sun_weight;
+  record.sky_weight = other.sky_weight;
 }
 
 std::map<std::string, std::string> emitter_definitions(const std::vector<EmitterRecord>& records) {

@@ -5,12 +5,18 @@
 #include <vector>
 
 #include "kernels/shared/emitter_layout.h"
+#include "runtime/scene/parameters.h"
 #include "runtime/scene/scene.h"
 
 namespace itn {
 
 // Fills the record; appends its pixels and sampling tables to the array that all records share. Throws InputError.
 void append_emitter(const Emitter& emitter, EmitterRecord& record, std::vector<float>& tables);
+
+// The record that stands for d radiance / d parameter in kernels/lib/emission.h: `record`, which append_emitter filled,
+// with derivatives in place of the numbers that radiance is made of. parameter: of this emitter; may append to tables.
+EmitterRecord emitter_derivative(const Emitter& emitter, const Parameter& parameter, const EmitterRecord& record,
+                                 std::vector<float>& tables);
 
 // The definitions with which kernels/lib/emitter.h serves all of these records.
 std::map<std::string, std::string> emitter_definitions(const std::vector<EmitterRecord>& records);

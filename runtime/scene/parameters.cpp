@@ -12,7 +12,6 @@ namespace itn {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-const char* const not_yet = "not yet: this version differentiates by media and surfaces only";
 const char* const smooth = "smooth interface: use roughdielectric with a small alpha";
 const char* const texture = "a texture, not a number";
 const char* const shared = "used at several places: not yet; write it out at each, with an id of its own";
@@ -21,6 +20,8 @@ const char* const yes = "";
 
 // Of numbers that are factors of a path's throughput: its score is not defined where they are 0.
 const char* unless_zero(double value) { return value == 0 ? zero : yes; }
+// Of numbers in which radiance is linear or at least smooth.
+const char* always(double /*value*/) { return yes; }
 
 struct Range {
   double low, high;
@@ -36,13 +37,13 @@ class List {
     parameters.push_back({name, value, range.low, range.high, range.low_included, range.high_included, unit, why_not,
                           kind, index_, component});
   }
-  void colour(const std::string& name, ParameterKind kind, const Rgb& value, const Range& range, const char* why_not,
-              bool by_component = false, const std::string& unit = "") {
-    const auto reason = [&](double v) { return *why_not ? why_not : unless_zero(v); };
+  // why_not: for a component of that value.
+  void colour(const std::string& name, ParameterKind kind, const Rgb& value, const Range& range,
+              const char* (*why_not)(double), bool by_component = false, const std::string& unit = "") {
     if (!by_component && value[0] == value[1] && value[1] == value[2])
-      return number(name, kind, value[0], range, reason(value[0]), unit);
+      return number(name, kind, value[0], range, why_not(value[0]), unit);
     for (std::size_t c = 0; c < 3; ++c)
-      number(name + "." + "RGB"[c], kind, value[c], range, reason(value[c]), unit, static_cast<int>(c));
+      number(name + "." + "RGB"[c], kind, value[c], range, why_not(value[c]), unit, static_cast<int>(c));
   }
 
   std::vector<Parameter> parameters;
@@ -52,9 +53,9 @@ class List {
 };
 
 void add(List& list, const Medium& m) {
-  list.colour(m.id + ".sigma_t", ParameterKind::sigma_t, m.sigma_t, non_negative, yes, m.sigma_t_is_rgb,
+  list.colour(m.id + ".sigma_t", ParameterKind::sigma_t, m.sigma_t, non_negative, unless_zero, m.sigma_t_is_rgb,
               "1/scene unit");
-  list.colour(m.id + ".albedo", ParameterKind::albedo, m.albedo, unit_interval, yes, m.albedo_is_rgb);
+  list.colour(m.id + ".albedo", ParameterKind::albedo, m.albedo, unit_interval, unless_zero, m.albedo_is_rgb);
   list.number(m.id + ".scale", ParameterKind::scale, m.scale, non_negative, unless_zero(m.scale));
   if (!m.isotropic) list.number(m.phase_id + ".g", ParameterKind::g, m.g, {-1, 1, false, false}, yes);
 }
@@ -67,7 +68,7 @@ void add(List& list, const Bsdf& b) {
       if (b.reflectance.bitmap)
         list.number(b.id + ".reflectance", ParameterKind::reflectance, std::nan(""), unit_interval, texture);
       else
-        list.colour(b.id + ".reflectance", ParameterKind::reflectance, b.reflectance.value, unit_interval, yes);
+        list.colour(b.id + ".reflectance", ParameterKind::reflectance, b.reflectance.value, unit_interval, unless_zero);
       return;
     case BsdfKind::roughdielectric:
       list.number(b.id + ".alpha", ParameterKind::alpha, b.alpha, {0, 1, false, true}, yes);
@@ -84,14 +85,14 @@ void add(List& list, const Bsdf& b) {
 void add(List& list, const Emitter& e) {
   switch (e.kind) {
     case Emitter::Kind::constant:
-      return list.colour(e.id + ".radiance", ParameterKind::radiance, e.radiance, non_negative, not_yet);
+      return list.colour(e.id + ".radiance", ParameterKind::radiance, e.radiance, non_negative, always);
     case Emitter::Kind::envmap:
-      return list.number(e.id + ".scale", ParameterKind::envmap_scale, e.scale, non_negative, not_yet);
+      return list.number(e.id + ".scale", ParameterKind::envmap_scale, e.scale, non_negative, yes);
     case Emitter::Kind::sunsky:
-      list.number(e.id + ".turbidity", ParameterKind::turbidity, e.sunsky.turbidity, {1, 10}, not_yet);
-      list.colour(e.id + ".albedo", ParameterKind::ground_albedo, e.sunsky.albedo, unit_interval, not_yet);
-      list.number(e.id + ".sun_scale", ParameterKind::sun_scale, e.sunsky.sun_scale, non_negative, not_yet);
-      list.number(e.id + ".sky_scale", ParameterKind::sky_scale, e.sunsky.sky_scale, non_negative, not_yet);
+      list.number(e.id + ".turbidity", ParameterKind::turbidity, e.sunsky.turbidity, {1, 10}, yes);
+      list.colour(e.id + ".albedo", ParameterKind::ground_albedo, e.sunsky.albedo, unit_interval, always);
+      list.number(e.id + ".sun_scale", ParameterKind::sun_scale, e.sunsky.sun_scale, non_negative, yes);
+      list.number(e.id + ".sky_scale", ParameterKind::sky_scale, e.sunsky.sky_scale, non_negative, yes);
       return;
   }
 }
@@ -139,6 +140,8 @@ std::vector<Parameter> list_parameters(const Scene& scene) {
   if (scene.environment) add(list, *scene.environment);
   return each_once(list.parameters);
 }
+
+bool is_of_light(const Parameter& p) { return p.kind >= ParameterKind::radiance; }
 
 void set_parameter(Scene& scene, const Parameter& p, double value) {
   if (!p.contains(value))

@@ -17,7 +17,7 @@ enum class ParameterKind {
   int_ior,
   ext_ior,
   reflectance,
-  radiance,
+  radiance,  // this and those below: of the light
   envmap_scale,
   turbidity,
   ground_albedo,
@@ -42,6 +42,9 @@ struct Parameter {
   }
   std::string range() const;  // "[0, 1]", "(-1, 1)", "[0, inf)"
 };
+
+// Of the light around the scene, which media and surfaces do not change.
+bool is_of_light(const Parameter& parameter);
 
 // The listed parameter of that name. Throws UsageError: not there (names those that are).
 Parameter find_parameter(const std::vector<Parameter>& parameters, const std::string& name);

@@ -126,6 +126,8 @@ struct Emitter {
   double scale = 1;                      // envmap
   SunSky sunsky;
   Transform to_world;  // envmap, sunsky: rotation
+  // Light of the same kind in whose proportions directions are drawn; null: this one's. Changes no mean.
+  std::shared_ptr<const Emitter> sampled_as;
 };
 
 struct Integrator {

@@ -6,6 +6,7 @@
 
 #include "runtime/derivative/parameter_chain.h"
 #include "runtime/error.h"
+#include "runtime/scene/emitter.h"
 #include "runtime/scene/parameters.h"
 
 namespace itn {
@@ -13,10 +14,19 @@ namespace {
 
 class Builder {
  public:
-  explicit Builder(const Scene& scene) : scene_(scene) {}
+  Builder(const Scene& scene, int emitter, LaunchData& launch) : scene_(scene), emitter_(emitter), launch_(launch) {}
 
   void add(const Parameter& p) {
     DerivativeRecord record{};
+    record.emitter = -1;
+    if (is_of_light(p)) {
+      record.emitter = static_cast<int>(launch_.emitters.size());
+      const EmitterRecord light = launch_.emitters[static_cast<std::size_t>(emitter_)];
+      launch_.emitters.push_back(emitter_derivative(*scene_.environment, p, light, launch_.emitter_tables));
+      if (light.kind == EMITTER_SUNSKY) want("derivative_sky_hosek_wilkie", "radiance");
+      data.derivatives.push_back(record);
+      return;
+    }
     for (int c = 0; c < 3; ++c) {
       if (p.component >= 0 && p.component != c) continue;
       record.score[c] = score(p, c);
@@ -102,13 +112,16 @@ class Builder {
   void want(const std::string& function, const std::string& parameter) { data.functions[function].insert(parameter); }
 
   const Scene& scene_;
+  int emitter_;
+  LaunchData& launch_;
 };
 
 }  // namespace
 
-DerivativeData derivative_data(const Scene& scene, const std::vector<std::string>& names) {
+DerivativeData derivative_data(const Scene& scene, const std::vector<std::string>& names, int emitter,
+                               LaunchData& launch) {
   const std::vector<Parameter> parameters = list_parameters(scene);
-  Builder builder(scene);
+  Builder builder(scene, emitter, launch);
   for (auto name = names.begin(); name != names.end(); ++name) {
     const Parameter p = find_parameter(parameters, *name);
     if (!p.not_differentiable.empty())

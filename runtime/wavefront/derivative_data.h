@@ -6,10 +6,11 @@
 #include "kernels/shared/scene_layout.h"
 #include "runtime/derivative/score_functions.h"
 #include "runtime/scene/scene.h"
+#include "runtime/wavefront/launch_data.h"
 
 namespace itn {
 
-static_assert(sizeof(ScoreRecord) == 12 && sizeof(DerivativeRecord) == 24);
+static_assert(sizeof(ScoreRecord) == 12 && sizeof(DerivativeRecord) == 28);
 
 struct DerivativeData {
   std::vector<ScoreRecord> scores;            // what a path carries
@@ -17,7 +18,9 @@ struct DerivativeData {
   ScoreRequest functions;                     // the derivatives of the models that it takes
 };
 
-// names: as list_parameters gives them. Throws UsageError: unknown, not differentiable (says why), or named twice.
-DerivativeData derivative_data(const Scene& scene, const std::vector<std::string>& names);
+// names: as list_parameters gives them; emitter: the scene's light in `launch`, to which the derivatives of that light
+// are appended. Throws UsageError: a name that is unknown, not differentiable (says why), or there twice.
+DerivativeData derivative_data(const Scene& scene, const std::vector<std::string>& names, int emitter,
+                               LaunchData& launch);
 
 }  // namespace itn

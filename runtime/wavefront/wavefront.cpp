@@ -35,6 +35,9 @@ std::map<std::string, std::string> features(const LaunchData& data, const Deriva
   result["BOX_WIDTH"] = std::to_string(data.geometry.box_width);
   result["SCORES"] = std::to_string(derivatives.scores.size());
   result["DERIVATIVES"] = std::to_string(derivatives.derivatives.size());
+  const bool by_light = std::any_of(derivatives.derivatives.begin(), derivatives.derivatives.end(),
+                                    [](const DerivativeRecord& d) { return d.emitter >= 0; });
+  result["HAS_LIGHT_DERIVATIVES"] = std::to_string(by_light);
   return result;
 }
 

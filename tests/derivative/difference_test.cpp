@@ -88,6 +88,17 @@ TEST_CASE("an index of refraction does not step across the one on the other side
   }
 }
 
+TEST_CASE("a turbidity does not step over a whole number; on one the mean of both sides is found") {
+  const auto of = [](double value) { return parameter(value, 1, 10, ParameterKind::turbidity); };
+  CHECK(difference_stencil({}, of(2.9)).step < 0.1);
+  CHECK(difference_stencil({}, of(3.2)).step < 0.2);
+  // two parabolas that meet at 3: slopes 1 and -2, curvatures 4 and 10
+  const auto kinked = [](double x) {
+    return x < 3 ? (x - 3) + 2 * (x - 3) * (x - 3) : -2 * (x - 3) + 5 * (x - 3) * (x - 3);
+  };
+  CHECK(differentiate(difference_stencil({}, of(3)), 3, kinked) == Approx(-0.5).epsilon(1e-9));
+}
+
 TEST_CASE("z-scores of right derivatives are standard normal") {
   std::vector<double> z;
   for (unsigned seed = 0; seed < 400; ++seed) z.push_back(z_with(0, seed));

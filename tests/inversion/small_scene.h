@@ -8,7 +8,7 @@
 
 namespace itn::test {
 
-inline Scene fog_ball(double sigma_t, double albedo, double g, int pixels = 10) {
+inline Scene fog_ball(double sigma_t, double albedo, double g, int pixels = 14) {
   Scene scene = sphere_scene(bsdf_of(BsdfKind::null), medium_of(sigma_t, albedo, g));
   scene.media[0].id = "fog";
   scene.media[0].phase_id = "phase";

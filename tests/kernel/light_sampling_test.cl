@@ -11,7 +11,7 @@ __kernel void sample(__global const EmitterRecord* record, __global const float*
   const REAL numbers[3] = {GATHER(u, at), GATHER(u, at + n), GATHER(u, at + 2 * n)};
   REAL3 direction;
   REAL pdf, rgb[3];
-  sample_light(&launch, record, ((INT)at_surface) != 0, numbers, &direction, &pdf, rgb);
+  const MASK sampled = sample_light(&launch, record, ((INT)at_surface) != 0, numbers, &direction, &pdf, rgb);
   SCATTER(out, at, pdf);
-  for (int c = 0; c < 3; ++c) SCATTER(out, at + (c + 1) * n, rgb[c]);
+  for (int c = 0; c < 3; ++c) SCATTER(out, at + (c + 1) * n, SELECT(sampled, rgb[c], 0.0f));
 }

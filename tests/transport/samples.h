@@ -44,7 +44,8 @@ class SampledScenes {
       const Sensor& sensor = scenes[i].sensors[0];
       pixels_.push_back(sensor.crop_width * sensor.crop_height);
     }
-    wavefront_.emplace(device(), data, jobs, derivative_data(scenes[0], derivatives), op, 0, Schedule::automatic);
+    wavefront_.emplace(device(), data, jobs, derivative_data(scenes[0], derivatives, jobs[0].emitter, data), op, 0,
+                       Schedule::automatic);
   }
 
   std::size_t channels() const { return static_cast<std::size_t>(wavefront_->channels()); }

@@ -1,0 +1,63 @@
+/* Derivatives of the image by parameters of the light. Radiance enters a path's contribution as a factor of its own, so
+ * that these need no score: what multiplies the radiance there multiplies its derivative. Light that is linear in its
+ * records (constant, environment map, sun) has the derivative that the same code gives for a record of derivatives
+ * ("moving", made by emitter_derivative in runtime/scene/emitter.h); that of the sky is printed from its model.
+ * Tests: tests/derivative/emission_test.cpp, tests/transport/emission_test.cpp */
+#ifndef ITN_EMISSION_H
+#define ITN_EMISSION_H
+#include "lib/launch.h"
+#include "derivative/score.h"
+
+#if HAS_LIGHT_DERIVATIVES
+#if HAS_SUN
+/* d: in the local frame */
+inline void clear_sky_derivative(__global const EmitterRecord* record, __global const EmitterRecord* moving, REAL3 d,
+                                 REAL rgb[3]) {
+  const SkyAngles angles = sky_angles(record, d);
+  UNROLL for (int c = 0; c < 3; ++c) {
+    REAL k[SKY_COEFFICIENTS], d_k[SKY_COEFFICIENTS], d_radiance;
+    UNROLL for (int i = 0; i < SKY_COEFFICIENTS; ++i) {
+      k[i] = record->sky[c * SKY_COEFFICIENTS + i];
+      d_k[i] = moving->sky[c * SKY_COEFFICIENTS + i];
+    }
+    derivative_sky_hosek_wilkie(k, d_k, angles.cos_theta, angles.gamma, angles.one_minus_cos, &d_radiance);
+    rgb[c] = SELECT(d.z < 0, 0, d_radiance);
+  }
+}
+#endif
+
+/* Derivative of all light from a direction, by the parameter of `moving`. */
+inline void emitter_derivative(__global const EmitterRecord* record, __global const EmitterRecord* moving,
+                               __global const float* tables, REAL3 direction, REAL rgb[3]) {
+#if HAS_SUN
+  if (moving->kind == EMITTER_SUNSKY) {
+    REAL sun[3];
+    clear_sky_derivative(record, moving, emitter_to_local(record, direction), rgb);
+    emitter_sun_radiance(moving, tables, direction, sun);
+    UNROLL for (int c = 0; c < 3; ++c) rgb[c] += sun[c];
+    return;
+  }
+#endif
+  emitter_sky_radiance(moving, tables, direction, rgb);
+}
+#endif
+
+/* Adds to the derivatives by the light what reaches the lanes in `mask` from a direction. weight: what the radiance of the
+ * light is multiplied by on its way to the pixel. */
+inline void gather_light_derivatives(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
+                                     MASK mask, const REAL weight[RADIANCE_CHANNELS], REAL3 direction) {
+#if HAS_LIGHT_DERIVATIVES
+  for (int p = 0; p < DERIVATIVES; ++p) { /* not unrolled: one copy of the light's code is long enough */
+    const int moving = launch->derivatives[p].emitter;
+    if (moving < 0) continue;
+    REAL rgb[3];
+    emitter_derivative(launch->emitters + job->emitter, launch->emitters + moving, launch->emitter_tables, direction, rgb);
+    UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+      const int field = DERIVATIVE + p * RADIANCE_CHANNELS + c;
+      STORE(pool, field, slots, LOAD(pool, field, slots) + SELECT(mask, weight[c] * rgb[c], 0.0f));
+    }
+  }
+#endif
+}
+
+#endif

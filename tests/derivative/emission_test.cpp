@@ -1,0 +1,192 @@
+// Derivatives of the light's radiance, direction by direction, as kernels compute them: against differences in double
+// precision.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+#include <random>
+
+#include "runtime/derivative/score_functions.h"
+#include "runtime/device/device.h"
+#include "runtime/scene/emitter.h"
+#include "runtime/scene/hosek_wilkie.h"
+#include "runtime/scene/parameters.h"
+
+using namespace itn;
+
+namespace {
+
+const Device& device() {
+  static const Device shared;
+  return shared;
+}
+
+struct Values {
+  Rgb radiance, derivative;
+};
+
+std::vector<Values> on_device(const Emitter& emitter, const Parameter& p, const std::vector<Vec3>& directions,
+                              int width) {
+  std::vector<float> tables;
+  std::vector<EmitterRecord> records(2);
+  append_emitter(emitter, records[0], tables);
+  records[1] = emitter_derivative(emitter, p, records[0], tables);
+  auto definitions = emitter_definitions(records);
+  definitions.insert({{"WIDTH", std::to_string(width)},
+                      {"BOX_WIDTH", "4"},
+                      {"LIGHT_SAMPLING", "1"},
+                      {"MEDIUM_LIGHT_SAMPLING", "0"},
+                      {"SPECTRAL", "0"},
+                      {"SCORES", "0"},
+                      {"DERIVATIVES", "0"},
+                      {"THROUGHPUT_CHANNELS", "1"},
+                      {"RADIANCE_CHANNELS", "3"},
+                      {"HAS_LIGHT_DERIVATIVES", "1"}});
+  setenv("ITN_KERNEL_DIR", ITN_SOURCE_DIR "/tests/derivative", 1);
+  const cl::Program program =
+      device().build("emission_test.cl", definitions,
+                     {{"derivative/score.h", print_scores({{"derivative_sky_hosek_wilkie", {"radiance"}}})}});
+  unsetenv("ITN_KERNEL_DIR");
+  const std::size_t n = directions.size();
+  std::vector<float> in(3 * n), out(6 * n);
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t k = 0; k < 3; ++k) in[k * n + i] = static_cast<float>(directions[i][k]);
+  const cl::Buffer on_records = device().upload(records, "records"), on_tables = device().upload(tables, "tables"),
+                   from = device().upload(in, "in"), to = device().upload(out, "out");
+  cl::Kernel kernel(program, "differentiate");
+  kernel.setArg(0, on_records);
+  kernel.setArg(1, on_tables);
+  kernel.setArg(2, from);
+  kernel.setArg(3, to);
+  device().launch(kernel, n / static_cast<std::size_t>(width));
+  device().finish();
+  device().download(to, out);
+  std::vector<Values> values(n);
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t c = 0; c < 3; ++c) {
+      values[i].radiance[c] = static_cast<double>(out[c * n + i]);
+      values[i].derivative[c] = static_cast<double>(out[(3 + c) * n + i]);
+    }
+  return values;
+}
+
+Vec3 unit(const Vec3& v) {
+  const double length = std::hypot(v[0], v[1], v[2]);
+  return {v[0] / length, v[1] / length, v[2] / length};
+}
+
+// All around, and half of them within the cone of `half_angle` about an axis.
+std::vector<Vec3> directions_about(const Vec3& axis, double half_angle) {
+  std::mt19937 random(8);
+  std::normal_distribution<double> normal;
+  std::vector<Vec3> directions(1024);
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    Vec3 d = unit({normal(random), normal(random), normal(random)});
+    if (i % 2)
+      for (std::size_t k = 0; k < 3; ++k) d[k] = axis[k] + 0.7 * half_angle * d[k];
+    directions[i] = unit(d);
+  }
+  return directions;
+}
+
+Scene lit_by(const Emitter& emitter) {
+  Scene scene;
+  scene.environment = emitter;
+  scene.environment->id = "light";
+  return scene;
+}
+
+Emitter moved(const Emitter& emitter, const Parameter& p, double by) {
+  Scene scene = lit_by(emitter);
+  set_parameter(scene, p, p.value + by);
+  return *scene.environment;
+}
+
+// In a world whose z is up.
+Rgb clear_sky_radiance(const Emitter& emitter, const Vec3& direction) {
+  const ClearSky sky = clear_sky(emitter.sunsky);
+  const Rgb around = sky_radiance(sky, direction), sun = sun_radiance(sky, direction);
+  return {around[0] + sun[0], around[1] + sun[1], around[2] + sun[2]};
+}
+
+}  // namespace
+
+TEST_CASE("the derivative of sun and sky in any direction is that of differences in double precision", "[derivative]") {
+  Emitter emitter;
+  emitter.kind = Emitter::Kind::sunsky;
+  SunSky& sunsky = emitter.sunsky;
+  sunsky.complex_sun = GENERATE(false, true);
+  sunsky.turbidity = 2.4;
+  sunsky.albedo = {0.2, 0.5, 0.7};
+  if (GENERATE(false, true)) sunsky.albedo = {0.4, 0.4, 0.4};
+  sunsky.sun_scale = 0.8;
+  sunsky.sky_scale = 1.7;
+  sunsky.sun_aperture = 8;
+  sunsky.sun_direction = unit({0.5, -0.3, 0.6});
+  const double half_angle = sunsky.sun_aperture / 2 * std::numbers::pi / 180;
+  const auto directions = directions_about(sunsky.sun_direction, half_angle);
+  const auto parameters = list_parameters(lit_by(emitter));
+  CHECK(parameters.size() == (sunsky.albedo[0] == sunsky.albedo[1] ? 4 : 6));
+  for (const Parameter& p : parameters) {
+    // Radiance is smooth between whole turbidities: what is left of the difference's error is below 1e-8.
+    const double h = 1e-3;
+    const Emitter low = moved(emitter, p, -h), high = moved(emitter, p, h);
+    for (const int width : {1, 16}) {
+      const auto values = on_device(emitter, p, directions, width);
+      std::size_t wrong = 0, in_sun = 0, dark = 0;
+      double largest = 0;
+      for (std::size_t i = 0; i < directions.size(); ++i) {
+        const Vec3& d = directions[i];
+        const double chord =
+            std::hypot(d[0] - sunsky.sun_direction[0], d[1] - sunsky.sun_direction[1], d[2] - sunsky.sun_direction[2]);
+        if (std::abs(chord - 2 * std::sin(half_angle / 2)) < 1e-6 || std::abs(d[2]) < 1e-6) continue;
+        in_sun += chord < half_angle;
+        dark += d[2] < 0;
+        const Rgb at = clear_sky_radiance(emitter, d), a = clear_sky_radiance(low, d), b = clear_sky_radiance(high, d);
+        for (std::size_t c = 0; c < 3; ++c) {
+          const double expected = (b[c] - a[c]) / (2 * h);
+          largest = std::max(largest, std::abs(expected));
+          // Single precision, of numbers as large as the radiance.
+          wrong += !(std::abs(values[i].derivative[c] - expected) <= 2e-5 * (std::abs(expected) + std::abs(at[c])));
+          wrong += !(std::abs(values[i].radiance[c] - at[c]) <= 2e-5 * std::abs(at[c]) + 1e-6);
+        }
+      }
+      INFO(p.name << ", width " << width << ", limb darkening " << sunsky.complex_sun);
+      CHECK(wrong == 0);
+      CHECK(in_sun > 300);
+      CHECK(dark > 200);
+      CHECK(largest > 0.01);
+    }
+  }
+}
+
+TEST_CASE("the derivative of constant light and of an environment map is their radiance at a value of 1",
+          "[derivative]") {
+  const bool map = GENERATE(false, true);
+  Emitter emitter;
+  if (map) {
+    emitter.kind = Emitter::Kind::envmap;
+    auto bitmap = std::make_shared<Bitmap>();
+    bitmap->width = 8;
+    bitmap->height = 5;
+    for (int i = 0; i < 8 * 5 * 3; ++i) bitmap->data.push_back(static_cast<float>(i * i % 37));
+    emitter.bitmap = bitmap;
+    emitter.scale = GENERATE(0.0, 0.3);
+  } else {
+    emitter.radiance = GENERATE(Rgb{0, 0, 0}, Rgb{0.2, 0.2, 0.2}, Rgb{0.2, 0, 3});
+  }
+  const auto directions = directions_about({0, 1, 0}, 0.5);
+  for (const Parameter& p : list_parameters(lit_by(emitter))) {
+    const auto ones = on_device(moved(emitter, p, 1 - p.value), p, directions, 16);
+    const auto values = on_device(emitter, p, directions, 16);
+    std::size_t wrong = 0;
+    for (std::size_t i = 0; i < directions.size(); ++i)
+      for (int c = 0; c < 3; ++c) {
+        const auto k = static_cast<std::size_t>(c);
+        const double expected = p.component < 0 || p.component == c ? ones[i].radiance[k] : 0;
+        wrong += values[i].derivative[k] != expected;
+      }
+    INFO(p.name << " = " << p.value);
+    CHECK(wrong == 0);
+  }
+}

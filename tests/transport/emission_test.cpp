@@ -1,0 +1,178 @@
+// Derivatives by the light: radiance is linear in them, which gives identities between images of the same paths.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "../support/z_test.h"
+#include "runtime/scene/parameters.h"
+#include "transport.h"
+
+using namespace itn;
+using namespace itn::test;
+
+namespace {
+
+// Parameters of the light, in the order of the list.
+std::vector<Parameter> light_parameters(const Scene& scene) {
+  std::vector<Parameter> result;
+  for (const Parameter& p : list_parameters(scene))
+    if (is_of_light(p)) result.push_back(p);
+  return result;
+}
+
+Rendering differentiated(const Scene& scene, const std::vector<Parameter>& by, Operator op = Operator::full,
+                         int width = 0) {
+  RenderOptions options;
+  options.spp = 32;
+  options.seed = 3;
+  options.op = op;
+  options.width = width;
+  for (const Parameter& p : by) options.derivatives.push_back(p.name);
+  return render(device(), scene, options);
+}
+
+// The sum of value * derivative over the parameters is the image, pixel by pixel.
+void check_linear(const Rendering& image, const std::vector<Parameter>& parameters) {
+  double largest = 0, off = 0;
+  for (std::size_t i = 0; i < image.mean.size(); ++i) {
+    double sum = 0, size = 0;
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      const double term = parameters[k].value * static_cast<double>(image.derivatives[k].mean[i]);
+      sum += term;
+      size += std::abs(term);
+    }
+    largest = std::max(largest, size);
+    off = std::max(off, std::abs(sum - static_cast<double>(image.mean[i])) / (size + 1e-3));
+  }
+  CHECK(largest > 0.01);
+  CHECK(off < 1e-5);  // single precision
+}
+
+Scene scene_of(const std::string& name) { return load_scene(test_scene("mitsuba/" + name + ".xml")); }
+
+}  // namespace
+
+TEST_CASE("radiance times the derivative by it is the image of a constant light", "[transport]") {
+  const Operator op = GENERATE(Operator::full, Operator::single);
+  const bool luminance = GENERATE(false, true);
+  for (const char* name : {"null_constant", "nested", "dielectric_constant"}) {
+    INFO(name);
+    Scene scene = scene_of(name);
+    scene.sensors[0].luminance = luminance;
+    check_linear(differentiated(scene, light_parameters(scene), op), light_parameters(scene));
+    scene.environment->radiance = {0.3, 0.3, 0.3};  // one parameter, and one channel where the scene is grey
+    REQUIRE(light_parameters(scene).size() == 1);
+    check_linear(differentiated(scene, light_parameters(scene), op), light_parameters(scene));
+  }
+}
+
+TEST_CASE("a component of the radiance changes its own channel only", "[transport]") {
+  const Scene scene = scene_of("null_constant");
+  const auto parameters = light_parameters(scene);
+  REQUIRE(parameters.size() == 3);
+  const Rendering image = differentiated(scene, parameters);
+  for (std::size_t k = 0; k < 3; ++k) {
+    double others = 0;
+    for (std::size_t i = 0; i < image.mean.size(); ++i)
+      if (i % 3 != k) others = std::max(others, std::abs(static_cast<double>(image.derivatives[k].mean[i])));
+    CHECK(others == 0);
+    CHECK(image.derivatives[k].mean_of_image[k] > 0);
+  }
+}
+
+TEST_CASE("scale times the derivative by it is the image under an environment map", "[transport]") {
+  const Operator op = GENERATE(Operator::full, Operator::single);
+  for (const char* name : {"null_envmap", "hide_emitters", "rough_ggx"}) {
+    INFO(name);
+    Scene scene = scene_of(name);
+    scene.environment->scale = 0.7;
+    check_linear(differentiated(scene, light_parameters(scene), op), light_parameters(scene));
+  }
+}
+
+TEST_CASE("sun and sky: their scales times the derivatives by these add up to the image", "[transport]") {
+  const Operator op = GENERATE(Operator::full, Operator::single);
+  for (const char* name : {"sunsky_null_floor", "sunsky_rough_floor", "rgb_sigma_t_null"}) {
+    INFO(name);
+    Scene scene = scene_of(name);
+    scene.environment->sunsky.complex_sun = op == Operator::single;
+    scene.environment->sunsky.sun_scale = 0.6;
+    std::vector<Parameter> scales;
+    for (const Parameter& p : light_parameters(scene))
+      if (p.kind == ParameterKind::sun_scale || p.kind == ParameterKind::sky_scale) scales.push_back(p);
+    check_linear(differentiated(scene, scales, op), scales);
+  }
+}
+
+TEST_CASE("light that is off has the derivative of light that is on", "[transport][stat]") {
+  SECTION("constant: of the same paths") {
+    for (const char* name : {"null_constant", "nested"}) {
+      Scene scene = scene_of(name);
+      scene.environment->radiance = {1, 1, 1};
+      const Rendering on = differentiated(scene, light_parameters(scene));
+      scene.environment->radiance = {0, 0, 0};
+      const Rendering off = differentiated(scene, light_parameters(scene));
+      CHECK(off.mean_of_image[1] == 0);
+      CHECK(off.derivatives[0].mean == on.mean);
+    }
+  }
+  SECTION("environment map, sun and sky: of other paths, since light is sampled where it is") {
+    for (const char* name : {"null_envmap", "sunsky_null_floor", "sunsky_rough_floor"}) {
+      Scene scene = scene_of(name);
+      const auto parameters = light_parameters(scene);
+      const Rendering on = differentiated(scene, parameters);
+      for (const Parameter& p : parameters)
+        if (p.kind == ParameterKind::envmap_scale || p.kind == ParameterKind::sun_scale ||
+            p.kind == ParameterKind::sky_scale)
+          set_parameter(scene, p, 0);
+      const Rendering off = differentiated(scene, parameters);
+      for (std::size_t k = 0; k < parameters.size(); ++k) {
+        const Image &a = on.derivatives[k], &b = off.derivatives[k];
+        for (std::size_t c = 0; c < 3; ++c) {
+          INFO(name << ", " << parameters[k].name << ", channel " << c);
+          CHECK(off.mean_of_image[c] == 0);
+          CHECK(std::isfinite(b.stderr_of_mean[c]));
+          if (parameters[k].kind != ParameterKind::envmap_scale && parameters[k].kind != ParameterKind::sun_scale &&
+              parameters[k].kind != ParameterKind::sky_scale)
+            CHECK(b.mean_of_image[c] == 0);  // nothing there to change
+          else
+            CHECK(std::abs(a.mean_of_image[c] - b.mean_of_image[c]) <
+                  4 * std::hypot(a.stderr_of_mean[c], b.stderr_of_mean[c]));
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("derivatives by the light leave the image and other derivatives as they are", "[transport]") {
+  for (const char* name : {"sunsky_rough_floor", "null_constant"}) {
+    const Scene scene = scene_of(name);
+    std::vector<Parameter> all, others;
+    for (const Parameter& p : list_parameters(scene)) {
+      if (!p.not_differentiable.empty()) continue;
+      all.push_back(p);
+      if (!is_of_light(p)) others.push_back(p);
+    }
+    std::reverse(all.begin(), all.end());  // the light first
+    const Rendering with = differentiated(scene, all), without = differentiated(scene, others);
+    CHECK(with.mean == without.mean);
+    for (std::size_t k = 0; k < others.size(); ++k) {
+      INFO(others[k].name);
+      CHECK(with.derivatives[all.size() - 1 - k].mean == without.derivatives[k].mean);
+    }
+  }
+}
+
+TEST_CASE("derivatives by the light agree between widths", "[transport][stat]") {
+  const Scene scene = scene_of("sunsky_rough_floor");
+  const auto parameters = light_parameters(scene);
+  const int width = GENERATE(1, 4, 8);
+  const Rendering narrow = differentiated(scene, parameters, Operator::full, width),
+                  wide = differentiated(scene, parameters, Operator::full, 16);
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    for (std::size_t c = 0; c < 3; ++c) {
+      INFO(parameters[k].name << ", channel " << c);
+      const Image &a = narrow.derivatives[k], &b = wide.derivatives[k];
+      CHECK(std::abs(a.mean_of_image[c] - b.mean_of_image[c]) <=
+            0.2 * a.stderr_of_mean[c] + 1e-6 * std::abs(a.mean_of_image[c]));
+    }
+}
