@@ -83,8 +83,8 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
 #endif
     position = select3(meets | scatters, there, position);
 #if SPECTRAL
-    UNROLL for (int c = 0; c < 3; ++c)
-      ratio[c] *= SELECT(meets | scatters, EXP((sigma - sigma_t[c]) * distance), 1.0f) *
+    UNROLL for (int c = 0; c < 3; ++c) /* bounded: a flight may end at a surface a tolerance beyond its length */
+      ratio[c] *= SELECT(meets | scatters, EXP(MIN((sigma - sigma_t[c]) * distance, (REAL)(60.0f))), 1.0f) *
                   SELECT(scatters, sigma_t[c] * mean_free_path, 1.0f);
 #endif
     cell = flight_cell(launch->grid, geometry, position);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "runtime/error.h"
@@ -16,10 +17,14 @@ const char* const smooth = "smooth interface: use roughdielectric with a small a
 const char* const texture = "a texture, not a number";
 const char* const shared = "used at several places: not yet; write it out at each, with an id of its own";
 const char* const zero = "0: the paths that a change would bring have no probability; start from a small value";
+const char* const tiny = "below 1e-30, where single precision loses its score; start from a larger value";
+const char* const straight = "the two indices are nearly equal, and light goes straight on: use a bsdf null";
+const char* const far_apart = "the ratio of the two indices is beyond 1000, where single precision loses its score";
+const char* const too_smooth = "alpha below 0.0001 is rendered as 0.0001";
 const char* const yes = "";
 
-// Of numbers that are factors of a path's throughput: its score is not defined where they are 0.
-const char* unless_zero(double value) { return value == 0 ? zero : yes; }
+// Of numbers that are factors of a path's throughput: its score, 1 / value, is not defined where they are 0.
+const char* unless_zero(double value) { return value == 0 ? zero : value < 1e-30 ? tiny : yes; }
 // Of numbers in which radiance is linear or at least smooth.
 const char* always(double /*value*/) { return yes; }
 
@@ -27,7 +32,7 @@ struct Range {
   double low, high;
   bool low_included = true, high_included = true;
 };
-constexpr Range unit_interval{0, 1}, non_negative{0, infinity, true, false}, positive{0, infinity, false, false};
+constexpr Range unit_interval{0, 1}, non_negative{0, infinity, true, false}, index_range{least_ior, greatest_ior};
 
 class List {
  public:
@@ -39,7 +44,8 @@ class List {
   }
   // why_not: for a component of that value.
   void colour(const std::string& name, ParameterKind kind, const Rgb& value, const Range& range,
-              const char* (*why_not)(double), bool by_component = false, const std::string& unit = "") {
+              const std::function<const char*(double)>& why_not, bool by_component = false,
+              const std::string& unit = "") {
     if (!by_component && value[0] == value[1] && value[1] == value[2])
       return number(name, kind, value[0], range, why_not(value[0]), unit);
     for (std::size_t c = 0; c < 3; ++c)
@@ -53,11 +59,23 @@ class List {
 };
 
 void add(List& list, const Medium& m) {
-  list.colour(m.id + ".sigma_t", ParameterKind::sigma_t, m.sigma_t, non_negative, unless_zero, m.sigma_t_is_rgb,
+  const auto of_product = [&](double sigma_t) { return unless_zero(m.scale > 0 ? sigma_t * m.scale : sigma_t); };
+  list.colour(m.id + ".sigma_t", ParameterKind::sigma_t, m.sigma_t, non_negative, of_product, m.sigma_t_is_rgb,
               "1/scene unit");
   list.colour(m.id + ".albedo", ParameterKind::albedo, m.albedo, unit_interval, unless_zero, m.albedo_is_rgb);
-  list.number(m.id + ".scale", ParameterKind::scale, m.scale, non_negative, unless_zero(m.scale));
+  const char* scale = unless_zero(m.scale);
+  for (const double sigma_t : m.sigma_t)
+    if (sigma_t > 0 && !*scale) scale = of_product(sigma_t);
+  list.number(m.id + ".scale", ParameterKind::scale, m.scale, non_negative, scale);
   if (!m.isotropic) list.number(m.phase_id + ".g", ParameterKind::g, m.g, {-1, 1, false, false}, yes);
+}
+
+// Why a rough boundary has no score, if it has none.
+const char* rough_score(const Bsdf& b) {
+  const double ratio = b.int_ior / b.ext_ior;
+  if (std::fabs(ratio - 1) < 1e-4) return straight;
+  if (ratio < 1e-3 || ratio > 1e3) return far_apart;
+  return b.alpha < least_alpha ? too_smooth : yes;
 }
 
 void add(List& list, const Bsdf& b) {
@@ -71,13 +89,13 @@ void add(List& list, const Bsdf& b) {
         list.colour(b.id + ".reflectance", ParameterKind::reflectance, b.reflectance.value, unit_interval, unless_zero);
       return;
     case BsdfKind::roughdielectric:
-      list.number(b.id + ".alpha", ParameterKind::alpha, b.alpha, {0, 1, false, true}, yes);
-      list.number(b.id + ".int_ior", ParameterKind::int_ior, b.int_ior, positive, yes);
-      list.number(b.id + ".ext_ior", ParameterKind::ext_ior, b.ext_ior, positive, yes);
+      list.number(b.id + ".alpha", ParameterKind::alpha, b.alpha, {0, 1, false, true}, rough_score(b));
+      list.number(b.id + ".int_ior", ParameterKind::int_ior, b.int_ior, index_range, rough_score(b));
+      list.number(b.id + ".ext_ior", ParameterKind::ext_ior, b.ext_ior, index_range, rough_score(b));
       return;
     case BsdfKind::dielectric:
-      list.number(b.id + ".int_ior", ParameterKind::int_ior, b.int_ior, positive, smooth);
-      list.number(b.id + ".ext_ior", ParameterKind::ext_ior, b.ext_ior, positive, smooth);
+      list.number(b.id + ".int_ior", ParameterKind::int_ior, b.int_ior, index_range, smooth);
+      list.number(b.id + ".ext_ior", ParameterKind::ext_ior, b.ext_ior, index_range, smooth);
       return;
   }
 }

@@ -63,6 +63,9 @@ struct Texture {
 enum class BsdfKind { null, diffuse, dielectric, roughdielectric };
 enum class Distribution { beckmann, ggx };
 
+constexpr double least_ior = 1e-3, greatest_ior = 1e3;  // indices of refraction that scenes may have
+constexpr double least_alpha = 1e-4;                    // smaller ones are rendered as this one, as in Mitsuba
+
 struct Bsdf {
   std::string id;
   Location where;

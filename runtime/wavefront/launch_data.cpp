@@ -100,7 +100,7 @@ BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
       r.kind = bsdf.distribution == Distribution::ggx ? BSDF_ROUGH_GGX : BSDF_ROUGH_BECKMANN;
       break;
   }
-  r.alpha = static_cast<float>(bsdf.alpha);
+  r.alpha = static_cast<float>(std::max(bsdf.alpha, least_alpha));
   r.eta = static_cast<float>(relative_index(Numbers<double, 2>{bsdf.int_ior, bsdf.ext_ior})[0]);
   store(bsdf.reflectance.value, r.reflectance);
   r.texture = append_texture(bsdf.reflectance, data);
@@ -128,7 +128,7 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
     if (bsdf.kind == BsdfKind::roughdielectric && shape.interior == index && r.connection == CONNECTION_NONE) {
       r.connection = CONNECTION_REFRACTED;
       r.distribution = bsdf.distribution == Distribution::ggx ? MICROFACET_GGX : MICROFACET_BECKMANN;
-      r.alpha = static_cast<float>(bsdf.alpha);
+      r.alpha = static_cast<float>(std::max(bsdf.alpha, least_alpha));
       r.eta = static_cast<float>(relative_index(Numbers<double, 2>{bsdf.int_ior, bsdf.ext_ior})[0]);
     }
   }

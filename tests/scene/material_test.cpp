@@ -125,6 +125,7 @@ TEST_CASE("faulty bsdfs are refused") {
                             {"only one"});
   check_bsdf_error("roughdielectric", text("distribution", "phong"), {"\"phong\"", "\"beckmann\" or \"ggx\""});
   check_bsdf_error("dielectric", number("int_ior", "0"), {"\"int_ior\"", "above 0"});
+  check_bsdf_error("dielectric", number("int_ior", "1e-30"), {"\"int_ior\"", "0.001 to 1000"});
   check_bsdf_error("dielectric", text("int_ior", "watr"), {"unknown material \"watr\"", "did you mean \"water\""});
   check_bsdf_error("roughdielectric", number("int_ior", "1.4") + number("ext_ior", "1.4"), {"both 1.4", "use null"});
   check_bsdf_error("dielectric", number("alpha", "0.1"), {"unknown parameter \"alpha\""});

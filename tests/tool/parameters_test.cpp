@@ -49,6 +49,29 @@ TEST_CASE("a smooth interface is not differentiable and the remedy is named") {
   CHECK_THAT(find(itn::list_parameters(scene), "glass.int_ior").not_differentiable, Catch::Contains("roughdielectric"));
 }
 
+TEST_CASE("numbers whose score single precision loses are not differentiable, and say so") {
+  itn::Scene scene;
+  scene.media.resize(1);
+  scene.media[0].id = "fog";
+  scene.bsdfs.resize(1);
+  scene.bsdfs[0].id = "frost";
+  scene.bsdfs[0].kind = itn::BsdfKind::roughdielectric;
+  const auto reason = [&](const char* name) { return find(itn::list_parameters(scene), name).not_differentiable; };
+  for (const char* name : {"fog.sigma_t", "fog.albedo", "fog.scale", "frost.alpha", "frost.int_ior", "frost.ext_ior"})
+    CHECK(reason(name).empty());
+  scene.media[0].albedo = {1e-40, 1e-40, 1e-40};
+  CHECK_THAT(reason("fog.albedo"), Catch::Contains("below 1e-30"));
+  scene.media[0].sigma_t = {1e-20, 1e-20, 1e-20};
+  scene.media[0].scale = 1e-20;
+  for (const char* name : {"fog.sigma_t", "fog.scale"}) CHECK_THAT(reason(name), Catch::Contains("below 1e-30"));
+  scene.bsdfs[0].alpha = 1e-5;
+  for (const char* name : {"frost.alpha", "frost.int_ior"}) CHECK_THAT(reason(name), Catch::Contains("below 0.0001"));
+  scene.bsdfs[0].int_ior = scene.bsdfs[0].ext_ior;
+  for (const char* name : {"frost.alpha", "frost.ext_ior"}) CHECK_THAT(reason(name), Catch::Contains("null"));
+  scene.bsdfs[0].int_ior = 5000 * scene.bsdfs[0].ext_ior;
+  CHECK_THAT(reason("frost.int_ior"), Catch::Contains("beyond 1000"));
+}
+
 TEST_CASE("the BSDF inside a twosided one is a parameter once, of the surface that shows it") {
   const itn::Scene scene = itn::load_scene(ITN_SOURCE_DIR "/scenes/test/mitsuba/camera_inside.xml");
   const auto all = itn::list_parameters(scene);

@@ -36,6 +36,8 @@ double parse_ior(Properties& properties, const std::string& name, const std::str
   }
   const double ior = properties.number(name);
   if (!(ior > 0)) properties.fail_at(name, quote(name) + " = " + std::to_string(ior) + "; need an index above 0");
+  if (ior < least_ior || ior > greatest_ior)
+    properties.fail_at(name, quote(name) + " = " + to_text(ior) + "; need an index from 0.001 to 1000");
   return ior;
 }
 

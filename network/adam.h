@@ -1,0 +1,37 @@
+// Adam (Kingma and Ba 2015, algorithm 1), with PyTorch's defaults.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "network/tensor.h"
+
+namespace itn {
+
+struct AdamOptions {
+  double beta1 = 0.9, beta2 = 0.999, epsilon = 1e-8;
+};
+
+class Adam {
+ public:
+  explicit Adam(const std::vector<Tensor>& weights, AdamOptions options = {});
+
+  // One step of every weight against its gradient, which is laid out as the weights.
+  void step(std::vector<Tensor>& weights, const std::vector<Tensor>& gradients, double learning_rate);
+
+  // All that steps leave behind, for checkpoints.
+  struct State {
+    std::vector<Tensor> mean, mean_square;  // decaying means of gradient and squared gradient, before bias correction
+    std::uint64_t steps = 0;
+  };
+  const State& state() const { return state_; }
+  State& state() { return state_; }
+
+ private:
+  AdamOptions options_;
+  State state_;
+};
+
+// Half a cosine wave from `first` at step 0 down to `last` at step `steps` and after it (Loshchilov and Hutter 2017).
+double cosine_learning_rate(double first, double last, std::uint64_t step, std::uint64_t steps);
+
+}  // namespace itn

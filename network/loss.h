@@ -1,0 +1,44 @@
+// What training makes small, and its gradient by the network's raw outputs.
+#pragma once
+#include <span>
+#include <vector>
+
+#include "network/output_range.h"
+
+namespace itn {
+
+struct OutputLoss {
+  double loss = 0;
+  std::vector<float> gradient;  // d loss / d raw output, (batch, outputs)
+};
+
+// The supervised loss (paper, eq. 2): mean over batch and outputs of (share - share of the truth)^2. The paper does not
+// say in which units; the shares (output_range.h) give the three parameters like weights, and sigma_t by its logarithm.
+// outputs: raw, (batch, outputs); truth: parameters, laid out likewise.
+OutputLoss supervised_loss(std::span<const float> outputs, std::span<const double> truth,
+                           const std::vector<OutputRange>& ranges);
+
+// Raw outputs (batch, outputs) to parameters.
+std::vector<double> parameters_of(std::span<const float> outputs, const std::vector<OutputRange>& ranges);
+
+// The term that ITN and SSN add (paper, eq. 3): how far the images rendered with the predicted parameters are from the
+// input images. The trainer asks through this interface, and knows no renderer.
+class ImageLoss {
+ public:
+  virtual ~ImageLoss() = default;
+
+  struct Result {
+    double loss = 0;               // mean over the batch
+    std::vector<double> gradient;  // d loss / d parameter, (batch, outputs)
+  };
+  // examples: which ones of the training set the batch holds; parameters: predicted, (batch, outputs). The result must
+  // be a function of the arguments alone: noise is seeded by `step`, so that training can be repeated bit for bit.
+  virtual Result evaluate(std::span<const std::size_t> examples, std::span<const double> parameters,
+                          std::uint64_t step) = 0;
+};
+
+// loss.gradient += weight * the image loss's gradient, by the raw outputs; loss.loss += weight * its loss.
+void add_image_loss(OutputLoss& loss, const ImageLoss::Result& image, double weight, std::span<const float> outputs,
+                    const std::vector<OutputRange>& ranges);
+
+}  // namespace itn

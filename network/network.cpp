@@ -1,0 +1,148 @@
+#include "network/network.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <oneapi/dnnl/dnnl.hpp>
+#include <utility>
+
+#include "network/convolution.h"
+#include "network/fully_connected.h"
+#include "network/random.h"
+#include "runtime/error.h"
+
+namespace itn {
+namespace {
+
+bool is_power_of_two(int number, int up_to) {
+  return number >= 1 && number <= up_to && std::has_single_bit(static_cast<unsigned>(number));
+}
+
+std::size_t features_of(const NetworkDescription& description) {
+  return static_cast<std::size_t>(description.width) << (NETWORK_STAGES - 1);
+}
+
+void check(const NetworkDescription& description) {
+  if (description.kind != "rn" && description.kind != "itn" && description.kind != "ssn")
+    throw UsageError("network kind '" + description.kind + "': must be rn, itn or ssn");
+  if (description.channels != 1 && description.channels != 6)
+    throw UsageError("network with " + std::to_string(description.channels) +
+                     " input channels: must be 1 (luminance) or 6 (known shape and light)");
+  if (!is_power_of_two(description.size, 128))
+    throw UsageError("network for images of " + std::to_string(description.size) +
+                     " pixels: must be a power of two, up to 128");
+  if (!is_power_of_two(description.width, 64))
+    throw UsageError("network with " + std::to_string(description.width) +
+                     " channels in its first stage: must be a power of two, up to 64");
+  check_outputs(description.outputs);
+}
+
+std::vector<Tensor> empty_weights(const NetworkDescription& description) {
+  std::vector<Tensor> tensors;
+  const auto add = [&](std::string name, std::vector<std::size_t> shape) {
+    const std::size_t count = count_of(shape);
+    tensors.push_back({std::move(name), std::move(shape), std::vector<float>(count)});
+  };
+  auto in = static_cast<std::size_t>(description.channels);
+  auto out = static_cast<std::size_t>(description.width);
+  for (int stage = 0; stage < NETWORK_STAGES; ++stage) {
+    add("convolution" + std::to_string(stage) + ".weight", {out, in, 3, 3});
+    add("convolution" + std::to_string(stage) + ".bias", {out});
+    in = std::exchange(out, 2 * out);
+  }
+  add("fully_connected.weight", {description.outputs.size(), in});
+  add("fully_connected.bias", {description.outputs.size()});
+  return tensors;
+}
+
+float* data(const dnnl::memory& memory) { return static_cast<float*>(memory.get_data_handle()); }
+
+}  // namespace
+
+struct Network::Pass {
+  dnnl::engine engine{dnnl::engine::kind::cpu, 0};
+  dnnl::stream stream{engine};
+  dnnl::memory images;
+  std::vector<ConvolutionStage> stages;
+  std::vector<float> output;
+  FullyConnectedShape last;
+
+  Pass(const NetworkDescription& description, int batch)
+      : last{static_cast<std::size_t>(batch), features_of(description), description.outputs.size()} {
+    images = dnnl::memory({{batch, description.channels, description.size, description.size},
+                           dnnl::memory::data_type::f32,
+                           dnnl::memory::format_tag::nchw},
+                          engine);
+    ConvolutionShape shape{batch, description.channels, description.width, description.size};
+    for (int stage = 0; stage < NETWORK_STAGES; ++stage) {
+      if (stage == 0)
+        stages.emplace_back(engine, shape, images, dnnl::memory());
+      else
+        stages.emplace_back(engine, shape, stages.back().output(), stages.back().output_gradient());
+      shape.in_channels = std::exchange(shape.out_channels, 2 * shape.out_channels);
+      shape.size = std::max(1, shape.size / 2);
+    }
+    output.resize(last.batch * last.outputs);
+  }
+
+  // Of images of one pixel every layout is (batch, channels).
+  float* features() { return data(stages.back().output()); }
+  float* features_gradient() { return data(stages.back().output_gradient()); }
+};
+
+Network::Network(NetworkDescription description) : description_(std::move(description)) {
+  check(description_);
+  weights_ = gradients_ = empty_weights(description_);
+}
+
+Network::~Network() = default;
+Network::Network(Network&&) noexcept = default;
+Network& Network::operator=(Network&&) noexcept = default;
+
+void Network::initialise(std::uint64_t seed) {
+  for (std::size_t layer = 0; layer < weights_.size(); ++layer) {
+    Tensor& weight = weights_[layer];
+    const bool is_bias = weight.shape.size() == 1;
+    const std::size_t inputs = weight.values.size() / weight.shape[0];
+    const double deviation = is_bias ? 0 : std::sqrt(2 / static_cast<double>(inputs));
+    for (std::size_t i = 0; i < weight.values.size(); ++i)
+      weight.values[i] = static_cast<float>(deviation * random_normal(seed, RANDOM_WEIGHTS + layer, i));
+  }
+}
+
+std::size_t Network::image_values() const {
+  const auto size = static_cast<std::size_t>(description_.size);
+  return static_cast<std::size_t>(description_.channels) * size * size;
+}
+
+const std::vector<float>& Network::forward(std::span<const float> images, int batch) {
+  if (batch < 1 || images.size() != static_cast<std::size_t>(batch) * image_values())
+    throw UsageError("a batch of " + std::to_string(batch) + " images with " + std::to_string(images.size()) +
+                     " numbers, where one has " + std::to_string(image_values()));
+  std::unique_ptr<Pass>& pass = passes_[batch];
+  if (!pass) pass = std::make_unique<Pass>(description_, batch);
+  last_pass_ = pass.get();
+
+  std::copy(images.begin(), images.end(), data(pass->images));
+  for (std::size_t stage = 0; stage < NETWORK_STAGES; ++stage)
+    pass->stages[stage].forward(pass->stream, weights_[2 * stage].values.data(), weights_[2 * stage + 1].values.data());
+  fully_connected(pass->last, pass->features(), weights_[2 * NETWORK_STAGES].values.data(),
+                  weights_[2 * NETWORK_STAGES + 1].values.data(), pass->output.data());
+  return pass->output;
+}
+
+void Network::backward(std::span<const float> output_gradient) {
+  Pass* const pass = last_pass_;
+  if (!pass || output_gradient.size() != pass->output.size())
+    throw UsageError("the gradient by the outputs does not belong to the last batch");
+  fully_connected_backward(pass->last, pass->features(), weights_[2 * NETWORK_STAGES].values.data(),
+                           output_gradient.data(), pass->features_gradient(),
+                           gradients_[2 * NETWORK_STAGES].values.data(),
+                           gradients_[2 * NETWORK_STAGES + 1].values.data());
+  for (std::size_t stage = NETWORK_STAGES; stage-- > 0;)
+    pass->stages[stage].backward(pass->stream, weights_[2 * stage].values.data(), gradients_[2 * stage].values.data(),
+                                 gradients_[2 * stage + 1].values.data());
+}
+
+}  // namespace itn

@@ -1,0 +1,66 @@
+// The paper's network (section 5; after Liu et al. 2017): seven convolution stages (convolution.h), each with twice the
+// channels of the one before, 16, 32, ..., 1024 in the paper, and one fully connected layer to as many raw outputs as
+// there are parameters to predict.
+#pragma once
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "network/output_range.h"
+#include "network/tensor.h"
+
+namespace itn {
+
+constexpr int NETWORK_STAGES = 7;
+
+struct NetworkDescription {
+  std::string kind =
+      "rn";          // how it was trained: rn (supervised), itn (and full transport), ssn (and single scattering)
+  int channels = 1;  // 1: luminance. 6: luminance, normal (3), depth, environment, where shape and light are known
+  int size = 128;    // side of the square images [pixels]: a power of two, up to 128
+  std::vector<OutputRange> outputs = default_outputs();
+  int width = 16;  // channels of the first stage: a power of two, up to 64; the last has 64 times as many
+
+  friend bool operator==(const NetworkDescription&, const NetworkDescription&) = default;
+};
+
+class Network {
+ public:
+  // All weights 0. Throws UsageError: a kind, size or number of channels not named above; wrong outputs.
+  explicit Network(NetworkDescription description);
+  ~Network();
+  Network(Network&&) noexcept;
+  Network& operator=(Network&&) noexcept;
+
+  // Weights normal with variance 2 / (inputs of the layer) (He et al. 2015), a function of the seed; biases 0.
+  void initialise(std::uint64_t seed);
+
+  // images: (batch, channels, size, size), row-major, finite. Returns the raw outputs (batch, outputs), row-major.
+  const std::vector<float>& forward(std::span<const float> images, int batch);
+
+  // After forward(): the loss's gradient by the raw outputs, (batch, outputs), becomes gradients().
+  void backward(std::span<const float> output_gradient);
+
+  const NetworkDescription& description() const { return description_; }
+  int outputs() const { return static_cast<int>(description_.outputs.size()); }
+  std::size_t image_values() const;  // channels * size * size
+
+  // In a fixed order: weight (out, in, 3, 3) and bias of every stage, weight (outputs, 1024) and bias of the last
+  // layer. They do not depend on the size of the images.
+  std::vector<Tensor>& weights() { return weights_; }
+  const std::vector<Tensor>& weights() const { return weights_; }
+  const std::vector<Tensor>& gradients() const { return gradients_; }
+
+ private:
+  struct Pass;  // activations and gradients of one batch size
+
+  NetworkDescription description_;
+  std::vector<Tensor> weights_, gradients_;
+  std::map<int, std::unique_ptr<Pass>> passes_;
+  Pass* last_pass_ = nullptr;
+};
+
+}  // namespace itn

@@ -1,0 +1,94 @@
+#include "network/network_file.h"
+
+#include <charconv>
+#include <nlohmann/json.hpp>
+
+#include "runtime/error.h"
+#include "runtime/image/file.h"
+
+namespace itn {
+namespace {
+
+constexpr const char* FORMAT = "itn.network";
+constexpr const char* VERSION = "1";
+
+int whole_number(const Safetensors& content, const std::string& name, const std::string& file) {
+  const std::string& text = content.text(name, file);
+  int number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size())
+    throw InputError(file + ": metadata '" + name + "' is '" + text + "', where a whole number is expected");
+  return number;
+}
+
+std::string shape_text(const std::vector<std::size_t>& shape) {
+  std::string text;
+  for (const std::size_t extent : shape) text += (text.empty() ? "" : " x ") + std::to_string(extent);
+  return text;
+}
+
+}  // namespace
+
+std::map<std::string, std::string> network_metadata(const NetworkDescription& description) {
+  nlohmann::ordered_json outputs = nlohmann::ordered_json::array();
+  for (const OutputRange& range : description.outputs)
+    outputs.push_back(
+        {{"name", range.name}, {"low", range.low}, {"high", range.high}, {"logarithmic", range.logarithmic}});
+  return {{"format", FORMAT},
+          {"version", VERSION},
+          {"kind", description.kind},
+          {"channels", std::to_string(description.channels)},
+          {"size", std::to_string(description.size)},
+          {"width", std::to_string(description.width)},
+          {"outputs", outputs.dump()}};
+}
+
+NetworkDescription network_description(const Safetensors& content, const std::string& file) {
+  if (content.text("format", file) != FORMAT)
+    throw InputError(file + ": holds '" + content.text("format", file) + "', where '" + FORMAT + "' is expected");
+  if (content.text("version", file) != VERSION)
+    throw InputError(file + ": is of version " + content.text("version", file) + ", and this program reads version " +
+                     VERSION + "; use the program that wrote it, or train again");
+  NetworkDescription description;
+  description.kind = content.text("kind", file);
+  description.channels = whole_number(content, "channels", file);
+  description.size = whole_number(content, "size", file);
+  description.width = whole_number(content, "width", file);
+  try {
+    description.outputs.clear();
+    for (const nlohmann::json& range : nlohmann::json::parse(content.text("outputs", file)))
+      description.outputs.push_back({range.at("name"), range.at("low"), range.at("high"), range.at("logarithmic")});
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(file + ": metadata 'outputs' does not say the ranges of the outputs: " + error.what());
+  }
+  return description;
+}
+
+void read_tensor(const Safetensors& content, const std::string& prefix, Tensor& to, const std::string& file) {
+  const Tensor& from = content.tensor(prefix + to.name, file);
+  if (from.shape != to.shape)
+    throw InputError(file + ": array '" + from.name + "' is " + shape_text(from.shape) + ", where " +
+                     shape_text(to.shape) + " is expected");
+  to.values = from.values;
+}
+
+void write_network(const std::string& file, const Network& network, Precision precision) {
+  write_file(file, safetensors_bytes({network.weights(), network_metadata(network.description())}, precision));
+}
+
+Network read_network(const std::string& file) {
+  const Safetensors content = parse_safetensors(read_file(file), file);
+  const NetworkDescription description = network_description(content, file);
+  try {
+    Network network(description);
+    if (content.tensors.size() != network.weights().size())
+      throw InputError(file + ": has " + std::to_string(content.tensors.size()) + " arrays, where " +
+                       std::to_string(network.weights().size()) + " are expected");
+    for (Tensor& weight : network.weights()) read_tensor(content, "", weight, file);
+    return network;
+  } catch (const UsageError& error) {
+    throw InputError(file + ": " + error.what());
+  }
+}
+
+}  // namespace itn

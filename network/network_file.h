@@ -1,0 +1,28 @@
+// A network in a safetensors file: its weights, and in the metadata all that is needed to use them.
+//
+//   format "itn.network", version "1", kind, channels, size, width, outputs (JSON: name, low, high, logarithmic), all
+//   as text; arrays named as in Network::weights().
+#pragma once
+#include <string>
+
+#include "network/network.h"
+#include "network/safetensors.h"
+
+namespace itn {
+
+// Writes the file whole or not at all. half: for shipping, at half the size; the outputs change by some 1e-3.
+// Throws ResultError: no place to write to, weights that are not finite or too large for half precision.
+void write_network(const std::string& file, const Network& network, Precision precision);
+
+// Throws InputError that names the file: unreadable, damaged, another format or version, arrays of other shapes,
+// missing or unknown.
+Network read_network(const std::string& file);
+
+// The metadata of a network, and a network without weights from it: checkpoints hold them too.
+std::map<std::string, std::string> network_metadata(const NetworkDescription& description);
+NetworkDescription network_description(const Safetensors& content, const std::string& file);
+
+// Copies the array named prefix + to.name. Throws InputError: not there, or of another shape.
+void read_tensor(const Safetensors& content, const std::string& prefix, Tensor& to, const std::string& file);
+
+}  // namespace itn

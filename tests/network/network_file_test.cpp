@@ -1,0 +1,102 @@
+// Networks in files: what comes back, and what is refused.
+#include "network/network_file.h"
+
+#include <catch2/catch.hpp>
+#include <functional>
+
+#include "../support/temporary_folder.h"
+#include "network/random.h"
+#include "runtime/error.h"
+#include "runtime/image/file.h"
+
+namespace {
+
+using namespace itn;
+using Catch::Contains;
+
+Network some_network() {
+  Network network({"itn", 6, 4, {{"sigma_t", 20, 300, true}, {"albedo", 0.25, 1, false}}, 2});
+  network.initialise(3);
+  network.weights().back().values = {0.25f, -3};
+  return network;
+}
+
+std::vector<float> outputs(Network& network) {
+  std::vector<float> images(2 * network.image_values());
+  for (std::size_t i = 0; i < images.size(); ++i) images[i] = static_cast<float>(random_uniform(1, 2, i));
+  return network.forward(images, 2);
+}
+
+// The message for some_network()'s file after a change.
+std::string message(const std::function<void(Safetensors&)>& change) {
+  const TemporaryFolder folder;
+  const std::string file = folder / "network.safetensors";
+  static const Safetensors original = [] {
+    const Network network = some_network();
+    return Safetensors{network.weights(), network_metadata(network.description())};
+  }();
+  Safetensors content = original;
+  change(content);
+  write_file(file, safetensors_bytes(content, Precision::half));
+  try {
+    read_network(file);
+  } catch (const InputError& error) {
+    CHECK_THAT(error.what(), Contains(file));
+    return error.what();
+  }
+  return "accepted";
+}
+
+}  // namespace
+
+TEST_CASE("A network comes back from its file with the same outputs to the bit, and its ranges") {
+  const TemporaryFolder folder;
+  Network network = some_network();
+  write_network(folder / "a.safetensors", network, Precision::single);
+  Network read = read_network(folder / "a.safetensors");
+  CHECK(read.description() == network.description());
+  CHECK(outputs(read) == outputs(network));
+}
+
+TEST_CASE("Half precision is half the size and moves the outputs by little") {
+  const TemporaryFolder folder;
+  Network network = some_network();
+  write_network(folder / "a.safetensors", network, Precision::half);
+  write_network(folder / "b.safetensors", network, Precision::single);
+  const auto size = [&](const char* name) { return static_cast<double>(read_file(folder / name).size()); };
+  CHECK(size("a.safetensors") < 0.51 * size("b.safetensors"));
+  Network read = read_network(folder / "a.safetensors");
+  CHECK(read.description() == network.description());
+  const std::vector<float> expected = outputs(network), found = outputs(read);
+  for (std::size_t i = 0; i < expected.size(); ++i) CHECK(found[i] == Approx(expected[i]).margin(3e-3));
+}
+
+TEST_CASE("A network file of another kind, version or shape is an input error") {
+  CHECK(message([](Safetensors&) {}) == "accepted");
+  CHECK_THAT(message([](Safetensors& c) { c.metadata["version"] = "2"; }), Contains("version 2"));
+  CHECK_THAT(message([](Safetensors& c) { c.metadata["format"] = "pt"; }), Contains("holds 'pt'"));
+  CHECK_THAT(message([](Safetensors& c) { c.metadata.clear(); }), Contains("no metadata 'format'"));
+  CHECK_THAT(message([](Safetensors& c) { c.metadata["kind"] = "gan"; }), Contains("kind 'gan'"));
+  CHECK_THAT(message([](Safetensors& c) { c.metadata["channels"] = "3"; }), Contains("3 input channels"));
+  CHECK_THAT(message([](Safetensors& c) { c.metadata["size"] = "100"; }), Contains("100 pixels"));
+  CHECK_THAT(message([](Safetensors& c) { c.metadata["width"] = "3"; }), Contains("3 channels in its first stage"));
+  CHECK_THAT(message([](Safetensors& c) { c.metadata["size"] = "64 "; }), Contains("whole number"));
+  CHECK_THAT(message([](Safetensors& c) { c.metadata["outputs"] = "[{}]"; }), Contains("'outputs'"));
+  CHECK_THAT(message([](Safetensors& c) { c.metadata["outputs"] = "{"; }), Contains("'outputs'"));
+  CHECK_THAT(
+      message([](Safetensors& c) { c.metadata["outputs"] = R"([{"name":"g","low":1,"high":0,"logarithmic":false}])"; }),
+      Contains("low below high"));
+  CHECK_THAT(message([](Safetensors& c) { c.metadata["channels"] = "1"; }),
+             Contains("'convolution0.weight' is 2 x 6 x 3 x 3, where 2 x 1 x 3 x 3 is expected"));
+  CHECK_THAT(message([](Safetensors& c) { c.tensors[1].name = "bias"; }), Contains("no array 'convolution0.bias'"));
+  CHECK_THAT(message([](Safetensors& c) { c.tensors.push_back({"more", {1}, {0.0f}}); }), Contains("17 arrays"));
+}
+
+TEST_CASE("A network file that is missing or damaged is an input error") {
+  const TemporaryFolder folder;
+  CHECK_THROWS_AS(read_network(folder / "none.safetensors"), InputError);
+  const std::string file = folder / "a.safetensors";
+  write_network(file, some_network(), Precision::half);
+  write_file(file, read_file(file).substr(0, 100'000));
+  CHECK_THROWS_AS(read_network(file), InputError);
+}

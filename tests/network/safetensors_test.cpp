@@ -1,0 +1,145 @@
+// Safetensors files byte by byte, and what is refused.
+#include "network/safetensors.h"
+
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <limits>
+
+#include "network/random.h"
+#include "runtime/error.h"
+
+namespace {
+
+using namespace itn;
+using Catch::Contains;
+
+// A file from its header and data; the length stands in front, little-endian.
+std::string file_of(const std::string& header, const std::string& data) {
+  std::string bytes;
+  for (int byte = 0; byte < 8; ++byte) bytes += static_cast<char>(header.size() >> (8 * byte) & 255);
+  return bytes + header + data;
+}
+
+std::string message(const std::string& bytes) {
+  try {
+    parse_safetensors(bytes, "some.safetensors");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+const Safetensors two_arrays{{{"a", {2}, {1.0f, -2.0f}}, {"b.c", {1, 2}, {0.5f, 65504.0f}}}, {{"format", "test"}}};
+
+}  // namespace
+
+TEST_CASE("A safetensors file of single precision has the documented bytes") {
+  // 1 = 3f800000, -2 = c0000000, 0.5 = 3f000000, 65504 = 477fe000
+  const std::string data("\x00\x00\x80\x3f\x00\x00\x00\xc0\x00\x00\x00\x3f\x00\xe0\x7f\x47", 16);
+  std::string header = R"({"__metadata__":{"format":"test"},"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]},)"
+                       R"("b.c":{"dtype":"F32","shape":[1,2],"data_offsets":[8,16]}})";
+  header.resize((header.size() + 7) / 8 * 8, ' ');
+  CHECK(safetensors_bytes(two_arrays, Precision::single) == file_of(header, data));
+}
+
+TEST_CASE("A safetensors file of half precision has the documented bytes") {
+  // 1 = 3c00, -2 = c000, 0.5 = 3800, 65504 = 7bff, the largest
+  const std::string bytes = safetensors_bytes(two_arrays, Precision::half);
+  CHECK(bytes.substr(bytes.size() - 8) == std::string("\x00\x3c\x00\xc0\x00\x38\xff\x7b", 8));
+  CHECK_THAT(bytes, Contains(R"("b.c":{"dtype":"F16","shape":[1,2],"data_offsets":[4,8]})"));
+  CHECK(bytes.size() % 8 == 0);
+}
+
+TEST_CASE("What was written is read back: single precision to the bit, half to its rounding") {
+  const Safetensors original{{{"x", {3}, {0.1f, 1e-30f, -3.4e38f}}, {"scalar", {}, {7.0f}}, {"empty", {0, 4}, {}}},
+                             {{"k", "ü \"quoted\""}}};
+  const Safetensors read = parse_safetensors(safetensors_bytes(original, Precision::single), "f");
+  REQUIRE(read.tensors.size() == 3);
+  CHECK(read.tensor("x", "f").values == original.tensors[0].values);
+  CHECK(read.tensor("scalar", "f").values == std::vector<float>{7.0f});
+  CHECK(read.tensor("scalar", "f").shape.empty());
+  CHECK(read.tensor("empty", "f").shape == std::vector<std::size_t>{0, 4});
+  CHECK(read.metadata == original.metadata);
+
+  const Safetensors halves{{{"x", {3}, {0.1f, 6e-8f, -1000.3f}}}, {}};
+  const std::vector<float> rounded =
+      parse_safetensors(safetensors_bytes(halves, Precision::half), "f").tensors[0].values;
+  CHECK(rounded == std::vector<float>{0.0999755859375f, 5.9604644775390625e-8f, -1000.5f});
+}
+
+TEST_CASE("Numbers that a file cannot hold are not written") {
+  const auto one = [](float value) { return Safetensors{{{"x", {1}, {value}}}, {}}; };
+  CHECK_THROWS_AS(safetensors_bytes(one(7e4f), Precision::half), ResultError);
+  CHECK_NOTHROW(safetensors_bytes(one(7e4f), Precision::single));
+  CHECK_THROWS_AS(safetensors_bytes(one(std::numeric_limits<float>::quiet_NaN()), Precision::single), ResultError);
+  CHECK_THROWS_AS(safetensors_bytes(one(std::numeric_limits<float>::infinity()), Precision::half), ResultError);
+}
+
+TEST_CASE("A file cut short anywhere, or with more at its end, is an input error") {
+  const std::string bytes = safetensors_bytes(two_arrays, Precision::single);
+  REQUIRE_NOTHROW(parse_safetensors(bytes, "f"));
+  for (std::size_t length = 0; length < bytes.size(); ++length) {
+    INFO(length);
+    CHECK_THROWS_AS(parse_safetensors(bytes.substr(0, length), "f"), InputError);
+  }
+  CHECK_THAT(message(bytes + "x"), Contains("some.safetensors: its arrays should have 16 bytes, and 17 are there"));
+  CHECK_THAT(message(bytes.substr(0, 7)), Contains("truncated safetensors file of 7 bytes"));
+}
+
+TEST_CASE("A wrong header is an input error that says what is wrong") {
+  const std::string data(8, '\0');
+  const auto entry = [&](const std::string& text) { return message(file_of("{\"x\":" + text + "}", data)); };
+  CHECK(entry(R"({"dtype":"F32","shape":[2],"data_offsets":[0,8]})") == "accepted");
+  CHECK_THAT(entry(R"({"dtype":"F64","shape":[1],"data_offsets":[0,8]})"), Contains("type F64"));
+  CHECK_THAT(entry(R"({"dtype":"F32","shape":[3],"data_offsets":[0,8]})"), Contains("larger than its place"));
+  CHECK_THAT(entry(R"({"dtype":"F32","shape":[1],"data_offsets":[0,8]})"), Contains("does not fill its place"));
+  CHECK_THAT(entry(R"({"dtype":"F16","shape":[3],"data_offsets":[0,7]})"), Contains("does not fill its place"));
+  CHECK_THAT(entry(R"({"dtype":"F32","shape":[4294967296,4294967296,1],"data_offsets":[0,8]})"), Contains("larger"));
+  CHECK_THAT(entry(R"({"dtype":"F32","shape":[1],"data_offsets":[4,8]})"), Contains("leaves a gap"));
+  CHECK_THAT(entry(R"({"dtype":"F32","shape":[1],"data_offsets":[0,4]})"), Contains("should have 4 bytes"));
+  CHECK_THAT(entry(R"({"dtype":"F32","shape":[2],"data_offsets":[8,0]})"), Contains("no valid place"));
+  CHECK_THAT(entry(R"({"dtype":"F32","shape":[2],"data_offsets":[0,8,9]})"), Contains("no valid place"));
+  CHECK_THAT(entry(R"({"dtype":"F32","shape":[-2],"data_offsets":[0,8]})"), Contains("whole number"));
+  CHECK_THAT(entry(R"({"dtype":"F32","shape":[2.5],"data_offsets":[0,8]})"), Contains("whole number"));
+  CHECK_THAT(entry(R"({"dtype":"F32","shape":2,"data_offsets":[0,8]})"), Contains("list of whole numbers"));
+  CHECK_THAT(entry(R"({"dtype":"F32","shape":[2,0],"data_offsets":[0,8]})"), Contains("does not fill"));
+  CHECK_THAT(entry(R"({"shape":[2],"data_offsets":[0,8]})"), Contains("dtype"));
+  CHECK_THAT(entry("7"), Contains("no valid safetensors header"));
+  CHECK_THAT(message(file_of("{\"x\":", data)), Contains("no valid safetensors header"));
+  CHECK_THAT(message(file_of("[]", "")), Contains("no valid safetensors header"));
+  CHECK_THAT(message(file_of(R"({"__metadata__":{"k":1}})", "")), Contains("no valid safetensors header"));
+  CHECK_THAT(message(file_of(R"({"x":{"dtype":"F32","shape":[2],"data_offsets":[0,8]},)"
+                             R"("y":{"dtype":"F32","shape":[1],"data_offsets":[4,8]}})",
+                             data)),
+             Contains("overlaps another"));
+  CHECK_THAT(message(std::string(8, '\xff') + "{}"), Contains("truncated or no safetensors file"));
+}
+
+TEST_CASE("Numbers that are not finite are an input error") {
+  const std::string nan("\x00\x00\xc0\x7f", 4), half_infinity("\x00\x7c", 2);
+  CHECK_THAT(message(file_of(R"({"x":{"dtype":"F32","shape":[1],"data_offsets":[0,4]}})", nan)),
+             Contains("not finite"));
+  CHECK_THAT(message(file_of(R"({"x":{"dtype":"F16","shape":[1],"data_offsets":[0,2]}})", half_infinity)),
+             Contains("not finite"));
+}
+
+TEST_CASE("A damaged file is read, or refused as an input error; nothing else happens") {
+  const std::string bytes = safetensors_bytes(two_arrays, Precision::half);
+  int refused = 0;
+  constexpr int trials = 3000;
+  for (std::uint64_t trial = 0; trial < trials; ++trial) {
+    std::string damaged = bytes;
+    for (std::uint64_t change = 0; change <= trial % 3; ++change) {
+      const std::uint64_t random = random_bits(1, trial, change);
+      damaged[random % damaged.size()] = static_cast<char>(random >> 40);
+    }
+    try {
+      parse_safetensors(damaged, "f");
+    } catch (const InputError&) {
+      ++refused;
+    }
+  }
+  // Most of the file is header, where hardly a byte can change unnoticed; a change in names, metadata or numbers can.
+  CHECK(refused > trials / 2);
+  CHECK(refused < trials);
+}
