@@ -17,7 +17,8 @@ constexpr std::size_t least_slots = 1 << 10, least_samples = 1 << 12;  // below,
 constexpr int staged_slots_a_cpu_unit = 1 << 12;
 // Work-items a group of the staged kernels. Always given: PoCL compiles a kernel anew for every size it chooses itself.
 constexpr std::size_t gpu_local = 64, cpu_local = 1;
-constexpr int medium_events = 64;  // a state load at most
+constexpr int medium_events = 64;            // a state load at most
+constexpr std::size_t geometry_buffers = 5;  // before the jobs in SCENE_PARAMETERS
 constexpr int queues = QUEUES, free_queue = QUEUE_FREE;
 // In the order of path_state.h.
 constexpr std::array<const char*, QUEUES> stage_names{"generate",       "ray",       "null",   "diffuse", "dielectric",
@@ -33,19 +34,31 @@ std::size_t field_count(const std::map<std::string, std::string>& d) {
                      number("MEDIUM_LIGHT_SAMPLING"), number("SCORES"), number("DERIVATIVES"), number("BASELINES"));
 }
 
+// What the program is made for, but the ways in which it runs.
+std::map<std::string, std::string> features(const LaunchData& data, const DerivativeData& derivatives, bool baselines) {
+  std::map<std::string, std::string> result = feature_definitions(data);
+  result["BOX_WIDTH"] = std::to_string(data.geometry.box_width);
+  result["SCORES"] = std::to_string(derivatives.scores.size());
+  result["BASELINES"] = std::to_string(baselines && !derivatives.scores.empty() && data.cells > 0);
+  result["DERIVATIVES"] = std::to_string(derivatives.derivatives.size());
+  const bool by_light = std::any_of(derivatives.derivatives.begin(), derivatives.derivatives.end(),
+                                    [](const DerivativeRecord& d) { return d.emitter >= 0; });
+  result["HAS_LIGHT_DERIVATIVES"] = std::to_string(by_light);
+  return result;
+}
+
 }  // namespace
 
 Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs,
                      const DerivativeData& derivatives, Operator op, int width, Schedule schedule, bool baselines)
-    : device_(device), jobs_(std::move(jobs)), cells_(data.cells) {
-  const bool quiet = baselines && !derivatives.scores.empty() && cells_ > 0;
-  learnt_ = !quiet;
+    : device_(device), jobs_(std::move(jobs)), baselines_(baselines) {
   for (const JobRecord& job : jobs_) pixels_.push_back(data.pixels[static_cast<std::size_t>(job.camera)]);
   width_ = width > 0 ? width : device.default_width();
   const bool cpu = device.info().type == "cpu";
   fused_ = schedule == Schedule::automatic ? cpu : schedule == Schedule::fused;
 
-  std::map<std::string, std::string> definitions = feature_definitions(data);
+  features_ = features(data, derivatives, baselines_);
+  std::map<std::string, std::string> definitions = features_;
   channels_ = std::stoi(definitions["RADIANCE_CHANNELS"]);
   throughput_channels_ = std::stoi(definitions["THROUGHPUT_CHANNELS"]);
   workers_ = fused_ ? 4 * device.info().compute_units : 1;
@@ -53,40 +66,20 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
            : cpu  ? std::min(staged_slots, staged_slots_a_cpu_unit * device.info().compute_units)
                   : staged_slots;
   definitions["WIDTH"] = std::to_string(width_);
-  definitions["BOX_WIDTH"] = std::to_string(data.geometry.box_width);
   definitions["FUSED"] = std::to_string(fused_);
   definitions["SLOTS"] = std::to_string(slots_);
   definitions["GENERATE_BELOW"] = std::to_string(width_);
   definitions["MEDIUM_EVENTS"] = std::to_string(medium_events);
   definitions["OPERATOR_SINGLE"] = std::to_string(op == Operator::single);
-  definitions["SCORES"] = std::to_string(derivatives.scores.size());
-  definitions["BASELINES"] = std::to_string(quiet);
-  definitions["DERIVATIVES"] = std::to_string(derivatives.derivatives.size());
-  const bool by_light = std::any_of(derivatives.derivatives.begin(), derivatives.derivatives.end(),
-                                    [](const DerivativeRecord& d) { return d.emitter >= 0; });
-  definitions["HAS_LIGHT_DERIVATIVES"] = std::to_string(by_light);
   program_ = device.build("wavefront.cl", definitions, {{"derivative/score.h", print_scores(derivatives.functions)}});
   for (const char* name : stage_names) stage_times_.push_back({name, 0, 0, 0});
 
   const Geometry& g = data.geometry;
-  scene_ = {device.upload(g.nodes, "hierarchy nodes"),
-            device.upload(g.leaves, "hierarchy leaves"),
-            device.upload(g.primitives, "primitives"),
-            device.upload(g.grid, "flight grid"),
-            device.upload(g.records, "geometry records"),
-            device.upload(data.cameras, "cameras"),
-            device.upload(data.shapes, "shapes"),
-            device.upload(data.bsdfs, "BSDFs"),
-            device.upload(data.media, "media"),
-            device.upload(data.emitters, "emitters"),
-            device.upload(data.emitter_tables, "emitter tables"),
-            device.upload(data.textures, "textures"),
-            device.upload(data.texels, "texels"),
-            device.upload(derivatives.scores, "scores"),
-            device.upload(derivatives.derivatives, "derivatives")};
+  scene_ = {device.upload(g.nodes, "hierarchy nodes"), device.upload(g.leaves, "hierarchy leaves"),
+            device.upload(g.primitives, "primitives"), device.upload(g.grid, "flight grid"),
+            device.upload(g.records, "geometry records")};
+  upload_records(data, derivatives);
 
-  futures_ = device.upload(std::vector<float>(quiet ? static_cast<std::size_t>(cells_ * throughput_channels_) : 1),
-                           "expected futures");
   visits_ = device.upload(std::vector<float>(1), "pilot's visits");
 
   // Short of memory, fewer paths are in flight and launches are smaller: the image is the same.
@@ -113,10 +106,32 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   samples_ = samples.buffer;
 }
 
+void Wavefront::upload_records(const LaunchData& data, const DerivativeData& derivatives) {
+  scene_.resize(geometry_buffers);
+  for (cl::Buffer buffer :
+       {device_.upload(data.cameras, "cameras"), device_.upload(data.shapes, "shapes"),
+        device_.upload(data.bsdfs, "BSDFs"), device_.upload(data.media, "media"),
+        device_.upload(data.emitters, "emitters"), device_.upload(data.emitter_tables, "emitter tables"),
+        device_.upload(data.textures, "textures"), device_.upload(data.texels, "texels"),
+        device_.upload(derivatives.scores, "scores"), device_.upload(derivatives.derivatives, "derivatives")})
+    scene_.push_back(std::move(buffer));
+  cells_ = data.cells;
+  learnt_ = features_.at("BASELINES") == "0";  // else the next trace() learns: expected futures depend on the material
+  futures_ = device_.upload(std::vector<float>(learnt_ ? 1 : static_cast<std::size_t>(cells_ * throughput_channels_)),
+                            "expected futures");
+}
+
+bool Wavefront::replace(const LaunchData& data, const JobRecord& job, const DerivativeData& derivatives) {
+  if (features(data, derivatives, baselines_) != features_) return false;
+  upload_records(data, derivatives);
+  jobs_ = {job};
+  return true;
+}
+
 void Wavefront::set_scene_arguments(cl::Kernel& kernel) const {
   cl_uint at = 0;
   for (std::size_t k = 0; k < scene_.size(); ++k) {
-    if (k == 5) kernel.setArg(at++, jobs_buffer_);
+    if (k == geometry_buffers) kernel.setArg(at++, jobs_buffer_);
     kernel.setArg(at++, scene_[k]);
   }
   kernel.setArg(at++, futures_);

@@ -1,5 +1,7 @@
 // Runs jobs through the stages of kernels/wavefront.cl: device buffers, program, chunks, launches.
 #pragma once
+#include <map>
+#include <string>
 #include <vector>
 
 #include "runtime/renderer.h"
@@ -22,6 +24,10 @@ class Wavefront {
   Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs,
             const DerivativeData& derivatives, Operator op, int width, Schedule schedule, bool baselines = true);
 
+  // Gives the one job other numbers: everything but the geometry is taken from `data`. False, and nothing is changed,
+  // where they need another program. The next trace() learns baselines anew.
+  bool replace(const LaunchData& data, const JobRecord& job, const DerivativeData& derivatives);
+
   int channels() const { return channels_; }                        // of radiance: 1 or 3
   std::size_t sample_capacity() const { return sample_capacity_; }  // most samples a launch can hold
 
@@ -39,6 +45,7 @@ class Wavefront {
   std::uint64_t misplaced() const;
 
  private:
+  void upload_records(const LaunchData& data, const DerivativeData& derivatives);
   void set_scene_arguments(cl::Kernel& kernel) const;
   void trace_jobs(const std::vector<JobSlice>& slices, bool pilot);
   void learn_baselines();
@@ -47,12 +54,14 @@ class Wavefront {
 
   const Device& device_;
   std::vector<JobRecord> jobs_;
-  std::vector<int> pixels_;                         // of each job's film
-  int cells_, throughput_channels_, a_sample_ = 0;  // a_sample_: floats of a sample
-  bool fused_, timed_ = false, learnt_;
+  std::vector<int> pixels_;                             // of each job's film
+  int cells_ = 0, throughput_channels_, a_sample_ = 0;  // a_sample_: floats of a sample
+  bool fused_, baselines_, learnt_ = false, timed_ = false;
   int width_, channels_, workers_, slots_;
   std::size_t sample_capacity_;
-  std::vector<cl::Buffer> scene_;  // in the order of SCENE_PARAMETERS, without jobs and samples
+  std::map<std::string, std::string> features_;  // what the program was made for
+  // In the order of SCENE_PARAMETERS, without jobs and samples; those of the geometry come first.
+  std::vector<cl::Buffer> scene_;
   cl::Buffer jobs_buffer_, futures_, visits_, samples_, storage_, counter_, misplaced_;
   cl::Program program_;
   std::vector<StageTime> stage_times_;  // a queue each; the free queue's stage is generate

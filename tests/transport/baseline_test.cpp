@@ -109,6 +109,22 @@ TEST_CASE("baselines lower the variance of derivatives where paths scatter often
   }
 }
 
+TEST_CASE("a renderer given another material renders the bits of a new one, derivatives too", "[derivative]") {
+  Scene scene = load_scene(test_scene("mitsuba/rough_ggx.xml"));
+  const RenderOptions options = with(quiet_parameters(scene), true, 7);
+  Renderer renderer(device(), scene, options);
+  renderer.render(0, 2);
+  scene.media[0].sigma_t = {12, 12, 12};
+  scene.media[0].albedo = {0.97, 0.97, 0.97};
+  renderer.replace(scene);
+  const Rendering replaced = renderer.render(2, 2), anew = Renderer(device(), scene, options).render(2, 2);
+  CHECK(replaced.mean == anew.mean);
+  for (std::size_t i = 0; i < options.derivatives.size(); ++i) {
+    INFO(options.derivatives[i]);
+    CHECK(replaced.derivatives[i].mean == anew.derivatives[i].mean);
+  }
+}
+
 TEST_CASE("a table of expected futures learns what paths gather from a state on") {
   // Two throughput channels stand for two of radiance; a path of weight w gathers 3 w and 5 w after cell 1, which it
   // visits having gathered 1 and 2.
