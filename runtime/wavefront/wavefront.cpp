@@ -16,7 +16,7 @@ constexpr std::size_t least_slots = 1 << 10, least_samples = 1 << 12;  // below,
 constexpr int staged_slots_a_cpu_unit = 1 << 12;
 // Work-items a group of the staged kernels. Always given: PoCL compiles a kernel anew for every size it chooses itself.
 constexpr std::size_t gpu_local = 64, cpu_local = 1;
-constexpr int medium_events = 64;  // a state load at most
+constexpr int medium_events = 64;            // a state load at most
 constexpr std::size_t geometry_buffers = 5;  // before the jobs in SCENE_PARAMETERS
 constexpr int queues = QUEUES, free_queue = QUEUE_FREE;
 // In the order of path_state.h.
@@ -67,10 +67,8 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   for (const char* name : stage_names) stage_times_.push_back({name, 0, 0, 0});
 
   const Geometry& g = data.geometry;
-  scene_ = {device.upload(g.nodes, "hierarchy nodes"),
-            device.upload(g.leaves, "hierarchy leaves"),
-            device.upload(g.primitives, "primitives"),
-            device.upload(g.grid, "flight grid"),
+  scene_ = {device.upload(g.nodes, "hierarchy nodes"), device.upload(g.leaves, "hierarchy leaves"),
+            device.upload(g.primitives, "primitives"), device.upload(g.grid, "flight grid"),
             device.upload(g.records, "geometry records")};
   upload_records(data, derivatives);
 
