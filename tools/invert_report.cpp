@@ -158,7 +158,7 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
                         "away; the intervals do not hold. Give it more iterations, or start nearer.",
                         outcome.found().steps.size(), end.distance));
   if (!end.determined)
-    text.push_back(
+    text.emplace_back(
         "A direction of the parameters shows so little in the images that the noise of the derivatives hides it: the "
         "intervals do not hold. Give it more samples (--spp), or fewer parameters.");
   for (std::size_t p = 0; p < coordinates.size(); ++p)
@@ -167,7 +167,7 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
                                  coordinates[p].parameter().name));
   const double chance = 1 + 5 * std::sqrt(2 / end.residuals);
   if (!outcome.noise_known)
-    text.push_back(
+    text.emplace_back(
         "The targets' noise is not known (no standard errors in the files, no --noise): 1 % of the radiance was "
         "assumed "
         "to weigh the pixels; the intervals come from what is left of the targets, so they hold if that is noise.");
