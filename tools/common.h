@@ -30,8 +30,8 @@ void add_common_options(CLI::App& command, CommonOptions& options);
 // Of --sensor; throws UsageError when the scene has fewer.
 const Sensor& chosen_sensor(const Scene& scene, int index);
 
-// Which sensor each target of a command was seen by: as given, else the scene's sensors in their order. Throws UsageError
-// where sensors or masks do not come one a target or not at all.
+// Which sensor each target of a command was seen by: as given, else the scene's sensors in their order. Throws
+// UsageError where sensors or masks do not come one a target or not at all.
 std::vector<int> sensors_of_targets(const std::vector<std::string>& targets, const std::vector<std::string>& masks,
                                     const std::vector<int>& sensors);
 

@@ -21,8 +21,8 @@ struct Options {
   bool exposure = false;
 };
 
-nlohmann::ordered_json to_json(const LossGradient& result, const Options& options,
-                               const std::vector<double>& exposures, double scene_s, double render_s) {
+nlohmann::ordered_json to_json(const LossGradient& result, const Options& options, const std::vector<double>& exposures,
+                               double scene_s, double render_s) {
   nlohmann::ordered_json gradient = nlohmann::ordered_json::object();
   for (std::size_t p = 0; p < options.parameters.size(); ++p)
     gradient[options.parameters[p]] = {{"value", result.gradient[p]}, {"stderr", result.gradient_stderr[p]}};

@@ -110,9 +110,8 @@ std::string html_table(const std::vector<std::vector<std::string>>& rows) {
 
 std::string html_picture(const std::string& png, const std::string& caption) {
   const std::string words = html_escape(caption);
-  return fmt::format(
-      "<figure><img src=\"data:image/png;base64,{}\" alt=\"{}\"><figcaption>{}</figcaption></figure>\n", base64(png),
-      words, words);
+  return fmt::format("<figure><img src=\"data:image/png;base64,{}\" alt=\"{}\"><figcaption>{}</figcaption></figure>\n",
+                     base64(png), words, words);
 }
 
 std::string svg_plot(const Plot& plot) {
@@ -136,9 +135,9 @@ std::string svg_plot(const Plot& plot) {
       "role=\"img\" aria-label=\"{2}\">\n<text x=\"{3}\" y=\"16\" font-size=\"13\">{2}</text>\n",
       width, height, html_escape(plot.title), left);
   if (plot.band_low < plot.band_high)
-    svg += fmt::format("<rect x=\"{}\" y=\"{:.1f}\" width=\"{}\" height=\"{:.1f}\" fill=\"#1f6fb4\" opacity=\".15\"/>\n",
-                       left, py(plot.band_high), width - left - right,
-                       std::max(1.0, py(plot.band_low) - py(plot.band_high)));
+    svg += fmt::format(
+        "<rect x=\"{}\" y=\"{:.1f}\" width=\"{}\" height=\"{:.1f}\" fill=\"#1f6fb4\" opacity=\".15\"/>\n", left,
+        py(plot.band_high), width - left - right, std::max(1.0, py(plot.band_low) - py(plot.band_high)));
   for (const double t : y.ticks())
     svg += fmt::format(
         "<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" stroke=\"#ddd\"/>"
@@ -147,8 +146,8 @@ std::string svg_plot(const Plot& plot) {
   for (const double t : x.ticks())
     svg += fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\">{:.4g}</text>\n", px(t),
                        height - bottom + 15, t);
-  svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"end\" fill=\"#555\">{}</text>\n", width - right,
-                     height - 4, html_escape(plot.x_label));
+  svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"end\" fill=\"#555\">{}</text>\n", width - right, height - 4,
+                     html_escape(plot.x_label));
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
     const Series& s = plot.series[k];
     const char* colour = colours[k % colours.size()];

@@ -24,7 +24,7 @@ struct Series {
 struct Plot {
   std::string title, x_label;
   std::vector<Series> series;
-  bool log_y = false;                // values of 0 and below are left out
+  bool log_y = false;                  // values of 0 and below are left out
   double band_low = 0, band_high = 0;  // a shaded band of y; none where they are equal
 };
 

@@ -97,8 +97,8 @@ nlohmann::json stored(const Run& run) {
 Run run_from(const nlohmann::json& j) {
   Run run{j.at("start").get<std::vector<double>>(), state_from(j.at("state")), {}};
   for (const nlohmann::json& s : j.at("steps"))
-    run.steps.push_back({static_cast<int>(run.steps.size()), s.at(0), s.at(1), s.at(2), number_from(s.at(3)), s.at(4),
-                         s.at(5)});
+    run.steps.push_back(
+        {static_cast<int>(run.steps.size()), s.at(0), s.at(1), s.at(2), number_from(s.at(3)), s.at(4), s.at(5)});
   return run;
 }
 
@@ -229,8 +229,8 @@ void print_step(std::size_t start, const InversionStep& step, const std::vector<
   std::string values;
   for (std::size_t p = 0; p < coordinates.size(); ++p)
     values += fmt::format("  {} {:.5g}", coordinates[p].parameter().name, coordinates[p].value(step.x[p]));
-  fmt::print("start {}  iteration {:3}  {:4} spp  loss {:.4g}{}{}\n", start, step.iteration, step.spp, step.loss, values,
-             step.accepted ? "" : "  (taken back)");
+  fmt::print("start {}  iteration {:3}  {:4} spp  loss {:.4g}{}{}\n", start, step.iteration, step.spp, step.loss,
+             values, step.accepted ? "" : "  (taken back)");
   std::fflush(stdout);
 }
 
@@ -267,7 +267,8 @@ InversionOutcome outcome_of(const Options& options, Inversion& inversion, const 
   for (std::size_t k = coordinates.size(); k < end.x.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
     const double sd = std::sqrt(end.covariance(i, i)), value = std::exp(end.x[k]);
-    outcome.exposures.push_back({names[k], value, value * std::exp(-1.96 * sd), value * std::exp(1.96 * sd), value * sd});
+    outcome.exposures.push_back(
+        {names[k], value, value * std::exp(-1.96 * sd), value * std::exp(1.96 * sd), value * sd});
   }
   return outcome;
 }
@@ -327,7 +328,8 @@ void run(Options options) {
   write_inversion(outcome, model.coordinates(), targets);
   if (common.talkative()) print(outcome, model.coordinates());
   write_json(common, to_json(outcome, model.coordinates()));
-  if (!outcome.converged()) throw ResultError("invert: not converged; " + options.folder + "/report.html shows how far");
+  if (!outcome.converged())
+    throw ResultError("invert: not converged; " + options.folder + "/report.html shows how far");
 }
 
 }  // namespace
@@ -341,9 +343,10 @@ void add_invert(CLI::App& app) {
       "does not converge.");
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
   command
-      ->add_option("--target", options->targets,
-                   "OpenEXR image to explain, of the film's size, with standard errors (stderr.R ...) if they are known; "
-                   "repeated: one for each of several sensors")
+      ->add_option(
+          "--target", options->targets,
+          "OpenEXR image to explain, of the film's size, with standard errors (stderr.R ...) if they are known; "
+          "repeated: one for each of several sensors")
       ->required()
       ->take_all();
   command
@@ -357,14 +360,16 @@ void add_invert(CLI::App& app) {
       ->take_all();
   command->add_option("-o,--output", options->folder, "folder for the result: report.html, result.json, images")
       ->required();
-  command->add_option("--method", options->method,
-                      "gauss-newton: steps of weighted least squares; adam: 200 iterations of stochastic gradients")
+  command
+      ->add_option("--method", options->method,
+                   "gauss-newton: steps of weighted least squares; adam: 200 iterations of stochastic gradients")
       ->check(CLI::IsMember({"adam", "gauss-newton"}))
       ->capture_default_str();
   command->add_option("--iterations", options->inversion.iterations, "at most; default 50, adam 200")
       ->check(CLI::Range(1, 1000000));
-  command->add_option("--noise", options->noise,
-                      "standard deviation of the targets' noise over their radiance, beside what their files say")
+  command
+      ->add_option("--noise", options->noise,
+                   "standard deviation of the targets' noise over their radiance, beside what their files say")
       ->check(CLI::Range(0.0, 10.0));
   command->add_flag("--exposure", options->inversion.exposure, "each target is known up to a factor: find it, too");
   command->add_option("--start", options->start, "NAME=VALUE: start there instead; may be repeated")->take_all();

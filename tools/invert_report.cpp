@@ -51,7 +51,6 @@ void write_images(const std::string& path, const Residual& r, const TargetImage&
   write_exr(path, exr);
 }
 
-
 std::vector<std::string> row(const Interval& i) {
   return {i.name, fmt::format("{:.5g}", i.value), fmt::format("{:.5g} to {:.5g}", i.low, i.high),
           fmt::format("{:.2g} %", 100 * i.stderr_ / std::fabs(i.value))};
@@ -96,9 +95,9 @@ nlohmann::ordered_json to_json(const InversionStep& step, const std::vector<Coor
   nlohmann::ordered_json values = nlohmann::ordered_json::object();
   for (std::size_t p = 0; p < coordinates.size(); ++p)
     values[coordinates[p].parameter().name] = coordinates[p].value(step.x[p]);
-  return {{"iteration", step.iteration}, {"spp", step.spp},           {"parameters", values},
-          {"loss", step.loss},           {"loss_stderr", step.loss_stderr}, {"accepted", step.accepted},
-          {"distance", step.distance}};
+  return {
+      {"iteration", step.iteration},     {"spp", step.spp},           {"parameters", values},     {"loss", step.loss},
+      {"loss_stderr", step.loss_stderr}, {"accepted", step.accepted}, {"distance", step.distance}};
 }
 
 nlohmann::ordered_json to_json(const InversionOutcome& outcome, const std::vector<Coordinate>& coordinates) {
@@ -114,9 +113,8 @@ nlohmann::ordered_json to_json(const InversionOutcome& outcome, const std::vecto
     nlohmann::ordered_json parts = nlohmann::ordered_json::object();
     for (std::size_t p = 0; p < coordinates.size(); ++p)
       parts[coordinates[p].parameter().name] = outcome.directions[k].part[p];
-    directions.push_back({{"direction", parts},
-                          {"relative_uncertainty", outcome.directions[k].uncertainty},
-                          {"words", texts[k]}});
+    directions.push_back(
+        {{"direction", parts}, {"relative_uncertainty", outcome.directions[k].uncertainty}, {"words", texts[k]}});
   }
   nlohmann::ordered_json starts = nlohmann::ordered_json::array();
   for (const InversionRun& run : outcome.runs) {
@@ -125,7 +123,10 @@ nlohmann::ordered_json to_json(const InversionOutcome& outcome, const std::vecto
       from[coordinates[p].parameter().name] = run.start[p];
       to[coordinates[p].parameter().name] = coordinates[p].value(run.end.x[p]);
     }
-    starts.push_back({{"from", from}, {"to", to}, {"loss", run.end.loss}, {"iterations", run.steps.size()},
+    starts.push_back({{"from", from},
+                      {"to", to},
+                      {"loss", run.end.loss},
+                      {"iterations", run.steps.size()},
                       {"converged", run.end.converged}});
   }
   const Inversion::Conclusion& end = outcome.found().end;
@@ -157,7 +158,7 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
                         "away; the intervals do not hold. Give it more iterations, or start nearer.",
                         outcome.found().steps.size(), end.distance));
   if (!end.determined)
-    text.push_back(
+    text.emplace_back(
         "A direction of the parameters shows so little in the images that the noise of the derivatives hides it: the "
         "intervals do not hold. Give it more samples (--spp), or fewer parameters.");
   for (std::size_t p = 0; p < coordinates.size(); ++p)
@@ -166,8 +167,9 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
                                  coordinates[p].parameter().name));
   const double chance = 1 + 5 * std::sqrt(2 / end.residuals);
   if (!outcome.noise_known)
-    text.push_back(
-        "The targets' noise is not known (no standard errors in the files, no --noise): 1 % of the radiance was assumed "
+    text.emplace_back(
+        "The targets' noise is not known (no standard errors in the files, no --noise): 1 % of the radiance was "
+        "assumed "
         "to weigh the pixels; the intervals come from what is left of the targets, so they hold if that is noise.");
   else if (end.residual > std::max(1.2, chance))
     text.push_back(fmt::format(
@@ -175,7 +177,8 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
         "noise are not those of the scene, and the parameters may be off by more than their intervals say.",
         end.residual));
   else
-    text.push_back(fmt::format("What is left of the targets is their noise ({:.3g} times its variance).", end.residual));
+    text.push_back(
+        fmt::format("What is left of the targets is their noise ({:.3g} times its variance).", end.residual));
   std::size_t same = 0;
   for (const InversionRun& run : outcome.runs) {
     bool near = run.end.converged;
@@ -193,8 +196,8 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
 std::vector<std::string> ambiguity_words(const InversionOutcome& outcome, const std::vector<Coordinate>& coordinates) {
   std::vector<std::string> text;
   for (const Direction& direction : outcome.directions)
-    text.push_back(fmt::format("known to {:.2g} % (one standard error): {} together",
-                               100 * direction.uncertainty, words(direction, coordinates)));
+    text.push_back(fmt::format("known to {:.2g} % (one standard error): {} together", 100 * direction.uncertainty,
+                               words(direction, coordinates)));
   return text;
 }
 

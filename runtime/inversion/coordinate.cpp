@@ -29,8 +29,8 @@ bool Coordinate::bounded() const { return std::isfinite(parameter_.high); }
 
 double Coordinate::of(double value) const {
   if (!parameter_.contains(value))
-    throw UsageError(fmt::format("parameter {}: the start is {}, need a number in {}", parameter_.name, value,
-                                 parameter_.range()));
+    throw UsageError(
+        fmt::format("parameter {}: the start is {}, need a number in {}", parameter_.name, value, parameter_.range()));
   if (!bounded()) return std::clamp(std::log(value), -largest_log, largest_log);
   return std::clamp(std::log((value - parameter_.low) / (parameter_.high - value)), -start_edge, start_edge);
 }

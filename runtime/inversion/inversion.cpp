@@ -10,13 +10,13 @@
 namespace itn {
 namespace {
 
-constexpr int pilot_spp = 16;            // for the noise, before the first iteration
-constexpr int concluding_spp = 256;      // at least
-constexpr double enough_share = 0.2;     // of the rendering in the variance of the unknowns
-constexpr double settled = 0.4;          // steps shorter than this many standard errors end the search
-constexpr double in_linear_range = 1;    // renderings from farther away than this many standard errors are not pooled
-constexpr double lost_in_noise = 1.5;    // steps shorter than this many standard errors of the rendering say nothing
-constexpr double largest_step = 1;       // of a coordinate in one iteration
+constexpr int pilot_spp = 16;          // for the noise, before the first iteration
+constexpr int concluding_spp = 256;    // at least
+constexpr double enough_share = 0.2;   // of the rendering in the variance of the unknowns
+constexpr double settled = 0.4;        // steps shorter than this many standard errors end the search
+constexpr double in_linear_range = 1;  // renderings from farther away than this many standard errors are not pooled
+constexpr double lost_in_noise = 1.5;  // steps shorter than this many standard errors of the rendering say nothing
+constexpr double largest_step = 1;     // of a coordinate in one iteration
 constexpr double least_damping = 1e-6, most_damping = 1e3;
 
 }  // namespace
@@ -59,8 +59,7 @@ InversionState Inversion::start(const std::vector<double>& x) {
                                                                 : std::min(pilot_spp, options_.sample_limit());
   if (options_.exposure) {
     const auto images = model_.render_groups(state.x, 0, pilot_spp);
-    for (std::size_t i = 0; i < images.size(); ++i)
-      state.x.push_back(std::log(best_exposure(images[i], targets_[i])));
+    for (std::size_t i = 0; i < images.size(); ++i) state.x.push_back(std::log(best_exposure(images[i], targets_[i])));
   }
   state.reference_x = state.x;
   state.reference_spp = pilot_spp;
@@ -110,8 +109,8 @@ bool Inversion::gauss_newton(const LeastSquares& equations, InversionState& stat
   state.accepted_cost = equations.cost;
   state.accepted_cost_stderr = equations.cost_stderr;
 
-  NormalEquations pool = state.pool.empty() ? NormalEquations(state.x.size())
-                                            : NormalEquations::from_numbers(state.x.size(), state.pool);
+  NormalEquations pool =
+      state.pool.empty() ? NormalEquations(state.x.size()) : NormalEquations::from_numbers(state.x.size(), state.pool);
   pool.add(equations, state.x);
   const NormalEquations::Solution solution = pool.solve(state.x, names());
   step.distance = solution.distance(state.x);
@@ -178,8 +177,7 @@ Inversion::Conclusion Inversion::conclude(const InversionState& state) {
     take_reference(state.x, state.next_sample, concluding_spp);
   result.references = references_;
   result.images = model_.render(state.x, state.next_sample + concluding_spp, std::max(concluding_spp, state.spp));
-  const LeastSquares equations =
-      least_squares(result.images, targets_, references_, model_.coordinates(), state.x);
+  const LeastSquares equations = least_squares(result.images, targets_, references_, model_.coordinates(), state.x);
   NormalEquations pool =
       pooled ? NormalEquations::from_numbers(state.x.size(), state.pool) : NormalEquations(state.x.size());
   pool.add(equations, state.x);

@@ -1,14 +1,14 @@
-// Analysis by synthesis: parameters for which the rendered images are those of the targets. Two ways to the same end, in
-// the coordinates of coordinate.h; both are a sequence of iterations of which each starts from a state that can be
+// Analysis by synthesis: parameters for which the rendered images are those of the targets. Two ways to the same end,
+// in the coordinates of coordinate.h; both are a sequence of iterations of which each starts from a state that can be
 // stored, so an interrupted inversion goes on with the same numbers.
 //
 // Adam (Kingma and Ba 2015) as in the paper: the image loss and its unbiased gradient, the same few samples a pixel in
 // every iteration, a step size that falls to 0 as a cosine.
 //
 // Gauss-Newton (Levenberg and Marquardt's form): the residuals weighted by their noise (least_squares.h), fresh samples
-// in every iteration, more of them as soon as a step is lost in the rendering's noise. Near the solution the equations of
-// all iterations are pooled (normal_equations.h), until the rendering's noise is a small part of what the target's own
-// noise does to the parameters.
+// in every iteration, more of them as soon as a step is lost in the rendering's noise. Near the solution the equations
+// of all iterations are pooled (normal_equations.h), until the rendering's noise is a small part of what the target's
+// own noise does to the parameters.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -31,16 +31,16 @@ struct InversionOptions {
 };
 
 struct InversionState {
-  int iteration = 0;                // the next one
-  int spp = 0, next_sample = 0;     // its samples
-  std::vector<double> x;            // the unknowns (least_squares.h) that it renders
+  int iteration = 0;             // the next one
+  int spp = 0, next_sample = 0;  // its samples
+  std::vector<double> x;         // the unknowns (least_squares.h) that it renders
   bool done = false, converged = false;
   // Gauss-Newton: the rendering that is the reference, the accepted point, and how far it trusts a step.
   std::vector<double> reference_x, accepted_x;
   int reference_spp = 0, reference_sample = 0;
   double accepted_cost = 0, accepted_cost_stderr = 0, damping = 0.01;
   bool accepted = false;
-  std::vector<double> pool;  // NormalEquations of the renderings since
+  std::vector<double> pool;                         // NormalEquations of the renderings since
   std::vector<double> first_moment, second_moment;  // Adam
 };
 
@@ -48,8 +48,8 @@ struct InversionStep {
   int iteration = 0, spp = 0;
   std::vector<double> x;  // where it rendered
   double loss = 0, loss_stderr = 0;
-  bool accepted = true;   // false: the step that led here made it worse, and is taken back
-  double distance = 0;    // Gauss-Newton: of the next step, root mean square over the unknowns, in standard errors
+  bool accepted = true;  // false: the step that led here made it worse, and is taken back
+  double distance = 0;   // Gauss-Newton: of the next step, root mean square over the unknowns, in standard errors
 };
 
 class Inversion {
@@ -66,9 +66,9 @@ class Inversion {
     std::vector<double> x;  // the unknowns
     Eigen::MatrixXd covariance;
     double loss = 0, loss_stderr = 0;
-    double residual = 0;   // mean of r^2 / variance; 1: what the noise explains
-    double residuals = 0;  // how many
-    double distance = 0;   // from the least-squares solution, as InversionStep
+    double residual = 0;     // mean of r^2 / variance; 1: what the noise explains
+    double residuals = 0;    // how many
+    double distance = 0;     // from the least-squares solution, as InversionStep
     bool determined = true;  // else the derivatives' noise hides a direction in which the image tells little
     bool converged = false;  // Adam: within one and a half standard errors of it
     std::vector<Reference> references;

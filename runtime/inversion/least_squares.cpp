@@ -13,9 +13,9 @@
 namespace itn {
 namespace {
 
-constexpr int variance_radius = 1;                         // [pixel]
+constexpr int variance_radius = 1;  // [pixel]
 constexpr std::array<int, 4> instrument_radii{0, 1, 2, 4};
-constexpr double least_variance = 1e-3;                    // of the image's mean: pixels without noise must not rule
+constexpr double least_variance = 1e-3;  // of the image's mean: pixels without noise must not rule
 
 enum class Centre { in, out };
 
@@ -100,9 +100,9 @@ Eigen::MatrixXd product(const Columns& a, const Columns& b, const std::vector<do
   return result;
 }
 
-// J smoothed over as many pixels as tell the unknowns best: the largest determinant of A^T B^-1 A, their information, with
-// A = sum of w Z J^T and B = sum of w Z Z^T. Pixels have independent noise, so with the mean over a pixel's neighbours in
-// place of its Z, A knows only what Z and J share without it.
+// J smoothed over as many pixels as tell the unknowns best: the largest determinant of A^T B^-1 A, their information,
+// with A = sum of w Z J^T and B = sum of w Z Z^T. Pixels have independent noise, so with the mean over a pixel's
+// neighbours in place of its Z, A knows only what Z and J share without it.
 Columns instruments_of(const Columns& jacobian, const std::vector<double>& weight, const TargetImage& shape) {
   Columns best = jacobian;
   double most = -std::numeric_limits<double>::infinity();

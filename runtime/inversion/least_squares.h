@@ -1,16 +1,16 @@
-// Rendered images against targets as a weighted least-squares problem: what Gauss-Newton solves, and what tells how well
-// the parameters are known.
+// Rendered images against targets as a weighted least-squares problem: what Gauss-Newton solves, and what tells how
+// well the parameters are known.
 //
-// Unknowns x: the coordinates of the parameters, then, where the exposures are unknown, log s of every target (the model
-// of a target is s T). r = s T - I is linear in a rendering's samples, and so is J = d r / d x. Multiplied with numbers
-// that know nothing of these samples, their means have no bias at any number of samples: the equations are
+// Unknowns x: the coordinates of the parameters, then, where the exposures are unknown, log s of every target (the
+// model of a target is s T). r = s T - I is linear in a rendering's samples, and so is J = d r / d x. Multiplied with
+// numbers that know nothing of these samples, their means have no bias at any number of samples: the equations are
 //
 //   sum of w Z r = 0,   with the derivative   sum of w Z J^T,
 //
 // the weights w and the instruments Z (which stand for J where least squares would multiply r with it; in econometrics:
-// instrumental variables) taken from an earlier rendering, the reference, and smoothed over neighbouring pixels as far as their noise asks for. Z need
-// not be J to give the right answer; the nearer, the smaller the error. J itself is far noisier than r, and sum of J r
-// would carry its noise times that of the target.
+// instrumental variables) taken from an earlier rendering, the reference, and smoothed over neighbouring pixels as far
+// as their noise asks for. Z need not be J to give the right answer; the nearer, the smaller the error. J itself is far
+// noisier than r, and sum of J r would carry its noise times that of the target.
 #pragma once
 #include <Eigen/Core>
 #include <vector>

@@ -50,9 +50,10 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
                                                  const std::vector<std::string>& names) const {
   for (Eigen::Index k = 0; k < scale_.rows(); ++k)
     if (!(scale_(k, k) > 0))
-      throw ResultError(fmt::format("{}: no compared pixel depends on it, so the target cannot tell it; leave it out, "
-                                    "or show a part of the scene where it matters",
-                                    names[static_cast<std::size_t>(k)]));
+      throw ResultError(
+          fmt::format("{}: no compared pixel depends on it, so the target cannot tell it; leave it out, "
+                      "or show a part of the scene where it matters",
+                      names[static_cast<std::size_t>(k)]));
   Solution solution;
   // Singular vectors where the scale is the identity; unit diagonal first, as the unknowns' scales differ.
   const Eigen::VectorXd unit = scale_.diagonal().cwiseSqrt();

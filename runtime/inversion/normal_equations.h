@@ -18,7 +18,7 @@ class NormalEquations {
 
   struct Solution {
     Eigen::VectorXd x;
-    Eigen::MatrixXd covariance;   // of x: the targets' noise, and the rendering's
+    Eigen::MatrixXd covariance;    // of x: the targets' noise, and the rendering's
     double monte_carlo_share = 0;  // of the rendering in it, mean over the unknowns
     // The information is more than three standard errors in every direction. Where it is less it is taken to be those,
     // so x does not move far there.

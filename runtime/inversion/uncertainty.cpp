@@ -41,8 +41,8 @@ std::vector<Interval> intervals(const std::vector<Coordinate>& coordinates, cons
     const Coordinate& c = coordinates[i];
     const auto k = static_cast<Eigen::Index>(i);
     const double sd = std::sqrt(covariance(k, k));
-    result.push_back({c.parameter().name, c.value(x[i]), c.value(x[i] - z95 * sd), c.value(x[i] + z95 * sd),
-                      c.slope(x[i]) * sd});
+    result.push_back(
+        {c.parameter().name, c.value(x[i]), c.value(x[i] - z95 * sd), c.value(x[i] + z95 * sd), c.slope(x[i]) * sd});
   }
   return result;
 }
@@ -55,16 +55,17 @@ std::vector<Interval> transport_coefficients(const Scene& scene, const std::vect
     const int channels = grey(medium.sigma_t) && grey(medium.albedo) ? 1 : 3;
     for (int c = 0; c < channels; ++c) {
       const auto channel = static_cast<std::size_t>(c);
-      const auto chain = jacobian(reduced_scattering_and_absorption,
-                                  std::array{medium.sigma_t[channel], medium.scale, medium.albedo[channel],
-                                             medium.isotropic ? 0.0 : medium.g});
+      const auto chain = jacobian(
+          reduced_scattering_and_absorption,
+          std::array{medium.sigma_t[channel], medium.scale, medium.albedo[channel], medium.isotropic ? 0.0 : medium.g});
       for (std::size_t quantity = 0; quantity < 2; ++quantity) {
         Eigen::VectorXd by = Eigen::VectorXd::Zero(covariance.rows());
         bool depends = false;
         for (std::size_t k = 0; k < kinds_of_medium.size(); ++k) {
           const int i = unknown(coordinates, kinds_of_medium[k], static_cast<int>(m), c);
           if (i < 0) continue;
-          by[i] = chain.by[quantity][k] * coordinates[static_cast<std::size_t>(i)].slope(x[static_cast<std::size_t>(i)]);
+          by[i] =
+              chain.by[quantity][k] * coordinates[static_cast<std::size_t>(i)].slope(x[static_cast<std::size_t>(i)]);
           depends |= by[i] != 0;
         }
         if (!depends) continue;
@@ -104,9 +105,8 @@ std::vector<Direction> ambiguity(const std::vector<Coordinate>& coordinates, con
 std::string words(const Direction& direction, const std::vector<Coordinate>& coordinates) {
   std::vector<std::size_t> order(coordinates.size());
   std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return std::fabs(direction.part[a]) > std::fabs(direction.part[b]);
-  });
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return std::fabs(direction.part[a]) > std::fabs(direction.part[b]); });
   std::string text;
   for (const std::size_t i : order) {
     const double change = direction.part[i] * direction.uncertainty;

@@ -1,9 +1,10 @@
 // An optimizer's coordinates against the ranges of the parameters.
+#include "runtime/inversion/coordinate.h"
+
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "runtime/error.h"
-#include "runtime/inversion/coordinate.h"
 
 using namespace itn;
 

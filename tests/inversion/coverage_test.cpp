@@ -14,8 +14,8 @@ struct Coverage {
   double square = 0;  // of (found - truth) / standard error, in coordinates
 };
 
-// Materials drawn from where the ball is neither clear nor opaque, each with a target of its own and a start within half
-// a unit of each coordinate (sigma_t: a factor of 1.6): from farther away some end in another minimum.
+// Materials drawn from where the ball is neither clear nor opaque, each with a target of its own and a start within
+// half a unit of each coordinate (sigma_t: a factor of 1.6): from farther away some end in another minimum.
 Coverage measure(int inversions, std::uint64_t seed) {
   const Device& device = test::device();
   const std::vector<std::string> names{"fog.sigma_t", "fog.albedo", "phase.g"};
@@ -68,5 +68,6 @@ TEST_CASE("95 % intervals hold the truth", "[stat]") {
   const Coverage c = measure(6, 2);
   CAPTURE(c.converged, c.covered, c.intervals, c.square / c.intervals);
   CHECK(c.converged == 6);
-  CHECK(c.covered >= 13);  // of 18: fewer in one of 500 sets of intervals that hold with 95 %, the three of an image alone
+  CHECK(c.covered >=
+        13);  // of 18: fewer in one of 500 sets of intervals that hold with 95 %, the three of an image alone
 }

@@ -48,7 +48,7 @@ TEST_CASE("Gauss-Newton finds the material from far away", "[stat]") {
 TEST_CASE("Adam goes to the same place", "[stat]") {
   const std::vector<TargetImage> targets{rendered_target(test::device(), fog_ball(4, 0.5, 0.5), 4096, 7)};
   ForwardModel model = model_of(fog_ball(2, 0.7, 0.5), two);
-  InversionOptions how = samples(16);
+  InversionOptions how = samples(128);
   how.method = InversionOptions::Method::adam;
   how.iterations = 120;
   how.learning_rate = 0.1;
@@ -112,7 +112,8 @@ TEST_CASE("an interrupted inversion goes on with the same numbers") {
 }
 
 TEST_CASE("the directions of an ambiguity are those of the covariance") {
-  const std::vector<Coordinate> c = model_of(fog_ball(4, 0.5, 0.5), {"fog.sigma_t", "fog.albedo", "phase.g"}).coordinates();
+  const std::vector<Coordinate> c =
+      model_of(fog_ball(4, 0.5, 0.5), {"fog.sigma_t", "fog.albedo", "phase.g"}).coordinates();
   const std::vector<double> x{c[0].of(4), c[1].of(0.5), c[2].of(0.5)};
   // sigma_t known to 10 %, and g with it: d g = 0.5 d log sigma_t; the albedo to 1 %, alone
   const double slope_albedo = c[1].slope(x[1]) / 0.5, slope_g = c[2].slope(x[2]);

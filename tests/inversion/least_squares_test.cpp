@@ -104,7 +104,9 @@ TEST_CASE("loss and cost leave out what the rendering's noise adds", "[stat]") {
   }
   double noise = 0;
   for (int i = 0; i < pixels; ++i)
-    noise += std::pow(targets[0].value[static_cast<std::size_t>(i)] - 5 - Made::a(i) * truth[0] - Made::b(i) * truth[1], 2) / pixels;
+    noise +=
+        std::pow(targets[0].value[static_cast<std::size_t>(i)] - 5 - Made::a(i) * truth[0] - Made::b(i) * truth[1], 2) /
+        pixels;
   CHECK(loss == Approx(noise).margin(4 * 0.04 * std::sqrt(2.0 / pixels / 200) + 0.0003));
   CHECK(cost == Approx(1).margin(0.05));
 }
@@ -118,7 +120,8 @@ TEST_CASE("an unknown that no pixel depends on is named") {
   NormalEquations pool(2);
   pool.add(least_squares({still}, targets, references, coordinates(), truth), truth);
   CHECK_THROWS_AS(pool.solve(truth, {"first", "second"}), ResultError);
-  CHECK_THROWS_WITH(pool.solve(truth, {"first", "second"}), Catch::StartsWith("second: no compared pixel depends on it"));
+  CHECK_THROWS_WITH(pool.solve(truth, {"first", "second"}),
+                    Catch::StartsWith("second: no compared pixel depends on it"));
 }
 
 TEST_CASE("stored equations are the same equations") {

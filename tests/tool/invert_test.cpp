@@ -1,6 +1,6 @@
 // itn invert as a user meets it.
-#include <catch2/catch.hpp>
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -16,16 +16,16 @@ const std::string ball = ITN_SOURCE_DIR "/tests/tool/data/ball.xml";
 
 // The ball with another albedo, as a target.
 std::string target_in(const TemporaryFolder& folder) {
-  const Result result = run_itn({"render", ball, "-D", "green=0.6", "--spp", "64", "--seed", "3", "--quiet", "-o",
-                                 folder / "target.exr"});
+  const Result result = run_itn(
+      {"render", ball, "-D", "green=0.6", "--spp", "64", "--seed", "3", "--quiet", "-o", folder / "target.exr"});
   INFO(result.error);
   REQUIRE(result.exit_code == 0);
   return folder / "target.exr";
 }
 
 std::vector<std::string> invert(const TemporaryFolder& folder, const std::vector<std::string>& more = {}) {
-  std::vector<std::string> arguments{"invert", ball,      "--target", folder / "target.exr",
-                                     "--parameter", "skin.albedo.G", "--spp", "64", "-o", folder / "fit"};
+  std::vector<std::string> arguments{"invert", ball, "--target", folder / "target.exr", "--parameter", "skin.albedo.G",
+                                     "--spp",  "64", "-o",       folder / "fit"};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
 }
