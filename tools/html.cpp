@@ -46,18 +46,21 @@ struct Axis {
     high += room;
   }
   double at(double v) const { return (scaled(v) - low) / (high - low); }
-  // Round numbers, 3 to 7 of them; of a logarithmic axis that spans decades its powers of ten.
+  // Round numbers, 3 to 7 of them; of a logarithmic axis powers of ten, or 1, 2 and 5 times them.
   std::vector<double> ticks() const {
     std::vector<double> result;
-    if (logarithmic && high - low >= 2) {
+    if (logarithmic && high - low >= 0.5) {
       const double step = std::ceil((high - low) / 6);
-      for (double t = std::ceil(low); t <= high; t += step) result.push_back(std::pow(10, t));
+      for (double t = std::floor(low); t <= high; t += step)
+        for (const double digit : {1.0, 2.0, 5.0})
+          if ((digit == 1 || high - low < 2) && std::log10(digit) + t >= low && std::log10(digit) + t <= high)
+            result.push_back(digit * std::pow(10, t));
       return result;
     }
     const double from = logarithmic ? std::pow(10, low) : low, to = logarithmic ? std::pow(10, high) : high;
     const double rough = (to - from) / 5, power = std::pow(10, std::floor(std::log10(rough)));
     const double step = (rough / power > 5 ? 10 : rough / power > 2 ? 5 : rough / power > 1 ? 2 : 1) * power;
-    for (double k = std::ceil(from / step); k * step <= to; ++k) result.push_back(k * step);
+    for (double k = std::ceil(from / step); k * step <= to; ++k) result.push_back(k == 0 ? 0 : k * step);  // not -0
     return result;
   }
 };
@@ -142,7 +145,7 @@ std::string svg_plot(const Plot& plot) {
     svg += fmt::format(
         "<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" stroke=\"#ddd\"/>"
         "<text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5:.4g}</text>\n",
-        left, width - right, py(t), left - 6, py(t) + 4, std::fabs(t) < 1e-12 ? 0.0 : t);
+        left, width - right, py(t), left - 6, py(t) + 4, t);
   for (const double t : x.ticks())
     svg += fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\">{:.4g}</text>\n", px(t),
                        height - bottom + 15, t);
