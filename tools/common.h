@@ -43,5 +43,6 @@ void add_gradcheck(CLI::App& app);
 void add_gradient(CLI::App& app);
 void add_parameters(CLI::App& app);
 void add_render(CLI::App& app);
+void add_shapes(CLI::App& app);
 
 }  // namespace itn::tools
