@@ -46,42 +46,46 @@ const Sensor& sensor_of(const Scene& scene, int index) {
   return scene.sensors[static_cast<std::size_t>(index)];
 }
 
-LaunchData data_for(const Device& device) {
-  LaunchData data;
-  data.geometry.box_width = box_width(device);
-  return data;
-}
-
-JobRecord job_of(const Scene& scene, const RenderOptions& options, LaunchData& data) {
-  JobRecord job = append_scene(scene, options.sensor, data);
-  job.seed_low = static_cast<unsigned>(options.seed);
-  job.seed_high = static_cast<unsigned>(options.seed >> 32);
-  return job;
-}
-
 }  // namespace
 
 struct Renderer::State {
-  State(const Device& device, const Scene& scene, const RenderOptions& given)
-      : options(given),
-        sensor(sensor_of(scene, given.sensor)),
-        data(data_for(device)),
-        job(job_of(scene, given, data)),
-        wavefront(device, data, {job}, derivative_data(scene, given.derivatives, job.emitter, data), given.op,
-                  given.width, given.schedule),
-        film(device, sensor.crop_width * sensor.crop_height, 1 + static_cast<int>(given.derivatives.size()),
-             wavefront.channels(), sensor.luminance) {
-    if (options.time_stages) wavefront.time_stages();
+  State(const Device& on, const Scene& scene, const RenderOptions& given)
+      : device(on), options(given), sensor(sensor_of(scene, given.sensor)) {
+    const auto start = std::chrono::steady_clock::now();
+    data.geometry.box_width = box_width(device);
+    const JobRecord job = seeded(append_scene(scene, options.sensor, data));
+    build(job, derivative_data(scene, options.derivatives, job.emitter, data));
     build_s = seconds_since(start);
   }
 
-  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  JobRecord seeded(JobRecord job) const {
+    job.seed_low = static_cast<unsigned>(options.seed);
+    job.seed_high = static_cast<unsigned>(options.seed >> 32);
+    return job;
+  }
+
+  void build(const JobRecord& job, const DerivativeData& derivatives) {
+    wavefront.reset();  // its memory first
+    wavefront = std::make_unique<Wavefront>(device, data, std::vector<JobRecord>{job}, derivatives, options.op,
+                                            options.width, options.schedule);
+    film = std::make_unique<Film>(device, sensor.crop_width * sensor.crop_height,
+                                  1 + static_cast<int>(options.derivatives.size()), wavefront->channels(),
+                                  sensor.luminance);
+    if (options.time_stages) wavefront->time_stages();
+  }
+
+  void replace(const Scene& scene) {
+    const JobRecord job = seeded(replace_scene(scene, options.sensor, data));
+    const DerivativeData derivatives = derivative_data(scene, options.derivatives, job.emitter, data);
+    if (!wavefront->replace(data, job, derivatives)) build(job, derivatives);
+  }
+
+  const Device& device;
   RenderOptions options;
   Sensor sensor;
   LaunchData data;
-  JobRecord job;
-  Wavefront wavefront;
-  Film film;
+  std::unique_ptr<Wavefront> wavefront;
+  std::unique_ptr<Film> film;
   double build_s = 0;
 };
 
@@ -89,11 +93,13 @@ Renderer::Renderer(const Device& device, const Scene& scene, const RenderOptions
     : state_(std::make_unique<State>(device, scene, options)) {}
 Renderer::~Renderer() = default;
 
+void Renderer::replace(const Scene& scene) { state_->replace(scene); }
+
 Rendering Renderer::render(int first_sample, int spp) {
   const RenderOptions& options = state_->options;
   const Sensor& sensor = state_->sensor;
-  Wavefront& wavefront = state_->wavefront;
-  Film& film = state_->film;
+  Wavefront& wavefront = *state_->wavefront;
+  Film& film = *state_->film;
   const int pixels = sensor.crop_width * sensor.crop_height;
   std::vector<Image> images;
 

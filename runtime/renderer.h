@@ -70,9 +70,11 @@ class Renderer {
   Renderer(const Device& device, const Scene& scene, const RenderOptions& options);
   ~Renderer();
   // Samples first_sample ... first_sample + samples - 1 of every pixel: parts of one seed make up the whole.
-  // first_sample
-  // >= 0, samples >= 1.
+  // first_sample >= 0, samples >= 1.
   Rendering render(int first_sample, int samples);
+  // From now on renders this scene: the one of before with other values of its parameters (scene/parameters.h), the
+  // same shapes, sensors and files. Quick: the geometry stays on the device.
+  void replace(const Scene& scene);
 
  private:
   struct State;

@@ -57,6 +57,20 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
   command.add_option("--json", options.json, "also write the result as JSON to this file; - is standard output");
 }
 
+std::vector<int> sensors_of_targets(const std::vector<std::string>& targets, const std::vector<std::string>& masks,
+                                    const std::vector<int>& sensors) {
+  std::vector<int> result = sensors;
+  if (result.empty())
+    for (std::size_t i = 0; i < targets.size(); ++i) result.push_back(static_cast<int>(i));
+  if (result.size() != targets.size())
+    throw UsageError(fmt::format("{} --sensor and {} --target; need one sensor for each target, or none at all",
+                                 result.size(), targets.size()));
+  if (!masks.empty() && masks.size() != targets.size())
+    throw UsageError(fmt::format("{} --mask and {} --target; need one mask for each target, or none at all",
+                                 masks.size(), targets.size()));
+  return result;
+}
+
 void write_json(const CommonOptions& options, const nlohmann::ordered_json& result) {
   if (options.json.empty()) return;
   const std::string text = result.dump(2) + "\n";

@@ -30,6 +30,11 @@ void add_common_options(CLI::App& command, CommonOptions& options);
 // Of --sensor; throws UsageError when the scene has fewer.
 const Sensor& chosen_sensor(const Scene& scene, int index);
 
+// Which sensor each target of a command was seen by: as given, else the scene's sensors in their order. Throws
+// UsageError where sensors or masks do not come one a target or not at all.
+std::vector<int> sensors_of_targets(const std::vector<std::string>& targets, const std::vector<std::string>& masks,
+                                    const std::vector<int>& sensors);
+
 // Writes the result where --json says; throws ResultError when that fails.
 void write_json(const CommonOptions& options, const nlohmann::ordered_json& result);
 
@@ -41,6 +46,7 @@ void add_bench(CLI::App& app);
 void add_devices(CLI::App& app);
 void add_gradcheck(CLI::App& app);
 void add_gradient(CLI::App& app);
+void add_invert(CLI::App& app);
 void add_parameters(CLI::App& app);
 void add_render(CLI::App& app);
 void add_shapes(CLI::App& app);

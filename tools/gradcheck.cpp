@@ -18,7 +18,7 @@
 namespace itn::tools {
 namespace {
 
-constexpr int batches = 4;               // independent seeds
+constexpr int batches = 4;               // of different samples
 constexpr double significance = 0.0027;  // a false alarm in all scores together
 
 struct Options {
@@ -73,42 +73,52 @@ void choose(const Scene& scene, const Options& options, Report& report) {
     throw UsageError(fmt::format("{}: the scene has no differentiable parameter{}", options.scene, reasons));
 }
 
-// Renders one image after the other, each of the same number of paths, and says how far the whole job is.
+// Renders one image after the other, each of one batch of the samples, and says how far the whole job is. The geometry
+// goes to the device twice, not once an image.
 class RenderSeries {
  public:
-  RenderSeries(const Device& device, const Options& options, int spp, std::size_t images, double paths_an_image)
-      : device_(device),
+  RenderSeries(const Device& device, const Scene& scene, const Options& options, const std::vector<std::string>& names,
+               int spp, std::size_t images, double paths_an_image)
+      : spp_(spp),
         images_(static_cast<double>(images)),
-        progress_(options.scene, static_cast<double>(images) * paths_an_image, "paths", !options.common.quiet) {
-    options_.sensor = options.sensor;
-    options_.spp = spp;
-    options_.op = options.operator_name == "single" ? Operator::single : Operator::full;
-    options_.cancel = &interrupt_flag();
-    options_.progress = [this](double fraction) { progress_.update((done_ + fraction) / images_); };
-  }
+        progress_(options.scene, static_cast<double>(images) * paths_an_image, "paths", !options.common.quiet),
+        differentiated_(device, scene, render_options(options, names)),
+        moved_(device, scene, render_options(options, {})) {}
 
-  Rendering operator()(const Scene& scene, std::uint64_t seed, const std::vector<std::string>& derivatives = {}) {
-    options_.seed = seed;
-    options_.derivatives = derivatives;
-    Rendering image = render(device_, scene, options_);
-    done_ += 1;
-    seconds_ += image.render_s;
-    return image;
+  Rendering differentiated(int batch) { return counted(differentiated_.render(batch * spp_, spp_)); }
+  Rendering moved(const Scene& scene, int batch) {
+    moved_.replace(scene);
+    return counted(moved_.render(batch * spp_, spp_));
   }
   double seconds() const { return seconds_; }
 
  private:
-  const Device& device_;
+  RenderOptions render_options(const Options& options, const std::vector<std::string>& derivatives) {
+    RenderOptions result;
+    result.sensor = options.sensor;
+    result.seed = options.common.seed;
+    result.op = options.operator_name == "single" ? Operator::single : Operator::full;
+    result.derivatives = derivatives;
+    result.cancel = &interrupt_flag();
+    result.progress = [this](double fraction) { progress_.update((done_ + fraction) / images_); };
+    return result;
+  }
+  Rendering counted(Rendering image) {
+    done_ += 1;
+    seconds_ += image.render_s;
+    return image;
+  }
+
+  int spp_;
   double images_, done_ = 0, seconds_ = 0;
   Progress progress_;
-  RenderOptions options_;
+  Renderer differentiated_, moved_;
 };
 
-std::vector<double> difference_image(const Scene& scene, const Check& check, std::uint64_t seed,
-                                     RenderSeries& render_image) {
+std::vector<double> difference_image(const Scene& scene, const Check& check, int batch, RenderSeries& images) {
   std::vector<double> difference;
   for (std::size_t k = 0; k < check.stencil.offset.size(); ++k) {
-    const Rendering other = render_image(moved_scene(scene, check.parameter, check.stencil.offset[k]), seed);
+    const Rendering other = images.moved(moved_scene(scene, check.parameter, check.stencil.offset[k]), batch);
     difference.resize(other.mean.size(), 0.0);
     for (std::size_t i = 0; i < difference.size(); ++i)
       difference[i] += check.stencil.weight[k] * static_cast<double>(other.mean[i]);
@@ -131,16 +141,15 @@ void measure(const Device& device, const Scene& scene, const Options& options, R
   for (const Check& check : report.checks) names.push_back(check.parameter.name);
 
   const std::size_t images = batches * (1 + 4 * report.checks.size());
-  RenderSeries render_image(device, options, batch_spp, images, static_cast<double>(pixels) * batch_spp);
+  RenderSeries series(device, scene, options, names, batch_spp, images, static_cast<double>(pixels) * batch_spp);
   double largest_mean = 0;
   for (int batch = 0; batch < batches; ++batch) {
-    const std::uint64_t seed = options.common.seed * batches + static_cast<std::uint64_t>(batch);
-    const Rendering image = render_image(scene, seed, names);
+    const Rendering image = series.differentiated(batch);
     for (const double mean : image.mean_of_image) largest_mean = std::max(largest_mean, std::fabs(mean));
     for (std::size_t i = 0; i < comparisons.size(); ++i)
-      comparisons[i].add(image.derivatives[i].mean, difference_image(scene, report.checks[i], seed, render_image));
+      comparisons[i].add(image.derivatives[i].mean, difference_image(scene, report.checks[i], batch, series));
   }
-  report.render_s = render_image.seconds();
+  report.render_s = series.seconds();
   report.bound = largest_z_bound(comparisons.size() * channels, significance);
   for (std::size_t i = 0; i < comparisons.size(); ++i) {
     Check& check = report.checks[i];
@@ -242,12 +251,11 @@ void add_gradcheck(CLI::App& app) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "gradcheck",
-      fmt::format(
-          "each derivative of an image against a central difference with the same random numbers\n\n"
-          "The mean of the image is compared, channel by channel, in {} batches of independent seeds that share "
-          "the samples a pixel. Exit code 1 if any of the z-scores exceeds the bound that all of them keep "
-          "with probability {:.2f} % when the derivatives are right (Sidak).",
-          batches, 100 * (1 - significance)));
+      fmt::format("each derivative of an image against a central difference with the same random numbers\n\n"
+                  "The mean of the image is compared, channel by channel, in {} batches that share "
+                  "the samples a pixel. Exit code 1 if any of the z-scores exceeds the bound that all of them keep "
+                  "with probability {:.2f} % when the derivatives are right (Sidak).",
+                  batches, 100 * (1 - significance)));
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
   command
       ->add_option("--parameter", options->parameters,

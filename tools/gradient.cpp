@@ -18,23 +18,11 @@ struct Options {
   std::string scene, operator_name = "full";
   std::vector<std::string> targets, masks, parameters;
   std::vector<int> sensors;
+  bool exposure = false;
 };
 
-// Which sensor each target was seen by: as given, else the scene's sensors in their order.
-std::vector<int> sensors_of_targets(const Options& options) {
-  std::vector<int> sensors = options.sensors;
-  if (sensors.empty())
-    for (std::size_t i = 0; i < options.targets.size(); ++i) sensors.push_back(static_cast<int>(i));
-  if (sensors.size() != options.targets.size())
-    throw UsageError(fmt::format("{} --sensor and {} --target; need one sensor for each target, or none at all",
-                                 sensors.size(), options.targets.size()));
-  if (!options.masks.empty() && options.masks.size() != options.targets.size())
-    throw UsageError(fmt::format("{} --mask and {} --target; need one mask for each target, or none at all",
-                                 options.masks.size(), options.targets.size()));
-  return sensors;
-}
-
-nlohmann::ordered_json to_json(const LossGradient& result, const Options& options, double scene_s, double render_s) {
+nlohmann::ordered_json to_json(const LossGradient& result, const Options& options, const std::vector<double>& exposures,
+                               double scene_s, double render_s) {
   nlohmann::ordered_json gradient = nlohmann::ordered_json::object();
   for (std::size_t p = 0; p < options.parameters.size(); ++p)
     gradient[options.parameters[p]] = {{"value", result.gradient[p]}, {"stderr", result.gradient_stderr[p]}};
@@ -43,6 +31,7 @@ nlohmann::ordered_json to_json(const LossGradient& result, const Options& option
           {"operator", options.operator_name},
           {"loss", result.loss},
           {"loss_stderr", result.loss_stderr},
+          {"exposures", exposures},
           {"gradient", gradient},
           {"time", {{"scene_s", scene_s}, {"render_s", render_s}}}};
 }
@@ -55,10 +44,11 @@ void run(const Options& options) {
   const Scene scene = load_scene(options.scene, common.definition_map());
   for (const std::string& text : scene.warnings) warn(common, text);
   const double scene_s = seconds();
-  const std::vector<int> sensors = sensors_of_targets(options);
+  const std::vector<int> sensors = sensors_of_targets(options.targets, options.masks, options.sensors);
   const Device device(common.device);
 
   std::vector<LossGradient> losses;
+  std::vector<double> exposures;
   Progress progress(options.scene, static_cast<double>(sensors.size()), "images", !common.quiet);
   for (std::size_t t = 0; t < sensors.size(); ++t) {
     RenderOptions render_options;
@@ -81,17 +71,19 @@ void run(const Options& options) {
       progress.update((static_cast<double>(t) + static_cast<double>(first) / spp) /
                       static_cast<double>(sensors.size()));
     }
-    losses.push_back(loss_gradient(groups, target));
+    exposures.push_back(options.exposure ? best_exposure(groups, target) : 1);
+    losses.push_back(loss_gradient(groups, target, exposures.back()));
   }
   progress.clear();
   const LossGradient result = mean_of(losses);
   if (common.talkative()) {
     fmt::print("loss {:.6g}  standard error {:.2g}\n", result.loss, result.loss_stderr);
+    if (options.exposure) fmt::print("exposure {:.6g}\n", fmt::join(exposures, " "));
     for (std::size_t p = 0; p < options.parameters.size(); ++p)
       fmt::print("d loss / d {}: {:.6g}  standard error {:.2g}\n", options.parameters[p], result.gradient[p],
                  result.gradient_stderr[p]);
   }
-  write_json(common, to_json(result, options, scene_s, seconds() - scene_s));
+  write_json(common, to_json(result, options, exposures, scene_s, seconds() - scene_s));
 }
 
 }  // namespace
@@ -115,6 +107,8 @@ void add_gradient(CLI::App& app) {
                    "scene parameter to differentiate by (itn parameters lists them); may be repeated")
       ->required()
       ->take_all();
+  command->add_flag("--exposure", options->exposure,
+                    "each target is known up to a factor: the loss is the smallest over the factors");
   command->add_option("--sensor", options->sensors, "the sensor of each target, from 0; default: in their order")
       ->check(CLI::Range(0, 1 << 20))
       ->take_all();

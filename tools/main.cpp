@@ -37,6 +37,7 @@ int run(int argc, char** argv) {
   itn::tools::add_gradcheck(app);
   itn::tools::add_render(app);
   itn::tools::add_gradient(app);
+  itn::tools::add_invert(app);
   itn::tools::add_parameters(app);
   itn::tools::add_shapes(app);
   try {

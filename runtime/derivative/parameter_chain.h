@@ -41,6 +41,12 @@ inline constexpr auto from_reduced_scattering = []<class Real>(const Numbers<Rea
   return Numbers<Real, 3>{medium[0], medium[1], x[2]};
 };
 
+// {sigma_t, scale, albedo, g} -> {reduced scattering, absorption} [1/scene unit]
+inline constexpr auto reduced_scattering_and_absorption = []<class Real>(const Numbers<Real, 4>& x) {
+  const Real sigma_t = scaled_extinction(Numbers<Real, 2>{x[0], x[1]})[0];
+  return Numbers<Real, 2>{sigma_t * x[2] * (Real(1) - x[3]), sigma_t * (Real(1) - x[2])};
+};
+
 // Coordinates of an optimizer. {x} -> {e^x}: for numbers > 0.
 inline constexpr auto from_log = []<class Real>(const Numbers<Real, 1>& x) {
   using std::exp;

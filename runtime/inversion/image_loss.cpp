@@ -62,14 +62,16 @@ std::vector<float> read_weights(const std::string& mask, int width, int height) 
 
 TargetImage read_target(const std::string& file, const std::string& mask, int width, int height, int channels) {
   const ExrImage image = read_sized(file, width, height);
-  TargetImage target{width, height, channels, {}, read_weights(mask, width, height)};
-  std::vector<std::size_t> from;
+  TargetImage target{width, height, channels, {}, read_weights(mask, width, height), {}};
+  std::vector<std::size_t> from, errors;
   for (const char* name : channels == 1 ? std::vector<const char*>{"Y"} : std::vector<const char*>{"R", "G", "B"}) {
     const int c = image.channel(name);
     if (c < 0)
       throw InputError(fmt::format("{}: has channels {}, need {}, as the sensor's film", file,
                                    fmt::join(image.channels, " "), channels == 1 ? "Y" : "R G B"));
     from.push_back(static_cast<std::size_t>(c));
+    const int error = image.channel(std::string("stderr.") + name);
+    if (error >= 0) errors.push_back(static_cast<std::size_t>(error));
   }
   for (std::size_t i = 0; i < target.weight.size(); ++i)
     for (const std::size_t c : from) {
@@ -81,6 +83,15 @@ TargetImage read_target(const std::string& file, const std::string& mask, int wi
                         file, at_pixel(static_cast<int>(i), width), image.channels[c], value));
       target.value.push_back(target.weight[i] > 0 ? value : 0.0F);
     }
+  if (errors.size() == from.size())
+    for (std::size_t i = 0; i < target.weight.size(); ++i)
+      for (const std::size_t c : errors) {
+        const float error = image.data[i * image.channels.size() + c];
+        if (target.weight[i] > 0 && !(error >= 0 && std::isfinite(error)))
+          throw InputError(fmt::format("{}: {}, channel {} is {}; a standard error is finite and 0 or more", file,
+                                       at_pixel(static_cast<int>(i), width), image.channels[c], error));
+        target.error.push_back(target.weight[i] > 0 ? error : 0.0F);
+      }
   return target;
 }
 
@@ -91,7 +102,7 @@ std::vector<int> split_samples(int spp) {
   return samples;
 }
 
-LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetImage& target) {
+LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetImage& target, double exposure) {
   const std::size_t parameters = groups.front().derivatives.size(), count = groups.size();
   const std::size_t channels = static_cast<std::size_t>(target.channels);
   const double infinity = std::numeric_limits<double>::infinity();
@@ -110,20 +121,21 @@ LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetIma
         const std::size_t i = pixel * channels + c;
         const double wanted = target.value[i];
         const auto y = [&](std::size_t g) {
-          return static_cast<double>(k == 0 ? groups[g].mean[i] : groups[g].derivatives[k - 1].mean[i]);
+          return exposure * static_cast<double>(k == 0 ? groups[g].mean[i] : groups[g].derivatives[k - 1].mean[i]);
         };
+        const auto x = [&](std::size_t g) { return exposure * static_cast<double>(groups[g].mean[i]); };
         // (T - I)^2 = T^2 - 2 I T + I^2, and 2 (T - I) dT
         const auto estimate = [&](const PairSum& s) {
           return k == 0 ? s.product() - 2 * wanted * s.mean_y() + wanted * wanted
                         : 2 * (s.product() - wanted * s.mean_y());
         };
         PairSum pairs;
-        for (std::size_t g = 0; g < count; ++g) pairs.add(groups[g].spp, groups[g].mean[i], y(g));
+        for (std::size_t g = 0; g < count; ++g) pairs.add(groups[g].spp, x(g), y(g));
         all += estimate(pairs);
         if (count < 3) continue;
         for (std::size_t g = 0; g < count; ++g) {
           PairSum rest = pairs;
-          rest.add(groups[g].spp, groups[g].mean[i], y(g), -1);
+          rest.add(groups[g].spp, x(g), y(g), -1);
           without[g] += estimate(rest);
         }
       }
@@ -148,6 +160,21 @@ LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetIma
     result.gradient_stderr.push_back(std::sqrt(variance[1 + p]) * scale);
   }
   return result;
+}
+
+double best_exposure(const std::vector<Rendering>& groups, const TargetImage& target) {
+  const auto channels = static_cast<std::size_t>(target.channels);
+  double with_target = 0, square = 0;
+  for (std::size_t i = 0; i < target.value.size(); ++i) {
+    const double weight = target.weight[i / channels];
+    PairSum pairs;
+    for (const Rendering& group : groups) pairs.add(group.spp, group.mean[i], group.mean[i]);
+    with_target += weight * target.value[i] * pairs.mean_y();
+    square += weight * pairs.product();
+  }
+  if (!(with_target > 0 && square > 0))
+    throw ResultError("exposure: the rendered image or the target is black, or lost in noise: no factor between them");
+  return with_target / square;
 }
 
 LossGradient mean_of(const std::vector<LossGradient>& images) {

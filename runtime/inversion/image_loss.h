@@ -17,11 +17,12 @@ struct TargetImage {
   int width = 0, height = 0, channels = 3;  // 1: luminance
   std::vector<float> value;                 // row-major, row 0 on top, channels interleaved
   std::vector<float> weight;                // one a pixel, >= 0
+  std::vector<float> error;                 // standard errors, as `value`; empty: not known
 };
 
 // The channels R G B, or Y where channels is 1. mask: a file of the same size whose channel Y, R or else first weighs
 // the pixels; empty: all weigh 1. Throws InputError: another size, channels missing, a weight below 0, nothing but
-// weights of 0, or NaN, infinite or negative pixels that have a weight.
+// weights of 0, or NaN, infinite or negative pixels that have a weight. Standard errors: channels stderr.R and so on.
 TargetImage read_target(const std::string& file, const std::string& mask, int width, int height, int channels);
 
 // Mean over pixels (by weight) and channels of (T - I)^2, and its gradient by the renderer's parameters, with standard
@@ -31,8 +32,14 @@ struct LossGradient {
   std::vector<double> gradient, gradient_stderr;
 };
 
-// groups: two or more renderings of different samples of the same image, as split_samples() says.
-LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetImage& target);
+// groups: two or more renderings of different samples of the same image, as split_samples() says. exposure: what the
+// rendered image is multiplied by.
+LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetImage& target, double exposure = 1);
+
+// The exposure with the smallest loss, sum of w T I / sum of w T^2, with an unbiased denominator: of order 1 / (pixels
+// times samples) off. With it held fixed, loss_gradient is the gradient of the smallest loss (envelope theorem). Throws
+// ResultError: a black image or target, or one lost in noise.
+double best_exposure(const std::vector<Rendering>& groups, const TargetImage& target);
 
 // How many samples each group gets; spp >= 2.
 std::vector<int> split_samples(int spp);

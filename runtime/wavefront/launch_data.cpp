@@ -137,9 +137,8 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   return r;
 }
 
-}  // namespace
-
-JobRecord append_scene(const Scene& scene, int sensor, LaunchData& data) {
+// Everything but the geometry.
+JobRecord append_records(const Scene& scene, int sensor, LaunchData& data) {
   JobRecord job{};
   const int first_medium = static_cast<int>(data.media.size()), first_bsdf = static_cast<int>(data.bsdfs.size());
   job.first_shape = static_cast<int>(data.shapes.size());
@@ -162,13 +161,27 @@ JobRecord append_scene(const Scene& scene, int sensor, LaunchData& data) {
   }
   data.emitters.push_back(emitter);
 
-  append_geometry(scene, data.geometry);
-  job.geometry = static_cast<int>(data.geometry.records.size()) - 1;
   const int unlimited = 1 << 20;  // beyond any path: roulette ends them
   job.max_depth = scene.integrator.max_depth < 0 ? unlimited : scene.integrator.max_depth;
   job.rr_depth = scene.integrator.rr_depth;
   job.hide_emitters = scene.integrator.hide_emitters;
   return job;
+}
+
+}  // namespace
+
+JobRecord append_scene(const Scene& scene, int sensor, LaunchData& data) {
+  JobRecord job = append_records(scene, sensor, data);
+  append_geometry(scene, data.geometry);
+  job.geometry = static_cast<int>(data.geometry.records.size()) - 1;
+  return job;
+}
+
+JobRecord replace_scene(const Scene& scene, int sensor, LaunchData& data) {
+  LaunchData replaced;
+  replaced.geometry = std::move(data.geometry);
+  data = std::move(replaced);
+  return append_records(scene, sensor, data);
 }
 
 std::map<std::string, std::string> feature_definitions(const LaunchData& data) {

@@ -33,6 +33,9 @@ struct LaunchData {
 // Appends a scene seen by one of its sensors; returns a job with everything but the pixels, samples and seed.
 JobRecord append_scene(const Scene& scene, int sensor, LaunchData& data);
 
+// Of data that hold one scene: replaces everything but the geometry, which is that of `scene` already.
+JobRecord replace_scene(const Scene& scene, int sensor, LaunchData& data);
+
 // The definitions of a program that can work on the data: features that no scene uses are left out.
 std::map<std::string, std::string> feature_definitions(const LaunchData& data);
 

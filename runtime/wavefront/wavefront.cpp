@@ -16,7 +16,8 @@ constexpr std::size_t least_slots = 1 << 10, least_samples = 1 << 12;  // below,
 constexpr int staged_slots_a_cpu_unit = 1 << 12;
 // Work-items a group of the staged kernels. Always given: PoCL compiles a kernel anew for every size it chooses itself.
 constexpr std::size_t gpu_local = 64, cpu_local = 1;
-constexpr int medium_events = 64;  // a state load at most
+constexpr int medium_events = 64;            // a state load at most
+constexpr std::size_t geometry_buffers = 5;  // before the jobs in SCENE_PARAMETERS
 constexpr int queues = QUEUES, free_queue = QUEUE_FREE;
 // In the order of path_state.h.
 constexpr std::array<const char*, QUEUES> stage_names{"generate",       "ray",       "null",   "diffuse", "dielectric",
@@ -28,6 +29,18 @@ std::size_t field_count(const std::map<std::string, std::string>& d) {
                      number("MEDIUM_LIGHT_SAMPLING"), number("SCORES"), number("DERIVATIVES"));
 }
 
+// What the program is made for, but the ways in which it runs.
+std::map<std::string, std::string> features(const LaunchData& data, const DerivativeData& derivatives) {
+  std::map<std::string, std::string> result = feature_definitions(data);
+  result["BOX_WIDTH"] = std::to_string(data.geometry.box_width);
+  result["SCORES"] = std::to_string(derivatives.scores.size());
+  result["DERIVATIVES"] = std::to_string(derivatives.derivatives.size());
+  const bool by_light = std::any_of(derivatives.derivatives.begin(), derivatives.derivatives.end(),
+                                    [](const DerivativeRecord& d) { return d.emitter >= 0; });
+  result["HAS_LIGHT_DERIVATIVES"] = std::to_string(by_light);
+  return result;
+}
+
 }  // namespace
 
 Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs,
@@ -37,43 +50,27 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   const bool cpu = device.info().type == "cpu";
   fused_ = schedule == Schedule::automatic ? cpu : schedule == Schedule::fused;
 
-  std::map<std::string, std::string> definitions = feature_definitions(data);
+  features_ = features(data, derivatives);
+  std::map<std::string, std::string> definitions = features_;
   channels_ = std::stoi(definitions["RADIANCE_CHANNELS"]);
   workers_ = fused_ ? 4 * device.info().compute_units : 1;
   slots_ = fused_ ? fused_slots
            : cpu  ? std::min(staged_slots, staged_slots_a_cpu_unit * device.info().compute_units)
                   : staged_slots;
   definitions["WIDTH"] = std::to_string(width_);
-  definitions["BOX_WIDTH"] = std::to_string(data.geometry.box_width);
   definitions["FUSED"] = std::to_string(fused_);
   definitions["SLOTS"] = std::to_string(slots_);
   definitions["GENERATE_BELOW"] = std::to_string(width_);
   definitions["MEDIUM_EVENTS"] = std::to_string(medium_events);
   definitions["OPERATOR_SINGLE"] = std::to_string(op == Operator::single);
-  definitions["SCORES"] = std::to_string(derivatives.scores.size());
-  definitions["DERIVATIVES"] = std::to_string(derivatives.derivatives.size());
-  const bool by_light = std::any_of(derivatives.derivatives.begin(), derivatives.derivatives.end(),
-                                    [](const DerivativeRecord& d) { return d.emitter >= 0; });
-  definitions["HAS_LIGHT_DERIVATIVES"] = std::to_string(by_light);
   program_ = device.build("wavefront.cl", definitions, {{"derivative/score.h", print_scores(derivatives.functions)}});
   for (const char* name : stage_names) stage_times_.push_back({name, 0, 0, 0});
 
   const Geometry& g = data.geometry;
-  scene_ = {device.upload(g.nodes, "hierarchy nodes"),
-            device.upload(g.leaves, "hierarchy leaves"),
-            device.upload(g.primitives, "primitives"),
-            device.upload(g.grid, "flight grid"),
-            device.upload(g.records, "geometry records"),
-            device.upload(data.cameras, "cameras"),
-            device.upload(data.shapes, "shapes"),
-            device.upload(data.bsdfs, "BSDFs"),
-            device.upload(data.media, "media"),
-            device.upload(data.emitters, "emitters"),
-            device.upload(data.emitter_tables, "emitter tables"),
-            device.upload(data.textures, "textures"),
-            device.upload(data.texels, "texels"),
-            device.upload(derivatives.scores, "scores"),
-            device.upload(derivatives.derivatives, "derivatives")};
+  scene_ = {device.upload(g.nodes, "hierarchy nodes"), device.upload(g.leaves, "hierarchy leaves"),
+            device.upload(g.primitives, "primitives"), device.upload(g.grid, "flight grid"),
+            device.upload(g.records, "geometry records")};
+  upload_records(data, derivatives);
 
   // Short of memory, fewer paths are in flight and launches are smaller: the image is the same.
   const std::size_t a_slot = (field_count(definitions) + queues * (fused_ ? 1u : 2u)) * sizeof(float);
@@ -99,10 +96,28 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   samples_ = samples.buffer;
 }
 
+void Wavefront::upload_records(const LaunchData& data, const DerivativeData& derivatives) {
+  scene_.resize(geometry_buffers);
+  for (cl::Buffer buffer :
+       {device_.upload(data.cameras, "cameras"), device_.upload(data.shapes, "shapes"),
+        device_.upload(data.bsdfs, "BSDFs"), device_.upload(data.media, "media"),
+        device_.upload(data.emitters, "emitters"), device_.upload(data.emitter_tables, "emitter tables"),
+        device_.upload(data.textures, "textures"), device_.upload(data.texels, "texels"),
+        device_.upload(derivatives.scores, "scores"), device_.upload(derivatives.derivatives, "derivatives")})
+    scene_.push_back(std::move(buffer));
+}
+
+bool Wavefront::replace(const LaunchData& data, const JobRecord& job, const DerivativeData& derivatives) {
+  if (features(data, derivatives) != features_) return false;
+  upload_records(data, derivatives);
+  jobs_ = {job};
+  return true;
+}
+
 void Wavefront::set_scene_arguments(cl::Kernel& kernel) const {
   cl_uint at = 0;
   for (std::size_t k = 0; k < scene_.size(); ++k) {
-    if (k == 5) kernel.setArg(at++, jobs_buffer_);
+    if (k == geometry_buffers) kernel.setArg(at++, jobs_buffer_);
     kernel.setArg(at++, scene_[k]);
   }
   kernel.setArg(at++, samples_);

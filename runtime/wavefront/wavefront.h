@@ -1,5 +1,7 @@
 // Runs jobs through the stages of kernels/wavefront.cl: device buffers, program, chunks, launches.
 #pragma once
+#include <map>
+#include <string>
 #include <vector>
 
 #include "runtime/renderer.h"
@@ -22,6 +24,10 @@ class Wavefront {
   Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs,
             const DerivativeData& derivatives, Operator op, int width, Schedule schedule);
 
+  // Gives the one job other numbers: everything but the geometry is taken from `data`. False, and nothing is changed,
+  // where they need another program.
+  bool replace(const LaunchData& data, const JobRecord& job, const DerivativeData& derivatives);
+
   int channels() const { return channels_; }                        // of radiance: 1 or 3
   std::size_t sample_capacity() const { return sample_capacity_; }  // most samples a launch can hold
 
@@ -39,6 +45,7 @@ class Wavefront {
   std::uint64_t misplaced() const;
 
  private:
+  void upload_records(const LaunchData& data, const DerivativeData& derivatives);
   void set_scene_arguments(cl::Kernel& kernel) const;
   void trace_fused(const std::vector<ChunkRecord>& chunks);
   void trace_staged(const std::vector<ChunkRecord>& chunks, int paths);
@@ -48,7 +55,9 @@ class Wavefront {
   bool fused_, timed_ = false;
   int width_, channels_, workers_, slots_;
   std::size_t sample_capacity_;
-  std::vector<cl::Buffer> scene_;  // in the order of SCENE_PARAMETERS, without jobs and samples
+  std::map<std::string, std::string> features_;  // what the program was made for
+  // In the order of SCENE_PARAMETERS, without jobs and samples; those of the geometry come first.
+  std::vector<cl::Buffer> scene_;
   cl::Buffer jobs_buffer_, samples_, storage_, counter_, misplaced_;
   cl::Program program_;
   std::vector<StageTime> stage_times_;  // a queue each; the free queue's stage is generate

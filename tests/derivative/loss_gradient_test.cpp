@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "runtime/error.h"
 #include "runtime/inversion/image_loss.h"
 #include "tests/stage/scenes.h"
 #include "tests/stage/stage_test.h"
@@ -23,7 +24,9 @@ Scene small_sphere() {
   return scene;
 }
 
-TargetImage grey_target(float value) { return {6, 6, 1, std::vector<float>(36, value), std::vector<float>(36, 1.0F)}; }
+TargetImage grey_target(float value) {
+  return {6, 6, 1, std::vector<float>(36, value), std::vector<float>(36, 1.0F), {}};
+}
 
 // What most code does: T and dT from the same samples, multiplied.
 double product_of_means(const std::vector<Rendering>& groups, const TargetImage& target, std::size_t parameter) {
@@ -106,4 +109,34 @@ TEST_CASE("loss and gradient from 2, 4, 8 and 32 samples have the mean of many s
              << exact.gradient[1]);
     if (spp <= 8) CHECK(std::abs(bias) > 5 * std::hypot(naive[1].stderr_of_mean(), exact.gradient_stderr[1]));
   }
+}
+
+TEST_CASE("an exposure scales the image, and the best one leaves no slope", "[stat]") {
+  const Scene scene = small_sphere();
+  RenderOptions options;
+  options.derivatives = {"medium.sigma_t", "medium.albedo"};
+  options.seed = 12;
+  Renderer renderer(device(), scene, options);
+  std::vector<Rendering> groups;
+  for (int g = 0; g < 16; ++g) groups.push_back(renderer.render(16 * g, 16));
+  TargetImage target = grey_target(0.5F);
+  for (std::size_t i = 0; i < target.value.size(); ++i) target.value[i] += 0.02F * static_cast<float>(i % 5);
+
+  // (s T - I)^2 = s^2 (T - I / s)^2
+  TargetImage half = target;
+  for (float& value : half.value) value /= 2;
+  const LossGradient at_two = loss_gradient(groups, target, 2), of_half = loss_gradient(groups, half);
+  CHECK(at_two.loss == Approx(4 * of_half.loss).epsilon(1e-6));
+  for (std::size_t p = 0; p < 2; ++p) CHECK(at_two.gradient[p] == Approx(4 * of_half.gradient[p]).epsilon(1e-6));
+
+  const double best = best_exposure(groups, target), step = 0.01;
+  const double loss = loss_gradient(groups, target, best).loss;
+  const double above = loss_gradient(groups, target, best + step).loss,
+               below = loss_gradient(groups, target, best - step).loss;
+  CHECK(above > loss);
+  CHECK(below > loss);
+  CHECK(above == Approx(below).epsilon(1e-6));  // a parabola about it
+
+  TargetImage black = grey_target(0);
+  CHECK_THROWS_AS(best_exposure(groups, black), ResultError);
 }

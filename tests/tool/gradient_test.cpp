@@ -85,3 +85,18 @@ TEST_CASE("itn gradient refuses targets, masks and parameters that make no sense
   fails(gradient(good, {"--spp", "1"}), 2, {"--spp 1", "2 or more"});
   fails(gradient(good, {"--sensor", "0", "--sensor", "0"}), 2, {"2 --sensor and 1 --target"});
 }
+
+TEST_CASE("itn gradient --exposure: a target of twice the light is the same target") {
+  const TemporaryFolder folder;
+  itn::write_exr(folder / "once.exr", constant_image(0.5F));
+  itn::write_exr(folder / "twice.exr", constant_image(1));
+  const auto result = [&](const std::string& target) {
+    const Result run = run_itn(gradient(folder / target, {"--exposure", "--json", "-"}));
+    INFO(run.error);
+    REQUIRE(run.exit_code == 0);
+    return nlohmann::json::parse(run.output);
+  };
+  const auto once = result("once.exr"), twice = result("twice.exr");
+  CHECK(twice["exposures"][0].get<double>() == Approx(2 * once["exposures"][0].get<double>()));
+  CHECK(twice["loss"].get<double>() == Approx(4 * once["loss"].get<double>()));
+}

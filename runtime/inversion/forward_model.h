@@ -1,0 +1,36 @@
+// Images of a scene as a function of some of its parameters: what an inversion asks again and again.
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "runtime/inversion/coordinate.h"
+#include "runtime/renderer.h"
+
+namespace itn {
+
+class ForwardModel {
+ public:
+  // parameters: names as list_parameters gives them; each image is seen by one of the sensors, with random numbers of
+  // its own. options: seed, operator, cancel and so on, for all. Throws as Renderer.
+  ForwardModel(const Device& device, const Scene& scene, const std::vector<std::string>& parameters,
+               const std::vector<int>& sensors, const RenderOptions& options);
+
+  const std::vector<Coordinate>& coordinates() const { return coordinates_; }
+  std::size_t images() const { return renderers_.size(); }
+  std::vector<double> start() const;  // the coordinates of the scene's own values
+
+  // Samples [first, first + spp) of every image at these coordinates (one a parameter; what follows is not looked at),
+  // with derivatives by the parameters themselves.
+  std::vector<Rendering> render(const std::vector<double>& x, int first, int spp);
+  // The same in the groups of split_samples(); spp >= 2.
+  std::vector<std::vector<Rendering>> render_groups(const std::vector<double>& x, int first, int spp);
+
+ private:
+  void set(const std::vector<double>& x);
+
+  Scene scene_;
+  std::vector<Coordinate> coordinates_;
+  std::vector<std::unique_ptr<Renderer>> renderers_;
+};
+
+}  // namespace itn

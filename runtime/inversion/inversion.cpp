@@ -1,0 +1,202 @@
+#include "runtime/inversion/inversion.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace itn {
+namespace {
+
+constexpr int pilot_spp = 16;          // for the noise, before the first iteration
+constexpr int concluding_spp = 256;    // at least
+constexpr double enough_share = 0.2;   // of the rendering in the variance of the unknowns
+constexpr double settled = 0.4;        // steps shorter than this many standard errors end the search
+constexpr double in_linear_range = 1;  // renderings from farther away than this many standard errors are not pooled
+constexpr double lost_in_noise = 1.5;  // steps shorter than this many standard errors of the rendering say nothing
+constexpr double largest_step = 1;     // of a coordinate in one iteration
+constexpr double least_damping = 1e-6, most_damping = 1e3;
+
+}  // namespace
+
+Inversion::Inversion(ForwardModel& model, const std::vector<TargetImage>& targets, const InversionOptions& options)
+    : model_(model), targets_(targets), options_(options) {}
+
+std::vector<std::string> Inversion::names() const {
+  std::vector<std::string> result;
+  for (const Coordinate& c : model_.coordinates()) result.push_back(c.parameter().name);
+  for (std::size_t i = 0; options_.exposure && i < targets_.size(); ++i)
+    result.push_back(fmt::format("exposure {}", i));
+  return result;
+}
+
+std::vector<double> Inversion::clamped(std::vector<double> x) const {
+  for (std::size_t p = 0; p < model_.coordinates().size(); ++p) x[p] = model_.coordinates()[p].clamp(x[p]);
+  return x;
+}
+
+std::vector<Reference> Inversion::references_of(const std::vector<Rendering>& images,
+                                                const std::vector<double>& x) const {
+  std::vector<Reference> references;
+  for (std::size_t i = 0; i < images.size(); ++i)
+    references.push_back(reference_of(images[i], targets_[i], i, options_.relative_noise, model_.coordinates(), x));
+  return references;
+}
+
+void Inversion::take_reference(const std::vector<double>& x, int first, int spp) {
+  if (reference_sample_ == first && reference_x_ == x) return;
+  references_ = references_of(model_.render(x, first, spp), x);
+  reference_x_ = x;
+  reference_sample_ = first;
+}
+
+InversionState Inversion::start(const std::vector<double>& x) {
+  InversionState state;
+  state.x = clamped(x);
+  state.spp = options_.method == InversionOptions::Method::adam ? options_.sample_limit()
+                                                                : std::min(pilot_spp, options_.sample_limit());
+  if (options_.exposure) {
+    const auto images = model_.render_groups(state.x, 0, pilot_spp);
+    for (std::size_t i = 0; i < images.size(); ++i) state.x.push_back(std::log(best_exposure(images[i], targets_[i])));
+  }
+  state.reference_x = state.x;
+  state.reference_spp = pilot_spp;
+  state.next_sample = pilot_spp;
+  return state;
+}
+
+InversionStep Inversion::advance(InversionState& state) {
+  InversionStep step;
+  step.iteration = state.iteration;
+  step.spp = state.spp;
+  step.x = state.x;
+  const int first = state.next_sample;
+  state.next_sample += state.spp;
+  if (options_.method == InversionOptions::Method::adam) {
+    adam(model_.render_groups(state.x, first, state.spp), state, step);
+  } else {
+    take_reference(state.reference_x, state.reference_sample, state.reference_spp);
+    const std::vector<Rendering> images = model_.render(state.x, first, state.spp);
+    if (gauss_newton(least_squares(images, targets_, references_, model_.coordinates(), state.x), state, step)) {
+      references_ = references_of(images, step.x);
+      state.reference_x = reference_x_ = step.x;
+      state.reference_sample = reference_sample_ = first;
+      state.reference_spp = step.spp;
+      state.pool.clear();
+      state.accepted = false;  // costs compare with the same weights only
+    }
+  }
+  ++state.iteration;
+  if (state.iteration >= options_.iteration_limit()) state.done = true;
+  return step;
+}
+
+bool Inversion::gauss_newton(const LeastSquares& equations, InversionState& state, InversionStep& step) const {
+  step.loss = equations.loss;
+  step.loss_stderr = equations.loss_stderr;
+  const double tolerance = 4 * std::hypot(equations.cost_stderr, state.accepted_cost_stderr);
+  step.accepted = !state.accepted || equations.cost <= state.accepted_cost + tolerance;
+  if (!step.accepted) {
+    for (std::size_t k = 0; k < state.x.size(); ++k)
+      state.x[k] = state.accepted_x[k] + (state.x[k] - state.accepted_x[k]) / 4;
+    state.damping = std::min(most_damping, 10 * state.damping);
+    return false;
+  }
+  state.accepted = true;
+  state.accepted_x = state.x;
+  state.accepted_cost = equations.cost;
+  state.accepted_cost_stderr = equations.cost_stderr;
+
+  NormalEquations pool =
+      state.pool.empty() ? NormalEquations(state.x.size()) : NormalEquations::from_numbers(state.x.size(), state.pool);
+  pool.add(equations, state.x);
+  const NormalEquations::Solution solution = pool.solve(state.x, names());
+  step.distance = solution.distance(state.x);
+  const double share = solution.monte_carlo_share;
+  const bool most = state.spp >= options_.sample_limit();
+  state.converged = solution.determined && step.distance <= settled && share <= enough_share;
+  state.done = state.converged;
+  const bool more = !state.converged && !most &&
+                    (step.distance * step.distance <= lost_in_noise * lost_in_noise * share || !solution.determined);
+  if (more) {
+    const double wanted = solution.determined ? share / std::max(1e-3, 1 - share) / enough_share : 4;
+    state.spp = static_cast<int>(std::min<double>(options_.sample_limit(), state.spp * std::clamp(wanted, 2.0, 16.0)));
+  }
+  state.pool = pool.numbers();
+
+  Eigen::VectorXd change = solution.x - Eigen::Map<const Eigen::VectorXd>(state.x.data(), solution.x.size());
+  if (!state.converged) {
+    Eigen::MatrixXd damped = solution.information;
+    damped.diagonal() *= 1 + state.damping;
+    change = Eigen::PartialPivLU<Eigen::MatrixXd>(damped).solve(Eigen::VectorXd(solution.information * change));
+  }
+  state.damping = std::max(least_damping, state.damping / 10);
+  change *= std::min(1.0, largest_step / std::max(1e-300, change.cwiseAbs().maxCoeff()));
+  for (std::size_t k = 0; k < state.x.size(); ++k) state.x[k] += change[static_cast<Eigen::Index>(k)];
+  state.x = clamped(state.x);
+  return !state.converged && (more || !solution.determined || step.distance > in_linear_range);
+}
+
+void Inversion::adam(const std::vector<std::vector<Rendering>>& images, InversionState& state,
+                     InversionStep& step) const {
+  constexpr double beta1 = 0.9, beta2 = 0.999, epsilon = 1e-8;
+  const std::size_t parameters = model_.coordinates().size();
+  state.first_moment.resize(parameters);
+  state.second_moment.resize(parameters);
+  std::vector<LossGradient> losses;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const double exposure = options_.exposure ? best_exposure(images[i], targets_[i]) : 1;
+    if (options_.exposure) state.x[parameters + i] = step.x[parameters + i] = std::log(exposure);
+    losses.push_back(loss_gradient(images[i], targets_[i], exposure));
+  }
+  const LossGradient loss = mean_of(losses);
+  step.loss = loss.loss;
+  step.loss_stderr = loss.loss_stderr;
+  const int t = state.iteration + 1;
+  const double rate =
+      options_.learning_rate / 2 * (1 + std::cos(std::numbers::pi * state.iteration / options_.iteration_limit()));
+  for (std::size_t p = 0; p < parameters; ++p) {
+    const double g = loss.gradient[p] * model_.coordinates()[p].slope(state.x[p]);
+    state.first_moment[p] = beta1 * state.first_moment[p] + (1 - beta1) * g;
+    state.second_moment[p] = beta2 * state.second_moment[p] + (1 - beta2) * g * g;
+    const double mean = state.first_moment[p] / (1 - std::pow(beta1, t));
+    const double square = state.second_moment[p] / (1 - std::pow(beta2, t));
+    state.x[p] -= rate * mean / (std::sqrt(square) + epsilon);
+  }
+  state.x = clamped(state.x);
+}
+
+Inversion::Conclusion Inversion::conclude(const InversionState& state) {
+  Conclusion result;
+  const bool pooled = !state.pool.empty();
+  if (pooled)
+    take_reference(state.reference_x, state.reference_sample, state.reference_spp);
+  else
+    take_reference(state.x, state.next_sample, concluding_spp);
+  result.references = references_;
+  result.images = model_.render(state.x, state.next_sample + concluding_spp, std::max(concluding_spp, state.spp));
+  const LeastSquares equations = least_squares(result.images, targets_, references_, model_.coordinates(), state.x);
+  NormalEquations pool =
+      pooled ? NormalEquations::from_numbers(state.x.size(), state.pool) : NormalEquations(state.x.size());
+  pool.add(equations, state.x);
+  const NormalEquations::Solution solution = pool.solve(state.x, names());
+  result.covariance = solution.covariance;
+  result.loss = equations.loss;
+  result.loss_stderr = equations.loss_stderr;
+  result.residual = equations.cost;
+  result.residuals = equations.residuals;
+  result.distance = solution.distance(state.x);
+  result.determined = solution.determined;
+  result.x = state.x;
+  if (options_.method == InversionOptions::Method::adam) {
+    result.converged = result.determined && result.distance <= lost_in_noise;
+  } else {
+    result.converged = state.converged || (result.determined && result.distance <= settled);
+    if (result.converged) result.x = clamped({solution.x.begin(), solution.x.end()});
+  }
+  return result;
+}
+
+}  // namespace itn

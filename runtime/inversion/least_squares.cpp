@@ -1,0 +1,231 @@
+#include "runtime/inversion/least_squares.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "runtime/error.h"
+
+namespace itn {
+namespace {
+
+constexpr int variance_radius = 1;  // [pixel]
+constexpr std::array<int, 4> instrument_radii{0, 1, 2, 4};
+constexpr double least_variance = 1e-3;  // of the image's mean: pixels without noise must not rule
+
+enum class Centre { in, out };
+
+// Mean over squares of (2 radius + 1)^2 pixels with or without the pixel itself, channel by channel.
+std::vector<double> smoothed(const std::vector<double>& data, const TargetImage& shape, int radius,
+                             Centre centre = Centre::in) {
+  const auto channels = static_cast<std::size_t>(shape.channels);
+  std::vector<double> result(data.size());
+  for (int y = 0; y < shape.height; ++y)
+    for (int x = 0; x < shape.width; ++x)
+      for (std::size_t c = 0; c < channels; ++c) {
+        double sum = 0, count = 0;
+        for (int v = std::max(0, y - radius); v <= std::min(shape.height - 1, y + radius); ++v)
+          for (int u = std::max(0, x - radius); u <= std::min(shape.width - 1, x + radius); ++u, ++count)
+            sum += data[static_cast<std::size_t>(v * shape.width + u) * channels + c];
+        if (centre == Centre::out && count > 1) {
+          sum -= data[static_cast<std::size_t>(y * shape.width + x) * channels + c];
+          count -= 1;
+        }
+        result[static_cast<std::size_t>(y * shape.width + x) * channels + c] = sum / count;
+      }
+  return result;
+}
+
+// The unknowns as one image sees them.
+struct View {
+  View(const std::vector<Coordinate>& coordinates, const std::vector<double>& x, std::size_t image)
+      : unknowns(static_cast<Eigen::Index>(x.size())) {
+    for (std::size_t p = 0; p < coordinates.size(); ++p) slope.push_back(coordinates[p].slope(x[p]));
+    if (x.size() > slope.size()) {
+      own_exposure = static_cast<Eigen::Index>(slope.size() + image);
+      exposure = std::exp(x[slope.size() + image]);
+    }
+  }
+
+  // d (s T) / d unknown at pixel and channel i.
+  void jacobian(const Rendering& rendering, std::size_t i, Eigen::VectorXd& result) const {
+    result.setZero(unknowns);
+    for (std::size_t p = 0; p < slope.size(); ++p)
+      result[static_cast<Eigen::Index>(p)] =
+          exposure * slope[p] * static_cast<double>(rendering.derivatives[p].mean[i]);
+    if (own_exposure >= 0) result[own_exposure] = exposure * static_cast<double>(rendering.mean[i]);
+  }
+  // Variance of the mean of s T.
+  double variance(const Rendering& rendering, std::size_t i) const {
+    const double error = exposure * static_cast<double>(rendering.stderr_[i]);
+    return error * error;
+  }
+
+  Eigen::Index unknowns, own_exposure = -1;
+  std::vector<double> slope;
+  double exposure = 1;
+};
+
+double variance_floor(const Reference& reference, double spp) {
+  double sum = 0;
+  for (std::size_t i = 0; i < reference.sample.size(); ++i) sum += reference.target[i] + reference.sample[i] / spp;
+  const double mean = sum / static_cast<double>(reference.sample.size());
+  if (!(mean > 0)) throw ResultError("the rendered images are all black, so there is nothing to compare");
+  return least_variance * mean;
+}
+
+using Columns = std::vector<std::vector<double>>;  // one an unknown, each one number a pixel and channel
+
+Columns smoothed(const Columns& columns, const TargetImage& shape, int radius, Centre centre = Centre::in) {
+  Columns result;
+  for (const std::vector<double>& column : columns) result.push_back(smoothed(column, shape, radius, centre));
+  return result;
+}
+
+// sum of w a b^T
+Eigen::MatrixXd product(const Columns& a, const Columns& b, const std::vector<double>& weight) {
+  const auto n = static_cast<Eigen::Index>(a.size());
+  Eigen::MatrixXd result(n, n);
+  for (Eigen::Index k = 0; k < n; ++k)
+    for (Eigen::Index l = 0; l < n; ++l) {
+      const std::vector<double>&x = a[static_cast<std::size_t>(k)], &y = b[static_cast<std::size_t>(l)];
+      double sum = 0;
+      for (std::size_t i = 0; i < weight.size(); ++i) sum += weight[i] * x[i] * y[i];
+      result(k, l) = sum;
+    }
+  return result;
+}
+
+// J smoothed over as many pixels as tell the unknowns best: the largest determinant of A^T B^-1 A, their information,
+// with A = sum of w Z J^T and B = sum of w Z Z^T. Pixels have independent noise, so with the mean over a pixel's
+// neighbours in place of its Z, A knows only what Z and J share without it.
+Columns instruments_of(const Columns& jacobian, const std::vector<double>& weight, const TargetImage& shape) {
+  Columns best = jacobian;
+  double most = -std::numeric_limits<double>::infinity();
+  for (const int radius : instrument_radii) {
+    Columns candidate = radius == 0 ? jacobian : smoothed(jacobian, shape, radius);
+    Eigen::MatrixXd a = product(smoothed(jacobian, shape, std::max(1, radius), Centre::out), jacobian, weight);
+    a = (a + a.transpose().eval()) / 2;
+    const double least = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(a, Eigen::EigenvaluesOnly).eigenvalues()[0];
+    if (!(least > 0)) continue;
+    const double told = 2 * std::log(a.determinant()) - std::log(product(candidate, candidate, weight).determinant());
+    if (told > most) {
+      most = told;
+      best = std::move(candidate);
+    }
+  }
+  return std::isfinite(most) ? best : smoothed(jacobian, shape, instrument_radii.back());
+}
+
+void add(const Rendering& rendering, const TargetImage& target, const Reference& reference, const View& view,
+         double loss_weight, LeastSquares& sum) {
+  const auto channels = static_cast<std::size_t>(target.channels);
+  const double floor = variance_floor(reference, rendering.spp);
+  Eigen::VectorXd jacobian, part(view.unknowns), random(view.unknowns);
+  for (std::size_t pixel = 0; pixel < target.weight.size(); ++pixel) {
+    const double of_pixel = target.weight[pixel];
+    if (of_pixel == 0) continue;
+    Eigen::MatrixXd& information = sum.information[(static_cast<std::uint32_t>(pixel) * 2654435769U) >> 27];
+    part.setZero();
+    random.setZero();
+    double loss_noise = 0, cost_noise = 0;
+    for (std::size_t c = 0; c < channels; ++c) {
+      const std::size_t i = pixel * channels + c;
+      const double known = reference.target[i] + reference.sample[i] / rendering.spp;
+      const double weight = of_pixel / std::max(floor, known), variance = view.variance(rendering, i);
+      const double r = view.exposure * static_cast<double>(rendering.mean[i]) - static_cast<double>(target.value[i]);
+      const Eigen::VectorXd instrument = reference.instruments.col(static_cast<Eigen::Index>(i)).cast<double>();
+      view.jacobian(rendering, i, jacobian);
+      part += weight * r * instrument;
+      random += weight * std::sqrt(variance) * instrument;
+      information.noalias() += weight * instrument * jacobian.transpose();
+      sum.scale.noalias() += weight * instrument * instrument.transpose();
+      sum.loss += loss_weight * of_pixel * (r * r - variance);
+      // the standard deviation of a squared mean whose noise is normal
+      const double spread = std::sqrt(4 * r * r * variance + 2 * variance * variance);
+      loss_noise += loss_weight * of_pixel * spread;
+      if (known <= floor) continue;
+      sum.cost += weight * r * r;
+      cost_noise += weight * spread;
+      sum.residuals += 1;
+    }
+    sum.gradient += part;
+    sum.spread.noalias() += part * part.transpose();
+    sum.monte_carlo.noalias() += random * random.transpose();
+    sum.loss_stderr += loss_noise * loss_noise;
+    sum.cost_stderr += cost_noise * cost_noise;
+  }
+}
+
+}  // namespace
+
+Reference reference_of(const Rendering& rendering, const TargetImage& target, std::size_t image, double relative_noise,
+                       const std::vector<Coordinate>& coordinates, const std::vector<double>& x) {
+  const View view(coordinates, x, image);
+  const std::size_t size = target.value.size();
+  std::vector<double> sample(size), mean(size);
+  for (std::size_t i = 0; i < size; ++i) {
+    mean[i] = view.exposure * static_cast<double>(rendering.mean[i]);
+    sample[i] = view.variance(rendering, i) * rendering.spp;
+  }
+  Reference reference{smoothed(sample, target, variance_radius), smoothed(mean, target, variance_radius), {}};
+  double wanted = 0, have = 0;
+  for (std::size_t i = 0; i < target.error.size(); ++i) {
+    if (target.weight[i / static_cast<std::size_t>(target.channels)] == 0) continue;
+    wanted += static_cast<double>(target.error[i]);
+    have += std::sqrt(reference.sample[i]);
+  }
+  const double scale = have > 0 ? wanted * wanted / (have * have) : 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    const double relative = relative_noise * reference.target[i];  // of the radiance, until now
+    reference.target[i] = scale * reference.sample[i] + relative * relative;
+  }
+
+  Columns jacobians(x.size(), std::vector<double>(size));
+  std::vector<double> weight(size);
+  Eigen::VectorXd jacobian;
+  const double floor = variance_floor(reference, rendering.spp);
+  for (std::size_t i = 0; i < size; ++i) {
+    view.jacobian(rendering, i, jacobian);
+    for (std::size_t k = 0; k < x.size(); ++k) jacobians[k][i] = jacobian[static_cast<Eigen::Index>(k)];
+    weight[i] = target.weight[i / static_cast<std::size_t>(target.channels)] /
+                std::max(floor, reference.target[i] + reference.sample[i] / rendering.spp);
+  }
+  // Of another image's exposure this one knows nothing: it stays out of the choice.
+  Columns own(jacobians.begin(), jacobians.begin() + static_cast<std::ptrdiff_t>(coordinates.size()));
+  if (view.own_exposure >= 0) own.push_back(jacobians[static_cast<std::size_t>(view.own_exposure)]);
+  own = instruments_of(own, weight, target);
+  reference.instruments.setZero(view.unknowns, static_cast<Eigen::Index>(size));
+  for (std::size_t k = 0; k < own.size(); ++k) {
+    const auto row = k < coordinates.size() ? static_cast<Eigen::Index>(k) : view.own_exposure;
+    for (std::size_t i = 0; i < size; ++i)
+      reference.instruments(row, static_cast<Eigen::Index>(i)) = static_cast<float>(own[k][i]);
+  }
+  return reference;
+}
+
+LeastSquares least_squares(const std::vector<Rendering>& images, const std::vector<TargetImage>& targets,
+                           const std::vector<Reference>& references, const std::vector<Coordinate>& coordinates,
+                           const std::vector<double>& x) {
+  LeastSquares sum;
+  const auto n = static_cast<Eigen::Index>(x.size());
+  sum.gradient = Eigen::VectorXd::Zero(n);
+  sum.scale = sum.spread = sum.monte_carlo = Eigen::MatrixXd::Zero(n, n);
+  sum.information.assign(information_parts, sum.scale);
+  for (std::size_t t = 0; t < targets.size(); ++t) {
+    double weights = 0;
+    for (const float weight : targets[t].weight) weights += static_cast<double>(weight);
+    const double all = weights * targets[t].channels * static_cast<double>(targets.size());
+    add(images[t], targets[t], references[t], View(coordinates, x, t), 1 / all, sum);
+  }
+  sum.cost /= sum.residuals;
+  sum.cost_stderr = std::sqrt(sum.cost_stderr) / sum.residuals;
+  sum.loss_stderr = std::sqrt(sum.loss_stderr);
+  return sum;
+}
+
+}  // namespace itn

@@ -1,0 +1,55 @@
+// Rendered images against targets as a weighted least-squares problem: what Gauss-Newton solves, and what tells how
+// well the parameters are known.
+//
+// Unknowns x: the coordinates of the parameters, then, where the exposures are unknown, log s of every target (the
+// model of a target is s T). r = s T - I is linear in a rendering's samples, and so is J = d r / d x. Multiplied with
+// numbers that know nothing of these samples, their means have no bias at any number of samples: the equations are
+//
+//   sum of w Z r = 0,   with the derivative   sum of w Z J^T,
+//
+// the weights w and the instruments Z (which stand for J where least squares would multiply r with it; in econometrics:
+// instrumental variables) taken from an earlier rendering, the reference, and smoothed over neighbouring pixels as far
+// as their noise asks for. Z need not be J to give the right answer; the nearer, the smaller the error. J itself is far
+// noisier than r, and sum of J r would carry its noise times that of the target.
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "runtime/inversion/forward_model.h"
+#include "runtime/inversion/image_loss.h"
+
+namespace itn {
+
+// Of one image, one a pixel and channel (as TargetImage::value).
+struct Reference {
+  std::vector<double> sample, target;  // variance of one rendered sample of s T, and of the target
+  Eigen::MatrixXf instruments;         // a column each: Z
+};
+
+// rendering: of the model of `target`, which is the image number `image`, at x; its samples are then not used again.
+// Variance of the target: where its file has standard errors the variance of a sample, scaled to them on the whole, and
+// relative_noise times the rendered radiance, squared.
+Reference reference_of(const Rendering& rendering, const TargetImage& target, std::size_t image, double relative_noise,
+                       const std::vector<Coordinate>& coordinates, const std::vector<double>& x);
+
+constexpr std::size_t information_parts = 32;
+
+// The equations of one rendering, at the unknowns that it was made with.
+struct LeastSquares {
+  double loss = 0, loss_stderr = 0;  // mean squared difference without the rendering's noise (as image_loss.h)
+  double cost = 0, cost_stderr = 0;  // mean of r^2 / variance; 1: what the noise explains
+  double residuals = 0;              // pixels with weight and noise, times channels
+  Eigen::VectorXd gradient;          // sum of w Z r
+  // Sum of w Z J^T, of 32 interleaved sets of pixels: their differences are its noise.
+  std::vector<Eigen::MatrixXd> information;
+  Eigen::MatrixXd scale;        // sum of w Z Z^T
+  Eigen::MatrixXd spread;       // of the gradient, from its parts, one a pixel: all noise that there is, known or not
+  Eigen::MatrixXd monte_carlo;  // what the rendering has in it
+};
+
+// x: the unknowns; images: rendered at x, one a target, 2 samples a pixel or more.
+LeastSquares least_squares(const std::vector<Rendering>& images, const std::vector<TargetImage>& targets,
+                           const std::vector<Reference>& references, const std::vector<Coordinate>& coordinates,
+                           const std::vector<double>& x);
+
+}  // namespace itn

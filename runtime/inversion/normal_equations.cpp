@@ -1,0 +1,139 @@
+#include "runtime/inversion/normal_equations.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "runtime/error.h"
+
+namespace itn {
+namespace {
+
+constexpr double sure = 3;  // standard errors
+
+}  // namespace
+
+NormalEquations::NormalEquations(std::size_t unknowns) {
+  const auto n = static_cast<Eigen::Index>(unknowns);
+  right_ = Eigen::VectorXd::Zero(n);
+  scale_ = spread_ = monte_carlo_ = Eigen::MatrixXd::Zero(n, n);
+  parts_.assign(information_parts, scale_);
+}
+
+void NormalEquations::add(const LeastSquares& equations, const std::vector<double>& x) {
+  count_ += 1;
+  residuals_ = equations.residuals;
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(scale_.rows(), scale_.cols());
+  for (std::size_t k = 0; k < parts_.size(); ++k) {
+    parts_[k] += equations.information[k];
+    information += equations.information[k];
+  }
+  right_ += information * Eigen::Map<const Eigen::VectorXd>(x.data(), right_.size()) - equations.gradient;
+  scale_ += equations.scale;
+  spread_ += equations.spread;
+  monte_carlo_ += equations.monte_carlo;
+}
+
+double NormalEquations::Solution::distance(const std::vector<double>& from) const {
+  const Eigen::VectorXd way = x - Eigen::Map<const Eigen::VectorXd>(from.data(), x.size());
+  return std::sqrt(std::max(0.0, way.dot(Eigen::LDLT<Eigen::MatrixXd>(covariance).solve(way))) /
+                   static_cast<double>(x.size()));
+}
+
+NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from,
+                                                 const std::vector<std::string>& names) const {
+  for (Eigen::Index k = 0; k < scale_.rows(); ++k)
+    if (!(scale_(k, k) > 0))
+      throw ResultError(
+          fmt::format("{}: no compared pixel depends on it, so the target cannot tell it; leave it out, "
+                      "or show a part of the scene where it matters",
+                      names[static_cast<std::size_t>(k)]));
+  Solution solution;
+  // Singular vectors where the scale is the identity; unit diagonal first, as the unknowns' scales differ.
+  const Eigen::VectorXd unit = scale_.diagonal().cwiseSqrt();
+  const auto in_units = [&](const Eigen::MatrixXd& m) {
+    return Eigen::MatrixXd(unit.cwiseInverse().asDiagonal() * m * unit.cwiseInverse().asDiagonal());
+  };
+  constexpr double ridge = 1e-12;
+  const Eigen::LLT<Eigen::MatrixXd> root(in_units(scale_) +
+                                         ridge * Eigen::MatrixXd::Identity(unit.size(), unit.size()));
+  const Eigen::MatrixXd l = unit.asDiagonal() * Eigen::MatrixXd(root.matrixL());
+  const auto relative = [&](const Eigen::MatrixXd& m) {
+    const Eigen::MatrixXd half = root.matrixL().solve(in_units(m));
+    return Eigen::MatrixXd(root.matrixL().solve(Eigen::MatrixXd(half.transpose())).transpose());
+  };
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(unit.size(), unit.size());
+  for (const Eigen::MatrixXd& part : parts_) sum += part;
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(relative(sum), Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::VectorXd& value = svd.singularValues();
+  Eigen::VectorXd noise = Eigen::VectorXd::Zero(value.size());
+  for (const Eigen::MatrixXd& part : parts_) {
+    const Eigen::MatrixXd in_part = svd.matrixU().transpose() * relative(part) * svd.matrixV();
+    noise += (in_part.diagonal() - value / static_cast<double>(parts_.size())).cwiseAbs2();
+  }
+  const Eigen::VectorXd least = sure * noise.cwiseSqrt();
+  solution.information =
+      l * svd.matrixU() * value.cwiseMax(least).asDiagonal() * svd.matrixV().transpose() * l.transpose();
+  solution.determined = (value.array() > least.array()).all();
+
+  const Eigen::PartialPivLU<Eigen::MatrixXd> solver(solution.information);
+  const Eigen::VectorXd at = Eigen::Map<const Eigen::VectorXd>(from.data(), right_.size());
+  solution.x = at + solver.solve(right_ - sum * at);
+  const auto sandwich = [&](const Eigen::MatrixXd& m) {
+    const Eigen::MatrixXd half = solver.solve(m);
+    const Eigen::MatrixXd whole = solver.solve(Eigen::MatrixXd(half.transpose()));
+    return Eigen::MatrixXd((whole + whole.transpose()) / 2);
+  };
+  // The targets' noise is the same in all equations, the rendering's is not. Residuals of fitted unknowns are a little
+  // too small.
+  const auto unknowns = static_cast<double>(right_.size());
+  const double fitted = residuals_ / std::max(1.0, residuals_ - unknowns);
+  const Eigen::MatrixXd mean_spread = spread_ / count_, mean_monte_carlo = monte_carlo_ / count_;
+  const Eigen::MatrixXd from_rendering = count_ * sandwich(mean_monte_carlo);
+  const Eigen::MatrixXd from_target = count_ * count_ * sandwich(mean_spread - mean_monte_carlo);
+  // Of the small difference of two estimates nothing negative.
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> positive(from_target);
+  solution.covariance = fitted * (positive.eigenvectors() * positive.eigenvalues().cwiseMax(0.0).asDiagonal() *
+                                      positive.eigenvectors().transpose() +
+                                  from_rendering);
+  solution.monte_carlo_share =
+      fitted * Eigen::LDLT<Eigen::MatrixXd>(solution.covariance).solve(from_rendering).trace() / unknowns;
+  return solution;
+}
+
+std::vector<double> NormalEquations::numbers() const {
+  std::vector<double> result{count_, residuals_};
+  const auto append = [&](const auto& m) { result.insert(result.end(), m.data(), m.data() + m.size()); };
+  append(right_);
+  append(scale_);
+  append(spread_);
+  append(monte_carlo_);
+  for (const Eigen::MatrixXd& part : parts_) append(part);
+  return result;
+}
+
+NormalEquations NormalEquations::from_numbers(std::size_t unknowns, const std::vector<double>& numbers) {
+  NormalEquations result(unknowns);
+  if (numbers.size() != result.numbers().size()) throw std::invalid_argument("stored equations of another size");
+  result.count_ = numbers[0];
+  result.residuals_ = numbers[1];
+  const double* next = numbers.data() + 2;
+  const auto take = [&](auto& m) {
+    std::copy_n(next, m.size(), m.data());
+    next += m.size();
+  };
+  take(result.right_);
+  take(result.scale_);
+  take(result.spread_);
+  take(result.monte_carlo_);
+  for (Eigen::MatrixXd& part : result.parts_) take(part);
+  return result;
+}
+
+}  // namespace itn

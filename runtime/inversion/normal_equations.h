@@ -1,0 +1,45 @@
+// Least-squares equations of several renderings, pooled: each is linear about the unknowns that it was made with, and
+// together they have the noise of all their samples.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "runtime/inversion/least_squares.h"
+
+namespace itn {
+
+class NormalEquations {
+ public:
+  explicit NormalEquations(std::size_t unknowns = 0);
+
+  // x: the unknowns of these equations. All that are pooled have the same references.
+  void add(const LeastSquares& equations, const std::vector<double>& x);
+  bool empty() const { return count_ == 0; }
+
+  struct Solution {
+    Eigen::VectorXd x;
+    Eigen::MatrixXd covariance;    // of x: the targets' noise, and the rendering's
+    double monte_carlo_share = 0;  // of the rendering in it, mean over the unknowns
+    // The information is more than three standard errors in every direction. Where it is less it is taken to be those,
+    // so x does not move far there.
+    bool determined = true;
+    Eigen::MatrixXd information;
+    // Root mean square over the unknowns, in standard errors, of the way from `from`.
+    double distance(const std::vector<double>& from) const;
+  };
+  // from: the unknowns that it starts at. Throws ResultError: an unknown on which no pixel depends (names: of the
+  // unknowns).
+  Solution solve(const std::vector<double>& from, const std::vector<std::string>& names) const;
+
+  // Everything as plain numbers, to store.
+  std::vector<double> numbers() const;
+  static NormalEquations from_numbers(std::size_t unknowns, const std::vector<double>& numbers);
+
+ private:
+  double count_ = 0, residuals_ = 0;
+  Eigen::VectorXd right_;  // sum of information x - gradient
+  std::vector<Eigen::MatrixXd> parts_;
+  Eigen::MatrixXd scale_, spread_, monte_carlo_;
+};
+
+}  // namespace itn

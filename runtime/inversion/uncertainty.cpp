@@ -1,0 +1,121 @@
+#include "runtime/inversion/uncertainty.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "runtime/derivative/parameter_chain.h"
+#include "runtime/statistics.h"
+
+namespace itn {
+namespace {
+
+const double z95 = normal_quantile(0.975);
+
+bool may_be_negative(const Parameter& p) { return p.low < 0; }
+
+// Position of the parameter that sets this number of the medium's channel; -1: it is fixed.
+int unknown(const std::vector<Coordinate>& coordinates, ParameterKind kind, int medium, int channel) {
+  for (std::size_t i = 0; i < coordinates.size(); ++i) {
+    const Parameter& p = coordinates[i].parameter();
+    if (p.kind == kind && p.index == medium && (p.component < 0 || p.component == channel)) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+constexpr std::array<ParameterKind, 4> kinds_of_medium{ParameterKind::sigma_t, ParameterKind::scale,
+                                                       ParameterKind::albedo, ParameterKind::g};
+
+bool grey(const Rgb& c) { return c[0] == c[1] && c[1] == c[2]; }
+
+}  // namespace
+
+std::vector<Interval> intervals(const std::vector<Coordinate>& coordinates, const std::vector<double>& x,
+                                const Eigen::MatrixXd& covariance) {
+  std::vector<Interval> result;
+  for (std::size_t i = 0; i < coordinates.size(); ++i) {
+    const Coordinate& c = coordinates[i];
+    const auto k = static_cast<Eigen::Index>(i);
+    const double sd = std::sqrt(covariance(k, k));
+    result.push_back(
+        {c.parameter().name, c.value(x[i]), c.value(x[i] - z95 * sd), c.value(x[i] + z95 * sd), c.slope(x[i]) * sd});
+  }
+  return result;
+}
+
+std::vector<Interval> transport_coefficients(const Scene& scene, const std::vector<Coordinate>& coordinates,
+                                             const std::vector<double>& x, const Eigen::MatrixXd& covariance) {
+  std::vector<Interval> result;
+  for (std::size_t m = 0; m < scene.media.size(); ++m) {
+    const Medium& medium = scene.media[m];
+    const int channels = grey(medium.sigma_t) && grey(medium.albedo) ? 1 : 3;
+    for (int c = 0; c < channels; ++c) {
+      const auto channel = static_cast<std::size_t>(c);
+      const auto chain = jacobian(
+          reduced_scattering_and_absorption,
+          std::array{medium.sigma_t[channel], medium.scale, medium.albedo[channel], medium.isotropic ? 0.0 : medium.g});
+      for (std::size_t quantity = 0; quantity < 2; ++quantity) {
+        Eigen::VectorXd by = Eigen::VectorXd::Zero(covariance.rows());
+        bool depends = false;
+        for (std::size_t k = 0; k < kinds_of_medium.size(); ++k) {
+          const int i = unknown(coordinates, kinds_of_medium[k], static_cast<int>(m), c);
+          if (i < 0) continue;
+          by[i] =
+              chain.by[quantity][k] * coordinates[static_cast<std::size_t>(i)].slope(x[static_cast<std::size_t>(i)]);
+          depends |= by[i] != 0;
+        }
+        if (!depends) continue;
+        const double value = chain.value[quantity], sd = std::sqrt(by.dot(covariance * by));
+        const double factor = std::exp(z95 * sd / value);  // even in the logarithm: never negative
+        result.push_back({fmt::format("{}.{}{}", medium.id, quantity == 0 ? "reduced_scattering" : "absorption",
+                                      channels == 1 ? "" : std::string(".") + "RGB"[c]),
+                          value, value / factor, value * factor, sd});
+      }
+    }
+  }
+  return result;
+}
+
+std::vector<Direction> ambiguity(const std::vector<Coordinate>& coordinates, const std::vector<double>& x,
+                                 const Eigen::MatrixXd& covariance) {
+  const auto n = static_cast<Eigen::Index>(coordinates.size());
+  Eigen::VectorXd slope(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Coordinate& c = coordinates[static_cast<std::size_t>(i)];
+    const double at = x[static_cast<std::size_t>(i)];
+    slope[i] = c.slope(at) / (may_be_negative(c.parameter()) ? 1 : c.value(at));
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(slope.asDiagonal() * covariance.topLeftCorner(n, n) *
+                                                             slope.asDiagonal());
+  std::vector<Direction> result;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    Eigen::VectorXd v = eigen.eigenvectors().col(k);
+    Eigen::Index largest = 0;
+    v.cwiseAbs().maxCoeff(&largest);
+    if (v[largest] < 0) v = -v;
+    result.push_back({{v.begin(), v.end()}, std::sqrt(std::max(0.0, eigen.eigenvalues()[k]))});
+  }
+  return result;
+}
+
+std::string words(const Direction& direction, const std::vector<Coordinate>& coordinates) {
+  std::vector<std::size_t> order(coordinates.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return std::fabs(direction.part[a]) > std::fabs(direction.part[b]); });
+  std::string text;
+  for (const std::size_t i : order) {
+    const double change = direction.part[i] * direction.uncertainty;
+    if (std::fabs(direction.part[i]) < 0.05) continue;
+    const Parameter& p = coordinates[i].parameter();
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", p.name,
+                        may_be_negative(p) ? fmt::format("{:+.2g}", change) : fmt::format("{:+.2g} %", 100 * change));
+  }
+  return text;
+}
+
+}  // namespace itn

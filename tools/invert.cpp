@@ -1,0 +1,394 @@
+// itn invert: from images of a scene to its parameters, with 95 % intervals.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <random>
+
+#include "runtime/error.h"
+#include "runtime/image/file.h"
+#include "runtime/inversion/inversion.h"
+#include "runtime/scene/load.h"
+#include "tools/common.h"
+#include "tools/interrupt.h"
+#include "tools/invert_report.h"
+#include "tools/progress.h"
+
+namespace itn::tools {
+namespace {
+
+constexpr const char* state_schema = "itn.invert.state/1";
+constexpr double assumed_noise = 0.01;  // where nobody says
+
+struct Options {
+  CommonOptions common;
+  std::string scene, folder, method = "gauss-newton", operator_name = "full";
+  std::vector<std::string> targets, masks, parameters, start;
+  std::vector<int> sensors;
+  int starts = 1;
+  double noise = -1;  // not given
+  InversionOptions inversion;
+};
+
+// One start and how far it has come: what is stored after every iteration.
+struct Run {
+  std::vector<double> start;  // coordinates
+  InversionState state;
+  std::vector<InversionStep> steps;
+};
+
+// JSON has no infinity: a standard error that is not known becomes null.
+nlohmann::json number(double v) { return std::isfinite(v) ? nlohmann::json(v) : nlohmann::json(nullptr); }
+double number_from(const nlohmann::json& v) {
+  return v.is_null() ? std::numeric_limits<double>::infinity() : v.get<double>();
+}
+
+nlohmann::json stored(const InversionState& s) {
+  return {{"iteration", s.iteration},
+          {"spp", s.spp},
+          {"next_sample", s.next_sample},
+          {"x", s.x},
+          {"done", s.done},
+          {"converged", s.converged},
+          {"reference_x", s.reference_x},
+          {"reference_spp", s.reference_spp},
+          {"reference_sample", s.reference_sample},
+          {"accepted", s.accepted},
+          {"accepted_x", s.accepted_x},
+          {"accepted_cost", s.accepted_cost},
+          {"accepted_cost_stderr", s.accepted_cost_stderr},
+          {"damping", s.damping},
+          {"pool", s.pool},
+          {"first_moment", s.first_moment},
+          {"second_moment", s.second_moment}};
+}
+
+InversionState state_from(const nlohmann::json& j) {
+  InversionState s;
+  j.at("iteration").get_to(s.iteration);
+  j.at("spp").get_to(s.spp);
+  j.at("next_sample").get_to(s.next_sample);
+  j.at("x").get_to(s.x);
+  j.at("done").get_to(s.done);
+  j.at("converged").get_to(s.converged);
+  j.at("reference_x").get_to(s.reference_x);
+  j.at("reference_spp").get_to(s.reference_spp);
+  j.at("reference_sample").get_to(s.reference_sample);
+  j.at("accepted").get_to(s.accepted);
+  j.at("accepted_x").get_to(s.accepted_x);
+  j.at("accepted_cost").get_to(s.accepted_cost);
+  j.at("accepted_cost_stderr").get_to(s.accepted_cost_stderr);
+  j.at("damping").get_to(s.damping);
+  j.at("pool").get_to(s.pool);
+  j.at("first_moment").get_to(s.first_moment);
+  j.at("second_moment").get_to(s.second_moment);
+  return s;
+}
+
+nlohmann::json stored(const Run& run) {
+  nlohmann::json steps = nlohmann::json::array();
+  for (const InversionStep& s : run.steps)
+    steps.push_back({s.spp, s.x, s.loss, number(s.loss_stderr), s.accepted, s.distance});
+  return {{"start", run.start}, {"state", stored(run.state)}, {"steps", steps}};
+}
+
+Run run_from(const nlohmann::json& j) {
+  Run run{j.at("start").get<std::vector<double>>(), state_from(j.at("state")), {}};
+  for (const nlohmann::json& s : j.at("steps"))
+    run.steps.push_back(
+        {static_cast<int>(run.steps.size()), s.at(0), s.at(1), s.at(2), number_from(s.at(3)), s.at(4), s.at(5)});
+  return run;
+}
+
+// FNV-1a, 64 bits: tells files apart.
+std::string fingerprint(const std::string& file) {
+  std::uint64_t hash = 14695981039346656037ULL;
+  for (const char c : read_file(file)) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
+  return fmt::format("{:016x}", hash);
+}
+
+// Everything that the numbers depend on: a folder goes on only with the same.
+nlohmann::json request(const Options& o, const Device& device) {
+  nlohmann::json files = nlohmann::json::object();
+  files[o.scene] = fingerprint(o.scene);
+  for (const auto* list : {&o.targets, &o.masks})
+    for (const std::string& file : *list)
+      if (!file.empty()) files[file] = fingerprint(file);
+  return {{"version", ITN_VERSION},
+          {"files", files},
+          {"definitions", o.common.definitions},
+          {"targets", o.targets},
+          {"masks", o.masks},
+          {"sensors", o.sensors},
+          {"parameters", o.parameters},
+          {"start", o.start},
+          {"starts", o.starts},
+          {"method", o.method},
+          {"operator", o.operator_name},
+          {"iterations", o.inversion.iterations},
+          {"spp", o.common.spp},
+          {"seed", o.common.seed},
+          {"noise", o.noise},
+          {"exposure", o.inversion.exposure},
+          {"learning_rate", o.inversion.learning_rate},
+          {"device", device.info().name + ", " + device.info().platform}};
+}
+
+// The folder's state: saved whole after every iteration.
+class Journal {
+ public:
+  Journal(const std::string& folder, nlohmann::json request)
+      : file_(folder + "/state.json"), lines_(folder + "/iterations.jsonl"), request_(std::move(request)) {
+    if (!std::filesystem::exists(file_)) return;
+    try {
+      const nlohmann::json j = nlohmann::json::parse(read_file(file_));
+      if (j.at("schema") != state_schema) throw InputError("");
+      for (const auto& [key, value] : request_.items())
+        if (!j.at("request").contains(key) || j.at("request").at(key) != value)
+          throw UsageError(fmt::format(
+              "{}: holds an inversion with another {} ({}, now {}); give another folder with -o, or remove this one",
+              folder, key, j.at("request").value(key, nlohmann::json()).dump(), value.dump()));
+      for (const nlohmann::json& run : j.at("runs")) runs.push_back(run_from(run));
+    } catch (const UsageError&) {
+      throw;
+    } catch (const std::exception&) {
+      throw InputError(file_ + ": not the state of an inversion by this version; remove it to begin anew");
+    }
+  }
+
+  void save(const std::vector<Coordinate>& coordinates) const {
+    nlohmann::json all = nlohmann::json::array();
+    std::string lines;
+    for (std::size_t k = 0; k < runs.size(); ++k) {
+      all.push_back(stored(runs[k]));
+      for (const InversionStep& step : runs[k].steps) {
+        nlohmann::ordered_json line{{"start", k}};
+        line.update(tools::to_json(step, coordinates));
+        lines += line.dump() + "\n";
+      }
+    }
+    write_file(lines_, lines);
+    write_file(file_, nlohmann::json{{"schema", state_schema}, {"request", request_}, {"runs", all}}.dump() + "\n");
+  }
+
+  std::vector<Run> runs;
+
+ private:
+  std::string file_, lines_;
+  nlohmann::json request_;
+};
+
+void set_starts(const Options& options, Scene& scene) {
+  const std::vector<Parameter> all = list_parameters(scene);
+  for (const std::string& text : options.start) {
+    const std::size_t equals = text.find('=');
+    const std::string name = text.substr(0, equals);
+    if (std::find(options.parameters.begin(), options.parameters.end(), name) == options.parameters.end())
+      throw UsageError(fmt::format("--start {}: need NAME=VALUE with a name given to --parameter", text));
+    char* end = nullptr;
+    const std::string value = equals == std::string::npos ? "" : text.substr(equals + 1);
+    const double v = std::strtod(value.c_str(), &end);
+    if (value.empty() || *end != '\0')
+      throw UsageError(fmt::format("--start {}: got \"{}\" for the value, need a number", text, value));
+    set_parameter(scene, find_parameter(all, name), v);
+  }
+}
+
+// The first start is the scene's; the others are drawn: numbers with two bounds evenly from the inner four fifths of
+// their range, the others up to a factor of four from the scene's.
+std::vector<std::vector<double>> all_starts(const Options& options, const ForwardModel& model) {
+  std::vector<std::vector<double>> result{model.start()};
+  std::mt19937_64 random(options.common.seed);
+  const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+  while (static_cast<int>(result.size()) < options.starts) {
+    std::vector<double> x;
+    for (const Coordinate& c : model.coordinates()) {
+      const Parameter& p = c.parameter();
+      const double u = uniform();
+      x.push_back(c.of(std::isfinite(p.high) ? p.low + (p.high - p.low) * (0.1 + 0.8 * u)
+                                             : p.value * std::exp(std::log(4.0) * (2 * u - 1))));
+    }
+    result.push_back(x);
+  }
+  return result;
+}
+
+std::vector<TargetImage> read_targets(const Options& options, const Scene& scene) {
+  std::vector<TargetImage> targets;
+  for (std::size_t t = 0; t < options.targets.size(); ++t) {
+    const Sensor& sensor = chosen_sensor(scene, options.sensors[t]);
+    targets.push_back(read_target(options.targets[t], options.masks.empty() ? "" : options.masks[t], sensor.crop_width,
+                                  sensor.crop_height, sensor.luminance ? 1 : 3));
+  }
+  return targets;
+}
+
+void print_step(std::size_t start, const InversionStep& step, const std::vector<Coordinate>& coordinates) {
+  std::string values;
+  for (std::size_t p = 0; p < coordinates.size(); ++p)
+    values += fmt::format("  {} {:.5g}", coordinates[p].parameter().name, coordinates[p].value(step.x[p]));
+  fmt::print("start {}  iteration {:3}  {:4} spp  loss {:.4g}{}{}\n", start, step.iteration, step.spp, step.loss,
+             values, step.accepted ? "" : "  (taken back)");
+  std::fflush(stdout);
+}
+
+void print(const InversionOutcome& outcome, const std::vector<Coordinate>& coordinates) {
+  for (const std::string& sentence : verdict(outcome, coordinates)) fmt::print("{}\n", sentence);
+  for (const auto* list : {&outcome.parameters, &outcome.coefficients, &outcome.exposures})
+    for (const Interval& i : *list)
+      fmt::print("{:<24} {:>10.5g}   95 %: {:.5g} to {:.5g}\n", i.name, i.value, i.low, i.high);
+  for (const std::string& sentence : ambiguity_words(outcome, coordinates)) fmt::print("{}\n", sentence);
+  fmt::print("{}/report.html: {:.1f} s\n", outcome.folder, outcome.seconds);
+}
+
+InversionOutcome outcome_of(const Options& options, Inversion& inversion, const ForwardModel& model, Scene scene,
+                            const std::vector<Run>& runs) {
+  InversionOutcome outcome;
+  outcome.scene = options.scene;
+  outcome.method = options.method;
+  outcome.folder = options.folder;
+  outcome.targets = options.targets;
+  const std::vector<Coordinate>& coordinates = model.coordinates();
+  for (const Run& run : runs) {
+    std::vector<double> values;
+    for (std::size_t p = 0; p < coordinates.size(); ++p) values.push_back(coordinates[p].value(run.start[p]));
+    outcome.runs.push_back({values, run.steps, inversion.conclude(run.state)});
+    if (outcome.runs.back().end.loss < outcome.found().end.loss) outcome.best = outcome.runs.size() - 1;
+  }
+  const Inversion::Conclusion& end = outcome.found().end;
+  for (std::size_t p = 0; p < coordinates.size(); ++p)
+    set_parameter(scene, coordinates[p].parameter(), coordinates[p].value(end.x[p]));
+  outcome.parameters = intervals(coordinates, end.x, end.covariance);
+  outcome.coefficients = transport_coefficients(scene, coordinates, end.x, end.covariance);
+  outcome.directions = ambiguity(coordinates, end.x, end.covariance);
+  const std::vector<std::string> names = inversion.names();
+  for (std::size_t k = coordinates.size(); k < end.x.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    const double sd = std::sqrt(end.covariance(i, i)), value = std::exp(end.x[k]);
+    outcome.exposures.push_back(
+        {names[k], value, value * std::exp(-1.96 * sd), value * std::exp(1.96 * sd), value * sd});
+  }
+  return outcome;
+}
+
+void run(Options options) {
+  const CommonOptions& common = options.common;
+  const auto seconds = [start = std::chrono::steady_clock::now()] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  Scene scene = load_scene(options.scene, common.definition_map());
+  for (const std::string& text : scene.warnings) warn(common, text);
+  options.sensors = sensors_of_targets(options.targets, options.masks, options.sensors);
+  set_starts(options, scene);
+  const std::vector<TargetImage> targets = read_targets(options, scene);
+  const Device device(common.device);
+
+  InversionOptions& how = options.inversion;
+  how.method = options.method == "adam" ? InversionOptions::Method::adam : InversionOptions::Method::gauss_newton;
+  how.spp = common.spp;
+  if (how.sample_limit() < 2) throw UsageError("--spp 1: a loss compares different samples of a pixel; need 2 or more");
+  const bool errors_known =
+      std::all_of(targets.begin(), targets.end(), [](const TargetImage& t) { return !t.error.empty(); });
+  how.relative_noise = options.noise >= 0 ? options.noise : errors_known ? 0 : assumed_noise;
+
+  RenderOptions render_options;
+  render_options.seed = common.seed;
+  render_options.op = options.operator_name == "single" ? Operator::single : Operator::full;
+  render_options.cancel = &interrupt_flag();
+  ForwardModel model(device, scene, options.parameters, options.sensors, render_options);
+  Inversion inversion(model, targets, how);
+
+  std::error_code failure;
+  std::filesystem::create_directories(options.folder, failure);
+  check_writable(options.folder + "/state.json");
+  if (!common.json.empty() && common.json != "-") check_writable(common.json);
+  Journal journal(options.folder, request(options, device));
+  const std::vector<std::vector<double>> starts = all_starts(options, model);
+  Progress progress(options.scene, how.iteration_limit() * static_cast<double>(starts.size()), "iterations at most",
+                    !common.quiet);
+  for (std::size_t k = 0; k < starts.size(); ++k) {
+    if (k == journal.runs.size()) journal.runs.push_back({starts[k], inversion.start(starts[k]), {}});
+    Run& current = journal.runs[k];
+    while (!current.state.done) {
+      current.steps.push_back(inversion.advance(current.state));
+      journal.save(model.coordinates());
+      progress.clear();
+      if (common.talkative()) print_step(k, current.steps.back(), model.coordinates());
+      progress.update((static_cast<double>(k) + current.state.iteration / double(how.iteration_limit())) /
+                      static_cast<double>(starts.size()));
+    }
+  }
+  progress.clear();
+
+  InversionOutcome outcome = outcome_of(options, inversion, model, scene, journal.runs);
+  outcome.noise_known = errors_known || options.noise >= 0;
+  outcome.seconds = seconds();
+  write_inversion(outcome, model.coordinates(), targets);
+  if (common.talkative()) print(outcome, model.coordinates());
+  write_json(common, to_json(outcome, model.coordinates()));
+  if (!outcome.converged())
+    throw ResultError("invert: not converged; " + options.folder + "/report.html shows how far");
+}
+
+}  // namespace
+
+void add_invert(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "invert",
+      "from images of a scene to its parameters, with 95 % intervals (analysis by synthesis)\n\n"
+      "Starts from the scene's values. Stopped at any moment, the same command goes on where it was. Exit code 1 if it "
+      "does not converge.");
+  command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
+  command
+      ->add_option(
+          "--target", options->targets,
+          "OpenEXR image to explain, of the film's size, with standard errors (stderr.R ...) if they are known; "
+          "repeated: one for each of several sensors")
+      ->required()
+      ->take_all();
+  command
+      ->add_option("--mask", options->masks,
+                   "OpenEXR file whose Y, R or else first channel weighs the target's pixels; one a target")
+      ->take_all();
+  command
+      ->add_option("--parameter", options->parameters,
+                   "scene parameter to find (itn parameters lists them); may be repeated")
+      ->required()
+      ->take_all();
+  command->add_option("-o,--output", options->folder, "folder for the result: report.html, result.json, images")
+      ->required();
+  command
+      ->add_option("--method", options->method,
+                   "gauss-newton: steps of weighted least squares; adam: 200 iterations of stochastic gradients")
+      ->check(CLI::IsMember({"adam", "gauss-newton"}))
+      ->capture_default_str();
+  command->add_option("--iterations", options->inversion.iterations, "at most; default 50, adam 200")
+      ->check(CLI::Range(1, 1000000));
+  command
+      ->add_option("--noise", options->noise,
+                   "standard deviation of the targets' noise over their radiance, beside what their files say")
+      ->check(CLI::Range(0.0, 10.0));
+  command->add_flag("--exposure", options->inversion.exposure, "each target is known up to a factor: find it, too");
+  command->add_option("--start", options->start, "NAME=VALUE: start there instead; may be repeated")->take_all();
+  command
+      ->add_option("--starts", options->starts,
+                   "also start from this many less one random places; the best end is the result")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_option("--learning-rate", options->inversion.learning_rate, "adam: of the first iterations")
+      ->check(CLI::Range(1e-6, 10.0))
+      ->capture_default_str();
+  command->add_option("--sensor", options->sensors, "the sensor of each target, from 0; default: in their order")
+      ->check(CLI::Range(0, 1 << 20))
+      ->take_all();
+  command->add_option("--operator", options->operator_name, "full: all light; single: one scattering in the medium")
+      ->check(CLI::IsMember({"full", "single"}))
+      ->capture_default_str();
+  add_common_options(*command, options->common);
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace itn::tools
