@@ -57,8 +57,8 @@ nlohmann::json stored(const InversionState& s) {
           {"reference_sample", s.reference_sample},
           {"accepted", s.accepted},
           {"accepted_x", s.accepted_x},
-          {"accepted_cost", s.accepted_cost},
-          {"accepted_cost_stderr", s.accepted_cost_stderr},
+          {"accepted_loss", s.accepted_loss},
+          {"accepted_loss_stderr", s.accepted_loss_stderr},
           {"damping", s.damping},
           {"pool", s.pool},
           {"first_moment", s.first_moment},
@@ -78,8 +78,8 @@ InversionState state_from(const nlohmann::json& j) {
   j.at("reference_sample").get_to(s.reference_sample);
   j.at("accepted").get_to(s.accepted);
   j.at("accepted_x").get_to(s.accepted_x);
-  j.at("accepted_cost").get_to(s.accepted_cost);
-  j.at("accepted_cost_stderr").get_to(s.accepted_cost_stderr);
+  j.at("accepted_loss").get_to(s.accepted_loss);
+  j.at("accepted_loss_stderr").get_to(s.accepted_loss_stderr);
   j.at("damping").get_to(s.damping);
   j.at("pool").get_to(s.pool);
   j.at("first_moment").get_to(s.first_moment);
@@ -289,6 +289,10 @@ void run(Options options) {
   how.method = options.method == "adam" ? InversionOptions::Method::adam : InversionOptions::Method::gauss_newton;
   how.spp = common.spp;
   if (how.sample_limit() < 2) throw UsageError("--spp 1: a loss compares different samples of a pixel; need 2 or more");
+  constexpr double most_samples = 1 << 29;  // that a pixel has, over all iterations
+  if (double(how.iteration_limit()) * how.sample_limit() > most_samples)
+    throw UsageError(fmt::format("--iterations {} of --spp {}: need at most {} samples in all", how.iteration_limit(),
+                                 how.sample_limit(), most_samples));
   const bool errors_known =
       std::all_of(targets.begin(), targets.end(), [](const TargetImage& t) { return !t.error.empty(); });
   how.relative_noise = options.noise >= 0 ? options.noise : errors_known ? 0 : assumed_noise;

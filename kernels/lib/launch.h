@@ -58,21 +58,23 @@ inline void draw(const Random* r, uint stream, REAL u[4]) {
 }
 
 /* Weight of each throughput channel beyond the throughput: one-pass spectral MIS (balance heuristic over the channels
- * whose sigma_t could have been the hero's). Without RGB sigma_t: 1. */
+ * whose sigma_t could have been the hero's), 3 p_c / (p_0 + p_1 + p_2) for the densities p_c of the path with each channel's
+ * sigma_t. Paths carry these weights: unlike the densities or their ratios they stay in [0, 3], however long the path. */
 #if SPECTRAL
-inline void spectral_weights(const REAL ratio[3], REAL weight[3]) {
-  REAL inverse = 3.0f / (ratio[0] + ratio[1] + ratio[2]);
-  UNROLL for (int c = 0; c < 3; ++c) weight[c] = ratio[c] * inverse;
+/* An event of the lanes in `mask`, with density `factor` of each channel, over any common one. Should none of the channels be
+ * possible, which takes the underflow of the hero's own weight, all weights are 0 and roulette ends the path. */
+inline void spectral_event(MASK mask, const REAL factor[3], REAL weight[3]) {
+  REAL sum = (REAL)(0.0f);
+  UNROLL for (int c = 0; c < 3; ++c) sum += weight[c] * factor[c];
+  const REAL inverse = 3.0f / MAX(sum, (REAL)(1e-30f));
+  UNROLL for (int c = 0; c < 3; ++c) weight[c] = SELECT(mask, weight[c] * factor[c] * inverse, weight[c]);
 }
 #endif
 
-/* `scale` times these weights, of paths between two stages. */
+/* `scale` times the weights of paths between two stages. Without RGB sigma_t these are 1. */
 inline void channel_weights(const Pool* pool, INT slots, REAL scale, REAL weight[3]) {
 #if SPECTRAL
-  REAL ratio[3];
-  UNROLL for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
-  spectral_weights(ratio, weight);
-  UNROLL for (int c = 0; c < 3; ++c) weight[c] *= scale;
+  UNROLL for (int c = 0; c < 3; ++c) weight[c] = LOAD(pool, SPECTRAL_WEIGHT + c, slots) * scale;
 #else
   weight[0] = weight[1] = weight[2] = scale;
 #endif

@@ -35,7 +35,7 @@ inline REAL connection_chance(const Launch* launch, __global const JobRecord* jo
                               REAL3 arrival, REAL throughput, REAL sigma_t, REAL g) {
   const REAL distance = surface_distance(launch->geometries + job->geometry, cell);
   const REAL3 normal = surface_normal_guess(cell);
-  REAL expected = (REAL)(1.0f);
+  REAL expected = CHANCE_ANYWHERE * EXP(-sigma_t * distance);
 #if HAS_SUN
   __global const EmitterRecord* emitter = launch->emitters + job->emitter;
   __global const float* sun = emitter->sun_direction;
@@ -52,11 +52,10 @@ inline REAL connection_chance(const Launch* launch, __global const JobRecord* jo
 #endif
   /* cosine between the connection and the normal of the surface through which it leaves */
   const REAL along = MAX(dot3(towards, normal), (REAL)(0.25f));
-  expected = 12.566371f * henyey_greenstein(dot3(arrival, towards), g) * SELECT(facing > 0.0f, 1.0f, 0.3f) *
-             EXP(sigma_t * distance * (1.0f - 1.0f / along));
+  expected = MAX(expected, (CHANCE_SCALE * 12.566371f) * henyey_greenstein(dot3(arrival, towards), g) *
+                               SELECT(facing > 0.0f, 1.0f, 0.3f) * EXP(-sigma_t * distance / along));
 #endif
-  expected = throughput * EXP(-sigma_t * distance) * MAX(CHANCE_SCALE * expected, (REAL)(CHANCE_ANYWHERE));
-  return MAX((REAL)(CHANCE_FLOOR), MIN((REAL)(0.999f), expected));
+  return MAX((REAL)(CHANCE_FLOOR), MIN((REAL)(0.999f), throughput * expected));
 }
 #endif
 

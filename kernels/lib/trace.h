@@ -293,7 +293,10 @@ inline MASK set_up_rays(__global const GeometryRecord* record, REAL3 origin, REA
   s->slope_z.real = slope_z;
   s->slope_x.real = component(direction, kx) * slope_z;
   s->slope_y.real = component(direction, ky) * slope_z;
-  return !outside | (enter <= 1.000001f * leave);
+  /* A ray that is not finite meets nothing: to comparisons with NaN even the empty boxes of a node are in the way, and their
+   * children lead anywhere. */
+  const MASK finite = x + y + z + (ABS(origin.x) + ABS(origin.y) + ABS(origin.z)) < INFINITY;
+  return finite & (!outside | (enter <= 1.000001f * leave));
 }
 
 /* Lane l's closest hit with a distance below t_max, or so little beyond that the position at t_max could be rounded to the

@@ -3,8 +3,8 @@
  *   p(c; g) = (1 - g^2) / (4 pi (1 + g^2 - 2 g c)^(3/2))
  *
  * c: cosine of the angle between the directions of travel before and after the scattering, so c = 1 is straight on
- * (many texts use the angle between two directions that leave the vertex, which is -c). g in (-1, 1): mean of c; 0:
- * isotropic. The sampler is exact: its density is p.
+ * (many texts use the angle between two directions that leave the vertex, which is -c). A c that rounding has put beyond
+ * +-1 counts as +-1. g in (-1, 1): mean of c; 0: isotropic. The sampler is exact: its density is p.
  *   Henyey, Greenstein 1941, "Diffuse radiation in the galaxy", doi:10.1086/144246
  * Tests: tests/model/phase_henyey_greenstein_test.cpp */
 #ifndef ITN_PHASE_HENYEY_GREENSTEIN_H
@@ -12,10 +12,11 @@
 #include "shared/portable.h"
 
 MODEL henyey_greenstein(REAL c, REAL g) {
-  /* 1 + g^2 - 2 g c as a sum of two positive terms: keeps its digits in the peak */
+  /* 1 + g^2 - 2 g c as a sum of a positive term and one that is not negative: keeps its digits in the peak */
   REAL a = ABS(g);
-  REAL d = (NUMBER(1) - a) * (NUMBER(1) - a) + NUMBER(2) * (a - g * c);
-  return NUMBER(0.0795774715459476679) * (NUMBER(1) - g * g) / (d * SQRT(d));
+  REAL along = MIN(SELECT(g < NUMBER(0), -c, c), NUMBER(1));
+  REAL d = (NUMBER(1) - a) * (NUMBER(1) - a) + NUMBER(2) * a * (NUMBER(1) - along);
+  return NUMBER(0.0795774715459476679) * (NUMBER(1) - a) * (NUMBER(1) + a) / (d * SQRT(d));
 }
 
 /* Cosine and sine of the angle between the directions of travel, from u uniform in (0, 1).

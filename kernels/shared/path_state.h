@@ -29,8 +29,8 @@ enum {
   LAST_PDF, /* see light_sampling.h */
   JOB,
 #if SPECTRAL
-  SPECTRAL_RATIO, /* 3 fields: density of the path for each channel's sigma_t over that for the hero channel's */
-  HERO = SPECTRAL_RATIO + 3,
+  SPECTRAL_WEIGHT, /* 3 fields: see lib/launch.h */
+  HERO = SPECTRAL_WEIGHT + 3,
 #endif
 #if MEDIUM_LIGHT_SAMPLING
   ARRIVAL_X, ARRIVAL_Y, ARRIVAL_Z, /* waiting in QUEUE_CONNECT: direction of travel before the scattering */

@@ -70,7 +70,7 @@ inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
   STORE(pool, LAST_PDF, slots, 0.0f);
   STORE_INT(pool, JOB, slots, job_index);
 #if SPECTRAL
-  UNROLL for (int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_RATIO + c, slots, 1.0f);
+  UNROLL for (int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_WEIGHT + c, slots, 1.0f);
   STORE_INT(pool, HERO, slots, CAST_INT(u[2] * 3.0f));
 #endif
 #if FUSED && WIDTH == BOX_WIDTH && !HAS_ROUND

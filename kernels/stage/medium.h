@@ -30,9 +30,9 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     albedo[c] = GATHER((media + FIELD_OF(MediumRecord, albedo) + c), medium);
   }
   REAL g = GATHER((media + FIELD_OF(MediumRecord, g)), medium);
+  REAL weight[3] = {(REAL)(1.0f), (REAL)(1.0f), (REAL)(1.0f)};
 #if SPECTRAL
-  REAL ratio[3];
-  UNROLL for (int c = 0; c < 3; ++c) ratio[c] = LOAD(pool, SPECTRAL_RATIO + c, slots);
+  UNROLL for (int c = 0; c < 3; ++c) weight[c] = LOAD(pool, SPECTRAL_WEIGHT + c, slots);
   INT hero = LOAD_INT(pool, HERO, slots);
   REAL sigma = SELECT(hero == 0, sigma_t[0], SELECT(hero == 1, sigma_t[1], sigma_t[2]));
 #else
@@ -83,9 +83,14 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
 #endif
     position = select3(meets | scatters, there, position);
 #if SPECTRAL
-    UNROLL for (int c = 0; c < 3; ++c) /* bounded: a flight may end at a surface a tolerance beyond its length */
-      ratio[c] *= SELECT(meets | scatters, EXP(MIN((sigma - sigma_t[c]) * distance, (REAL)(60.0f))), 1.0f) *
-                  SELECT(scatters, sigma_t[c] * mean_free_path, 1.0f);
+    /* Densities over the hero's. A surface that is met a tolerance beyond the flight's end is met with any sigma_t: 1. Else
+     * sigma times distance is below 17, and where sigma_t[c] is 1e30 times sigma, the exponential is 0. */
+    const REAL drawn = SELECT(distance > flight, 0.0f, distance);
+    REAL factor[3];
+    UNROLL for (int c = 0; c < 3; ++c)
+      factor[c] = EXP((sigma - sigma_t[c]) * drawn) *
+                  SELECT(scatters, MIN(sigma_t[c] * mean_free_path, (REAL)(1e30f)), 1.0f);
+    spectral_event(meets | scatters, factor, weight);
 #endif
     cell = flight_cell(launch->grid, geometry, position);
     score_passage(launch, job, &scores, medium_index, sigma_t, distance, meets);
@@ -93,10 +98,6 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     skip = SELECT_INT(scatters, -1, skip);
     depth += SELECT_INT(scatters, 1, 0);
     UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= SELECT(scatters, albedo[c], 1.0f);
-    REAL weight[3] = {(REAL)(1.0f), (REAL)(1.0f), (REAL)(1.0f)};
-#if SPECTRAL
-    spectral_weights(ratio, weight);
-#endif
     const REAL largest = brightest(throughput, weight);
 #if OPERATOR_SINGLE
     MASK again = scatters & (depth >= SCATTERED_ONCE);
@@ -145,7 +146,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   STORE(pool, HIT_U, slots, hit_u);
   STORE(pool, HIT_V, slots, hit_v);
 #if SPECTRAL
-  UNROLL for (int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_RATIO + c, slots, ratio[c]);
+  UNROLL for (int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_WEIGHT + c, slots, weight[c]);
 #endif
   finish(launch, job, pool, slots, dead);
   push_surface(launch, job, pool, slots, arrived, hit_primitive);

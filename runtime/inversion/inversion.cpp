@@ -16,6 +16,7 @@ constexpr double enough_share = 0.2;   // of the rendering in the variance of th
 constexpr double settled = 0.4;        // steps shorter than this many standard errors end the search
 constexpr double in_linear_range = 1;  // renderings from farther away than this many standard errors are not pooled
 constexpr double lost_in_noise = 1.5;  // steps shorter than this many standard errors of the rendering say nothing
+constexpr double much_worse = 1.5;     // a loss that much higher takes the step back
 constexpr double largest_step = 1;     // of a coordinate in one iteration
 constexpr double least_damping = 1e-6, most_damping = 1e3;
 
@@ -85,7 +86,6 @@ InversionStep Inversion::advance(InversionState& state) {
       state.reference_sample = reference_sample_ = first;
       state.reference_spp = step.spp;
       state.pool.clear();
-      state.accepted = false;  // costs compare with the same weights only
     }
   }
   ++state.iteration;
@@ -96,8 +96,9 @@ InversionStep Inversion::advance(InversionState& state) {
 bool Inversion::gauss_newton(const LeastSquares& equations, InversionState& state, InversionStep& step) const {
   step.loss = equations.loss;
   step.loss_stderr = equations.loss_stderr;
-  const double tolerance = 4 * std::hypot(equations.cost_stderr, state.accepted_cost_stderr);
-  step.accepted = !state.accepted || equations.cost <= state.accepted_cost + tolerance;
+  // The loss, not the cost: weights change from one iteration to the next.
+  const double noise = 4 * std::hypot(equations.loss_stderr, state.accepted_loss_stderr);
+  step.accepted = !state.accepted || equations.loss <= much_worse * state.accepted_loss + noise;
   if (!step.accepted) {
     for (std::size_t k = 0; k < state.x.size(); ++k)
       state.x[k] = state.accepted_x[k] + (state.x[k] - state.accepted_x[k]) / 4;
@@ -106,8 +107,8 @@ bool Inversion::gauss_newton(const LeastSquares& equations, InversionState& stat
   }
   state.accepted = true;
   state.accepted_x = state.x;
-  state.accepted_cost = equations.cost;
-  state.accepted_cost_stderr = equations.cost_stderr;
+  state.accepted_loss = equations.loss;
+  state.accepted_loss_stderr = equations.loss_stderr;
 
   NormalEquations pool =
       state.pool.empty() ? NormalEquations(state.x.size()) : NormalEquations::from_numbers(state.x.size(), state.pool);

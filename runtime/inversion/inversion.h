@@ -38,7 +38,7 @@ struct InversionState {
   // Gauss-Newton: the rendering that is the reference, the accepted point, and how far it trusts a step.
   std::vector<double> reference_x, accepted_x;
   int reference_spp = 0, reference_sample = 0;
-  double accepted_cost = 0, accepted_cost_stderr = 0, damping = 0.01;
+  double accepted_loss = 0, accepted_loss_stderr = 0, damping = 0.01;
   bool accepted = false;
   std::vector<double> pool;                         // NormalEquations of the renderings since
   std::vector<double> first_moment, second_moment;  // Adam

@@ -132,7 +132,7 @@ void add(const Rendering& rendering, const TargetImage& target, const Reference&
     Eigen::MatrixXd& information = sum.information[(static_cast<std::uint32_t>(pixel) * 2654435769U) >> 27];
     part.setZero();
     random.setZero();
-    double loss_noise = 0, cost_noise = 0;
+    double loss_noise = 0;
     for (std::size_t c = 0; c < channels; ++c) {
       const std::size_t i = pixel * channels + c;
       const double known = reference.target[i] + reference.sample[i] / rendering.spp;
@@ -150,14 +150,12 @@ void add(const Rendering& rendering, const TargetImage& target, const Reference&
       loss_noise += loss_weight * of_pixel * spread;
       if (known <= floor) continue;
       sum.cost += weight * r * r;
-      cost_noise += weight * spread;
       sum.residuals += 1;
     }
     sum.gradient += part;
     sum.spread.noalias() += part * part.transpose();
     sum.monte_carlo.noalias() += random * random.transpose();
     sum.loss_stderr += loss_noise * loss_noise;
-    sum.cost_stderr += cost_noise * cost_noise;
   }
 }
 
@@ -223,7 +221,6 @@ LeastSquares least_squares(const std::vector<Rendering>& images, const std::vect
     add(images[t], targets[t], references[t], View(coordinates, x, t), 1 / all, sum);
   }
   sum.cost /= sum.residuals;
-  sum.cost_stderr = std::sqrt(sum.cost_stderr) / sum.residuals;
   sum.loss_stderr = std::sqrt(sum.loss_stderr);
   return sum;
 }

@@ -37,7 +37,7 @@ constexpr std::size_t information_parts = 32;
 // The equations of one rendering, at the unknowns that it was made with.
 struct LeastSquares {
   double loss = 0, loss_stderr = 0;  // mean squared difference without the rendering's noise (as image_loss.h)
-  double cost = 0, cost_stderr = 0;  // mean of r^2 / variance; 1: what the noise explains
+  double cost = 0;                   // mean of r^2 / variance; 1: what the noise explains
   double residuals = 0;              // pixels with weight and noise, times channels
   Eigen::VectorXd gradient;          // sum of w Z r
   // Sum of w Z J^T, of 32 interleaved sets of pixels: their differences are its noise.

@@ -20,6 +20,8 @@ const char* const zero = "0: the paths that a change would bring have no probabi
 const char* const tiny = "below 1e-30, where single precision loses its score; start from a larger value";
 const char* const straight = "the two indices are nearly equal, and light goes straight on: use a bsdf null";
 const char* const far_apart = "the ratio of the two indices is beyond 1000, where single precision loses its score";
+const char* const too_dense = "sigma_t times scale above 1e30 is rendered as 1e30";
+const char* const too_sharp = "g beyond 0.999999 is rendered as 0.999999";
 const char* const too_smooth = "alpha below 0.0001 is rendered as 0.0001";
 const char* const yes = "";
 
@@ -59,7 +61,10 @@ class List {
 };
 
 void add(List& list, const Medium& m) {
-  const auto of_product = [&](double sigma_t) { return unless_zero(m.scale > 0 ? sigma_t * m.scale : sigma_t); };
+  const auto of_product = [&](double sigma_t) {
+    const double product = m.scale > 0 ? sigma_t * m.scale : sigma_t;
+    return product > greatest_sigma_t ? too_dense : unless_zero(product);
+  };
   list.colour(m.id + ".sigma_t", ParameterKind::sigma_t, m.sigma_t, non_negative, of_product, m.sigma_t_is_rgb,
               "1/scene unit");
   list.colour(m.id + ".albedo", ParameterKind::albedo, m.albedo, unit_interval, unless_zero, m.albedo_is_rgb);
@@ -67,7 +72,9 @@ void add(List& list, const Medium& m) {
   for (const double sigma_t : m.sigma_t)
     if (sigma_t > 0 && !*scale) scale = of_product(sigma_t);
   list.number(m.id + ".scale", ParameterKind::scale, m.scale, non_negative, scale);
-  if (!m.isotropic) list.number(m.phase_id + ".g", ParameterKind::g, m.g, {-1, 1, false, false}, yes);
+  if (!m.isotropic)
+    list.number(m.phase_id + ".g", ParameterKind::g, m.g, {-1, 1, false, false},
+                std::fabs(m.g) > greatest_g ? too_sharp : yes);
 }
 
 // Why a rough boundary has no score, if it has none.

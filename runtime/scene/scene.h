@@ -65,6 +65,8 @@ enum class Distribution { beckmann, ggx };
 
 constexpr double least_ior = 1e-3, greatest_ior = 1e3;  // indices of refraction that scenes may have
 constexpr double least_alpha = 1e-4;                    // smaller ones are rendered as this one, as in Mitsuba
+constexpr double greatest_g = 0.999999;    // of |g|: sharper peaks are rendered as this one, whose width is 1e-6 radian
+constexpr double greatest_sigma_t = 1e30;  // times scale [1 / scene unit]: denser media are rendered as this one
 
 struct Bsdf {
   std::string id;

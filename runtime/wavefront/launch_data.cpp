@@ -117,10 +117,12 @@ BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
 MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   const Medium& medium = scene.media[static_cast<std::size_t>(index)];
   MediumRecord r{};
-  for (std::size_t c = 0; c < 3; ++c)
-    r.sigma_t[c] = static_cast<float>(scaled_extinction(Numbers<double, 2>{medium.sigma_t[c], medium.scale})[0]);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double sigma_t = scaled_extinction(Numbers<double, 2>{medium.sigma_t[c], medium.scale})[0];
+    r.sigma_t[c] = static_cast<float>(std::min(sigma_t, greatest_sigma_t));
+  }
   store(medium.albedo, r.albedo);
-  r.g = static_cast<float>(medium.isotropic ? 0 : medium.g);
+  r.g = static_cast<float>(medium.isotropic ? 0 : std::clamp(medium.g, -greatest_g, greatest_g));
   for (const Shape& shape : scene.shapes) {
     const Bsdf& bsdf = scene.bsdfs[static_cast<std::size_t>(shape.bsdf)];
     if (bsdf.kind == BsdfKind::null && (shape.interior == index || shape.exterior == index))

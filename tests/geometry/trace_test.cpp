@@ -211,6 +211,21 @@ TEST_CASE("rays from far away lose no accuracy in the test itself") {
   }
 }
 
+TEST_CASE("a ray that is not finite meets nothing, and its search ends") {
+  const int box_width = GENERATE(4, 8, 16);
+  const GeometryOnDevice g(scene_of({shape_of(torus_knot(512, 64))}), box_width == 4 ? 1 : box_width, box_width);
+  const float nan = std::nanf(""), infinity = INFINITY;
+  std::vector<TestRay> rays;
+  for (const float bad : {nan, infinity, -infinity})
+    for (std::size_t axes = 1; axes < 64; ++axes) {
+      TestRay ray{.origin = {0.1f, 0.2f, 0.3f}, .direction = {0.6f, 0.8f, 0}};
+      for (std::size_t i = 0; i < 6; ++i)
+        if (axes >> i & 1) (i < 3 ? ray.origin : ray.direction)[i % 3] = bad;
+      rays.push_back(ray);
+    }
+  for (const auto& hit : g.trace(rays)) CHECK(hit.primitive < 0);
+}
+
 TEST_CASE("geometries that share arrays do not see each other") {
   const GeometryOnDevice g(
       std::vector<Scene>{scene_of({shape_of(cube(1)), sphere({0, 0, 0}, 2)}),

@@ -1,5 +1,6 @@
 #include "kernels/model/phase_henyey_greenstein.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 
 #include "../support/chi_square.h"
@@ -40,7 +41,7 @@ TEST_CASE("Henyey-Greenstein on the device matches double precision", "[model]")
   constexpr std::size_t n = 50000;
   const auto cosine = uniform_numbers(n, 1, -1, 1), g = uniform_numbers(n, 2, -0.98, 0.98), u = uniform_numbers(n, 3);
   const Columns out = run_lanes(phase, width, {cosine, g, u});
-  CHECK(largest_error(out[0], 0, [&](auto i) { return henyey_greenstein<double>(cosine[i], g[i]); }) < 2e-5);
+  CHECK(largest_error(out[0], 0, [&](auto i) { return henyey_greenstein<double>(cosine[i], g[i]); }) < 2e-6);
   const auto exact = [&](auto i, bool sine) {
     double c = 0, s = 0;
     henyey_greenstein_sample<double>(g[i], u[i], &c, &s);
@@ -48,6 +49,25 @@ TEST_CASE("Henyey-Greenstein on the device matches double precision", "[model]")
   };
   CHECK(largest_error(out[1], 1, [&](auto i) { return exact(i, false); }) < 1e-6);
   CHECK(largest_error(out[2], 0, [&](auto i) { return exact(i, true); }) < 3e-6);
+}
+
+TEST_CASE("Henyey-Greenstein keeps its digits in the sharpest peaks, also where rounding puts a cosine beyond 1",
+          "[model]") {
+  const int width = GENERATE(1, 16);
+  Columns in(3);
+  for (const float g : {0.98f, 0.999f, 0.9999f, 0.99999f, 0.999999f})
+    for (const float c :
+         {1 + 3e-7f, 1 + 1.2e-7f, 1.f, 1 - 6e-8f, 1 - 1e-6f, 0.999f, 0.5f, 0.f, -0.5f, -1.f, -1 - 3e-7f})
+      for (const float sign : {1.f, -1.f}) {
+        in[0].push_back(sign * c);
+        in[1].push_back(sign * g);
+        in[2].push_back(0.5f);
+      }
+  const auto exact = [&](auto i) {
+    const long double g = in[1][i], c = std::clamp(in[0][i], -1.f, 1.f);  // double would lose four digits
+    return static_cast<double>((1 - g * g) / (4 * PI_ * std::pow(1 + g * g - 2 * g * c, 1.5L)));
+  };
+  CHECK(largest_error(run_lanes(phase, width, in)[0], 0, exact) < 2e-6);
 }
 
 TEST_CASE("Henyey-Greenstein's sampled sine and cosine are of one angle, also in the sharpest peak", "[model]") {

@@ -64,6 +64,14 @@ TEST_CASE("numbers whose score single precision loses are not differentiable, an
   scene.media[0].sigma_t = {1e-20, 1e-20, 1e-20};
   scene.media[0].scale = 1e-20;
   for (const char* name : {"fog.sigma_t", "fog.scale"}) CHECK_THAT(reason(name), Catch::Contains("below 1e-30"));
+  scene.media[0].sigma_t = {1e20, 1e20, 1e20};
+  scene.media[0].scale = 1e20;
+  for (const char* name : {"fog.sigma_t", "fog.scale"}) CHECK_THAT(reason(name), Catch::Contains("above 1e30"));
+  scene.media[0].isotropic = false;
+  scene.media[0].phase_id = "peak";
+  CHECK(reason("peak.g").empty());
+  scene.media[0].g = -0.9999999;
+  CHECK_THAT(reason("peak.g"), Catch::Contains("beyond 0.999999"));
   scene.bsdfs[0].alpha = 1e-5;
   for (const char* name : {"frost.alpha", "frost.int_ior"}) CHECK_THAT(reason(name), Catch::Contains("below 0.0001"));
   scene.bsdfs[0].int_ior = scene.bsdfs[0].ext_ior;
