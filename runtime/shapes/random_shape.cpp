@@ -84,7 +84,7 @@ Solid superquadrics(Dice& dice) {
   const auto exponent = [&] { return std::pow(2.0, dice.chance(0.4) ? dice.uniform(0, 1) : dice.uniform(1, 4)); };
   const Vec3 radii = dice.vector(0.35, 1);
   const double around = exponent(), along = exponent();
-  const Solid one = superquadric(radii, around, along);
+  Solid one = superquadric(radii, around, along);
   if (dice.chance(0.5)) return one;
   const Transform pose = dice.rotation();
   const Vec3 other_radii = dice.vector(0.2, 0.8);
