@@ -24,6 +24,13 @@ enum class Schedule {
   staged      // one kernel a stage over queues in global memory
 };
 
+// Whether derivatives are made quieter, at the same mean (kernels/README.md, "Quiet derivatives").
+enum class Baselines {
+  automatic,  // where that takes less time than more samples would
+  on,
+  off
+};
+
 struct RenderOptions {
   int sensor = 0;          // index into Scene::sensors
   int spp = 0;             // samples a pixel; 0: the scene's
@@ -31,8 +38,8 @@ struct RenderOptions {
   Operator op = Operator::full;
   // Names of scene parameters: the image is differentiated by each, from the same paths (paper, section 4).
   std::vector<std::string> derivatives;
-  bool baselines = true;  // derivatives are quieter at the same mean (kernels/README.md, "Quiet derivatives")
-  int width = 0;          // paths a work-item: 1, 4, 8, 16; 0: the device's default
+  Baselines baselines = Baselines::automatic;
+  int width = 0;  // paths a work-item: 1, 4, 8, 16; 0: the device's default
   Schedule schedule = Schedule::automatic;
   int paths_a_launch = 0;                     // 0: as many as take about a quarter of a second
   std::function<void(double)> progress;       // called between launches with the fraction done

@@ -49,5 +49,6 @@ void add_gradient(CLI::App& app);
 void add_invert(CLI::App& app);
 void add_parameters(CLI::App& app);
 void add_render(CLI::App& app);
+void add_shapes(CLI::App& app);
 
 }  // namespace itn::tools

@@ -39,6 +39,7 @@ int run(int argc, char** argv) {
   itn::tools::add_gradient(app);
   itn::tools::add_invert(app);
   itn::tools::add_parameters(app);
+  itn::tools::add_shapes(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

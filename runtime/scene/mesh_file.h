@@ -1,4 +1,4 @@
-// Triangle meshes from files.
+// Triangle meshes from files, and to PLY files.
 #pragma once
 #include <string>
 
@@ -17,5 +17,9 @@ Mesh read_mesh(const std::string& file);
 Mesh read_ply(const std::string& file);
 Mesh read_obj(const std::string& file);
 Mesh read_with_assimp(const std::string& file);
+
+// Binary little-endian PLY with the mesh's normals and texture coordinates where it has them; read_ply() gives the same
+// numbers back. Written whole or not at all: ResultError otherwise.
+void write_ply(const std::string& file, const Mesh& mesh);
 
 }  // namespace itn

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "runtime/image/file.h"
 #include "runtime/scene/mesh_file.h"
 #include "runtime/scene/mesh_text.h"
 
@@ -317,6 +318,29 @@ Mesh read_ply(const std::string& file) {
       skip(body, element);
   }
   return mesh;
+}
+
+void write_ply(const std::string& file, const Mesh& mesh) {
+  static_assert(std::endian::native == std::endian::little);
+  std::string bytes = "ply\nformat binary_little_endian 1.0\n";
+  bytes +=
+      fmt::format("element vertex {}\nproperty float x\nproperty float y\nproperty float z\n", mesh.position.size());
+  if (!mesh.normal.empty()) bytes += "property float nx\nproperty float ny\nproperty float nz\n";
+  if (!mesh.texcoord.empty()) bytes += "property float u\nproperty float v\n";
+  bytes += fmt::format("element face {}\nproperty list uchar uint vertex_indices\nend_header\n", mesh.triangle.size());
+  const auto append = [&](const auto& numbers) {
+    bytes.append(reinterpret_cast<const char*>(numbers.data()), sizeof numbers);
+  };
+  for (std::size_t i = 0; i < mesh.position.size(); ++i) {
+    append(mesh.position[i]);
+    if (!mesh.normal.empty()) append(mesh.normal[i]);
+    if (!mesh.texcoord.empty()) append(mesh.texcoord[i]);
+  }
+  for (const auto& triangle : mesh.triangle) {
+    bytes += '\3';
+    append(triangle);
+  }
+  write_file(file, bytes);
 }
 
 }  // namespace itn

@@ -24,8 +24,8 @@ constexpr int queues = QUEUES, free_queue = QUEUE_FREE;
 constexpr std::array<const char*, QUEUES> stage_names{"generate",       "ray",       "null",   "diffuse", "dielectric",
                                                       "rough beckmann", "rough ggx", "medium", "connect", "escape"};
 
-// The pilot that learns baselines: paths a job, paths a launch, pixels a run; its samples of a pixel begin at the last,
-// beyond those of any image.
+// The pilot that learns baselines: paths a job, paths a launch at most, pixels a run; its samples of a pixel begin at the
+// last, beyond those of any image.
 constexpr int pilot_paths = 1 << 13, pilot_launch = 1 << 11, pilot_run = 64, pilot_sample = 1 << 30;
 
 std::size_t field_count(const std::map<std::string, std::string>& d) {
@@ -34,12 +34,26 @@ std::size_t field_count(const std::map<std::string, std::string>& d) {
                      number("MEDIUM_LIGHT_SAMPLING"), number("SCORES"), number("DERIVATIVES"), number("BASELINES"));
 }
 
+// Baselines pay where paths gather much after their decisions: in media that scatter often. Below, they take less off the
+// variance than they add to the time (kernels/README.md, "Quiet derivatives").
+constexpr float least_albedo = 0.8F;
+
+// Does not look at which derivatives are asked for: each is the same alone and beside others.
+bool with_baselines(const LaunchData& data, const DerivativeData& derivatives, Baselines wanted) {
+  if (derivatives.scores.empty() || data.cells == 0) return false;
+  if (wanted != Baselines::automatic) return wanted == Baselines::on;
+  return std::any_of(data.media.begin(), data.media.end(), [](const MediumRecord& m) {
+    return *std::max_element(m.albedo, m.albedo + 3) >= least_albedo;
+  });
+}
+
 // What the program is made for, but the ways in which it runs.
-std::map<std::string, std::string> features(const LaunchData& data, const DerivativeData& derivatives, bool baselines) {
+std::map<std::string, std::string> features(const LaunchData& data, const DerivativeData& derivatives,
+                                            Baselines baselines) {
   std::map<std::string, std::string> result = feature_definitions(data);
   result["BOX_WIDTH"] = std::to_string(data.geometry.box_width);
   result["SCORES"] = std::to_string(derivatives.scores.size());
-  result["BASELINES"] = std::to_string(baselines && !derivatives.scores.empty() && data.cells > 0);
+  result["BASELINES"] = std::to_string(with_baselines(data, derivatives, baselines));
   result["DERIVATIVES"] = std::to_string(derivatives.derivatives.size());
   const bool by_light = std::any_of(derivatives.derivatives.begin(), derivatives.derivatives.end(),
                                     [](const DerivativeRecord& d) { return d.emitter >= 0; });
@@ -50,7 +64,7 @@ std::map<std::string, std::string> features(const LaunchData& data, const Deriva
 }  // namespace
 
 Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs,
-                     const DerivativeData& derivatives, Operator op, int width, Schedule schedule, bool baselines)
+                     const DerivativeData& derivatives, Operator op, int width, Schedule schedule, Baselines baselines)
     : device_(device), jobs_(std::move(jobs)), baselines_(baselines) {
   for (const JobRecord& job : jobs_) pixels_.push_back(data.pixels[static_cast<std::size_t>(job.camera)]);
   width_ = width > 0 ? width : device.default_width();
@@ -163,12 +177,15 @@ void Wavefront::learn_baselines() {
   learnt_ = true;
   BaselineTable table(cells_, throughput_channels_, channels_);
   const auto a_path = static_cast<std::size_t>(BASELINE_VISITS * BASELINE_VISIT_SIZE(throughput_channels_, channels_));
-  const std::vector<float> none(pilot_launch * a_path);
+  const std::uint64_t room = device_.free_memory() / 2 / (a_path * sizeof(float));
+  const int most = static_cast<int>(std::clamp<std::uint64_t>(room, pilot_run, pilot_launch));  // paths a launch
+  const std::vector<float> none(static_cast<std::size_t>(most) * a_path);
   std::vector<float> visits, samples;
   for (std::size_t j = 0; j < jobs_.size(); ++j) {
     std::vector<JobSlice> slices;
     int paths = 0;
     const auto launch = [&] {
+      visits_ = cl::Buffer();  // its memory first
       visits_ = device_.upload(none, "pilot's visits");
       trace_jobs(slices, true);
       samples.resize(static_cast<std::size_t>(paths * a_sample_));
@@ -186,8 +203,8 @@ void Wavefront::learn_baselines() {
       const int first = static_cast<int>(run * pixels / runs);
       const int length = std::min(static_cast<int>((run + 1) * pixels / runs) - first, pilot_run);
       for (int sample = 0; sample < a_pixel;) {
-        const int samples_of_run = std::min(a_pixel - sample, pilot_launch / length);
-        if (paths + samples_of_run * length > pilot_launch) launch();
+        const int samples_of_run = std::min(a_pixel - sample, most / length);
+        if (paths + samples_of_run * length > most) launch();
         slices.push_back({static_cast<int>(j), first, length, pilot_sample + sample, samples_of_run});
         paths += samples_of_run * length;
         sample += samples_of_run;

@@ -20,9 +20,10 @@ struct JobSlice {
 class Wavefront {
  public:
   // jobs: as append_scene returned them, with their seeds. derivatives: of every job's image; targets count within the
-  // job's scene. baselines: derivatives are made quiet (lib/baseline.h); the first trace() then learns what that takes.
+  // job's scene. With baselines (lib/baseline.h) the first trace() learns what they take.
   Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs,
-            const DerivativeData& derivatives, Operator op, int width, Schedule schedule, bool baselines = true);
+            const DerivativeData& derivatives, Operator op, int width, Schedule schedule,
+            Baselines baselines = Baselines::automatic);
 
   // Gives the one job other numbers: everything but the geometry is taken from `data`. False, and nothing is changed,
   // where they need another program. The next trace() learns baselines anew.
@@ -56,7 +57,8 @@ class Wavefront {
   std::vector<JobRecord> jobs_;
   std::vector<int> pixels_;                             // of each job's film
   int cells_ = 0, throughput_channels_, a_sample_ = 0;  // a_sample_: floats of a sample
-  bool fused_, baselines_, learnt_ = false, timed_ = false;
+  bool fused_, learnt_ = false, timed_ = false;
+  Baselines baselines_;
   int width_, channels_, workers_, slots_;
   std::size_t sample_capacity_;
   std::map<std::string, std::string> features_;  // what the program was made for

@@ -136,7 +136,7 @@ TEST_CASE("heroes are drawn uniformly from the channels where sigma_t has colour
     for (const Path& p : paths) {
       REQUIRE(p.hero >= 0);
       REQUIRE(p.hero < 3);
-      REQUIRE(p.ratio == Rgb{1, 1, 1});
+      REQUIRE(p.spectral_weight == Rgb{1, 1, 1});
       REQUIRE(p.hero == static_cast<int>(bench.random(p, 0, -1)[2] * 3));
       ++count[static_cast<std::size_t>(p.hero)];
     }

@@ -45,7 +45,7 @@ std::size_t each_field(SomePath& p, std::size_t throughput, std::size_t radiance
   visit(field++, p.last_pdf);
   visit(field++, p.job);
   if (spectral) {
-    for (std::size_t c = 0; c < 3; ++c) visit(field++, p.ratio[c]);
+    for (std::size_t c = 0; c < 3; ++c) visit(field++, p.spectral_weight[c]);
     visit(field++, p.hero);
   }
   if (connects) {

@@ -25,7 +25,7 @@ struct Path {
   int pixel = 0, sample = 0, event = 1, depth = 0, medium = -1, skip = -1, passed = 0, hit = -1;
   double hit_u = 0, hit_v = 0, last_pdf = 0;
   int job = 0;
-  Rgb ratio{1, 1, 1};
+  Rgb spectral_weight{1, 1, 1};
   int hero = 0;
   Vec3 arrival{};
   double chance = 1;

@@ -80,7 +80,7 @@ TEST_CASE("a missing or wrong scene is an input error that says where") {
   CHECK(run_itn({"parameters", "missing.xml"}).exit_code == 3);
   const Result negative = run_itn({"parameters", ball, "-D", "sigma_t=-1"});
   CHECK(negative.exit_code == 3);
-  CHECK_THAT(negative.error, Catch::Contains("ball.xml:30:") && Catch::Contains("sigma_t"));
+  CHECK_THAT(negative.error, Catch::Contains("ball.xml:31:") && Catch::Contains("sigma_t"));
 }
 
 TEST_CASE("JSON that cannot be written is a result error") {

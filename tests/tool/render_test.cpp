@@ -216,7 +216,7 @@ TEST_CASE("--derivative by a smooth index, a texture or an albedo of 0 is a usag
   };
   std::ofstream(folder / "smooth.xml") << replaced(replaced(scene, "<float name=\"alpha\" value=\"0.2\"/>", ""),
                                                    "roughdielectric", "dielectric");
-  std::ofstream(folder / "black.xml") << replaced(scene, "0.9, 0.8, 0.7", "0.9, 0, 0.7");
+  std::ofstream(folder / "black.xml") << replaced(scene, "$green", "0");
   const std::string textured = ITN_SOURCE_DIR "/scenes/test/mitsuba/sunsky_null_floor.xml";
   struct Wrong {
     std::string scene, parameter, message;

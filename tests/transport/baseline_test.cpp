@@ -31,7 +31,7 @@ std::vector<std::string> quiet_parameters(const Scene& scene) {
   return names;
 }
 
-RenderOptions with(const std::vector<std::string>& parameters, bool baselines, std::uint64_t seed) {
+RenderOptions with(const std::vector<std::string>& parameters, Baselines baselines, std::uint64_t seed) {
   RenderOptions options;
   options.derivatives = parameters;
   options.baselines = baselines;
@@ -49,7 +49,7 @@ TEST_CASE("what baselines take off a derivative has mean zero (z-test)", "[deriv
       if (op == Operator::single && std::string(name) != "sunsky_rough_floor") continue;
       const Scene scene = load_scene(test_scene("mitsuba/" + std::string(name) + ".xml"));
       const std::vector<std::string> parameters = quiet_parameters(scene);
-      RenderOptions plain = with(parameters, false, 3), quiet = with(parameters, true, 3);
+      RenderOptions plain = with(parameters, Baselines::off, 3), quiet = with(parameters, Baselines::on, 3);
       plain.op = quiet.op = op;
       const Rendering a = render(device(), scene, plain), b = render(device(), scene, quiet);
       CHECK(a.mean == b.mean);
@@ -74,8 +74,8 @@ TEST_CASE("baselines change no mean of derivatives, with independent seeds (z-te
   for (const char* name : {"null_constant", "rough_ggx", "sunsky_null_floor"}) {
     const Scene scene = load_scene(test_scene("mitsuba/" + std::string(name) + ".xml"));
     const std::vector<std::string> parameters = quiet_parameters(scene);
-    const Rendering plain = render(device(), scene, with(parameters, false, 4)),
-                    quiet = render(device(), scene, with(parameters, true, 5));
+    const Rendering plain = render(device(), scene, with(parameters, Baselines::off, 4)),
+                    quiet = render(device(), scene, with(parameters, Baselines::on, 5));
     for (std::size_t i = 0; i < parameters.size(); ++i) {
       const Image &a = plain.derivatives[i], &b = quiet.derivatives[i];
       INFO(name << ", " << parameters[i]);
@@ -96,8 +96,8 @@ TEST_CASE("baselines lower the variance of derivatives where paths scatter often
     scene.media[0].sigma_t = {sigma_t, sigma_t, sigma_t};
     scene.media[0].albedo = {0.95, 0.95, 0.95};
     const std::vector<std::string> parameters = quiet_parameters(scene);
-    const Rendering plain = render(device(), scene, with(parameters, false, 6)),
-                    quiet = render(device(), scene, with(parameters, true, 6));
+    const Rendering plain = render(device(), scene, with(parameters, Baselines::off, 6)),
+                    quiet = render(device(), scene, with(parameters, Baselines::on, 6));
     for (std::size_t i = 0; i < parameters.size(); ++i) {
       const double ratio = std::pow(plain.derivatives[i].stderr_of_mean[0] / quiet.derivatives[i].stderr_of_mean[0], 2);
       INFO(name << ", " << parameters[i] << ": variance " << ratio << " times lower");
@@ -111,7 +111,7 @@ TEST_CASE("baselines lower the variance of derivatives where paths scatter often
 
 TEST_CASE("a renderer given another material renders the bits of a new one, derivatives too", "[derivative]") {
   Scene scene = load_scene(test_scene("mitsuba/rough_ggx.xml"));
-  const RenderOptions options = with(quiet_parameters(scene), true, 7);
+  const RenderOptions options = with(quiet_parameters(scene), Baselines::automatic, 7);
   Renderer renderer(device(), scene, options);
   renderer.render(0, 2);
   scene.media[0].sigma_t = {12, 12, 12};

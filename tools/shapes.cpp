@@ -1,0 +1,169 @@
+// itn shapes: the closed meshes of the data set, and random ones.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+
+#include "runtime/error.h"
+#include "runtime/image/file.h"
+#include "runtime/image/png.h"
+#include "runtime/image/preview.h"
+#include "runtime/renderer.h"
+#include "runtime/scene/mesh_file.h"
+#include "runtime/scene/mesh_repair.h"
+#include "runtime/scene/shape_meshes.h"
+#include "runtime/scene/transform.h"
+#include "runtime/shapes/named_shapes.h"
+#include "runtime/shapes/polygonise.h"
+#include "runtime/shapes/random_shape.h"
+#include "tools/common.h"
+#include "tools/interrupt.h"
+
+namespace itn::tools {
+namespace {
+
+struct Options {
+  CommonOptions common;
+  std::string output;
+  int random = 0;
+  bool preview = false;
+};
+
+constexpr int tile = 160, columns = 5;  // of the contact sheet [pixels], [tiles]
+
+// The shape, painted, on a floor under sun and sky. The floor is a little lower than z = 0: surfaces that coincide
+// have no order.
+Scene preview_scene(std::shared_ptr<const Mesh> mesh) {
+  Scene scene;
+  scene.file = "preview";
+  Sensor sensor;
+  sensor.fov_x = 28;
+  sensor.to_world = look_at({1.1, -2.2, 1.7}, {0, 0, 0.38}, {0, 0, 1});
+  sensor.width = sensor.height = sensor.crop_width = sensor.crop_height = tile;
+  scene.sensors.push_back(sensor);
+  Bsdf paint;
+  paint.kind = BsdfKind::diffuse;
+  paint.reflectance.value = {0.72, 0.6, 0.42};
+  Bsdf ground = paint;
+  ground.reflectance.value = {0.3, 0.32, 0.35};
+  scene.bsdfs = {paint, ground};
+  Shape shape, floor;
+  shape.mesh = std::move(mesh);
+  shape.bsdf = 0;
+  Mesh rectangle = rectangle_mesh();
+  for (auto& p : rectangle.position) p = {20 * p[0], 20 * p[1], -1e-3F};
+  floor.mesh = std::make_shared<const Mesh>(std::move(rectangle));
+  floor.bsdf = 1;
+  scene.shapes = {shape, floor};
+  Emitter light;
+  light.kind = Emitter::Kind::sunsky;
+  light.sunsky.sun_direction = normalize(Vec3{-0.9, -0.75, 1});
+  light.sunsky.sun_aperture = 8;
+  scene.environment = light;
+  return scene;
+}
+
+// All shapes side by side, row by row.
+class ContactSheet {
+ public:
+  ContactSheet(const CommonOptions& common, int count)
+      : device_(common.device),
+        spp_(common.spp ? common.spp : 64),
+        width_(std::min(count, columns) * tile),
+        height_((count + columns - 1) / columns * tile),
+        data_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) * 3, 0.0F) {}
+
+  void add(const std::shared_ptr<const Mesh>& mesh) {
+    RenderOptions options;
+    options.spp = spp_;
+    options.cancel = &interrupt_flag();
+    const Rendering image = render(device_, preview_scene(mesh), options);
+    const int left = count_ % columns * tile, top = count_ / columns * tile;
+    for (int row = 0; row < tile; ++row)
+      std::copy_n(image.mean.begin() + row * tile * 3, tile * 3,
+                  data_.begin() + 3 * (static_cast<std::ptrdiff_t>(top + row) * width_ + left));
+    ++count_;
+  }
+
+  void write(const std::string& file) const { write_png(file, width_, height_, tone_mapped(data_, 3)); }
+
+ private:
+  Device device_;
+  int spp_, width_, height_, count_ = 0;
+  std::vector<float> data_;
+};
+
+nlohmann::ordered_json describe(const std::string& name, const std::string& role, const Mesh& mesh) {
+  return {{"name", name},
+          {"role", role},
+          {"file", name + ".ply"},
+          {"triangles", mesh.triangle.size()},
+          {"vertices", mesh.position.size()},
+          {"volume", topology(mesh).volume},
+          {"genus", genus(mesh)}};
+}
+
+void create_folder(const std::string& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw ResultError(folder + ": cannot be created; " + error.message() + "; choose another folder");
+}
+
+void run(const Options& options) {
+  const CommonOptions& common = options.common;
+  if (common.seed > std::numeric_limits<std::uint64_t>::max() - static_cast<std::uint64_t>(options.random))
+    throw UsageError(fmt::format("--seed {} and --random {}: got seeds beyond 2^64 - 1", common.seed, options.random));
+  create_folder(options.output);
+  const auto path = [&](const std::string& name) { return (std::filesystem::path(options.output) / name).string(); };
+  check_writable(path("shapes.json"));
+  const int count = static_cast<int>(named_shapes().size()) + options.random;
+  std::optional<ContactSheet> sheet;
+  if (options.preview) sheet.emplace(common, count);
+
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  const auto keep = [&](nlohmann::ordered_json entry, Mesh made) {
+    if (interrupt_flag()) throw Interrupted();
+    const auto mesh = std::make_shared<const Mesh>(std::move(made));
+    write_ply(path(entry["file"]), *mesh);
+    if (sheet) sheet->add(mesh);
+    if (common.talkative())
+      fmt::print("{:<24} {:<8} {:>7} triangles, volume {:.4f}, genus {}\n", entry["file"].get<std::string>(),
+                 entry["role"].get<std::string>(), mesh->triangle.size(), entry["volume"].get<double>(),
+                 entry["genus"].get<int>());
+    list.push_back(std::move(entry));
+  };
+  for (const NamedShape& shape : named_shapes()) {
+    Mesh mesh = shape.mesh();
+    nlohmann::ordered_json entry = describe(shape.name, shape.for_testing ? "test" : "train", mesh);
+    keep(std::move(entry), std::move(mesh));
+  }
+  for (int i = 0; i < options.random; ++i) {
+    const std::uint64_t seed = common.seed + static_cast<std::uint64_t>(i);
+    const RandomShape shape = random_shape(seed);
+    Mesh mesh = shape.mesh();
+    nlohmann::ordered_json entry = describe(fmt::format("random_{}", seed), "random", mesh);
+    entry["seed"] = seed;
+    entry["family"] = shape.family;
+    keep(std::move(entry), std::move(mesh));
+  }
+  const nlohmann::ordered_json result{{"schema", "itn.shapes/1"}, {"shapes", list}};
+  write_file(path("shapes.json"), result.dump(2) + "\n");
+  if (sheet) sheet->write(path("shapes.png"));
+  write_json(common, result);
+}
+
+}  // namespace
+
+void add_shapes(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("shapes", "the ten closed meshes of the data set, and random ones, as PLY");
+  command->add_option("-o,--output", options->output, "folder to write to; made where it is missing")->required();
+  command->add_option("--random", options->random, "also this many random shapes, of the seeds --seed, --seed + 1, ...")
+      ->check(CLI::Range(0, 1'000'000));
+  command->add_flag("--preview", options->preview, "also shapes.png, a picture of all of them");
+  add_common_options(*command, options->common);
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace itn::tools
