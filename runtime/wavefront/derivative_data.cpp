@@ -27,6 +27,7 @@ class Builder {
       data.derivatives.push_back(record);
       return;
     }
+    launch_.coloured_light |= p.component >= 0;  // where all components are equal, the derivatives are not
     for (int c = 0; c < 3; ++c) {
       if (p.component >= 0 && p.component != c) continue;
       record.score[c] = score(p, c);

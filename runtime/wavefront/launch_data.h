@@ -25,11 +25,11 @@ struct LaunchData {
   std::vector<float> emitter_tables;
   std::vector<TextureRecord> textures;
   std::vector<float> texels;
-  std::vector<int> pixels;  // of each camera's film
-  int cells = 0;            // of the tables of expected futures
-  bool coloured = false;    // some throughput or radiance differs between channels
-  bool coloured_light = false;
-  bool spectral = false;  // some medium's sigma_t does
+  std::vector<int> pixels;      // of each camera's film
+  int cells = 0;                // of the tables of expected futures
+  bool coloured = false;        // some throughput or radiance differs between channels
+  bool coloured_light = false;  // some radiance or derivative of it does
+  bool spectral = false;        // some medium's sigma_t does
 };
 
 // Appends a scene seen by one of its sensors; returns a job with everything but the pixels, samples and seed.

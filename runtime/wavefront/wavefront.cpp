@@ -24,8 +24,8 @@ constexpr int queues = QUEUES, free_queue = QUEUE_FREE;
 constexpr std::array<const char*, QUEUES> stage_names{"generate",       "ray",       "null",   "diffuse", "dielectric",
                                                       "rough beckmann", "rough ggx", "medium", "connect", "escape"};
 
-// The pilot that learns baselines: paths a job, paths a launch at most, pixels a run; its samples of a pixel begin at the
-// last, beyond those of any image.
+// The pilot that learns baselines: paths a job, paths a launch at most, pixels a run; its samples of a pixel begin at
+// the last, beyond those of any image.
 constexpr int pilot_paths = 1 << 13, pilot_launch = 1 << 11, pilot_run = 64, pilot_sample = 1 << 30;
 
 std::size_t field_count(const std::map<std::string, std::string>& d) {
@@ -34,17 +34,16 @@ std::size_t field_count(const std::map<std::string, std::string>& d) {
                      number("MEDIUM_LIGHT_SAMPLING"), number("SCORES"), number("DERIVATIVES"), number("BASELINES"));
 }
 
-// Baselines pay where paths gather much after their decisions: in media that scatter often. Below, they take less off the
-// variance than they add to the time (kernels/README.md, "Quiet derivatives").
+// Baselines pay where paths gather much after their decisions: in media that scatter often. Below, they take less off
+// the variance than they add to the time (kernels/README.md, "Quiet derivatives").
 constexpr float least_albedo = 0.8F;
 
 // Does not look at which derivatives are asked for: each is the same alone and beside others.
 bool with_baselines(const LaunchData& data, const DerivativeData& derivatives, Baselines wanted) {
   if (derivatives.scores.empty() || data.cells == 0) return false;
   if (wanted != Baselines::automatic) return wanted == Baselines::on;
-  return std::any_of(data.media.begin(), data.media.end(), [](const MediumRecord& m) {
-    return *std::max_element(m.albedo, m.albedo + 3) >= least_albedo;
-  });
+  return std::any_of(data.media.begin(), data.media.end(),
+                     [](const MediumRecord& m) { return *std::max_element(m.albedo, m.albedo + 3) >= least_albedo; });
 }
 
 // What the program is made for, but the ways in which it runs.

@@ -297,3 +297,18 @@ TEST_CASE("at albedo 1 the mean derivative by albedo is the exact mean number of
       CHECK(std::abs(z) < largest_z_bound(4, 0.0027));
     }
 }
+
+TEST_CASE("components of a grey colour: each channel has the derivative by its own", "[derivative]") {
+  Scene scene = load_scene(test_scene("mitsuba/null_constant.xml"));
+  scene.environment->radiance = {1, 1, 1};
+  RenderOptions options;
+  options.spp = 4;
+  options.baselines = Baselines::off;
+  options.derivatives = {scene.media[0].id + ".sigma_t"};
+  const Rendering grey = render(device(), scene, options);
+  scene.media[0].sigma_t_is_rgb = true;
+  options.derivatives = {scene.media[0].id + ".sigma_t.G"};
+  const Rendering green = render(device(), scene, options);
+  const std::vector<float>&all = grey.derivatives[0].mean, &one = green.derivatives[0].mean;
+  for (std::size_t i = 0; i < all.size(); ++i) CHECK(one[i] == (i % 3 == 1 ? all[i] : 0.0F));
+}
