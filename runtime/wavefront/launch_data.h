@@ -25,16 +25,18 @@ struct LaunchData {
   std::vector<float> emitter_tables;
   std::vector<TextureRecord> textures;
   std::vector<float> texels;
+  std::map<const Bitmap*, int> texels_of;  // where those of a bitmap begin: scenes may share it
   bool coloured = false;  // some throughput or radiance differs between channels
   bool coloured_light = false;
   bool spectral = false;  // some medium's sigma_t does
 };
 
-// Appends a scene seen by one of its sensors; returns a job with everything but the pixels, samples and seed.
-JobRecord append_scene(const Scene& scene, int sensor, LaunchData& data);
+// Appends a scene seen by one of its sensors; returns a job with everything but the pixels, samples and seed. Its shapes
+// are those of data.geometry.records[geometry], whatever their media and BSDFs.
+JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData& data);
 
-// Of data that hold one scene: replaces everything but the geometry, which is that of `scene` already.
-JobRecord replace_scene(const Scene& scene, int sensor, LaunchData& data);
+// Forgets the scenes and keeps their geometries.
+void clear_scenes(LaunchData& data);
 
 // The definitions of a program that can work on the data: features that no scene uses are left out.
 std::map<std::string, std::string> feature_definitions(const LaunchData& data);
