@@ -1,0 +1,86 @@
+// A data set's manifest, DIR/manifest.json: which images it has, of what, and with which parameters (README.md here).
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace itn {
+
+struct Manifest {
+  struct Boundary {
+    bool rough = false;             // else index-matched
+    double alpha = 0, int_ior = 1;  // rough only: > 0, >= 1
+  };
+
+  // Where a shape's mesh comes from.
+  struct NamedMesh {
+    std::string name;  // one of named_shapes()
+  };
+  struct RandomMesh {
+    std::uint64_t seed = 0;
+    int triangles = 1;  // about so many
+  };
+  struct FileMesh {
+    std::string file;  // in the data set's folder
+  };
+
+  enum class Role { train, test };
+  struct Shape {
+    std::string name;  // no two alike
+    Role role = Role::train;
+    std::string buffers;  // file in the data set's folder: the shape as the camera sees it
+    std::variant<NamedMesh, RandomMesh, FileMesh> mesh;
+  };
+
+  struct Light {
+    double azimuth = 0, zenith = 0;               // of the sun [degrees]; zenith in [0, 90]
+    std::array<double, 3> direction = {0, 0, 1};  // towards the sun, in the world, length 1
+  };
+
+  // What an image is for. Shapes of `train`, `validation` and `unseen_light` have the role train, those of
+  // `unseen_shape` and `unseen_both` the role test: no shape is learnt and then called unseen.
+  enum class Split { train, validation, unseen_light, unseen_shape, unseen_both };
+  struct Image {
+    std::string file;  // in the data set's folder; no two alike
+    Split split = Split::train;
+    int shape = 0, light = 0;  // indices
+    double sigma_t = 1;        // [1/mm], > 0
+    double albedo = 0;         // [0, 1]
+    double g = 0;              // (-1, 1)
+    std::uint64_t seed = 0;    // of its rendering
+  };
+
+  std::string version;        // of the program that made it
+  std::string hash;           // 16 hexadecimal digits or more: of all that determines the images' bits
+  bool complete = false;      // all files are there; else this is the plan
+  std::string config = "{}";  // JSON: what the set was asked for, with every default filled in
+  int size = 1;               // side of the square images [pixels]
+  int spp = 1;                // samples a pixel
+  double mm_per_unit = 1;     // sigma_t [1/mm] times it is per scene unit
+  Boundary boundary;
+  std::vector<Shape> shapes;
+  std::vector<Light> lights;
+  std::vector<Image> images;
+};
+
+// As in the file: "train", "unseen_light", ...
+std::string split_name(Manifest::Split split);
+
+// DIR/manifest.json.
+std::string manifest_file(const std::string& folder);
+
+// Written whole or not at all. Throws InputError where read_manifest() would refuse it, ResultError where it cannot be
+// written.
+void write_manifest(const std::string& folder, const Manifest& manifest);
+
+// Complete or not. Keys that are not known are left out. Throws InputError that names the file, the place in it, what
+// is there and what is needed: no such file, no JSON, another schema, keys missing or of another type, numbers outside
+// of their ranges, indices beyond the end, splits that contradict roles, files outside of the folder, two of one name.
+Manifest read_manifest(const std::string& folder);
+
+// The same for those who need all files. Throws InputError also where it is not complete.
+Manifest read_complete_manifest(const std::string& folder);
+
+}  // namespace itn
