@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "runtime/error.h"
+#include "runtime/scene/parameters.h"
 #include "runtime/wavefront/trace_images.h"
 
 namespace itn {
@@ -25,12 +26,11 @@ struct BatchRenderer::State {
   DerivativeData derivatives_of(const std::vector<BatchImage>& images) {
     DerivativeData result;
     for (const BatchImage& image : images) {
-      LaunchData unused;
-      unused.emitters.resize(1);
-      DerivativeData own = derivative_data(*image.scene, options.derivatives, 0, unused);
-      for (std::size_t p = 0; p < options.derivatives.size(); ++p)
-        if (own.derivatives[p].emitter >= 0)
-          throw UsageError("parameter " + options.derivatives[p] + ": batches have no derivatives by the light");
+      const std::vector<Parameter> parameters = list_parameters(*image.scene);
+      for (const std::string& name : options.derivatives)
+        if (is_of_light(find_parameter(parameters, name)))
+          throw UsageError("parameter " + name + ": batches have no derivatives by the light");
+      DerivativeData own = derivative_data(*image.scene, options.derivatives, 0, data);
       if (&image == &images.front())
         result = std::move(own);
       else if (!same(own.scores, result.scores) || !same(own.derivatives, result.derivatives))
@@ -57,16 +57,16 @@ struct BatchRenderer::State {
     if (!wavefront || !wavefront->replace(data, jobs, derivatives, new_geometry)) {
       wavefront.reset();  // its memory first
       film.reset();
-      wavefront = std::make_unique<Wavefront>(device, data, jobs, derivatives, options.op, options.width,
-                                              options.schedule);
+      wavefront =
+          std::make_unique<Wavefront>(device, data, jobs, derivatives, options.op, options.width, options.schedule);
       film_pixels = 0;
     }
     new_geometry = false;
     if (pixels <= film_pixels) return;
     film.reset();
-    film = std::make_unique<Film>(device, pixels, 1 + static_cast<int>(options.derivatives.size()),
-                                  wavefront->channels(),
-                                  images.front().scene->sensors[static_cast<std::size_t>(options.sensor)].luminance);
+    film =
+        std::make_unique<Film>(device, pixels, 1 + static_cast<int>(options.derivatives.size()), wavefront->channels(),
+                               images.front().scene->sensors[static_cast<std::size_t>(options.sensor)].luminance);
     film_pixels = pixels;
   }
 

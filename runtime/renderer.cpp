@@ -28,8 +28,7 @@ struct Renderer::State {
     if (options.paths_a_launch > 0) launch_paths = options.paths_a_launch;
     const auto start = std::chrono::steady_clock::now();
     data.geometry.box_width = box_width(device);
-    append_geometry(scene, data.geometry);
-    const JobRecord job = seeded(append_scene(scene, options.sensor, 0, data));
+    const JobRecord job = seeded(append_scene(scene, options.sensor, data));
     build(job, derivative_data(scene, options.derivatives, job.emitter, data));
     build_s = seconds_since(start);
   }

@@ -40,16 +40,14 @@ void run(const Options& options, bool seed_given) {
   Progress progress(options.config, static_cast<double>(plan.manifest.images.size()), "images", !common.quiet);
   const DatasetProgress end = render_dataset(
       device, plan, options.folder,
-      [&](const DatasetProgress& p) {
-        progress.update(static_cast<double>(p.done) / static_cast<double>(p.total));
-      },
+      [&](const DatasetProgress& p) { progress.update(static_cast<double>(p.done) / static_cast<double>(p.total)); },
       &interrupt_flag());
   progress.clear();
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::map<std::string, std::size_t> splits = images_of_splits(plan.manifest);
   if (common.talkative()) {
-    fmt::print("{}: {} images of {} x {} pixels, {} samples each, of {} shapes\n", options.folder, end.total, config.size,
-               config.size, config.spp, plan.manifest.shapes.size());
+    fmt::print("{}: {} images of {} x {} pixels, {} samples each, of {} shapes\n", options.folder, end.total,
+               config.size, config.size, config.spp, plan.manifest.shapes.size());
     for (const auto& [split, count] : splits) fmt::print("  {:<14} {:>7}\n", split, count);
     if (end.rendered > 0)
       fmt::print("{} rendered in {:.1f} s: {:.1f} images/s\n", end.rendered, seconds,
@@ -70,10 +68,10 @@ void run(const Options& options, bool seed_given) {
 
 void add_dataset(CLI::App& app) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "dataset",
-      "renders a data set: shapes x lights x materials\n\n"
-      "Stopped at any moment, the same command goes on where it was, with the same result.");
+  CLI::App* command =
+      app.add_subcommand("dataset",
+                         "renders a data set: shapes x lights x materials\n\n"
+                         "Stopped at any moment, the same command goes on where it was, with the same result.");
   command
       ->add_option("config", options->config,
                    fmt::format("JSON file, or one of the presets {}", fmt::join(dataset_presets(), ", ")))

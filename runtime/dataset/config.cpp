@@ -109,7 +109,8 @@ class Reader {
   void read_whole(const char* key, int& value, int low, int high) {
     known_.push_back(key);
     const Json& j = json_.at(key);
-    if (!j.is_number_integer() || j < low || j > high) fail(key, fmt::format("a whole number from {} to {}", low, high));
+    if (!j.is_number_integer() || j < low || j > high)
+      fail(key, fmt::format("a whole number from {} to {}", low, high));
     value = j;
   }
   void read_number(const char* key, double& value, double low, double high) {
@@ -126,8 +127,8 @@ class Reader {
   void finish() const {
     for (const auto& [key, value] : json_.items())
       if (std::find(known_.begin(), known_.end(), key) == known_.end())
-        throw InputError(fmt::format("{}: {}{}{} is not known; need one of: {}", file_, place_, place_.empty() ? "" : ".",
-                                     key, fmt::join(known_, ", ")));
+        throw InputError(fmt::format("{}: {}{}{} is not known; need one of: {}", file_, place_,
+                                     place_.empty() ? "" : ".", key, fmt::join(known_, ", ")));
   }
 
  private:
@@ -155,8 +156,8 @@ DatasetConfig::Side read_side(Reader& config, const std::string& file, const cha
 DatasetConfig from_json(const Json& json, const std::string& file) {
   DatasetConfig config;
   Reader reader(json, file, "");
-  reader.read(
-      "size", config.size, "8, 16, 32, 64 or 128", [](int n) { return n >= 8 && n <= 128 && (n & (n - 1)) == 0; });
+  reader.read("size", config.size, "8, 16, 32, 64 or 128",
+              [](int n) { return n >= 8 && n <= 128 && (n & (n - 1)) == 0; });
   reader.read_whole("spp", config.spp, 2, 1 << 24);
   reader.read("seed", config.seed, "a whole number of 0 or above", [](std::uint64_t) { return true; });
   reader.read_number("longest_side_mm", config.longest_side_mm, 1e-6, 1e6);

@@ -23,7 +23,8 @@ struct DatasetConfig {
   double longest_side_mm = 1;
   Manifest::Boundary boundary;
   double zenith = 30;  // of the sun [degree]
-  std::array<double, 2> sigma_t{25, 300}, albedo{0.3, 0.95}, g{0, 0.9};  // sigma_t [1/mm]: equal ratios are equally likely
+  std::array<double, 2> sigma_t{25, 300}, albedo{0.3, 0.95},
+      g{0, 0.9};  // sigma_t [1/mm]: equal ratios are equally likely
   Side train, test;
 };
 

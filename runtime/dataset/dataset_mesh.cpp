@@ -36,11 +36,13 @@ Mesh as_dataset_mesh(const std::string& file) {
   if (mesh.normal.empty()) compute_normals(mesh);
   const Topology shape = topology(mesh);
   if (!shape.closed()) {
-    const Vec3 at = shape.open_edges ? shape.open_at : shape.non_manifold_edges ? shape.non_manifold_at : shape.turned_at;
-    throw InputError(
-        fmt::format("{}: {} open edges, {} of more than two triangles, {} between triangles that wind against each other, "
-                    "one near ({}, {}, {}); a body that light enters must be closed",
-                    file, shape.open_edges, shape.non_manifold_edges, shape.turned_edges, at[0], at[1], at[2]));
+    const Vec3 at = shape.open_edges           ? shape.open_at
+                    : shape.non_manifold_edges ? shape.non_manifold_at
+                                               : shape.turned_at;
+    throw InputError(fmt::format(
+        "{}: {} open edges, {} of more than two triangles, {} between triangles that wind against each other, "
+        "one near ({}, {}, {}); a body that light enters must be closed",
+        file, shape.open_edges, shape.non_manifold_edges, shape.turned_edges, at[0], at[1], at[2]));
   }
   if (shape.volume == 0) throw InputError(file + ": has no volume");
   if (shape.volume < 0) flip(mesh);

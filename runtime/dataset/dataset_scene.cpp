@@ -10,17 +10,17 @@
 namespace itn {
 namespace {
 
-constexpr double view_angle = 2.5;         // [degree]
-constexpr double view_width = 1.6;         // [unit] at the object: any shape fits, however it is turned
-constexpr double view_height = 0.35;       // what the lens is aimed at, above the floor [unit]
-constexpr double floor_half_side = 40;     // [unit]: beyond what light from the object reaches
-constexpr double floor_depth = 1e-3;       // below the shape's lowest point: surfaces that coincide have no order
-constexpr double tile = 1.0 / 6;           // of the floor's pattern [unit]
-constexpr double sun_widening = 70;        // of the sun's radius, at the same power, as in the authors' scenes
-constexpr double sun_aperture = 0.5358;    // [degree], of the real sun
+constexpr double view_angle = 2.5;       // [degree]
+constexpr double view_width = 1.6;       // [unit] at the object: any shape fits, however it is turned
+constexpr double view_height = 0.45;     // what the lens is aimed at, above the floor [unit]
+constexpr double floor_half_side = 40;   // [unit]: beyond what light from the object reaches
+constexpr double floor_depth = 1e-3;     // below the shape's lowest point: surfaces that coincide have no order
+constexpr double tile = 1.0 / 6;         // of the floor's pattern [unit]
+constexpr double sun_widening = 70;      // of the sun's radius, at the same power, as in the authors' scenes
+constexpr double sun_aperture = 0.5358;  // [degree], of the real sun
 
-// Tiles of two greys, each a little different: light that passes through a body shows what is beneath it. 16 x 16 tiles,
-// one texel each, repeated.
+// Tiles of two greys, each a little different: light that passes through a body shows what is beneath it. 16 x 16
+// tiles, one texel each, repeated.
 std::shared_ptr<const Bitmap> floor_pattern() {
   constexpr int tiles = 16;
   Bitmap bitmap{tiles, tiles, 1, {}};
@@ -57,7 +57,7 @@ Sensor sensor_of(const Manifest& set) {
 }  // namespace
 
 const char *const dataset_sigma_t = "medium.sigma_t", *const dataset_albedo = "medium.albedo",
-           *const dataset_g = "phase.g";
+                  *const dataset_g = "phase.g";
 
 std::array<double, 3> sun_direction(double azimuth, double zenith) {
   const double a = azimuth * std::numbers::pi / 180, z = zenith * std::numbers::pi / 180;

@@ -43,9 +43,10 @@ void check_same(const std::string& folder, const Manifest& set) {
   if (!std::filesystem::exists(manifest_file(folder))) return;
   const Manifest there = read_manifest(folder);
   if (there.hash != set.hash)
-    throw UsageError(fmt::format("{}: holds a data set of another configuration, version or device ({}, now {}); choose "
-                                 "another folder, or remove this one",
-                                 folder, there.hash, set.hash));
+    throw UsageError(
+        fmt::format("{}: holds a data set of another configuration, version or device ({}, now {}); choose "
+                    "another folder, or remove this one",
+                    folder, there.hash, set.hash));
 }
 
 class DatasetRenderer {
@@ -82,8 +83,7 @@ class DatasetRenderer {
   void place(const std::vector<const Manifest::Image*>& images) {
     std::vector<int> missing;
     for (const Manifest::Image* image : images)
-      if (!geometries_.count(image->shape) &&
-          std::find(missing.begin(), missing.end(), image->shape) == missing.end())
+      if (!geometries_.count(image->shape) && std::find(missing.begin(), missing.end(), image->shape) == missing.end())
         missing.push_back(image->shape);
     if (missing.empty()) return;
     if (geometries_.size() + missing.size() > most_geometries) {
@@ -120,11 +120,11 @@ class DatasetRenderer {
       out.data.push_back(rendering.mean[i]);
       out.data.push_back(rendering.stderr_[i]);
     }
-    out.header = {{"hash", set_.hash},
-                  {"spp", std::to_string(set_.spp)},
-                  {"seed", std::to_string(image.seed)},
-                  {"parameters", fmt::format(R"({{"sigma_t":{},"albedo":{},"g":{}}})", image.sigma_t, image.albedo,
-                                             image.g)}};
+    out.header = {
+        {"hash", set_.hash},
+        {"spp", std::to_string(set_.spp)},
+        {"seed", std::to_string(image.seed)},
+        {"parameters", fmt::format(R"({{"sigma_t":{},"albedo":{},"g":{}}})", image.sigma_t, image.albedo, image.g)}};
     write_exr(path(image.file), out);
   }
 

@@ -15,9 +15,9 @@ struct DatasetProgress {
 };
 
 // Renders the images that the folder has not yet, many at once, and writes the manifest: first as the plan, complete at
-// the end. Stopped at any moment and called again with the same plan, it ends with the same bytes. The caller has locked
-// the folder. Throws UsageError: the folder holds another set; InputError: a mesh file; ResultError: not writable;
-// Interrupted.
+// the end. Stopped at any moment and called again with the same plan, it ends with the same bytes. The caller has
+// locked the folder. Throws UsageError: the folder holds another set; InputError: a mesh file; ResultError: not
+// writable; Interrupted.
 DatasetProgress render_dataset(const Device& device, const DatasetPlan& plan, const std::string& folder,
                                const std::function<void(const DatasetProgress&)>& report,
                                const std::atomic<bool>* cancel);

@@ -6,11 +6,7 @@
 namespace itn {
 
 Film::Film(const Device& device, int pixels, int images, int channels, bool luminance)
-    : device_(device),
-      pixels_(pixels),
-      images_(images),
-      channels_(channels),
-      luminance_(luminance && channels == 3) {
+    : device_(device), pixels_(pixels), images_(images), channels_(channels), luminance_(luminance && channels == 3) {
   program_ = device.build("film.cl", {});
   constexpr std::size_t least_pixels = 1 << 10;
   const std::size_t a_pixel = 4 * sizeof(float) * static_cast<std::size_t>(images * this->channels());
@@ -38,7 +34,8 @@ void Film::add(const cl::Buffer& samples, std::size_t first_sample, int first_pi
 }
 
 void Film::develop(int spp, int pixels, std::vector<Image>& images) {
-  const std::size_t values = static_cast<std::size_t>(images_ * channels()), n = static_cast<std::size_t>(pixels) * values;
+  const std::size_t values = static_cast<std::size_t>(images_ * channels()),
+                    n = static_cast<std::size_t>(pixels) * values;
   std::vector<float> sums(n * 4);
   device_.download(sums_, sums);
   images.resize(static_cast<std::size_t>(images_));

@@ -173,6 +173,11 @@ JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData&
   return job;
 }
 
+JobRecord append_scene(const Scene& scene, int sensor, LaunchData& data) {
+  append_geometry(scene, data.geometry);
+  return append_scene(scene, sensor, static_cast<int>(data.geometry.records.size()) - 1, data);
+}
+
 void clear_scenes(LaunchData& data) {
   LaunchData cleared;
   cleared.geometry = std::move(data.geometry);

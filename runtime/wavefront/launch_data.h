@@ -26,13 +26,15 @@ struct LaunchData {
   std::vector<TextureRecord> textures;
   std::vector<float> texels;
   std::map<const Bitmap*, int> texels_of;  // where those of a bitmap begin: scenes may share it
-  bool coloured = false;  // some throughput or radiance differs between channels
+  bool coloured = false;                   // some throughput or radiance differs between channels
   bool coloured_light = false;
   bool spectral = false;  // some medium's sigma_t does
 };
 
-// Appends a scene seen by one of its sensors; returns a job with everything but the pixels, samples and seed. Its shapes
-// are those of data.geometry.records[geometry], whatever their media and BSDFs.
+// Appends a scene seen by one of its sensors; returns a job with everything but the pixels, samples and seed.
+JobRecord append_scene(const Scene& scene, int sensor, LaunchData& data);
+
+// The same where the scene's shapes are there already: those of data.geometry.records[geometry].
 JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData& data);
 
 // Forgets the scenes and keeps their geometries.
