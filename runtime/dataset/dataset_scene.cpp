@@ -27,7 +27,7 @@ std::shared_ptr<const Bitmap> floor_pattern() {
   for (int y = 0; y < tiles; ++y)
     for (int x = 0; x < tiles; ++x) {
       const double shade = random_uniform(7, 0, static_cast<std::uint64_t>(tiles * y + x));
-      bitmap.data.push_back(((x + y) % 2 == 0 ? 0.25 : 0.55) + 0.1 * shade);
+      bitmap.data.push_back(static_cast<float>(((x + y) % 2 == 0 ? 0.25 : 0.55) + 0.1 * shade));
     }
   return std::make_shared<const Bitmap>(std::move(bitmap));
 }
