@@ -44,6 +44,7 @@ void warn(const CommonOptions& options, const std::string& text);
 
 // One function a sub-command, in a file of the same name: declares its options and what to run.
 void add_bench(CLI::App& app);
+void add_dataset(CLI::App& app);
 void add_devices(CLI::App& app);
 void add_gradcheck(CLI::App& app);
 void add_gradient(CLI::App& app);

@@ -25,18 +25,22 @@ struct LaunchData {
   std::vector<float> emitter_tables;
   std::vector<TextureRecord> textures;
   std::vector<float> texels;
-  std::vector<int> pixels;      // of each camera's film
-  int cells = 0;                // of the tables of expected futures
-  bool coloured = false;        // some throughput or radiance differs between channels
-  bool coloured_light = false;  // some radiance or derivative of it does
-  bool spectral = false;        // some medium's sigma_t does
+  std::map<const Bitmap*, int> texels_of;  // where those of a bitmap begin: scenes may share it
+  std::vector<int> pixels;                 // of each camera's film
+  int cells = 0;                           // of the tables of expected futures
+  bool coloured = false;                   // some throughput or radiance differs between channels
+  bool coloured_light = false;             // some radiance or derivative of it does
+  bool spectral = false;                   // some medium's sigma_t does
 };
 
 // Appends a scene seen by one of its sensors; returns a job with everything but the pixels, samples and seed.
 JobRecord append_scene(const Scene& scene, int sensor, LaunchData& data);
 
-// Of data that hold one scene: replaces everything but the geometry, which is that of `scene` already.
-JobRecord replace_scene(const Scene& scene, int sensor, LaunchData& data);
+// The same where the scene's shapes are there already: those of data.geometry.records[geometry].
+JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData& data);
+
+// Forgets the scenes and keeps their geometries.
+void clear_scenes(LaunchData& data);
 
 // The definitions of a program that can work on the data: features that no scene uses are left out.
 std::map<std::string, std::string> feature_definitions(const LaunchData& data);

@@ -65,7 +65,6 @@ std::map<std::string, std::string> features(const LaunchData& data, const Deriva
 Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs,
                      const DerivativeData& derivatives, Operator op, int width, Schedule schedule, Baselines baselines)
     : device_(device), jobs_(std::move(jobs)), baselines_(baselines) {
-  for (const JobRecord& job : jobs_) pixels_.push_back(data.pixels[static_cast<std::size_t>(job.camera)]);
   width_ = width > 0 ? width : device.default_width();
   const bool cpu = device.info().type == "cpu";
   fused_ = schedule == Schedule::automatic ? cpu : schedule == Schedule::fused;
@@ -87,10 +86,7 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   program_ = device.build("wavefront.cl", definitions, {{"derivative/score.h", print_scores(derivatives.functions)}});
   for (const char* name : stage_names) stage_times_.push_back({name, 0, 0, 0});
 
-  const Geometry& g = data.geometry;
-  scene_ = {device.upload(g.nodes, "hierarchy nodes"), device.upload(g.leaves, "hierarchy leaves"),
-            device.upload(g.primitives, "primitives"), device.upload(g.grid, "flight grid"),
-            device.upload(g.records, "geometry records")};
+  upload_geometry(data.geometry);
   upload_records(data, derivatives);
 
   visits_ = device.upload(std::vector<float>(1), "pilot's visits");
@@ -119,6 +115,13 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   samples_ = samples.buffer;
 }
 
+void Wavefront::upload_geometry(const Geometry& g) {
+  scene_.clear();  // its memory first
+  scene_ = {device_.upload(g.nodes, "hierarchy nodes"), device_.upload(g.leaves, "hierarchy leaves"),
+            device_.upload(g.primitives, "primitives"), device_.upload(g.grid, "flight grid"),
+            device_.upload(g.records, "geometry records")};
+}
+
 void Wavefront::upload_records(const LaunchData& data, const DerivativeData& derivatives) {
   scene_.resize(geometry_buffers);
   for (cl::Buffer buffer :
@@ -128,16 +131,19 @@ void Wavefront::upload_records(const LaunchData& data, const DerivativeData& der
         device_.upload(data.textures, "textures"), device_.upload(data.texels, "texels"),
         device_.upload(derivatives.scores, "scores"), device_.upload(derivatives.derivatives, "derivatives")})
     scene_.push_back(std::move(buffer));
+  pixels_ = data.pixels;
   cells_ = data.cells;
   learnt_ = features_.at("BASELINES") == "0";  // else the next trace() learns: expected futures depend on the material
   futures_ = device_.upload(std::vector<float>(learnt_ ? 1 : static_cast<std::size_t>(cells_ * throughput_channels_)),
                             "expected futures");
 }
 
-bool Wavefront::replace(const LaunchData& data, const JobRecord& job, const DerivativeData& derivatives) {
+bool Wavefront::replace(const LaunchData& data, std::vector<JobRecord> jobs, const DerivativeData& derivatives,
+                        bool new_geometry) {
   if (features(data, derivatives, baselines_) != features_) return false;
+  if (new_geometry) upload_geometry(data.geometry);
   upload_records(data, derivatives);
-  jobs_ = {job};
+  jobs_ = std::move(jobs);
   return true;
 }
 
@@ -195,7 +201,7 @@ void Wavefront::learn_baselines() {
       slices.clear();
       paths = 0;
     };
-    const std::int64_t pixels = pixels_[j];
+    const std::int64_t pixels = pixels_[static_cast<std::size_t>(jobs_[j].camera)];
     const int a_pixel = static_cast<int>(std::max<std::int64_t>(1, pilot_paths / pixels));
     const std::int64_t runs = std::min<std::int64_t>((pixels + pilot_run - 1) / pilot_run, pilot_paths / pilot_run);
     for (std::int64_t run = 0; run < runs; ++run) {

@@ -25,9 +25,10 @@ class Wavefront {
             const DerivativeData& derivatives, Operator op, int width, Schedule schedule,
             Baselines baselines = Baselines::automatic);
 
-  // Gives the one job other numbers: everything but the geometry is taken from `data`. False, and nothing is changed,
-  // where they need another program. The next trace() learns baselines anew.
-  bool replace(const LaunchData& data, const JobRecord& job, const DerivativeData& derivatives);
+  // Other jobs in place of all, of the geometries that `data` had before or, with new_geometry, of those it has now.
+  // False, and nothing is changed, where they need another program. The next trace() learns baselines anew.
+  bool replace(const LaunchData& data, std::vector<JobRecord> jobs, const DerivativeData& derivatives,
+               bool new_geometry);
 
   int channels() const { return channels_; }                        // of radiance: 1 or 3
   std::size_t sample_capacity() const { return sample_capacity_; }  // most samples a launch can hold
@@ -46,6 +47,7 @@ class Wavefront {
   std::uint64_t misplaced() const;
 
  private:
+  void upload_geometry(const Geometry& geometry);
   void upload_records(const LaunchData& data, const DerivativeData& derivatives);
   void set_scene_arguments(cl::Kernel& kernel) const;
   void trace_jobs(const std::vector<JobSlice>& slices, bool pilot);
@@ -55,7 +57,7 @@ class Wavefront {
 
   const Device& device_;
   std::vector<JobRecord> jobs_;
-  std::vector<int> pixels_;                             // of each job's film
+  std::vector<int> pixels_;                             // of each camera's film
   int cells_ = 0, throughput_channels_, a_sample_ = 0;  // a_sample_: floats of a sample
   bool fused_, learnt_ = false, timed_ = false;
   Baselines baselines_;
