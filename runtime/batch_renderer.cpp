@@ -23,38 +23,40 @@ struct BatchRenderer::State {
     if (options.paths_a_launch > 0) launch_paths = options.paths_a_launch;
   }
 
-  // Of the first image's scene; those of the others must be the same.
-  DerivativeData derivatives_of(const std::vector<BatchImage>& images) {
-    DerivativeData result;
-    for (const BatchImage& image : images) {
-      const std::vector<Parameter> parameters = list_parameters(*image.scene);
-      for (const std::string& name : options.derivatives)
-        if (is_of_light(find_parameter(parameters, name)))
-          throw UsageError("parameter " + name + ": batches have no derivatives by the light");
-      DerivativeData own = derivative_data(*image.scene, options.derivatives, 0, data);
-      if (&image == &images.front())
-        result = std::move(own);
-      else if (!same(own.scores, result.scores) || !same(own.derivatives, result.derivatives))
-        throw UsageError("derivatives of a batch: its scenes have other media or BSDFs at the parameters' places");
-    }
-    return result;
+  // Of the scene of the first image; those of the others must be the same.
+  void add_derivatives(const Scene& scene, bool first, DerivativeData& result) {
+    const std::vector<Parameter> parameters = list_parameters(scene);
+    for (const std::string& name : options.derivatives)
+      if (is_of_light(find_parameter(parameters, name)))
+        throw UsageError("parameter " + name + ": batches have no derivatives by the light");
+    DerivativeData own = derivative_data(scene, options.derivatives, 0, data);
+    if (first)
+      result = std::move(own);
+    else if (!same(own.scores, result.scores) || !same(own.derivatives, result.derivatives))
+      throw UsageError("derivatives of a batch: its scenes have other media or BSDFs at the parameters' places");
   }
 
   void prepare(const std::vector<BatchImage>& images) {
     clear_scenes(data);
     std::vector<JobRecord> jobs;
+    DerivativeData derivatives;
     int pixels = 0;
-    for (const BatchImage& image : images) {
-      const Sensor& sensor = image.scene->sensors.at(static_cast<std::size_t>(options.sensor));
-      if (sensor.luminance != images.front().scene->sensors.at(static_cast<std::size_t>(options.sensor)).luminance)
+    for (std::size_t i = 0; i < images.size(); ++i) {
+      const BatchImage& image = images[i];
+      const Sensor& sensor = sensor_of(image);
+      if (sensor.luminance != sensor_of(images.front()).luminance)
         throw UsageError("batch: some films are luminance, others colour; render them apart");
       pixels += sensor.crop_width * sensor.crop_height;
-      JobRecord job = append_scene(*image.scene, options.sensor, image.geometry, data);
-      job.seed_low = static_cast<unsigned>(image.seed);
-      job.seed_high = static_cast<unsigned>(image.seed >> 32);
-      jobs.push_back(job);
+      // Images of one scene that follow each other (groups of samples) share its records.
+      if (i > 0 && image.scene == images[i - 1].scene && image.geometry == images[i - 1].geometry) {
+        jobs.push_back(jobs.back());
+      } else {
+        jobs.push_back(append_scene(*image.scene, options.sensor, image.geometry, data));
+        add_derivatives(*image.scene, i == 0, derivatives);
+      }
+      jobs.back().seed_low = static_cast<unsigned>(image.seed);
+      jobs.back().seed_high = static_cast<unsigned>(image.seed >> 32);
     }
-    const DerivativeData derivatives = derivatives_of(images);
     if (!wavefront || !wavefront->replace(data, jobs, derivatives, new_geometry)) {
       wavefront.reset();  // its memory first
       film.reset();
@@ -69,6 +71,10 @@ struct BatchRenderer::State {
         std::make_unique<Film>(device, pixels, 1 + static_cast<int>(options.derivatives.size()), wavefront->channels(),
                                images.front().scene->sensors[static_cast<std::size_t>(options.sensor)].luminance);
     film_pixels = pixels;
+  }
+
+  const Sensor& sensor_of(const BatchImage& image) const {
+    return image.scene->sensors.at(static_cast<std::size_t>(options.sensor));
   }
 
   const Device& device;
@@ -104,8 +110,7 @@ std::vector<Rendering> BatchRenderer::render(const std::vector<BatchImage>& imag
   s.prepare(images);
   std::vector<TracedJob> jobs;
   for (const BatchImage& image : images)
-    jobs.push_back({static_cast<int>(jobs.size()), &image.scene->sensors[static_cast<std::size_t>(s.options.sensor)],
-                    image.first_sample});
+    jobs.push_back({static_cast<int>(jobs.size()), &s.sensor_of(image), image.first_sample});
   return trace_images(*s.wavefront, *s.film, jobs, spp, s.options, s.launch_paths);
 }
 

@@ -18,7 +18,7 @@ struct DatasetConfig {
     std::array<double, 2> azimuth_range{};  // drawn from here
     int materials = 1;
   };
-  int size = 64, spp = 256;
+  int size = 64, spp = 128;
   std::uint64_t seed = 0;
   double longest_side_mm = 1;
   Manifest::Boundary boundary;
