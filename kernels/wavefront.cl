@@ -23,10 +23,11 @@
       __global const TextureRecord *restrict textures, __global const float *restrict texels,                     \
       __global const ScoreRecord *restrict scores, __global const DerivativeRecord *restrict derivatives,         \
       __global const float *restrict futures, __global float *restrict visits,                                    \
+      __global const float *restrict pulls, __global uint *restrict gradient,                                     \
       __global float *restrict samples, __global uint *restrict misplaced
 #define SCENE_LAUNCH                                                                                              \
   {nodes, leaves, primitives, grid, geometries, jobs, cameras, shapes, bsdfs, media, emitters, emitter_tables,    \
-   textures, texels, scores, derivatives, futures, visits, samples, misplaced}
+   textures, texels, scores, derivatives, futures, visits, pulls, gradient, samples, misplaced}
 
 /* Runs the stage of a queue over one group of slots. */
 inline void run_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, int queue, INT slots,
@@ -79,6 +80,9 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void trace_paths(SCENE_P
                                                                          __global int* restrict next_chunk,
                                                                          __global float* restrict storage) {
   Launch launch = SCENE_LAUNCH;
+#if ADJOINT
+  launch.gradient += get_global_id(0) * (size_t)(2 * GRADIENT_SETS * (NUMBERS + 1)); /* each work-item sums on its own */
+#endif
   Pool pool;
   pool.stride = SLOTS + WIDTH;
   pool.fields = storage + get_global_id(0) * (size_t)(FIELDS + QUEUES) * (SLOTS + WIDTH);

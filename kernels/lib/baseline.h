@@ -62,7 +62,7 @@ inline void expected_future(const Launch* launch, INT state, REAL v[]) {
   UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) v[c] = GATHER((launch->futures + c), state * THROUGHPUT_CHANNELS);
 }
 
-/* weight: throughput with all its factors; step: what the decision adds to each score, 0 where there was none. */
+/* weight: throughput with all its factors; step: what the decision adds to each score, from no_scores() on. */
 inline void add_decision(const Launch* launch, Baseline* b, const REAL weight[], const REAL v[], const Scores* step) {
   UNROLL for (int k = 0; k < BASELINE_SCORES; ++k) {
     const int kind = launch->scores[k].kind;

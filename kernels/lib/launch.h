@@ -29,6 +29,8 @@ typedef struct {
   __global const DerivativeRecord* derivatives;
   __global const float* futures; /* lib/baseline.h: [cell][throughput channel] */
   __global float* visits;        /* of a pilot */
+  __global const float* pulls; /* lib/adjoint.h */
+  __global uint* gradient;
   __global float* samples; /* of each sample the radiance and its derivatives, RADIANCE_CHANNELS floats each */
   __global uint* misplaced; /* one count: arrivals at surfaces from the side where the path cannot be (stage/surface.h) */
 } Launch;
@@ -127,6 +129,9 @@ inline void finish(const Launch* launch, __global const JobRecord* job, Pool* po
   slot.integer = slots;
   uint bits = lane_bits(mask);
   __global const int* ints = (__global const int*)pool->fields;
+#if ADJOINT
+  if (job->replay) bits = 0; /* the samples are written already */
+#endif
   FOR_EACH_LANE(l, bits) {
     int s = slot.i[l];
     int output = job->first_output + (ints[PIXEL * pool->stride + s] - job->first_pixel) * job->samples +

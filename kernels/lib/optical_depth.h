@@ -4,16 +4,49 @@
 #include "lib/emission.h"
 #include "lib/score.h"
 
+#if ADJOINT
+#define PASSAGES MEDIA
+/* A connection's own factors weigh what it brings, and nothing else. through: distance in each medium on the way */
+inline void pull_connection(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
+                            const REAL arriving[], const MediumStep* medium_step, const SurfaceStep* surface_step,
+                            const Lanes through[]) {
+  REAL weight[RADIANCE_CHANNELS];
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) weight[c] = arriving[c] * LOAD(pool, PULL + c, slots);
+  Scores own = no_scores();
+  own.pulled = pulled(weight);
+  add_flight_step(launch, job, &own, medium_step);
+  add_phase_step(launch, job, &own, medium_step);
+  add_pulled(launch, job, pool, slots, mask, &own.pulled);
+  own.pulled = pulled(weight);
+  add_surface_step(launch, job, &own, surface_step);
+  add_pulled(launch, job, pool, slots, mask, &own.pulled);
+  for (int m = 0; m < MEDIA; ++m) {
+    const MASK passes = mask & (through[m].real > 0.0f);
+    if (!ANY(passes)) continue;
+    MediumStep step = no_medium_step((INT)(m));
+    REAL sigma_t[THROUGHPUT_CHANNELS];
+    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) sigma_t[c] = (REAL)(launch->media[m].sigma_t[c]);
+    step_passage(&step, sigma_t, through[m].real, passes);
+    own.pulled = pulled(weight);
+    add_flight_step(launch, job, &own, &step);
+    add_pulled(launch, job, pool, slots, passes, &own.pulled);
+  }
+}
+#else
+#define PASSAGES SCORES
+#endif
+
 /* Adds weight * light, dimmed on the way, to the radiance of the lanes in `mask`: from `from` in `medium` towards `to`.
- * light: the radiance from there; scores: of everything but the way. */
+ * light: the radiance from there; scores: of the path so far; medium_step, surface_step: of where the connection begins. */
 inline void add_connection(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK mask,
                            REAL3 from, REAL3 to, INT skip, INT medium, const REAL weight[RADIANCE_CHANNELS],
-                           const REAL light[3], const Scores* scores) {
+                           const REAL light[3], const Scores* scores, const MediumStep* medium_step,
+                           const SurfaceStep* surface_step) {
   const Surfaces surfaces = job_surfaces(launch, job);
   REAL arriving[RADIANCE_CHANNELS];
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) arriving[c] = weight[c] * light[c];
   Lanes ox, oy, oz, dx, dy, dz, stands_on, in, depth[THROUGHPUT_CHANNELS];
-  Lanes through[SCORES + 1]; /* distance in the medium of each score of sigma_t */
+  Lanes through[PASSAGES + 1]; /* distance in the medium of each score of sigma_t */
   ox.real = from.x;
   oy.real = from.y;
   oz.real = from.z;
@@ -22,7 +55,7 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
   dz.real = to.z;
   stands_on.integer = skip;
   in.integer = medium;
-  UNROLL for (int k = 0; k < SCORES; ++k) through[k].real = (REAL)(0.0f);
+  UNROLL for (int k = 0; k < PASSAGES; ++k) through[k].real = (REAL)(0.0f);
   UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) depth[c].real = (REAL)(0.0f);
   uint bits = lane_bits(mask), reached = 0;
   MASK passed = (MASK)(0); /* a boundary: nothing behind counts, or thin bodies would be passed again and again */
@@ -57,6 +90,9 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
         UNROLL for (int k = 0; k < SCORES; ++k)
           if (launch->scores[k].kind == SCORE_SIGMA_T && current - job->first_medium == launch->scores[k].target)
             through[k].f[l] += hits.distance.f[l];
+#if ADJOINT
+        through[current].f[l] += hits.distance.f[l];
+#endif
       }
 #endif
       if (shape->interior != shape->exterior) in.i[l] = facing < 0.0f ? shape->interior : shape->exterior;
@@ -74,6 +110,9 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
     dimmed[c] = weight[c] * transmittance;
   }
   Scores there = *scores;
+  add_flight_step(launch, job, &there, medium_step);
+  add_phase_step(launch, job, &there, medium_step);
+  add_surface_step(launch, job, &there, surface_step);
   UNROLL for (int k = 0; k < SCORES; ++k) {
     if (launch->scores[k].kind != SCORE_SIGMA_T) continue;
     REAL d;
@@ -81,6 +120,9 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
     there.of[k] += d;
   }
   gather_radiance(launch, pool, slots, lane_mask(reached), arriving, &there);
+#if ADJOINT
+  if (job->replay) pull_connection(launch, job, pool, slots, lane_mask(reached), arriving, medium_step, surface_step, through);
+#endif
   gather_light_derivatives(launch, job, pool, slots, lane_mask(reached), dimmed, to);
 }
 

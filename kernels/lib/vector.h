@@ -34,6 +34,19 @@
 #define GATHER(p, i) ((REAL)(EACH_(p, i)))
 #define GATHER_INT(p, i) ((INT)(EACH_(p, i)))
 
+/* 64-bit integers, a lane each. */
+#if WIDTH == 1
+typedef long LONG;
+#define CAST_LONG convert_long
+#else
+typedef JOIN(long, WIDTH) LONG;
+#define CAST_LONG JOIN(convert_long, WIDTH)
+#endif
+typedef union {
+  LONG integer;
+  long i[WIDTH];
+} LongLanes;
+
 typedef union {
   REAL real;
   INT integer;

@@ -5,9 +5,9 @@
 
 /* Fields of a program with these definitions, for the host. */
 #define PATH_FIELDS(throughput_channels, radiance_channels, spectral, medium_light_sampling, scores, derivatives, \
-                    baselines)                                                                                  \
-  (19 + (throughput_channels) * (1 + (baselines) * (scores)) + (radiance_channels) * (1 + (derivatives)) +      \
-   (scores) + 4 * (spectral) + 4 * (medium_light_sampling))
+                    baselines, adjoint)                                                                           \
+  (19 + (throughput_channels) * (1 + (baselines) * (scores)) +                                                  \
+   (radiance_channels) * (1 + (derivatives) + 2 * (adjoint)) + (scores) + 4 * (spectral) + 4 * (medium_light_sampling))
 
 #ifdef __OPENCL_VERSION__
 enum {
@@ -30,6 +30,11 @@ enum {
   HIT_U, HIT_V, /* barycentric (triangle), phase etc. see trace.h */
   LAST_PDF, /* see light_sampling.h */
   JOB,
+#if ADJOINT /* lib/adjoint.h */
+  TOTAL, /* RADIANCE_CHANNELS fields: what the whole path gathers, 0 unless it is replayed */
+  PULL = TOTAL + RADIANCE_CHANNELS, /* RADIANCE_CHANNELS fields: what its derivatives are weighed with */
+  LAST_PULL = PULL + RADIANCE_CHANNELS - 1,
+#endif
 #if SPECTRAL
   SPECTRAL_WEIGHT, /* 3 fields: see lib/launch.h */
   HERO = SPECTRAL_WEIGHT + 3,
@@ -43,7 +48,7 @@ enum {
 };
 typedef char path_fields_are_counted
     [FIELDS == PATH_FIELDS(THROUGHPUT_CHANNELS, RADIANCE_CHANNELS, SPECTRAL, MEDIUM_LIGHT_SAMPLING, SCORES, DERIVATIVES,
-                           BASELINES)
+                           BASELINES, ADJOINT)
          ? 1
          : -1];
 #endif

@@ -94,7 +94,15 @@ typedef struct {
   unsigned int seed_low, seed_high;
   float future_tint[3]; /* of the expected futures, where a throughput channel stands for several of radiance */
   int pilot;            /* 1: paths tell what they visit */
+  int replay;           /* 1: paths are traced again for the gradient (lib/adjoint.h); the samples are theirs already */
+  int first_pull;       /* replay: pixel p's weights of derivatives are at first_pull + p - first_pixel, one a channel */
 } JobRecord;
+
+/* Gradients (lib/adjoint.h) are summed in sets of pixels of their own, whose spread tells their noise, as
+ * [set][number][radiance channel]. Numbers: three kinds of each medium, then three of each BSDF. */
+#define GRADIENT_SETS 32
+enum { MEDIUM_SIGMA_T, MEDIUM_ALBEDO, MEDIUM_G, MEDIUM_NUMBERS };
+enum { BSDF_ALPHA, BSDF_ETA, BSDF_REFLECTANCE, BSDF_NUMBERS };
 
 /* A run of paths of one job that one pool works off: the unit of load balancing. */
 typedef struct {

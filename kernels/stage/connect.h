@@ -29,7 +29,6 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
     weight[c] *= LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
 
-  const INT medium_index = LOAD_INT(pool, MEDIUM, slots);
   const Scores scores = load_scores(pool, slots);
   REAL3 light;
   REAL light_pdf, rgb[3];
@@ -99,20 +98,21 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
       connection_weight[c] = weight[c] * value *
                              bsdf_real(launch, bsdf.integer, FIELD_OF(BsdfRecord, specular_transmittance) + c) *
                              medium_transmittance(sigma_t[THROUGHPUT_CHANNELS == 1 ? 0 : c], hits.distance.real);
-    Scores connection_scores = scores;
-    score_phase(launch, job, &connection_scores, medium_index, dot3(arrival, inward), g, connected);
-    score_passage(launch, job, &connection_scores, medium_index, sigma_t, hits.distance.real, connected);
+    MediumStep in_medium = no_medium_step(medium);
+    step_phase(&in_medium, dot3(arrival, inward), g, connected);
+    step_passage(&in_medium, sigma_t, hits.distance.real, connected);
+    SurfaceStep at_exit = no_surface_step();
 #if HAS_ROUGH_GGX
-    score_rough_boundary(MICROFACET_GGX, launch, job, &connection_scores, bsdf.integer, alpha, eta, wi, wo,
-                         connected & (kind.integer == BSDF_ROUGH_GGX));
+    step_rough_boundary(MICROFACET_GGX, &at_exit, bsdf.integer, alpha, eta, wi, wo,
+                        connected & (kind.integer == BSDF_ROUGH_GGX));
 #endif
 #if HAS_ROUGH_BECKMANN
-    score_rough_boundary(MICROFACET_BECKMANN, launch, job, &connection_scores, bsdf.integer, alpha, eta, wi, wo,
-                         connected & (kind.integer == BSDF_ROUGH_BECKMANN));
+    step_rough_boundary(MICROFACET_BECKMANN, &at_exit, bsdf.integer, alpha, eta, wi, wo,
+                        connected & (kind.integer == BSDF_ROUGH_BECKMANN));
 #endif
     add_connection(launch, job, pool, slots, connected & (value > 0.0f),
                    beside_surface(launch->primitives, primitive, exit, normal, light), light, primitive,
-                   outside.integer, connection_weight, rgb, &connection_scores);
+                   outside.integer, connection_weight, rgb, &scores, &in_medium, &at_exit);
   }
 #endif
   if (ANY(straight)) {
@@ -120,14 +120,17 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
     const REAL value = chance * phase / (chance * light_pdf + phase);
     REAL connection_weight[RADIANCE_CHANNELS];
     UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) connection_weight[c] = weight[c] * value;
-    Scores connection_scores = scores;
-    score_phase(launch, job, &connection_scores, medium_index, dot3(arrival, light), g, straight);
-    add_connection(launch, job, pool, slots, straight, position, light, (INT)(-1), medium, connection_weight, rgb,
-                   &connection_scores);
+    MediumStep in_medium = no_medium_step(medium);
+    const SurfaceStep nowhere = no_surface_step();
+    step_phase(&in_medium, dot3(arrival, light), g, straight);
+    add_connection(launch, job, pool, slots, straight, position, light, (INT)(-1), medium, connection_weight, rgb, &scores,
+                   &in_medium, &nowhere);
   }
-  Scores onward = scores;
-  score_phase(launch, job, &onward, medium_index, dot3(arrival, load3(pool, DIRECTION_X, slots)), g, valid);
-  store_scores(pool, slots, &onward);
+  Scores onward = load_scores(pool, slots);
+  MediumStep turn = no_medium_step(medium);
+  step_phase(&turn, dot3(arrival, load3(pool, DIRECTION_X, slots)), g, valid);
+  add_phase_step(launch, job, &onward, &turn);
+  store_scores(launch, job, pool, slots, &onward, valid);
   push(pool, QUEUE_MEDIUM, slots, valid);
 }
 #endif

@@ -53,8 +53,8 @@ inline void diffuse_stage(const Launch* launch, __global const JobRecord* job, P
   STORE_INT(pool, EVENT, slots, random.event + 1);
   STORE_INT(pool, DEPTH, slots, depth);
   finish(launch, job, pool, slots, valid & !goes_on);
-  const Scores scores = load_scores(pool, slots);
 #if LIGHT_SAMPLING
+  const Scores scores = load_scores(pool, slots);
   const MASK everywhere = valid | !valid;
   __global const EmitterRecord* emitter = launch->emitters + job->emitter;
   REAL v[4];
@@ -70,18 +70,21 @@ inline void diffuse_stage(const Launch* launch, __global const JobRecord* job, P
   REAL connection_weight[RADIANCE_CHANNELS];
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
     connection_weight[c] = throughput[THROUGHPUT_CHANNELS == 1 ? 0 : c] * weight[c] * value;
-  Scores connection_scores = scores;
-  score_reflection(launch, job, &connection_scores, s.bsdf, reflectance, frame_to_local(&frame, to_light), goes_on);
+  const MediumStep in_vacuum = no_medium_step((INT)(0));
+  SurfaceStep connection_step = no_surface_step();
+  step_reflection(&connection_step, s.bsdf, reflectance, frame_to_local(&frame, to_light), goes_on);
   add_connection(launch, job, pool, slots, goes_on & sampled & (value > 0.0f),
                  beside_surface(launch->primitives, s.primitive, s.position, s.normal, to_light), to_light, s.primitive,
-                 LOAD_INT(pool, MEDIUM, slots), connection_weight, light, &connection_scores);
+                 LOAD_INT(pool, MEDIUM, slots), connection_weight, light, &scores, &in_vacuum, &connection_step);
   STORE(pool, LAST_PDF, slots, -diffuse_pdf(in_frame));
 #else
   STORE(pool, LAST_PDF, slots, 0.0f);
 #endif
-  Scores onward = scores;
-  score_reflection(launch, job, &onward, s.bsdf, reflectance, in_frame, goes_on);
-  store_scores(pool, slots, &onward);
+  Scores onward = load_scores(pool, slots);
+  SurfaceStep step = no_surface_step();
+  step_reflection(&step, s.bsdf, reflectance, in_frame, goes_on);
+  add_surface_step(launch, job, &onward, &step);
+  store_scores(launch, job, pool, slots, &onward, goes_on);
   leave_surface(launch, pool, slots, goes_on, &s, direction);
 }
 

@@ -101,16 +101,18 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
 #endif
     cell = flight_cell(launch->grid, geometry, position);
     below = depth_of(&cell, mean_sigma_t(sigma_t));
-    Scores step = no_scores();
-    score_passage(launch, job, &step, medium_index, sigma_t, distance, meets);
-    score_scattering(launch, job, &step, medium_index, sigma_t, albedo, distance, scatters);
+    MediumStep step = no_medium_step(medium_index);
+    step_passage(&step, sigma_t, distance, meets);
+    step_scattering(&step, sigma_t, albedo, distance, scatters);
     /* weighed as after the flight: then the means are zero over the mixture of the hero channels' densities too */
     REAL total[THROUGHPUT_CHANNELS], change[THROUGHPUT_CHANNELS], future[THROUGHPUT_CHANNELS];
     UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) total[c] = throughput[c] * refraction_scale * weight[c];
     record_visit(launch, job, pool, slots, &random, random.event - 1, DECISION_FLIGHT, flight_state, total, flies);
     expected_future(launch, flight_state, future);
-    add_decision(launch, &baseline, total, future, &step);
-    add_scores(&scores, &step);
+    Scores decision = no_scores();
+    add_flight_step(launch, job, &decision, &step);
+    add_decision(launch, &baseline, total, future, &decision);
+    add_flight_step(launch, job, &scores, &step);
     skip = SELECT_INT(scatters, -1, skip);
     depth += SELECT_INT(scatters, 1, 0);
     UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= SELECT(scatters, albedo[c], 1.0f);
@@ -158,18 +160,19 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     last_pdf = SELECT(alive, SELECT(connectable, henyey_greenstein(cosine, g) / chance, 0.0f), last_pdf);
     alive = alive & !connects; /* connected before the path goes on, so contributions keep their order */
 #endif
-    step = no_scores();
-    score_phase(launch, job, &step, medium_index, cosine, g, goes_on);
-    add_decision(launch, &baseline, total, future, &step);
-    UNROLL for (int k = 0; k < SCORES; ++k)
-      scores.of[k] += SELECT(alive, step.of[k], 0.0f); /* of those that connect: stage/connect.h */
+    step_phase(&step, cosine, g, goes_on);
+    decision = no_scores();
+    add_phase_step(launch, job, &decision, &step);
+    add_decision(launch, &baseline, total, future, &decision);
+    step.g = SELECT(alive, step.g, 0.0f); /* of those that connect: stage/connect.h */
+    add_phase_step(launch, job, &scores, &step);
     left = popcount(lane_bits(alive));
     if (left <= enough) break;
   }
   store3(pool, POSITION_X, slots, position);
   store3(pool, DIRECTION_X, slots, direction);
   UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
-  store_scores(pool, slots, &scores);
+  store_scores(launch, job, pool, slots, &scores, valid);
   store_baseline(pool, slots, &baseline);
   STORE_INT(pool, EVENT, slots, random.event);
   STORE_INT(pool, DEPTH, slots, depth);

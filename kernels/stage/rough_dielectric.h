@@ -72,11 +72,13 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
     connection_weight[c] = weight[c] * LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots) *
                            boundary_tint(launch, s->bsdf, reflects, c);
-  Scores scores = load_scores(pool, slots);
-  score_rough_boundary(distribution, launch, job, &scores, s->bsdf, alpha, eta_inside, wi, wo, mask);
+  const Scores scores = load_scores(pool, slots);
+  const MediumStep in_vacuum = no_medium_step((INT)(0));
+  SurfaceStep step = no_surface_step();
+  step_rough_boundary(distribution, &step, s->bsdf, alpha, eta_inside, wi, wo, mask);
   add_connection(launch, job, pool, slots, mask,
                  beside_surface(launch->primitives, s->primitive, s->position, s->normal, light), light, s->primitive,
-                 s->exterior, connection_weight, rgb, &scores);
+                 s->exterior, connection_weight, rgb, &scores, &in_vacuum, &step);
   return MAX(pdf / (1.0f + own_rival), (REAL)(1e-30f)); /* not 0: that would say that the sun was not sampled */
 }
 #endif
@@ -129,12 +131,13 @@ inline void rough_dielectric_stage(int distribution, const Launch* launch, __glo
 #else
   pdf = (REAL)(0.0f);
 #endif
-  Scores scores = load_scores(pool, slots);
   decide_at_boundary(distribution, launch, job, pool, slots, s.bsdf, &random, alpha, eta_inside, wi, wo, reflects,
                      valid & !s.misplaced);
-  score_rough_boundary(distribution, launch, job, &scores, s.bsdf, alpha, eta_inside, wi, wo,
-                       valid & !s.misplaced & (weight > 0.0f));
-  store_scores(pool, slots, &scores);
+  Scores scores = load_scores(pool, slots);
+  SurfaceStep step = no_surface_step();
+  step_rough_boundary(distribution, &step, s.bsdf, alpha, eta_inside, wi, wo, valid & !s.misplaced & (weight > 0.0f));
+  add_surface_step(launch, job, &scores, &step);
+  store_scores(launch, job, pool, slots, &scores, valid);
   scatter_at_boundary(launch, job, pool, slots, valid, &s, &random, u[3], direction, weight, pdf, reflects, 1.0f / eta);
 }
 

@@ -162,6 +162,27 @@ LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetIma
   return result;
 }
 
+std::vector<std::vector<double>> loss_weights(const std::vector<Rendering>& groups, const TargetImage& target,
+                                              double exposure) {
+  const auto channels = static_cast<std::size_t>(target.channels);
+  std::vector<std::vector<double>> weights(groups.size(), std::vector<double>(target.value.size()));
+  double all = 0;
+  for (const float weight : target.weight) all += weight;
+  for (std::size_t i = 0; i < target.value.size(); ++i) {
+    const double weight = target.weight[i / channels] / (all * static_cast<double>(channels));
+    if (weight == 0) continue;
+    PairSum pairs;
+    for (const Rendering& group : groups) pairs.add(group.spp, exposure * static_cast<double>(group.mean[i]), 0);
+    // 2 (product() - wanted mean_y()), of which each y is a factor
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      const double n = groups[g].spp, x = exposure * static_cast<double>(groups[g].mean[i]);
+      const double others = (pairs.x - n * x) * n / (pairs.n * pairs.n - pairs.nn);
+      weights[g][i] = 2 * weight * exposure * (others - static_cast<double>(target.value[i]) * n / pairs.n);
+    }
+  }
+  return weights;
+}
+
 double best_exposure(const std::vector<Rendering>& groups, const TargetImage& target) {
   const auto channels = static_cast<std::size_t>(target.channels);
   double with_target = 0, square = 0;

@@ -36,6 +36,11 @@ struct LossGradient {
 // rendered image is multiplied by.
 LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetImage& target, double exposure = 1);
 
+// What each value of each group's image is weighed with, so that the sum of weight times derivative image is the
+// gradient of loss_gradient (but for rounding): GradientRenderer makes it from that without derivative images.
+std::vector<std::vector<double>> loss_weights(const std::vector<Rendering>& groups, const TargetImage& target,
+                                              double exposure = 1);
+
 // The exposure with the smallest loss, sum of w T I / sum of w T^2, with an unbiased denominator: of order 1 / (pixels
 // times samples) off. With it held fixed, loss_gradient is the gradient of the smallest loss (envelope theorem). Throws
 // ResultError: a black image or target, or one lost in noise.

@@ -12,7 +12,7 @@
 namespace itn {
 
 static_assert(sizeof(CameraRecord) == 104 && sizeof(MediumRecord) == 48 && sizeof(ShapeRecord) == 16 &&
-              sizeof(BsdfRecord) == 64 && sizeof(TextureRecord) == 48 && sizeof(JobRecord) == 76 &&
+              sizeof(BsdfRecord) == 64 && sizeof(TextureRecord) == 48 && sizeof(JobRecord) == 84 &&
               sizeof(ChunkRecord) == 16);
 
 struct LaunchData {

@@ -31,7 +31,8 @@ constexpr int pilot_paths = 1 << 13, pilot_launch = 1 << 11, pilot_run = 64, pil
 std::size_t field_count(const std::map<std::string, std::string>& d) {
   const auto number = [&](const char* name) { return static_cast<std::size_t>(std::stoi(d.at(name))); };
   return PATH_FIELDS(number("THROUGHPUT_CHANNELS"), number("RADIANCE_CHANNELS"), number("SPECTRAL"),
-                     number("MEDIUM_LIGHT_SAMPLING"), number("SCORES"), number("DERIVATIVES"), number("BASELINES"));
+                     number("MEDIUM_LIGHT_SAMPLING"), number("SCORES"), number("DERIVATIVES"), number("BASELINES"),
+                     number("ADJOINT"));
 }
 
 // Baselines pay where paths gather much after their decisions: in media that scatter often. Below, they take less off
@@ -48,11 +49,16 @@ bool with_baselines(const LaunchData& data, const DerivativeData& derivatives, B
 
 // What the program is made for, but the ways in which it runs.
 std::map<std::string, std::string> features(const LaunchData& data, const DerivativeData& derivatives,
-                                            Baselines baselines) {
+                                            Baselines baselines, bool adjoint) {
   std::map<std::string, std::string> result = feature_definitions(data);
   result["BOX_WIDTH"] = std::to_string(data.geometry.box_width);
   result["SCORES"] = std::to_string(derivatives.scores.size());
   result["BASELINES"] = std::to_string(with_baselines(data, derivatives, baselines));
+  result["ADJOINT"] = std::to_string(adjoint);
+  if (adjoint) {
+    result["MEDIA"] = std::to_string(data.media.size());
+    result["BSDFS"] = std::to_string(data.bsdfs.size());
+  }
   result["DERIVATIVES"] = std::to_string(derivatives.derivatives.size());
   const bool by_light = std::any_of(derivatives.derivatives.begin(), derivatives.derivatives.end(),
                                     [](const DerivativeRecord& d) { return d.emitter >= 0; });
@@ -63,13 +69,14 @@ std::map<std::string, std::string> features(const LaunchData& data, const Deriva
 }  // namespace
 
 Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs,
-                     const DerivativeData& derivatives, Operator op, int width, Schedule schedule, Baselines baselines)
-    : device_(device), jobs_(std::move(jobs)), baselines_(baselines) {
+                     const DerivativeData& derivatives, Operator op, int width, Schedule schedule, Baselines baselines,
+                     bool adjoint)
+    : device_(device), jobs_(std::move(jobs)), baselines_(baselines), adjoint_(adjoint) {
   width_ = width > 0 ? width : device.default_width();
   const bool cpu = device.info().type == "cpu";
   fused_ = schedule == Schedule::automatic ? cpu : schedule == Schedule::fused;
 
-  features_ = features(data, derivatives, baselines_);
+  features_ = features(data, derivatives, baselines_, adjoint_);
   std::map<std::string, std::string> definitions = features_;
   channels_ = std::stoi(definitions["RADIANCE_CHANNELS"]);
   throughput_channels_ = std::stoi(definitions["THROUGHPUT_CHANNELS"]);
@@ -90,6 +97,7 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   upload_records(data, derivatives);
 
   visits_ = device.upload(std::vector<float>(1), "pilot's visits");
+  pulls_ = device.upload(std::vector<float>(1), "pulls");
 
   // Short of memory, fewer paths are in flight and launches are smaller: the image is the same.
   const std::size_t a_slot = (field_count(definitions) + queues * (fused_ ? 1u : 2u)) * sizeof(float);
@@ -108,6 +116,11 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   counter_ = device.allocate(2 * queues * sizeof(int), "queue lengths");
   misplaced_ = device.upload(std::vector<cl_uint>{0}, "misplaced arrivals");
   a_sample_ = channels_ * (1 + static_cast<int>(derivatives.derivatives.size()));
+  if (adjoint_) {
+    const std::size_t kinds = MEDIUM_NUMBERS * data.media.size() + BSDF_NUMBERS * data.bsdfs.size();
+    numbers_ = kinds * static_cast<std::size_t>(channels_);
+  }
+  clear_gradient();
   const std::size_t a_sample = static_cast<std::size_t>(a_sample_) * sizeof(float);
   const std::uint64_t budget = std::min(std::uint64_t{256} << 20, device.info().max_allocation / 4);
   const Device::Elements samples = device.allocate_most(budget / a_sample, least_samples, a_sample, "samples");
@@ -140,7 +153,7 @@ void Wavefront::upload_records(const LaunchData& data, const DerivativeData& der
 
 bool Wavefront::replace(const LaunchData& data, std::vector<JobRecord> jobs, const DerivativeData& derivatives,
                         bool new_geometry) {
-  if (features(data, derivatives, baselines_) != features_) return false;
+  if (features(data, derivatives, baselines_, adjoint_) != features_) return false;
   if (new_geometry) upload_geometry(data.geometry);
   upload_records(data, derivatives);
   jobs_ = std::move(jobs);
@@ -155,6 +168,8 @@ void Wavefront::set_scene_arguments(cl::Kernel& kernel) const {
   }
   kernel.setArg(at++, futures_);
   kernel.setArg(at++, visits_);
+  kernel.setArg(at++, pulls_);
+  kernel.setArg(at++, gradient_);
   kernel.setArg(at++, samples_);
   kernel.setArg(at, misplaced_);
 }
@@ -174,7 +189,28 @@ std::vector<StageTime> Wavefront::stage_times() const {
 
 void Wavefront::trace(const std::vector<JobSlice>& slices) {
   if (!learnt_) learn_baselines();
-  trace_jobs(slices, false);
+  trace_jobs(slices, Purpose::samples);
+}
+
+void Wavefront::replay(const std::vector<JobSlice>& slices, const std::vector<float>& pulls) {
+  pulls_ = device_.upload(pulls, "pulls");
+  trace_jobs(slices, Purpose::replay);
+}
+
+// Of every work-item a gradient of its own.
+void Wavefront::clear_gradient() {
+  const std::size_t sums = adjoint_ ? static_cast<std::size_t>(workers_) * GRADIENT_SETS * (numbers_ + 1) : 1;
+  gradient_ = cl::Buffer();  // its memory first
+  gradient_ = device_.upload(std::vector<std::int64_t>(sums), "gradient");
+}
+
+std::vector<std::int64_t> Wavefront::take_gradient() {
+  const std::size_t size = GRADIENT_SETS * (numbers_ + 1);
+  std::vector<std::int64_t> all(size * static_cast<std::size_t>(workers_)), sum(size);
+  device_.download(gradient_, all);
+  clear_gradient();
+  for (std::size_t i = 0; i < all.size(); ++i) sum[i % size] += all[i];
+  return sum;
 }
 
 // A pilot of every job: runs of pixels spread evenly over its film, of samples that no image takes.
@@ -192,7 +228,7 @@ void Wavefront::learn_baselines() {
     const auto launch = [&] {
       visits_ = cl::Buffer();  // its memory first
       visits_ = device_.upload(none, "pilot's visits");
-      trace_jobs(slices, true);
+      trace_jobs(slices, Purpose::pilot);
       samples.resize(static_cast<std::size_t>(paths * a_sample_));
       visits.resize(static_cast<std::size_t>(paths) * a_path);
       device_.download(samples_, samples);
@@ -223,16 +259,19 @@ void Wavefront::learn_baselines() {
   visits_ = device_.upload(std::vector<float>(1), "pilot's visits");
 }
 
-void Wavefront::trace_jobs(const std::vector<JobSlice>& slices, bool pilot) {
+void Wavefront::trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose) {
   std::vector<JobRecord> jobs;
-  int paths = 0;
+  int paths = 0, pulled_pixels = 0;
   for (const JobSlice& slice : slices) {
     JobRecord job = jobs_[static_cast<std::size_t>(slice.job)];
     job.first_pixel = slice.first_pixel;
     job.first_sample = slice.first_sample;
     job.samples = slice.samples;
     job.first_output = paths;
-    job.pilot = pilot;
+    job.pilot = purpose == Purpose::pilot;
+    job.replay = purpose == Purpose::replay;
+    job.first_pull = pulled_pixels;
+    pulled_pixels += slice.pixels;
     jobs.push_back(job);
     paths += slice.pixels * slice.samples;
   }
@@ -261,7 +300,7 @@ void Wavefront::trace_fused(const std::vector<ChunkRecord>& chunks) {
   counter_ = device_.upload(std::vector<int>{0}, "chunk counter");
   cl::Kernel kernel(program_, "trace_paths");
   set_scene_arguments(kernel);
-  cl_uint at = static_cast<cl_uint>(scene_.size()) + 5;
+  cl_uint at = static_cast<cl_uint>(scene_.size()) + 7;
   kernel.setArg(at++, chunk_buffer);
   kernel.setArg(at++, static_cast<cl_int>(chunks.size()));
   kernel.setArg(at++, counter_);
@@ -297,7 +336,7 @@ void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) 
 
   set_scene_arguments(generate);
   set_scene_arguments(stage);
-  const cl_uint scene_end = static_cast<cl_uint>(scene_.size()) + 5;
+  const cl_uint scene_end = static_cast<cl_uint>(scene_.size()) + 7;
   std::vector<int> lengths(2 * queues);
   int next = 0;
   for (int half = 0;; half = 1 - half) {

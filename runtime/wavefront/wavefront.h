@@ -23,7 +23,7 @@ class Wavefront {
   // job's scene. With baselines (lib/baseline.h) the first trace() learns what they take.
   Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs,
             const DerivativeData& derivatives, Operator op, int width, Schedule schedule,
-            Baselines baselines = Baselines::automatic);
+            Baselines baselines = Baselines::automatic, bool adjoint = false);
 
   // Other jobs in place of all, of the geometries that `data` had before or, with new_geometry, of those it has now.
   // False, and nothing is changed, where they need another program. The next trace() learns baselines anew.
@@ -39,6 +39,14 @@ class Wavefront {
   void trace(const std::vector<JobSlice>& slices);
   const cl::Buffer& samples() const { return samples_; }
 
+  // With `adjoint`: traces slices again whose samples are in samples() as trace(slices) left them, and adds to the
+  // gradient of every number of media and BSDFs (lib/adjoint.h). pulls: of each pixel of each slice, channels() of
+  // them.
+  void replay(const std::vector<JobSlice>& slices, const std::vector<float>& pulls);
+  // [set][number], and of each set a last one: of the first set how many products were lost, the integers being too
+  // small. The next gradient starts from 0.
+  std::vector<std::int64_t> take_gradient();
+
   // From now on trace() of the staged schedule waits for every launch and counts its time to its stage.
   void time_stages() { timed_ = true; }
   std::vector<StageTime> stage_times() const;
@@ -50,8 +58,10 @@ class Wavefront {
   void upload_geometry(const Geometry& geometry);
   void upload_records(const LaunchData& data, const DerivativeData& derivatives);
   void set_scene_arguments(cl::Kernel& kernel) const;
-  void trace_jobs(const std::vector<JobSlice>& slices, bool pilot);
+  enum class Purpose { samples, pilot, replay };
+  void trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose);
   void learn_baselines();
+  void clear_gradient();
   void trace_fused(const std::vector<ChunkRecord>& chunks);
   void trace_staged(const std::vector<ChunkRecord>& chunks, int paths);
 
@@ -61,12 +71,14 @@ class Wavefront {
   int cells_ = 0, throughput_channels_, a_sample_ = 0;  // a_sample_: floats of a sample
   bool fused_, learnt_ = false, timed_ = false;
   Baselines baselines_;
+  bool adjoint_;
+  std::size_t numbers_ = 0;  // of media and BSDFs, a channel each
   int width_, channels_, workers_, slots_;
   std::size_t sample_capacity_;
   std::map<std::string, std::string> features_;  // what the program was made for
   // In the order of SCENE_PARAMETERS, without jobs and samples; those of the geometry come first.
   std::vector<cl::Buffer> scene_;
-  cl::Buffer jobs_buffer_, futures_, visits_, samples_, storage_, counter_, misplaced_;
+  cl::Buffer jobs_buffer_, futures_, visits_, pulls_, gradient_, samples_, storage_, counter_, misplaced_;
   cl::Program program_;
   std::vector<StageTime> stage_times_;  // a queue each; the free queue's stage is generate
 };

@@ -1,0 +1,99 @@
+/* Gradients of many numbers at once: the adjoint of the derivative images. Paths are traced twice. The second time each
+ * knows what it gathers in all and how its pixel weighs it ("pull"), so that at every event
+ *   pull * (what it still gathers) * d log f / d number
+ * goes straight to the number's sum: nothing is carried for the numbers, however many they are.
+ *
+ * Sums must not depend on the order of paths: they are integers, of products rounded once each. The host scales the pulls so
+ * that a unit is 2^-42 of the sum of |pull * radiance| (runtime/wavefront/gradient.h). Derivatives are d log f / d log
+ * number, for g times 1 - g^2: of order 1, so that one scale suits all. */
+#ifndef ITN_ADJOINT_H
+#define ITN_ADJOINT_H
+#include "lib/launch.h"
+
+#if ADJOINT
+#define NUMBERS ((MEDIUM_NUMBERS * MEDIA + BSDF_NUMBERS * BSDFS) * RADIANCE_CHANNELS)
+#define KINDS 3 /* of numbers a medium and a BSDF have */
+
+
+/* What the events of one stage add to the numbers of a medium or of a BSDF. */
+typedef struct {
+  REAL weight[RADIANCE_CHANNELS]; /* pull times what is still to be gathered */
+  LONG sum[KINDS * RADIANCE_CHANNELS];
+  INT first; /* of the numbers */
+  MASK beyond; /* the integers, or not a number */
+} Pulled;
+
+inline Pulled pulled(const REAL weight[]) {
+  Pulled p;
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) p.weight[c] = weight[c];
+  UNROLL for (int i = 0; i < KINDS * RADIANCE_CHANNELS; ++i) p.sum[i] = (LONG)(0);
+  p.first = (INT)(0);
+  p.beyond = (MASK)(0);
+  return p;
+}
+
+/* What is gathered from here on. */
+inline Pulled pulled_by_rest(const Pool* pool, INT slots) {
+  REAL weight[RADIANCE_CHANNELS];
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
+    weight[c] = LOAD(pool, PULL + c, slots) * (LOAD(pool, TOTAL + c, slots) - LOAD(pool, RADIANCE + c, slots));
+  return pulled(weight);
+}
+
+/* d: by the logarithm of the number, in a channel */
+inline void pull(Pulled* p, int kind, int channel, REAL d) {
+  const REAL x = rint(d * p->weight[channel]);
+  const MASK fits = ABS(x) < 4e18f;
+  p->beyond = p->beyond | !fits;
+  p->sum[kind * RADIANCE_CHANNELS + channel] += CAST_LONG(SELECT(fits, x, 0.0f));
+}
+
+inline void add_to_gradient(const Launch* launch, int number, long x) {
+  __global uint* sum = launch->gradient + 2 * number;
+#if FUSED
+  *(__global long*)sum += x;
+#else
+  /* carries arrive once each, in whatever order */
+  const uint low = (uint)as_ulong(x), high = (uint)(as_ulong(x) >> 32), before = atomic_add(sum, low);
+  atomic_add(sum + 1, high + (before + low < low ? 1u : 0u));
+#endif
+}
+
+/* The set of each path's pixel: every eighth column of every fourth row. */
+inline INT gradient_set(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots) {
+  const int width = launch->cameras[job->camera].crop_width;
+  const INT pixel = LOAD_INT(pool, PIXEL, slots);
+  const INT row = CAST_INT((CAST_REAL(pixel) + 0.5f) * (1.0f / (float)width));
+  return (row & 3) * 8 + ((pixel - row * width) & 7);
+}
+
+inline void add_pulled(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
+                       const Pulled* p) {
+  Lanes at;
+  at.integer = gradient_set(launch, job, pool, slots) * (NUMBERS + 1) + p->first;
+  const uint bits = lane_bits(mask);
+  UNROLL for (int i = 0; i < KINDS * RADIANCE_CHANNELS; ++i) {
+    LongLanes sum;
+    sum.integer = p->sum[i];
+    FOR_EACH_LANE(l, bits) add_to_gradient(launch, at.i[l] + i, sum.i[l]);
+  }
+  const uint lost = lane_bits(mask & p->beyond);
+  if (lost) add_to_gradient(launch, NUMBERS, popcount(lost)); /* of the first set */
+}
+#endif
+
+/* A path that is traced again learns what it gathers. */
+inline void begin_replay(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
+                         INT pixel, INT sample) {
+#if ADJOINT
+  if (!job->replay) return;
+  const INT row = SELECT_INT(valid, pixel - job->first_pixel, 0);
+  const INT output = SELECT_INT(valid, job->first_output + row * job->samples + sample - job->first_sample, 0);
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+    STORE(pool, TOTAL + c, slots, GATHER((launch->samples + c), output * RADIANCE_CHANNELS));
+    STORE(pool, PULL + c, slots, GATHER((launch->pulls + c), (job->first_pull + row) * RADIANCE_CHANNELS));
+  }
+#endif
+}
+
+#endif

@@ -1,0 +1,194 @@
+#include "runtime/gradient_renderer.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "runtime/error.h"
+#include "runtime/scene/parameters.h"
+#include "runtime/wavefront/trace_images.h"
+
+namespace itn {
+namespace {
+
+// Of the sums' 63 bits this many are for parts of what is summed in all; the others leave room for large derivatives.
+constexpr int bits_below_mass = 42;
+constexpr std::size_t sets = GRADIENT_SETS;
+
+double luminance_of_channel(std::size_t c) { return std::array{0.212671, 0.715160, 0.072169}[c]; }
+
+}  // namespace
+
+struct GradientRenderer::State {
+  State(const Device& on, const Scene& scene, const RenderOptions& given) : device(on), options(given) {
+    const auto index = static_cast<std::size_t>(options.sensor);
+    if (options.sensor < 0 || index >= scene.sensors.size())
+      throw UsageError("sensor " + std::to_string(options.sensor) + ": the scene has sensors 0 to " +
+                       std::to_string(scene.sensors.size() - 1));
+    sensor = scene.sensors[index];
+    const std::vector<Parameter> all = list_parameters(scene);
+    for (const std::string& name : options.derivatives)
+      if (is_of_light(find_parameter(all, name)))
+        throw UsageError("parameter " + name + ": of the light; its gradient takes derivative images");
+    data.geometry.box_width = box_width(device);
+    JobRecord job = append_scene(scene, options.sensor, data);
+    job.seed_low = static_cast<unsigned>(options.seed);
+    job.seed_high = static_cast<unsigned>(options.seed >> 32);
+    derivatives = derivative_data(scene, options.derivatives, job.emitter, data);
+    DerivativeData functions;  // all that the device needs: paths carry nothing
+    functions.functions = derivatives.functions;
+    wavefront = std::make_unique<Wavefront>(device, data, std::vector<JobRecord>{job}, functions, options.op,
+                                            options.width, options.schedule, Baselines::off, true);
+    film = std::make_unique<Film>(device, sensor.crop_width * sensor.crop_height, 1, wavefront->channels(),
+                                  sensor.luminance);
+    options.derivatives.clear();
+    if (options.paths_a_launch > 0) launch_paths = options.paths_a_launch;
+  }
+
+  std::size_t channels() const { return static_cast<std::size_t>(wavefront->channels()); }
+
+  // Where a score's number is among those of the gradient, and what its sum there is to be divided by: see
+  // lib/adjoint.h.
+  struct Number {
+    std::size_t index;
+    double unit;
+  };
+  Number number(const ScoreRecord& score, std::size_t channel) const {
+    const auto target = static_cast<std::size_t>(score.target);
+    const std::size_t own = static_cast<std::size_t>(score.channel);
+    const auto of_medium = [&](std::size_t kind, double unit) {
+      return Number{(target * MEDIUM_NUMBERS + kind) * channels() + channel, unit};
+    };
+    const auto of_bsdf = [&](std::size_t kind, double unit) {
+      return Number{((MEDIUM_NUMBERS * data.media.size()) + target * BSDF_NUMBERS + kind) * channels() + channel, unit};
+    };
+    switch (score.kind) {
+      case SCORE_SIGMA_T:
+        return of_medium(MEDIUM_SIGMA_T, data.media[target].sigma_t[own]);
+      case SCORE_ALBEDO:
+        return of_medium(MEDIUM_ALBEDO, data.media[target].albedo[own]);
+      case SCORE_G: {
+        const float g = data.media[target].g;
+        return of_medium(MEDIUM_G, 1 - g * g);
+      }
+      case SCORE_ALPHA:
+        return of_bsdf(BSDF_ALPHA, data.bsdfs[target].alpha);
+      case SCORE_ETA:
+        return of_bsdf(BSDF_ETA, data.bsdfs[target].eta);
+      default:
+        return of_bsdf(BSDF_REFLECTANCE, data.bsdfs[target].reflectance[own]);
+    }
+  }
+
+  // Of each group and pixel the weight of a sample in each channel of radiance.
+  std::vector<double> pulls_of(const std::vector<Rendering>& groups,
+                               const std::vector<std::vector<double>>& weights) const {
+    std::vector<double> pulls;
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      const auto image_channels = static_cast<std::size_t>(groups[g].channels);
+      for (std::size_t i = 0; i < weights[g].size(); i += image_channels)
+        for (std::size_t c = 0; c < channels(); ++c) {
+          double pull = 0;
+          if (image_channels == channels())
+            pull = weights[g][i + c];
+          else if (image_channels == 1)
+            pull = weights[g][i] * luminance_of_channel(c);
+          else
+            for (std::size_t k = 0; k < image_channels; ++k) pull += weights[g][i + k];
+          pulls.push_back(pull / groups[g].spp);
+        }
+    }
+    return pulls;
+  }
+
+  WeighedDerivatives develop(const std::vector<std::int64_t>& sums, double quantum) const {
+    const std::size_t stride = sums.size() / sets;
+    if (sums[stride - 1] != 0)
+      throw ResultError("gradient: " + std::to_string(sums[stride - 1]) +
+                        " products are not finite, or too large to be summed");
+    WeighedDerivatives result;
+    for (const DerivativeRecord& derivative : derivatives.derivatives) {
+      std::vector<double> of_set(sets);
+      for (std::size_t c = 0; c < channels(); ++c) {
+        if (derivative.factor[c] == 0.0F) continue;
+        const Number n = number(derivatives.scores[static_cast<std::size_t>(derivative.score[c])], c);
+        for (std::size_t s = 0; s < sets; ++s)
+          of_set[s] += static_cast<double>(derivative.factor[c]) * quantum / n.unit *
+                       static_cast<double>(sums[s * stride + n.index]);
+      }
+      double sum = 0, square = 0;
+      for (const double x : of_set) sum += x;
+      for (const double x : of_set) square += (x - sum / sets) * (x - sum / sets);
+      const bool small = sensor.crop_width < 16 || sensor.crop_height < 8;
+      result.value.push_back(sum);
+      result.stderr_.push_back(small ? std::numeric_limits<double>::infinity()
+                                     : std::sqrt(square * sets / (sets - 1.0)));
+    }
+    return result;
+  }
+
+  const Device& device;
+  RenderOptions options;
+  Sensor sensor;
+  LaunchData data;
+  DerivativeData derivatives;
+  std::unique_ptr<Wavefront> wavefront;
+  std::unique_ptr<Film> film;
+  std::int64_t launch_paths = first_launch_paths;
+};
+
+GradientRenderer::GradientRenderer(const Device& device, const Scene& scene, const RenderOptions& options)
+    : state_(std::make_unique<State>(device, scene, options)) {}
+GradientRenderer::~GradientRenderer() = default;
+
+WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<int>& samples_of_groups,
+                                            const GroupWeights& weights) {
+  State& s = *state_;
+  const auto start = std::chrono::steady_clock::now();
+  std::vector<Rendering> groups;
+  int first = first_sample;
+  for (const int samples : samples_of_groups) {
+    groups.push_back(
+        trace_images(*s.wavefront, *s.film, {{0, &s.sensor, first}}, samples, s.options, s.launch_paths).front());
+    first += samples;
+  }
+  const std::vector<std::vector<double>> weight = weights(groups);
+  double mass = 0;
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    for (std::size_t i = 0; i < weight[g].size(); ++i)
+      mass += std::fabs(weight[g][i] * static_cast<double>(groups[g].mean[i]));
+  const std::vector<double> pulls = s.pulls_of(groups, weight);
+  const double quantum = mass > 0 ? std::ldexp(1, std::ilogb(mass) + 1 - bits_below_mass) : 1;
+
+  const int pixels = s.sensor.crop_width * s.sensor.crop_height;
+  const auto capacity = static_cast<std::int64_t>(s.wavefront->sample_capacity());
+  first = first_sample;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const int samples = samples_of_groups[g];
+    for (int done = 0; done < samples;) {
+      const int part = static_cast<int>(std::clamp<std::int64_t>(s.launch_paths / pixels, 1, samples - done));
+      const int run = static_cast<int>(std::clamp<std::int64_t>(std::min(s.launch_paths, capacity) / part, 1, pixels));
+      for (int pixel = 0; pixel < pixels; pixel += run) {
+        if (s.options.cancel && *s.options.cancel) throw Interrupted();
+        const int count = std::min(run, pixels - pixel);
+        std::vector<float> of_slice;
+        const std::size_t from =
+            (g * static_cast<std::size_t>(pixels) + static_cast<std::size_t>(pixel)) * s.channels();
+        for (std::size_t i = 0; i < static_cast<std::size_t>(count) * s.channels(); ++i)
+          of_slice.push_back(static_cast<float>(pulls[from + i] / quantum));
+        const std::vector<JobSlice> slice{{0, pixel, count, first + done, part}};
+        s.wavefront->trace(slice);
+        s.wavefront->replay(slice, of_slice);
+      }
+      done += part;
+    }
+    first += samples;
+  }
+  WeighedDerivatives result = s.develop(s.wavefront->take_gradient(), quantum);
+  result.render_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+}  // namespace itn
