@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "runtime/error.h"
 #include "runtime/scene/parameters.h"
@@ -147,11 +148,18 @@ WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<
                                             const GroupWeights& weights) {
   State& s = *state_;
   const auto start = std::chrono::steady_clock::now();
+  const auto pixels = static_cast<std::size_t>(s.sensor.crop_width * s.sensor.crop_height);
+  const int spp = std::accumulate(samples_of_groups.begin(), samples_of_groups.end(), 0);
+  // Samples that do not all stay on the device are traced once more.
+  TracedLaunches traced;
+  traced.keep = pixels * static_cast<std::size_t>(spp) <= s.wavefront->sample_capacity();
+  std::vector<std::size_t> group_of;  // of each launch
   std::vector<Rendering> groups;
   int first = first_sample;
   for (const int samples : samples_of_groups) {
-    groups.push_back(
-        trace_images(*s.wavefront, *s.film, {{0, &s.sensor, first}}, samples, s.options, s.launch_paths).front());
+    const std::vector<TracedJob> job{{0, &s.sensor, first}};
+    groups.push_back(trace_images(*s.wavefront, *s.film, job, samples, s.options, s.launch_paths, &traced).front());
+    group_of.resize(traced.launches.size(), groups.size() - 1);
     first += samples;
   }
   const std::vector<std::vector<double>> weight = weights(groups);
@@ -159,32 +167,20 @@ WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<
   for (std::size_t g = 0; g < groups.size(); ++g)
     for (std::size_t i = 0; i < weight[g].size(); ++i)
       mass += std::fabs(weight[g][i] * static_cast<double>(groups[g].mean[i]));
-  const std::vector<double> pulls = s.pulls_of(groups, weight);
   const double quantum = mass > 0 ? std::ldexp(1, std::ilogb(mass) + 1 - bits_below_mass) : 1;
+  const std::vector<double> pulls = s.pulls_of(groups, weight);
 
-  const int pixels = s.sensor.crop_width * s.sensor.crop_height;
-  const auto capacity = static_cast<std::int64_t>(s.wavefront->sample_capacity());
-  first = first_sample;
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    const int samples = samples_of_groups[g];
-    for (int done = 0; done < samples;) {
-      const int part = static_cast<int>(std::clamp<std::int64_t>(s.launch_paths / pixels, 1, samples - done));
-      const int run = static_cast<int>(std::clamp<std::int64_t>(std::min(s.launch_paths, capacity) / part, 1, pixels));
-      for (int pixel = 0; pixel < pixels; pixel += run) {
-        if (s.options.cancel && *s.options.cancel) throw Interrupted();
-        const int count = std::min(run, pixels - pixel);
-        std::vector<float> of_slice;
-        const std::size_t from =
-            (g * static_cast<std::size_t>(pixels) + static_cast<std::size_t>(pixel)) * s.channels();
-        for (std::size_t i = 0; i < static_cast<std::size_t>(count) * s.channels(); ++i)
-          of_slice.push_back(static_cast<float>(pulls[from + i] / quantum));
-        const std::vector<JobSlice> slice{{0, pixel, count, first + done, part}};
-        s.wavefront->trace(slice);
-        s.wavefront->replay(slice, of_slice);
-      }
-      done += part;
+  for (std::size_t l = 0; l < traced.launches.size(); ++l) {
+    if (s.options.cancel && *s.options.cancel) throw Interrupted();
+    const TracedLaunch& launch = traced.launches[l];
+    std::vector<float> of_launch;
+    for (const JobSlice& slice : launch.slices) {
+      const std::size_t from = group_of[l] * pixels + static_cast<std::size_t>(slice.first_pixel);
+      for (std::size_t i = 0; i < static_cast<std::size_t>(slice.pixels) * s.channels(); ++i)
+        of_launch.push_back(static_cast<float>(pulls[from * s.channels() + i] / quantum));
     }
-    first += samples;
+    if (!traced.keep) s.wavefront->trace(launch.slices);
+    s.wavefront->replay(launch.slices, of_launch, launch.first_sample);
   }
   WeighedDerivatives result = s.develop(s.wavefront->take_gradient(), quantum);
   result.render_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

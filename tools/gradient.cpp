@@ -1,11 +1,14 @@
 // itn gradient: an image loss and its unbiased gradient.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include "runtime/error.h"
+#include "runtime/gradient_renderer.h"
 #include "runtime/inversion/image_loss.h"
 #include "runtime/scene/load.h"
+#include "runtime/scene/parameters.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
 #include "tools/progress.h"
@@ -20,17 +23,68 @@ struct Options {
   Operator op = Operator::full;
   TargetOptions images;
   std::vector<std::string> parameters;
+  std::string mode = "automatic";
   bool exposure = false;
 };
 
-nlohmann::ordered_json to_json(const LossGradient& result, const Options& options, const std::vector<double>& exposures,
-                               double scene_s, double render_s) {
+// Derivative images take time for each parameter, replayed paths for none: beyond this many they are quicker
+// (tools/README.md).
+constexpr std::size_t most_images = 12;
+
+bool by_replay(const Options& options, const Scene& scene) {
+  if (options.mode != "automatic") return options.mode == "adjoint";
+  const std::vector<Parameter> all = list_parameters(scene);
+  return options.parameters.size() > most_images &&
+         std::none_of(options.parameters.begin(), options.parameters.end(),
+                      [&](const std::string& name) { return is_of_light(find_parameter(all, name)); });
+}
+
+struct ImageLoss {
+  LossGradient loss;
+  double exposure = 1;
+};
+
+// progress: called with the fraction done
+template <class Report>
+ImageLoss from_derivative_images(const Device& device, const Scene& scene, const RenderOptions& options, int spp,
+                                 const TargetImage& target, bool exposure, const Report& progress) {
+  Renderer renderer(device, scene, options);
+  std::vector<Rendering> groups;
+  int first = 0;
+  for (const int samples : split_samples(spp)) {
+    groups.push_back(renderer.render(first, samples));
+    first += samples;
+    progress(static_cast<double>(first) / spp);
+  }
+  ImageLoss result;
+  if (exposure) result.exposure = best_exposure(groups, target);
+  result.loss = loss_gradient(groups, target, result.exposure);
+  return result;
+}
+
+ImageLoss from_replayed_paths(const Device& device, const Scene& scene, const RenderOptions& options, int spp,
+                              const TargetImage& target, bool exposure) {
+  ImageLoss result;
+  GradientRenderer renderer(device, scene, options);
+  const WeighedDerivatives gradient = renderer.render(0, split_samples(spp), [&](const std::vector<Rendering>& groups) {
+    if (exposure) result.exposure = best_exposure(groups, target);
+    result.loss = loss_gradient(groups, target, result.exposure);
+    return loss_weights(groups, target, result.exposure);
+  });
+  result.loss.gradient = gradient.value;
+  result.loss.gradient_stderr = gradient.stderr_;
+  return result;
+}
+
+nlohmann::ordered_json to_json(const LossGradient& result, const Options& options, bool replay,
+                               const std::vector<double>& exposures, double scene_s, double render_s) {
   nlohmann::ordered_json gradient = nlohmann::ordered_json::object();
   for (std::size_t p = 0; p < options.parameters.size(); ++p)
     gradient[options.parameters[p]] = {{"value", result.gradient[p]}, {"stderr", result.gradient_stderr[p]}};
   return {{"schema", "itn.gradient/1"},
           {"scene", options.scene},
           {"operator", name_of(options.op)},
+          {"mode", replay ? "adjoint" : "images"},
           {"loss", result.loss},
           {"loss_stderr", result.loss_stderr},
           {"exposures", exposures},
@@ -50,6 +104,7 @@ void run(Options options) {
   const std::vector<int>& sensors = options.images.sensors;
   const Device device(common.device);
 
+  const bool replay = by_replay(options, scene);
   std::vector<LossGradient> losses;
   std::vector<double> exposures;
   Progress progress(options.scene, static_cast<double>(sensors.size()), "images", !common.quiet);
@@ -60,19 +115,17 @@ void run(Options options) {
     render_options.op = options.op;
     render_options.derivatives = options.parameters;
     render_options.cancel = &interrupt_flag();
-    Renderer renderer(device, scene, render_options);
     const int spp = common.spp ? common.spp : scene.sensors[static_cast<std::size_t>(sensors[t])].spp;
     if (spp < 2) throw UsageError("--spp 1: an unbiased loss compares different samples of a pixel; need 2 or more");
-    std::vector<Rendering> groups;
-    int first = 0;
-    for (const int samples : split_samples(spp)) {
-      groups.push_back(renderer.render(first, samples));
-      first += samples;
-      progress.update((static_cast<double>(t) + static_cast<double>(first) / spp) /
-                      static_cast<double>(sensors.size()));
-    }
-    exposures.push_back(options.exposure ? best_exposure(groups, targets[t]) : 1);
-    losses.push_back(loss_gradient(groups, targets[t], exposures.back()));
+    const auto report = [&](double done) {
+      progress.update((static_cast<double>(t) + done) / static_cast<double>(sensors.size()));
+    };
+    const ImageLoss image =
+        replay ? from_replayed_paths(device, scene, render_options, spp, targets[t], options.exposure)
+               : from_derivative_images(device, scene, render_options, spp, targets[t], options.exposure, report);
+    report(1);
+    exposures.push_back(image.exposure);
+    losses.push_back(image.loss);
   }
   progress.clear();
   const LossGradient result = mean_of(losses);
@@ -83,7 +136,7 @@ void run(Options options) {
       fmt::print("d loss / d {}: {:.6g}  standard error {:.2g}\n", options.parameters[p], result.gradient[p],
                  result.gradient_stderr[p]);
   }
-  write_json(common, to_json(result, options, exposures, scene_s, seconds() - scene_s));
+  write_json(common, to_json(result, options, replay, exposures, scene_s, seconds() - scene_s));
 }
 
 }  // namespace
@@ -99,6 +152,13 @@ void add_gradient(CLI::App& app) {
                    "scene parameter to differentiate by (itn parameters lists them); may be repeated")
       ->required()
       ->take_all();
+  command
+      ->add_option(
+          "--mode", options->mode,
+          "images: derivative images, of few parameters or of the light; adjoint: paths are replayed, as long for many "
+          "parameters as for one; automatic: the quicker one")
+      ->check(CLI::IsMember({"automatic", "images", "adjoint"}))
+      ->capture_default_str();
   command->add_flag("--exposure", options->exposure,
                     "each target is known up to a factor: the loss is the smallest over the factors");
   add_operator_option(*command, options->op);

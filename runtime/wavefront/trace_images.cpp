@@ -72,7 +72,7 @@ int box_width(const Device& device) {
 }
 
 std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std::vector<TracedJob>& jobs, int spp,
-                                    const RenderOptions& options, std::int64_t& launch_paths) {
+                                    const RenderOptions& options, std::int64_t& launch_paths, TracedLaunches* traced) {
   int pixels = 0;
   for (const TracedJob& job : jobs) pixels += pixels_of(*job.sensor);
   // Bands of pixels, as many as the film holds; in a band runs of pixels, each with all of its samples in turn:
@@ -93,8 +93,14 @@ std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std:
         const int count = std::min(run, band - pixel);
         const std::int64_t paths = static_cast<std::int64_t>(count) * samples;
         const auto launch_start = std::chrono::steady_clock::now();
-        wavefront.trace(slices_of(jobs, first + pixel, count, sample, samples));
-        film.add(wavefront.samples(), 0, pixel, count, samples, sample == 0);
+        const std::vector<JobSlice> slices = slices_of(jobs, first + pixel, count, sample, samples);
+        const std::size_t at = traced && traced->keep ? traced->samples : 0;
+        wavefront.trace(slices, at);
+        film.add(wavefront.samples(), at, pixel, count, samples, sample == 0);
+        if (traced) {
+          traced->launches.push_back({slices, at});
+          traced->samples += static_cast<std::size_t>(paths);
+        }
         done += paths;
         if (options.progress) options.progress(static_cast<double>(done) / static_cast<double>(total));
         if (options.paths_a_launch == 0) launch_paths = next_target(launch_paths, paths, seconds_since(launch_start));

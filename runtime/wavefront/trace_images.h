@@ -15,11 +15,25 @@ struct TracedJob {
   int first_sample = 0;
 };
 
+// What one launch traced, and where its samples begin in the wavefront's buffer.
+struct TracedLaunch {
+  std::vector<JobSlice> slices;
+  std::size_t first_sample = 0;
+};
+
+// The launches of images so far, whose samples stay in the buffer side by side if `keep`; there must be room.
+struct TracedLaunches {
+  bool keep = false;
+  std::size_t samples = 0;  // in the buffer
+  std::vector<TracedLaunch> launches;
+};
+
 // The means over `spp` samples of every pixel of every job, with their standard errors, an image for each of
 // options.derivatives, and what they took together. The sensors agree in `luminance`. launch_paths: paths of the first
-// launch; becomes what was found to take a quarter of a second. Throws Interrupted.
+// launch; becomes what was found to take a quarter of a second. traced: is told the launches. Throws Interrupted.
 std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std::vector<TracedJob>& jobs, int spp,
-                                    const RenderOptions& options, std::int64_t& launch_paths);
+                                    const RenderOptions& options, std::int64_t& launch_paths,
+                                    TracedLaunches* traced = nullptr);
 
 constexpr std::int64_t first_launch_paths = 1 << 15;
 

@@ -187,14 +187,14 @@ std::vector<StageTime> Wavefront::stage_times() const {
   return ran;
 }
 
-void Wavefront::trace(const std::vector<JobSlice>& slices) {
+void Wavefront::trace(const std::vector<JobSlice>& slices, std::size_t at) {
   if (!learnt_) learn_baselines();
-  trace_jobs(slices, Purpose::samples);
+  trace_jobs(slices, Purpose::samples, at);
 }
 
-void Wavefront::replay(const std::vector<JobSlice>& slices, const std::vector<float>& pulls) {
+void Wavefront::replay(const std::vector<JobSlice>& slices, const std::vector<float>& pulls, std::size_t at) {
   pulls_ = device_.upload(pulls, "pulls");
-  trace_jobs(slices, Purpose::replay);
+  trace_jobs(slices, Purpose::replay, at);
 }
 
 // Of every work-item a gradient of its own.
@@ -259,7 +259,7 @@ void Wavefront::learn_baselines() {
   visits_ = device_.upload(std::vector<float>(1), "pilot's visits");
 }
 
-void Wavefront::trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose) {
+void Wavefront::trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose, std::size_t at) {
   std::vector<JobRecord> jobs;
   int paths = 0, pulled_pixels = 0;
   for (const JobSlice& slice : slices) {
@@ -267,7 +267,7 @@ void Wavefront::trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose)
     job.first_pixel = slice.first_pixel;
     job.first_sample = slice.first_sample;
     job.samples = slice.samples;
-    job.first_output = paths;
+    job.first_output = static_cast<int>(at) + paths;
     job.pilot = purpose == Purpose::pilot;
     job.replay = purpose == Purpose::replay;
     job.first_pull = pulled_pixels;
@@ -275,7 +275,8 @@ void Wavefront::trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose)
     jobs.push_back(job);
     paths += slice.pixels * slice.samples;
   }
-  if (static_cast<std::size_t>(paths) > sample_capacity_) throw std::logic_error("more samples than a launch can hold");
+  if (at + static_cast<std::size_t>(paths) > sample_capacity_)
+    throw std::logic_error("more samples than a launch can hold");
   // long enough that a pool's start and end do not matter, short enough that all workers end together
   const int most = std::clamp(paths / (8 * std::max(1, device_.info().compute_units)), 1024, 32768);
   std::vector<ChunkRecord> chunks;

@@ -34,15 +34,14 @@ class Wavefront {
   std::size_t sample_capacity() const { return sample_capacity_; }  // most samples a launch can hold
 
   // Traces the slices into samples(): slice after slice, pixel after pixel, sample after sample; of a sample the
-  // channels of the radiance, then those of each derivative. Returns when done. Their samples together are at most
-  // sample_capacity().
-  void trace(const std::vector<JobSlice>& slices);
+  // channels of the radiance, then those of each derivative. Returns when done. They begin at sample `at` of the buffer
+  // and end before sample_capacity().
+  void trace(const std::vector<JobSlice>& slices, std::size_t at = 0);
   const cl::Buffer& samples() const { return samples_; }
 
-  // With `adjoint`: traces slices again whose samples are in samples() as trace(slices) left them, and adds to the
-  // gradient of every number of media and BSDFs (lib/adjoint.h). pulls: of each pixel of each slice, channels() of
-  // them.
-  void replay(const std::vector<JobSlice>& slices, const std::vector<float>& pulls);
+  // With `adjoint`: traces slices again whose samples are as trace(slices, at) left them, and adds to the gradient of
+  // every number of media and BSDFs (lib/adjoint.h). pulls: of each pixel of each slice, channels() of them.
+  void replay(const std::vector<JobSlice>& slices, const std::vector<float>& pulls, std::size_t at);
   // [set][number], and of each set a last one: of the first set how many products were lost, the integers being too
   // small. The next gradient starts from 0.
   std::vector<std::int64_t> take_gradient();
@@ -59,7 +58,7 @@ class Wavefront {
   void upload_records(const LaunchData& data, const DerivativeData& derivatives);
   void set_scene_arguments(cl::Kernel& kernel) const;
   enum class Purpose { samples, pilot, replay };
-  void trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose);
+  void trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose, std::size_t at = 0);
   void learn_baselines();
   void clear_gradient();
   void trace_fused(const std::vector<ChunkRecord>& chunks);

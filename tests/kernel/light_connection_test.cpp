@@ -34,7 +34,8 @@ const LaneFunction connection{
      {"SPECTRAL", "0"},
      {"SCORES", "0"},
      {"DERIVATIVES", "0"},
-     {"BASELINES", "0"}, {"ADJOINT", "0"},
+     {"BASELINES", "0"},
+     {"ADJOINT", "0"},
      {"THROUGHPUT_CHANNELS", "1"},
      {"RADIANCE_CHANNELS", "1"},
      {"BOX_WIDTH", "4"}}};

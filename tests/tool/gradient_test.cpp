@@ -1,5 +1,6 @@
 // itn gradient as a user meets it.
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -37,6 +38,25 @@ TEST_CASE("itn gradient: the loss from a darker target falls with the albedo") {
   const auto& albedo = json["gradient"]["skin.albedo.G"];
   CHECK(albedo["value"].get<double>() > 3 * albedo["stderr"].get<double>());
   CHECK(json["time"].contains("render_s"));
+}
+
+TEST_CASE("itn gradient: both modes give the same gradient") {
+  const TemporaryFolder folder;
+  itn::write_exr(folder / "target.exr", constant_image(0.4F));
+  const auto run = [&](const std::string& mode) {
+    const Result result = run_itn(gradient(folder / "target.exr", {"--spp", "8", "--mode", mode, "--json", "-"}));
+    INFO(result.error);
+    REQUIRE(result.exit_code == 0);
+    return nlohmann::json::parse(result.output);
+  };
+  const auto images = run("images"), adjoint = run("adjoint");
+  CHECK(images["mode"] == "images");
+  CHECK(adjoint["mode"] == "adjoint");
+  CHECK(images["loss"] == adjoint["loss"]);
+  const auto &a = images["gradient"]["skin.albedo.G"], &b = adjoint["gradient"]["skin.albedo.G"];
+  // Baselines make derivative images quieter: the same but for noise.
+  CHECK(std::abs(a["value"].get<double>() - b["value"].get<double>()) <
+        2 * std::hypot(a["stderr"].get<double>(), b["stderr"].get<double>()));
 }
 
 TEST_CASE("itn gradient: a mask leaves pixels out, whatever they hold") {

@@ -1,0 +1,178 @@
+// Gradients by path replay (kernels/lib/adjoint.h) against derivative images from the same samples.
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "runtime/error.h"
+#include "runtime/gradient_renderer.h"
+#include "runtime/inversion/image_loss.h"
+#include "runtime/scene/parameters.h"
+#include "transport.h"
+
+using namespace itn;
+using namespace itn::test;
+
+namespace {
+
+Scene scene_of(const std::string& name) { return load_scene(test_scene("mitsuba/" + name + ".xml")); }
+
+// By all that paths have scores for.
+RenderOptions by_all(const Scene& scene) {
+  RenderOptions options;
+  options.seed = 3;
+  options.baselines = Baselines::off;
+  for (const Parameter& p : list_parameters(scene))
+    if (p.not_differentiable.empty() && !is_of_light(p)) options.derivatives.push_back(p.name);
+  return options;
+}
+
+// Brighter and darker than the image, by pixel and channel.
+TargetImage uneven_target(const Sensor& sensor) {
+  const auto pixels = static_cast<std::size_t>(sensor.crop_width * sensor.crop_height);
+  const int channels = sensor.luminance ? 1 : 3;
+  TargetImage target{sensor.crop_width,
+                     sensor.crop_height,
+                     channels,
+                     std::vector<float>(pixels * static_cast<std::size_t>(channels)),
+                     std::vector<float>(pixels),
+                     {}};
+  for (std::size_t i = 0; i < target.value.size(); ++i) target.value[i] = 0.2F + 0.1F * static_cast<float>(i % 7);
+  for (std::size_t i = 0; i < pixels; ++i) target.weight[i] = static_cast<float>(i % 3);
+  return target;
+}
+
+LossGradient by_images(const Scene& scene, const RenderOptions& options, int spp, double exposure = 1) {
+  Renderer renderer(device(), scene, options);
+  std::vector<Rendering> groups;
+  int first = 0;
+  for (const int samples : split_samples(spp)) {
+    groups.push_back(renderer.render(first, samples));
+    first += samples;
+  }
+  return loss_gradient(groups, uneven_target(scene.sensors[0]), exposure);
+}
+
+WeighedDerivatives by_replay(const Device& on, const Scene& scene, const RenderOptions& options, int spp,
+                             double exposure = 1) {
+  const TargetImage target = uneven_target(scene.sensors[0]);
+  return GradientRenderer(on, scene, options).render(0, split_samples(spp), [&](const std::vector<Rendering>& groups) {
+    return loss_weights(groups, target, exposure);
+  });
+}
+
+void check_same(const Scene& scene, const RenderOptions& options, int spp, double exposure = 1) {
+  const LossGradient images = by_images(scene, options, spp, exposure);
+  const WeighedDerivatives replay = by_replay(device(), scene, options, spp, exposure);
+  for (std::size_t p = 0; p < options.derivatives.size(); ++p) {
+    INFO(options.derivatives[p] << ": images " << images.gradient[p] << " +- " << images.gradient_stderr[p]
+                                << ", replay " << replay.value[p] << " +- " << replay.stderr_[p]);
+    // single precision: of each pixel's mean here, of each product there
+    CHECK(std::abs(replay.value[p] - images.gradient[p]) < 2e-5 * images.gradient_stderr[p]);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("replayed paths give the gradient of derivative images from the same samples", "[derivative]") {
+  // Matched, rough and smooth boundaries, a textured floor, colours by sigma_t and by albedo, a sun through boundaries,
+  // media inside each other.
+  for (const char* name : {"null_constant", "rough_ggx", "sunsky_rough_floor", "sunsky_null_floor", "rgb_sigma_t",
+                           "camera_inside", "nested"}) {
+    INFO(name);
+    const Scene scene = scene_of(name);
+    check_same(scene, by_all(scene), 8);
+  }
+}
+
+TEST_CASE("replay: operator single, one lane, luminance, exposure", "[derivative]") {
+  Scene scene = scene_of("sunsky_rough_floor");
+  RenderOptions options = by_all(scene);
+  SECTION("single") { options.op = Operator::single; }
+  SECTION("one lane") { options.width = 1; }
+  SECTION("luminance") { scene.sensors[0].luminance = true; }
+  check_same(scene, options, 6, 1.3);
+}
+
+TEST_CASE("replay: launches, schedules and memory change no bit of a gradient", "[derivative]") {
+  for (const char* name : {"sunsky_rough_floor", "rgb_sigma_t"}) {
+    INFO(name);
+    const Scene scene = scene_of(name);
+    const RenderOptions options = by_all(scene);
+    const WeighedDerivatives whole = by_replay(device(), scene, options, 12);
+    RenderOptions small = options, staged = options;
+    small.paths_a_launch = 777;
+    staged.schedule = Schedule::staged;
+    CHECK(by_replay(device(), scene, small, 12).value == whole.value);
+    const WeighedDerivatives in_stages = by_replay(device(), scene, staged, 12);
+    CHECK(in_stages.value == whole.value);
+    CHECK(in_stages.stderr_ == whole.stderr_);
+    // Samples do not fit and are traced again.
+    std::uint64_t used = 0;
+    {
+      const Device roomy;
+      const std::uint64_t before = roomy.free_memory();
+      const GradientRenderer renderer(roomy, scene, options);
+      used = before - roomy.free_memory();
+    }
+    const std::uint64_t samples = std::min(std::uint64_t{256} << 20, device().info().max_allocation / 4);
+    CHECK(by_replay(Device("", used - samples + 500000), scene, options, 12).value == whole.value);
+  }
+}
+
+TEST_CASE("replay: memory does not grow with the number of parameters", "[derivative]") {
+  const Scene scene = scene_of("camera_inside");
+  const RenderOptions all = by_all(scene);
+  RenderOptions one = all;
+  one.derivatives = {all.derivatives.front()};
+  REQUIRE(all.derivatives.size() > 10);
+  const auto used = [&](const RenderOptions& options) {
+    const Device own;
+    const std::uint64_t before = own.free_memory();
+    const GradientRenderer renderer(own, scene, options);
+    return before - own.free_memory();
+  };
+  CHECK(used(all) == used(one));
+}
+
+TEST_CASE("replay: the standard error tells the spread of gradients", "[derivative][stat]") {
+  const Scene scene = scene_of("null_constant");
+  const RenderOptions options = by_all(scene);
+  const TargetImage target = uneven_target(scene.sensors[0]);
+  GradientRenderer renderer(device(), scene, options);
+  constexpr int repeats = 100, spp = 4;
+  std::vector<std::vector<double>> values(options.derivatives.size());
+  std::vector<double> claimed(values.size());
+  for (int r = 0; r < repeats; ++r) {
+    const WeighedDerivatives one =
+        renderer.render(r * spp, split_samples(spp),
+                        [&](const std::vector<Rendering>& groups) { return loss_weights(groups, target); });
+    for (std::size_t p = 0; p < values.size(); ++p) {
+      values[p].push_back(one.value[p]);
+      claimed[p] += one.stderr_[p] * one.stderr_[p] / repeats;
+    }
+  }
+  for (std::size_t p = 0; p < values.size(); ++p) {
+    double mean = 0, variance = 0;
+    for (const double v : values[p]) mean += v / repeats;
+    for (const double v : values[p]) variance += (v - mean) * (v - mean) / (repeats - 1);
+    INFO(options.derivatives[p] << ": claimed " << claimed[p] << ", true " << variance);
+    const double spread = std::sqrt(2.0 / (repeats - 1));
+    CHECK(claimed[p] > variance * (1 - 4 * spread));
+    CHECK(claimed[p] < variance * (2 + 4 * spread));  // sets of pixels differ in their means too
+  }
+}
+
+TEST_CASE("replay refuses what it cannot do, by name", "[derivative]") {
+  const Scene scene = scene_of("sunsky_rough_floor");
+  RenderOptions options = by_all(scene);
+  GradientRenderer renderer(device(), scene, options);
+  const auto bad = [](const std::vector<Rendering>& groups) {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    return std::vector<std::vector<double>>(groups.size(), std::vector<double>(groups[0].mean.size(), nan));
+  };
+  CHECK_THROWS_AS(renderer.render(0, {2, 2}, bad), ResultError);
+  for (const Parameter& p : list_parameters(scene))
+    if (is_of_light(p)) {
+      options.derivatives = {p.name};
+      CHECK_THROWS_WITH(GradientRenderer(device(), scene, options), Catch::Contains(p.name));
+    }
+}
