@@ -41,11 +41,11 @@ std::map<std::string, std::string> CommonOptions::definition_map() const {
   return map;
 }
 
-void add_common_options(CLI::App& command, CommonOptions& options) {
+void add_common_options(CLI::App& command, CommonOptions& options, const std::string& default_spp) {
   command.add_option("--device", options.device,
                      "index, cpu, gpu or part of a name (itn devices lists them); else the environment variable "
                      "ITN_DEVICE, else the first GPU, else the first CPU");
-  command.add_option("--spp", options.spp, "samples a pixel; default: the scene's own")
+  command.add_option("--spp", options.spp, "samples a pixel; default: " + default_spp)
       ->check(CLI::Range(1, std::numeric_limits<int>::max()));
   command.add_option("--seed", options.seed, "of the random numbers: the same seed gives the same result")
       ->check(is_seed)
@@ -57,19 +57,20 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
   command.add_option("--json", options.json, "also write the result as JSON to this file; - is standard output");
 }
 
-std::vector<int> sensors_of_targets(const std::vector<std::string>& targets, const std::vector<std::string>& masks,
-                                    const std::vector<int>& sensors) {
-  std::vector<int> result = sensors;
-  if (result.empty())
-    for (std::size_t i = 0; i < targets.size(); ++i) result.push_back(static_cast<int>(i));
-  if (result.size() != targets.size())
-    throw UsageError(fmt::format("{} --sensor and {} --target; need one sensor for each target, or none at all",
-                                 result.size(), targets.size()));
-  if (!masks.empty() && masks.size() != targets.size())
-    throw UsageError(fmt::format("{} --mask and {} --target; need one mask for each target, or none at all",
-                                 masks.size(), targets.size()));
-  return result;
+void add_operator_option(CLI::App& command, Operator& op) {
+  const std::map<std::string, Operator> operators{{"full", Operator::full}, {"single", Operator::single}};
+  command.add_option("--operator", op, "full: all light; single: one scattering in the medium")
+      ->transform(CLI::CheckedTransformer(operators).description("{full,single}"))
+      ->default_str(name_of(op));
 }
+
+void add_sensor_option(CLI::App& command, int& sensor) {
+  command.add_option("--sensor", sensor, "which of the scene's sensors, from 0")
+      ->check(CLI::Range(0, 1 << 20))
+      ->capture_default_str();
+}
+
+std::string name_of(Operator op) { return op == Operator::single ? "single" : "full"; }
 
 void write_json(const CommonOptions& options, const nlohmann::ordered_json& result) {
   if (options.json.empty()) return;

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/scene/scene.h"
+#include "runtime/renderer.h"
 
 namespace itn::tools {
 
@@ -25,15 +25,16 @@ struct CommonOptions {
   bool talkative() const { return !quiet && json != "-"; }
 };
 
-void add_common_options(CLI::App& command, CommonOptions& options);
+// default_spp: what happens without --spp.
+void add_common_options(CLI::App& command, CommonOptions& options, const std::string& default_spp = "the scene's own");
+
+// --operator, --sensor.
+void add_operator_option(CLI::App& command, Operator& op);
+void add_sensor_option(CLI::App& command, int& sensor);
+std::string name_of(Operator op);
 
 // Of --sensor; throws UsageError when the scene has fewer.
 const Sensor& chosen_sensor(const Scene& scene, int index);
-
-// Which sensor each target of a command was seen by: as given, else the scene's sensors in their order. Throws
-// UsageError where sensors or masks do not come one a target or not at all.
-std::vector<int> sensors_of_targets(const std::vector<std::string>& targets, const std::vector<std::string>& masks,
-                                    const std::vector<int>& sensors);
 
 // Writes the result where --json says; throws ResultError when that fails.
 void write_json(const CommonOptions& options, const nlohmann::ordered_json& result);
@@ -43,6 +44,7 @@ void warn(const CommonOptions& options, const std::string& text);
 
 // One function a sub-command, in a file of the same name: declares its options and what to run.
 void add_bench(CLI::App& app);
+void add_dataset(CLI::App& app);
 void add_devices(CLI::App& app);
 void add_gradcheck(CLI::App& app);
 void add_gradient(CLI::App& app);

@@ -23,7 +23,8 @@ constexpr double significance = 0.0027;  // a false alarm in all scores together
 
 struct Options {
   CommonOptions common;
-  std::string scene, operator_name = "full";
+  std::string scene;
+  Operator op = Operator::full;
   std::vector<std::string> parameters;
   int sensor = 0;
 };
@@ -97,7 +98,7 @@ class RenderSeries {
     RenderOptions result;
     result.sensor = options.sensor;
     result.seed = options.common.seed;
-    result.op = options.operator_name == "single" ? Operator::single : Operator::full;
+    result.op = options.op;
     result.derivatives = derivatives;
     result.cancel = &interrupt_flag();
     result.progress = [this](double fraction) { progress_.update((done_ + fraction) / images_); };
@@ -212,7 +213,7 @@ nlohmann::ordered_json to_json(const Report& report, const Options& options, con
   const DeviceInfo& info = device.info();
   return {{"schema", "itn.gradcheck/1"},
           {"scene", options.scene},
-          {"operator", options.operator_name},
+          {"operator", name_of(options.op)},
           {"width", report.width},
           {"height", report.height},
           {"spp", report.spp},
@@ -261,12 +262,8 @@ void add_gradcheck(CLI::App& app) {
       ->add_option("--parameter", options->parameters,
                    "check this scene parameter; may be repeated; default: all that are differentiable")
       ->take_all();
-  command->add_option("--operator", options->operator_name, "full: all light; single: one scattering in the medium")
-      ->check(CLI::IsMember({"full", "single"}))
-      ->capture_default_str();
-  command->add_option("--sensor", options->sensor, "which of the scene's sensors, from 0")
-      ->check(CLI::Range(0, 1 << 20))
-      ->capture_default_str();
+  add_operator_option(*command, options->op);
+  add_sensor_option(*command, options->sensor);
   add_common_options(*command, options->common);
   command->callback([options] { run(*options); });
 }

@@ -9,15 +9,17 @@
 #include "tools/common.h"
 #include "tools/interrupt.h"
 #include "tools/progress.h"
+#include "tools/target_options.h"
 
 namespace itn::tools {
 namespace {
 
 struct Options {
   CommonOptions common;
-  std::string scene, operator_name = "full";
-  std::vector<std::string> targets, masks, parameters;
-  std::vector<int> sensors;
+  std::string scene;
+  Operator op = Operator::full;
+  TargetOptions images;
+  std::vector<std::string> parameters;
   bool exposure = false;
 };
 
@@ -28,7 +30,7 @@ nlohmann::ordered_json to_json(const LossGradient& result, const Options& option
     gradient[options.parameters[p]] = {{"value", result.gradient[p]}, {"stderr", result.gradient_stderr[p]}};
   return {{"schema", "itn.gradient/1"},
           {"scene", options.scene},
-          {"operator", options.operator_name},
+          {"operator", name_of(options.op)},
           {"loss", result.loss},
           {"loss_stderr", result.loss_stderr},
           {"exposures", exposures},
@@ -36,7 +38,7 @@ nlohmann::ordered_json to_json(const LossGradient& result, const Options& option
           {"time", {{"scene_s", scene_s}, {"render_s", render_s}}}};
 }
 
-void run(const Options& options) {
+void run(Options options) {
   const CommonOptions& common = options.common;
   const auto seconds = [start = std::chrono::steady_clock::now()] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -44,7 +46,8 @@ void run(const Options& options) {
   const Scene scene = load_scene(options.scene, common.definition_map());
   for (const std::string& text : scene.warnings) warn(common, text);
   const double scene_s = seconds();
-  const std::vector<int> sensors = sensors_of_targets(options.targets, options.masks, options.sensors);
+  const std::vector<TargetImage> targets = read_targets(options.images, scene);
+  const std::vector<int>& sensors = options.images.sensors;
   const Device device(common.device);
 
   std::vector<LossGradient> losses;
@@ -54,14 +57,11 @@ void run(const Options& options) {
     RenderOptions render_options;
     render_options.sensor = sensors[t];
     render_options.seed = common.seed + t;  // independent noise in every image
-    render_options.op = options.operator_name == "single" ? Operator::single : Operator::full;
+    render_options.op = options.op;
     render_options.derivatives = options.parameters;
     render_options.cancel = &interrupt_flag();
     Renderer renderer(device, scene, render_options);
-    const Sensor& sensor = scene.sensors[static_cast<std::size_t>(sensors[t])];
-    const TargetImage target = read_target(options.targets[t], options.masks.empty() ? "" : options.masks[t],
-                                           sensor.crop_width, sensor.crop_height, sensor.luminance ? 1 : 3);
-    const int spp = common.spp ? common.spp : sensor.spp;
+    const int spp = common.spp ? common.spp : scene.sensors[static_cast<std::size_t>(sensors[t])].spp;
     if (spp < 2) throw UsageError("--spp 1: an unbiased loss compares different samples of a pixel; need 2 or more");
     std::vector<Rendering> groups;
     int first = 0;
@@ -71,8 +71,8 @@ void run(const Options& options) {
       progress.update((static_cast<double>(t) + static_cast<double>(first) / spp) /
                       static_cast<double>(sensors.size()));
     }
-    exposures.push_back(options.exposure ? best_exposure(groups, target) : 1);
-    losses.push_back(loss_gradient(groups, target, exposures.back()));
+    exposures.push_back(options.exposure ? best_exposure(groups, targets[t]) : 1);
+    losses.push_back(loss_gradient(groups, targets[t], exposures.back()));
   }
   progress.clear();
   const LossGradient result = mean_of(losses);
@@ -93,15 +93,7 @@ void add_gradient(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "gradient", "mean squared difference from a target image and its gradient by scene parameters, both unbiased");
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
-  command
-      ->add_option("--target", options->targets,
-                   "OpenEXR image to compare with, of the film's size; repeated: one for each of several sensors")
-      ->required()
-      ->take_all();
-  command
-      ->add_option("--mask", options->masks,
-                   "OpenEXR file whose Y, R or else first channel weighs the target's pixels; one a target")
-      ->take_all();
+  add_target_options(*command, options->images);
   command
       ->add_option("--parameter", options->parameters,
                    "scene parameter to differentiate by (itn parameters lists them); may be repeated")
@@ -109,12 +101,7 @@ void add_gradient(CLI::App& app) {
       ->take_all();
   command->add_flag("--exposure", options->exposure,
                     "each target is known up to a factor: the loss is the smallest over the factors");
-  command->add_option("--sensor", options->sensors, "the sensor of each target, from 0; default: in their order")
-      ->check(CLI::Range(0, 1 << 20))
-      ->take_all();
-  command->add_option("--operator", options->operator_name, "full: all light; single: one scattering in the medium")
-      ->check(CLI::IsMember({"full", "single"}))
-      ->capture_default_str();
+  add_operator_option(*command, options->op);
   add_common_options(*command, options->common);
   command->callback([options] { run(*options); });
 }

@@ -15,6 +15,7 @@
 #include "tools/interrupt.h"
 #include "tools/invert_report.h"
 #include "tools/progress.h"
+#include "tools/target_options.h"
 
 namespace itn::tools {
 namespace {
@@ -24,9 +25,10 @@ constexpr double assumed_noise = 0.01;  // where nobody says
 
 struct Options {
   CommonOptions common;
-  std::string scene, folder, method = "gauss-newton", operator_name = "full";
-  std::vector<std::string> targets, masks, parameters, start;
-  std::vector<int> sensors;
+  std::string scene, folder, method = "gauss-newton";
+  Operator op = Operator::full;
+  TargetOptions images;
+  std::vector<std::string> parameters, start;
   int starts = 1;
   double noise = -1;  // not given
   InversionOptions inversion;
@@ -113,20 +115,20 @@ std::string fingerprint(const std::string& file) {
 nlohmann::json request(const Options& o, const Device& device) {
   nlohmann::json files = nlohmann::json::object();
   files[o.scene] = fingerprint(o.scene);
-  for (const auto* list : {&o.targets, &o.masks})
+  for (const auto* list : {&o.images.targets, &o.images.masks})
     for (const std::string& file : *list)
       if (!file.empty()) files[file] = fingerprint(file);
   return {{"version", ITN_VERSION},
           {"files", files},
           {"definitions", o.common.definitions},
-          {"targets", o.targets},
-          {"masks", o.masks},
-          {"sensors", o.sensors},
+          {"targets", o.images.targets},
+          {"masks", o.images.masks},
+          {"sensors", o.images.sensors},
           {"parameters", o.parameters},
           {"start", o.start},
           {"starts", o.starts},
           {"method", o.method},
-          {"operator", o.operator_name},
+          {"operator", name_of(o.op)},
           {"iterations", o.inversion.iterations},
           {"spp", o.common.spp},
           {"seed", o.common.seed},
@@ -196,33 +198,17 @@ void set_starts(const Options& options, Scene& scene) {
   }
 }
 
-// The first start is the scene's; the others are drawn: numbers with two bounds evenly from the inner four fifths of
-// their range, the others up to a factor of four from the scene's.
+// The first start is the scene's; the others are drawn.
 std::vector<std::vector<double>> all_starts(const Options& options, const ForwardModel& model) {
   std::vector<std::vector<double>> result{model.start()};
   std::mt19937_64 random(options.common.seed);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
   while (static_cast<int>(result.size()) < options.starts) {
     std::vector<double> x;
-    for (const Coordinate& c : model.coordinates()) {
-      const Parameter& p = c.parameter();
-      const double u = uniform();
-      x.push_back(c.of(std::isfinite(p.high) ? p.low + (p.high - p.low) * (0.1 + 0.8 * u)
-                                             : p.value * std::exp(std::log(4.0) * (2 * u - 1))));
-    }
+    for (const Coordinate& c : model.coordinates()) x.push_back(c.start(uniform()));
     result.push_back(x);
   }
   return result;
-}
-
-std::vector<TargetImage> read_targets(const Options& options, const Scene& scene) {
-  std::vector<TargetImage> targets;
-  for (std::size_t t = 0; t < options.targets.size(); ++t) {
-    const Sensor& sensor = chosen_sensor(scene, options.sensors[t]);
-    targets.push_back(read_target(options.targets[t], options.masks.empty() ? "" : options.masks[t], sensor.crop_width,
-                                  sensor.crop_height, sensor.luminance ? 1 : 3));
-  }
-  return targets;
 }
 
 void print_step(std::size_t start, const InversionStep& step, const std::vector<Coordinate>& coordinates) {
@@ -249,7 +235,7 @@ InversionOutcome outcome_of(const Options& options, Inversion& inversion, const 
   outcome.scene = options.scene;
   outcome.method = options.method;
   outcome.folder = options.folder;
-  outcome.targets = options.targets;
+  outcome.targets = options.images.targets;
   const std::vector<Coordinate>& coordinates = model.coordinates();
   for (const Run& run : runs) {
     std::vector<double> values;
@@ -263,13 +249,7 @@ InversionOutcome outcome_of(const Options& options, Inversion& inversion, const 
   outcome.parameters = intervals(coordinates, end.x, end.covariance);
   outcome.coefficients = transport_coefficients(scene, coordinates, end.x, end.covariance);
   outcome.directions = ambiguity(coordinates, end.x, end.covariance);
-  const std::vector<std::string> names = inversion.names();
-  for (std::size_t k = coordinates.size(); k < end.x.size(); ++k) {
-    const auto i = static_cast<Eigen::Index>(k);
-    const double sd = std::sqrt(end.covariance(i, i)), value = std::exp(end.x[k]);
-    outcome.exposures.push_back(
-        {names[k], value, value * std::exp(-1.96 * sd), value * std::exp(1.96 * sd), value * sd});
-  }
+  outcome.exposures = exposures(coordinates, end.x, end.covariance, inversion.names());
   return outcome;
 }
 
@@ -280,9 +260,8 @@ void run(Options options) {
   };
   Scene scene = load_scene(options.scene, common.definition_map());
   for (const std::string& text : scene.warnings) warn(common, text);
-  options.sensors = sensors_of_targets(options.targets, options.masks, options.sensors);
   set_starts(options, scene);
-  const std::vector<TargetImage> targets = read_targets(options, scene);
+  const std::vector<TargetImage> targets = read_targets(options.images, scene);
   const Device device(common.device);
 
   InversionOptions& how = options.inversion;
@@ -299,9 +278,9 @@ void run(Options options) {
 
   RenderOptions render_options;
   render_options.seed = common.seed;
-  render_options.op = options.operator_name == "single" ? Operator::single : Operator::full;
+  render_options.op = options.op;
   render_options.cancel = &interrupt_flag();
-  ForwardModel model(device, scene, options.parameters, options.sensors, render_options);
+  ForwardModel model(device, scene, options.parameters, options.images.sensors, render_options);
   Inversion inversion(model, targets, how);
 
   std::error_code failure;
@@ -346,17 +325,7 @@ void add_invert(CLI::App& app) {
       "Starts from the scene's values. Stopped at any moment, the same command goes on where it was. Exit code 1 if it "
       "does not converge.");
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
-  command
-      ->add_option(
-          "--target", options->targets,
-          "OpenEXR image to explain, of the film's size, with standard errors (stderr.R ...) if they are known; "
-          "repeated: one for each of several sensors")
-      ->required()
-      ->take_all();
-  command
-      ->add_option("--mask", options->masks,
-                   "OpenEXR file whose Y, R or else first channel weighs the target's pixels; one a target")
-      ->take_all();
+  add_target_options(*command, options->images);
   command
       ->add_option("--parameter", options->parameters,
                    "scene parameter to find (itn parameters lists them); may be repeated")
@@ -385,13 +354,8 @@ void add_invert(CLI::App& app) {
   command->add_option("--learning-rate", options->inversion.learning_rate, "adam: of the first iterations")
       ->check(CLI::Range(1e-6, 10.0))
       ->capture_default_str();
-  command->add_option("--sensor", options->sensors, "the sensor of each target, from 0; default: in their order")
-      ->check(CLI::Range(0, 1 << 20))
-      ->take_all();
-  command->add_option("--operator", options->operator_name, "full: all light; single: one scattering in the medium")
-      ->check(CLI::IsMember({"full", "single"}))
-      ->capture_default_str();
-  add_common_options(*command, options->common);
+  add_operator_option(*command, options->op);
+  add_common_options(*command, options->common, "1024 at most (Gauss-Newton), 16 (Adam)");
   command->callback([options] { run(*options); });
 }
 

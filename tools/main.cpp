@@ -35,6 +35,7 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", std::string("itn ") + ITN_VERSION);
   app.require_subcommand(1);
   itn::tools::add_bench(app);
+  itn::tools::add_dataset(app);
   itn::tools::add_devices(app);
   itn::tools::add_gradcheck(app);
   itn::tools::add_render(app);

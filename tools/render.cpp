@@ -22,7 +22,8 @@ namespace {
 
 struct Options {
   CommonOptions common;
-  std::string scene, output, operator_name = "full";
+  std::string scene, output;
+  Operator op = Operator::full;
   std::vector<std::string> derivatives;
   int sensor = 0;
   bool preview = false;
@@ -93,7 +94,7 @@ ExrImage to_exr(const Rendering& image, const Scene& scene, const Options& optio
                 {"parameters", parameters.dump()},
                 {"spp", std::to_string(image.spp)},
                 {"seed", std::to_string(options.common.seed)},
-                {"operator", options.operator_name},
+                {"operator", name_of(options.op)},
                 {"device", device.info().name + " (" + device.info().platform + ", " + device.info().driver + ")"},
                 {"version", std::string("itn ") + ITN_VERSION}};
   return exr;
@@ -110,7 +111,7 @@ nlohmann::ordered_json to_json(const Rendering& image, const Options& options, c
       {"schema", "itn.render/1"},
       {"scene", options.scene},
       {"output", options.output},
-      {"operator", options.operator_name},
+      {"operator", name_of(options.op)},
       {"width", image.width},
       {"height", image.height},
       {"spp", image.spp},
@@ -141,7 +142,7 @@ std::vector<double> write_previews(const Rendering& image, const Options& option
 void print(const Rendering& image, const Options& options, const Device& device, const Times& times,
            const std::vector<double>& preview_scales) {
   fmt::print("{}: {} x {}, {} spp, operator {}, {}\n", options.output, image.width, image.height, image.spp,
-             options.operator_name, device.info().name);
+             name_of(options.op), device.info().name);
   fmt::print("mean {:.6g}  standard error {:.2g}\n", fmt::join(image.mean_of_image, " "),
              fmt::join(image.stderr_of_mean, " "));
   for (std::size_t i = 0; i < image.derivatives.size(); ++i)
@@ -172,7 +173,7 @@ void run(const Options& options) {
   render_options.sensor = options.sensor;
   render_options.spp = spp;
   render_options.seed = common.seed;
-  render_options.op = options.operator_name == "single" ? Operator::single : Operator::full;
+  render_options.op = options.op;
   render_options.derivatives = options.derivatives;
   render_options.progress = [&](double fraction) { progress.update(fraction); };
   render_options.cancel = &interrupt_flag();
@@ -205,12 +206,8 @@ void add_render(CLI::App& app) {
       ->add_option("--derivative", options->derivatives,
                    "also the derivative image by this scene parameter (itn parameters lists them); may be repeated")
       ->take_all();
-  command->add_option("--operator", options->operator_name, "full: all light; single: one scattering in the medium")
-      ->check(CLI::IsMember({"full", "single"}))
-      ->capture_default_str();
-  command->add_option("--sensor", options->sensor, "which of the scene's sensors, from 0")
-      ->check(CLI::Range(0, 1 << 20))
-      ->capture_default_str();
+  add_operator_option(*command, options->op);
+  add_sensor_option(*command, options->sensor);
   command->add_flag(
       "--preview", options->preview,
       "also write PNGs beside the output: the image, tone-mapped, and each derivative, red positive, blue negative");

@@ -162,7 +162,7 @@ void add_shapes(CLI::App& app) {
   command->add_option("--random", options->random, "also this many random shapes, of the seeds --seed, --seed + 1, ...")
       ->check(CLI::Range(0, 1'000'000));
   command->add_flag("--preview", options->preview, "also shapes.png, a picture of all of them");
-  add_common_options(*command, options->common);
+  add_common_options(*command, options->common, "64 (of the preview)");
   command->callback([options] { run(*options); });
 }
 

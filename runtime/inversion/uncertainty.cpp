@@ -30,6 +30,11 @@ int unknown(const std::vector<Coordinate>& coordinates, ParameterKind kind, int 
 constexpr std::array<ParameterKind, 4> kinds_of_medium{ParameterKind::sigma_t, ParameterKind::scale,
                                                        ParameterKind::albedo, ParameterKind::g};
 
+// Of a number > 0 with that standard error of its logarithm.
+Interval log_interval(const std::string& name, double value, double sd) {
+  return {name, value, value * std::exp(-z95 * sd), value * std::exp(z95 * sd), value * sd};
+}
+
 bool grey(const Rgb& c) { return c[0] == c[1] && c[1] == c[2]; }
 
 }  // namespace
@@ -43,6 +48,16 @@ std::vector<Interval> intervals(const std::vector<Coordinate>& coordinates, cons
     const double sd = std::sqrt(covariance(k, k));
     result.push_back(
         {c.parameter().name, c.value(x[i]), c.value(x[i] - z95 * sd), c.value(x[i] + z95 * sd), c.slope(x[i]) * sd});
+  }
+  return result;
+}
+
+std::vector<Interval> exposures(const std::vector<Coordinate>& coordinates, const std::vector<double>& x,
+                                const Eigen::MatrixXd& covariance, const std::vector<std::string>& names) {
+  std::vector<Interval> result;
+  for (std::size_t i = coordinates.size(); i < x.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    result.push_back(log_interval(names[i], std::exp(x[i]), std::sqrt(covariance(k, k))));
   }
   return result;
 }
@@ -70,10 +85,10 @@ std::vector<Interval> transport_coefficients(const Scene& scene, const std::vect
         }
         if (!depends) continue;
         const double value = chain.value[quantity], sd = std::sqrt(by.dot(covariance * by));
-        const double factor = std::exp(z95 * sd / value);  // even in the logarithm: never negative
-        result.push_back({fmt::format("{}.{}{}", medium.id, quantity == 0 ? "reduced_scattering" : "absorption",
-                                      channels == 1 ? "" : std::string(".") + "RGB"[c]),
-                          value, value / factor, value * factor, sd});
+        result.push_back(
+            log_interval(fmt::format("{}.{}{}", medium.id, quantity == 0 ? "reduced_scattering" : "absorption",
+                                     channels == 1 ? "" : std::string(".") + "RGB"[c]),
+                         value, sd / value));
       }
     }
   }

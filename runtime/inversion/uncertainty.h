@@ -21,6 +21,10 @@ struct Interval {
 std::vector<Interval> intervals(const std::vector<Coordinate>& coordinates, const std::vector<double>& x,
                                 const Eigen::MatrixXd& covariance);
 
+// Of the unknowns after the parameters, each the logarithm of an exposure. names: of all unknowns.
+std::vector<Interval> exposures(const std::vector<Coordinate>& coordinates, const std::vector<double>& x,
+                                const Eigen::MatrixXd& covariance, const std::vector<std::string>& names);
+
 // Reduced scattering sigma_t albedo (1 - g) and absorption sigma_t (1 - albedo) [1/scene unit] of the media that the
 // parameters belong to: what diffuse light depends on, and so what an image tells first. scene: with the values found.
 std::vector<Interval> transport_coefficients(const Scene& scene, const std::vector<Coordinate>& coordinates,

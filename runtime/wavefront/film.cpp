@@ -6,16 +6,10 @@
 namespace itn {
 
 Film::Film(const Device& device, int pixels, int images, int channels, bool luminance)
-    : device_(device),
-      pixels_(pixels),
-      images_(images),
-      channels_(channels),
-      luminance_(luminance && channels == 3),
-      means_(static_cast<std::size_t>(images * this->channels())),
-      variances_(means_.size()) {
+    : device_(device), pixels_(pixels), images_(images), channels_(channels), luminance_(luminance && channels == 3) {
   program_ = device.build("film.cl", {});
   constexpr std::size_t least_pixels = 1 << 10;
-  const std::size_t a_pixel = 4 * sizeof(float) * means_.size();
+  const std::size_t a_pixel = 4 * sizeof(float) * static_cast<std::size_t>(images * this->channels());
   const std::size_t wanted = static_cast<std::size_t>(pixels);
   const Device::Elements sums = device.allocate_most(wanted, std::min(wanted, least_pixels), a_pixel, "film");
   pixels_ = static_cast<int>(sums.count);
@@ -40,7 +34,8 @@ void Film::add(const cl::Buffer& samples, std::size_t first_sample, int first_pi
 }
 
 void Film::develop(int spp, int pixels, std::vector<Image>& images) {
-  const std::size_t values = means_.size(), n = static_cast<std::size_t>(pixels) * values;
+  const std::size_t values = static_cast<std::size_t>(images_ * channels()),
+                    n = static_cast<std::size_t>(pixels) * values;
   std::vector<float> sums(n * 4);
   device_.download(sums_, sums);
   images.resize(static_cast<std::size_t>(images_));
@@ -53,19 +48,6 @@ void Film::develop(int spp, int pixels, std::vector<Image>& images) {
     Image& image = images[i % values / static_cast<std::size_t>(channels())];
     image.mean.push_back(static_cast<float>(mean));
     image.stderr_.push_back(static_cast<float>(std::sqrt(variance)));
-    means_[i % values] += mean;
-    variances_[i % values] += variance;
-  }
-}
-
-void Film::finish(std::vector<Image>& images) {
-  const std::size_t channels = static_cast<std::size_t>(this->channels());
-  for (std::size_t v = 0; v < means_.size(); ++v) {
-    Image& image = images[v / channels];
-    const double n = static_cast<double>(image.mean.size()) / static_cast<double>(channels);
-    image.mean_of_image.push_back(means_[v] / n);
-    image.stderr_of_mean.push_back(std::sqrt(variances_[v]) / n);
-    means_[v] = variances_[v] = 0;
   }
 }
 

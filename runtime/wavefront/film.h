@@ -20,11 +20,9 @@ class Film {
   void add(const cl::Buffer& samples, std::size_t first_sample, int first_pixel, int pixels, int samples_a_pixel,
            bool fresh);
 
-  // Appends the means and standard errors of the band's first `pixels` pixels; with one sample a pixel the standard
-  // error is infinite.
+  // Appends the means and standard errors of the band's first `pixels` pixels to an image each, of which there are as
+  // many as a sample holds; with one sample a pixel the standard error is infinite.
   void develop(int spp, int pixels, std::vector<Image>& images);
-  // After the last band: mean_of_image and stderr_of_mean. The film is then ready for the next image.
-  void finish(std::vector<Image>& images);
 
  private:
   const Device& device_;
@@ -32,7 +30,6 @@ class Film {
   bool luminance_;
   cl::Program program_;
   cl::Buffer sums_;
-  std::vector<double> means_, variances_;  // an image and a channel each: sums over the pixels of all bands
 };
 
 }  // namespace itn

@@ -67,7 +67,8 @@ int append_texture(const Texture& texture, LaunchData& data) {
   if (!texture.bitmap) return -1;
   const Bitmap& bitmap = *texture.bitmap;
   TextureRecord r{};
-  r.offset = static_cast<int>(data.texels.size());
+  const auto [known, is_new] = data.texels_of.try_emplace(&bitmap, static_cast<int>(data.texels.size()));
+  r.offset = known->second;
   r.width = bitmap.width;
   r.height = bitmap.height;
   r.wrap = texture.wrap == Texture::Wrap::repeat   ? TEXTURE_REPEAT
@@ -77,7 +78,7 @@ int append_texture(const Texture& texture, LaunchData& data) {
   for (std::size_t k = 0; k < 6; ++k) r.to_uv[k] = static_cast<float>(texture.to_uv[k]);
   const std::size_t pixels = static_cast<std::size_t>(bitmap.width) * static_cast<std::size_t>(bitmap.height);
   const std::size_t channels = static_cast<std::size_t>(bitmap.channels);
-  for (std::size_t i = 0; i < pixels; ++i)
+  for (std::size_t i = 0; is_new && i < pixels; ++i)
     for (std::size_t c = 0; c < 3; ++c) data.texels.push_back(bitmap.data[i * channels + std::min(c, channels - 1)]);
   data.textures.push_back(r);
   data.coloured |= channels > 1;
@@ -139,9 +140,11 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   return r;
 }
 
-// Everything but the geometry.
-JobRecord append_records(const Scene& scene, int sensor, LaunchData& data) {
+}  // namespace
+
+JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData& data) {
   JobRecord job{};
+  job.geometry = geometry;
   const int first_medium = static_cast<int>(data.media.size()), first_bsdf = static_cast<int>(data.bsdfs.size());
   job.first_shape = static_cast<int>(data.shapes.size());
   job.first_medium = first_medium;
@@ -170,20 +173,15 @@ JobRecord append_records(const Scene& scene, int sensor, LaunchData& data) {
   return job;
 }
 
-}  // namespace
-
 JobRecord append_scene(const Scene& scene, int sensor, LaunchData& data) {
-  JobRecord job = append_records(scene, sensor, data);
   append_geometry(scene, data.geometry);
-  job.geometry = static_cast<int>(data.geometry.records.size()) - 1;
-  return job;
+  return append_scene(scene, sensor, static_cast<int>(data.geometry.records.size()) - 1, data);
 }
 
-JobRecord replace_scene(const Scene& scene, int sensor, LaunchData& data) {
-  LaunchData replaced;
-  replaced.geometry = std::move(data.geometry);
-  data = std::move(replaced);
-  return append_records(scene, sensor, data);
+void clear_scenes(LaunchData& data) {
+  LaunchData cleared;
+  cleared.geometry = std::move(data.geometry);
+  data = std::move(cleared);
 }
 
 std::map<std::string, std::string> feature_definitions(const LaunchData& data) {

@@ -25,7 +25,8 @@ struct LaunchData {
   std::vector<float> emitter_tables;
   std::vector<TextureRecord> textures;
   std::vector<float> texels;
-  bool coloured = false;  // some throughput or radiance differs between channels
+  std::map<const Bitmap*, int> texels_of;  // where those of a bitmap begin: scenes may share it
+  bool coloured = false;                   // some throughput or radiance differs between channels
   bool coloured_light = false;
   bool spectral = false;  // some medium's sigma_t does
 };
@@ -33,8 +34,11 @@ struct LaunchData {
 // Appends a scene seen by one of its sensors; returns a job with everything but the pixels, samples and seed.
 JobRecord append_scene(const Scene& scene, int sensor, LaunchData& data);
 
-// Of data that hold one scene: replaces everything but the geometry, which is that of `scene` already.
-JobRecord replace_scene(const Scene& scene, int sensor, LaunchData& data);
+// The same where the scene's shapes are there already: those of data.geometry.records[geometry].
+JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData& data);
+
+// Forgets the scenes and keeps their geometries.
+void clear_scenes(LaunchData& data);
 
 // The definitions of a program that can work on the data: features that no scene uses are left out.
 std::map<std::string, std::string> feature_definitions(const LaunchData& data);

@@ -66,10 +66,7 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   program_ = device.build("wavefront.cl", definitions, {{"derivative/score.h", print_scores(derivatives.functions)}});
   for (const char* name : stage_names) stage_times_.push_back({name, 0, 0, 0});
 
-  const Geometry& g = data.geometry;
-  scene_ = {device.upload(g.nodes, "hierarchy nodes"), device.upload(g.leaves, "hierarchy leaves"),
-            device.upload(g.primitives, "primitives"), device.upload(g.grid, "flight grid"),
-            device.upload(g.records, "geometry records")};
+  upload_geometry(data.geometry);
   upload_records(data, derivatives);
 
   // Short of memory, fewer paths are in flight and launches are smaller: the image is the same.
@@ -96,6 +93,13 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   samples_ = samples.buffer;
 }
 
+void Wavefront::upload_geometry(const Geometry& g) {
+  scene_.clear();  // its memory first
+  scene_ = {device_.upload(g.nodes, "hierarchy nodes"), device_.upload(g.leaves, "hierarchy leaves"),
+            device_.upload(g.primitives, "primitives"), device_.upload(g.grid, "flight grid"),
+            device_.upload(g.records, "geometry records")};
+}
+
 void Wavefront::upload_records(const LaunchData& data, const DerivativeData& derivatives) {
   scene_.resize(geometry_buffers);
   for (cl::Buffer buffer :
@@ -107,10 +111,12 @@ void Wavefront::upload_records(const LaunchData& data, const DerivativeData& der
     scene_.push_back(std::move(buffer));
 }
 
-bool Wavefront::replace(const LaunchData& data, const JobRecord& job, const DerivativeData& derivatives) {
+bool Wavefront::replace(const LaunchData& data, std::vector<JobRecord> jobs, const DerivativeData& derivatives,
+                        bool new_geometry) {
   if (features(data, derivatives) != features_) return false;
+  if (new_geometry) upload_geometry(data.geometry);
   upload_records(data, derivatives);
-  jobs_ = {job};
+  jobs_ = std::move(jobs);
   return true;
 }
 

@@ -24,9 +24,10 @@ class Wavefront {
   Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs,
             const DerivativeData& derivatives, Operator op, int width, Schedule schedule);
 
-  // Gives the one job other numbers: everything but the geometry is taken from `data`. False, and nothing is changed,
-  // where they need another program.
-  bool replace(const LaunchData& data, const JobRecord& job, const DerivativeData& derivatives);
+  // Other jobs in place of all, of the geometries that `data` had before or, with new_geometry, of those it has now.
+  // False, and nothing is changed, where they need another program.
+  bool replace(const LaunchData& data, std::vector<JobRecord> jobs, const DerivativeData& derivatives,
+               bool new_geometry);
 
   int channels() const { return channels_; }                        // of radiance: 1 or 3
   std::size_t sample_capacity() const { return sample_capacity_; }  // most samples a launch can hold
@@ -45,6 +46,7 @@ class Wavefront {
   std::uint64_t misplaced() const;
 
  private:
+  void upload_geometry(const Geometry& geometry);
   void upload_records(const LaunchData& data, const DerivativeData& derivatives);
   void set_scene_arguments(cl::Kernel& kernel) const;
   void trace_fused(const std::vector<ChunkRecord>& chunks);

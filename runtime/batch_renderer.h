@@ -1,0 +1,40 @@
+// Many small images of different scenes in one wavefront, so that the device stays full: data sets, mini-batches.
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "runtime/renderer.h"
+
+namespace itn {
+
+// One image of a batch: samples first_sample, first_sample + 1, ... of one sensor's pixels.
+struct BatchImage {
+  const Scene* scene = nullptr;
+  int geometry = 0;  // as add_geometry() returned for the scene's shapes
+  std::uint64_t seed = 0;
+  int first_sample = 0;
+};
+
+class BatchRenderer {
+ public:
+  // Options as for render(), of all images; seed and spp are not looked at, and derivatives are by media and surfaces
+  // only. The device must outlive it.
+  BatchRenderer(const Device& device, const RenderOptions& options);
+  ~BatchRenderer();
+
+  // Keeps the shapes of a scene on the device, for any scenes that have the same shapes with whatever BSDFs and media,
+  // as long as the same of them have a medium.
+  int add_geometry(const Scene& scene);
+  void forget_geometries();
+
+  // The same bits as render() of each alone, in whichever batch, as long as the scenes of all batches have the same
+  // kinds of BSDFs, media and light. Throws as render(), and UsageError: sensors that differ in `luminance`, scenes in
+  // which the derivatives' parameters are others.
+  std::vector<Rendering> render(const std::vector<BatchImage>& images, int spp);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace itn

@@ -1,0 +1,243 @@
+#include "runtime/dataset/config.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "runtime/error.h"
+#include "runtime/image/file.h"
+#include "runtime/shapes/named_shapes.h"
+
+namespace itn {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::vector<std::string> shapes(bool for_testing) {
+  std::vector<std::string> names;
+  for (const NamedShape& shape : named_shapes())
+    if (shape.for_testing == for_testing) names.push_back(shape.name);
+  return names;
+}
+
+// The protocol of the paper and of the authors' code, at a size that a laptop renders in minutes.
+DatasetConfig laptop() {
+  DatasetConfig config;
+  config.train.shapes = shapes(false);
+  config.train.azimuths = {0, 30, 60, 90};
+  config.train.materials = 100;
+  config.test.shapes = shapes(true);
+  config.test.azimuths = {10, 20, 40, 50, 70, 80};
+  config.test.materials = 12;
+  return config;
+}
+
+DatasetConfig preset(const std::string& name) {
+  DatasetConfig config = laptop();
+  if (name == "tiny") {
+    config.size = 32;
+    config.spp = 64;
+    config.train.azimuths = {0, 60};
+    config.train.materials = 40;
+    config.test.azimuths = {30};
+    config.test.materials = 4;
+  } else if (name == "varied") {
+    config.train = {};
+    config.train.random_shapes = 4000;
+    config.train.azimuth_range = {0, 90};
+  } else if (name == "paper") {
+    config.size = 128;
+    config.spp = 1024;
+    config.train.materials = config.test.materials = 200;
+  }
+  return config;
+}
+
+Json side_json(const DatasetConfig::Side& side) {
+  return {{"shapes", side.shapes},     {"random_shapes", side.random_shapes}, {"triangles", side.triangles},
+          {"azimuths", side.azimuths}, {"azimuth_range", side.azimuth_range}, {"materials", side.materials}};
+}
+
+Json as_json(const DatasetConfig& c) {
+  Json boundary{{"type", c.boundary.rough ? "rough" : "matched"}};
+  if (c.boundary.rough) {
+    boundary["alpha"] = c.boundary.alpha;
+    boundary["int_ior"] = c.boundary.int_ior;
+  }
+  return {{"size", c.size},
+          {"spp", c.spp},
+          {"seed", c.seed},
+          {"longest_side_mm", c.longest_side_mm},
+          {"boundary", boundary},
+          {"zenith", c.zenith},
+          {"sigma_t", c.sigma_t},
+          {"albedo", c.albedo},
+          {"g", c.g},
+          {"train", side_json(c.train)},
+          {"test", side_json(c.test)}};
+}
+
+// Reads values by their keys, and knows afterwards which ones nobody asked for.
+class Reader {
+ public:
+  Reader(const Json& json, std::string file, std::string place)
+      : json_(json), file_(std::move(file)), place_(std::move(place)) {
+    if (!json.is_object()) fail("", "an object { ... }");
+  }
+
+  [[noreturn]] void fail(const std::string& key, const std::string& need) const {
+    const std::string at = place_.empty() || key.empty() ? place_ + key : place_ + "." + key;
+    throw InputError(fmt::format("{}: {} is {}; need {}", file_, at.empty() ? "it" : at,
+                                 key.empty() ? json_.dump() : json_.value(key, Json()).dump(), need));
+  }
+
+  template <class Value, class Valid>
+  void read(const char* key, Value& value, const std::string& need, Valid&& valid) {
+    known_.push_back(key);
+    try {
+      Value read = json_.at(key).get<Value>();
+      if (!valid(read)) fail(key, need);
+      value = std::move(read);
+    } catch (const Json::exception&) {
+      fail(key, need);
+    }
+  }
+  void read_whole(const char* key, int& value, int low, int high) {
+    known_.push_back(key);
+    const Json& j = json_.at(key);
+    if (!j.is_number_integer() || j < low || j > high)
+      fail(key, fmt::format("a whole number from {} to {}", low, high));
+    value = j;
+  }
+  void read_number(const char* key, double& value, double low, double high) {
+    read(key, value, fmt::format("a number from {} to {}", low, high), [&](double v) { return v >= low && v <= high; });
+  }
+  void read_range(const char* key, std::array<double, 2>& value, double low, double high) {
+    read(key, value, fmt::format("two numbers from {} to {}, the smaller first", low, high),
+         [&](const auto& v) { return v[0] >= low && v[0] <= v[1] && v[1] <= high; });
+  }
+  const Json& object(const char* key) {
+    known_.push_back(key);
+    return json_.at(key);
+  }
+  void finish() const {
+    for (const auto& [key, value] : json_.items())
+      if (std::find(known_.begin(), known_.end(), key) == known_.end())
+        throw InputError(fmt::format("{}: {}{}{} is not known; need one of: {}", file_, place_,
+                                     place_.empty() ? "" : ".", key, fmt::join(known_, ", ")));
+  }
+
+ private:
+  const Json& json_;
+  std::string file_, place_;
+  std::vector<std::string> known_;
+};
+
+DatasetConfig::Side read_side(Reader& config, const std::string& file, const char* name) {
+  DatasetConfig::Side side;
+  Reader reader(config.object(name), file, name);
+  reader.read("shapes", side.shapes, "a list of names", [](const auto&) { return true; });
+  reader.read_whole("random_shapes", side.random_shapes, 0, 10000000);
+  reader.read_whole("triangles", side.triangles, 100, 10000000);
+  reader.read("azimuths", side.azimuths, "a list of angles from -180 to 180", [](const std::vector<double>& angles) {
+    return std::all_of(angles.begin(), angles.end(), [](double a) { return a >= -180 && a <= 180; });
+  });
+  reader.read_range("azimuth_range", side.azimuth_range, -180, 180);
+  reader.read_whole("materials", side.materials, 1, 10000000);
+  reader.finish();
+  if (side.shapes.empty() && side.random_shapes == 0) reader.fail("shapes", "at least one, or random_shapes above 0");
+  return side;
+}
+
+DatasetConfig from_json(const Json& json, const std::string& file) {
+  DatasetConfig config;
+  Reader reader(json, file, "");
+  reader.read("size", config.size, "8, 16, 32, 64 or 128",
+              [](int n) { return n >= 8 && n <= 128 && (n & (n - 1)) == 0; });
+  reader.read_whole("spp", config.spp, 2, 1 << 24);
+  reader.read("seed", config.seed, "a whole number of 0 or above", [](std::uint64_t) { return true; });
+  reader.read_number("longest_side_mm", config.longest_side_mm, 1e-6, 1e6);
+  reader.read_number("zenith", config.zenith, 0, 89);
+  reader.read_range("sigma_t", config.sigma_t, 1e-6, 1e6);
+  reader.read_range("albedo", config.albedo, 0, 1);
+  reader.read_range("g", config.g, -0.99, 0.99);
+
+  Reader boundary(reader.object("boundary"), file, "boundary");
+  std::string type;
+  boundary.read("type", type, "\"matched\" or \"rough\"",
+                [](const std::string& t) { return t == "matched" || t == "rough"; });
+  config.boundary.rough = type == "rough";
+  if (config.boundary.rough) {
+    boundary.read_number("alpha", config.boundary.alpha, 0.01, 1);
+    boundary.read_number("int_ior", config.boundary.int_ior, 1.01, 4);
+  }
+  boundary.finish();
+
+  config.train = read_side(reader, file, "train");
+  config.test = read_side(reader, file, "test");
+  reader.finish();
+  return config;
+}
+
+// Mesh files are named from the configuration's folder.
+void resolve(std::vector<std::string>& shapes, const std::string& file) {
+  const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+  const std::vector<NamedShape>& named = named_shapes();
+  for (std::string& shape : shapes)
+    if (std::none_of(named.begin(), named.end(), [&](const NamedShape& n) { return n.name == shape; })) {
+      if (std::filesystem::path(shape).extension().empty()) {
+        std::vector<std::string> names;
+        for (const NamedShape& n : named) names.push_back(n.name);
+        throw InputError(fmt::format("{}: the shape {} is not known; need a mesh file, or one of: {}", file, shape,
+                                     fmt::join(names, ", ")));
+      }
+      shape = (folder / shape).lexically_normal().string();
+    }
+}
+
+}  // namespace
+
+const std::vector<std::string>& dataset_presets() {
+  static const std::vector<std::string> names{"tiny", "laptop", "varied", "paper"};
+  return names;
+}
+
+DatasetConfig read_dataset_config(const std::string& name_or_file) {
+  const std::vector<std::string>& presets = dataset_presets();
+  const auto is_preset = [&](const std::string& name) {
+    return std::find(presets.begin(), presets.end(), name) != presets.end();
+  };
+  if (is_preset(name_or_file)) return preset(name_or_file);
+  if (!std::filesystem::exists(name_or_file))
+    throw InputError(fmt::format("{}: no such file; need a JSON file, or one of the presets {}", name_or_file,
+                                 fmt::join(presets, ", ")));
+  Json patch;
+  try {
+    patch = Json::parse(read_file(name_or_file));
+  } catch (const Json::exception& e) {
+    throw InputError(fmt::format("{}: no JSON: {}", name_or_file, e.what()));
+  }
+  std::string base = "laptop";
+  if (patch.is_object() && patch.contains("preset")) {
+    if (!patch["preset"].is_string() || !is_preset(patch["preset"]))
+      throw InputError(fmt::format("{}: preset is {}; need one of: {}", name_or_file, patch["preset"].dump(),
+                                   fmt::join(presets, ", ")));
+    base = patch["preset"];
+    patch.erase("preset");
+  }
+  if (!patch.is_object()) throw InputError(name_or_file + ": need an object { ... }");
+  Json json = as_json(preset(base));
+  json.merge_patch(patch);
+  DatasetConfig config = from_json(json, name_or_file);
+  resolve(config.train.shapes, name_or_file);
+  resolve(config.test.shapes, name_or_file);
+  return config;
+}
+
+std::string to_json(const DatasetConfig& config) { return as_json(config).dump(); }
+
+}  // namespace itn

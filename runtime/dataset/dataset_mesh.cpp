@@ -1,0 +1,64 @@
+#include "runtime/dataset/dataset_mesh.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "runtime/error.h"
+#include "runtime/scene/mesh_file.h"
+#include "runtime/scene/mesh_repair.h"
+#include "runtime/shapes/named_shapes.h"
+#include "runtime/shapes/random_shape.h"
+
+namespace itn {
+namespace {
+
+Mesh named_mesh(const std::string& name) {
+  for (const NamedShape& shape : named_shapes())
+    if (shape.name == name) return shape.mesh();
+  throw InputError("shape " + name + ": is none of those that this version knows; make the data set anew");
+}
+
+}  // namespace
+
+std::shared_ptr<const Mesh> dataset_mesh(const Manifest::Shape& shape, const std::string& folder) {
+  if (const auto* named = std::get_if<Manifest::NamedMesh>(&shape.mesh))
+    return std::make_shared<const Mesh>(named_mesh(named->name));
+  if (const auto* random = std::get_if<Manifest::RandomMesh>(&shape.mesh))
+    return std::make_shared<const Mesh>(random_shape(random->seed).mesh(random->triangles));
+  return std::make_shared<const Mesh>(read_mesh(folder + "/" + std::get<Manifest::FileMesh>(shape.mesh).file));
+}
+
+Mesh as_dataset_mesh(const std::string& file) {
+  Mesh mesh = read_mesh(file);
+  drop_degenerate(mesh);
+  if (mesh.normal.empty()) compute_normals(mesh);
+  const Topology shape = topology(mesh);
+  if (!shape.closed()) {
+    const Vec3 at = shape.open_edges           ? shape.open_at
+                    : shape.non_manifold_edges ? shape.non_manifold_at
+                                               : shape.turned_at;
+    throw InputError(fmt::format(
+        "{}: {} open edges, {} of more than two triangles, {} between triangles that wind against each other, "
+        "one near ({}, {}, {}); a body that light enters must be closed",
+        file, shape.open_edges, shape.non_manifold_edges, shape.turned_edges, at[0], at[1], at[2]));
+  }
+  if (shape.volume == 0) throw InputError(file + ": has no volume");
+  if (shape.volume < 0) flip(mesh);
+  std::array<float, 3> low, high;
+  low.fill(std::numeric_limits<float>::infinity());
+  high.fill(-std::numeric_limits<float>::infinity());
+  for (const auto& p : mesh.position)
+    for (std::size_t k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], p[k]);
+      high[k] = std::max(high[k], p[k]);
+    }
+  const float size = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
+  for (auto& p : mesh.position)
+    p = {(p[0] - (low[0] + high[0]) / 2) / size, (p[1] - (low[1] + high[1]) / 2) / size, (p[2] - low[2]) / size};
+  mesh.texcoord.clear();
+  return mesh;
+}
+
+}  // namespace itn

@@ -1,0 +1,25 @@
+// From the plan of a data set to its files.
+#pragma once
+#include <atomic>
+#include <functional>
+#include <string>
+
+#include "runtime/dataset/plan.h"
+#include "runtime/device/device.h"
+
+namespace itn {
+
+struct DatasetProgress {
+  std::size_t done = 0, total = 0;  // images, those found in the folder included
+  std::size_t rendered = 0;         // of them now
+};
+
+// Renders the images that the folder has not yet, many at once, and writes the manifest: first as the plan, complete at
+// the end. Stopped at any moment and called again with the same plan, it ends with the same bytes. The caller has
+// locked the folder. Throws UsageError: the folder holds another set; InputError: a mesh file; ResultError: not
+// writable; Interrupted.
+DatasetProgress render_dataset(const Device& device, const DatasetPlan& plan, const std::string& folder,
+                               const std::function<void(const DatasetProgress&)>& report,
+                               const std::atomic<bool>* cancel);
+
+}  // namespace itn

@@ -1,0 +1,55 @@
+// A data set's images rendered again with other materials, many at once: images, image losses and their gradients.
+#pragma once
+#include <atomic>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "runtime/batch_renderer.h"
+#include "runtime/dataset/dataset_scene.h"
+#include "runtime/inversion/image_loss.h"
+
+namespace itn {
+
+// One of the set's images, and the material to render it with instead of its own.
+struct RerenderedImage {
+  const Manifest::Image* image = nullptr;
+  DatasetMaterial material;
+  std::uint64_t seed = 0;
+  const std::vector<float>* target = nullptr;  // of losses: luminance, row-major
+};
+
+class RenderedLoss {
+ public:
+  // set: a complete data set in `folder`; it, the device and cancel must outlive this. operator single: only what
+  // scattered once.
+  RenderedLoss(const Device& device, const Manifest& set, std::string folder, Operator op,
+               const std::atomic<bool>* cancel);
+
+  // The mean squared difference from each target, and its gradient by sigma_t [1/mm], albedo and g, both unbiased, from
+  // the same paths. spp: 2 to 16, or a multiple of 16 (image_loss.h, split_samples). Throws UsageError: another spp;
+  // InputError: a mesh of the set; Interrupted.
+  std::vector<LossGradient> evaluate(const std::vector<RerenderedImage>& images, int spp);
+
+  // The images, without derivatives.
+  std::vector<Rendering> render(const std::vector<RerenderedImage>& images, int spp);
+
+ private:
+  // The shapes of some images on the device of one renderer.
+  class Placed {
+   public:
+    Placed(const Device& device, const RenderOptions& options) : renderer(device, options) {}
+    BatchRenderer renderer;
+    std::map<int, int> geometries;  // by shape
+  };
+
+  std::vector<Rendering> render(Placed& placed, const std::vector<RerenderedImage>& images, int groups, int spp);
+
+  const Manifest& set_;
+  std::string folder_;
+  Placed values_, derivatives_;
+  std::map<int, std::shared_ptr<const Mesh>> meshes_;  // by shape
+};
+
+}  // namespace itn

@@ -1,0 +1,112 @@
+// Losses of re-rendered images: their gradient is that of the image, their mean does not depend on the samples.
+#include "runtime/dataset/rendered_loss.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "runtime/error.h"
+#include "runtime/image/exr.h"
+#include "runtime/scene/mesh_file.h"
+#include "runtime/shapes/polygonise.h"
+#include "tests/support/temporary_folder.h"
+
+using namespace itn;
+
+namespace {
+
+const Device& device() {
+  static const Device the_device;
+  return the_device;
+}
+
+// One image of an egg of 2 mm.
+struct Egg {
+  TemporaryFolder folder;
+  Manifest set;
+  std::vector<float> target;
+
+  Egg() {
+    write_ply(folder / "egg.ply", shape_mesh(ellipsoid({1, 1, 1.4}), 600));
+    set.size = 16;
+    set.mm_per_unit = 2;
+    set.shapes = {{"egg", Manifest::Role::train, "egg.exr", Manifest::FileMesh{"egg.ply"}}};
+    set.lights = {{30, 30, sun_direction(30, 30)}};
+    set.images.resize(1);
+    RenderedLoss renderer(device(), set, folder / "", Operator::full, nullptr);
+    target = renderer.render({{&set.images[0], {8, 0.9, 0.5}, 1, nullptr}}, 256).front().mean;
+  }
+  std::vector<RerenderedImage> batch(std::size_t count, const DatasetMaterial& material, std::uint64_t seed) const {
+    std::vector<RerenderedImage> images;
+    for (std::size_t i = 0; i < count; ++i) images.push_back({&set.images[0], material, seed + i, &target});
+    return images;
+  }
+};
+
+struct Mean {
+  double value = 0, error = 0;
+};
+
+template <class Value>
+Mean mean_of(const std::vector<LossGradient>& losses, Value&& value) {
+  const auto n = static_cast<double>(losses.size());
+  Mean m;
+  for (const LossGradient& l : losses) m.value += value(l) / n;
+  for (const LossGradient& l : losses) m.error += (value(l) - m.value) * (value(l) - m.value);
+  m.error = std::sqrt(m.error / (n * (n - 1)));
+  return m;
+}
+
+}  // namespace
+
+TEST_CASE("the gradient of a re-rendered image's loss is its central difference, in 1/mm") {
+  const Egg egg;
+  RenderedLoss loss(device(), egg.set, egg.folder / "", Operator::full, nullptr);
+  const DatasetMaterial at{5, 0.8, 0.3};
+  const std::vector<LossGradient> losses = loss.evaluate(egg.batch(64, at, 1000), 16);
+  const std::array<double, 3> step{0.5, 0.02, 0.05};
+  for (std::size_t p = 0; p < 3; ++p) {
+    DatasetMaterial more = at, less = at;
+    (p == 0 ? more.sigma_t : p == 1 ? more.albedo : more.g) += step[p];
+    (p == 0 ? less.sigma_t : p == 1 ? less.albedo : less.g) -= step[p];
+    // common random numbers
+    const std::vector<LossGradient> above = loss.evaluate(egg.batch(64, more, 1000), 16),
+                                    below = loss.evaluate(egg.batch(64, less, 1000), 16);
+    std::vector<LossGradient> difference = losses;
+    for (std::size_t i = 0; i < losses.size(); ++i)
+      difference[i].loss = (above[i].loss - below[i].loss) / (2 * step[p]) - losses[i].gradient[p];
+    const Mean m = mean_of(difference, [](const LossGradient& l) { return l.loss; });
+    const Mean g = mean_of(losses, [&](const LossGradient& l) { return l.gradient[p]; });
+    CAPTURE(p, m.value, m.error, g.value, g.error);
+    // 3.9 standard errors: 1e-4 each; the second-order error of the difference is below a hundredth.
+    CHECK(std::abs(m.value) < 3.9 * m.error + 0.02 * std::abs(g.value));
+    CHECK(std::abs(g.value) > 5 * g.error);  // or nothing would have been checked
+  }
+}
+
+TEST_CASE("few samples and many give a loss and a gradient of the same mean") {
+  const Egg egg;
+  RenderedLoss loss(device(), egg.set, egg.folder / "", Operator::full, nullptr);
+  const DatasetMaterial at{5, 0.8, 0.3};
+  const std::vector<LossGradient> few = loss.evaluate(egg.batch(256, at, 0), 2),
+                                  many = loss.evaluate(egg.batch(16, at, 5000), 32);
+  for (std::size_t p = 0; p < 4; ++p) {
+    const auto value = [&](const LossGradient& l) { return p == 3 ? l.loss : l.gradient[p]; };
+    const Mean a = mean_of(few, value), b = mean_of(many, value);
+    CAPTURE(p, a.value, a.error, b.value, b.error);
+    CHECK(std::abs(a.value - b.value) < 3.9 * std::hypot(a.error, b.error));
+  }
+}
+
+TEST_CASE("a batch's losses are those of each alone; samples that make no equal groups are refused") {
+  const Egg egg;
+  RenderedLoss loss(device(), egg.set, egg.folder / "", Operator::single, nullptr);
+  const std::vector<RerenderedImage> batch = egg.batch(3, {5, 0.8, 0.3}, 7);
+  const std::vector<LossGradient> together = loss.evaluate(batch, 4);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const LossGradient alone = loss.evaluate({batch[i]}, 4).front();
+    CHECK(alone.loss == together[i].loss);
+    CHECK(alone.gradient == together[i].gradient);
+  }
+  CHECK_THROWS_AS(loss.evaluate(batch, 1), UsageError);
+  CHECK_THROWS_AS(loss.evaluate(batch, 17), UsageError);
+}

@@ -1,0 +1,145 @@
+// itn dataset as a user meets it: killed, damaged, contested, and with meshes of their own.
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "runtime/dataset/manifest.h"
+#include "runtime/image/exr.h"
+#include "runtime/image/file.h"
+#include "runtime/scene/mesh_file.h"
+#include "runtime/shapes/polygonise.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/tool/process.h"
+
+namespace {
+
+// A small set of two meshes of the user's own.
+std::string write_config(const TemporaryFolder& folder, int materials) {
+  itn::write_ply(folder / "egg.ply", itn::shape_mesh(itn::ellipsoid({1, 1, 1.5}), 600));
+  itn::write_ply(folder / "ring.ply", itn::shape_mesh(itn::torus(1, 0.4), 600));
+  const nlohmann::json config{{"size", 16},
+                              {"spp", 16},
+                              {"train", {{"shapes", {"egg.ply"}}, {"azimuths", {0, 60}}, {"materials", materials}}},
+                              {"test", {{"shapes", {"ring.ply"}}, {"azimuths", {30}}, {"materials", materials}}}};
+  itn::write_file(folder / "config.json", config.dump());
+  return folder / "config.json";
+}
+
+std::map<std::string, std::string> files_of(const std::string& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+    if (entry.is_regular_file())
+      files[std::filesystem::relative(entry.path(), folder).string()] = itn::read_file(entry.path().string());
+  return files;
+}
+
+}  // namespace
+
+TEST_CASE("a data set of one's own meshes: images with errors, buffers, a complete manifest") {
+  const TemporaryFolder folder;
+  const std::string config = write_config(folder, 10);
+  const Result result = run_itn({"dataset", config, "-o", folder / "set", "--json", "-"});
+  INFO(result.error);
+  REQUIRE(result.exit_code == 0);
+  const auto json = nlohmann::json::parse(result.output);
+  CHECK(json["schema"] == "itn.dataset.render/1");
+  CHECK(json["images"] == 20 + 10 + 20 + 10);
+  CHECK(json["rendered"] == 60);
+  CHECK(json["splits"]["validation"] == 2);
+  const itn::Manifest set = itn::read_complete_manifest(folder / "set");
+  REQUIRE(set.images.size() == 60);
+  CHECK(set.hash == json["hash"]);
+  for (const itn::Manifest::Image& image : set.images) {
+    const itn::ExrImage exr = itn::read_exr(folder / "set" + "/" + image.file);
+    CHECK((exr.width == 16 && exr.height == 16));
+    CHECK(exr.header.at("hash") == set.hash);
+    REQUIRE((exr.channel("Y") >= 0 && exr.channel("stderr.Y") >= 0));
+  }
+  const itn::ExrImage buffers = itn::read_exr(folder / "set" + "/" + set.shapes[0].buffers);
+  CHECK(buffers.channels.size() == 5);
+
+  const Result again = run_itn({"dataset", config, "-o", folder / "set", "--json", "-"});
+  REQUIRE(again.exit_code == 0);
+  CHECK(nlohmann::json::parse(again.output)["rendered"] == 0);
+}
+
+TEST_CASE("killed at 20 moments and gone on with, a data set has the same bytes") {
+  const TemporaryFolder folder;
+  const std::string config = write_config(folder, 150);
+  REQUIRE(run_itn({"dataset", config, "-o", folder / "whole", "--quiet"}).exit_code == 0);
+  const auto begin = std::chrono::steady_clock::now();
+  int killed = 0;
+  for (int k = 0; k < 20; ++k) {
+    Process process({"dataset", config, "-o", folder / "broken", "--quiet"}, {});
+    std::this_thread::sleep_for(std::chrono::milliseconds(100 + 37 * k % 500));
+    process.send(SIGKILL);
+    killed += process.wait().exit_code == -SIGKILL;
+  }
+  INFO(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() << " s");
+  CHECK(killed >= 10);
+  REQUIRE(run_itn({"dataset", config, "-o", folder / "broken", "--quiet"}).exit_code == 0);
+  std::map<std::string, std::string> whole = files_of(folder / "whole"), broken = files_of(folder / "broken");
+  for (const auto& [name, bytes] : whole) {
+    CAPTURE(name);
+    CHECK((broken.count(name) == 1 && broken[name] == bytes));
+  }
+}
+
+TEST_CASE("images that are missing, damaged or of another set are rendered again") {
+  const TemporaryFolder folder;
+  const std::string config = write_config(folder, 2), set = folder / "set";
+  REQUIRE(run_itn({"dataset", config, "-o", set, "--quiet"}).exit_code == 0);
+  const auto before = files_of(set);
+  std::filesystem::remove(set + "/images/000000.exr");
+  itn::write_file(set + "/images/000001.exr", before.at("images/000001.exr").substr(0, 300));
+  REQUIRE(run_itn({"dataset", config, "-o", folder / "other", "--seed", "1", "--quiet"}).exit_code == 0);
+  std::filesystem::copy_file(folder / "other/images/000002.exr", set + "/images/000002.exr",
+                             std::filesystem::copy_options::overwrite_existing);
+  std::filesystem::remove(set + "/shapes/ring.exr");
+  REQUIRE(run_itn({"dataset", config, "-o", set, "--quiet"}).exit_code == 0);
+  CHECK((files_of(set) == before));
+}
+
+TEST_CASE("a folder belongs to one configuration and one writer") {
+  const TemporaryFolder folder;
+  const std::string config = write_config(folder, 2);
+  REQUIRE(run_itn({"dataset", config, "-o", folder / "set", "--quiet"}).exit_code == 0);
+  const auto before = files_of(folder / "set");
+  const Result other = run_itn({"dataset", config, "-o", folder / "set", "--spp", "8"});
+  CHECK(other.exit_code == 2);
+  CHECK_THAT(other.error, Catch::Contains("another configuration"));
+  CHECK((files_of(folder / "set") == before));
+
+  const std::string large = write_config(folder, 2000);
+  Process first({"dataset", large, "-o", folder / "contested", "--quiet"}, {});
+  Result second;
+  for (int attempt = 0; attempt < 50; ++attempt) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    if (!std::filesystem::exists(folder / "contested/manifest.json")) continue;
+    second = run_itn({"dataset", large, "-o", folder / "contested", "--quiet"});
+    break;
+  }
+  first.send(SIGINT);
+  CHECK(first.wait().exit_code == 130);
+  CHECK(second.exit_code == 1);
+  CHECK_THAT(second.error, Catch::Contains("another process"));
+}
+
+TEST_CASE("itn dataset says what is wrong with a configuration or a mesh") {
+  const TemporaryFolder folder;
+  const Result unknown = run_itn({"dataset", "huge", "-o", folder / "a"});
+  CHECK(unknown.exit_code == 3);
+  CHECK_THAT(unknown.error, Catch::Contains("laptop"));
+  itn::Mesh open = itn::shape_mesh(itn::ball({0, 0, 0}, 1), 600);
+  open.triangle.pop_back();
+  itn::write_ply(folder / "open.ply", open);
+  itn::write_file(folder / "config.json", R"({"test":{"shapes":["open.ply"]}})");
+  const Result hole = run_itn({"dataset", folder / "config.json", "-o", folder / "b"});
+  CHECK(hole.exit_code == 3);
+  CHECK_THAT(hole.error, Catch::Contains("3 open edges") && Catch::Contains("must be closed"));
+  CHECK_FALSE(std::filesystem::exists(folder / "b/manifest.json"));
+}

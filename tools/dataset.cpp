@@ -1,0 +1,84 @@
+// itn dataset: renders the images that networks learn from and are tested on.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <chrono>
+#include <map>
+
+#include "runtime/dataset/config.h"
+#include "runtime/dataset/render_dataset.h"
+#include "runtime/image/folder_lock.h"
+#include "tools/common.h"
+#include "tools/interrupt.h"
+#include "tools/progress.h"
+
+namespace itn::tools {
+namespace {
+
+struct Options {
+  CommonOptions common;
+  std::string config, folder;
+  bool plan_only = false;
+};
+
+std::map<std::string, std::size_t> images_of_splits(const Manifest& set) {
+  std::map<std::string, std::size_t> count;
+  for (const Manifest::Image& image : set.images) ++count[split_name(image.split)];
+  return count;
+}
+
+void run(const Options& options, bool seed_given) {
+  const CommonOptions& common = options.common;
+  DatasetConfig config = read_dataset_config(options.config);
+  if (common.spp) config.spp = common.spp;
+  if (seed_given) config.seed = common.seed;
+  const Device device(common.device);
+  const DatasetPlan plan = plan_dataset(config, ITN_VERSION, device.info().name + ", " + device.info().platform);
+  const FolderLock lock(options.folder);
+
+  const auto start = std::chrono::steady_clock::now();
+  Progress progress(options.config, static_cast<double>(plan.manifest.images.size()), "images", !common.quiet);
+  const DatasetProgress end = render_dataset(
+      device, plan, options.folder,
+      [&](const DatasetProgress& p) { progress.update(static_cast<double>(p.done) / static_cast<double>(p.total)); },
+      &interrupt_flag());
+  progress.clear();
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const std::map<std::string, std::size_t> splits = images_of_splits(plan.manifest);
+  if (common.talkative()) {
+    fmt::print("{}: {} images of {} x {} pixels, {} samples each, of {} shapes\n", options.folder, end.total,
+               config.size, config.size, config.spp, plan.manifest.shapes.size());
+    for (const auto& [split, count] : splits) fmt::print("  {:<14} {:>7}\n", split, count);
+    if (end.rendered > 0)
+      fmt::print("{} rendered in {:.1f} s: {:.1f} images/s\n", end.rendered, seconds,
+                 static_cast<double>(end.rendered) / seconds);
+    else
+      fmt::print("all were there already\n");
+  }
+  write_json(common, {{"schema", "itn.dataset.render/1"},
+                      {"folder", options.folder},
+                      {"hash", plan.manifest.hash},
+                      {"images", end.total},
+                      {"rendered", end.rendered},
+                      {"splits", splits},
+                      {"time", {{"render_s", seconds}}}});
+}
+
+}  // namespace
+
+void add_dataset(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("dataset",
+                         "renders a data set: shapes x lights x materials\n\n"
+                         "Stopped at any moment, the same command goes on where it was, with the same result.");
+  command
+      ->add_option("config", options->config,
+                   fmt::format("JSON file, or one of the presets {}", fmt::join(dataset_presets(), ", ")))
+      ->required();
+  command->add_option("-o,--output", options->folder, "folder for manifest.json, images/ and shapes/")->required();
+  add_common_options(*command, options->common);
+  command->callback([options, command] { run(*options, command->count("--seed") > 0); });
+}
+
+}  // namespace itn::tools

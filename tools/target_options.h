@@ -1,0 +1,19 @@
+// --target, --mask and --sensor: the images that a scene is compared with.
+#pragma once
+#include "runtime/inversion/image_loss.h"
+#include "tools/common.h"
+
+namespace itn::tools {
+
+struct TargetOptions {
+  std::vector<std::string> targets, masks;  // masks: none, or one a target
+  std::vector<int> sensors;                 // after read_targets(): one a target
+};
+
+void add_target_options(CLI::App& command, TargetOptions& options);
+
+// Without --sensor the targets were seen by the scene's sensors in their order. Throws UsageError where sensors or
+// masks do not come one a target or not at all, or a sensor is none of the scene's, and as read_target().
+std::vector<TargetImage> read_targets(TargetOptions& options, const Scene& scene);
+
+}  // namespace itn::tools
