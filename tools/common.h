@@ -50,7 +50,9 @@ void add_gradcheck(CLI::App& app);
 void add_gradient(CLI::App& app);
 void add_invert(CLI::App& app);
 void add_parameters(CLI::App& app);
+void add_predict(CLI::App& app);
 void add_render(CLI::App& app);
 void add_shapes(CLI::App& app);
+void add_train(CLI::App& app);
 
 }  // namespace itn::tools
