@@ -28,8 +28,9 @@ class BatchRenderer {
   void forget_geometries();
 
   // The same bits as render() of each alone, in whichever batch, as long as the scenes of all batches have the same
-  // kinds of BSDFs, media and light. Throws as render(), and UsageError: sensors that differ in `luminance`, scenes in
-  // which the derivatives' parameters are others.
+  // kinds of BSDFs, media and light; Baselines::automatic has them off here, where to learn them for each image anew
+  // would take as long as many a small image itself. Throws as render(), and UsageError: sensors that differ in
+  // `luminance`, scenes in which the derivatives' parameters are others.
   std::vector<Rendering> render(const std::vector<BatchImage>& images, int spp);
 
  private:
