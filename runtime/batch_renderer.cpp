@@ -19,6 +19,7 @@ bool same(const std::vector<Record>& a, const std::vector<Record>& b) {
 struct BatchRenderer::State {
   State(const Device& on, const RenderOptions& given) : device(on), options(given) {
     data.geometry.box_width = box_width(device);
+    if (options.baselines == Baselines::automatic) options.baselines = Baselines::off;
     if (options.paths_a_launch > 0) launch_paths = options.paths_a_launch;
   }
 
@@ -54,8 +55,8 @@ struct BatchRenderer::State {
     if (!wavefront || !wavefront->replace(data, jobs, derivatives, new_geometry)) {
       wavefront.reset();  // its memory first
       film.reset();
-      wavefront =
-          std::make_unique<Wavefront>(device, data, jobs, derivatives, options.op, options.width, options.schedule);
+      wavefront = std::make_unique<Wavefront>(device, data, jobs, derivatives, options.op, options.width,
+                                              options.schedule, options.baselines);
       film_pixels = 0;
     }
     new_geometry = false;

@@ -42,7 +42,7 @@ struct Renderer::State {
   void build(const JobRecord& job, const DerivativeData& derivatives) {
     wavefront.reset();  // its memory first
     wavefront = std::make_unique<Wavefront>(device, data, std::vector<JobRecord>{job}, derivatives, options.op,
-                                            options.width, options.schedule);
+                                            options.width, options.schedule, options.baselines);
     film = std::make_unique<Film>(device, sensor.crop_width * sensor.crop_height,
                                   1 + static_cast<int>(options.derivatives.size()), wavefront->channels(),
                                   sensor.luminance);
