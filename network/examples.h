@@ -2,6 +2,9 @@
 #pragma once
 #include <cstddef>
 #include <span>
+#include <vector>
+
+#include "network/network.h"
 
 namespace itn {
 
@@ -12,5 +15,13 @@ class Examples {
   // image: (channels, size, size), truth: one parameter for each output of the network. Always the same for an index.
   virtual void read(std::size_t index, std::span<float> image, std::span<double> truth) const = 0;
 };
+
+struct Batch {
+  std::vector<float> images;  // (batch, channels, size, size)
+  std::vector<double> truth;  // (batch, outputs)
+};
+
+// Throws InputError where a number is not finite: the network would turn such a pixel into 0, and nobody would notice.
+Batch read_batch(const Examples& examples, std::span<const std::size_t> indices, const Network& network);
 
 }  // namespace itn

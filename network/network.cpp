@@ -1,5 +1,7 @@
 #include "network/network.h"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -35,6 +37,10 @@ void check(const NetworkDescription& description) {
   if (!is_power_of_two(description.width, 64))
     throw UsageError("network with " + std::to_string(description.width) +
                      " channels in its first stage: must be a power of two, up to 64");
+  if (!(description.luminance > 0 && std::isfinite(description.luminance)))
+    throw UsageError("network for images of luminance " + std::to_string(description.luminance) + ": must be above 0");
+  if (!(description.mm_per_unit > 0 && std::isfinite(description.mm_per_unit)))
+    throw UsageError("network for scene units of " + std::to_string(description.mm_per_unit) + " mm: must be above 0");
   check_outputs(description.outputs);
 }
 
@@ -93,6 +99,7 @@ struct Network::Pass {
 
 Network::Network(NetworkDescription description) : description_(std::move(description)) {
   check(description_);
+  omp_set_dynamic(0);  // OMP_DYNAMIC: oneDNN waits for ever for threads that OpenMP leaves away
   weights_ = gradients_ = empty_weights(description_);
 }
 

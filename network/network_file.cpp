@@ -21,6 +21,15 @@ int whole_number(const Safetensors& content, const std::string& name, const std:
   return number;
 }
 
+double number(const Safetensors& content, const std::string& name, const std::string& file) {
+  const std::string& text = content.text(name, file);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size())
+    throw InputError(file + ": metadata '" + name + "' is '" + text + "', where a number is expected");
+  return value;
+}
+
 std::string shape_text(const std::vector<std::size_t>& shape) {
   std::string text;
   for (const std::size_t extent : shape) text += (text.empty() ? "" : " x ") + std::to_string(extent);
@@ -40,6 +49,8 @@ std::map<std::string, std::string> network_metadata(const NetworkDescription& de
           {"channels", std::to_string(description.channels)},
           {"size", std::to_string(description.size)},
           {"width", std::to_string(description.width)},
+          {"luminance", nlohmann::json(description.luminance).dump()},
+          {"mm_per_unit", nlohmann::json(description.mm_per_unit).dump()},
           {"outputs", outputs.dump()}};
 }
 
@@ -54,6 +65,8 @@ NetworkDescription network_description(const Safetensors& content, const std::st
   description.channels = whole_number(content, "channels", file);
   description.size = whole_number(content, "size", file);
   description.width = whole_number(content, "width", file);
+  description.luminance = number(content, "luminance", file);
+  description.mm_per_unit = number(content, "mm_per_unit", file);
   try {
     description.outputs.clear();
     for (const nlohmann::json& range : nlohmann::json::parse(content.text("outputs", file)))

@@ -1,7 +1,7 @@
 // A network in a safetensors file: its weights, and in the metadata all that is needed to use them.
 //
-//   format "itn.network", version "1", kind, channels, size, width, outputs (JSON: name, low, high, logarithmic), all
-//   as text; arrays named as in Network::weights().
+//   format "itn.network", version "1", kind, channels, size, width, luminance, mm_per_unit, outputs (JSON: name, low,
+//   high, logarithmic), all as text; arrays named as in Network::weights().
 #pragma once
 #include <string>
 

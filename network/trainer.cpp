@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "network/random.h"
@@ -27,28 +28,8 @@ void check(const Examples& training, const Examples& validation, const TrainingO
   require(validation.count() >= 1, "no examples for the validation");
 }
 
-template <class Number>
-bool all_finite(const std::vector<Number>& numbers) {
-  bool finite = true;
-  for (const Number number : numbers) finite &= std::isfinite(number);
-  return finite;
-}
-
-struct Batch {
-  std::vector<float> images;
-  std::vector<double> truth;
-};
-
-Batch read_batch(const Examples& examples, std::span<const std::size_t> indices, const Network& network) {
-  const std::size_t values = network.image_values(), outputs = network.description().outputs.size();
-  Batch batch{std::vector<float>(indices.size() * values), std::vector<double>(indices.size() * outputs)};
-  for (std::size_t i = 0; i < indices.size(); ++i)
-    examples.read(indices[i], std::span(batch.images).subspan(i * values, values),
-                  std::span(batch.truth).subspan(i * outputs, outputs));
-  // The network would turn a pixel that is no number into 0, and nobody would notice.
-  if (!all_finite(batch.images) || !all_finite(batch.truth))
-    throw InputError("training: among the examples are numbers that are not finite; render them again");
-  return batch;
+bool all_finite(const std::vector<float>& numbers) {
+  return std::all_of(numbers.begin(), numbers.end(), [](float number) { return std::isfinite(number); });
 }
 
 }  // namespace
@@ -131,6 +112,26 @@ double Trainer::validation_loss() {
 
 void Trainer::restore_best() {
   if (!best_weights_.empty()) network_.weights() = best_weights_;
+}
+
+double balanced_image_weight(Network& network, const Examples& training, const TrainingOptions& options,
+                             ImageLoss& image_loss, int batches) {
+  const std::vector<std::size_t> order = random_order(options.seed, RANDOM_ORDER, training.count());
+  const std::vector<OutputRange>& ranges = network.description().outputs;
+  const auto size = static_cast<std::size_t>(options.batch);
+  double supervised = 0, image = 0;
+  for (std::size_t step = 0; step < static_cast<std::size_t>(batches) && (step + 1) * size <= order.size(); ++step) {
+    const std::span<const std::size_t> examples = std::span(order).subspan(step * size, size);
+    const Batch batch = read_batch(training, examples, network);
+    const std::vector<float>& outputs = network.forward(batch.images, options.batch);
+    supervised += supervised_loss(outputs, batch.truth, ranges).loss;
+    image += image_loss.evaluate(examples, parameters_of(outputs, ranges), step).loss;
+  }
+  const double weight = supervised / image;
+  if (!(weight > 0 && std::isfinite(weight)))
+    throw ResultError("training: the supervised loss is " + std::to_string(supervised) + " and the image loss " +
+                      std::to_string(image) + ": no weight makes them equal; give one");
+  return weight;
 }
 
 }  // namespace itn

@@ -53,12 +53,14 @@ class Trainer {
   void step();
   bool finished() const;
 
+  const TrainingOptions& options() const { return options_; }
   std::uint64_t steps() const { return adam_.state().steps; }
   std::uint64_t steps_in_epoch() const;
   const std::vector<EpochLosses>& curve() const { return curve_; }  // of the epochs that are complete
 
   // Which epoch had the least validation loss, and its weights. Before the first epoch ends there is none.
   std::size_t best_epoch() const { return best_epoch_; }
+  const std::vector<Tensor>& best_weights() const { return best_weights_; }  // none: empty
   void restore_best();
 
   // Written whole or not at all. Throws ResultError.
@@ -83,5 +85,12 @@ class Trainer {
   std::vector<Tensor> best_weights_;
   std::vector<std::size_t> order_;
 };
+
+// The weight that makes the image loss as large as the supervised one, with the network as it is: over the first
+// batches
+// (`batches` of them, or as many as an epoch has) that a trainer with these options takes. Throws as Trainer::step(),
+// and ResultError where one of the losses is not above 0.
+double balanced_image_weight(Network& network, const Examples& training, const TrainingOptions& options,
+                             ImageLoss& image_loss, int batches);
 
 }  // namespace itn

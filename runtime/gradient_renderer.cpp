@@ -158,7 +158,7 @@ WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<
   int first = first_sample;
   for (const int samples : samples_of_groups) {
     const std::vector<TracedJob> job{{0, &s.sensor, first}};
-    groups.push_back(trace_images(*s.wavefront, *s.film, job, samples, s.options, s.launch_paths, &traced).front());
+    groups.push_back(trace_images(*s.wavefront, *s.film, job, samples, 1, s.options, s.launch_paths, &traced).front());
     group_of.resize(traced.launches.size(), groups.size() - 1);
     first += samples;
   }

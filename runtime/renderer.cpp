@@ -75,7 +75,7 @@ void Renderer::replace(const Scene& scene) { state_->replace(scene); }
 Rendering Renderer::render(int first_sample, int spp) {
   State& s = *state_;
   Rendering out =
-      trace_images(*s.wavefront, *s.film, {{0, &s.sensor, first_sample}}, spp, s.options, s.launch_paths).front();
+      trace_images(*s.wavefront, *s.film, {{0, &s.sensor, first_sample}}, spp, 1, s.options, s.launch_paths).front();
   out.build_s = s.build_s;
   return out;
 }

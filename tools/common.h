@@ -39,6 +39,9 @@ const Sensor& chosen_sensor(const Scene& scene, int index);
 // Writes the result where --json says; throws ResultError when that fails.
 void write_json(const CommonOptions& options, const nlohmann::ordered_json& result);
 
+// Tells files apart: 16 hexadecimal digits. Throws InputError when it cannot be read.
+std::string fingerprint_of(const std::string& file);
+
 // Warnings of a scene and the like: standard error, unless --quiet.
 void warn(const CommonOptions& options, const std::string& text);
 
@@ -50,7 +53,9 @@ void add_gradcheck(CLI::App& app);
 void add_gradient(CLI::App& app);
 void add_invert(CLI::App& app);
 void add_parameters(CLI::App& app);
+void add_predict(CLI::App& app);
 void add_render(CLI::App& app);
 void add_shapes(CLI::App& app);
+void add_train(CLI::App& app);
 
 }  // namespace itn::tools

@@ -9,7 +9,7 @@
 namespace itn::tools {
 namespace {
 
-std::atomic<bool> interrupted{false};
+std::atomic<bool> interrupted{false}, orderly{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "signal handlers may use lock-free atomics only");
 
 // Everything here must be safe in a signal handler.
@@ -23,6 +23,7 @@ void end_now(int) {
 
 void on_signal(int signal_number) {
   if (interrupted.exchange(true)) end_now(signal_number);
+  if (orderly) return;
   const itimerval in_a_moment{{0, 0}, {0, 500000}};
   setitimer(ITIMER_REAL, &in_a_moment, nullptr);
 }
@@ -43,5 +44,9 @@ void watch_for_interrupt() {
   handle(SIGINT, on_signal);
   handle(SIGTERM, on_signal);
 }
+
+OrderlyEnd::OrderlyEnd() { orderly = true; }
+
+OrderlyEnd::~OrderlyEnd() { orderly = false; }
 
 }  // namespace itn::tools

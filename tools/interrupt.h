@@ -10,4 +10,14 @@ void watch_for_interrupt();
 
 const std::atomic<bool>& interrupt_flag();
 
+// While one lives, the flag is polled, and what was done is stored before the end: the first signal only sets the flag.
+// A second one still ends at once.
+class OrderlyEnd {
+ public:
+  OrderlyEnd();
+  ~OrderlyEnd();
+  OrderlyEnd(const OrderlyEnd&) = delete;
+  OrderlyEnd& operator=(const OrderlyEnd&) = delete;
+};
+
 }  // namespace itn::tools

@@ -1,10 +1,12 @@
 // itn: one binary, sub-commands; see tools/README.md.
 #include <new>
+#include <string_view>
 
 #include "runtime/device/device.h"
 #include "runtime/error.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
+#include "tools/passive_wait.h"
 
 namespace {
 
@@ -40,7 +42,9 @@ int run(int argc, char** argv) {
   itn::tools::add_gradient(app);
   itn::tools::add_invert(app);
   itn::tools::add_parameters(app);
+  itn::tools::add_predict(app);
   itn::tools::add_shapes(app);
+  itn::tools::add_train(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -54,6 +58,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "train") itn::tools::wait_asleep(argv);
   itn::tools::watch_for_interrupt();
   try {
     return run(argc, argv);

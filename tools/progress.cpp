@@ -22,8 +22,12 @@ std::string duration(double seconds) {
 
 }  // namespace
 
-Progress::Progress(std::string label, double amount, std::string unit, bool wanted)
-    : label_(std::move(label)), unit_(std::move(unit)), amount_(amount), shown_(wanted && isatty(STDERR_FILENO)) {}
+Progress::Progress(std::string label, double amount, std::string unit, bool wanted, double done)
+    : label_(std::move(label)),
+      unit_(std::move(unit)),
+      amount_(amount),
+      done_(done),
+      shown_(wanted && isatty(STDERR_FILENO)) {}
 
 void Progress::clear() {
   if (shown_ && last_ != Clock::time_point{}) std::fputs("\r\033[K", stderr);
@@ -31,12 +35,11 @@ void Progress::clear() {
 
 void Progress::update(double fraction) {
   const Clock::time_point now = Clock::now();
-  if (!shown_ || fraction <= 0 || now - last_ < std::chrono::milliseconds(100)) return;
+  if (!shown_ || fraction <= done_ || now - last_ < std::chrono::milliseconds(100)) return;
   last_ = now;
-  const double elapsed = std::chrono::duration<double>(now - start_).count();
-  const std::string line =
-      fmt::format("\r\033[K{}  {:3.0f} %  {}{}/s  {} left", label_, 100 * fraction,
-                  with_prefix(fraction * amount_ / elapsed), unit_, duration(elapsed * (1 - fraction) / fraction));
+  const double a_second = (fraction - done_) / std::chrono::duration<double>(now - start_).count();
+  const std::string line = fmt::format("\r\033[K{}  {:3.0f} %  {}{}/s  {} left", label_, 100 * fraction,
+                                       with_prefix(amount_ * a_second), unit_, duration((1 - fraction) / a_second));
   std::fputs(line.c_str(), stderr);
   std::fflush(stderr);
 }

@@ -85,6 +85,16 @@ TEST_CASE("images of a batch have the bits of each alone: shapes, lights, materi
     check_same(again[1], together[1]);
     check_same(again[2], together[0]);
   }
+  SECTION("groups of samples have the bits of each group alone") {
+    const std::vector<Rendering> groups = renderer.render(batch, spp, 4);
+    REQUIRE(groups.size() == 4 * all.size());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      RenderOptions alone = options;
+      alone.seed = 100 + i;
+      Renderer single(device(), all[i], alone);
+      for (std::size_t g = 0; g < 4; ++g) check_same(groups[4 * i + g], single.render(static_cast<int>(2 * g), 2));
+    }
+  }
   SECTION("samples of a batch may be any") {
     RenderOptions alone = options;
     alone.seed = 100;

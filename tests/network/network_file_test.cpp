@@ -15,7 +15,7 @@ using namespace itn;
 using Catch::Contains;
 
 Network some_network() {
-  Network network({"itn", 6, 4, {{"sigma_t", 20, 300, true}, {"albedo", 0.25, 1, false}}, 2});
+  Network network({"itn", 6, 4, {{"sigma_t", 20, 300, true}, {"albedo", 0.25, 1, false}}, 2, 0.1, 25});
   network.initialise(3);
   network.weights().back().values = {0.25f, -3};
   return network;
@@ -78,6 +78,10 @@ TEST_CASE("A network file of another kind, version or shape is an input error") 
   CHECK_THAT(message([](Safetensors& c) { c.metadata.clear(); }), Contains("no metadata 'format'"));
   CHECK_THAT(message([](Safetensors& c) { c.metadata["kind"] = "gan"; }), Contains("kind 'gan'"));
   CHECK_THAT(message([](Safetensors& c) { c.metadata["channels"] = "3"; }), Contains("3 input channels"));
+  CHECK_THAT(message([](Safetensors& c) { c.metadata["luminance"] = "0"; }), Contains("luminance 0"));
+  CHECK_THAT(message([](Safetensors& c) { c.metadata["luminance"] = "1,5"; }), Contains("'luminance' is '1,5'"));
+  CHECK_THAT(message([](Safetensors& c) { c.metadata.erase("mm_per_unit"); }), Contains("'mm_per_unit'"));
+  CHECK_THAT(message([](Safetensors& c) { c.metadata["mm_per_unit"] = "-1"; }), Contains("scene units of -1"));
   CHECK_THAT(message([](Safetensors& c) { c.metadata["size"] = "100"; }), Contains("100 pixels"));
   CHECK_THAT(message([](Safetensors& c) { c.metadata["width"] = "3"; }), Contains("3 channels in its first stage"));
   CHECK_THAT(message([](Safetensors& c) { c.metadata["size"] = "64 "; }), Contains("whole number"));

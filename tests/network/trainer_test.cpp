@@ -199,6 +199,42 @@ TEST_CASE("The image loss is asked about the batch, and pulls the network where 
   CHECK(trainer.curve().back().image < 0.25 * trainer.curve().front().image);
 }
 
+TEST_CASE("The balanced weight makes both losses equal over the first batches") {
+  const MadeUpExamples training(24, 1), validation(8, 2);
+  const TrainingOptions chosen = options(1);
+  Network network = small_network();
+  MadeUpImageLoss image_loss;
+  const double weight = balanced_image_weight(network, training, chosen, image_loss, 2);
+  const std::vector<std::vector<std::size_t>> asked = image_loss.asked;
+  REQUIRE(asked.size() == 2);
+  CHECK(same_weights(network, small_network()));
+
+  double supervised = 0, image = 0;
+  for (std::size_t step = 0; step < 2; ++step) {
+    const Batch batch = read_batch(training, asked[step], network);
+    const std::vector<float>& raw = network.forward(batch.images, chosen.batch);
+    supervised += supervised_loss(raw, batch.truth, outputs).loss;
+    image += image_loss.evaluate(asked[step], parameters_of(raw, outputs), step).loss;
+  }
+  CHECK(weight * image == Approx(supervised));
+
+  // The batches are those that training begins with; an epoch has three of them.
+  MadeUpImageLoss in_training;
+  TrainingOptions with_image = chosen;
+  with_image.image_weight = weight;
+  Trainer trainer(network, training, validation, with_image, &in_training);
+  while (!trainer.finished()) trainer.step();
+  CHECK(std::vector(in_training.asked.begin(), in_training.asked.begin() + 2) == asked);
+  MadeUpImageLoss all;
+  balanced_image_weight(network, training, chosen, all, 100);
+  CHECK(all.asked.size() == 3);
+  class Perfect : public MadeUpImageLoss {
+   public:
+    Result evaluate(std::span<const std::size_t>, std::span<const double>, std::uint64_t) override { return {}; }
+  } perfect;
+  CHECK_THROWS_AS(balanced_image_weight(network, training, chosen, perfect, 2), ResultError);
+}
+
 TEST_CASE("Training ends early when validation does not get better, and has the best weights") {
   const MadeUpExamples training(16, 1), validation(16, 2, true);  // what is learnt is of no use there
   TrainingOptions chosen = options(60);

@@ -1,0 +1,50 @@
+// Examples from a data set's folder (runtime/dataset/README.md).
+#pragma once
+#include <atomic>
+#include <string>
+#include <vector>
+
+#include "network/examples.h"
+#include "network/input.h"
+#include "runtime/dataset/manifest.h"
+
+namespace itn {
+
+// The images of one split, in memory.
+struct DatasetImages {
+  std::vector<Manifest::Image> images;        // in the manifest's order
+  std::vector<std::vector<float>> luminance;  // one an image, (size, size)
+  std::vector<double> noise;                  // of each: mean square of its standard errors
+  std::vector<SeenShape> shapes;              // one a shape of the manifest; empty where nobody asked for them
+  std::vector<std::array<double, 3>> lights;  // one a light of the manifest
+};
+
+// Throws InputError: no images of that split, and what read_luminance() and read_seen_shape() throw, or that an
+// image is of another data set; Interrupted soon after *cancel is set.
+DatasetImages read_images(const std::string& folder, const Manifest& manifest, Manifest::Split split, bool with_shapes,
+                          const std::atomic<bool>& cancel);
+
+// The mean over all pixels of all images: what a network takes for NetworkDescription::luminance. Throws InputError
+// where it is not above 0.
+double mean_luminance(const DatasetImages& images);
+
+// The default ranges, as far as they go, made wide enough for every parameter of the images.
+std::vector<OutputRange> output_ranges(const DatasetImages& images);
+
+class DatasetExamples : public Examples {
+ public:
+  // images must outlive this. Throws UsageError: an output that images do not have, six channels and no shapes.
+  DatasetExamples(const DatasetImages& images, NetworkDescription network);
+
+  std::size_t count() const override { return images_.images.size(); }
+  void read(std::size_t index, std::span<float> image, std::span<double> truth) const override;
+
+ private:
+  const DatasetImages& images_;
+  NetworkDescription network_;
+};
+
+// Of "sigma_t", "albedo" or "g". Throws UsageError for other names.
+double parameter_of(const Manifest::Image& image, const std::string& name);
+
+}  // namespace itn

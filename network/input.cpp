@@ -1,0 +1,122 @@
+#include "network/input.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/error.h"
+#include "runtime/image/exr.h"
+
+namespace itn {
+namespace {
+
+constexpr double DARKEST = 0.01;  // what is added to the radiance, over m: noise in the dark is not seen
+
+ExrImage read_square(const std::string& file, int size, const std::string& hash) {
+  ExrImage image = read_exr(file);
+  if (image.width != size || image.height != size)
+    throw InputError(fmt::format("{}: has {} x {} pixels, need {} x {}", file, image.width, image.height, size, size));
+  const auto found = image.header.find("hash");
+  if (!hash.empty() && (found == image.header.end() || found->second != hash))
+    throw InputError(fmt::format("{}: is of another data set (hash {}, need {}); render it again", file,
+                                 found == image.header.end() ? "none" : found->second, hash));
+  return image;
+}
+
+// One channel of an image, row-major.
+std::vector<float> plane(const ExrImage& image, const std::string& name, const std::string& file) {
+  const int channel = image.channel(name);
+  if (channel < 0)
+    throw InputError(fmt::format("{}: has no channel {}, only {}", file, name, fmt::join(image.channels, ", ")));
+  std::vector<float> values(image.data.size() / image.channels.size());
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = image.data[i * image.channels.size() + static_cast<std::size_t>(channel)];
+  return values;
+}
+
+[[noreturn]] void fail_at(const std::string& file, int size, std::size_t pixel, const std::string& what) {
+  const auto side = static_cast<std::size_t>(size);
+  throw InputError(fmt::format("{}: pixel {}, {}: {}", file, pixel % side, pixel / side, what));
+}
+
+}  // namespace
+
+std::vector<float> read_luminance(const std::string& file, int size, const std::string& hash, double* noise) {
+  const ExrImage image = read_square(file, size, hash);
+  std::vector<float> luminance;
+  if (image.channel("Y") >= 0) {
+    luminance = plane(image, "Y", file);
+  } else if (image.channel("R") >= 0) {
+    luminance.resize(image.data.size() / image.channels.size());
+    for (const auto& [name, weight] : {std::pair{"R", 0.212671F}, {"G", 0.715160F}, {"B", 0.072169F}}) {
+      const std::vector<float> values = plane(image, name, file);
+      for (std::size_t i = 0; i < values.size(); ++i) luminance[i] += weight * values[i];
+    }
+  } else {
+    throw InputError(
+        fmt::format("{}: has no channel Y, nor R, G and B; only {}", file, fmt::join(image.channels, ", ")));
+  }
+  for (std::size_t i = 0; i < luminance.size(); ++i)
+    if (!std::isfinite(luminance[i])) fail_at(file, size, i, fmt::format("is {}, need a finite number", luminance[i]));
+  if (!noise) return luminance;
+  *noise = 0;
+  if (image.channel("stderr.Y") < 0) return luminance;
+  for (const float error : plane(image, "stderr.Y", file))
+    *noise += static_cast<double>(error) * error / static_cast<double>(luminance.size());
+  if (!std::isfinite(*noise)) throw InputError(file + ": standard errors are not finite; render the data set again");
+  return luminance;
+}
+
+SeenShape read_seen_shape(const std::string& file, int size, const std::string& hash) {
+  const ExrImage image = read_square(file, size, hash);
+  const std::vector<float> mask = plane(image, "mask", file), depth = plane(image, "depth", file);
+  const std::size_t pixels = mask.size();
+  SeenShape buffers;
+  for (const char* name : {"normal.X", "normal.Y", "normal.Z"}) {
+    const std::vector<float> values = plane(image, name, file);
+    buffers.normal.insert(buffers.normal.end(), values.begin(), values.end());
+  }
+  double depths = 0, covered = 0;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const double x = buffers.normal[i], y = buffers.normal[pixels + i], z = buffers.normal[2 * pixels + i];
+    const double length = std::sqrt(x * x + y * y + z * z);
+    if (mask[i] != 0 && mask[i] != 1) fail_at(file, size, i, fmt::format("mask is {}, need 0 or 1", mask[i]));
+    if (!(length < 1.01)) fail_at(file, size, i, fmt::format("the normal has the length {}, need 1 or 0", length));
+    if (mask[i] == 0) continue;
+    if (length < 0.99) fail_at(file, size, i, fmt::format("the normal has the length {}, need 1", length));
+    if (!std::isfinite(depth[i])) fail_at(file, size, i, fmt::format("depth is {}, need a finite number", depth[i]));
+    depths += depth[i];
+    covered += 1;
+  }
+  if (covered == 0) throw InputError(file + ": the mask is 0 everywhere: no object can be seen");
+  buffers.nearness.resize(pixels);
+  for (std::size_t i = 0; i < pixels; ++i)
+    buffers.nearness[i] = mask[i] == 1 ? static_cast<float>(depths / covered - depth[i]) : 0;
+  return buffers;
+}
+
+void network_input(const NetworkDescription& network, std::span<const float> luminance, const KnownScene* known,
+                   std::span<float> input) {
+  const auto side = static_cast<std::size_t>(network.size);
+  const std::size_t pixels = side * side;
+  if (luminance.size() != pixels || input.size() != static_cast<std::size_t>(network.channels) * pixels)
+    throw UsageError(fmt::format("an image of {} pixels for a network of {} x {}", luminance.size(), side, side));
+  const auto m = static_cast<float>(network.luminance), darkest = static_cast<float>(DARKEST) * m;
+  for (std::size_t i = 0; i < pixels; ++i)
+    input[i] = std::log((std::max(luminance[i], 0.0F) + darkest) / (m + darkest));
+  if (network.channels == 1) return;
+  if (!known || known->shape.nearness.size() != pixels)
+    throw UsageError("a network of six channels needs the shape's buffers and the light");
+  const std::vector<float>& normal = known->shape.normal;
+  std::copy(normal.begin(), normal.end(), input.begin() + static_cast<std::ptrdiff_t>(pixels));
+  std::copy(known->shape.nearness.begin(), known->shape.nearness.end(),
+            input.begin() + static_cast<std::ptrdiff_t>(4 * pixels));
+  for (std::size_t i = 0; i < pixels; ++i) {
+    double cosine = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) cosine += known->light[axis] * normal[axis * pixels + i];
+    input[5 * pixels + i] = static_cast<float>(cosine);
+  }
+}
+
+}  // namespace itn

@@ -1,0 +1,46 @@
+// What the network sees: the same function makes it for training and for predictions.
+//
+//   channel 0     luminance: log((L + 0.01 m) / (1.01 m)) of the radiance L, m = description.luminance: 0 where L is m,
+//                 -4.6 in the dark. Radiance below 0, which sky models have in places, counts as 0.
+//   and with six channels, of known shape and light:
+//   channel 1..3  the normal of the surface seen, in the world: object and floor; 0 where there is none
+//   channel 4     how much nearer than the object's mean depth the object is [scene units]; 0 off the object
+//   channel 5     light: cosine between that normal and the direction of the sun; below 0 where it is turned away
+#pragma once
+#include <array>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "network/network.h"
+
+namespace itn {
+
+// Radiance as luminance, (size, size), from channel Y, or of R, G, B as the renderer weighs them. hash: what the file's
+// attribute `hash` must be; empty: anything. Throws InputError: another size, no such channels, pixels that are not
+// finite, another hash. noise: becomes the mean over the pixels of their squared standard errors, channel stderr.Y, or
+// 0 where the file has none.
+std::vector<float> read_luminance(const std::string& file, int size, const std::string& hash = "",
+                                  double* noise = nullptr);
+
+// A shape as the camera sees it (runtime/dataset/README.md).
+struct SeenShape {
+  std::vector<float> normal;    // (3, size, size)
+  std::vector<float> nearness;  // (size, size): channel 4
+};
+
+// Throws InputError: another size, channels missing, a mask of other numbers than 0 and 1 or of zeros alone, normals of
+// another length than 1 on the object, numbers there that are not finite, another hash.
+SeenShape read_seen_shape(const std::string& file, int size, const std::string& hash = "");
+
+struct KnownScene {
+  const SeenShape& shape;
+  std::array<double, 3> light;  // towards the sun, length 1
+};
+
+// luminance: (size, size); known: null for networks of one channel; input: (channels, size, size). Throws UsageError:
+// sizes that do not fit, nothing known where six channels need it.
+void network_input(const NetworkDescription& network, std::span<const float> luminance, const KnownScene* known,
+                   std::span<float> input);
+
+}  // namespace itn

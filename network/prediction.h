@@ -1,0 +1,22 @@
+// What a network says about many examples, and how far off it is.
+#pragma once
+#include <vector>
+
+#include "network/examples.h"
+#include "network/network.h"
+
+namespace itn {
+
+struct Predictions {
+  std::size_t outputs = 1;
+  std::vector<double> predicted, truth;  // parameters, (count, outputs)
+};
+
+// Throws InputError: numbers among the examples that are not finite.
+Predictions predict(Network& network, const Examples& examples);
+
+// For each output the root of the mean over the examples of (predicted - true)^2, in the parameter's units: the paper's
+// table 1.
+std::vector<double> root_mean_square_errors(const Predictions& predictions);
+
+}  // namespace itn

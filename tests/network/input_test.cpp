@@ -1,0 +1,221 @@
+// What the network sees of an image, of its shape and of its light.
+#include "network/input.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+
+#include "network/dataset_examples.h"
+#include "runtime/error.h"
+#include "runtime/image/exr.h"
+#include "tests/support/made_up_dataset.h"
+#include "tests/support/temporary_folder.h"
+
+namespace {
+
+using namespace itn;
+using Catch::Contains;
+
+constexpr std::size_t pixels = made_up_size * made_up_size;
+const std::atomic<bool> go_on{false};
+
+NetworkDescription network_of(int channels, double luminance = 1) {
+  NetworkDescription description;
+  description.channels = channels;
+  description.size = made_up_size;
+  description.luminance = luminance;
+  return description;
+}
+
+// What reading a file says after its image was changed.
+std::string message(const std::string& file, const std::function<void(ExrImage&)>& change,
+                    const std::function<void()>& read) {
+  const ExrImage original = read_exr(file);
+  ExrImage image = original;
+  change(image);
+  write_exr(file, image);
+  std::string text = "accepted";
+  try {
+    read();
+  } catch (const InputError& error) {
+    CHECK_THAT(error.what(), Catch::StartsWith(file + ": "));
+    text = error.what();
+  }
+  write_exr(file, original);
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("Luminance reaches the network as a logarithm that is 0 at the set's mean and ends in the dark") {
+  const NetworkDescription network = network_of(1, 5);
+  std::vector<float> luminance(pixels, 5), input(pixels);
+  luminance[1] = 10;
+  luminance[2] = 0;
+  luminance[3] = -1;
+  network_input(network, luminance, nullptr, input);
+  CHECK(input[0] == 0);
+  CHECK(input[1] == Approx(std::log(2.01 / 1.01)));
+  CHECK(input[2] == Approx(std::log(0.01 / 1.01)));
+  CHECK(input[3] == input[2]);
+}
+
+TEST_CASE("Known shape and light: normals as they are, nearness about the object's mean, the cosine to the sun") {
+  const TemporaryFolder folder;
+  const MadeUpDataset set(folder.path(), 1, 1);
+  const SeenShape shape = read_seen_shape(set.path("shapes/ball.exr"), made_up_size, set.manifest.hash);
+  const std::array<double, 3> light{0.6, 0, 0.8};
+  const KnownScene known{shape, light};
+  std::vector<float> input(6 * pixels);
+  network_input(network_of(6), std::vector<float>(pixels, 1), &known, input);
+  double nearness = 0;
+  int on_ball = 0;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const double x = (static_cast<double>(i % made_up_size) + 0.5) / 4 - 1;
+    const double y = (static_cast<double>(i / made_up_size) + 0.5) / 4 - 1, z = std::sqrt(1 - x * x - y * y);
+    CAPTURE(i, x, y);
+    if (x * x + y * y < 1) {
+      CHECK(input[pixels + i] == Approx(x));
+      CHECK(input[2 * pixels + i] == Approx(y));
+      CHECK(input[3 * pixels + i] == Approx(z));
+      CHECK(input[5 * pixels + i] == Approx(0.6 * x + 0.8 * z).margin(1e-6));
+      // Depth is 30 - z: nearness differs from z by the same everywhere.
+      CHECK(input[4 * pixels + i] - z == Approx(input[4 * pixels + 27] - shape.normal[2 * pixels + 27]).margin(1e-5));
+      nearness += input[4 * pixels + i];
+      ++on_ball;
+    } else {  // a floor whose normal is (0, 0, 1)
+      CHECK(input[pixels + i] == 0);
+      CHECK(input[4 * pixels + i] == 0);
+      CHECK(input[5 * pixels + i] == Approx(0.8));
+    }
+  }
+  CHECK(on_ball > 40);
+  CHECK(nearness / on_ball == Approx(0).margin(1e-5));
+}
+
+TEST_CASE("Colours become luminance as the renderer weighs them") {
+  const TemporaryFolder folder;
+  ExrImage image{2, 2, {"R", "G", "B"}, {}, {}};
+  for (int i = 0; i < 4; ++i) image.data.insert(image.data.end(), {1, 2, 4});
+  write_exr(folder / "a.exr", image);
+  for (const float value : read_luminance(folder / "a.exr", 2))
+    CHECK(value == Approx(0.212671 + 2 * 0.715160 + 4 * 0.072169));
+}
+
+TEST_CASE("Images that are not what the network needs are input errors that name file and reason") {
+  const TemporaryFolder folder;
+  const MadeUpDataset set(folder.path(), 1, 1);
+  const std::string file = set.path("images/0.exr"), hash = set.manifest.hash;
+  const auto says = [&](const std::function<void(ExrImage&)>& change) {
+    return message(file, change, [&] { read_luminance(file, made_up_size, hash); });
+  };
+  CHECK(says([](ExrImage&) {}) == "accepted");
+  CHECK_THAT(says([](ExrImage& i) { i.data[2 * 11] = NAN; }), Contains("pixel 3, 1: is nan"));
+  CHECK_THAT(says([](ExrImage& i) { i.data[2 * 11] = INFINITY; }), Contains("pixel 3, 1: is inf"));
+  CHECK(says([](ExrImage& i) { i.data[1] = NAN; }) == "accepted");  // a standard error is not looked at
+  CHECK_THAT(says([](ExrImage& i) { i.channels[0] = "Z"; }),
+             Contains("no channel Y, nor R, G and B; only Z, stderr.Y") || Contains("only stderr.Y, Z"));
+  CHECK_THAT(says([](ExrImage& i) { i.channels[0] = "R"; }), Contains("has no channel G"));
+  CHECK_THAT(says([](ExrImage& i) { i.width = 4, i.height = 16; }), Contains("has 4 x 16 pixels, need 8 x 8"));
+  CHECK_THAT(says([](ExrImage& i) { i.header["hash"] = "b"; }), Contains("another data set (hash b, need 0"));
+  CHECK_THAT(says([](ExrImage& i) { i.header.clear(); }), Contains("hash none"));
+}
+
+TEST_CASE("Shape buffers that are not what the network needs are input errors that name file and reason") {
+  const TemporaryFolder folder;
+  const MadeUpDataset set(folder.path(), 1, 1);
+  const std::string file = set.path("shapes/ball.exr");
+  const auto says = [&](const std::function<void(ExrImage&, std::size_t centre)>& change) {
+    return message(
+        file, [&](ExrImage& image) { change(image, 5 * 27); },
+        [&] { read_seen_shape(file, made_up_size, set.manifest.hash); });
+  };
+  const auto channel = [](const ExrImage& image, const char* name) {
+    return static_cast<std::size_t>(image.channel(name));
+  };
+  CHECK(says([](ExrImage&, std::size_t) {}) == "accepted");
+  CHECK(says([&](ExrImage& i, std::size_t) { i.data[channel(i, "depth")] = INFINITY; }) == "accepted");  // off the ball
+  CHECK_THAT(says([&](ExrImage& i, std::size_t at) { i.data[at + channel(i, "depth")] = NAN; }),
+             Contains("pixel 3, 3: depth is nan"));
+  CHECK_THAT(says([&](ExrImage& i, std::size_t at) { i.data[at + channel(i, "mask")] = 0.5F; }),
+             Contains("pixel 3, 3: mask is 0.5, need 0 or 1"));
+  CHECK_THAT(says([&](ExrImage& i, std::size_t at) { i.data[at + channel(i, "normal.Z")] = 0; }),
+             Contains("pixel 3, 3: the normal has the length"));
+  CHECK_THAT(says([&](ExrImage& i, std::size_t) { i.data[channel(i, "normal.X")] = NAN; }),
+             Contains("pixel 0, 0: the normal has the length nan"));
+  CHECK_THAT(says([&](ExrImage& i, std::size_t) {
+               for (std::size_t p = 0; p < pixels; ++p) i.data[5 * p + channel(i, "mask")] = 0;
+             }),
+             Contains("no object can be seen"));
+  CHECK_THAT(says([&](ExrImage& i, std::size_t) { i.channels[channel(i, "normal.Y")] = "N"; }),
+             Contains("has no channel normal.Y"));
+  CHECK_THAT(says([](ExrImage& i, std::size_t) { i.header["hash"] = "b"; }), Contains("another data set"));
+}
+
+TEST_CASE("Sizes that do not fit and shapes that are not known are usage errors") {
+  std::vector<float> luminance(pixels), input(pixels), all(6 * pixels);
+  CHECK_THROWS_AS(network_input(network_of(1), std::span(luminance).first(9), nullptr, input), UsageError);
+  CHECK_THROWS_AS(network_input(network_of(6), luminance, nullptr, input), UsageError);
+  CHECK_THROWS_WITH(network_input(network_of(6), luminance, nullptr, all), Contains("shape"));
+}
+
+TEST_CASE("Examples of a data set: its split, in the network's channels, with the truth by the outputs' names") {
+  const TemporaryFolder folder;
+  const MadeUpDataset set(folder.path(), 3, 2);
+  const DatasetImages images = read_images(set.folder, set.manifest, Manifest::Split::validation, true, go_on);
+  NetworkDescription network = network_of(6, mean_luminance(images));
+  network.outputs = {{"g", 0, 1, false}, {"sigma_t", 20, 300, true}};
+  const DatasetExamples examples(images, network);
+  REQUIRE(examples.count() == 2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Manifest::Image& source = set.manifest.images[3 + i];
+    std::vector<float> image(6 * pixels), expected(6 * pixels);
+    std::vector<double> truth(2);
+    examples.read(i, image, truth);
+    CHECK(truth == std::vector<double>{source.g, source.sigma_t});
+    const SeenShape shape = read_seen_shape(set.path("shapes/ball.exr"), made_up_size);
+    const KnownScene known{shape, set.manifest.lights[static_cast<std::size_t>(source.light)].direction};
+    network_input(network, read_luminance(set.path(source.file), made_up_size), &known, expected);
+    CHECK(image == expected);
+  }
+  double sum = 0;
+  for (const int i : {3, 4})
+    for (const float value :
+         read_luminance(set.path(set.manifest.images[static_cast<std::size_t>(i)].file), made_up_size))
+      sum += value;
+  CHECK(mean_luminance(images) == Approx(sum / 2 / pixels));
+}
+
+TEST_CASE("A network's ranges are the default ones, wider where the data set goes beyond them") {
+  DatasetImages images;
+  images.images.resize(2);
+  images.images[0].sigma_t = 500;
+  images.images[0].albedo = 0.6;
+  images.images[0].g = 0.5;
+  images.images[1].sigma_t = 50;
+  images.images[1].albedo = 0.2;
+  images.images[1].g = -0.5;
+  const std::vector<OutputRange> ranges = output_ranges(images), defaults = default_outputs();
+  CHECK(ranges[0].low == defaults[0].low);
+  CHECK(ranges[0].high == 500);
+  CHECK(ranges[1].low == 0.2);
+  CHECK(ranges[1].high == defaults[1].high);
+  CHECK(ranges[2].low == -0.5);
+  CHECK(ranges[2].high == defaults[2].high);
+}
+
+TEST_CASE("A split without images, black images and outputs that images do not have are refused") {
+  const TemporaryFolder folder;
+  const MadeUpDataset set(folder.path(), 1, 1);
+  CHECK_THROWS_WITH(read_images(set.folder, set.manifest, Manifest::Split::unseen_both, false, go_on),
+                    Contains("manifest.json: has no images of the split unseen_both"));
+  DatasetImages images = read_images(set.folder, set.manifest, Manifest::Split::train, false, go_on);
+  CHECK_THROWS_WITH(DatasetExamples(images, network_of(6)), Contains("shapes"));
+  NetworkDescription network = network_of(1);
+  network.outputs = {{"sigma_s", 1, 2, false}};
+  CHECK_THROWS_WITH(DatasetExamples(images, network), Contains("no parameter 'sigma_s'"));
+  images.luminance[0].assign(pixels, 0);
+  CHECK_THROWS_WITH(mean_luminance(images), Contains("black"));
+  const std::atomic<bool> stop{true};
+  CHECK_THROWS_AS(read_images(set.folder, set.manifest, Manifest::Split::train, false, stop), Interrupted);
+}

@@ -1,0 +1,312 @@
+// itn train and itn predict as a user meets them.
+#include <signal.h>  // NOLINT(modernize-deprecated-headers): SIGKILL is POSIX
+#include <unistd.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "runtime/image/exr.h"
+#include "runtime/image/file.h"
+#include "runtime/scene/mesh_file.h"
+#include "runtime/shapes/polygonise.h"
+#include "tests/support/made_up_dataset.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/tool/process.h"
+
+namespace {
+
+using Catch::Contains;
+using Strings = std::vector<std::string>;
+
+Strings train(const std::string& data, const std::string& run, const Strings& more = {}) {
+  Strings arguments{"train", data, "--network", "rn", "-o", run, "--width", "2"};
+  arguments.insert(arguments.end(), {"--learning-rate", "0.003"});
+  if (std::find(more.begin(), more.end(), "--batch") == more.end()) arguments.insert(arguments.end(), {"--batch", "8"});
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+// One thread: on a busy machine oneDNN's threads cost more than these small networks gain.
+const Process::Options one_thread{.environment = {{"OMP_NUM_THREADS", "1"}}};
+
+const Strings run_files{"network.safetensors", "checkpoint.safetensors", "curve.jsonl", "run.json"};
+
+std::size_t epochs_in(const std::string& run) {
+  if (!std::filesystem::exists(run + "/curve.jsonl")) return 0;
+  const std::string lines = itn::read_file(run + "/curve.jsonl");
+  return static_cast<std::size_t>(std::count(lines.begin(), lines.end(), '\n'));
+}
+
+// Until the run has stored so many epochs; at most 30 s.
+void wait_for_epochs(const std::string& run, std::size_t epochs) {
+  for (int i = 0; i < 30000 && epochs_in(run) < epochs; ++i) usleep(1000);
+}
+
+void fails(const Strings& arguments, int code, const std::string& word) {
+  const Result result = run_itn(arguments, one_thread);
+  INFO(result.error);
+  CHECK(result.exit_code == code);
+  CHECK_THAT(result.error, Contains(word));
+}
+
+}  // namespace
+
+TEST_CASE("itn train learns a data set's parameters, and itn predict finds them in images it has not seen") {
+  const TemporaryFolder folder;
+  const MadeUpDataset set(folder / "set", 192, 48);
+  const std::string channels = GENERATE("1", "6");
+  CAPTURE(channels);
+  const std::string run = folder / "run";
+  const Result result =
+      run_itn(train(set.folder, run, {"--epochs", "40", "--channels", channels, "--json", "-"}), one_thread);
+  INFO(result.error);
+  REQUIRE(result.exit_code == 0);
+  CHECK(result.error.empty());
+  const auto json = nlohmann::json::parse(result.output),
+             stored = nlohmann::json::parse(itn::read_file(run + "/run.json"));
+  CHECK(json["schema"] == "itn.train/1");
+  CHECK(json["time"]["images_per_s"] > 0);
+  CHECK(stored["schema"] == "itn.run/1");
+  CHECK(stored["complete"] == true);
+  CHECK(stored["request"]["data"] == set.manifest.hash);
+  CHECK(stored["epochs"] == 40);
+  CHECK(epochs_in(run) == 40);
+  CHECK(stored["validation_rmse"] == json["validation_rmse"]);
+  // A constant guess has the standard deviation of the truth: 76, .19, .26 or so.
+  CHECK(stored["validation_rmse"]["sigma_t"] < 30);
+  CHECK(stored["validation_rmse"]["albedo"] < 0.05);
+  CHECK(stored["validation_rmse"]["g"] < 0.07);
+
+  Strings arguments{"predict", run, "--json", folder / "predictions.json"};
+  if (channels == "6") arguments.insert(arguments.end(), {"--dataset", set.folder});
+  for (const itn::Manifest::Image& image : set.manifest.images)
+    if (image.split == itn::Manifest::Split::validation) arguments.push_back(set.path(image.file));
+  const Result predicted = run_itn(arguments);
+  INFO(predicted.error);
+  REQUIRE(predicted.exit_code == 0);
+  CHECK(std::count(predicted.output.begin(), predicted.output.end(), '\n') == 48);
+  const auto predictions = nlohmann::json::parse(itn::read_file(folder / "predictions.json"));
+  CHECK(predictions["schema"] == "itn.predict/1");
+  REQUIRE(predictions["images"].size() == 48);
+  double squares = 0;
+  for (std::size_t i = 0; i < 48; ++i) {
+    CHECK(predictions["images"][i]["file"] == set.path(set.manifest.images[192 + i].file));
+    const double difference = predictions["images"][i]["albedo"].get<double>() - set.manifest.images[192 + i].albedo;
+    squares += difference * difference;
+  }
+  CHECK(std::sqrt(squares / 48) == Approx(stored["validation_rmse"]["albedo"].get<double>()).epsilon(1e-4));
+}
+
+TEST_CASE("itn train killed at any moment goes on to the same bytes, with any number of threads wished for later") {
+  const TemporaryFolder folder;
+  const MadeUpDataset set(folder / "set", 32, 8);
+  const std::string whole = folder / "whole", killed = folder / "killed";
+  const Strings more{"--epochs", "60", "--checkpoint-every", "0"};
+  REQUIRE(run_itn(train(set.folder, whole, {"--epochs", "60"}), one_thread).exit_code == 0);
+
+  for (const std::size_t epochs : {0U, 1U, 4U, 5U, 17U, 30U}) {
+    Process process(train(set.folder, killed, more), one_thread);
+    wait_for_epochs(killed, epochs);
+    process.send(SIGKILL);
+    CHECK(process.wait().exit_code == -SIGKILL);
+  }
+  CHECK(epochs_in(killed) < 60);
+  const Result end = run_itn(train(set.folder, killed, more), {.environment = {{"OMP_NUM_THREADS", "2"}}});
+  INFO(end.error);
+  REQUIRE(end.exit_code == 0);
+  CHECK_THAT(end.output, Contains("goes on after"));
+  for (const std::string& file : run_files)
+    CHECK((itn::read_file(killed + "/" + file) == itn::read_file(whole + "/" + file)));
+
+  const Result again = run_itn(train(set.folder, killed, more), one_thread);
+  CHECK(again.exit_code == 0);
+  for (const std::string& file : run_files)
+    CHECK((itn::read_file(killed + "/" + file) == itn::read_file(whole + "/" + file)));
+}
+
+TEST_CASE("Ctrl-C ends itn train with a checkpoint and exit code 130; it goes on to the same bytes") {
+  const TemporaryFolder folder;
+  const MadeUpDataset set(folder / "set", 32, 8);
+  const std::string whole = folder / "whole", stopped = folder / "stopped";
+  const Strings more{"--epochs", "300", "--checkpoint-every", "100000"};
+  Process process(train(set.folder, stopped, more), one_thread);
+  for (int i = 0; i < 30000 && !std::filesystem::exists(stopped + "/run.json"); ++i) usleep(1000);
+  usleep(50000);
+  process.send(SIGINT);
+  const Result result = process.wait();
+  CHECK(result.exit_code == 130);
+  CHECK_THAT(result.error, Contains("interrupted"));
+  CHECK(std::filesystem::exists(stopped + "/checkpoint.safetensors"));
+  CHECK(epochs_in(stopped) < 300);
+  REQUIRE(run_itn(train(set.folder, stopped, more), one_thread).exit_code == 0);
+  REQUIRE(run_itn(train(set.folder, whole, more), one_thread).exit_code == 0);
+  for (const std::string& file : run_files)
+    CHECK((itn::read_file(stopped + "/" + file) == itn::read_file(whole + "/" + file)));
+}
+
+TEST_CASE("itn train goes on only with the same question, and a folder has one writer") {
+  const TemporaryFolder folder;
+  MadeUpDataset set(folder / "set", 32, 8);
+  const std::string run = folder / "run";
+  REQUIRE(run_itn(train(set.folder, run, {"--epochs", "1"}), one_thread).exit_code == 0);
+  fails(train(set.folder, run, {"--epochs", "2"}), 2, "another epochs (1, now 2)");
+  fails(train(set.folder, run, {"--epochs", "1", "--seed", "3"}), 2, "another seed (0, now 3)");
+  fails(train(set.folder, run, {"--epochs", "1", "--threads", "7"}), 2, "another threads");
+  fails(train(set.folder, run, {"--epochs", "1", "--init", run}), 2, "another init");
+  itn::write_file(run + "/run.json", "{");
+  fails(train(set.folder, run, {"--epochs", "1"}), 3, "run.json: not a training");
+  std::filesystem::remove(run + "/run.json");
+  fails(train(set.folder, run, {"--epochs", "1"}), 2, "holds a network that itn train has not made");
+
+  const std::string busy = folder / "busy";
+  Process process(train(set.folder, busy, {"--epochs", "100000"}), one_thread);
+  for (int i = 0; i < 30000 && !std::filesystem::exists(busy + "/run.json"); ++i) usleep(1000);
+  fails(train(set.folder, busy, {"--epochs", "100000"}), 1, "another process is writing into it");
+  process.send(SIGKILL);
+  process.wait();
+  set.manifest.hash = "00000000000000bb";
+  set.write_manifest();
+  fails(train(set.folder, busy, {"--epochs", "100000"}), 2, "another data (\"00000000000000aa\"");
+}
+
+TEST_CASE("itn train --init starts from what another network has learnt") {
+  const TemporaryFolder folder;
+  const MadeUpDataset set(folder / "set", 96, 8);
+  const auto first_loss = [&](const std::string& run, const Strings& more) {
+    Strings arguments{"--epochs", "1", "--json", "-"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Result result = run_itn(train(set.folder, run, arguments), one_thread);
+    INFO(result.error);
+    REQUIRE(result.exit_code == 0);
+    return nlohmann::json::parse(result.output)["losses"]["supervised"].get<double>();
+  };
+  REQUIRE(run_itn(train(set.folder, folder / "a", {"--epochs", "40"}), one_thread).exit_code == 0);
+  const double anew = first_loss(folder / "b", {}), going_on = first_loss(folder / "c", {"--init", folder / "a"});
+  CHECK(going_on < 0.5 * anew);
+  CHECK(going_on == first_loss(folder / "d", {"--init", folder / "a/network.safetensors"}));
+  fails(train(set.folder, folder / "e", {"--init", folder / "a", "--channels", "6"}), 2, "--channels 6");
+  fails(train(set.folder, folder / "f", {"--init", folder / "set"}), 3, "network.safetensors: is not there");
+}
+
+TEST_CASE("itn train says what is wrong with the data set or the command") {
+  const TemporaryFolder folder;
+  MadeUpDataset set(folder / "set", 16, 4);
+  const std::string run = folder / "run", image = set.path("images/7.exr");
+  fails(train(folder / "nothing", run), 3, "manifest.json");
+  fails(train(set.folder, run, {"--batch", "17"}), 2, "fewer examples than a batch");
+  fails(train(set.folder, run, {"--lambda", "1"}), 2, "rn has no image loss");
+  fails(train(set.folder, run, {"--width", "3"}), 2, "--width");
+  fails({"train", set.folder, "-o", run}, 2, "--network is required");
+  fails({"train", set.folder, "-o", run, "--network", "gan"}, 2, "gan");
+
+  const itn::ExrImage original = itn::read_exr(image);
+  itn::ExrImage broken = original;
+  broken.data[2 * 5] = NAN;
+  itn::write_exr(image, broken);
+  fails(train(set.folder, run), 3, "images/7.exr: pixel 5, 0: is nan");
+  broken = original;
+  broken.header["hash"] = "00000000000000bb";
+  itn::write_exr(image, broken);
+  fails(train(set.folder, run), 3, "images/7.exr: is of another data set");
+  std::filesystem::remove(image);
+  fails(train(set.folder, run), 3, "images/7.exr: cannot be read");
+  itn::write_exr(image, original);
+
+  set.manifest.complete = false;
+  set.write_manifest();
+  fails(train(set.folder, run), 3, "not complete");
+  set.manifest.complete = true;
+  set.manifest.images.resize(16);
+  set.write_manifest();
+  fails(train(set.folder, run), 3, "no images of the split validation");
+
+  const MadeUpDataset whole(folder / "set", 16, 4);
+  REQUIRE(run_itn(train(whole.folder, run, {"--epochs", "1"}), one_thread).exit_code == 0);
+  const std::string checkpoint = run + "/checkpoint.safetensors", bytes = itn::read_file(checkpoint);
+  itn::write_file(checkpoint, std::string_view(bytes).substr(0, bytes.size() / 2));
+  fails(train(whole.folder, run, {"--epochs", "1"}), 3, "checkpoint.safetensors");
+}
+
+TEST_CASE("itn predict says what is wrong with network, images and what is known of them") {
+  const TemporaryFolder folder;
+  const MadeUpDataset set(folder / "set", 16, 4);
+  const std::string one = folder / "one", six = folder / "six", image = set.path("images/0.exr");
+  REQUIRE(run_itn(train(set.folder, one, {"--epochs", "1"}), one_thread).exit_code == 0);
+  REQUIRE(run_itn(train(set.folder, six, {"--epochs", "1", "--channels", "6"}), one_thread).exit_code == 0);
+  fails({"predict", folder / "none", image}, 3, "none: cannot be read");
+  fails({"predict", set.folder, image}, 3, "network.safetensors: is not there");
+  fails({"predict", image, image}, 3, "0.exr");
+  fails({"predict", one}, 2, "images is required");
+  fails({"predict", one, image, "--dataset", set.folder}, 2, "sees luminance alone");
+  fails({"predict", six, image}, 2, "give either --dataset or both");
+  fails({"predict", six, image, "--light", "0,0,1"}, 2, "give either --dataset or both");
+  fails({"predict", six, image, "--dataset", set.folder, "--light", "0,0,1"}, 2, "give either --dataset or both");
+  const std::string ball = set.path("shapes/ball.exr");
+  fails({"predict", six, image, "--shape-buffers", ball, "--light", "0,0,0"}, 2, "--light: need a direction");
+  fails({"predict", six, image, "--shape-buffers", image, "--light", "0,0,1"}, 3, "has no channel mask");
+  itn::ExrImage broken = itn::read_exr(image);
+  broken.data[2 * 9] = INFINITY;
+  itn::write_exr(folder / "broken.exr", broken);
+  fails({"predict", one, image, folder / "broken.exr"}, 3, "broken.exr: pixel 1, 1: is inf");
+  fails({"predict", six, folder / "broken.exr", "--dataset", set.folder}, 3, "broken.exr");
+  broken.width = 4;
+  broken.height = 16;
+  itn::write_exr(folder / "broken.exr", broken);
+  fails({"predict", one, folder / "broken.exr"}, 3, "has 4 x 16 pixels, need 8 x 8");
+
+  // What the data set knows, given by hand, is the same; the length of --light does not matter.
+  const Result by_set = run_itn({"predict", six, image, "--dataset", set.folder});
+  const Result by_hand = run_itn({"predict", six, image, "--shape-buffers", ball, "--light", "0,0,2"});
+  INFO(by_set.error << by_hand.error);
+  CHECK(by_set.exit_code == 0);
+  CHECK(by_set.output == by_hand.output);
+  itn::write_exr(folder / "elsewhere.exr", itn::read_exr(image));
+  fails({"predict", six, folder / "elsewhere.exr", "--dataset", set.folder}, 3, "is no image of the data set");
+}
+
+TEST_CASE("networks trained with the renderer: the image loss falls, and a killed training ends with the same bytes") {
+  const TemporaryFolder folder;
+  itn::write_ply(folder / "egg.ply", itn::shape_mesh(itn::ellipsoid({1, 1, 1.5}), 600));
+  itn::write_file(folder / "config.json", R"({"size": 16, "spp": 256, "sigma_t": [5, 50],
+      "train": {"shapes": ["egg.ply"], "azimuths": [60], "materials": 40},
+      "test": {"shapes": ["sponge"], "azimuths": [30], "materials": 1}})");
+  REQUIRE(run_itn({"dataset", folder / "config.json", "-o", folder / "set", "--quiet"}).exit_code == 0);
+  const auto arguments = [&](const std::string& kind, const std::string& run, const Strings& more) {
+    Strings all{"train",   folder / "set", "--network",       kind,    "-o",     folder / run, "--width", "2",
+                "--batch", "12",           "--learning-rate", "0.003", "--quiet"};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  };
+  // Almost nothing but the image loss: what it takes to fall is a gradient that is right.
+  const Strings image_alone{"--lambda", "1e6", "--epochs", "12", "--spp", "8"};
+  for (const std::string kind : {"itn", "ssn"}) {
+    CAPTURE(kind);
+    const Result whole = run_itn(arguments(kind, kind, image_alone), one_thread);
+    INFO(whole.error);
+    REQUIRE(whole.exit_code == 0);
+    if (kind == "ssn") continue;
+    std::vector<double> losses;
+    std::istringstream curve(itn::read_file(folder / kind + "/curve.jsonl"));
+    for (std::string line; std::getline(curve, line);) losses.push_back(nlohmann::json::parse(line).at("image"));
+    REQUIRE(losses.size() == 12);
+    CHECK(losses.back() < 0.5 * losses.front());
+  }
+  for (const std::size_t epochs : {1U, 3U, 6U}) {
+    Strings saving = arguments("itn", "broken", image_alone);
+    saving.insert(saving.end(), {"--checkpoint-every", "0"});
+    Process process(saving, one_thread);
+    wait_for_epochs(folder / "broken", epochs);
+    process.send(SIGKILL);
+    process.wait();
+  }
+  REQUIRE(run_itn(arguments("itn", "broken", image_alone), one_thread).exit_code == 0);
+  for (const std::string& file : run_files)
+    CHECK((itn::read_file(folder / "itn/" + file) == itn::read_file(folder / "broken/" + file)));
+
+  fails(arguments("itn", "a", {"--spp", "1"}), 2, "need 2 to");
+  fails(arguments("itn", "itn", {"--lambda", "1e6", "--epochs", "12", "--spp", "16"}), 2, "another image_loss");
+}

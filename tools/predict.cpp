@@ -1,0 +1,143 @@
+// itn predict: parameters for images, by a network.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <optional>
+
+#include "network/dataset_examples.h"
+#include "network/loss.h"
+#include "network/network_file.h"
+#include "runtime/error.h"
+#include "tools/common.h"
+#include "tools/interrupt.h"
+#include "tools/run_folder.h"
+
+namespace itn::tools {
+namespace {
+
+struct Options {
+  CommonOptions common;
+  std::string run, dataset, shape_buffers;
+  std::vector<std::string> images;
+  std::vector<double> light;
+};
+
+// Shape and light of the images, for networks of six channels.
+class Known {
+ public:
+  Known(const Options& options, const NetworkDescription& network) : options_(options), network_(network) {
+    if (!options.shape_buffers.empty()) {
+      shapes_[0] = read_seen_shape(options.shape_buffers, network.size);
+      double square = 0;
+      for (const double part : options.light) square += part * part;
+      if (!(square > 0 && std::isfinite(square))) throw UsageError("--light: need a direction");
+      for (std::size_t i = 0; i < 3; ++i) light_[i] = options.light[i] / std::sqrt(square);
+    } else {
+      manifest_ = read_manifest(options.dataset);
+      for (const Manifest::Image& image : manifest_.images)
+        images_[canonical(std::filesystem::path(options.dataset) / image.file)] = &image;
+    }
+  }
+
+  KnownScene of(const std::string& file) {
+    if (!options_.shape_buffers.empty()) return {shapes_.at(0), light_};
+    const auto found = images_.find(canonical(file));
+    if (found == images_.end())
+      throw InputError(file + ": is no image of the data set " + options_.dataset +
+                       "; give --shape-buffers and --light");
+    const Manifest::Image& image = *found->second;
+    if (!shapes_.count(image.shape)) {
+      const std::string& buffers = manifest_.shapes[static_cast<std::size_t>(image.shape)].buffers;
+      shapes_[image.shape] =
+          read_seen_shape((std::filesystem::path(options_.dataset) / buffers).string(), network_.size, manifest_.hash);
+    }
+    return {shapes_.at(image.shape), manifest_.lights[static_cast<std::size_t>(image.light)].direction};
+  }
+
+ private:
+  static std::string canonical(const std::filesystem::path& path) {
+    return std::filesystem::weakly_canonical(path).string();
+  }
+
+  const Options& options_;
+  const NetworkDescription& network_;
+  Manifest manifest_;
+  std::map<std::string, const Manifest::Image*> images_;
+  std::map<int, SeenShape> shapes_;
+  std::array<double, 3> light_{};
+};
+
+void check(const Options& options, const NetworkDescription& network) {
+  const bool one_by_one = !options.shape_buffers.empty() || !options.light.empty();
+  if (network.channels == 1) {
+    if (one_by_one || !options.dataset.empty())
+      throw UsageError(options.run +
+                       ": its network sees luminance alone; leave out --dataset, --shape-buffers and --light");
+  } else if (options.dataset.empty() == !one_by_one || options.shape_buffers.empty() != options.light.empty()) {
+    throw UsageError(options.run +
+                     ": its network knows shape and light; give either --dataset or both --shape-buffers and --light");
+  }
+}
+
+void run(const Options& options) {
+  Network network = read_network(network_file_of(options.run));
+  const NetworkDescription& description = network.description();
+  check(options, description);
+  std::optional<Known> known;
+  if (description.channels > 1) known.emplace(options, description);
+
+  nlohmann::ordered_json images = nlohmann::ordered_json::array();
+  std::vector<float> input(network.image_values());
+  for (const std::string& file : options.images) {
+    if (interrupt_flag()) throw Interrupted();
+    const std::vector<float> luminance = read_luminance(file, description.size);
+    if (known) {
+      const KnownScene scene = known->of(file);
+      network_input(description, luminance, &scene, input);
+    } else {
+      network_input(description, luminance, nullptr, input);
+    }
+    const std::vector<double> parameters = parameters_of(network.forward(input, 1), description.outputs);
+    nlohmann::ordered_json line{{"file", file}};
+    std::string text = file;
+    for (std::size_t i = 0; i < parameters.size(); ++i) {
+      line[description.outputs[i].name] = parameters[i];
+      text += fmt::format("  {} {:.4g}", description.outputs[i].name, parameters[i]);
+    }
+    images.push_back(std::move(line));
+    if (options.common.talkative()) fmt::print("{}\n", text);
+  }
+  write_json(options.common, {{"schema", "itn.predict/1"},
+                              {"run", options.run},
+                              {"network", description.kind},
+                              {"channels", description.channels},
+                              {"mm_per_unit", description.mm_per_unit},
+                              {"images", images}});
+}
+
+}  // namespace
+
+void add_predict(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("predict", "parameters for images by a network: sigma_t [1/mm], albedo, g; a line an image");
+  command->add_option("run", options->run, "folder that itn train wrote, or a .safetensors file")->required();
+  command
+      ->add_option("images", options->images,
+                   "OpenEXR files with the channels Y or R G B, of the size that the network has learnt")
+      ->required();
+  command->add_option("--dataset", options->dataset,
+                      "six channels: the data set that the images belong to; it knows their shape and light");
+  command->add_option("--shape-buffers", options->shape_buffers,
+                      "six channels: OpenEXR file with the channels normal.X, normal.Y, normal.Z, depth and mask, of "
+                      "all images");
+  command->add_option("--light", options->light, "six channels: direction to the sun, x,y,z")
+      ->delimiter(',')
+      ->expected(3);
+  add_common_options(*command, options->common);
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace itn::tools
