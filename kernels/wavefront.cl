@@ -22,10 +22,11 @@
       __global const EmitterRecord *restrict emitters, __global const float *restrict emitter_tables,             \
       __global const TextureRecord *restrict textures, __global const float *restrict texels,                     \
       __global const ScoreRecord *restrict scores, __global const DerivativeRecord *restrict derivatives,         \
+      __global const float *restrict futures, __global float *restrict visits,                                    \
       __global float *restrict samples, __global uint *restrict misplaced
 #define SCENE_LAUNCH                                                                                              \
   {nodes, leaves, primitives, grid, geometries, jobs, cameras, shapes, bsdfs, media, emitters, emitter_tables,    \
-   textures, texels, scores, derivatives, samples, misplaced}
+   textures, texels, scores, derivatives, futures, visits, samples, misplaced}
 
 /* Runs the stage of a queue over one group of slots. */
 inline void run_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, int queue, INT slots,

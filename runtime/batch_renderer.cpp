@@ -19,6 +19,7 @@ bool same(const std::vector<Record>& a, const std::vector<Record>& b) {
 struct BatchRenderer::State {
   State(const Device& on, const RenderOptions& given) : device(on), options(given) {
     data.geometry.box_width = box_width(device);
+    if (options.baselines == Baselines::automatic) options.baselines = Baselines::off;
     if (options.paths_a_launch > 0) launch_paths = options.paths_a_launch;
   }
 
@@ -35,7 +36,7 @@ struct BatchRenderer::State {
       throw UsageError("derivatives of a batch: its scenes have other media or BSDFs at the parameters' places");
   }
 
-  void prepare(const std::vector<BatchImage>& images) {
+  void prepare(const std::vector<BatchImage>& images, int groups) {
     clear_scenes(data);
     std::vector<JobRecord> jobs;
     DerivativeData derivatives;
@@ -45,22 +46,17 @@ struct BatchRenderer::State {
       const Sensor& sensor = sensor_of(image);
       if (sensor.luminance != sensor_of(images.front()).luminance)
         throw UsageError("batch: some films are luminance, others colour; render them apart");
-      pixels += sensor.crop_width * sensor.crop_height;
-      // Images of one scene that follow each other (groups of samples) share its records.
-      if (i > 0 && image.scene == images[i - 1].scene && image.geometry == images[i - 1].geometry) {
-        jobs.push_back(jobs.back());
-      } else {
-        jobs.push_back(append_scene(*image.scene, options.sensor, image.geometry, data));
-        add_derivatives(*image.scene, i == 0, derivatives);
-      }
+      pixels += sensor.crop_width * sensor.crop_height * groups;
+      jobs.push_back(append_scene(*image.scene, options.sensor, image.geometry, data));
+      add_derivatives(*image.scene, i == 0, derivatives);
       jobs.back().seed_low = static_cast<unsigned>(image.seed);
       jobs.back().seed_high = static_cast<unsigned>(image.seed >> 32);
     }
     if (!wavefront || !wavefront->replace(data, jobs, derivatives, new_geometry)) {
       wavefront.reset();  // its memory first
       film.reset();
-      wavefront =
-          std::make_unique<Wavefront>(device, data, jobs, derivatives, options.op, options.width, options.schedule);
+      wavefront = std::make_unique<Wavefront>(device, data, jobs, derivatives, options.op, options.width,
+                                              options.schedule, options.baselines);
       film_pixels = 0;
     }
     new_geometry = false;
@@ -103,14 +99,14 @@ void BatchRenderer::forget_geometries() {
   state_->new_geometry = true;
 }
 
-std::vector<Rendering> BatchRenderer::render(const std::vector<BatchImage>& images, int spp) {
+std::vector<Rendering> BatchRenderer::render(const std::vector<BatchImage>& images, int spp, int groups) {
   if (images.empty()) return {};
   State& s = *state_;
-  s.prepare(images);
+  s.prepare(images, groups);
   std::vector<TracedJob> jobs;
   for (const BatchImage& image : images)
     jobs.push_back({static_cast<int>(jobs.size()), &s.sensor_of(image), image.first_sample});
-  return trace_images(*s.wavefront, *s.film, jobs, spp, s.options, s.launch_paths);
+  return trace_images(*s.wavefront, *s.film, jobs, spp, groups, s.options, s.launch_paths);
 }
 
 }  // namespace itn

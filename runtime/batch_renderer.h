@@ -28,9 +28,11 @@ class BatchRenderer {
   void forget_geometries();
 
   // The same bits as render() of each alone, in whichever batch, as long as the scenes of all batches have the same
-  // kinds of BSDFs, media and light. Throws as render(), and UsageError: sensors that differ in `luminance`, scenes in
-  // which the derivatives' parameters are others.
-  std::vector<Rendering> render(const std::vector<BatchImage>& images, int spp);
+  // kinds of BSDFs, media and light; Baselines::automatic has them off here, where to learn them for each image anew
+  // would take as long as many a small image itself. groups, a divisor of spp: that many renderings of each image, one
+  // after another, of spp / groups samples each: those from first_sample on, then the next. Throws as render(), and
+  // UsageError: sensors that differ in `luminance`, scenes in which the derivatives' parameters are others.
+  std::vector<Rendering> render(const std::vector<BatchImage>& images, int spp, int groups = 1);
 
  private:
   struct State;

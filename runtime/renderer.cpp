@@ -42,7 +42,7 @@ struct Renderer::State {
   void build(const JobRecord& job, const DerivativeData& derivatives) {
     wavefront.reset();  // its memory first
     wavefront = std::make_unique<Wavefront>(device, data, std::vector<JobRecord>{job}, derivatives, options.op,
-                                            options.width, options.schedule);
+                                            options.width, options.schedule, options.baselines);
     film = std::make_unique<Film>(device, sensor.crop_width * sensor.crop_height,
                                   1 + static_cast<int>(options.derivatives.size()), wavefront->channels(),
                                   sensor.luminance);
@@ -75,7 +75,7 @@ void Renderer::replace(const Scene& scene) { state_->replace(scene); }
 Rendering Renderer::render(int first_sample, int spp) {
   State& s = *state_;
   Rendering out =
-      trace_images(*s.wavefront, *s.film, {{0, &s.sensor, first_sample}}, spp, s.options, s.launch_paths).front();
+      trace_images(*s.wavefront, *s.film, {{0, &s.sensor, first_sample}}, spp, 1, s.options, s.launch_paths).front();
   out.build_s = s.build_s;
   return out;
 }

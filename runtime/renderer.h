@@ -24,6 +24,13 @@ enum class Schedule {
   staged      // one kernel a stage over queues in global memory
 };
 
+// Whether derivatives are made quieter, at the same mean (kernels/README.md, "Quiet derivatives").
+enum class Baselines {
+  automatic,  // where that takes less time than more samples would
+  on,
+  off
+};
+
 struct RenderOptions {
   int sensor = 0;          // index into Scene::sensors
   int spp = 0;             // samples a pixel; 0: the scene's
@@ -31,6 +38,7 @@ struct RenderOptions {
   Operator op = Operator::full;
   // Names of scene parameters: the image is differentiated by each, from the same paths (paper, section 4).
   std::vector<std::string> derivatives;
+  Baselines baselines = Baselines::automatic;
   int width = 0;  // paths a work-item: 1, 4, 8, 16; 0: the device's default
   Schedule schedule = Schedule::automatic;
   int paths_a_launch = 0;                     // 0: as many as take about a quarter of a second

@@ -27,6 +27,7 @@ struct Options {
   std::string peer, peer_python = ".peers/bin/python", only, scenes;
   int runs = 5;
   bool stages = false, derivatives = false;
+  std::string baselines = "automatic";
 };
 
 double median(std::vector<double> values) {
@@ -251,6 +252,9 @@ void cost_of_derivatives(const Device& device, MitsubaPeer* peer, const std::vec
   render_options.spp = options.common.spp;
   render_options.seed = options.common.seed;
   render_options.cancel = &interrupt_flag();
+  render_options.baselines = options.baselines == "on"    ? Baselines::on
+                             : options.baselines == "off" ? Baselines::off
+                                                          : Baselines::automatic;
   double speeds = 0;
   for (const BenchScene& scene : scenes) {
     const DerivativeCost cost =
@@ -346,6 +350,9 @@ void add_bench(CLI::App& app) {
       "--derivatives", options->derivatives,
       "then the cost of derivatives by sigma_t, albedo and g; with --peer beside prbvolpath (3 runs or more tell "
       "standard errors)");
+  command->add_option("--baselines", options->baselines, "of the derivatives: quieter where they are on, at more time")
+      ->check(CLI::IsMember({"automatic", "on", "off"}))
+      ->capture_default_str();
   command->add_flag("--stages", options->stages,
                     "then time the stages of each scene, and scattering beside a bare walk without a scene");
   command->add_option("--scenes", options->scenes, "keep the scene files in this folder");

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "runtime/error.h"
+#include "runtime/fingerprint.h"
 #include "runtime/image/file.h"
 
 namespace itn::tools {
@@ -79,6 +80,8 @@ void write_json(const CommonOptions& options, const nlohmann::ordered_json& resu
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
     throw ResultError("standard output: the result cannot be written; is the disk full or the reader gone?");
 }
+
+std::string fingerprint_of(const std::string& file) { return fmt::format("{:016x}", fingerprint(read_file(file))); }
 
 void warn(const CommonOptions& options, const std::string& text) {
   if (!options.quiet) std::fprintf(stderr, "warning: %s\n", text.c_str());

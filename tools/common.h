@@ -39,6 +39,9 @@ const Sensor& chosen_sensor(const Scene& scene, int index);
 // Writes the result where --json says; throws ResultError when that fails.
 void write_json(const CommonOptions& options, const nlohmann::ordered_json& result);
 
+// Tells files apart: 16 hexadecimal digits. Throws InputError when it cannot be read.
+std::string fingerprint_of(const std::string& file);
+
 // Warnings of a scene and the like: standard error, unless --quiet.
 void warn(const CommonOptions& options, const std::string& text);
 

@@ -14,7 +14,9 @@
 #include "tools/common.h"
 #include "tools/interrupt.h"
 #include "tools/invert_report.h"
+#include "tools/network_start.h"
 #include "tools/progress.h"
+#include "tools/run_folder.h"
 #include "tools/target_options.h"
 
 namespace itn::tools {
@@ -25,7 +27,7 @@ constexpr double assumed_noise = 0.01;  // where nobody says
 
 struct Options {
   CommonOptions common;
-  std::string scene, folder, method = "gauss-newton";
+  std::string scene, folder, init, method = "gauss-newton";
   Operator op = Operator::full;
   TargetOptions images;
   std::vector<std::string> parameters, start;
@@ -104,20 +106,13 @@ Run run_from(const nlohmann::json& j) {
   return run;
 }
 
-// FNV-1a, 64 bits: tells files apart.
-std::string fingerprint(const std::string& file) {
-  std::uint64_t hash = 14695981039346656037ULL;
-  for (const char c : read_file(file)) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
-  return fmt::format("{:016x}", hash);
-}
-
 // Everything that the numbers depend on: a folder goes on only with the same.
 nlohmann::json request(const Options& o, const Device& device) {
   nlohmann::json files = nlohmann::json::object();
-  files[o.scene] = fingerprint(o.scene);
+  files[o.scene] = fingerprint_of(o.scene);
   for (const auto* list : {&o.images.targets, &o.images.masks})
     for (const std::string& file : *list)
-      if (!file.empty()) files[file] = fingerprint(file);
+      if (!file.empty()) files[file] = fingerprint_of(file);
   return {{"version", ITN_VERSION},
           {"files", files},
           {"definitions", o.common.definitions},
@@ -125,6 +120,7 @@ nlohmann::json request(const Options& o, const Device& device) {
           {"masks", o.images.masks},
           {"sensors", o.images.sensors},
           {"parameters", o.parameters},
+          {"init", o.init.empty() ? "" : fingerprint_of(network_file_of(o.init))},
           {"start", o.start},
           {"starts", o.starts},
           {"method", o.method},
@@ -182,8 +178,13 @@ class Journal {
   nlohmann::json request_;
 };
 
+// The values of --start, else what the network of --init sees in the first target, else the scene's.
 void set_starts(const Options& options, Scene& scene) {
   const std::vector<Parameter> all = list_parameters(scene);
+  std::vector<std::string> given;
+  for (const std::string& text : options.start) given.push_back(text.substr(0, text.find('=')));
+  if (!options.init.empty())
+    set_network_start(scene, options.parameters, given, options.init, options.images.targets.front());
   for (const std::string& text : options.start) {
     const std::size_t equals = text.find('=');
     const std::string name = text.substr(0, equals);
@@ -198,7 +199,7 @@ void set_starts(const Options& options, Scene& scene) {
   }
 }
 
-// The first start is the scene's; the others are drawn.
+// The first start is that of set_starts(); the others are drawn.
 std::vector<std::vector<double>> all_starts(const Options& options, const ForwardModel& model) {
   std::vector<std::vector<double>> result{model.start()};
   std::mt19937_64 random(options.common.seed);
@@ -319,11 +320,12 @@ void run(Options options) {
 
 void add_invert(CLI::App& app) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "invert",
-      "from images of a scene to its parameters, with 95 % intervals (analysis by synthesis)\n\n"
-      "Starts from the scene's values. Stopped at any moment, the same command goes on where it was. Exit code 1 if it "
-      "does not converge.");
+  CLI::App* command =
+      app.add_subcommand("invert",
+                         "from images of a scene to its parameters, with 95 % intervals (analysis by synthesis)\n\n"
+                         "Starts from the scene's values, or from a network's guess. Stopped at any moment, the same "
+                         "command goes on where it was. Exit code 1 if it "
+                         "does not converge.");
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
   add_target_options(*command, options->images);
   command
@@ -345,6 +347,9 @@ void add_invert(CLI::App& app) {
                    "standard deviation of the targets' noise over their radiance, beside what their files say")
       ->check(CLI::Range(0.0, 10.0));
   command->add_flag("--exposure", options->inversion.exposure, "each target is known up to a factor: find it, too");
+  command->add_option("--init", options->init,
+                      "start from what the network of this RUN (itn train; or .safetensors file) sees in the first "
+                      "target: sigma_t, albedo and g of one medium");
   command->add_option("--start", options->start, "NAME=VALUE: start there instead; may be repeated")->take_all();
   command
       ->add_option("--starts", options->starts,

@@ -11,7 +11,6 @@
 #include "network/threads.h"
 #include "network/trainer.h"
 #include "runtime/error.h"
-#include "runtime/fingerprint.h"
 #include "runtime/image/file.h"
 #include "runtime/image/folder_lock.h"
 #include "tools/common.h"
@@ -80,13 +79,11 @@ class RunFolder {
 
 // All that the numbers depend on: training goes on only with the same.
 Json request(const Options& o, const Manifest& manifest, int thread_count) {
-  std::string init;
-  if (!o.init.empty()) init = fmt::format("{:016x}", fingerprint(read_file(network_file_of(o.init))));
   const auto or_null = [](const auto& value) { return value ? Json(*value) : Json(); };
   return {{"version", ITN_VERSION},
           {"network", o.kind},
           {"data", manifest.hash},
-          {"init", init},
+          {"init", o.init.empty() ? "" : fingerprint_of(network_file_of(o.init))},
           {"channels", or_null(o.channels)},
           {"width", or_null(o.width)},
           {"epochs", o.training.epochs},
@@ -371,7 +368,7 @@ void add_train(CLI::App& app) {
   command->add_option("--checkpoint-every", options->checkpoint_every, "seconds; has no influence on the numbers")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
-  add_common_options(*command, options->common);
+  add_common_options(*command, options->common, "128 (of an image loss)");
   command->callback([options] { run(*options); });
 }
 

@@ -7,6 +7,7 @@
 #include "lib/random.h"
 #include "lib/trace.h"
 #include "lib/vector.h"
+#include "shared/baseline_layout.h"
 #include "shared/scene_layout.h"
 
 typedef struct {
@@ -26,6 +27,8 @@ typedef struct {
   __global const float* texels;
   __global const ScoreRecord* scores;
   __global const DerivativeRecord* derivatives;
+  __global const float* futures; /* lib/baseline.h: [cell][throughput channel] */
+  __global float* visits;        /* of a pilot */
   __global float* samples; /* of each sample the radiance and its derivatives, RADIANCE_CHANNELS floats each */
   __global uint* misplaced; /* one count: arrivals at surfaces from the side where the path cannot be (stage/surface.h) */
 } Launch;
@@ -70,6 +73,16 @@ inline void spectral_event(MASK mask, const REAL factor[3], REAL weight[3]) {
   UNROLL for (int c = 0; c < 3; ++c) weight[c] = SELECT(mask, weight[c] * factor[c] * inverse, weight[c]);
 }
 #endif
+
+/* The sigma_t for choices that the weights must not depend on: the same whatever the path's hero channel, or MIS weights
+ * would not add up, nor baselines have mean zero. */
+inline REAL mean_sigma_t(const REAL sigma_t[]) {
+#if SPECTRAL
+  return (sigma_t[0] + sigma_t[1] + sigma_t[2]) * (1.0f / 3.0f);
+#else
+  return sigma_t[0];
+#endif
+}
 
 /* `scale` times the weights of paths between two stages. Without RGB sigma_t these are 1. */
 inline void channel_weights(const Pool* pool, INT slots, REAL scale, REAL weight[3]) {
@@ -121,6 +134,16 @@ inline void finish(const Launch* launch, __global const JobRecord* job, Pool* po
     const int values = RADIANCE_CHANNELS * (1 + DERIVATIVES);
     UNROLL for (int c = 0; c < values; ++c)
       launch->samples[output * values + c] = pool->fields[(RADIANCE + c) * pool->stride + s];
+#if BASELINES
+    UNROLL for (int p = 0; p < DERIVATIVES; ++p)
+      UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+        __global const DerivativeRecord* r = launch->derivatives + p;
+        const int field = BASELINE + (THROUGHPUT_CHANNELS == 1 ? r->score[c] : r->score[c] * THROUGHPUT_CHANNELS + c);
+        if (r->factor[c] != 0.0f)
+          launch->samples[output * values + (1 + p) * RADIANCE_CHANNELS + c] -=
+              r->factor[c] * job->future_tint[c] * pool->fields[field * pool->stride + s];
+      }
+#endif
   }
   push(pool, QUEUE_FREE, slots, mask);
 }

@@ -16,16 +16,6 @@
 #define CHANCE_FLOOR 0.02f
 #define CHANCE_SCALE 0.25f
 #define CHANCE_ANYWHERE 0.12f
-/* The sigma_t for choices about connections: the same whatever the path's hero channel, or MIS weights would not add
- * up. */
-inline REAL connection_sigma_t(const REAL sigma_t[]) {
-#if SPECTRAL
-  return (sigma_t[0] + sigma_t[1] + sigma_t[2]) * (1.0f / 3.0f);
-#else
-  return sigma_t[0];
-#endif
-}
-
 /* Probability of trying a connection from a scattering vertex, proportional to what is expected of it: throughput, phase
  * function towards the sun's middle (refracted at the nearest surface), and transmittance over the least distance to a
  * surface. Rays are what a connection costs; a vertex deep inside, or one whose light arrives from behind, rarely pays for

@@ -6,6 +6,7 @@
 #include "derivative/score.h"
 #include "lib/launch.h"
 #include "model/microfacet.h"
+#include "model/rough_dielectric.h"
 
 typedef struct {
   REAL of[SCORES + 1]; /* the last one is not used: an array of length 0 is not C */
@@ -16,6 +17,14 @@ inline Scores load_scores(const Pool* pool, INT slots) {
   UNROLL for (int k = 0; k < SCORES; ++k) s.of[k] = LOAD(pool, SCORE + k, slots);
   return s;
 }
+
+inline Scores no_scores(void) {
+  Scores s;
+  UNROLL for (int k = 0; k < SCORES; ++k) s.of[k] = (REAL)(0.0f);
+  return s;
+}
+
+inline void add_scores(Scores* s, const Scores* step) { UNROLL for (int k = 0; k < SCORES; ++k) s->of[k] += step->of[k]; }
 
 inline void store_scores(const Pool* pool, INT slots, const Scores* s) {
   UNROLL for (int k = 0; k < SCORES; ++k) STORE(pool, SCORE + k, slots, s->of[k]);
@@ -72,6 +81,24 @@ inline void score_rough_boundary(int distribution, const Launch* launch, __globa
     const REAL d = r->kind == SCORE_ALPHA ? d_alpha : d_eta;
     s->of[k] += SELECT(mask & (bsdf - job->first_bsdf == r->target), d, 0.0f);
   }
+}
+
+/* Of the normal m and the lobe that rough_dielectric_sample drew: a density, unlike the factor of the throughput above. By
+ * roughness alone: by index its variance is infinite, since at the critical angle the score is. */
+inline Scores score_decision_at_boundary(int distribution, const Launch* launch, __global const JobRecord* job, INT bsdf,
+                                         REAL alpha, REAL eta, REAL3 wi, REAL3 m, REAL reflected, MASK mask) {
+  Scores s = no_scores();
+  UNROLL for (int k = 0; k < SCORES; ++k) {
+    __global const ScoreRecord* r = launch->scores + k;
+    if (r->kind != SCORE_ALPHA) continue;
+    REAL d_alpha, ignored;
+    if (distribution == MICROFACET_GGX)
+      score_rough_dielectric_decision_ggx(alpha, eta, wi, m, reflected, &d_alpha, &ignored);
+    else
+      score_rough_dielectric_decision_beckmann(alpha, eta, wi, m, reflected, &d_alpha, &ignored);
+    s.of[k] = SELECT(mask & (bsdf - job->first_bsdf == r->target), d_alpha, 0.0f);
+  }
+  return s;
 }
 
 inline void score_reflection(const Launch* launch, __global const JobRecord* job, Scores* s, INT bsdf,

@@ -4,9 +4,10 @@
 #define ITN_PATH_STATE_H
 
 /* Fields of a program with these definitions, for the host. */
-#define PATH_FIELDS(throughput_channels, radiance_channels, spectral, medium_light_sampling, scores, derivatives) \
-  (19 + (throughput_channels) + (radiance_channels) * (1 + (derivatives)) + (scores) + 4 * (spectral) +           \
-   4 * (medium_light_sampling))
+#define PATH_FIELDS(throughput_channels, radiance_channels, spectral, medium_light_sampling, scores, derivatives, \
+                    baselines)                                                                                  \
+  (19 + (throughput_channels) * (1 + (baselines) * (scores)) + (radiance_channels) * (1 + (derivatives)) +      \
+   (scores) + 4 * (spectral) + 4 * (medium_light_sampling))
 
 #ifdef __OPENCL_VERSION__
 enum {
@@ -16,7 +17,8 @@ enum {
   RADIANCE = THROUGHPUT + THROUGHPUT_CHANNELS, /* RADIANCE_CHANNELS fields: gathered so far */
   DERIVATIVE = RADIANCE + RADIANCE_CHANNELS, /* of the radiance: RADIANCE_CHANNELS fields for each of DERIVATIVES */
   SCORE = DERIVATIVE + DERIVATIVES * RADIANCE_CHANNELS, /* SCORES fields: see ScoreRecord */
-  REFRACTION_SCALE = SCORE + SCORES, /* (n here / n at the camera)^-2: radiance over basic radiance */
+  BASELINE = SCORE + SCORES, /* SCORES x THROUGHPUT_CHANNELS fields if BASELINES: see lib/baseline.h */
+  REFRACTION_SCALE = BASELINE + BASELINES * SCORES * THROUGHPUT_CHANNELS, /* (n here / n at the camera)^-2: radiance over basic radiance */
   PIXEL, SAMPLE, /* ints: with the job's seed and EVENT the counter of the random numbers */
   EVENT,
   DEPTH,  /* scatterings so far, surfaces and media, index-matched boundaries not counted */
@@ -40,8 +42,10 @@ enum {
   FIELDS
 };
 typedef char path_fields_are_counted
-    [FIELDS == PATH_FIELDS(THROUGHPUT_CHANNELS, RADIANCE_CHANNELS, SPECTRAL, MEDIUM_LIGHT_SAMPLING, SCORES, DERIVATIVES) ? 1
-                                                                                                               : -1];
+    [FIELDS == PATH_FIELDS(THROUGHPUT_CHANNELS, RADIANCE_CHANNELS, SPECTRAL, MEDIUM_LIGHT_SAMPLING, SCORES, DERIVATIVES,
+                           BASELINES)
+         ? 1
+         : -1];
 #endif
 
 /* In the OPERATOR_SINGLE build DEPTH also holds, above the count of scatterings, whether the path has scattered in a medium. */

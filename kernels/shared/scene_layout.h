@@ -26,7 +26,7 @@ typedef struct {
   int connection; /* CONNECTION_* : how light reaches its scattering vertices */
   int distribution; /* refracted: MICROFACET_* of the boundary that the guess assumes */
   float alpha, eta; /* refracted: of that boundary, eta inside over outside */
-  int pad;
+  int first_cell;   /* of the table of expected futures (lib/baseline.h) */
 } MediumRecord;
 
 typedef struct {
@@ -46,7 +46,8 @@ typedef struct {
   float reflectance[3];
   int texture; /* -1: none, else in the texture table */
   float specular_reflectance[3], specular_transmittance[3];
-  int pad[2];
+  int first_cell; /* as of a medium */
+  int pad;
 } BsdfRecord;
 
 /* Texels are float rgb, row 0 at v = 0, in one array for all textures. */
@@ -91,6 +92,8 @@ typedef struct {
   int samples;      /* a pixel in this launch */
   int first_output; /* sample s of pixel p is written at first_output + (p - first_pixel) * samples + s - first_sample */
   unsigned int seed_low, seed_high;
+  float future_tint[3]; /* of the expected futures, where a throughput channel stands for several of radiance */
+  int pilot;            /* 1: paths tell what they visit */
 } JobRecord;
 
 /* A run of paths of one job that one pool works off: the unit of load balancing. */

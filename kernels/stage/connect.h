@@ -22,7 +22,7 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
   const REAL g = GATHER((media + FIELD_OF(MediumRecord, g)), at);
   REAL sigma_t[THROUGHPUT_CHANNELS];
   UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) sigma_t[c] = GATHER((media + FIELD_OF(MediumRecord, sigma_t) + c), at);
-  const REAL sigma = connection_sigma_t(sigma_t);
+  const REAL sigma = mean_sigma_t(sigma_t);
   const REAL chance = LOAD(pool, CHANCE, slots);
   REAL weight[3];
   channel_weights(pool, slots, LOAD(pool, REFRACTION_SCALE, slots) / chance, weight);

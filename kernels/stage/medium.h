@@ -2,6 +2,7 @@
  * a light connection. Several events a state load: a lane keeps scattering while enough of its group do. */
 #ifndef ITN_STAGE_MEDIUM_H
 #define ITN_STAGE_MEDIUM_H
+#include "lib/baseline.h"
 #include "lib/frame.h"
 #include "lib/launch.h"
 #include "lib/light_connection.h"
@@ -41,6 +42,9 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   REAL mean_free_path = 1.0f / sigma;
   const INT medium_index = LOAD_INT(pool, MEDIUM, slots);
   Scores scores = load_scores(pool, slots);
+  Baseline baseline = load_baseline(pool, slots);
+  const INT first_cell = GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, first_cell)), medium);
+  const REAL refraction_scale = LOAD(pool, REFRACTION_SCALE, slots);
 
   MASK alive = valid, arrived = (MASK)(0), dead = (MASK)(0), escaped = (MASK)(0);
 #if MEDIUM_LIGHT_SAMPLING
@@ -54,7 +58,10 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   REAL hit_u = (REAL)(0.0f), hit_v = (REAL)(0.0f);
   int left = 0;
   FlightCell cell = flight_cell(launch->grid, geometry, position);
+  Depth below = depth_of(&cell, mean_sigma_t(sigma_t));
   for (int event = 0; event < MEDIUM_EVENTS; ++event) {
+    const INT flight_state = medium_state(first_cell, DECISION_FLIGHT, &below, dot3(below.normal, direction));
+    const MASK flies = alive;
     REAL u[4];
     draw(&random, 0, u);
     random.event += SELECT_INT(alive, 1, 0);
@@ -93,8 +100,17 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     spectral_event(meets | scatters, factor, weight);
 #endif
     cell = flight_cell(launch->grid, geometry, position);
-    score_passage(launch, job, &scores, medium_index, sigma_t, distance, meets);
-    score_scattering(launch, job, &scores, medium_index, sigma_t, albedo, distance, scatters);
+    below = depth_of(&cell, mean_sigma_t(sigma_t));
+    Scores step = no_scores();
+    score_passage(launch, job, &step, medium_index, sigma_t, distance, meets);
+    score_scattering(launch, job, &step, medium_index, sigma_t, albedo, distance, scatters);
+    /* weighed as after the flight: then the means are zero over the mixture of the hero channels' densities too */
+    REAL total[THROUGHPUT_CHANNELS], change[THROUGHPUT_CHANNELS], future[THROUGHPUT_CHANNELS];
+    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) total[c] = throughput[c] * refraction_scale * weight[c];
+    record_visit(launch, job, pool, slots, &random, random.event - 1, DECISION_FLIGHT, flight_state, total, flies);
+    expected_future(launch, flight_state, future);
+    add_decision(launch, &baseline, total, future, &step);
+    add_scores(&scores, &step);
     skip = SELECT_INT(scatters, -1, skip);
     depth += SELECT_INT(scatters, 1, 0);
     UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= SELECT(scatters, albedo[c], 1.0f);
@@ -106,14 +122,25 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     depth += SELECT_INT(scatters, SCATTERED_ONCE, 0);
 #endif
     INT vertices = plain_depth(depth);
+    const MASK may_go_on = scatters & (largest > 0.0f) & (vertices < job->max_depth);
+    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) total[c] = throughput[c] * refraction_scale * weight[c];
     MASK dies = roulette(job, vertices, u[3], scatters, largest, throughput);
     MASK goes_on = scatters & !dies;
     dead = dead | dies;
     alive = scatters & !dies;
+    const INT turn_state = medium_state(first_cell, DECISION_TURN, &below, dot3(below.normal, direction));
+    expected_future(launch, turn_state, future);
+    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
+      const REAL raised = throughput[c] * refraction_scale * weight[c];
+      change[c] = SELECT(may_go_on, SELECT(alive, raised, 0.0f) - total[c], 0.0f);
+      total[c] = raised;
+    }
+    add_roulette(&baseline, change, future, &scores);
+    record_visit(launch, job, pool, slots, &random, random.event - 1, DECISION_TURN, turn_state, total, alive);
 #if MEDIUM_LIGHT_SAMPLING
     /* u[2] decides on the connection first; what is left of it is uniform again */
     const REAL expected = connection_chance(launch, job, medium, &cell, direction, brightest(throughput, weight),
-                                            connection_sigma_t(sigma_t), g);
+                                            mean_sigma_t(sigma_t), g);
     chance = SELECT(alive, expected, chance);
     MASK connects = alive & connectable & (u[2] < chance);
     u[2] = SELECT(connectable, SELECT(u[2] < chance, u[2] / chance, (u[2] - chance) / (1.0f - chance)), u[2]);
@@ -131,7 +158,11 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     last_pdf = SELECT(alive, SELECT(connectable, henyey_greenstein(cosine, g) / chance, 0.0f), last_pdf);
     alive = alive & !connects; /* connected before the path goes on, so contributions keep their order */
 #endif
-    score_phase(launch, job, &scores, medium_index, cosine, g, alive); /* of those that connect: stage/connect.h */
+    step = no_scores();
+    score_phase(launch, job, &step, medium_index, cosine, g, goes_on);
+    add_decision(launch, &baseline, total, future, &step);
+    UNROLL for (int k = 0; k < SCORES; ++k)
+      scores.of[k] += SELECT(alive, step.of[k], 0.0f); /* of those that connect: stage/connect.h */
     left = popcount(lane_bits(alive));
     if (left <= enough) break;
   }
@@ -139,6 +170,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   store3(pool, DIRECTION_X, slots, direction);
   UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
   store_scores(pool, slots, &scores);
+  store_baseline(pool, slots, &baseline);
   STORE_INT(pool, EVENT, slots, random.event);
   STORE_INT(pool, DEPTH, slots, depth);
   STORE_INT(pool, SKIP, slots, skip);

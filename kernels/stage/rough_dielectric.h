@@ -1,6 +1,7 @@
 /* Stage rough dielectric: a microfacet boundary between two refractive indices. */
 #ifndef ITN_STAGE_ROUGH_DIELECTRIC_H
 #define ITN_STAGE_ROUGH_DIELECTRIC_H
+#include "lib/baseline.h"
 #include "lib/light_connection.h"
 #include "lib/optical_depth.h"
 #include "model/medium_homogeneous.h"
@@ -53,7 +54,7 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
     UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
       sigma_t[c] = GATHER((media + FIELD_OF(MediumRecord, sigma_t) + c), at);
     const REAL3 vertex = load3(pool, VERTEX_X, slots), segment = sub3(s->position, vertex);
-    const REAL by_phase = last_pdf * medium_transmittance(connection_sigma_t(sigma_t), SQRT(dot3(segment, segment)));
+    const REAL by_phase = last_pdf * medium_transmittance(mean_sigma_t(sigma_t), SQRT(dot3(segment, segment)));
     const FlightCell cell = flight_cell(launch->grid, launch->geometries + job->geometry, vertex);
     const REAL3 guess = surface_normal_guess(&cell);
     rival = rival_density(refracted_pdf(&boundary, guess, light, s->direction), by_phase, from_medium);
@@ -79,6 +80,29 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
   return MAX(pdf / (1.0f + own_rival), (REAL)(1e-30f)); /* not 0: that would say that the sun was not sampled */
 }
 #endif
+
+/* The baseline's part of the sampled normal and lobe; samples that are lost count too, or its mean would not be zero. */
+inline void decide_at_boundary(int distribution, const Launch* launch, __global const JobRecord* job, Pool* pool,
+                               INT slots, INT bsdf, const Random* random, REAL alpha, REAL eta_inside, REAL3 wi, REAL3 wo,
+                               MASK reflects, MASK mask) {
+  bool by_roughness = false;
+  UNROLL for (int k = 0; k < BASELINE_SCORES; ++k) by_roughness |= launch->scores[k].kind == SCORE_ALPHA;
+  if (!by_roughness) return;
+  const INT first_cell = GATHER_INT(((__global const int*)launch->bsdfs + FIELD_OF(BsdfRecord, first_cell)),
+                                    bsdf * (int)(sizeof(BsdfRecord) / sizeof(float)));
+  const INT state = boundary_state(first_cell, wi.z);
+  REAL weight[3], total[THROUGHPUT_CHANNELS], future[THROUGHPUT_CHANNELS];
+  channel_weights(pool, slots, LOAD(pool, REFRACTION_SCALE, slots), weight);
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) total[c] = LOAD(pool, THROUGHPUT + c, slots) * weight[c];
+  record_visit(launch, job, pool, slots, random, random->event, DECISION_FLIGHT, state, total, mask);
+  expected_future(launch, state, future);
+  const REAL eta = far_over_near(eta_inside, wi.z), reflected = SELECT(reflects, 1.0f, 0.0f);
+  const REAL3 m = rough_dielectric_normal(eta, wi, wo, reflected);
+  const Scores step = score_decision_at_boundary(distribution, launch, job, bsdf, alpha, eta_inside, wi, m, reflected, mask);
+  Baseline baseline = load_baseline(pool, slots);
+  add_decision(launch, &baseline, total, future, &step);
+  store_baseline(pool, slots, &baseline);
+}
 
 /* distribution: a constant where this is inlined. */
 inline void rough_dielectric_stage(int distribution, const Launch* launch, __global const JobRecord* job, Pool* pool,
@@ -106,6 +130,8 @@ inline void rough_dielectric_stage(int distribution, const Launch* launch, __glo
   pdf = (REAL)(0.0f);
 #endif
   Scores scores = load_scores(pool, slots);
+  decide_at_boundary(distribution, launch, job, pool, slots, s.bsdf, &random, alpha, eta_inside, wi, wo, reflects,
+                     valid & !s.misplaced);
   score_rough_boundary(distribution, launch, job, &scores, s.bsdf, alpha, eta_inside, wi, wo,
                        valid & !s.misplaced & (weight > 0.0f));
   store_scores(pool, slots, &scores);

@@ -13,7 +13,7 @@ struct DatasetConfig {
   struct Side {
     std::vector<std::string> shapes;        // names of named_shapes(), or mesh files
     int random_shapes = 0;                  // more, from random_shape()
-    int triangles = 8000;                   // of a random shape, about
+    int triangles = 6000;                   // of a random shape, about
     std::vector<double> azimuths;           // of the sun [degree], dataset_scene.h; empty: drawn, one an image
     std::array<double, 2> azimuth_range{};  // drawn from here
     int materials = 1;

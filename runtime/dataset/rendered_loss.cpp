@@ -44,9 +44,8 @@ std::vector<Rendering> RenderedLoss::render(Placed& placed, const std::vector<Re
   }
   std::vector<BatchImage> batch;
   for (std::size_t i = 0; i < images.size(); ++i)
-    for (int g = 0; g < groups; ++g)
-      batch.push_back({&scenes[i], placed.geometries[images[i].image->shape], images[i].seed, g * (spp / groups)});
-  return placed.renderer.render(batch, spp / groups);
+    batch.push_back({&scenes[i], placed.geometries[images[i].image->shape], images[i].seed, 0});
+  return placed.renderer.render(batch, spp, groups);
 }
 
 std::vector<LossGradient> RenderedLoss::evaluate(const std::vector<RerenderedImage>& images, int spp) {

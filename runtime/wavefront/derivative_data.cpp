@@ -27,6 +27,7 @@ class Builder {
       data.derivatives.push_back(record);
       return;
     }
+    launch_.coloured_light |= p.component >= 0;  // where all components are equal, the derivatives are not
     for (int c = 0; c < 3; ++c) {
       if (p.component >= 0 && p.component != c) continue;
       record.score[c] = score(p, c);
@@ -60,12 +61,13 @@ class Builder {
         break;
       case ParameterKind::alpha:
         r = {SCORE_ALPHA, p.index, 0};
-        want(boundary(p), "alpha");
+        want("score_rough_dielectric_" + boundary(p), "alpha");
+        want("score_rough_dielectric_decision_" + boundary(p), "alpha");
         break;
       case ParameterKind::int_ior:
       case ParameterKind::ext_ior:
         r = {SCORE_ETA, p.index, 0};
-        want(boundary(p), "eta");
+        want("score_rough_dielectric_" + boundary(p), "eta");
         break;
       case ParameterKind::reflectance:
         r.kind = SCORE_REFLECTANCE;
@@ -107,7 +109,7 @@ class Builder {
   const Medium& medium(const Parameter& p) const { return scene_.media[static_cast<std::size_t>(p.index)]; }
   const Bsdf& bsdf(const Parameter& p) const { return scene_.bsdfs[static_cast<std::size_t>(p.index)]; }
   std::string boundary(const Parameter& p) const {
-    return bsdf(p).distribution == Distribution::ggx ? "score_rough_dielectric_ggx" : "score_rough_dielectric_beckmann";
+    return bsdf(p).distribution == Distribution::ggx ? "ggx" : "beckmann";
   }
   void want(const std::string& function, const std::string& parameter) { data.functions[function].insert(parameter); }
 

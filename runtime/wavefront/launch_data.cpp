@@ -7,6 +7,7 @@
 #include <set>
 
 #include "kernels/model/microfacet.h"
+#include "kernels/shared/baseline_layout.h"
 #include "runtime/derivative/parameter_chain.h"
 #include "runtime/scene/emitter.h"
 
@@ -108,6 +109,8 @@ BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
   store(bsdf.specular_reflectance, r.specular_reflectance);
   store(bsdf.specular_transmittance, r.specular_transmittance);
   r.twosided = bsdf.twosided;
+  r.first_cell = data.cells;
+  if (bsdf.kind == BsdfKind::roughdielectric) data.cells += BASELINE_BOUNDARY_CELLS;
   if (bsdf.kind == BsdfKind::diffuse)
     data.coloured |= r.texture < 0 && !grey(bsdf.reflectance.value);
   else
@@ -135,6 +138,8 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
       r.eta = static_cast<float>(relative_index(Numbers<double, 2>{bsdf.int_ior, bsdf.ext_ior})[0]);
     }
   }
+  r.first_cell = data.cells;
+  data.cells += BASELINE_MEDIUM_CELLS;
   data.spectral |= !grey(medium.sigma_t);
   data.coloured |= !grey(medium.albedo) || !grey(medium.sigma_t);
   return r;
@@ -156,7 +161,9 @@ JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData&
     data.shapes.push_back({first_bsdf + shape.bsdf, medium_index(shape.interior), medium_index(shape.exterior), 0});
 
   job.camera = static_cast<int>(data.cameras.size());
-  data.cameras.push_back(camera_record(scene.sensors[static_cast<std::size_t>(sensor)], first_medium));
+  const Sensor& camera = scene.sensors[static_cast<std::size_t>(sensor)];
+  data.cameras.push_back(camera_record(camera, first_medium));
+  data.pixels.push_back(camera.crop_width * camera.crop_height);
 
   job.emitter = static_cast<int>(data.emitters.size());
   EmitterRecord emitter{};
@@ -170,6 +177,7 @@ JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData&
   job.max_depth = scene.integrator.max_depth < 0 ? unlimited : scene.integrator.max_depth;
   job.rr_depth = scene.integrator.rr_depth;
   job.hide_emitters = scene.integrator.hide_emitters;
+  std::fill_n(job.future_tint, 3, 1.0F);
   return job;
 }
 

@@ -12,7 +12,7 @@
 namespace itn {
 
 static_assert(sizeof(CameraRecord) == 104 && sizeof(MediumRecord) == 48 && sizeof(ShapeRecord) == 16 &&
-              sizeof(BsdfRecord) == 64 && sizeof(TextureRecord) == 48 && sizeof(JobRecord) == 60 &&
+              sizeof(BsdfRecord) == 64 && sizeof(TextureRecord) == 48 && sizeof(JobRecord) == 76 &&
               sizeof(ChunkRecord) == 16);
 
 struct LaunchData {
@@ -26,9 +26,11 @@ struct LaunchData {
   std::vector<TextureRecord> textures;
   std::vector<float> texels;
   std::map<const Bitmap*, int> texels_of;  // where those of a bitmap begin: scenes may share it
+  std::vector<int> pixels;                 // of each camera's film
+  int cells = 0;                           // of the tables of expected futures
   bool coloured = false;                   // some throughput or radiance differs between channels
-  bool coloured_light = false;
-  bool spectral = false;  // some medium's sigma_t does
+  bool coloured_light = false;             // some radiance or derivative of it does
+  bool spectral = false;                   // some medium's sigma_t does
 };
 
 // Appends a scene seen by one of its sensors; returns a job with everything but the pixels, samples and seed.

@@ -33,11 +33,15 @@ std::vector<JobSlice> slices_of(const std::vector<TracedJob>& jobs, int first, i
   return slices;
 }
 
-// The part of an image that one job is.
-Image cut(const Image& all, std::size_t first, std::size_t count, std::size_t channels) {
+// Pixels first, first + step, ...: the part of an image that one job's group of samples is.
+Image cut(const Image& all, std::size_t first, std::size_t step, std::size_t count, std::size_t channels) {
   const auto part = [&](const std::vector<float>& values) {
-    const auto from = values.begin() + static_cast<std::ptrdiff_t>(first * channels);
-    return std::vector<float>(from, from + static_cast<std::ptrdiff_t>(count * channels));
+    std::vector<float> result;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto from = values.begin() + static_cast<std::ptrdiff_t>((first + i * step) * channels);
+      result.insert(result.end(), from, from + static_cast<std::ptrdiff_t>(channels));
+    }
+    return result;
   };
   Image image{part(all.mean), part(all.stderr_), std::vector<double>(channels), std::vector<double>(channels)};
   for (std::size_t i = 0; i < image.mean.size(); ++i) {
@@ -72,21 +76,26 @@ int box_width(const Device& device) {
 }
 
 std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std::vector<TracedJob>& jobs, int spp,
-                                    const RenderOptions& options, std::int64_t& launch_paths) {
+                                    int groups, const RenderOptions& options, std::int64_t& launch_paths) {
   int pixels = 0;
   for (const TracedJob& job : jobs) pixels += pixels_of(*job.sensor);
   // Bands of pixels, as many as the film holds; in a band runs of pixels, each with all of its samples in turn:
   // launches of about a quarter of a second, so that progress moves and an interruption is seen.
   const std::int64_t total = static_cast<std::int64_t>(pixels) * spp;
+  // The film keeps the groups of a pixel as pixels of their own: all of its samples must then come in one launch.
   const auto capacity = static_cast<std::int64_t>(wavefront.sample_capacity());
+  const int most_pixels = film.pixels() / groups;
+  if (groups > 1 && (spp > capacity || most_pixels == 0))
+    throw DeviceError("samples in groups: those of a pixel do not fit into the device's memory; take fewer of them");
   std::int64_t done = 0;
   std::vector<Image> images;
   const auto render_start = std::chrono::steady_clock::now();
-  for (int first = 0; first < pixels; first += film.pixels()) {
-    const int band = std::min(film.pixels(), pixels - first);
+  for (int first = 0; first < pixels; first += most_pixels) {
+    const int band = std::min(most_pixels, pixels - first);
     for (int sample = 0; sample < spp;) {
       launch_paths = std::min(launch_paths, capacity);
-      const int samples = static_cast<int>(std::clamp<std::int64_t>(launch_paths / band, 1, spp - sample));
+      const int samples =
+          groups > 1 ? spp : static_cast<int>(std::clamp<std::int64_t>(launch_paths / band, 1, spp - sample));
       const int run = static_cast<int>(std::clamp<std::int64_t>(launch_paths / samples, 1, band));
       for (int pixel = 0; pixel < band; pixel += run) {
         if (options.cancel && *options.cancel) throw Interrupted();
@@ -94,37 +103,41 @@ std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std:
         const std::int64_t paths = static_cast<std::int64_t>(count) * samples;
         const auto launch_start = std::chrono::steady_clock::now();
         wavefront.trace(slices_of(jobs, first + pixel, count, sample, samples));
-        film.add(wavefront.samples(), 0, pixel, count, samples, sample == 0);
+        film.add(wavefront.samples(), 0, pixel * groups, count * groups, samples / groups, sample == 0);
         done += paths;
         if (options.progress) options.progress(static_cast<double>(done) / static_cast<double>(total));
         if (options.paths_a_launch == 0) launch_paths = next_target(launch_paths, paths, seconds_since(launch_start));
       }
       sample += samples;
     }
-    film.develop(spp, band, images);
+    film.develop(spp / groups, band * groups, images);
   }
   const double seconds = seconds_since(render_start);
+  const std::uint64_t misplaced = wavefront.misplaced();
+  const std::vector<StageTime> stages = wavefront.stage_times();
 
   std::vector<Rendering> renderings;
   std::size_t start = 0;
   for (const TracedJob& job : jobs) {
-    const auto count = static_cast<std::size_t>(pixels_of(*job.sensor));
-    Rendering& out = renderings.emplace_back();
-    out.width = job.sensor->crop_width;
-    out.height = job.sensor->crop_height;
-    out.spp = spp;
-    out.render_s = seconds;
-    out.paths = static_cast<std::uint64_t>(count) * static_cast<std::uint64_t>(spp);
-    out.misplaced = wavefront.misplaced();
-    out.stages = wavefront.stage_times();
-    out.channels = job.sensor->luminance ? 1 : 3;
-    for (std::size_t i = 0; i < images.size(); ++i) {
-      Image image = cut(images[i], start, count, static_cast<std::size_t>(film.channels()));
-      if (film.channels() < out.channels) spread_channels(image);
-      if (i == 0)
-        static_cast<Image&>(out) = std::move(image);
-      else
-        out.derivatives.push_back(std::move(image));
+    const auto count = static_cast<std::size_t>(pixels_of(*job.sensor)), step = static_cast<std::size_t>(groups);
+    for (std::size_t group = 0; group < step; ++group) {
+      Rendering& out = renderings.emplace_back();
+      out.width = job.sensor->crop_width;
+      out.height = job.sensor->crop_height;
+      out.spp = spp / groups;
+      out.render_s = seconds;
+      out.paths = static_cast<std::uint64_t>(count) * static_cast<std::uint64_t>(out.spp);
+      out.misplaced = misplaced;
+      out.stages = stages;
+      out.channels = job.sensor->luminance ? 1 : 3;
+      for (std::size_t i = 0; i < images.size(); ++i) {
+        Image image = cut(images[i], start * step + group, step, count, static_cast<std::size_t>(film.channels()));
+        if (film.channels() < out.channels) spread_channels(image);
+        if (i == 0)
+          static_cast<Image&>(out) = std::move(image);
+        else
+          out.derivatives.push_back(std::move(image));
+      }
     }
     start += count;
   }

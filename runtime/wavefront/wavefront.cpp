@@ -6,6 +6,7 @@
 
 #include "kernels/shared/path_state.h"
 #include "runtime/error.h"
+#include "runtime/wavefront/baseline.h"
 
 namespace itn {
 namespace {
@@ -23,17 +24,35 @@ constexpr int queues = QUEUES, free_queue = QUEUE_FREE;
 constexpr std::array<const char*, QUEUES> stage_names{"generate",       "ray",       "null",   "diffuse", "dielectric",
                                                       "rough beckmann", "rough ggx", "medium", "connect", "escape"};
 
+// The pilot that learns baselines: paths a job, paths a launch at most, pixels a run; its samples of a pixel begin at
+// the last, beyond those of any image.
+constexpr int pilot_paths = 1 << 13, pilot_launch = 1 << 11, pilot_run = 64, pilot_sample = 1 << 30;
+
 std::size_t field_count(const std::map<std::string, std::string>& d) {
   const auto number = [&](const char* name) { return static_cast<std::size_t>(std::stoi(d.at(name))); };
   return PATH_FIELDS(number("THROUGHPUT_CHANNELS"), number("RADIANCE_CHANNELS"), number("SPECTRAL"),
-                     number("MEDIUM_LIGHT_SAMPLING"), number("SCORES"), number("DERIVATIVES"));
+                     number("MEDIUM_LIGHT_SAMPLING"), number("SCORES"), number("DERIVATIVES"), number("BASELINES"));
+}
+
+// Baselines pay where paths gather much after their decisions: in media that scatter often. Below, they take less off
+// the variance than they add to the time (kernels/README.md, "Quiet derivatives").
+constexpr float least_albedo = 0.8F;
+
+// Does not look at which derivatives are asked for: each is the same alone and beside others.
+bool with_baselines(const LaunchData& data, const DerivativeData& derivatives, Baselines wanted) {
+  if (derivatives.scores.empty() || data.cells == 0) return false;
+  if (wanted != Baselines::automatic) return wanted == Baselines::on;
+  return std::any_of(data.media.begin(), data.media.end(),
+                     [](const MediumRecord& m) { return *std::max_element(m.albedo, m.albedo + 3) >= least_albedo; });
 }
 
 // What the program is made for, but the ways in which it runs.
-std::map<std::string, std::string> features(const LaunchData& data, const DerivativeData& derivatives) {
+std::map<std::string, std::string> features(const LaunchData& data, const DerivativeData& derivatives,
+                                            Baselines baselines) {
   std::map<std::string, std::string> result = feature_definitions(data);
   result["BOX_WIDTH"] = std::to_string(data.geometry.box_width);
   result["SCORES"] = std::to_string(derivatives.scores.size());
+  result["BASELINES"] = std::to_string(with_baselines(data, derivatives, baselines));
   result["DERIVATIVES"] = std::to_string(derivatives.derivatives.size());
   const bool by_light = std::any_of(derivatives.derivatives.begin(), derivatives.derivatives.end(),
                                     [](const DerivativeRecord& d) { return d.emitter >= 0; });
@@ -44,15 +63,16 @@ std::map<std::string, std::string> features(const LaunchData& data, const Deriva
 }  // namespace
 
 Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs,
-                     const DerivativeData& derivatives, Operator op, int width, Schedule schedule)
-    : device_(device), jobs_(std::move(jobs)) {
+                     const DerivativeData& derivatives, Operator op, int width, Schedule schedule, Baselines baselines)
+    : device_(device), jobs_(std::move(jobs)), baselines_(baselines) {
   width_ = width > 0 ? width : device.default_width();
   const bool cpu = device.info().type == "cpu";
   fused_ = schedule == Schedule::automatic ? cpu : schedule == Schedule::fused;
 
-  features_ = features(data, derivatives);
+  features_ = features(data, derivatives, baselines_);
   std::map<std::string, std::string> definitions = features_;
   channels_ = std::stoi(definitions["RADIANCE_CHANNELS"]);
+  throughput_channels_ = std::stoi(definitions["THROUGHPUT_CHANNELS"]);
   workers_ = fused_ ? 4 * device.info().compute_units : 1;
   slots_ = fused_ ? fused_slots
            : cpu  ? std::min(staged_slots, staged_slots_a_cpu_unit * device.info().compute_units)
@@ -68,6 +88,8 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
 
   upload_geometry(data.geometry);
   upload_records(data, derivatives);
+
+  visits_ = device.upload(std::vector<float>(1), "pilot's visits");
 
   // Short of memory, fewer paths are in flight and launches are smaller: the image is the same.
   const std::size_t a_slot = (field_count(definitions) + queues * (fused_ ? 1u : 2u)) * sizeof(float);
@@ -85,8 +107,8 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   }
   counter_ = device.allocate(2 * queues * sizeof(int), "queue lengths");
   misplaced_ = device.upload(std::vector<cl_uint>{0}, "misplaced arrivals");
-  const std::size_t a_sample =
-      static_cast<std::size_t>(channels_) * (1 + derivatives.derivatives.size()) * sizeof(float);
+  a_sample_ = channels_ * (1 + static_cast<int>(derivatives.derivatives.size()));
+  const std::size_t a_sample = static_cast<std::size_t>(a_sample_) * sizeof(float);
   const std::uint64_t budget = std::min(std::uint64_t{256} << 20, device.info().max_allocation / 4);
   const Device::Elements samples = device.allocate_most(budget / a_sample, least_samples, a_sample, "samples");
   sample_capacity_ = samples.count;
@@ -109,11 +131,16 @@ void Wavefront::upload_records(const LaunchData& data, const DerivativeData& der
         device_.upload(data.textures, "textures"), device_.upload(data.texels, "texels"),
         device_.upload(derivatives.scores, "scores"), device_.upload(derivatives.derivatives, "derivatives")})
     scene_.push_back(std::move(buffer));
+  pixels_ = data.pixels;
+  cells_ = data.cells;
+  learnt_ = features_.at("BASELINES") == "0";  // else the next trace() learns: expected futures depend on the material
+  futures_ = device_.upload(std::vector<float>(learnt_ ? 1 : static_cast<std::size_t>(cells_ * throughput_channels_)),
+                            "expected futures");
 }
 
 bool Wavefront::replace(const LaunchData& data, std::vector<JobRecord> jobs, const DerivativeData& derivatives,
                         bool new_geometry) {
-  if (features(data, derivatives) != features_) return false;
+  if (features(data, derivatives, baselines_) != features_) return false;
   if (new_geometry) upload_geometry(data.geometry);
   upload_records(data, derivatives);
   jobs_ = std::move(jobs);
@@ -126,6 +153,8 @@ void Wavefront::set_scene_arguments(cl::Kernel& kernel) const {
     if (k == geometry_buffers) kernel.setArg(at++, jobs_buffer_);
     kernel.setArg(at++, scene_[k]);
   }
+  kernel.setArg(at++, futures_);
+  kernel.setArg(at++, visits_);
   kernel.setArg(at++, samples_);
   kernel.setArg(at, misplaced_);
 }
@@ -144,6 +173,57 @@ std::vector<StageTime> Wavefront::stage_times() const {
 }
 
 void Wavefront::trace(const std::vector<JobSlice>& slices) {
+  if (!learnt_) learn_baselines();
+  trace_jobs(slices, false);
+}
+
+// A pilot of every job: runs of pixels spread evenly over its film, of samples that no image takes.
+void Wavefront::learn_baselines() {
+  learnt_ = true;
+  BaselineTable table(cells_, throughput_channels_, channels_);
+  const auto a_path = static_cast<std::size_t>(BASELINE_VISITS * BASELINE_VISIT_SIZE(throughput_channels_, channels_));
+  const std::uint64_t room = device_.free_memory() / 2 / (a_path * sizeof(float));
+  const int most = static_cast<int>(std::clamp<std::uint64_t>(room, pilot_run, pilot_launch));  // paths a launch
+  const std::vector<float> none(static_cast<std::size_t>(most) * a_path);
+  std::vector<float> visits, samples;
+  for (std::size_t j = 0; j < jobs_.size(); ++j) {
+    std::vector<JobSlice> slices;
+    int paths = 0;
+    const auto launch = [&] {
+      visits_ = cl::Buffer();  // its memory first
+      visits_ = device_.upload(none, "pilot's visits");
+      trace_jobs(slices, true);
+      samples.resize(static_cast<std::size_t>(paths * a_sample_));
+      visits.resize(static_cast<std::size_t>(paths) * a_path);
+      device_.download(samples_, samples);
+      device_.download(visits_, visits);
+      table.add(samples, a_sample_, visits);
+      slices.clear();
+      paths = 0;
+    };
+    const std::int64_t pixels = pixels_[static_cast<std::size_t>(jobs_[j].camera)];
+    const int a_pixel = static_cast<int>(std::max<std::int64_t>(1, pilot_paths / pixels));
+    const std::int64_t runs = std::min<std::int64_t>((pixels + pilot_run - 1) / pilot_run, pilot_paths / pilot_run);
+    for (std::int64_t run = 0; run < runs; ++run) {
+      const int first = static_cast<int>(run * pixels / runs);
+      const int length = std::min(static_cast<int>((run + 1) * pixels / runs) - first, pilot_run);
+      for (int sample = 0; sample < a_pixel;) {
+        const int samples_of_run = std::min(a_pixel - sample, most / length);
+        if (paths + samples_of_run * length > most) launch();
+        slices.push_back({static_cast<int>(j), first, length, pilot_sample + sample, samples_of_run});
+        paths += samples_of_run * length;
+        sample += samples_of_run;
+      }
+    }
+    if (paths > 0) launch();
+    const std::array<float, 3> tint = table.take_tint();
+    std::copy(tint.begin(), tint.end(), jobs_[j].future_tint);
+  }
+  futures_ = device_.upload(table.futures(), "expected futures");
+  visits_ = device_.upload(std::vector<float>(1), "pilot's visits");
+}
+
+void Wavefront::trace_jobs(const std::vector<JobSlice>& slices, bool pilot) {
   std::vector<JobRecord> jobs;
   int paths = 0;
   for (const JobSlice& slice : slices) {
@@ -152,6 +232,7 @@ void Wavefront::trace(const std::vector<JobSlice>& slices) {
     job.first_sample = slice.first_sample;
     job.samples = slice.samples;
     job.first_output = paths;
+    job.pilot = pilot;
     jobs.push_back(job);
     paths += slice.pixels * slice.samples;
   }
@@ -180,7 +261,7 @@ void Wavefront::trace_fused(const std::vector<ChunkRecord>& chunks) {
   counter_ = device_.upload(std::vector<int>{0}, "chunk counter");
   cl::Kernel kernel(program_, "trace_paths");
   set_scene_arguments(kernel);
-  cl_uint at = static_cast<cl_uint>(scene_.size()) + 3;
+  cl_uint at = static_cast<cl_uint>(scene_.size()) + 5;
   kernel.setArg(at++, chunk_buffer);
   kernel.setArg(at++, static_cast<cl_int>(chunks.size()));
   kernel.setArg(at++, counter_);
@@ -216,7 +297,7 @@ void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) 
 
   set_scene_arguments(generate);
   set_scene_arguments(stage);
-  const cl_uint scene_end = static_cast<cl_uint>(scene_.size()) + 3;
+  const cl_uint scene_end = static_cast<cl_uint>(scene_.size()) + 5;
   std::vector<int> lengths(2 * queues);
   int next = 0;
   for (int half = 0;; half = 1 - half) {

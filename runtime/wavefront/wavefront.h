@@ -20,12 +20,13 @@ struct JobSlice {
 class Wavefront {
  public:
   // jobs: as append_scene returned them, with their seeds. derivatives: of every job's image; targets count within the
-  // job's scene.
+  // job's scene. With baselines (lib/baseline.h) the first trace() learns what they take.
   Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs,
-            const DerivativeData& derivatives, Operator op, int width, Schedule schedule);
+            const DerivativeData& derivatives, Operator op, int width, Schedule schedule,
+            Baselines baselines = Baselines::automatic);
 
   // Other jobs in place of all, of the geometries that `data` had before or, with new_geometry, of those it has now.
-  // False, and nothing is changed, where they need another program.
+  // False, and nothing is changed, where they need another program. The next trace() learns baselines anew.
   bool replace(const LaunchData& data, std::vector<JobRecord> jobs, const DerivativeData& derivatives,
                bool new_geometry);
 
@@ -49,18 +50,23 @@ class Wavefront {
   void upload_geometry(const Geometry& geometry);
   void upload_records(const LaunchData& data, const DerivativeData& derivatives);
   void set_scene_arguments(cl::Kernel& kernel) const;
+  void trace_jobs(const std::vector<JobSlice>& slices, bool pilot);
+  void learn_baselines();
   void trace_fused(const std::vector<ChunkRecord>& chunks);
   void trace_staged(const std::vector<ChunkRecord>& chunks, int paths);
 
   const Device& device_;
   std::vector<JobRecord> jobs_;
-  bool fused_, timed_ = false;
+  std::vector<int> pixels_;                             // of each camera's film
+  int cells_ = 0, throughput_channels_, a_sample_ = 0;  // a_sample_: floats of a sample
+  bool fused_, learnt_ = false, timed_ = false;
+  Baselines baselines_;
   int width_, channels_, workers_, slots_;
   std::size_t sample_capacity_;
   std::map<std::string, std::string> features_;  // what the program was made for
   // In the order of SCENE_PARAMETERS, without jobs and samples; those of the geometry come first.
   std::vector<cl::Buffer> scene_;
-  cl::Buffer jobs_buffer_, samples_, storage_, counter_, misplaced_;
+  cl::Buffer jobs_buffer_, futures_, visits_, samples_, storage_, counter_, misplaced_;
   cl::Program program_;
   std::vector<StageTime> stage_times_;  // a queue each; the free queue's stage is generate
 };

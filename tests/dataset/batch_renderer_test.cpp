@@ -54,6 +54,7 @@ TEST_CASE("images of a batch have the bits of each alone: shapes, lights, materi
   all.push_back(scenes.scene(0, 60, {10, 0.95, 0.3}));
   RenderOptions options;
   options.derivatives = {dataset_sigma_t, dataset_albedo, dataset_g};
+  options.baselines = GENERATE(Baselines::off, Baselines::on);
   BatchRenderer renderer(device(), options);
   std::vector<int> geometries;
   for (std::size_t s = 0; s < 2; ++s) geometries.push_back(renderer.add_geometry(scenes.scene(s, 0, {})));
@@ -84,12 +85,33 @@ TEST_CASE("images of a batch have the bits of each alone: shapes, lights, materi
     check_same(again[1], together[1]);
     check_same(again[2], together[0]);
   }
+  SECTION("groups of samples have the bits of each group alone") {
+    const std::vector<Rendering> groups = renderer.render(batch, spp, 4);
+    REQUIRE(groups.size() == 4 * all.size());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      RenderOptions alone = options;
+      alone.seed = 100 + i;
+      Renderer single(device(), all[i], alone);
+      for (std::size_t g = 0; g < 4; ++g) check_same(groups[4 * i + g], single.render(static_cast<int>(2 * g), 2));
+    }
+  }
   SECTION("samples of a batch may be any") {
     RenderOptions alone = options;
     alone.seed = 100;
     Renderer single(device(), all[0], alone);
     check_same(renderer.render({{&all[0], geometries[0], 100, 3}}, 4).front(), single.render(3, 4));
   }
+}
+
+TEST_CASE("a batch has no baselines of itself") {
+  Scenes scenes;
+  const Scene scene = scenes.scene(0, 0, {20, 0.9, 0.5});
+  RenderOptions options;
+  options.derivatives = {dataset_sigma_t};
+  BatchRenderer renderer(device(), options);
+  const int geometry = renderer.add_geometry(scene);
+  options.baselines = Baselines::off;
+  check_same(renderer.render({{&scene, geometry, 0, 0}}, 4).front(), Renderer(device(), scene, options).render(0, 4));
 }
 
 TEST_CASE("a batch refuses derivatives by the light and films of different kinds") {

@@ -39,6 +39,7 @@ std::vector<Values> on_device(const Emitter& emitter, const Parameter& p, const 
                       {"SPECTRAL", "0"},
                       {"SCORES", "0"},
                       {"DERIVATIVES", "0"},
+                      {"BASELINES", "0"},
                       {"THROUGHPUT_CHANNELS", "1"},
                       {"RADIANCE_CHANNELS", "3"},
                       {"HAS_LIGHT_DERIVATIVES", "1"}});

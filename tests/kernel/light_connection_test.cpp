@@ -34,6 +34,7 @@ const LaneFunction connection{
      {"SPECTRAL", "0"},
      {"SCORES", "0"},
      {"DERIVATIVES", "0"},
+     {"BASELINES", "0"},
      {"THROUGHPUT_CHANNELS", "1"},
      {"RADIANCE_CHANNELS", "1"},
      {"BOX_WIDTH", "4"}}};

@@ -46,6 +46,7 @@ class Sampler {
                                                         {"SPECTRAL", "0"},
                                                         {"SCORES", "0"},
                                                         {"DERIVATIVES", "0"},
+                                                        {"BASELINES", "0"},
                                                         {"THROUGHPUT_CHANNELS", "1"},
                                                         {"RADIANCE_CHANNELS", "3"}});
     unsetenv("ITN_KERNEL_DIR");

@@ -49,3 +49,19 @@ TEST_CASE("an image that does not fit into the device's memory is rendered in pa
     }
   }
 }
+
+TEST_CASE("derivatives in little memory have the same bits, their baselines too") {
+  Scene scene = sphere_scene(bsdf_of(BsdfKind::roughdielectric, 1.4, 0.3), medium_of(2, 0.9, 0.5));
+  scene.media[0].id = "medium";
+  Sensor& sensor = scene.sensors[0];
+  sensor.width = sensor.crop_width = 60;
+  sensor.height = sensor.crop_height = 40;
+  sensor.to_world.m = {1, 0, 0, 0, 0, 0, 1, -4, 0, 1, 0, 0, 0, 0, 0, 1};
+  RenderOptions options;
+  options.spp = 3;
+  options.derivatives = {"medium.sigma_t"};
+  options.baselines = Baselines::on;
+  const Rendering roomy = render(device(), scene, options);
+  const Rendering tight = render(Device("", scene_bytes(scene) + 2000000), scene, options);  // pilots of 200 paths
+  CHECK(tight.derivatives[0].mean == roomy.derivatives[0].mean);
+}

@@ -75,14 +75,14 @@ PathBench::PathBench(const Device& device, const Scene& scene, const Options& op
   definitions_["OPERATOR_SINGLE"] = std::to_string(options.op == Operator::single);
   throughput_channels_ = static_cast<std::size_t>(std::stoi(definitions_["THROUGHPUT_CHANNELS"]));
   radiance_channels_ = static_cast<std::size_t>(std::stoi(definitions_["RADIANCE_CHANNELS"]));
-  definitions_["SCORES"] = definitions_["DERIVATIVES"] = "0";
+  definitions_["SCORES"] = definitions_["DERIVATIVES"] = definitions_["BASELINES"] = "0";
   program_ = device.build("wavefront.cl", definitions_, {{"derivative/score.h", print_scores({})}});
   misplaced_ = device.upload(std::vector<cl_uint>{0}, "misplaced");
   const Path none;
   fields_ = each_field(none, throughput_channels_, radiance_channels_, has("SPECTRAL"), has("MEDIUM_LIGHT_SAMPLING"),
                        [](std::size_t, const auto&) {});
   if (fields_ != PATH_FIELDS(throughput_channels_, radiance_channels_, std::size_t{has("SPECTRAL")},
-                             std::size_t{has("MEDIUM_LIGHT_SAMPLING")}, 0, 0))
+                             std::size_t{has("MEDIUM_LIGHT_SAMPLING")}, 0, 0, 0))
     throw std::logic_error("the members of a path are not those of path_state.h");
   const Geometry& g = data_.geometry;
   scene_ = {device.upload(g.nodes, "nodes"),
@@ -100,7 +100,9 @@ PathBench::PathBench(const Device& device, const Scene& scene, const Options& op
             device.upload(data_.textures, "textures"),
             device.upload(data_.texels, "texels"),
             device.upload(std::vector<int>{}, "scores"),
-            device.upload(std::vector<int>{}, "derivatives")};
+            device.upload(std::vector<int>{}, "derivatives"),
+            device.upload(std::vector<float>{}, "expected futures"),
+            device.upload(std::vector<float>{}, "visits")};
 }
 
 std::uint64_t PathBench::misplaced() const {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "network/network_file.h"
 #include "runtime/image/exr.h"
 #include "runtime/image/file.h"
 #include "tests/support/temporary_folder.h"
@@ -84,6 +85,55 @@ TEST_CASE("itn invert says that it has not converged") {
   CHECK(result.exit_code == 1);
   CHECK(result.output.find("NOT converged") != std::string::npos);
   CHECK(std::filesystem::exists(folder / "fit/report.html"));
+}
+
+TEST_CASE("itn invert --init starts from what a network sees in the target; --start goes first") {
+  const TemporaryFolder folder;
+  std::string xml = itn::read_file(ball);
+  xml.replace(xml.find("value=\"24\""), 10, "value=\"32\"");  // the network's images are square
+  xml.replace(xml.find("<rgb name=\"albedo\""), 0, "<float name=\"scale\" value=\"4\"/>");
+  const std::string scene = folder / "ball.xml";
+  itn::write_file(scene, xml);
+  REQUIRE(run_itn({"render", scene, "--spp", "16", "--quiet", "-o", folder / "target.exr"}).exit_code == 0);
+
+  // Its weights are 0: whatever it sees, it guesses the middle of each range.
+  itn::NetworkDescription description;
+  description.size = 32;
+  description.mm_per_unit = 10;
+  description.outputs = {{"sigma_t", 1, 4, true}, {"albedo", 0.5, 0.7, false}, {"g", 0.2, 0.6, false}};
+  const std::string network = folder / "network.safetensors";
+  itn::write_network(network, itn::Network(description), itn::Precision::single);
+
+  const auto invert = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"invert",       scene,   "--target", folder / "target.exr", "-o",
+                                       folder / "fit", "--spp", "16",       "--iterations",        "1",
+                                       "--init",       network, "--json",   folder / "fit.json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_itn(arguments);
+  };
+  const Result result = invert({"--parameter", "skin.sigma_t", "--parameter", "skin.albedo.G", "--parameter", "haze.g",
+                                "--parameter", "glass.alpha", "--start", "haze.g=0.3", "--start", "glass.alpha=0.25"});
+  INFO(result.error);
+  REQUIRE(result.exit_code <= 1);  // one iteration need not converge
+  const auto from = nlohmann::json::parse(itn::read_file(folder / "fit.json"))["starts"][0]["from"];
+  CHECK(from["skin.sigma_t"].get<double>() == Approx(2.0 * 10 / 4));
+  CHECK(from["skin.albedo.G"].get<double>() == Approx(0.6));
+  CHECK(from["haze.g"].get<double>() == Approx(0.3));
+  CHECK(from["glass.alpha"].get<double>() == Approx(0.25));
+
+  const auto error_of = [&](const std::vector<std::string>& more, int code) {
+    const Result refused = invert(more);
+    CHECK(refused.exit_code == code);
+    return refused.error;
+  };
+  CHECK(error_of({"--parameter", "glass.alpha"}, 2).find("does not guess glass.alpha") != std::string::npos);
+  description.channels = 6;
+  itn::write_network(network, itn::Network(description), itn::Precision::single);
+  CHECK(error_of({"--parameter", "haze.g"}, 2).find("needs to know shape and light") != std::string::npos);
+  description.channels = 1;
+  description.size = 16;
+  itn::write_network(network, itn::Network(description), itn::Precision::single);
+  CHECK(error_of({"--parameter", "haze.g"}, 3).find("has 32 x 32 pixels, need 16 x 16") != std::string::npos);
 }
 
 TEST_CASE("itn invert refuses starts that make no sense") {

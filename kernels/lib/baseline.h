@@ -1,0 +1,100 @@
+/* Quiet derivatives. At every decision that a path samples, anything whose mean is zero whatever happened before can be
+ * taken off the derivative. With V any function of the path's state that is:
+ *   a free flight, the phase function, a rough boundary's normal and lobe:
+ *                weight * V * score of the decision's density
+ *   roulette:    (weight after - weight before) * V * score of the path so far
+ * With V near what a path of weight 1 still gathers, the derivative's noise falls. V is a table that other paths have taught
+ * (runtime/wavefront/baseline.h): in a medium by depth below the surface and cosine to its normal, at a rough boundary by the
+ * cosine of arrival. kernels/README.md, "Quiet derivatives". */
+#ifndef ITN_BASELINE_H
+#define ITN_BASELINE_H
+#include "lib/flight_grid.h"
+#include "lib/score.h"
+
+#define BASELINE_SCORES (BASELINES ? SCORES : 0)
+
+/* Sums over the path's decisions so far: [score][throughput channel]. They go beside the derivatives until the path's end:
+ * how many decisions a stage makes at a time depends on the schedule, and must not change the order of additions. */
+typedef struct {
+  REAL of[BASELINE_SCORES * THROUGHPUT_CHANNELS + 1];
+} Baseline;
+
+inline Baseline load_baseline(const Pool* pool, INT slots) {
+  Baseline b;
+  UNROLL for (int i = 0; i < BASELINE_SCORES * THROUGHPUT_CHANNELS; ++i) b.of[i] = LOAD(pool, BASELINE + i, slots);
+  return b;
+}
+
+inline void store_baseline(const Pool* pool, INT slots, const Baseline* b) {
+  UNROLL for (int i = 0; i < BASELINE_SCORES * THROUGHPUT_CHANNELS; ++i) STORE(pool, BASELINE + i, slots, b->of[i]);
+}
+
+/* Where a path is below the nearest surface. */
+typedef struct {
+  REAL3 normal; /* of the surface, unit, a guess */
+  INT row;      /* of the table, by depth */
+} Depth;
+
+inline Depth depth_of(const FlightCell* cell, REAL sigma_t) {
+  const REAL square = dot3(cell->normal, cell->normal); /* 1/3 to 1 */
+  const REAL scale = 2.4495f + square * (1.1547f * square - 2.6042f); /* 1 / sqrt to 1.5 % */
+  Depth d;
+  d.normal = scale3(cell->normal, scale);
+  const REAL depth = MAX(MIN(cell->offset * scale, cell->radius) - dot3(d.normal, cell->from), (REAL)(0.0f)) * sigma_t;
+  /* four rows an octave of 1 + 4 depth: the exponent and two bits of the mantissa */
+  d.row = min((AS_INT(1.0f + 4.0f * depth) - 0x3f800000) >> 21, (INT)(BASELINE_DEPTHS - 1));
+  return d;
+}
+
+/* first: of the medium's cells; cosine: between the normal and the direction of travel before the decision */
+inline INT medium_state(INT first, int decision, const Depth* depth, REAL cosine) {
+  const INT column = min(CAST_INT((1.0f + cosine) * (BASELINE_COSINES / 2)), (INT)(BASELINE_COSINES - 1));
+  return first + (decision * BASELINE_DEPTHS + depth->row) * BASELINE_COSINES + max(column, (INT)(0));
+}
+
+inline INT boundary_state(INT first, REAL cosine) {
+  const INT column = min(CAST_INT((1.0f + cosine) * (BASELINE_BOUNDARY_CELLS / 2)), (INT)(BASELINE_BOUNDARY_CELLS - 1));
+  return first + max(column, (INT)(0));
+}
+
+/* V, a channel each. */
+inline void expected_future(const Launch* launch, INT state, REAL v[]) {
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) v[c] = GATHER((launch->futures + c), state * THROUGHPUT_CHANNELS);
+}
+
+/* weight: throughput with all its factors; step: what the decision adds to each score, 0 where there was none. */
+inline void add_decision(const Launch* launch, Baseline* b, const REAL weight[], const REAL v[], const Scores* step) {
+  UNROLL for (int k = 0; k < BASELINE_SCORES; ++k) {
+    const int kind = launch->scores[k].kind;
+    if (kind == SCORE_ALBEDO || kind == SCORE_REFLECTANCE) continue; /* no density depends on a factor alone */
+    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) b->of[k * THROUGHPUT_CHANNELS + c] += weight[c] * v[c] * step->of[k];
+  }
+}
+
+/* change: of the weight, 0 where no roulette was played */
+inline void add_roulette(Baseline* b, const REAL change[], const REAL v[], const Scores* scores) {
+  UNROLL for (int k = 0; k < BASELINE_SCORES; ++k)
+    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) b->of[k * THROUGHPUT_CHANNELS + c] += change[c] * v[c] * scores->of[k];
+}
+
+/* In a pilot: writes what the host learns the table from. event: of the random numbers, with one visit of each DECISION_*.
+ */
+inline void record_visit(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+                         const Random* random, INT event, int decision, INT state, const REAL weight[],
+                         MASK mask) {
+  if (!BASELINES || !job->pilot) return;
+  const INT path = (AS_INT(random->pixel) - job->first_pixel) * job->samples + AS_INT(random->sample) - job->first_sample;
+  mask = mask & (event < BASELINE_EVENTS);
+  Lanes at, value[BASELINE_VISIT_SIZE(THROUGHPUT_CHANNELS, RADIANCE_CHANNELS)];
+  int size = 0;
+  value[size++].integer = state + 1;
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) value[size++].real = weight[c];
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) value[size++].real = LOAD(pool, RADIANCE + c, slots);
+  at.integer = ((job->first_output + path) * BASELINE_VISITS + event * DECISIONS + decision) * size;
+  const uint bits = lane_bits(mask);
+  FOR_EACH_LANE(l, bits) {
+    for (int i = 0; i < size; ++i) launch->visits[at.i[l] + i] = value[i].f[l];
+  }
+}
+
+#endif
