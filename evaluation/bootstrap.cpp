@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <utility>
 
 #include "runtime/random.h"
 
@@ -60,16 +62,12 @@ Estimate interval(double value, std::vector<double> draws) {
   return {value, quantile(0.025), quantile(0.975)};
 }
 
-std::size_t clusters_with_images(const Clustered& run) {
-  return static_cast<std::size_t>(std::count_if(run.count.begin(), run.count.end(), [](double n) { return n > 0; }));
-}
-
 // statistic(clusters, above, below): of those weights.
 template <class Statistic>
 Estimate bootstrap(const Runs& above, std::size_t below, const Resampling& resampling, Statistic&& statistic) {
   const std::size_t clusters = above.front().sum.size();
   const double value = statistic(all_once(clusters), all_once(above.size()), all_once(below));
-  if (clusters_with_images(above.front()) < 2) return {value, nan, nan};
+  if (clusters < 2) return {value, nan, nan};
   std::vector<double> draws;
   for (int d = 0; d < resampling.draws; ++d)
     draws.push_back(statistic(drawn(clusters, resampling.seed, clusters_stream, d),
@@ -80,11 +78,16 @@ Estimate bootstrap(const Runs& above, std::size_t below, const Resampling& resam
 
 }  // namespace
 
-Clustered clustered(std::span<const double> values, std::span<const std::size_t> cluster, std::size_t clusters) {
-  Clustered result{std::vector<double>(clusters), std::vector<double>(clusters)};
+Clustered clustered(std::span<const double> values, std::span<const std::size_t> cluster) {
+  std::map<std::size_t, std::pair<double, double>> sums;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    result.sum[cluster[i]] += values[i];
-    result.count[cluster[i]] += 1;
+    sums[cluster[i]].first += values[i];
+    sums[cluster[i]].second += 1;
+  }
+  Clustered result;
+  for (const auto& [_, of_cluster] : sums) {
+    result.sum.push_back(of_cluster.first);
+    result.count.push_back(of_cluster.second);
   }
   return result;
 }

@@ -12,11 +12,11 @@ namespace itn {
 
 // A value of many images, summed within each cluster.
 struct Clustered {
-  std::vector<double> sum, count;  // one a cluster; a cluster may be without images
+  std::vector<double> sum, count;  // one a cluster
 };
 
-// cluster: of each value, below `clusters`.
-Clustered clustered(std::span<const double> values, std::span<const std::size_t> cluster, std::size_t clusters);
+// cluster: any number for each value; those that occur become the clusters, in ascending order.
+Clustered clustered(std::span<const double> values, std::span<const std::size_t> cluster);
 
 // One a trained network: all of the same images.
 using Runs = std::vector<Clustered>;
@@ -33,7 +33,7 @@ struct Resampling {
   std::uint64_t seed = 0;
 };
 
-// Over all images; a root of a mean below 0 is 0. Where no image is: NaN.
+// Over all images; a root of a mean below 0 is 0. Without images: NaN.
 double average(const Clustered& run, Average how);
 
 // The mean over the runs of their averages.

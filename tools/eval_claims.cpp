@@ -14,8 +14,8 @@ namespace {
 // That a ratio is below a bound: sure where its whole interval is.
 Claim below(const std::string& text, const Estimate& ratio, double bound) {
   Claim claim{"", Claim::Verdict::open, ratio, bound};
-  if (ratio.high <= bound) claim.verdict = Claim::Verdict::holds;
-  if (ratio.low > bound) claim.verdict = Claim::Verdict::fails;
+  if (ratio.high < bound) claim.verdict = Claim::Verdict::holds;
+  if (ratio.low >= bound) claim.verdict = Claim::Verdict::fails;
   claim.text = fmt::format("{}: ratio {}", text, as_text(ratio));
   return claim;
 }

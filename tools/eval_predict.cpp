@@ -80,7 +80,7 @@ ParameterErrors errors_of(const Evaluation& e, const std::string& name, const st
         const double error = predicted(*part, i) - parameter_of(part->images[i], parameter_names[p]);
         values.push_back(error * error);
       }
-    return clustered(values, cells, cells_of(e.set));
+    return clustered(values, cells);
   };
   for (std::size_t p = 0; p < 3; ++p) {
     for (const Kind& kind : e.kinds)

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <sstream>
 
 #include "runtime/image/file.h"
 #include "runtime/image/png.h"
@@ -28,6 +29,21 @@ std::string claims_html(const std::vector<Claim>& claims) {
                                                              : "",
                         verdict_words(c.verdict));
   return html + "</ul>\n";
+}
+
+// Lines of up to 110 characters, set in by two.
+std::string wrapped(const std::string& text) {
+  constexpr std::size_t most = 110;
+  std::istringstream words(text);
+  std::string result, line = " ";
+  for (std::string word; words >> word;) {
+    if (line.size() + 1 + word.size() > most) {
+      result += line + "\n";
+      line = " ";
+    }
+    line += " " + word;
+  }
+  return result + line + "\n";
 }
 
 // Predicted against true, a plot a parameter and kind (its first run), a series a test split.
@@ -153,7 +169,7 @@ void print_evaluation(const Evaluation& e, const std::string& folder) {
   std::string notes;
   for (const ReportTable& table : tables_of(e)) {
     fmt::print("{}\n", as_text(table));
-    for (const std::string& note : table.notes) notes += "  " + note + "\n";
+    for (const std::string& note : table.notes) notes += wrapped(note);
   }
   fmt::print("{}\nWhat holds here\n", notes);
   for (const Claim& c : claims_of(e)) fmt::print("  {}: {}\n", c.text, verdict_words(c.verdict));

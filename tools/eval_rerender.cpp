@@ -12,7 +12,8 @@ namespace itn::tools {
 namespace {
 
 constexpr std::size_t pictures = 6;
-constexpr int most_groups = 16;
+// Of the derivatives: few leave so much noise in the information that whole directions are lost in it.
+constexpr int information_spp = 512, information_groups = 16;
 
 // An image of a split, and what the runs say about it.
 struct Candidate {
@@ -63,17 +64,19 @@ DatasetMaterial truth_of(const RerenderedResult& r) {
 void find_bounds(const EvalOptions& options, RenderedLoss& renderer, Evaluation& e) {
   const std::vector<RerenderedImage> images =
       images_with(e, EvaluationStream::information, options.common.seed, truth_of);
-  const int groups = std::min(most_groups, e.spp), spp = e.spp / groups * groups;
   const Eigen::Vector3d prior(e.prior[0], e.prior[1], e.prior[2]);
   Progress progress("information limit", static_cast<double>(images.size()), "images", !options.common.quiet);
-  in_batches(images.size(), images_a_batch(e.set.size, e.spp), [&](std::size_t first, std::size_t end) {
+  in_batches(images.size(), images_a_batch(e.set.size, information_spp), [&](std::size_t first, std::size_t end) {
     const auto begin = images.begin();
     std::vector<Rendering> renderings = renderer.render_derivatives(
-        {begin + static_cast<std::ptrdiff_t>(first), begin + static_cast<std::ptrdiff_t>(end)}, groups, spp);
+        {begin + static_cast<std::ptrdiff_t>(first), begin + static_cast<std::ptrdiff_t>(end)}, information_groups,
+        information_spp);
     for (std::size_t i = first; i < end; ++i) {
-      const auto from = std::make_move_iterator(renderings.begin() + static_cast<std::ptrdiff_t>(i - first) * groups);
-      e.rerendered[i].bound = cramer_rao(
-          fisher_information(std::vector<Rendering>(from, from + groups), e.rerendered[i].target.input.error), prior);
+      const auto from =
+          std::make_move_iterator(renderings.begin() + static_cast<std::ptrdiff_t>(i - first) * information_groups);
+      e.rerendered[i].bound = cramer_rao(fisher_information(std::vector<Rendering>(from, from + information_groups),
+                                                            e.rerendered[i].target.input.error),
+                                         prior);
     }
     progress.update(static_cast<double>(end) / static_cast<double>(images.size()));
   });

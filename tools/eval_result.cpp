@@ -3,8 +3,11 @@
 #include <cmath>
 
 namespace itn::tools {
+namespace {
 
-std::size_t cells_of(const Manifest& set) { return set.shapes.size() * set.lights.size(); }
+constexpr double rounding = 1e-12;  // of a parameter that becomes a coordinate and is taken back
+
+}  // namespace
 
 std::size_t cell_of(const Manifest& set, const Manifest::Image& image) {
   return static_cast<std::size_t>(image.shape) * set.lights.size() + static_cast<std::size_t>(image.light);
@@ -36,7 +39,7 @@ Runs Evaluation::appearance(const std::string& who, bool training, bool structur
     std::vector<double> values;
     for (const RerenderedResult& r : rerendered)
       if (r.training == training) values.push_back(structure ? of(r).structure : of(r).mean_square);
-    return clustered(values, cells, cells_of(set));
+    return clustered(values, cells);
   };
   if (who == "truth") return {one([](const RerenderedResult& r) { return r.truth; })};
   Runs result;
@@ -54,7 +57,7 @@ std::vector<double> Evaluation::synthesis_errors(const Synthesis::Record& record
     const double error = what == 0   ? std::log(m.sigma_t / truth.sigma_t)
                          : what == 1 ? m.albedo - truth.albedo
                                      : m.g - truth.g;
-    result.push_back(error * error);
+    result.push_back(std::abs(error) < rounding ? 0 : error * error);
   }
   return result;
 }

@@ -73,8 +73,7 @@ struct Evaluation {
   std::vector<double> synthesis_errors(const Synthesis::Record& record, std::size_t what) const;
 };
 
-// Which cell, of one shape under one light, an image is of; below cells_of(set).
+// A number for each combination of shape and light.
 std::size_t cell_of(const Manifest& set, const Manifest::Image& image);
-std::size_t cells_of(const Manifest& set);
 
 }  // namespace itn::tools
