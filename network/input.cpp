@@ -42,7 +42,7 @@ std::vector<float> plane(const ExrImage& image, const std::string& name, const s
 
 }  // namespace
 
-std::vector<float> read_luminance(const std::string& file, int size, const std::string& hash) {
+std::vector<float> read_luminance(const std::string& file, int size, const std::string& hash, double* noise) {
   const ExrImage image = read_square(file, size, hash);
   std::vector<float> luminance;
   if (image.channel("Y") >= 0) {
@@ -59,6 +59,12 @@ std::vector<float> read_luminance(const std::string& file, int size, const std::
   }
   for (std::size_t i = 0; i < luminance.size(); ++i)
     if (!std::isfinite(luminance[i])) fail_at(file, size, i, fmt::format("is {}, need a finite number", luminance[i]));
+  if (!noise) return luminance;
+  *noise = 0;
+  if (image.channel("stderr.Y") < 0) return luminance;
+  for (const float error : plane(image, "stderr.Y", file))
+    *noise += static_cast<double>(error) * error / static_cast<double>(luminance.size());
+  if (!std::isfinite(*noise)) throw InputError(file + ": standard errors are not finite; render the data set again");
   return luminance;
 }
 

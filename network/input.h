@@ -18,8 +18,10 @@ namespace itn {
 
 // Radiance as luminance, (size, size), from channel Y, or of R, G, B as the renderer weighs them. hash: what the file's
 // attribute `hash` must be; empty: anything. Throws InputError: another size, no such channels, pixels that are not
-// finite, another hash.
-std::vector<float> read_luminance(const std::string& file, int size, const std::string& hash = "");
+// finite, another hash. noise: becomes the mean over the pixels of their squared standard errors, channel stderr.Y, or
+// 0 where the file has none.
+std::vector<float> read_luminance(const std::string& file, int size, const std::string& hash = "",
+                                  double* noise = nullptr);
 
 // A shape as the camera sees it (runtime/dataset/README.md).
 struct SeenShape {

@@ -2,13 +2,16 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <chrono>
 #include <map>
 
 #include "runtime/dataset/config.h"
 #include "runtime/dataset/render_dataset.h"
+#include "runtime/image/exr.h"
 #include "runtime/image/folder_lock.h"
 #include "tools/common.h"
+#include "tools/contact_sheet.h"
 #include "tools/interrupt.h"
 #include "tools/progress.h"
 
@@ -18,13 +21,29 @@ namespace {
 struct Options {
   CommonOptions common;
   std::string config, folder;
-  bool plan_only = false;
+  bool preview = false;
 };
 
 std::map<std::string, std::size_t> images_of_splits(const Manifest& set) {
   std::map<std::string, std::size_t> count;
   for (const Manifest::Image& image : set.images) ++count[split_name(image.split)];
   return count;
+}
+
+// Some images of the set, evenly over its order, in one picture.
+void write_preview(const std::string& folder, const Manifest& set) {
+  constexpr int columns = 10, most = 60;
+  const int count = std::min(most, static_cast<int>(set.images.size()));
+  ContactSheet sheet(count, columns, set.size, std::max(1, 96 / set.size));
+  for (int i = 0; i < count; ++i) {
+    const std::size_t at = set.images.size() * static_cast<std::size_t>(i) / static_cast<std::size_t>(count);
+    const ExrImage image = read_exr(folder + "/" + set.images[at].file);
+    const auto y = static_cast<std::size_t>(image.channel("Y"));
+    std::vector<float> luminance;
+    for (std::size_t p = y; p < image.data.size(); p += image.channels.size()) luminance.push_back(image.data[p]);
+    sheet.add(luminance, 1);
+  }
+  sheet.write(folder + "/preview.png");
 }
 
 void run(const Options& options, bool seed_given) {
@@ -43,6 +62,7 @@ void run(const Options& options, bool seed_given) {
       [&](const DatasetProgress& p) { progress.update(static_cast<double>(p.done) / static_cast<double>(p.total)); },
       &interrupt_flag());
   progress.clear();
+  if (options.preview) write_preview(options.folder, plan.manifest);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::map<std::string, std::size_t> splits = images_of_splits(plan.manifest);
   if (common.talkative()) {
@@ -77,7 +97,8 @@ void add_dataset(CLI::App& app) {
                    fmt::format("JSON file, or one of the presets {}", fmt::join(dataset_presets(), ", ")))
       ->required();
   command->add_option("-o,--output", options->folder, "folder for manifest.json, images/ and shapes/")->required();
-  add_common_options(*command, options->common);
+  command->add_flag("--preview", options->preview, "also preview.png: some of the images side by side");
+  add_common_options(*command, options->common, "the configuration's");
   command->callback([options, command] { run(*options, command->count("--seed") > 0); });
 }
 

@@ -7,8 +7,6 @@
 
 #include "runtime/error.h"
 #include "runtime/image/file.h"
-#include "runtime/image/png.h"
-#include "runtime/image/preview.h"
 #include "runtime/renderer.h"
 #include "runtime/scene/mesh_file.h"
 #include "runtime/scene/mesh_repair.h"
@@ -18,6 +16,7 @@
 #include "runtime/shapes/polygonise.h"
 #include "runtime/shapes/random_shape.h"
 #include "tools/common.h"
+#include "tools/contact_sheet.h"
 #include "tools/interrupt.h"
 
 namespace itn::tools {
@@ -30,7 +29,7 @@ struct Options {
   bool preview = false;
 };
 
-constexpr int tile = 160, columns = 5;  // of the contact sheet [pixels], [tiles]
+constexpr int tile = 160, columns = 5;  // of the preview [pixels], [tiles]
 
 // The shape, painted, on a floor under sun and sky. The floor is a little lower than z = 0: surfaces that coincide
 // have no order.
@@ -64,34 +63,25 @@ Scene preview_scene(std::shared_ptr<const Mesh> mesh) {
   return scene;
 }
 
-// All shapes side by side, row by row.
-class ContactSheet {
+// Every shape, rendered, side by side.
+class Preview {
  public:
-  ContactSheet(const CommonOptions& common, int count)
-      : device_(common.device),
-        spp_(common.spp ? common.spp : 64),
-        width_(std::min(count, columns) * tile),
-        height_((count + columns - 1) / columns * tile),
-        data_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) * 3, 0.0F) {}
+  Preview(const CommonOptions& common, int count)
+      : device_(common.device), spp_(common.spp ? common.spp : 64), sheet_(count, columns, tile) {}
 
   void add(const std::shared_ptr<const Mesh>& mesh) {
     RenderOptions options;
     options.spp = spp_;
     options.cancel = &interrupt_flag();
-    const Rendering image = render(device_, preview_scene(mesh), options);
-    const int left = count_ % columns * tile, top = count_ / columns * tile;
-    for (int row = 0; row < tile; ++row)
-      std::copy_n(image.mean.begin() + row * tile * 3, tile * 3,
-                  data_.begin() + 3 * (static_cast<std::ptrdiff_t>(top + row) * width_ + left));
-    ++count_;
+    sheet_.add(render(device_, preview_scene(mesh), options).mean, 3);
   }
 
-  void write(const std::string& file) const { write_png(file, width_, height_, tone_mapped(data_, 3)); }
+  void write(const std::string& file) const { sheet_.write(file); }
 
  private:
   Device device_;
-  int spp_, width_, height_, count_ = 0;
-  std::vector<float> data_;
+  int spp_;
+  ContactSheet sheet_;
 };
 
 nlohmann::ordered_json describe(const std::string& name, const std::string& role, const Mesh& mesh) {
@@ -118,15 +108,15 @@ void run(const Options& options) {
   const auto path = [&](const std::string& name) { return (std::filesystem::path(options.output) / name).string(); };
   check_writable(path("shapes.json"));
   const int count = static_cast<int>(named_shapes().size()) + options.random;
-  std::optional<ContactSheet> sheet;
-  if (options.preview) sheet.emplace(common, count);
+  std::optional<Preview> preview;
+  if (options.preview) preview.emplace(common, count);
 
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   const auto keep = [&](nlohmann::ordered_json entry, Mesh made) {
     if (interrupt_flag()) throw Interrupted();
     const auto mesh = std::make_shared<const Mesh>(std::move(made));
     write_ply(path(entry["file"]), *mesh);
-    if (sheet) sheet->add(mesh);
+    if (preview) preview->add(mesh);
     if (common.talkative())
       fmt::print("{:<24} {:<8} {:>7} triangles, volume {:.4f}, genus {}\n", entry["file"].get<std::string>(),
                  entry["role"].get<std::string>(), mesh->triangle.size(), entry["volume"].get<double>(),
@@ -149,7 +139,7 @@ void run(const Options& options) {
   }
   const nlohmann::ordered_json result{{"schema", "itn.shapes/1"}, {"shapes", list}};
   write_file(path("shapes.json"), result.dump(2) + "\n");
-  if (sheet) sheet->write(path("shapes.png"));
+  if (preview) preview->write(path("shapes.png"));
   write_json(common, result);
 }
 

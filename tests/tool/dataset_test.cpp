@@ -10,6 +10,7 @@
 #include "runtime/dataset/manifest.h"
 #include "runtime/image/exr.h"
 #include "runtime/image/file.h"
+#include "runtime/image/png.h"
 #include "runtime/scene/mesh_file.h"
 #include "runtime/shapes/polygonise.h"
 #include "tests/support/temporary_folder.h"
@@ -42,7 +43,7 @@ std::map<std::string, std::string> files_of(const std::string& folder) {
 TEST_CASE("a data set of one's own meshes: images with errors, buffers, a complete manifest") {
   const TemporaryFolder folder;
   const std::string config = write_config(folder, 10);
-  const Result result = run_itn({"dataset", config, "-o", folder / "set", "--json", "-"});
+  const Result result = run_itn({"dataset", config, "-o", folder / "set", "--preview", "--json", "-"});
   INFO(result.error);
   REQUIRE(result.exit_code == 0);
   const auto json = nlohmann::json::parse(result.output);
@@ -61,6 +62,8 @@ TEST_CASE("a data set of one's own meshes: images with errors, buffers, a comple
   }
   const itn::ExrImage buffers = itn::read_exr(folder / "set" + "/" + set.shapes[0].buffers);
   CHECK(buffers.channels.size() == 5);
+  const itn::Bitmap preview = itn::read_bitmap(folder / "set/preview.png");
+  CHECK((preview.width == 10 * 96 && preview.height == 6 * 96));
 
   const Result again = run_itn({"dataset", config, "-o", folder / "set", "--json", "-"});
   REQUIRE(again.exit_code == 0);

@@ -7,9 +7,12 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "runtime/image/exr.h"
 #include "runtime/image/file.h"
+#include "runtime/scene/mesh_file.h"
+#include "runtime/shapes/polygonise.h"
 #include "tests/support/made_up_dataset.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
@@ -263,4 +266,47 @@ TEST_CASE("itn predict says what is wrong with network, images and what is known
   CHECK(by_set.output == by_hand.output);
   itn::write_exr(folder / "elsewhere.exr", itn::read_exr(image));
   fails({"predict", six, folder / "elsewhere.exr", "--dataset", set.folder}, 3, "is no image of the data set");
+}
+
+TEST_CASE("networks trained with the renderer: the image loss falls, and a killed training ends with the same bytes") {
+  const TemporaryFolder folder;
+  itn::write_ply(folder / "egg.ply", itn::shape_mesh(itn::ellipsoid({1, 1, 1.5}), 600));
+  itn::write_file(folder / "config.json", R"({"size": 16, "spp": 256, "sigma_t": [5, 50],
+      "train": {"shapes": ["egg.ply"], "azimuths": [60], "materials": 40},
+      "test": {"shapes": ["sponge"], "azimuths": [30], "materials": 1}})");
+  REQUIRE(run_itn({"dataset", folder / "config.json", "-o", folder / "set", "--quiet"}).exit_code == 0);
+  const auto arguments = [&](const std::string& kind, const std::string& run, const Strings& more) {
+    Strings all{"train",   folder / "set", "--network",       kind,    "-o",     folder / run, "--width", "2",
+                "--batch", "12",           "--learning-rate", "0.003", "--quiet"};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  };
+  // Almost nothing but the image loss: what it takes to fall is a gradient that is right.
+  const Strings image_alone{"--lambda", "1e6", "--epochs", "12", "--spp", "8"};
+  for (const std::string kind : {"itn", "ssn"}) {
+    CAPTURE(kind);
+    const Result whole = run_itn(arguments(kind, kind, image_alone), one_thread);
+    INFO(whole.error);
+    REQUIRE(whole.exit_code == 0);
+    if (kind == "ssn") continue;
+    std::vector<double> losses;
+    std::istringstream curve(itn::read_file(folder / kind + "/curve.jsonl"));
+    for (std::string line; std::getline(curve, line);) losses.push_back(nlohmann::json::parse(line).at("image"));
+    REQUIRE(losses.size() == 12);
+    CHECK(losses.back() < 0.5 * losses.front());
+  }
+  for (const std::size_t epochs : {1U, 3U, 6U}) {
+    Strings saving = arguments("itn", "broken", image_alone);
+    saving.insert(saving.end(), {"--checkpoint-every", "0"});
+    Process process(saving, one_thread);
+    wait_for_epochs(folder / "broken", epochs);
+    process.send(SIGKILL);
+    process.wait();
+  }
+  REQUIRE(run_itn(arguments("itn", "broken", image_alone), one_thread).exit_code == 0);
+  for (const std::string& file : run_files)
+    CHECK((itn::read_file(folder / "itn/" + file) == itn::read_file(folder / "broken/" + file)));
+
+  fails(arguments("itn", "a", {"--spp", "1"}), 2, "need 2 to");
+  fails(arguments("itn", "itn", {"--lambda", "1e6", "--epochs", "12", "--spp", "16"}), 2, "another image_loss");
 }
