@@ -132,8 +132,8 @@ def write_ply(path, v, f, normals):
         out.write('\n'.join(header).encode() + data.astype('<f4').tobytes() + faces.tobytes())
 
 
-def write_exr(path, pixels):
-    mi.Bitmap(pixels.astype(np.float32)).convert(component_format=mi.Struct.Type.Float16).write(
+def write_exr(path, pixels, component=mi.Struct.Type.Float16):
+    mi.Bitmap(pixels.astype(np.float32)).convert(component_format=component).write(
         os.path.join(HERE, path))
 
 
@@ -161,9 +161,26 @@ def checker(size, cells, dark, light):
     return np.where(((x + y) % 2)[..., None] == 0, np.array(dark), np.array(light))
 
 
+def data_set_floor():
+    """The numbers of floor_pattern() in runtime/dataset/dataset_scene.cpp: random_uniform(7, 0, i) of runtime/random.h."""
+    mask = (1 << 64) - 1
+
+    def mixed(x):
+        x = (x + 0x9e3779b97f4a7c15) & mask
+        x = ((x ^ (x >> 30)) * 0xbf58476d1ce4e5b9) & mask
+        x = ((x ^ (x >> 27)) * 0x94d049bb133111eb) & mask
+        return x ^ (x >> 31)
+
+    def uniform(i):
+        return ((mixed(mixed(mixed(7)) ^ i) >> 12) + .5) * 2.**-52
+
+    return np.array([[(.25 if (x + y) % 2 == 0 else .55) + .1 * uniform(16 * y + x) for x in range(16)]
+                     for y in range(16)])[..., None]
+
+
 def main():
     mi.set_variant('scalar_rgb')
-    for folder in ('test/mitsuba', 'gallery'):
+    for folder in ('test/mitsuba', 'gallery', 'dataset'):
         os.makedirs(os.path.join(HERE, folder), exist_ok=True)
     test = 'test/mitsuba/'
     write_ply(test + 'star.ply', *star(3), normals=False)
@@ -188,6 +205,7 @@ def main():
                                                        ((-.2, 1, .6), .3, (4, 3, 2.4))],
                                                   (.05, .05, .05), (.25, .25, .27), (.1, .12, .16)))
     write_exr(gallery + 'tiles.exr', checker(256, 16, (.12, .13, .15), (.62, .60, .56)))
+    write_exr('dataset/floor.exr', data_set_floor(), mi.Struct.Type.Float32)
     grain = np.random.default_rng(1).normal(size=(128, 16, 1))
     grain = np.repeat(np.cumsum(grain, 0) * .012, 8, 1)
     write_exr(gallery + 'wood.exr', np.clip(np.array([.42, .27, .15]) * (1 + grain), .02, .9))

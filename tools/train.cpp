@@ -368,7 +368,7 @@ void add_train(CLI::App& app) {
   command->add_option("--checkpoint-every", options->checkpoint_every, "seconds; has no influence on the numbers")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
-  add_common_options(*command, options->common, "128 (of an image loss)");
+  add_common_options(*command, options->common, "16 (itn, ssn: of each image of a batch)");
   command->callback([options] { run(*options); });
 }
 

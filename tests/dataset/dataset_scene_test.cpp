@@ -1,0 +1,81 @@
+// The scene of a data set's images, and the scene file that says the same.
+#include "runtime/dataset/dataset_scene.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "runtime/scene/load.h"
+#include "runtime/scene/mesh_file.h"
+#include "runtime/scene/parameters.h"
+#include "runtime/shapes/polygonise.h"
+#include "tests/support/temporary_folder.h"
+
+using namespace itn;
+
+namespace {
+
+void check_near(const Transform& a, const Transform& b) {
+  for (std::size_t i = 0; i < 16; ++i) CHECK(a.m[i] == Approx(b.m[i]).margin(1e-12));
+}
+
+}  // namespace
+
+TEST_CASE("scenes/dataset/scene.xml is the scene of a data set") {
+  const TemporaryFolder folder;
+  const auto mesh = std::make_shared<const Mesh>(shape_mesh(torus(1, 0.4), 600));
+  write_ply(folder / "ring.ply", *mesh);
+  Manifest set;
+  set.size = 32;
+  set.spp = 64;
+  const Scene made = dataset_scene(set, mesh, {0.25, 0.4330127018922193, 0.8660254037844386}, {60, 0.7, 0.2});
+  const Scene loaded = load_scene(std::string(ITN_SOURCE_DIR) + "/scenes/dataset/scene.xml",
+                                  {{"mesh", folder / "ring.ply"},
+                                   {"size", "32"},
+                                   {"spp", "64"},
+                                   {"sun", "0.25, 0.4330127018922193, 0.8660254037844386"},
+                                   {"sigma_t", "60"},
+                                   {"albedo", "0.7"},
+                                   {"g", "0.2"}});
+  CHECK(loaded.warnings.empty());
+  REQUIRE(loaded.sensors.size() == 1);
+  const Sensor &camera = loaded.sensors[0], &own = made.sensors[0];
+  check_near(camera.to_world, own.to_world);
+  CHECK(camera.fov_x == Approx(own.fov_x));
+  CHECK((camera.crop_width == 32 && camera.crop_height == 32 && camera.spp == 64));
+  CHECK((camera.luminance && camera.filter == own.filter));
+  CHECK((loaded.integrator.rr_depth == made.integrator.rr_depth && loaded.integrator.max_depth == -1));
+  REQUIRE(loaded.shapes.size() == 2);
+  for (std::size_t s = 0; s < 2; ++s) {
+    CHECK(loaded.shapes[s].mesh->position == made.shapes[s].mesh->position);
+    const auto &normal = loaded.shapes[s].mesh->normal, &own_normal = made.shapes[s].mesh->normal;
+    REQUIRE(normal.size() == own_normal.size());
+    float worst = 0;  // files' normals are normalised again
+    for (std::size_t i = 0; i < normal.size(); ++i)
+      for (std::size_t k = 0; k < 3; ++k) worst = std::max(worst, std::fabs(normal[i][k] - own_normal[i][k]));
+    CHECK(worst < 1e-6F);
+    CHECK(loaded.shapes[s].mesh->triangle == made.shapes[s].mesh->triangle);
+    CHECK(loaded.shapes[s].interior == made.shapes[s].interior);
+  }
+  CHECK(loaded.shapes[0].mesh->texcoord == made.shapes[0].mesh->texcoord);
+  const Texture &floor = loaded.bsdfs[static_cast<std::size_t>(loaded.shapes[0].bsdf)].reflectance,
+                &pattern = made.bsdfs[0].reflectance;
+  REQUIRE((floor.bitmap && floor.bitmap->width == 16 && floor.bitmap->height == 16 && floor.bitmap->channels == 1));
+  CHECK(floor.bitmap->data == pattern.bitmap->data);
+  CHECK((floor.nearest && floor.wrap == pattern.wrap));
+  for (std::size_t i = 0; i < 6; ++i) CHECK(floor.to_uv[i] == Approx(pattern.to_uv[i]).margin(1e-12));
+  CHECK(loaded.bsdfs[static_cast<std::size_t>(loaded.shapes[1].bsdf)].kind == BsdfKind::null);
+  const SunSky &sky = loaded.environment->sunsky, &own_sky = made.environment->sunsky;
+  CHECK((sky.turbidity == own_sky.turbidity && sky.albedo == own_sky.albedo && sky.sky_scale == own_sky.sky_scale));
+  CHECK(sky.sun_aperture == Approx(own_sky.sun_aperture));
+  CHECK(sky.sun_scale == own_sky.sun_scale);
+  for (std::size_t k = 0; k < 3; ++k) CHECK(sky.sun_direction[k] == Approx(own_sky.sun_direction[k]).margin(1e-12));
+  std::vector<std::string> names;
+  for (const Parameter& p : list_parameters(made)) names.push_back(p.name);
+  std::vector<std::string> loaded_names;
+  for (const Parameter& p : list_parameters(loaded)) loaded_names.push_back(p.name);
+  for (const char* name : {dataset_sigma_t, dataset_albedo, dataset_g}) {
+    CHECK(std::find(names.begin(), names.end(), name) != names.end());
+    CHECK(find_parameter(list_parameters(made), name).value == find_parameter(list_parameters(loaded), name).value);
+  }
+}
