@@ -158,11 +158,13 @@ std::string svg_plot(const Plot& plot) {
     for (std::size_t i = 0; i < s.x.size(); ++i) {
       if (!y.shows(s.y[i]) || !x.shows(s.x[i])) continue;
       points += fmt::format("{:.1f},{:.1f} ", px(s.x[i]), py(s.y[i]));
-      if (s.x.size() <= 60)
-        svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.2\" fill=\"{}\"/>\n", px(s.x[i]), py(s.y[i]),
-                           colour);
+      if (s.scattered || s.x.size() <= 60)
+        svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\" fill=\"{}\"/>\n", px(s.x[i]), py(s.y[i]),
+                           s.scattered ? 1.5 : 2.2, colour);
     }
-    svg += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.5\"/>\n", points, colour);
+    if (!s.scattered)
+      svg +=
+          fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.5\"/>\n", points, colour);
     if (plot.series.size() > 1)
       svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"end\" fill=\"{}\">{}</text>\n", width - right - 4,
                          top + 12 + 13 * static_cast<double>(k), colour, html_escape(s.name));

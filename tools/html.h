@@ -19,6 +19,7 @@ std::string html_picture(const std::string& png, const std::string& caption);
 struct Series {
   std::string name;
   std::vector<double> x, y;
+  bool scattered = false;  // points without a line
 };
 
 struct Plot {

@@ -65,8 +65,8 @@ nlohmann::json stored(const InversionState& s) {
           {"accepted_loss_stderr", s.accepted_loss_stderr},
           {"damping", s.damping},
           {"pool", s.pool},
-          {"first_moment", s.first_moment},
-          {"second_moment", s.second_moment}};
+          {"first_moment", s.moments.first},
+          {"second_moment", s.moments.second}};
 }
 
 InversionState state_from(const nlohmann::json& j) {
@@ -86,8 +86,8 @@ InversionState state_from(const nlohmann::json& j) {
   j.at("accepted_loss_stderr").get_to(s.accepted_loss_stderr);
   j.at("damping").get_to(s.damping);
   j.at("pool").get_to(s.pool);
-  j.at("first_moment").get_to(s.first_moment);
-  j.at("second_moment").get_to(s.second_moment);
+  j.at("first_moment").get_to(s.moments.first);
+  j.at("second_moment").get_to(s.moments.second);
   return s;
 }
 

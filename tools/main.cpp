@@ -37,6 +37,7 @@ int run(int argc, char** argv) {
   itn::tools::add_bench(app);
   itn::tools::add_dataset(app);
   itn::tools::add_devices(app);
+  itn::tools::add_eval(app);
   itn::tools::add_gradcheck(app);
   itn::tools::add_render(app);
   itn::tools::add_gradient(app);

@@ -56,21 +56,30 @@ std::vector<LossGradient> RenderedLoss::evaluate(const std::vector<RerenderedIma
         fmt::format("{} samples a pixel: an unbiased loss compares groups of them; need 2 to {}, or a "
                     "multiple of {}",
                     spp, groups, groups));
-  std::vector<Rendering> renderings = render(derivatives_, images, groups, spp);
+  std::vector<Rendering> renderings = render_derivatives(images, groups, spp);
   std::vector<LossGradient> losses;
   for (std::size_t i = 0; i < images.size(); ++i) {
     TargetImage target{set_.size, set_.size, 1, *images[i].target, {}, {}};
     target.weight.assign(target.value.size(), 1.0F);
     const auto from = std::make_move_iterator(renderings.begin() + static_cast<std::ptrdiff_t>(i) * groups);
     losses.push_back(loss_gradient(std::vector<Rendering>(from, from + groups), target));
-    losses.back().gradient[0] *= set_.mm_per_unit;
-    losses.back().gradient_stderr[0] *= set_.mm_per_unit;
   }
   return losses;
 }
 
 std::vector<Rendering> RenderedLoss::render(const std::vector<RerenderedImage>& images, int spp) {
   return render(values_, images, 1, spp);
+}
+
+std::vector<Rendering> RenderedLoss::render_derivatives(const std::vector<RerenderedImage>& images, int groups,
+                                                        int spp) {
+  std::vector<Rendering> renderings = render(derivatives_, images, groups, spp);
+  const auto per_mm = static_cast<float>(set_.mm_per_unit);
+  for (Rendering& rendering : renderings) {
+    for (float& value : rendering.derivatives[0].mean) value *= per_mm;
+    for (float& error : rendering.derivatives[0].stderr_) error *= per_mm;
+  }
+  return renderings;
 }
 
 }  // namespace itn

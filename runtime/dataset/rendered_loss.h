@@ -35,6 +35,10 @@ class RenderedLoss {
   // The images, without derivatives.
   std::vector<Rendering> render(const std::vector<RerenderedImage>& images, int spp);
 
+  // Image after image, of each `groups` renderings of other samples, spp in all, with derivatives by sigma_t [1/mm],
+  // albedo and g. spp: a multiple of groups.
+  std::vector<Rendering> render_derivatives(const std::vector<RerenderedImage>& images, int groups, int spp);
+
  private:
   // The shapes of some images on the device of one renderer.
   class Placed {

@@ -5,7 +5,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace itn {
 namespace {
@@ -142,10 +141,7 @@ bool Inversion::gauss_newton(const LeastSquares& equations, InversionState& stat
 
 void Inversion::adam(const std::vector<std::vector<Rendering>>& images, InversionState& state,
                      InversionStep& step) const {
-  constexpr double beta1 = 0.9, beta2 = 0.999, epsilon = 1e-8;
   const std::size_t parameters = model_.coordinates().size();
-  state.first_moment.resize(parameters);
-  state.second_moment.resize(parameters);
   std::vector<LossGradient> losses;
   for (std::size_t i = 0; i < images.size(); ++i) {
     const double exposure = options_.exposure ? best_exposure(images[i], targets_[i]) : 1;
@@ -155,17 +151,10 @@ void Inversion::adam(const std::vector<std::vector<Rendering>>& images, Inversio
   const LossGradient loss = mean_of(losses);
   step.loss = loss.loss;
   step.loss_stderr = loss.loss_stderr;
-  const int t = state.iteration + 1;
-  const double rate =
-      options_.learning_rate / 2 * (1 + std::cos(std::numbers::pi * state.iteration / options_.iteration_limit()));
-  for (std::size_t p = 0; p < parameters; ++p) {
-    const double g = loss.gradient[p] * model_.coordinates()[p].slope(state.x[p]);
-    state.first_moment[p] = beta1 * state.first_moment[p] + (1 - beta1) * g;
-    state.second_moment[p] = beta2 * state.second_moment[p] + (1 - beta2) * g * g;
-    const double mean = state.first_moment[p] / (1 - std::pow(beta1, t));
-    const double square = state.second_moment[p] / (1 - std::pow(beta2, t));
-    state.x[p] -= rate * mean / (std::sqrt(square) + epsilon);
-  }
+  std::vector<double> gradient;
+  for (std::size_t p = 0; p < parameters; ++p)
+    gradient.push_back(loss.gradient[p] * model_.coordinates()[p].slope(state.x[p]));
+  adam_step(state.x, gradient, state.moments, state.iteration, options_.iteration_limit(), options_.learning_rate);
   state.x = clamped(state.x);
 }
 

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/inversion/adam_step.h"
 #include "runtime/inversion/normal_equations.h"
 
 namespace itn {
@@ -40,8 +41,8 @@ struct InversionState {
   int reference_spp = 0, reference_sample = 0;
   double accepted_loss = 0, accepted_loss_stderr = 0, damping = 0.01;
   bool accepted = false;
-  std::vector<double> pool;                         // NormalEquations of the renderings since
-  std::vector<double> first_moment, second_moment;  // Adam
+  std::vector<double> pool;  // NormalEquations of the renderings since
+  AdamMoments moments;       // Adam
 };
 
 struct InversionStep {

@@ -1,0 +1,118 @@
+// Table 2 of `itn eval`, and what the images can tell at most.
+#include <algorithm>
+
+#include "evaluation/rerender.h"
+#include "evaluation/selection.h"
+#include "runtime/error.h"
+#include "tools/eval.h"
+#include "tools/interrupt.h"
+#include "tools/progress.h"
+
+namespace itn::tools {
+namespace {
+
+constexpr std::size_t pictures = 6;
+// Of the derivatives: few leave so much noise in the information that whole directions are lost in it.
+constexpr int information_spp = 512, information_groups = 16;
+
+// An image of a split, and what the runs say about it.
+struct Candidate {
+  const SplitPredictions* split;
+  std::size_t index;
+};
+
+// The images to render, those of the training last.
+std::vector<RerenderedResult> chosen(const EvalOptions& options, const Evaluation& e) {
+  std::map<std::string, Candidate> candidates;  // by file
+  std::vector<Manifest::Image> test;
+  for (const SplitPredictions& split : e.splits)
+    for (std::size_t i = 0; i < split.images.size(); ++i) {
+      candidates[split.images[i].file] = {&split, i};
+      if (split.split != Manifest::Split::train) test.push_back(split.images[i]);
+    }
+  const auto count = static_cast<std::size_t>(options.images);
+  std::vector<Manifest::Image> images = choose(test, count, options.common.seed);
+  for (const Manifest::Image& image :
+       choose(e.splits.front().images, std::max<std::size_t>(1, count / 4), options.common.seed))
+    images.push_back(image);
+  std::vector<RerenderedResult> result;
+  for (const Manifest::Image& image : images) {
+    if (interrupt_flag()) throw Interrupted();
+    RerenderedResult r;
+    r.target = {image, read_noisy_image(options.data, e.set, image)};
+    r.training = image.split == Manifest::Split::train;
+    const Candidate& candidate = candidates.at(image.file);
+    for (const auto& run : candidate.split->predicted) r.predicted.push_back(run[candidate.index]);
+    result.push_back(std::move(r));
+  }
+  return result;
+}
+
+// materials: of every image. The random numbers are the same for all who predict.
+std::vector<RerenderedImage> images_with(const Evaluation& e, EvaluationStream stream, std::uint64_t seed,
+                                         const std::function<DatasetMaterial(const RerenderedResult&)>& material) {
+  std::vector<RerenderedImage> images;
+  for (std::size_t i = 0; i < e.rerendered.size(); ++i)
+    images.push_back({&e.rerendered[i].target.image, material(e.rerendered[i]), image_seed(seed, stream, i), nullptr});
+  return images;
+}
+
+DatasetMaterial truth_of(const RerenderedResult& r) {
+  return {r.target.image.sigma_t, r.target.image.albedo, r.target.image.g};
+}
+
+void find_bounds(const EvalOptions& options, RenderedLoss& renderer, Evaluation& e) {
+  const std::vector<RerenderedImage> images =
+      images_with(e, EvaluationStream::information, options.common.seed, truth_of);
+  const Eigen::Vector3d prior(e.prior[0], e.prior[1], e.prior[2]);
+  Progress progress("information limit", static_cast<double>(images.size()), "images", !options.common.quiet);
+  in_batches(images.size(), images_a_batch(e.set.size, information_spp), [&](std::size_t first, std::size_t end) {
+    const auto begin = images.begin();
+    std::vector<Rendering> renderings = renderer.render_derivatives(
+        {begin + static_cast<std::ptrdiff_t>(first), begin + static_cast<std::ptrdiff_t>(end)}, information_groups,
+        information_spp);
+    for (std::size_t i = first; i < end; ++i) {
+      const auto from =
+          std::make_move_iterator(renderings.begin() + static_cast<std::ptrdiff_t>(i - first) * information_groups);
+      e.rerendered[i].bound = cramer_rao(fisher_information(std::vector<Rendering>(from, from + information_groups),
+                                                            e.rerendered[i].target.input.error),
+                                         prior);
+    }
+    progress.update(static_cast<double>(end) / static_cast<double>(images.size()));
+  });
+}
+
+}  // namespace
+
+void rerender_predictions(const EvalOptions& options, RenderedLoss& renderer, Evaluation& e) {
+  e.rerendered = chosen(options, e);
+  const std::size_t count = e.rerendered.size(), all = count * (e.runs.size() + 1);
+  {
+    Progress progress("re-rendering", static_cast<double>(all), "images", !options.common.quiet);
+    for (std::size_t run = 0; run <= e.runs.size(); ++run) {
+      const bool truth = run == e.runs.size();
+      const std::vector<Rendering> renderings =
+          rerender(renderer,
+                   images_with(e, EvaluationStream::rerendering, options.common.seed,
+                               [&](const RerenderedResult& r) { return truth ? truth_of(r) : r.predicted[run]; }),
+                   e.set.size, e.spp, [&](std::size_t done) {
+                     progress.update(static_cast<double>(run * count + done) / static_cast<double>(all));
+                   });
+      for (std::size_t i = 0; i < count; ++i) {
+        RerenderedResult& r = e.rerendered[i];
+        const Difference d = difference(renderings[i], r.target.input);
+        if (truth) {
+          r.truth = d;
+          continue;
+        }
+        r.difference.push_back(d);
+        // Test images come first: some of them, evenly.
+        const std::size_t step = std::max<std::size_t>(1, static_cast<std::size_t>(options.images) / pictures);
+        if (!r.training && i % step == 0 && i / step < pictures) r.image.push_back(renderings[i].mean);
+      }
+    }
+  }
+  find_bounds(options, renderer, e);
+}
+
+}  // namespace itn::tools
