@@ -25,8 +25,12 @@ void predict_splits(const EvalOptions& options, Evaluation& e);
 // Table 2 and the information limit: some of these images rendered again.
 void rerender_predictions(const EvalOptions& options, RenderedLoss& renderer, Evaluation& e);
 
-// Table 3. Keeps what it has in REPORT/inversions_<start>.json, also when it is interrupted, and goes on from there if
-// that was for the same question.
+// The information limit of each of these images.
+std::vector<Bound> find_bounds(const EvalOptions& options, RenderedLoss& renderer, const Evaluation& e,
+                               const std::vector<const SynthesisTarget*>& targets);
+
+// Table 3, and the information limit of its images. Keeps what it has in REPORT/inversions_<start>.json, also when it
+// is interrupted, and goes on from there if that was for the same question.
 void run_syntheses(const EvalOptions& options, const Device& device, RenderedLoss& renderer, Evaluation& e);
 
 }  // namespace itn::tools

@@ -93,6 +93,7 @@ Json table3(const Evaluation& e) {
         medians[names[what]] = number(median(e.synthesis_errors(record, what)));
       table["medians"][s.start].push_back(medians);
     }
+  for (std::size_t what = 0; what < 3; ++what) table["limit"][names[what]] = number(e.synthesis_limit(what));
   if (e.synthesis("rn") && e.synthesis("itn"))
     for (std::size_t what = 0; what < 4; ++what) {
       const int reached = iterations_to_reach(e, what);

@@ -1,4 +1,4 @@
-// Table 2 of `itn eval`, and what the images can tell at most.
+// Table 2 of `itn eval`: images rendered with the predictions.
 #include <algorithm>
 
 #include "evaluation/rerender.h"
@@ -12,8 +12,6 @@ namespace itn::tools {
 namespace {
 
 constexpr std::size_t pictures = 6;
-// Of the derivatives: few leave so much noise in the information that whole directions are lost in it.
-constexpr int information_spp = 512, information_groups = 16;
 
 // An image of a split, and what the runs say about it.
 struct Candidate {
@@ -49,37 +47,17 @@ std::vector<RerenderedResult> chosen(const EvalOptions& options, const Evaluatio
 }
 
 // materials: of every image. The random numbers are the same for all who predict.
-std::vector<RerenderedImage> images_with(const Evaluation& e, EvaluationStream stream, std::uint64_t seed,
+std::vector<RerenderedImage> images_with(const Evaluation& e, std::uint64_t seed,
                                          const std::function<DatasetMaterial(const RerenderedResult&)>& material) {
   std::vector<RerenderedImage> images;
   for (std::size_t i = 0; i < e.rerendered.size(); ++i)
-    images.push_back({&e.rerendered[i].target.image, material(e.rerendered[i]), image_seed(seed, stream, i), nullptr});
+    images.push_back({&e.rerendered[i].target.image, material(e.rerendered[i]),
+                      image_seed(seed, EvaluationStream::rerendering, i), nullptr});
   return images;
 }
 
 DatasetMaterial truth_of(const RerenderedResult& r) {
   return {r.target.image.sigma_t, r.target.image.albedo, r.target.image.g};
-}
-
-void find_bounds(const EvalOptions& options, RenderedLoss& renderer, Evaluation& e) {
-  const std::vector<RerenderedImage> images =
-      images_with(e, EvaluationStream::information, options.common.seed, truth_of);
-  const Eigen::Vector3d prior(e.prior[0], e.prior[1], e.prior[2]);
-  Progress progress("information limit", static_cast<double>(images.size()), "images", !options.common.quiet);
-  in_batches(images.size(), images_a_batch(e.set.size, information_spp), [&](std::size_t first, std::size_t end) {
-    const auto begin = images.begin();
-    std::vector<Rendering> renderings = renderer.render_derivatives(
-        {begin + static_cast<std::ptrdiff_t>(first), begin + static_cast<std::ptrdiff_t>(end)}, information_groups,
-        information_spp);
-    for (std::size_t i = first; i < end; ++i) {
-      const auto from =
-          std::make_move_iterator(renderings.begin() + static_cast<std::ptrdiff_t>(i - first) * information_groups);
-      e.rerendered[i].bound = cramer_rao(fisher_information(std::vector<Rendering>(from, from + information_groups),
-                                                            e.rerendered[i].target.input.error),
-                                         prior);
-    }
-    progress.update(static_cast<double>(end) / static_cast<double>(images.size()));
-  });
 }
 
 }  // namespace
@@ -93,7 +71,7 @@ void rerender_predictions(const EvalOptions& options, RenderedLoss& renderer, Ev
       const bool truth = run == e.runs.size();
       const std::vector<Rendering> renderings =
           rerender(renderer,
-                   images_with(e, EvaluationStream::rerendering, options.common.seed,
+                   images_with(e, options.common.seed,
                                [&](const RerenderedResult& r) { return truth ? truth_of(r) : r.predicted[run]; }),
                    e.set.size, e.spp, [&](std::size_t done) {
                      progress.update(static_cast<double>(run * count + done) / static_cast<double>(all));
@@ -112,7 +90,10 @@ void rerender_predictions(const EvalOptions& options, RenderedLoss& renderer, Ev
       }
     }
   }
-  find_bounds(options, renderer, e);
+  std::vector<const SynthesisTarget*> targets;
+  for (const RerenderedResult& r : e.rerendered) targets.push_back(&r.target);
+  const std::vector<Bound> bounds = find_bounds(options, renderer, e, targets);
+  for (std::size_t i = 0; i < count; ++i) e.rerendered[i].bound = bounds[i];
 }
 
 }  // namespace itn::tools

@@ -62,4 +62,14 @@ std::vector<double> Evaluation::synthesis_errors(const Synthesis::Record& record
   return result;
 }
 
+double Evaluation::synthesis_limit(std::size_t what) const {
+  constexpr double median_square = 0.4549;  // of a standard normal number
+  std::vector<double> variances;
+  for (std::size_t i = 0; i < synthesis_bounds.size(); ++i) {
+    const double unit = what == 0 ? synthesis_targets[i].image.sigma_t : 1;
+    variances.push_back(synthesis_bounds[i].image[static_cast<Eigen::Index>(what)] / (unit * unit));
+  }
+  return median_square * median(variances);
+}
+
 }  // namespace itn::tools

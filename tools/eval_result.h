@@ -58,6 +58,7 @@ struct Evaluation {
   std::vector<RerenderedResult> rerendered;
   SynthesisOptions synthesis_options;
   std::vector<SynthesisTarget> synthesis_targets;
+  std::vector<Bound> synthesis_bounds;  // of each
   std::vector<SynthesisResult> syntheses;
   double seconds = 0;
 
@@ -71,6 +72,10 @@ struct Evaluation {
 
   // Table 3's: squared errors of log sigma_t, albedo, g (0 ... 2) or the image loss (3) of every image.
   std::vector<double> synthesis_errors(const Synthesis::Record& record, std::size_t what) const;
+
+  // What the noise of the input images alone makes of the medians of log sigma_t, albedo or g: infinite where it hides
+  // a direction in most images.
+  double synthesis_limit(std::size_t what) const;
 };
 
 // A number for each combination of shape and light.

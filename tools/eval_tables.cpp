@@ -156,6 +156,12 @@ ReportTable table3(const Evaluation& e) {
       for (const std::size_t c : columns) row.push_back(number(median(e.synthesis_errors(s.records[c], what))));
       table.rows.push_back(row);
     }
+    if (what < 3) {
+      Row limit{names[what], "limit"};
+      limit.resize(1 + columns.size());
+      limit.push_back(number(e.synthesis_limit(what)));
+      table.rows.push_back(limit);
+    }
     for (const auto& [kind, figures] : paper_synthesis) {
       Row row{names[what], "paper, " + Kind{kind, {}}.title()};
       for (const double figure : figures[what]) row.push_back(number(figure));
@@ -168,7 +174,10 @@ ReportTable table3(const Evaluation& e) {
       "{} "
       "samples, the same random numbers for all starts, less the variance of both images' noise: without bias, so it "
       "can "
-      "come out below 0; the row `truth` at iteration 1 is its noise. Columns beyond the paper's iterations stand for "
+      "come out below 0; the row `truth` at iteration 1 is its noise. "
+      "`limit`: what the input images' noise alone makes of a perfect fit without prior knowledge, from their "
+      "Cramer-Rao "
+      "bounds; in the end no start can be expected below it. Columns beyond the paper's iterations stand for "
       "the same share of all iterations.",
       e.synthesis_options.iterations, e.synthesis_options.spp, e.synthesis_options.learning_rate,
       e.synthesis_options.recorded_spp));

@@ -118,6 +118,7 @@ TEST_CASE("itn eval: three tables of a rendered set, in JSON, on the terminal an
   for (const auto& image : json["table2"]["images"]) CHECK(image["limit"]["albedo"]["with_prior"] < 0.2);
   CHECK(json["table3"]["medians"]["rn"].size() == 3);
   CHECK(json["table3"]["medians"]["truth"][0]["albedo"] == 0);
+  CHECK(json["table3"]["limit"].contains("log_sigma_t"));
   CHECK(json["claims"].size() > 20);
 
   const std::string page = itn::read_file(small.folder / "report/report.html");
