@@ -1,10 +1,10 @@
 // Table 2 of `itn eval`: images rendered with the predictions.
 #include <algorithm>
 
-#include "evaluation/rerender.h"
-#include "evaluation/selection.h"
 #include "runtime/error.h"
 #include "tools/eval.h"
+#include "tools/evaluation/rerender.h"
+#include "tools/evaluation/selection.h"
 #include "tools/interrupt.h"
 #include "tools/progress.h"
 

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "evaluation/appearance.h"
-#include "evaluation/bootstrap.h"
-#include "evaluation/information.h"
-#include "evaluation/synthesis.h"
 #include "tools/eval_runs.h"
+#include "tools/evaluation/appearance.h"
+#include "tools/evaluation/bootstrap.h"
+#include "tools/evaluation/information.h"
+#include "tools/evaluation/synthesis.h"
 
 namespace itn::tools {
 

@@ -3,10 +3,10 @@
 
 #include <filesystem>
 
-#include "evaluation/selection.h"
 #include "runtime/error.h"
 #include "runtime/image/file.h"
 #include "tools/eval.h"
+#include "tools/evaluation/selection.h"
 #include "tools/interrupt.h"
 #include "tools/progress.h"
 

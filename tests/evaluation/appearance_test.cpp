@@ -1,5 +1,5 @@
 // How much images differ, whatever their noise.
-#include "evaluation/appearance.h"
+#include "tools/evaluation/appearance.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

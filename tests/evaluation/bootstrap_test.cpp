@@ -1,5 +1,5 @@
 // Averages and their intervals: right by hand, and covering the truth as often as they say.
-#include "evaluation/bootstrap.h"
+#include "tools/evaluation/bootstrap.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

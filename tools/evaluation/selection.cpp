@@ -1,4 +1,4 @@
-#include "evaluation/selection.h"
+#include "tools/evaluation/selection.h"
 
 #include <algorithm>
 #include <map>

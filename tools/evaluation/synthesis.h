@@ -9,11 +9,11 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "evaluation/appearance.h"
-#include "evaluation/rerender.h"
 #include "runtime/dataset/rendered_loss.h"
 #include "runtime/inversion/adam_step.h"
 #include "runtime/inversion/coordinate.h"
+#include "tools/evaluation/appearance.h"
+#include "tools/evaluation/rerender.h"
 
 namespace itn {
 

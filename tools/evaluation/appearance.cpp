@@ -1,4 +1,4 @@
-#include "evaluation/appearance.h"
+#include "tools/evaluation/appearance.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "evaluation/bootstrap.h"
+#include "tools/evaluation/bootstrap.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "evaluation/information.h"
+#include "tools/evaluation/information.h"
 
 #include <Eigen/Eigenvalues>
 #include <limits>

@@ -1,4 +1,4 @@
-#include "evaluation/rerender.h"
+#include "tools/evaluation/rerender.h"
 
 #include <algorithm>
 

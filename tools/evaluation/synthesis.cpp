@@ -1,4 +1,4 @@
-#include "evaluation/synthesis.h"
+#include "tools/evaluation/synthesis.h"
 
 #include <stdexcept>
 
