@@ -1,6 +1,6 @@
 // What images can tell at most, for `itn eval`.
-#include "evaluation/rerender.h"
 #include "tools/eval.h"
+#include "tools/evaluation/rerender.h"
 #include "tools/progress.h"
 
 namespace itn::tools {
