@@ -128,7 +128,7 @@ std::string picture(const std::string& folder, const Evaluation& e, const Rerend
     caption += fmt::format("; {} (sigma_t {:.0f}, albedo {:.2f}, g {:.2f})", kind.title(), m.sigma_t, m.albedo, m.g);
   }
   caption += fmt::format(". Below: rendered minus input, red {0:.2g}, blue -{0:.2g}", coloured.scale);
-  return html_picture(read_file(path), caption);
+  return html_picture(read_file(path), caption, true);
 }
 
 std::string pictures(const std::string& folder, const Evaluation& e) {

@@ -95,6 +95,7 @@ std::string html_page(const std::string& title, const std::string& body) {
       "figure {{ display: inline-block; margin: .5rem 1rem .5rem 0; vertical-align: top }}\n"
       "figure img {{ width: 18rem; image-rendering: pixelated; border: 1px solid #ddd }}\n"
       "figcaption {{ max-width: 18rem; color: #555; font-size: 13px }}\n"
+      "figure.wide img {{ width: 40rem }} figure.wide figcaption {{ max-width: 40rem }}\n"
       ".good {{ color: #1b7a37 }} .bad {{ color: #b3261e }}\n"
       "</style></head>\n<body>\n<h1>{0}</h1>\n{1}</body></html>\n",
       html_escape(title), body);
@@ -111,10 +112,11 @@ std::string html_table(const std::vector<std::vector<std::string>>& rows) {
   return text + "</table>\n";
 }
 
-std::string html_picture(const std::string& png, const std::string& caption) {
+std::string html_picture(const std::string& png, const std::string& caption, bool wide) {
   const std::string words = html_escape(caption);
-  return fmt::format("<figure><img src=\"data:image/png;base64,{}\" alt=\"{}\"><figcaption>{}</figcaption></figure>\n",
-                     base64(png), words, words);
+  return fmt::format(
+      "<figure{}><img src=\"data:image/png;base64,{}\" alt=\"{}\"><figcaption>{}</figcaption></figure>\n",
+      wide ? " class=\"wide\"" : "", base64(png), words, words);
 }
 
 std::string svg_plot(const Plot& plot) {

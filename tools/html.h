@@ -13,8 +13,8 @@ std::string html_page(const std::string& title, const std::string& body);
 // First row: headings. Cells are text, not HTML; all but the first column are set to the right.
 std::string html_table(const std::vector<std::vector<std::string>>& rows);
 
-// A PNG file's bytes as a picture with a caption, enlarged without smoothing.
-std::string html_picture(const std::string& png, const std::string& caption);
+// A PNG file's bytes as a picture with a caption, enlarged without smoothing. wide: a row of the page for itself.
+std::string html_picture(const std::string& png, const std::string& caption, bool wide = false);
 
 struct Series {
   std::string name;
