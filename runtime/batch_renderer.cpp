@@ -104,6 +104,7 @@ std::vector<Rendering> BatchRenderer::render(const std::vector<BatchImage>& imag
   State& s = *state_;
   s.prepare(images, groups);
   std::vector<TracedJob> jobs;
+  jobs.reserve(images.size());
   for (const BatchImage& image : images)
     jobs.push_back({static_cast<int>(jobs.size()), &s.sensor_of(image), image.first_sample});
   return trace_images(*s.wavefront, *s.film, jobs, spp, groups, s.options, s.launch_paths);

@@ -97,7 +97,7 @@ class Reader {
 
   template <class Value, class Valid>
   void read(const char* key, Value& value, const std::string& need, Valid&& valid) {
-    known_.push_back(key);
+    known_.emplace_back(key);
     try {
       Value read = json_.at(key).get<Value>();
       if (!valid(read)) fail(key, need);
@@ -107,7 +107,7 @@ class Reader {
     }
   }
   void read_whole(const char* key, int& value, int low, int high) {
-    known_.push_back(key);
+    known_.emplace_back(key);
     const Json& j = json_.at(key);
     if (!j.is_number_integer() || j < low || j > high)
       fail(key, fmt::format("a whole number from {} to {}", low, high));
@@ -121,7 +121,7 @@ class Reader {
          [&](const auto& v) { return v[0] >= low && v[0] <= v[1] && v[1] <= high; });
   }
   const Json& object(const char* key) {
-    known_.push_back(key);
+    known_.emplace_back(key);
     return json_.at(key);
   }
   void finish() const {
@@ -191,6 +191,7 @@ void resolve(std::vector<std::string>& shapes, const std::string& file) {
     if (std::none_of(named.begin(), named.end(), [&](const NamedShape& n) { return n.name == shape; })) {
       if (std::filesystem::path(shape).extension().empty()) {
         std::vector<std::string> names;
+        names.reserve(named.size());
         for (const NamedShape& n : named) names.push_back(n.name);
         throw InputError(fmt::format("{}: the shape {} is not known; need a mesh file, or one of: {}", file, shape,
                                      fmt::join(names, ", ")));

@@ -29,6 +29,7 @@ class Planner {
   }
   std::vector<int> lights(const std::vector<double>& azimuths) {
     std::vector<int> result;
+    result.reserve(azimuths.size());
     for (const double azimuth : azimuths) result.push_back(light(azimuth));
     return result;
   }

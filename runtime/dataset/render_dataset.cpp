@@ -57,6 +57,7 @@ class DatasetRenderer {
   void render(const std::vector<const Manifest::Image*>& images) {
     place(images);
     std::vector<Scene> scenes;
+    scenes.reserve(images.size());
     for (const Manifest::Image* image : images) scenes.push_back(scene_of(*image));
     std::vector<BatchImage> batch;
     for (std::size_t i = 0; i < images.size(); ++i)

@@ -69,6 +69,7 @@ Estimate bootstrap(const Runs& above, std::size_t below, const Resampling& resam
   const double value = statistic(all_once(clusters), all_once(above.size()), all_once(below));
   if (clusters < 2) return {value, nan, nan};
   std::vector<double> draws;
+  draws.reserve(static_cast<std::size_t>(resampling.draws));
   for (int d = 0; d < resampling.draws; ++d)
     draws.push_back(statistic(drawn(clusters, resampling.seed, clusters_stream, d),
                               drawn(above.size(), resampling.seed, above_stream, d),

@@ -25,6 +25,7 @@ std::vector<Manifest::Image> choose(const std::vector<Manifest::Image>& images, 
         sorted[std::min(images.size() - 1, static_cast<std::size_t>(first + static_cast<double>(k) * step))]);
   std::sort(chosen.begin(), chosen.end());
   std::vector<Manifest::Image> result;
+  result.reserve(chosen.size());
   for (const std::size_t i : chosen) result.push_back(images[i]);
   return result;
 }
