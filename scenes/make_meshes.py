@@ -205,6 +205,9 @@ def main():
                                                        ((-.2, 1, .6), .3, (4, 3, 2.4))],
                                                   (.05, .05, .05), (.25, .25, .27), (.1, .12, .16)))
     write_exr(gallery + 'tiles.exr', checker(256, 16, (.12, .13, .15), (.62, .60, .56)))
+    v, f = star(3)
+    v = (v - (v.min(0) + v.max(0)) / 2) / (v.max(0) - v.min(0)).max()
+    write_ply('dataset/star.ply', v - [0, 0, v[:, 2].min()], f, normals=True)
     write_exr('dataset/floor.exr', data_set_floor(), mi.Struct.Type.Float32)
     grain = np.random.default_rng(1).normal(size=(128, 16, 1))
     grain = np.repeat(np.cumsum(grain, 0) * .012, 8, 1)

@@ -143,7 +143,9 @@ TEST_CASE("too little device memory: fewer paths at a time and the same bits, or
   INFO(tight.error);
   REQUIRE(tight.exit_code == 0);
   CHECK(itn::read_file(folder / "roomy.exr") == itn::read_file(folder / "tight.exr"));
-  const Result failed = run_itn(render(folder / "none.exr"), {.environment = {{"ITN_MEMORY_LIMIT", "1"}}});
+  const std::string large = std::string(ITN_SOURCE_DIR) + "/scenes/gallery/jade_knot.xml";  // some MiB of geometry
+  const Result failed =
+      run_itn({"render", large, "-o", folder / "none.exr"}, {.environment = {{"ITN_MEMORY_LIMIT", "1"}}});
   CHECK(failed.exit_code == 4);
   CHECK_THAT(failed.error, Catch::Contains("no room for") && Catch::Contains("of 1024 KiB are free"));
   CHECK(!std::filesystem::exists(folder / "none.exr"));
