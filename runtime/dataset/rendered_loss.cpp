@@ -40,6 +40,13 @@ std::vector<Rendering> RenderedLoss::render(Placed& placed, const std::vector<Re
     if (!meshes_.count(shape)) meshes_[shape] = dataset_mesh(set_.shapes[static_cast<std::size_t>(shape)], folder_);
     scenes.push_back(dataset_scene(set_, meshes_[shape],
                                    set_.lights[static_cast<std::size_t>(i.image->light)].direction, i.material));
+    if (i.window) {
+      Sensor& sensor = scenes.back().sensors.front();
+      sensor.crop_x = i.window->left;
+      sensor.crop_y = i.window->top;
+      sensor.crop_width = i.window->width;
+      sensor.crop_height = i.window->height;
+    }
     if (!placed.geometries.count(shape)) placed.geometries[shape] = placed.renderer.add_geometry(scenes.back());
   }
   std::vector<BatchImage> batch;
@@ -61,6 +68,8 @@ std::vector<LossGradient> RenderedLoss::evaluate(const std::vector<RerenderedIma
   for (std::size_t i = 0; i < images.size(); ++i) {
     TargetImage target{set_.size, set_.size, 1, *images[i].target, {}, {}};
     target.weight.assign(target.value.size(), 1.0F);
+    if (const ObjectWindow* window = images[i].window)
+      target = {window->width, window->height, 1, cut(target.value, set_.size, *window), window->weight, {}};
     const auto from = std::make_move_iterator(renderings.begin() + static_cast<std::ptrdiff_t>(i) * groups);
     losses.push_back(loss_gradient(std::vector<Rendering>(from, from + groups), target));
   }

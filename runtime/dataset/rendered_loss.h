@@ -8,6 +8,7 @@
 
 #include "runtime/batch_renderer.h"
 #include "runtime/dataset/dataset_scene.h"
+#include "runtime/dataset/object_window.h"
 #include "runtime/inversion/image_loss.h"
 
 namespace itn {
@@ -17,7 +18,8 @@ struct RerenderedImage {
   const Manifest::Image* image = nullptr;
   DatasetMaterial material;
   std::uint64_t seed = 0;
-  const std::vector<float>* target = nullptr;  // of losses: luminance, row-major
+  const std::vector<float>* target = nullptr;  // of losses: luminance of the whole image, row-major
+  const ObjectWindow* window = nullptr;        // render this much only, count where the object is seen; null: all
 };
 
 class RenderedLoss {
@@ -27,9 +29,9 @@ class RenderedLoss {
   RenderedLoss(const Device& device, const Manifest& set, std::string folder, Operator op,
                const std::atomic<bool>* cancel);
 
-  // The mean squared difference from each target, and its gradient by sigma_t [1/mm], albedo and g, both unbiased, from
-  // the same paths. spp: 2 to 16, or a multiple of 16 (image_loss.h, split_samples). Throws UsageError: another spp;
-  // InputError: a mesh of the set; Interrupted.
+  // The mean squared difference from each target (over the window's object), and its gradient by sigma_t [1/mm], albedo
+  // and g, both unbiased, from the same paths. spp: 2 to 16, or a multiple of 16 (image_loss.h, split_samples). Throws
+  // UsageError: another spp; InputError: a mesh of the set; Interrupted.
   std::vector<LossGradient> evaluate(const std::vector<RerenderedImage>& images, int spp);
 
   // The images, without derivatives.
