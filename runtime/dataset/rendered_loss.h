@@ -1,13 +1,11 @@
 // A data set's images rendered again with other materials, many at once: images, image losses and their gradients.
 #pragma once
 #include <atomic>
-#include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
-#include "runtime/batch_renderer.h"
 #include "runtime/dataset/dataset_scene.h"
+#include "runtime/dataset/dataset_shapes.h"
 #include "runtime/dataset/object_window.h"
 #include "runtime/inversion/image_loss.h"
 
@@ -42,20 +40,18 @@ class RenderedLoss {
   std::vector<Rendering> render_derivatives(const std::vector<RerenderedImage>& images, int groups, int spp);
 
  private:
-  // The shapes of some images on the device of one renderer.
-  class Placed {
-   public:
-    Placed(const Device& device, const RenderOptions& options) : renderer(device, options) {}
+  struct Placed {
+    Placed(const Device& device, const RenderOptions& options, DatasetShapes& made)
+        : renderer(device, options), shapes(renderer, made) {}
     BatchRenderer renderer;
-    std::map<int, int> geometries;  // by shape
+    PlacedShapes shapes;
   };
 
   std::vector<Rendering> render(Placed& placed, const std::vector<RerenderedImage>& images, int groups, int spp);
 
   const Manifest& set_;
-  std::string folder_;
+  DatasetShapes shapes_;
   Placed values_, derivatives_;
-  std::map<int, std::shared_ptr<const Mesh>> meshes_;  // by shape
 };
 
 }  // namespace itn
