@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "runtime/error.h"
 #include "runtime/image/exr.h"
@@ -67,31 +68,38 @@ std::vector<float> read_luminance(const std::string& file, int size, const std::
   return luminance;
 }
 
-SeenShape read_seen_shape(const std::string& file, int size, const std::string& hash) {
-  const ExrImage image = read_square(file, size, hash);
-  const std::vector<float> mask = plane(image, "mask", file), depth = plane(image, "depth", file);
+SeenShape seen_shape(std::vector<float> normal, const std::vector<float>& depth, std::vector<float> mask, int size,
+                     const std::string& name, double unit) {
   const std::size_t pixels = mask.size();
-  SeenShape buffers{{}, std::vector<float>(pixels), mask};
-  for (const char* name : {"normal.X", "normal.Y", "normal.Z"}) {
-    const std::vector<float> values = plane(image, name, file);
-    buffers.normal.insert(buffers.normal.end(), values.begin(), values.end());
-  }
+  SeenShape shape{std::move(normal), std::vector<float>(pixels), std::move(mask)};
   double depths = 0, covered = 0;
   for (std::size_t i = 0; i < pixels; ++i) {
-    const double x = buffers.normal[i], y = buffers.normal[pixels + i], z = buffers.normal[2 * pixels + i];
+    const float seen = shape.mask[i];
+    const double x = shape.normal[i], y = shape.normal[pixels + i], z = shape.normal[2 * pixels + i];
     const double length = std::sqrt(x * x + y * y + z * z);
-    if (mask[i] != 0 && mask[i] != 1) fail_at(file, size, i, fmt::format("mask is {}, need 0 or 1", mask[i]));
-    if (!(length < 1.01)) fail_at(file, size, i, fmt::format("the normal has the length {}, need 1 or 0", length));
-    if (mask[i] == 0) continue;
-    if (length < 0.99) fail_at(file, size, i, fmt::format("the normal has the length {}, need 1", length));
-    if (!std::isfinite(depth[i])) fail_at(file, size, i, fmt::format("depth is {}, need a finite number", depth[i]));
+    if (seen != 0 && seen != 1) fail_at(name, size, i, fmt::format("mask is {}, need 0 or 1", seen));
+    if (!(length < 1.01)) fail_at(name, size, i, fmt::format("the normal has the length {}, need 1 or 0", length));
+    if (seen == 0) continue;
+    if (length < 0.99) fail_at(name, size, i, fmt::format("the normal has the length {}, need 1", length));
+    if (!std::isfinite(depth[i])) fail_at(name, size, i, fmt::format("depth is {}, need a finite number", depth[i]));
     depths += depth[i];
     covered += 1;
   }
-  if (covered == 0) throw InputError(file + ": the mask is 0 everywhere: no object can be seen");
+  if (covered == 0) throw InputError(name + ": the mask is 0 everywhere: no object can be seen");
   for (std::size_t i = 0; i < pixels; ++i)
-    buffers.nearness[i] = mask[i] == 1 ? static_cast<float>(depths / covered - depth[i]) : 0;
-  return buffers;
+    if (shape.mask[i] == 1) shape.nearness[i] = static_cast<float>((depths / covered - depth[i]) / unit);
+  return shape;
+}
+
+SeenShape read_seen_shape(const std::string& file, int size, const std::string& hash) {
+  const ExrImage image = read_square(file, size, hash);
+  std::vector<float> mask = plane(image, "mask", file), normal;
+  const std::vector<float> depth = plane(image, "depth", file);
+  for (const char* name : {"normal.X", "normal.Y", "normal.Z"}) {
+    const std::vector<float> values = plane(image, name, file);
+    normal.insert(normal.end(), values.begin(), values.end());
+  }
+  return seen_shape(std::move(normal), depth, std::move(mask), size, file);
 }
 
 void network_input(const NetworkDescription& network, std::span<const float> luminance, const KnownScene* known,

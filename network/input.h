@@ -29,8 +29,14 @@ struct SeenShape {
   std::vector<float> mask;      // (size, size): 1 on the object, 0 elsewhere
 };
 
-// Throws InputError: another size, channels missing, a mask of other numbers than 0 and 1 or of zeros alone, normals of
-// another length than 1 on the object, numbers there that are not finite, another hash.
+// nearness from depth [scene units, along the ray]: over unit, where the object's longest side is not 1. normal:
+// (3, size, size). Throws InputError: a mask of other numbers than 0 and 1 or of zeros alone, normals of another length
+// than 1 on the object, numbers there that are not finite; `name` is for the message.
+SeenShape seen_shape(std::vector<float> normal, const std::vector<float>& depth, std::vector<float> mask, int size,
+                     const std::string& name, double unit = 1);
+
+// From a file. Throws InputError: another size, channels missing, a mask of other numbers than 0 and 1 or of zeros
+// alone, normals of another length than 1 on the object, numbers there that are not finite, another hash.
 SeenShape read_seen_shape(const std::string& file, int size, const std::string& hash = "");
 
 struct KnownScene {

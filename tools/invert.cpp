@@ -184,7 +184,8 @@ void set_starts(const Options& options, Scene& scene) {
   std::vector<std::string> given;
   for (const std::string& text : options.start) given.push_back(text.substr(0, text.find('=')));
   if (!options.init.empty())
-    set_network_start(scene, options.parameters, given, options.init, options.images.targets.front());
+    set_network_start(scene, options.parameters, given, options.init, options.images.targets.front(),
+                      options.images.sensors.front());
   for (const std::string& text : options.start) {
     const std::size_t equals = text.find('=');
     const std::string name = text.substr(0, equals);
@@ -261,8 +262,8 @@ void run(Options options) {
   };
   Scene scene = load_scene(options.scene, common.definition_map());
   for (const std::string& text : scene.warnings) warn(common, text);
-  set_starts(options, scene);
   const std::vector<TargetImage> targets = read_targets(options.images, scene);
+  set_starts(options, scene);
   const Device device(common.device);
 
   InversionOptions& how = options.inversion;

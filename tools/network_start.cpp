@@ -3,24 +3,74 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <optional>
 
 #include "network/input.h"
 #include "network/loss.h"
 #include "network/network_file.h"
+#include "runtime/dataset/shape_buffers.h"
 #include "runtime/error.h"
 #include "runtime/scene/parameters.h"
+#include "runtime/scene/transform.h"
 #include "tools/run_folder.h"
 
 namespace itn::tools {
 namespace {
 
+// The body of a medium, as the camera sees it.
+struct Body {
+  int shape = 0;
+  double longest_side = 1;  // of the axis-aligned box around it [scene units]
+};
+
+Body body_of(const Scene& scene, int medium, const std::string& run) {
+  std::vector<int> bodies;
+  for (std::size_t i = 0; i < scene.shapes.size(); ++i)
+    if (scene.shapes[i].interior == medium) bodies.push_back(static_cast<int>(i));
+  if (bodies.size() != 1 || !scene.shapes[static_cast<std::size_t>(bodies.front())].mesh)
+    throw UsageError(
+        fmt::format("--init {}: the network knows media inside of one mesh, and {} has {} shapes; give "
+                    "--start instead",
+                    run, scene.media[static_cast<std::size_t>(medium)].id, bodies.size()));
+  std::array<float, 3> low, high;
+  low.fill(std::numeric_limits<float>::infinity());
+  high.fill(-std::numeric_limits<float>::infinity());
+  for (const auto& p : scene.shapes[static_cast<std::size_t>(bodies.front())].mesh->position)
+    for (std::size_t k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], p[k]);
+      high[k] = std::max(high[k], p[k]);
+    }
+  return {bodies.front(), std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]})};
+}
+
+// What a network of six channels knows beside the image.
+SeenShape seen_shape_of(const Scene& scene, int sensor, const Body& body, const std::string& run) {
+  const Sensor& camera = scene.sensors[static_cast<std::size_t>(sensor)];
+  for (const Shape& shape : scene.shapes)
+    if (!shape.mesh)
+      throw UsageError("--init " + run + ": the network's view of the shape needs meshes; one of the shapes is round");
+  const ShapeBuffers buffers = shape_buffers(scene, sensor, body.shape);
+  std::vector<float> normal;
+  for (std::size_t k = 0; k < 3; ++k)
+    for (const Vec3& n : buffers.normal) normal.push_back(static_cast<float>(n[k]));
+  return seen_shape(std::move(normal), {buffers.depth.begin(), buffers.depth.end()},
+                    {buffers.mask.begin(), buffers.mask.end()}, camera.width, scene.file, body.longest_side);
+}
+
+std::array<double, 3> light_of(const Scene& scene, const std::string& run) {
+  if (!scene.environment || scene.environment->kind != Emitter::Kind::sunsky)
+    throw UsageError("--init " + run +
+                     ": the network knows light of sun and sky, and the scene has none; give --start");
+  return normalize(transform_vector(scene.environment->to_world, scene.environment->sunsky.sun_direction));
+}
+
 // By the outputs' names.
-std::map<std::string, double> guess(Network& network, const std::string& image) {
+std::map<std::string, double> guess(Network& network, const std::string& image, const KnownScene* known) {
   const NetworkDescription& description = network.description();
   std::vector<float> input(network.image_values());
-  network_input(description, read_luminance(image, description.size), nullptr, input);
+  network_input(description, read_luminance(image, description.size), known, input);
   const std::vector<double> parameters = parameters_of(network.forward(input, 1), description.outputs);
   std::map<std::string, double> by_name;
   for (std::size_t i = 0; i < parameters.size(); ++i) by_name[description.outputs[i].name] = parameters[i];
@@ -43,31 +93,42 @@ std::string output_name(ParameterKind kind) {
 }  // namespace
 
 void set_network_start(Scene& scene, const std::vector<std::string>& parameters, const std::vector<std::string>& given,
-                       const std::string& run, const std::string& image) {
-  Network network = read_network(network_file_of(run));
-  if (network.description().channels != 1)
-    throw UsageError("--init " + run +
-                     ": the network needs to know shape and light; take one that sees luminance alone");
-  const std::map<std::string, double> guesses = guess(network, image);
+                       const std::string& run, const std::string& image, int sensor) {
   const std::vector<Parameter> all = list_parameters(scene);
-  std::optional<int> medium;
+  std::vector<Parameter> guessed;
   for (const std::string& name : parameters) {
     if (std::find(given.begin(), given.end(), name) != given.end()) continue;
-    const Parameter parameter = find_parameter(all, name);
-    const auto found = guesses.find(output_name(parameter.kind));
-    if (found == guesses.end())
+    guessed.push_back(find_parameter(all, name));
+    const Parameter& parameter = guessed.back();
+    if (output_name(parameter.kind).empty())
       throw UsageError(fmt::format("--init {}: the network does not guess {}; give --start {}=VALUE", run, name, name));
-    if (medium.value_or(parameter.index) != parameter.index)
+    if (parameter.index != guessed.front().index)
       throw UsageError(
           fmt::format("--init {}: the network knows one medium, and {} is of another one than the "
                       "parameters before it; give --start {}=VALUE",
                       run, name, name));
-    medium = parameter.index;
+  }
+  if (guessed.empty()) return;
+
+  Network network = read_network(network_file_of(run));
+  const Medium& medium = scene.media.at(static_cast<std::size_t>(guessed.front().index));
+  const Body body = body_of(scene, guessed.front().index, run);
+  std::optional<SeenShape> shape;
+  std::optional<KnownScene> known;
+  if (network.description().channels > 1) {
+    shape = seen_shape_of(scene, sensor, body, run);
+    known.emplace(KnownScene{*shape, light_of(scene, run)});
+  }
+  const std::map<std::string, double> guesses = guess(network, image, known ? &*known : nullptr);
+  for (const Parameter& parameter : guessed) {
+    const auto found = guesses.find(output_name(parameter.kind));
+    if (found == guesses.end())
+      throw UsageError(fmt::format("--init {}: the network does not guess {}; give --start {}=VALUE", run,
+                                   parameter.name, parameter.name));
     double value = found->second;
-    if (parameter.kind == ParameterKind::sigma_t) {
-      const double scale = scene.media.at(static_cast<std::size_t>(parameter.index)).scale;
-      value *= network.description().mm_per_unit / (scale > 0 ? scale : 1);
-    }
+    // The network has learnt from bodies whose longest side is one scene unit: what it sees is sigma_t times that side.
+    if (parameter.kind == ParameterKind::sigma_t)
+      value *= network.description().mm_per_unit / body.longest_side / (medium.scale > 0 ? medium.scale : 1);
     set_parameter(scene, parameter, value);
   }
 }
