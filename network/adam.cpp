@@ -47,7 +47,7 @@ void Adam::step(std::vector<Tensor>& weights, const std::vector<Tensor>& gradien
 double scheduled_learning_rate(double first, double last, std::uint64_t step, std::uint64_t steps) {
   if (step >= steps) return last;
   const double share = static_cast<double>(step) / static_cast<double>(steps);
-  const double warm_up = std::min(1.0, 20 * static_cast<double>(step + 1) / static_cast<double>(steps));
+  const double warm_up = std::min(1.0, 10 * static_cast<double>(step + 1) / static_cast<double>(steps));
   return warm_up * (last + (first - last) * 0.5 * (1 + std::cos(std::numbers::pi * share)));
 }
 

@@ -1,5 +1,7 @@
 #include "network/loss.h"
 
+#include <cmath>
+
 namespace itn {
 
 OutputLoss supervised_loss(std::span<const float> outputs, std::span<const double> truth,
@@ -24,9 +26,19 @@ std::vector<double> parameters_of(std::span<const float> outputs, const std::vec
 void add_image_loss(OutputLoss& loss, const ImageLoss::Result& image, double weight, std::span<const float> outputs,
                     const std::vector<OutputRange>& ranges) {
   loss.loss += weight * image.loss;
-  for (std::size_t i = 0; i < outputs.size(); ++i)
-    loss.gradient[i] +=
-        static_cast<float>(weight * image.gradient[i] * ranges[i % ranges.size()].parameter_derivative(outputs[i]));
+  const std::size_t n = ranges.size();
+  // An output's part of the supervised loss's gradient is at most 2 s^2 (1 - s) over their number, greatest at s = 2/3.
+  const double longest = 2 * (4.0 / 27) * std::sqrt(static_cast<double>(n)) / static_cast<double>(outputs.size());
+  std::vector<double> gradient(n);
+  for (std::size_t first = 0; first < outputs.size(); first += n) {
+    double square = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      gradient[i] = weight * image.gradient[first + i] * ranges[i].parameter_derivative(outputs[first + i]);
+      square += gradient[i] * gradient[i];
+    }
+    const double shorter = square > longest * longest ? longest / std::sqrt(square) : 1;
+    for (std::size_t i = 0; i < n; ++i) loss.gradient[first + i] += static_cast<float>(shorter * gradient[i]);
+  }
 }
 
 }  // namespace itn

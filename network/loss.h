@@ -37,7 +37,9 @@ class ImageLoss {
                           std::uint64_t step) = 0;
 };
 
-// loss.gradient += weight * the image loss's gradient, by the raw outputs; loss.loss += weight * its loss.
+// loss.gradient += weight * the image loss's gradient, by the raw outputs; loss.loss += weight * its loss. Of each
+// example the image's gradient is at most as long as its supervised one can be: otherwise one image that is far off,
+// whose relative difference has no bound, drives the outputs to the ends of their ranges, where gradients vanish.
 void add_image_loss(OutputLoss& loss, const ImageLoss::Result& image, double weight, std::span<const float> outputs,
                     const std::vector<OutputRange>& ranges);
 

@@ -1,4 +1,5 @@
-// The image loss of ITN and SSN (paper, eq. 3) for `itn train`: renders a batch again with the predicted parameters.
+// The image loss of ITN and SSN (paper, eq. 3; relative, over the object) for `itn train`: renders a batch again with
+// the predicted parameters.
 #pragma once
 #include <memory>
 

@@ -87,11 +87,36 @@ TEST_CASE("An image loss is added with its weight, its gradient through the rang
     image.gradient.push_back(2 * std::log(p) / p);
   }
   OutputLoss both = supervised;
-  add_image_loss(both, image, 0.5, outputs, ranges);
-  CHECK(both.loss == Approx(supervised.loss + 0.5 * image.loss));
+  constexpr double weight = 1e-3;
+  add_image_loss(both, image, weight, outputs, ranges);
+  CHECK(both.loss == Approx(supervised.loss + weight * image.loss));
   Numbers x{outputs.begin(), outputs.end()};
   for (std::size_t i = 0; i < 3; ++i) {
     const double slope = difference(x, i, [&] { return std::pow(std::log(ranges[i].parameter(x[i])), 2); });
-    CHECK(both.gradient[i] - supervised.gradient[i] == Approx(0.5 * slope).epsilon(1e-4));
+    CHECK(both.gradient[i] - supervised.gradient[i] == Approx(weight * slope).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("An image's gradient is never longer than the supervised one can be, and keeps its direction") {
+  const std::vector<OutputRange> ranges = default_outputs();
+  const std::vector<float> outputs{0.5F, -1, 0.2F, 1, 0, -0.5F};
+  // The longest of all: shares of 2/3 that should be 0.
+  const auto z = static_cast<float>(std::log(2.0));
+  const std::vector<double> low{ranges[0].low, ranges[1].low, ranges[2].low,
+                                ranges[0].low, ranges[1].low, ranges[2].low};
+  const OutputLoss worst = supervised_loss(std::vector<float>(6, z), low, ranges);
+  const auto length = [](const std::vector<float>& g, std::size_t first) {
+    return std::hypot(g[first], g[first + 1], g[first + 2]);
+  };
+  ImageLoss::Result image{1, {1, 2, 3, 1e-7, 1e-6, 1e-6}};
+  OutputLoss small{0, std::vector<float>(6)}, large = small;
+  add_image_loss(small, image, 1e-6, outputs, ranges);
+  add_image_loss(large, image, 1e3, outputs, ranges);
+  CHECK(length(large.gradient, 0) == Approx(length(worst.gradient, 0)).epsilon(1e-5));
+  CHECK(length(large.gradient, 3) < 0.99 * length(worst.gradient, 3));
+  for (std::size_t i = 0; i < 3; ++i) {
+    CHECK(large.gradient[i] / length(large.gradient, 0) ==
+          Approx(small.gradient[i] / length(small.gradient, 0)).epsilon(1e-4));
+    CHECK(large.gradient[3 + i] == Approx(1e9 * small.gradient[3 + i]).epsilon(1e-4));
   }
 }
