@@ -19,25 +19,26 @@
 namespace itn::tools {
 namespace {
 
-// The body of a medium, as the camera sees it.
+// The shape that a medium is inside of.
 struct Body {
   int shape = 0;
-  double longest_side = 1;  // of the axis-aligned box around it [scene units]
+  double longest_side = 1;  // of the box around it, along the axes [scene units]
 };
 
 Body body_of(const Scene& scene, int medium, const std::string& run) {
   std::vector<int> bodies;
   for (std::size_t i = 0; i < scene.shapes.size(); ++i)
     if (scene.shapes[i].interior == medium) bodies.push_back(static_cast<int>(i));
-  if (bodies.size() != 1 || !scene.shapes[static_cast<std::size_t>(bodies.front())].mesh)
-    throw UsageError(
-        fmt::format("--init {}: the network knows media inside of one mesh, and {} has {} shapes; give "
-                    "--start instead",
-                    run, scene.media[static_cast<std::size_t>(medium)].id, bodies.size()));
+  if (bodies.size() != 1)
+    throw UsageError(fmt::format(
+        "--init {}: the network knows media inside of one shape, and {} is inside of {}; give --start instead", run,
+        scene.media[static_cast<std::size_t>(medium)].id, bodies.size()));
+  const Shape& shape = scene.shapes[static_cast<std::size_t>(bodies.front())];
+  if (!shape.mesh) return {bodies.front(), 2 * shape.radius};
   std::array<float, 3> low, high;
   low.fill(std::numeric_limits<float>::infinity());
   high.fill(-std::numeric_limits<float>::infinity());
-  for (const auto& p : scene.shapes[static_cast<std::size_t>(bodies.front())].mesh->position)
+  for (const auto& p : shape.mesh->position)
     for (std::size_t k = 0; k < 3; ++k) {
       low[k] = std::min(low[k], p[k]);
       high[k] = std::max(high[k], p[k]);

@@ -46,8 +46,11 @@ DatasetConfig preset(const std::string& name) {
     config.test.azimuths = {30};
     config.test.materials = 4;
   } else if (name == "varied") {
+    config.spp = 32;
     config.train = {};
-    config.train.random_shapes = 4000;
+    config.train.random_shapes = 3000;
+    config.train.triangles = 10000;
+    config.train.materials = 4;
     config.train.azimuth_range = {0, 90};
   } else if (name == "paper") {
     config.size = 128;

@@ -79,6 +79,7 @@ TEST_CASE("materials cover their ranges evenly, sigma_t by its logarithm") {
 TEST_CASE("random shapes and lights: every image has its own, and test shapes are other shapes") {
   DatasetConfig config = read_dataset_config("varied");
   config.train.random_shapes = 50;
+  config.train.materials = 1;
   config.test.shapes.clear();
   config.test.random_shapes = 50;
   const Manifest set = plan_of(config).manifest;

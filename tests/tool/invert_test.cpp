@@ -96,7 +96,7 @@ TEST_CASE("itn invert --init starts from what a network sees in the target; --st
   itn::write_file(scene, xml);
   REQUIRE(run_itn({"render", scene, "--spp", "16", "--quiet", "-o", folder / "target.exr"}).exit_code == 0);
 
-  // Its weights are 0: whatever it sees, it guesses the middle of each range.
+  // Its weights are 0: whatever it sees, it guesses the middle of each range, of bodies whose longest side is 1.
   itn::NetworkDescription description;
   description.size = 32;
   description.mm_per_unit = 10;
@@ -116,7 +116,7 @@ TEST_CASE("itn invert --init starts from what a network sees in the target; --st
   INFO(result.error);
   REQUIRE(result.exit_code <= 1);  // one iteration need not converge
   const auto from = nlohmann::json::parse(itn::read_file(folder / "fit.json"))["starts"][0]["from"];
-  CHECK(from["skin.sigma_t"].get<double>() == Approx(2.0 * 10 / 4));
+  CHECK(from["skin.sigma_t"].get<double>() == Approx(2.0 * 10 / 4 / 2));
   CHECK(from["skin.albedo.G"].get<double>() == Approx(0.6));
   CHECK(from["haze.g"].get<double>() == Approx(0.3));
   CHECK(from["glass.alpha"].get<double>() == Approx(0.25));
@@ -129,7 +129,7 @@ TEST_CASE("itn invert --init starts from what a network sees in the target; --st
   CHECK(error_of({"--parameter", "glass.alpha"}, 2).find("does not guess glass.alpha") != std::string::npos);
   description.channels = 6;
   itn::write_network(network, itn::Network(description), itn::Precision::single);
-  CHECK(error_of({"--parameter", "haze.g"}, 2).find("needs to know shape and light") != std::string::npos);
+  CHECK(error_of({"--parameter", "skin.albedo.G"}, 2).find("needs meshes") != std::string::npos);
   description.channels = 1;
   description.size = 16;
   itn::write_network(network, itn::Network(description), itn::Precision::single);
@@ -149,4 +149,49 @@ TEST_CASE("itn invert refuses starts that make no sense") {
   CHECK(error_of({"--start", "skin.albedo.G=x"}, 2).find("need a number") != std::string::npos);
   CHECK(error_of({"--start", "skin.sigma_t=3"}, 2).find("--parameter") != std::string::npos);
   CHECK(error_of({"--parameter", "skin.nothing"}, 2).find("none of that name") != std::string::npos);
+}
+
+TEST_CASE("itn invert --init: a network of six channels knows the scene's shape and light as a data set's") {
+  const TemporaryFolder folder;
+  itn::write_file(folder / "config.json",
+                  R"({"size": 16, "spp": 8, "train": {"shapes": ["cup"], "azimuths": [30], "materials": 10},
+                      "test": {"shapes": ["hare"], "azimuths": [70], "materials": 1}})");
+  const std::string set = folder / "set";
+  REQUIRE(run_itn({"dataset", folder / "config.json", "-o", set, "--quiet"}).exit_code == 0);
+  itn::NetworkDescription description;
+  description.channels = 6;
+  description.size = 16;
+  itn::Network network(description);
+  network.initialise(1);
+  itn::write_network(folder / "six.safetensors", network, itn::Precision::single);
+
+  const auto manifest = nlohmann::json::parse(itn::read_file(set + "/manifest.json"));
+  const auto& image = manifest["images"][0];
+  const std::string file = set + "/" + image["file"].get<std::string>();
+  REQUIRE(run_itn({"predict", folder / "six.safetensors", file, "--dataset", set, "--json", folder / "guess.json"})
+              .exit_code == 0);
+  const auto guess = nlohmann::json::parse(itn::read_file(folder / "guess.json"))["images"][0];
+
+  REQUIRE(run_itn({"shapes", "-o", folder / "shapes", "--quiet"}).exit_code == 0);
+  const auto sun = manifest["lights"][0]["direction"];
+  const std::string direction = sun[0].dump() + ", " + sun[1].dump() + ", " + sun[2].dump();
+  const Result result = run_itn({"invert",       ITN_SOURCE_DIR "/scenes/dataset/scene.xml",
+                                 "-D",           "mesh=" + (folder / "shapes/cup.ply"),
+                                 "-D",           "size=16",
+                                 "-D",           "sun=" + direction,
+                                 "--target",     file,
+                                 "--parameter",  "medium.sigma_t",
+                                 "--parameter",  "medium.albedo",
+                                 "--parameter",  "phase.g",
+                                 "--init",       folder / "six.safetensors",
+                                 "--spp",        "4",
+                                 "--iterations", "1",
+                                 "-o",           folder / "fit",
+                                 "--json",       folder / "fit.json"});
+  INFO(result.error);
+  REQUIRE(result.exit_code <= 1);
+  const auto from = nlohmann::json::parse(itn::read_file(folder / "fit.json"))["starts"][0]["from"];
+  CHECK(from["medium.sigma_t"].get<double>() == Approx(guess["sigma_t"].get<double>()).epsilon(1e-3));
+  CHECK(from["medium.albedo"].get<double>() == Approx(guess["albedo"].get<double>()).epsilon(1e-3));
+  CHECK(from["phase.g"].get<double>() == Approx(guess["g"].get<double>()).epsilon(1e-3).margin(1e-3));
 }
