@@ -63,22 +63,24 @@ double parameter_of(const Manifest::Image& image, const std::string& name) {
   throw UsageError("data sets have no parameter '" + name + "', only sigma_t, albedo and g");
 }
 
-DatasetExamples::DatasetExamples(const DatasetImages& images, NetworkDescription network)
-    : images_(images), network_(std::move(network)) {
+DatasetExamples::DatasetExamples(const DatasetImages& images, NetworkDescription network, bool mirrored)
+    : images_(images), network_(std::move(network)), mirrored_(mirrored) {
   for (const OutputRange& range : network_.outputs) parameter_of(images_.images.front(), range.name);
   if (network_.channels > 1 && images_.shapes.empty())
     throw UsageError("a network of six channels needs the data set's shapes");
 }
 
 void DatasetExamples::read(std::size_t index, std::span<float> image, std::span<double> truth) const {
-  const Manifest::Image& source = images_.images[index];
+  const std::size_t original = index % images_.images.size();
+  const Manifest::Image& source = images_.images[original];
   if (network_.channels == 1) {
-    network_input(network_, images_.luminance[index], nullptr, image);
+    network_input(network_, images_.luminance[original], nullptr, image);
   } else {
     const KnownScene known{images_.shapes[static_cast<std::size_t>(source.shape)],
                            images_.lights[static_cast<std::size_t>(source.light)]};
-    network_input(network_, images_.luminance[index], &known, image);
+    network_input(network_, images_.luminance[original], &known, image);
   }
+  if (index != original) mirror_input(network_, image);
   for (std::size_t i = 0; i < truth.size(); ++i) truth[i] = parameter_of(source, network_.outputs[i].name);
 }
 

@@ -33,15 +33,17 @@ std::vector<OutputRange> output_ranges(const DatasetImages& images);
 
 class DatasetExamples : public Examples {
  public:
-  // images must outlive this. Throws UsageError: an output that images do not have, six channels and no shapes.
-  DatasetExamples(const DatasetImages& images, NetworkDescription network);
+  // images must outlive this. mirrored: after all of them their mirror images, left for right, follow as examples of
+  // their own. Throws UsageError: an output that images do not have, six channels and no shapes.
+  DatasetExamples(const DatasetImages& images, NetworkDescription network, bool mirrored = false);
 
-  std::size_t count() const override { return images_.images.size(); }
+  std::size_t count() const override { return (mirrored_ ? 2 : 1) * images_.images.size(); }
   void read(std::size_t index, std::span<float> image, std::span<double> truth) const override;
 
  private:
   const DatasetImages& images_;
   NetworkDescription network_;
+  bool mirrored_;
 };
 
 // Of "sigma_t", "albedo" or "g". Throws UsageError for other names.

@@ -125,4 +125,12 @@ void network_input(const NetworkDescription& network, std::span<const float> lum
   }
 }
 
+void mirror_input(const NetworkDescription& network, std::span<float> input) {
+  const auto side = static_cast<std::ptrdiff_t>(network.size);
+  for (auto row = input.begin(); row != input.end(); row += side) std::reverse(row, row + side);
+  if (network.channels == 1) return;
+  const auto pixels = static_cast<std::size_t>(side * side);
+  for (float& x : input.subspan(pixels, pixels)) x = -x;  // of the normals
+}
+
 }  // namespace itn

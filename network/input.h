@@ -49,4 +49,7 @@ struct KnownScene {
 void network_input(const NetworkDescription& network, std::span<const float> luminance, const KnownScene* known,
                    std::span<float> input);
 
+// What the network would see of the scene's mirror image, left for right: cameras of data sets look along the yz plane.
+void mirror_input(const NetworkDescription& network, std::span<float> input);
+
 }  // namespace itn

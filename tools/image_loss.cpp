@@ -38,17 +38,18 @@ class BatchLoss : public ImageLoss {
     std::vector<RerenderedImage> images;
     images.reserve(examples.size());
     for (std::size_t i = 0; i < examples.size(); ++i) {
-      const Manifest::Image& image = training_.images[examples[i]];
+      const std::size_t example = original(examples[i]);
+      const Manifest::Image& image = training_.images[example];
       images.push_back({&image,
                         {parameters[3 * i], parameters[3 * i + 1], parameters[3 * i + 2]},
                         random_bits(seed_, step, i),
-                        &training_.luminance[examples[i]],
+                        &training_.luminance[example],
                         &window(image.shape)});
     }
     Result result;
     const std::vector<LossGradient> losses = loss_.evaluate(images, spp_);
     for (std::size_t i = 0; i < losses.size(); ++i) {
-      const Target target = target_of(examples[i]);
+      const Target target = target_of(original(examples[i]));
       const double scale = 1 / (target.mean_square * static_cast<double>(images.size()));
       // The noise of the images themselves is no difference that another material could take away.
       result.loss += scale * (losses[i].loss - target.noise);
@@ -58,6 +59,9 @@ class BatchLoss : public ImageLoss {
   }
 
  private:
+  // Mirror images have the loss of what they mirror.
+  std::size_t original(std::size_t example) const { return example % training_.images.size(); }
+
   const ObjectWindow& window(int shape) {
     const auto found = windows_.find(shape);
     if (found != windows_.end()) return found->second;

@@ -30,7 +30,8 @@ constexpr int batches_for_lambda = 8;
 
 struct Options {
   CommonOptions common;
-  std::string data, kind, folder, init;
+  std::string data, kind, folder, init, exported;
+  bool mirror = false;
   std::optional<int> channels, width, threads;
   std::optional<double> lambda;
   double learning_rate = 1e-4, checkpoint_every = 60;
@@ -92,6 +93,7 @@ Json request(const Options& o, const Manifest& manifest, int thread_count) {
           {"seed", o.common.seed},
           {"patience", o.training.patience},
           {"lambda", or_null(o.lambda)},
+          {"mirror", o.mirror},
           {"threads", thread_count}};
 }
 
@@ -154,7 +156,7 @@ class Training {
     validation_images_ =
         read_images(data_folder, manifest_, Manifest::Split::validation, with_shapes, interrupt_flag());
     network_.emplace(first_network(options, manifest_, training_images_));
-    training_.emplace(training_images_, network_->description());
+    training_.emplace(training_images_, network_->description(), options.mirror);
     validation_.emplace(validation_images_, network_->description());
     TrainingOptions chosen = options.training;
     chosen.data = manifest_.hash;
@@ -339,6 +341,7 @@ void add_train(CLI::App& app) {
   command->add_option("--batch", options->training.batch, "images a step")
       ->check(CLI::Range(1, 4096))
       ->capture_default_str();
+  command->add_flag("--mirror", options->mirror, "also learn from every image's mirror image, left for right");
   command
       ->add_option("--learning-rate", options->learning_rate,
                    "Adam's, of the first steps; falls to a hundredth as half a cosine wave")

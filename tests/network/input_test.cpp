@@ -93,6 +93,36 @@ TEST_CASE("Known shape and light: normals as they are, nearness about the object
   CHECK(nearness / on_ball == Approx(0).margin(1e-5));
 }
 
+TEST_CASE("A mirror image is what the mirrored scene would show: shape, normals, light") {
+  // A roof whose left side is bright: two slopes, the sun on the left.
+  const float s = std::sqrt(0.5F);
+  std::vector<float> normal(3 * pixels), depth(pixels), mask(pixels, 1), luminance(pixels);
+  const auto roof = [&](bool turned) {
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const std::size_t x = i % made_up_size, from_eaves = turned ? made_up_size - 1 - x : x;
+      const bool bright = from_eaves < 3;  // the ridge is off the middle
+      normal[i] = bright != turned ? -s : s;
+      normal[2 * pixels + i] = s;
+      depth[i] = static_cast<float>(from_eaves);
+      luminance[i] = bright ? 2.0F : 0.5F;
+    }
+    return seen_shape(normal, depth, mask, made_up_size, "roof");
+  };
+  const auto input_of = [&](bool turned) {
+    const SeenShape shape = roof(turned);
+    const KnownScene known{shape, {turned ? 0.6 : -0.6, 0, 0.8}};
+    std::vector<float> input(6 * pixels);
+    network_input(network_of(6), luminance, &known, input);
+    return input;
+  };
+  std::vector<float> mirrored = input_of(false);
+  const std::vector<float> expected = input_of(true);
+  CHECK(mirrored != expected);
+  mirror_input(network_of(6), mirrored);
+  for (std::size_t i = 0; i < expected.size(); ++i) CHECK(mirrored[i] == Approx(expected[i]).margin(1e-6));
+  CHECK(mirrored[5 * pixels] != Approx(mirrored[5 * pixels + made_up_size - 1]));  // or nothing would have been checked
+}
+
 TEST_CASE("Colours become luminance as the renderer weighs them") {
   const TemporaryFolder folder;
   ExrImage image{2, 2, {"R", "G", "B"}, {}, {}};
