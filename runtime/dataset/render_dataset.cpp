@@ -39,6 +39,12 @@ bool is_there(const std::string& file, const Manifest& set) {
   }
 }
 
+void write_picture(const std::string& file, const Bitmap& picture) {
+  using Channels = std::vector<std::string>;
+  const Channels channels = picture.channels == 1 ? Channels{"Y"} : Channels{"R", "G", "B"};
+  write_exr(file, {picture.width, picture.height, channels, picture.data, {}});
+}
+
 void check_same(const std::string& folder, const Manifest& set) {
   if (!std::filesystem::exists(manifest_file(folder))) return;
   const Manifest there = read_manifest(folder);
@@ -52,8 +58,9 @@ void check_same(const std::string& folder, const Manifest& set) {
 class DatasetRenderer {
  public:
   DatasetRenderer(const Device& device, const Manifest& set, std::string folder, const std::atomic<bool>* cancel)
-      : set_(set), folder_(std::move(folder)), renderer_(device, options(cancel)) {}
+      : set_(set), folder_(std::move(folder)), lights_(set, folder_), renderer_(device, options(cancel)) {}
 
+  // All under the sun or all under environments: then an image's bits do not depend on the others (batch_renderer.h).
   void render(const std::vector<const Manifest::Image*>& images) {
     place(images);
     std::vector<Scene> scenes;
@@ -75,8 +82,8 @@ class DatasetRenderer {
 
   std::string path(const std::string& file) const { return folder_ + "/" + file; }
 
-  Scene scene_of(const Manifest::Image& image) const {
-    return dataset_scene(set_, meshes_.at(image.shape), set_.lights[static_cast<std::size_t>(image.light)].direction,
+  Scene scene_of(const Manifest::Image& image) {
+    return dataset_scene(set_, meshes_.at(image.shape), lights_.of(image.light),
                          {image.sigma_t, image.albedo, image.g});
   }
 
@@ -98,7 +105,7 @@ class DatasetRenderer {
     for (const int shape : missing) {
       const Manifest::Shape& s = set_.shapes[static_cast<std::size_t>(shape)];
       meshes_[shape] = dataset_mesh(s, folder_);
-      const Scene scene = dataset_scene(set_, meshes_[shape], {0, 0, 1}, {});
+      const Scene scene = dataset_scene(set_, meshes_[shape], sun_and_sky({0, 0, 1}), {});
       geometries_[shape] = renderer_.add_geometry(scene);
       if (!is_there(path(s.buffers), set_)) write(s, shape_buffers(scene, 0, 1));
     }
@@ -131,6 +138,7 @@ class DatasetRenderer {
 
   const Manifest& set_;
   std::string folder_;
+  DatasetLights lights_;
   BatchRenderer renderer_;
   std::map<int, std::shared_ptr<const Mesh>> meshes_;  // of the shapes on the device
   std::map<int, int> geometries_;
@@ -148,6 +156,8 @@ DatasetProgress render_dataset(const Device& device, const DatasetPlan& plan, co
   for (std::size_t s = 0; s < set.shapes.size(); ++s)
     if (const auto* mesh = std::get_if<Manifest::FileMesh>(&set.shapes[s].mesh))
       write_ply(folder + "/" + mesh->file, as_dataset_mesh(plan.mesh_files[s]));
+  if (!plan.environment_files.empty()) create_folder(folder + "/environments");
+  for (const auto& [file, from] : plan.environment_files) write_picture(folder + "/" + file, *read_environment(from));
   write_manifest(folder, set);
 
   DatasetProgress progress{0, set.images.size(), 0};
@@ -164,14 +174,18 @@ DatasetProgress render_dataset(const Device& device, const DatasetPlan& plan, co
 
   DatasetRenderer renderer(device, set, folder, cancel);
   const std::int64_t image_paths = static_cast<std::int64_t>(set.size) * set.size * set.spp;
-  const auto batch = static_cast<std::size_t>(std::clamp<std::int64_t>(batch_paths / image_paths, 1, 64));
-  for (std::size_t first = 0; first < missing.size(); first += batch) {
-    const auto from = missing.begin() + static_cast<std::ptrdiff_t>(first);
-    const std::size_t count = std::min(batch, missing.size() - first);
-    renderer.render({from, from + static_cast<std::ptrdiff_t>(count)});
-    progress.done += count;
-    progress.rendered += count;
+  const auto batch = static_cast<std::ptrdiff_t>(std::clamp<std::int64_t>(batch_paths / image_paths, 1, 64));
+  const auto under_sun = [&](const Manifest::Image* image) {
+    return !set.lights[static_cast<std::size_t>(image->light)].environment;
+  };
+  const auto environments = std::stable_partition(missing.begin(), missing.end(), under_sun);
+  for (auto first = missing.begin(); first != missing.end();) {
+    const auto end = first + std::min(batch, (first < environments ? environments : missing.end()) - first);
+    renderer.render({first, end});
+    progress.done += static_cast<std::size_t>(end - first);
+    progress.rendered += static_cast<std::size_t>(end - first);
     report(progress);
+    first = end;
   }
   set.complete = true;
   write_manifest(folder, set);

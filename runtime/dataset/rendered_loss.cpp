@@ -24,6 +24,7 @@ RenderedLoss::RenderedLoss(const Device& device, const Manifest& set, std::strin
                            const std::atomic<bool>* cancel)
     : set_(set),
       folder_(std::move(folder)),
+      lights_(set, folder_),
       values_(device, options_of(op, cancel, false)),
       derivatives_(device, options_of(op, cancel, true)) {}
 
@@ -38,8 +39,7 @@ std::vector<Rendering> RenderedLoss::render(Placed& placed, const std::vector<Re
   for (const RerenderedImage& i : images) {
     const int shape = i.image->shape;
     if (!meshes_.count(shape)) meshes_[shape] = dataset_mesh(set_.shapes[static_cast<std::size_t>(shape)], folder_);
-    scenes.push_back(dataset_scene(set_, meshes_[shape],
-                                   set_.lights[static_cast<std::size_t>(i.image->light)].direction, i.material));
+    scenes.push_back(dataset_scene(set_, meshes_[shape], lights_.of(i.image->light), i.material));
     if (!placed.geometries.count(shape)) placed.geometries[shape] = placed.renderer.add_geometry(scenes.back());
   }
   std::vector<BatchImage> batch;

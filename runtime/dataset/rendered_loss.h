@@ -52,6 +52,7 @@ class RenderedLoss {
 
   const Manifest& set_;
   std::string folder_;
+  DatasetLights lights_;
   Placed values_, derivatives_;
   std::map<int, std::shared_ptr<const Mesh>> meshes_;  // by shape
 };
