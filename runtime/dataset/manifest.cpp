@@ -279,7 +279,10 @@ void write_manifest(const std::string& folder, const Manifest& manifest) {
 }
 
 Manifest read_manifest(const std::string& folder) {
-  const std::string file = manifest_file(folder), text = read_file(file);
+  const std::string file = manifest_file(folder);
+  if (!std::filesystem::exists(file))
+    throw InputError(fmt::format("{}: is not there; make the data set first: itn dataset CONFIG -o {}", file, folder));
+  const std::string text = read_file(file);
   Json json;
   try {
     json = Json::parse(text);

@@ -190,7 +190,8 @@ TEST_CASE("No shape is learnt and then called unseen") {
 TEST_CASE("A missing, cut or foreign manifest is an input error, and one that could not be read is not written") {
   const TemporaryFolder folder;
   const std::string file = manifest_file(folder.path());
-  CHECK_THROWS_WITH(read_manifest(folder.path()), Contains("manifest.json: cannot be read"));
+  CHECK_THROWS_WITH(read_manifest(folder.path()),
+                    Contains("manifest.json: is not there; make the data set first: itn dataset"));
   Manifest wrong = example();
   wrong.images[0].g = 1.5;
   CHECK_THROWS_WITH(write_manifest(folder.path(), wrong), Contains("images[0].g: got 1.5"));
