@@ -1,5 +1,6 @@
 #include "network/adam.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -43,10 +44,11 @@ void Adam::step(std::vector<Tensor>& weights, const std::vector<Tensor>& gradien
   }
 }
 
-double cosine_learning_rate(double first, double last, std::uint64_t step, std::uint64_t steps) {
+double scheduled_learning_rate(double first, double last, std::uint64_t step, std::uint64_t steps) {
   if (step >= steps) return last;
   const double share = static_cast<double>(step) / static_cast<double>(steps);
-  return last + (first - last) * 0.5 * (1 + std::cos(std::numbers::pi * share));
+  const double warm_up = std::min(1.0, 20 * static_cast<double>(step + 1) / static_cast<double>(steps));
+  return warm_up * (last + (first - last) * 0.5 * (1 + std::cos(std::numbers::pi * share)));
 }
 
 }  // namespace itn

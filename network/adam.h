@@ -31,7 +31,9 @@ class Adam {
   State state_;
 };
 
-// Half a cosine wave from `first` at step 0 down to `last` at step `steps` and after it (Loshchilov and Hutter 2017).
-double cosine_learning_rate(double first, double last, std::uint64_t step, std::uint64_t steps);
+// Half a cosine wave from `first` at step 0 down to `last` at step `steps` and after it (Loshchilov and Hutter 2017),
+// in the first twentieth of the steps times a factor that rises to 1: Adam's first steps know no gradients' sizes yet,
+// and whole ones would undo much of what a network that is trained further has learnt.
+double scheduled_learning_rate(double first, double last, std::uint64_t step, std::uint64_t steps);
 
 }  // namespace itn

@@ -23,7 +23,7 @@ DatasetImages read_images(const std::string& folder, const Manifest& manifest, M
     if (image.split != split) continue;
     result.images.push_back(image);
     result.luminance.push_back(
-        read_luminance(path_of(folder, image.file), manifest.size, manifest.hash, &result.noise.emplace_back()));
+        read_luminance(path_of(folder, image.file), manifest.size, manifest.hash, &result.errors.emplace_back()));
   }
   if (result.images.empty())
     throw InputError(manifest_file(folder) + ": has no images of the split " + split_name(split));

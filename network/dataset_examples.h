@@ -14,7 +14,7 @@ namespace itn {
 struct DatasetImages {
   std::vector<Manifest::Image> images;        // in the manifest's order
   std::vector<std::vector<float>> luminance;  // one an image, (size, size)
-  std::vector<double> noise;                  // of each: mean square of its standard errors
+  std::vector<std::vector<float>> errors;     // their standard errors
   std::vector<SeenShape> shapes;              // one a shape of the manifest; empty where nobody asked for them
   std::vector<std::array<double, 3>> lights;  // one a light of the manifest
 };

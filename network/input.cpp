@@ -42,7 +42,8 @@ std::vector<float> plane(const ExrImage& image, const std::string& name, const s
 
 }  // namespace
 
-std::vector<float> read_luminance(const std::string& file, int size, const std::string& hash, double* noise) {
+std::vector<float> read_luminance(const std::string& file, int size, const std::string& hash,
+                                  std::vector<float>* errors) {
   const ExrImage image = read_square(file, size, hash);
   std::vector<float> luminance;
   if (image.channel("Y") >= 0) {
@@ -59,12 +60,10 @@ std::vector<float> read_luminance(const std::string& file, int size, const std::
   }
   for (std::size_t i = 0; i < luminance.size(); ++i)
     if (!std::isfinite(luminance[i])) fail_at(file, size, i, fmt::format("is {}, need a finite number", luminance[i]));
-  if (!noise) return luminance;
-  *noise = 0;
-  if (image.channel("stderr.Y") < 0) return luminance;
-  for (const float error : plane(image, "stderr.Y", file))
-    *noise += static_cast<double>(error) * error / static_cast<double>(luminance.size());
-  if (!std::isfinite(*noise)) throw InputError(file + ": standard errors are not finite; render the data set again");
+  if (!errors) return luminance;
+  *errors = image.channel("stderr.Y") < 0 ? std::vector<float>(luminance.size()) : plane(image, "stderr.Y", file);
+  if (!std::all_of(errors->begin(), errors->end(), [](float error) { return std::isfinite(error); }))
+    throw InputError(file + ": standard errors are not finite; render the data set again");
   return luminance;
 }
 
@@ -72,7 +71,7 @@ SeenShape read_seen_shape(const std::string& file, int size, const std::string& 
   const ExrImage image = read_square(file, size, hash);
   const std::vector<float> mask = plane(image, "mask", file), depth = plane(image, "depth", file);
   const std::size_t pixels = mask.size();
-  SeenShape buffers;
+  SeenShape buffers{{}, std::vector<float>(pixels), mask};
   for (const char* name : {"normal.X", "normal.Y", "normal.Z"}) {
     const std::vector<float> values = plane(image, name, file);
     buffers.normal.insert(buffers.normal.end(), values.begin(), values.end());
@@ -90,7 +89,6 @@ SeenShape read_seen_shape(const std::string& file, int size, const std::string& 
     covered += 1;
   }
   if (covered == 0) throw InputError(file + ": the mask is 0 everywhere: no object can be seen");
-  buffers.nearness.resize(pixels);
   for (std::size_t i = 0; i < pixels; ++i)
     buffers.nearness[i] = mask[i] == 1 ? static_cast<float>(depths / covered - depth[i]) : 0;
   return buffers;

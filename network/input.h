@@ -18,15 +18,15 @@ namespace itn {
 
 // Radiance as luminance, (size, size), from channel Y, or of R, G, B as the renderer weighs them. hash: what the file's
 // attribute `hash` must be; empty: anything. Throws InputError: another size, no such channels, pixels that are not
-// finite, another hash. noise: becomes the mean over the pixels of their squared standard errors, channel stderr.Y, or
-// 0 where the file has none.
+// finite, another hash. errors: become the pixels' standard errors, channel stderr.Y, or 0 where the file has none.
 std::vector<float> read_luminance(const std::string& file, int size, const std::string& hash = "",
-                                  double* noise = nullptr);
+                                  std::vector<float>* errors = nullptr);
 
 // A shape as the camera sees it (runtime/dataset/README.md).
 struct SeenShape {
   std::vector<float> normal;    // (3, size, size)
   std::vector<float> nearness;  // (size, size): channel 4
+  std::vector<float> mask;      // (size, size): 1 on the object, 0 elsewhere
 };
 
 // Throws InputError: another size, channels missing, a mask of other numbers than 0 and 1 or of zeros alone, normals of

@@ -80,7 +80,7 @@ void Trainer::step() {
   network_.backward(loss.gradient);
   const std::uint64_t all_steps = steps_in_epoch() * static_cast<std::uint64_t>(options_.epochs);
   adam_.step(network_.weights(), network_.gradients(),
-             cosine_learning_rate(options_.first_learning_rate, options_.last_learning_rate, steps(), all_steps));
+             scheduled_learning_rate(options_.first_learning_rate, options_.last_learning_rate, steps(), all_steps));
   sums_.supervised += supervised;
   sums_.image += image;
   if (steps() % steps_in_epoch() == 0) end_epoch();

@@ -62,9 +62,8 @@ struct BatchRenderer::State {
     new_geometry = false;
     if (pixels <= film_pixels) return;
     film.reset();
-    film =
-        std::make_unique<Film>(device, pixels, 1 + static_cast<int>(options.derivatives.size()), wavefront->channels(),
-                               images.front().scene->sensors[static_cast<std::size_t>(options.sensor)].luminance);
+    film = std::make_unique<Film>(device, pixels, 1 + static_cast<int>(options.derivatives.size()),
+                                  wavefront->channels(), sensor_of(images.front()).luminance);
     film_pixels = pixels;
   }
 
@@ -86,8 +85,15 @@ BatchRenderer::BatchRenderer(const Device& device, const RenderOptions& options)
     : state_(std::make_unique<State>(device, options)) {}
 BatchRenderer::~BatchRenderer() = default;
 
-int BatchRenderer::add_geometry(const Scene& scene) {
-  append_geometry(scene, state_->data.geometry);
+Geometry BatchRenderer::geometry_of(const Scene& scene) const {
+  Geometry geometry;
+  geometry.box_width = state_->data.geometry.box_width;
+  append_geometry(scene, geometry);
+  return geometry;
+}
+
+int BatchRenderer::add_geometry(const Geometry& geometry) {
+  append_geometry(geometry, state_->data.geometry);
   state_->new_geometry = true;
   return static_cast<int>(state_->data.geometry.records.size()) - 1;
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "runtime/renderer.h"
+#include "runtime/scene/geometry.h"
 
 namespace itn {
 
@@ -22,9 +23,13 @@ class BatchRenderer {
   BatchRenderer(const Device& device, const RenderOptions& options);
   ~BatchRenderer();
 
-  // Keeps the shapes of a scene on the device, for any scenes that have the same shapes with whatever BSDFs and media,
-  // as long as the same of them have a medium.
-  int add_geometry(const Scene& scene);
+  // The shapes of a scene as the device needs them: some tenths of a second of work. Any thread may call it at any
+  // time.
+  Geometry geometry_of(const Scene& scene) const;
+
+  // Keeps them on the device, for any scenes that have the same shapes with whatever BSDFs and media, as long as the
+  // same of them have a medium.
+  int add_geometry(const Geometry& geometry);
   void forget_geometries();
 
   // The same bits as render() of each alone, in whichever batch, as long as the scenes of all batches have the same

@@ -14,8 +14,8 @@ struct RenderedImageLoss {
   nlohmann::ordered_json circumstances;
 };
 
-// kind: itn (all light) or ssn (single scattering). `training` holds what the loss's `examples` are indices of, and
-// must outlive it. The loss throws Interrupted soon after Ctrl-C.
+// kind: itn (all light) or ssn (single scattering). `training` holds what the loss's `examples` are indices of, with
+// the shapes, and must outlive it. The loss throws Interrupted soon after Ctrl-C.
 RenderedImageLoss make_image_loss(const std::string& kind, const CommonOptions& common, const std::string& folder,
                                   const Manifest& manifest, const DatasetImages& training);
 

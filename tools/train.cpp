@@ -148,7 +148,7 @@ class Training {
     set_threads(thread_count);
     request_ = request(options, manifest_, thread_count);
     run_.check_same(request_);
-    const bool with_shapes = channels_of(options) > 1;
+    const bool with_shapes = channels_of(options) > 1 || options.kind != "rn";
     training_images_ = read_images(data_folder, manifest_, Manifest::Split::train, with_shapes, interrupt_flag());
     validation_images_ =
         read_images(data_folder, manifest_, Manifest::Split::validation, with_shapes, interrupt_flag());

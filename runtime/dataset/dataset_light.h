@@ -16,9 +16,9 @@ Vec3 sun_direction(double azimuth, double zenith);
 // As in the authors' scenes: the sun is widened, at the same power.
 Emitter sun_and_sky(const Vec3& towards_sun);
 
-// A picture of all directions, latitude by longitude as in Mitsuba: OpenEXR, PNG or JPEG. Values below 0, which pictures
-// have from compression and from colours that sRGB lacks, become 0. Throws InputError that names the file and the pixel:
-// not readable, below 3 x 3 pixels, not finite, more than a thousandth of its light negative.
+// A picture of all directions, latitude by longitude as in Mitsuba: OpenEXR, PNG or JPEG. Values below 0, which
+// pictures have from compression and from colours that sRGB lacks, become 0. Throws InputError that names the file and
+// the pixel: not readable, below 3 x 3 pixels, not finite, more than a thousandth of its light negative.
 std::shared_ptr<const Bitmap> read_environment(const std::string& file);
 
 // Its upper edge is the zenith; its middle stands where a sun of that azimuth stands, and what is right of the middle

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <map>
+#include <set>
 
-#include "runtime/batch_renderer.h"
 #include "runtime/dataset/dataset_mesh.h"
 #include "runtime/dataset/dataset_scene.h"
+#include "runtime/dataset/dataset_shapes.h"
 #include "runtime/dataset/shape_buffers.h"
 #include "runtime/error.h"
 #include "runtime/image/exr.h"
@@ -18,7 +18,7 @@ namespace itn {
 namespace {
 
 constexpr std::int64_t batch_paths = 1 << 22;  // a few seconds: what is lost when the program is killed
-constexpr std::size_t most_geometries = 16;    // on the device at once
+constexpr std::size_t most_bytes = 1 << 28;    // of geometries in memory: those of one batch, or all of a few
 
 void create_folder(const std::string& folder) {
   std::error_code error;
@@ -58,7 +58,12 @@ void check_same(const std::string& folder, const Manifest& set) {
 class DatasetRenderer {
  public:
   DatasetRenderer(const Device& device, const Manifest& set, std::string folder, const std::atomic<bool>* cancel)
-      : set_(set), folder_(std::move(folder)), lights_(set, folder_), renderer_(device, options(cancel)) {}
+      : set_(set),
+        folder_(std::move(folder)),
+        lights_(set, folder_),
+        renderer_(device, options(cancel)),
+        shapes_(set, folder_, most_bytes),
+        placed_(renderer_, shapes_) {}
 
   // All under the sun or all under environments: then an image's bits do not depend on the others (batch_renderer.h).
   void render(const std::vector<const Manifest::Image*>& images) {
@@ -68,7 +73,7 @@ class DatasetRenderer {
     for (const Manifest::Image* image : images) scenes.push_back(scene_of(*image));
     std::vector<BatchImage> batch;
     for (std::size_t i = 0; i < images.size(); ++i)
-      batch.push_back({&scenes[i], geometries_.at(images[i]->shape), images[i]->seed, 0});
+      batch.push_back({&scenes[i], placed_.geometry(images[i]->shape), images[i]->seed, 0});
     const std::vector<Rendering> renderings = renderer_.render(batch, set_.spp);
     for (std::size_t i = 0; i < images.size(); ++i) write(*images[i], renderings[i]);
   }
@@ -83,31 +88,19 @@ class DatasetRenderer {
   std::string path(const std::string& file) const { return folder_ + "/" + file; }
 
   Scene scene_of(const Manifest::Image& image) {
-    return dataset_scene(set_, meshes_.at(image.shape), lights_.of(image.light),
+    return dataset_scene(set_, shapes_.made(image.shape).mesh, lights_.of(image.light),
                          {image.sigma_t, image.albedo, image.g});
   }
 
   // Makes sure that the images' shapes are on the device, and their buffers in the folder.
   void place(const std::vector<const Manifest::Image*>& images) {
-    std::vector<int> missing;
-    for (const Manifest::Image* image : images)
-      if (!geometries_.count(image->shape) && std::find(missing.begin(), missing.end(), image->shape) == missing.end())
-        missing.push_back(image->shape);
-    if (missing.empty()) return;
-    if (geometries_.size() + missing.size() > most_geometries) {
-      renderer_.forget_geometries();
-      geometries_.clear();
-      meshes_.clear();
-      missing.clear();
-      for (const Manifest::Image* image : images)
-        if (std::find(missing.begin(), missing.end(), image->shape) == missing.end()) missing.push_back(image->shape);
-    }
-    for (const int shape : missing) {
+    std::vector<int> shapes;
+    for (const Manifest::Image* image : images) shapes.push_back(image->shape);
+    placed_.place(shapes);
+    for (const int shape : shapes) {
       const Manifest::Shape& s = set_.shapes[static_cast<std::size_t>(shape)];
-      meshes_[shape] = dataset_mesh(s, folder_);
-      const Scene scene = dataset_scene(set_, meshes_[shape], sun_and_sky({0, 0, 1}), {});
-      geometries_[shape] = renderer_.add_geometry(scene);
-      if (!is_there(path(s.buffers), set_)) write(s, shape_buffers(scene, 0, 1));
+      if (!has_buffers_.insert(shape).second || is_there(path(s.buffers), set_)) continue;
+      write(s, shape_buffers(dataset_scene(set_, shapes_.made(shape).mesh, sun_and_sky({0, 0, 1}), {}), 0, 1));
     }
   }
 
@@ -140,8 +133,9 @@ class DatasetRenderer {
   std::string folder_;
   DatasetLights lights_;
   BatchRenderer renderer_;
-  std::map<int, std::shared_ptr<const Mesh>> meshes_;  // of the shapes on the device
-  std::map<int, int> geometries_;
+  DatasetShapes shapes_;
+  PlacedShapes placed_;
+  std::set<int> has_buffers_;  // shapes whose buffers are in the folder
 };
 
 }  // namespace

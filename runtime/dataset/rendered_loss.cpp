@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
-#include "runtime/dataset/dataset_mesh.h"
 #include "runtime/error.h"
 
 namespace itn {
 namespace {
 
-constexpr std::size_t most_kept_geometries = 64;  // sets of a few shapes keep them all on the device
+constexpr std::size_t most_bytes = std::size_t{8} << 30;  // of geometries in memory: training comes back to them
 
 RenderOptions options_of(Operator op, const std::atomic<bool>* cancel, bool derivatives) {
   RenderOptions options;
@@ -23,28 +22,31 @@ RenderOptions options_of(Operator op, const std::atomic<bool>* cancel, bool deri
 RenderedLoss::RenderedLoss(const Device& device, const Manifest& set, std::string folder, Operator op,
                            const std::atomic<bool>* cancel)
     : set_(set),
-      folder_(std::move(folder)),
-      lights_(set, folder_),
-      values_(device, options_of(op, cancel, false)),
-      derivatives_(device, options_of(op, cancel, true)) {}
+      lights_(set, folder),
+      shapes_(set, std::move(folder), most_bytes),
+      values_(device, options_of(op, cancel, false), shapes_),
+      derivatives_(device, options_of(op, cancel, true), shapes_) {}
 
 // Image after image, of each the groups of samples.
 std::vector<Rendering> RenderedLoss::render(Placed& placed, const std::vector<RerenderedImage>& images, int groups,
                                             int spp) {
-  if (set_.shapes.size() > most_kept_geometries) {
-    placed.renderer.forget_geometries();
-    placed.geometries.clear();
-  }
+  std::vector<int> shapes;
+  for (const RerenderedImage& i : images) shapes.push_back(i.image->shape);
+  placed.shapes.place(shapes);
   std::vector<Scene> scenes;
   for (const RerenderedImage& i : images) {
-    const int shape = i.image->shape;
-    if (!meshes_.count(shape)) meshes_[shape] = dataset_mesh(set_.shapes[static_cast<std::size_t>(shape)], folder_);
-    scenes.push_back(dataset_scene(set_, meshes_[shape], lights_.of(i.image->light), i.material));
-    if (!placed.geometries.count(shape)) placed.geometries[shape] = placed.renderer.add_geometry(scenes.back());
+    scenes.push_back(dataset_scene(set_, shapes_.made(i.image->shape).mesh, lights_.of(i.image->light), i.material));
+    if (i.window) {
+      Sensor& sensor = scenes.back().sensors.front();
+      sensor.crop_x = i.window->left;
+      sensor.crop_y = i.window->top;
+      sensor.crop_width = i.window->width;
+      sensor.crop_height = i.window->height;
+    }
   }
   std::vector<BatchImage> batch;
   for (std::size_t i = 0; i < images.size(); ++i)
-    batch.push_back({&scenes[i], placed.geometries[images[i].image->shape], images[i].seed, 0});
+    batch.push_back({&scenes[i], placed.shapes.geometry(images[i].image->shape), images[i].seed, 0});
   return placed.renderer.render(batch, spp, groups);
 }
 
@@ -61,6 +63,8 @@ std::vector<LossGradient> RenderedLoss::evaluate(const std::vector<RerenderedIma
   for (std::size_t i = 0; i < images.size(); ++i) {
     TargetImage target{set_.size, set_.size, 1, *images[i].target, {}, {}};
     target.weight.assign(target.value.size(), 1.0F);
+    if (const ObjectWindow* window = images[i].window)
+      target = {window->width, window->height, 1, cut(target.value, set_.size, *window), window->weight, {}};
     const auto from = std::make_move_iterator(renderings.begin() + static_cast<std::ptrdiff_t>(i) * groups);
     losses.push_back(loss_gradient(std::vector<Rendering>(from, from + groups), target));
   }

@@ -1,13 +1,12 @@
 // A data set's images rendered again with other materials, many at once: images, image losses and their gradients.
 #pragma once
 #include <atomic>
-#include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
-#include "runtime/batch_renderer.h"
 #include "runtime/dataset/dataset_scene.h"
+#include "runtime/dataset/dataset_shapes.h"
+#include "runtime/dataset/object_window.h"
 #include "runtime/inversion/image_loss.h"
 
 namespace itn {
@@ -17,7 +16,8 @@ struct RerenderedImage {
   const Manifest::Image* image = nullptr;
   DatasetMaterial material;
   std::uint64_t seed = 0;
-  const std::vector<float>* target = nullptr;  // of losses: luminance, row-major
+  const std::vector<float>* target = nullptr;  // of losses: luminance of the whole image, row-major
+  const ObjectWindow* window = nullptr;        // render this much only, count where the object is seen; null: all
 };
 
 class RenderedLoss {
@@ -27,9 +27,9 @@ class RenderedLoss {
   RenderedLoss(const Device& device, const Manifest& set, std::string folder, Operator op,
                const std::atomic<bool>* cancel);
 
-  // The mean squared difference from each target, and its gradient by sigma_t [1/mm], albedo and g, both unbiased, from
-  // the same paths. spp: 2 to 16, or a multiple of 16 (image_loss.h, split_samples). Throws UsageError: another spp;
-  // InputError: a mesh of the set; Interrupted.
+  // The mean squared difference from each target (over the window's object), and its gradient by sigma_t [1/mm], albedo
+  // and g, both unbiased, from the same paths. spp: 2 to 16, or a multiple of 16 (image_loss.h, split_samples). Throws
+  // UsageError: another spp; InputError: a mesh of the set; Interrupted.
   std::vector<LossGradient> evaluate(const std::vector<RerenderedImage>& images, int spp);
 
   // The images, without derivatives.
@@ -40,21 +40,19 @@ class RenderedLoss {
   std::vector<Rendering> render_derivatives(const std::vector<RerenderedImage>& images, int groups, int spp);
 
  private:
-  // The shapes of some images on the device of one renderer.
-  class Placed {
-   public:
-    Placed(const Device& device, const RenderOptions& options) : renderer(device, options) {}
+  struct Placed {
+    Placed(const Device& device, const RenderOptions& options, DatasetShapes& made)
+        : renderer(device, options), shapes(renderer, made) {}
     BatchRenderer renderer;
-    std::map<int, int> geometries;  // by shape
+    PlacedShapes shapes;
   };
 
   std::vector<Rendering> render(Placed& placed, const std::vector<RerenderedImage>& images, int groups, int spp);
 
   const Manifest& set_;
-  std::string folder_;
   DatasetLights lights_;
+  DatasetShapes shapes_;
   Placed values_, derivatives_;
-  std::map<int, std::shared_ptr<const Mesh>> meshes_;  // by shape
 };
 
 }  // namespace itn

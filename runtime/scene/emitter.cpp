@@ -181,10 +181,10 @@ void append_sunsky(const Emitter& emitter, EmitterRecord& record, std::vector<fl
   const ClearSky sky = clear_sky(emitter.sunsky);
   set_radiance(sky, record, tables);
 
-  // Sampling table: the mean luminance of each cell from 4 x 4 points.
+  // Sampling table: the mean luminance of each cell from 2 x 2 points.
   const double horizontal = std::hypot(sky.sun[0], sky.sun[1]);
   const double ca = horizontal > 0 ? sky.sun[0] / horizontal : 1, sa = horizontal > 0 ? sky.sun[1] / horizontal : 0;
-  constexpr int points = 4;
+  constexpr int points = 2;
   std::vector<double> weight(SKY_ROWS * SKY_COLUMNS);
   for (int row = 0; row < SKY_ROWS; ++row)
     for (int column = 0; column < SKY_COLUMNS; ++column) {

@@ -317,4 +317,20 @@ void append_geometry(const Scene& scene, Geometry& geometry) {
   geometry.records.push_back(record);
 }
 
+void append_geometry(const Geometry& from, Geometry& geometry) {
+  for (GeometryRecord record : from.records) {
+    record.first_node += offset(geometry.nodes.size());
+    record.first_leaf += offset(geometry.leaves.size());
+    record.first_primitive += offset(geometry.primitives.size());
+    record.first_cell += offset(geometry.grid.size());
+    geometry.records.push_back(record);
+  }
+  const auto append = [](const auto& values, auto& to) { to.insert(to.end(), values.begin(), values.end()); };
+  append(from.nodes, geometry.nodes);
+  append(from.leaves, geometry.leaves);
+  append(from.primitives, geometry.primitives);
+  append(from.grid, geometry.grid);
+  offset(geometry.leaves.size());
+}
+
 }  // namespace itn

@@ -27,4 +27,7 @@ struct Geometry {
 // Appends the surfaces of a scene: the new record is the last one. The result does not depend on the number of threads.
 void append_geometry(const Scene& scene, Geometry& geometry);
 
+// Appends all geometries of another one with the same box_width.
+void append_geometry(const Geometry& from, Geometry& geometry);
+
 }  // namespace itn

@@ -57,7 +57,8 @@ TEST_CASE("images of a batch have the bits of each alone: shapes, lights, materi
   options.baselines = GENERATE(Baselines::off, Baselines::on);
   BatchRenderer renderer(device(), options);
   std::vector<int> geometries;
-  for (std::size_t s = 0; s < 2; ++s) geometries.push_back(renderer.add_geometry(scenes.scene(s, 0, {})));
+  for (std::size_t s = 0; s < 2; ++s)
+    geometries.push_back(renderer.add_geometry(renderer.geometry_of(scenes.scene(s, 0, {}))));
   std::vector<BatchImage> batch;
   for (std::size_t i = 0; i < all.size(); ++i) batch.push_back({&all[i], geometries[shapes[i]], 100 + i, 0});
 
@@ -75,9 +76,10 @@ TEST_CASE("images of a batch have the bits of each alone: shapes, lights, materi
     RenderOptions small = options;
     small.paths_a_launch = 777;
     BatchRenderer other(device(), small);
-    other.add_geometry(scenes.scene(0, 0, {}));
+    other.add_geometry(other.geometry_of(scenes.scene(0, 0, {})));
     other.forget_geometries();
-    const int torus = other.add_geometry(scenes.scene(1, 0, {})), ball = other.add_geometry(scenes.scene(0, 0, {}));
+    const int torus = other.add_geometry(other.geometry_of(scenes.scene(1, 0, {}))),
+              ball = other.add_geometry(other.geometry_of(scenes.scene(0, 0, {})));
     other.render({{&all[1], torus, 5, 0}}, 2);
     const std::vector<Rendering> again =
         other.render({{&all[3], ball, 103, 0}, {&all[1], torus, 101, 0}, {&all[0], ball, 100, 0}}, spp);
@@ -114,7 +116,7 @@ TEST_CASE("images of a batch that share an environment, turned or not, have the 
   for (const auto& [azimuth, scale] : {std::pair{0.0, 1.0}, {90.0, 1.0}, {0.0, 1.0}, {0.0, 3.0}})
     all.push_back(dataset_scene(scenes.set, scenes.shapes[0], environment_light(shared, azimuth, scale), material));
   BatchRenderer renderer(device(), {});
-  const int geometry = renderer.add_geometry(all[0]);
+  const int geometry = renderer.add_geometry(renderer.geometry_of(all[0]));
   std::vector<BatchImage> batch;
   for (const Scene& scene : all) batch.push_back({&scene, geometry, 7, 0});
   const std::vector<Rendering> together = renderer.render(batch, 16);
@@ -136,7 +138,7 @@ TEST_CASE("a batch has no baselines of itself") {
   RenderOptions options;
   options.derivatives = {dataset_sigma_t};
   BatchRenderer renderer(device(), options);
-  const int geometry = renderer.add_geometry(scene);
+  const int geometry = renderer.add_geometry(renderer.geometry_of(scene));
   options.baselines = Baselines::off;
   check_same(renderer.render({{&scene, geometry, 0, 0}}, 4).front(), Renderer(device(), scene, options).render(0, 4));
 }
@@ -147,10 +149,10 @@ TEST_CASE("a batch refuses derivatives by the light and films of different kinds
   second.sensors[0].luminance = false;
   RenderOptions options;
   BatchRenderer plain(device(), options);
-  const int geometry = plain.add_geometry(first);
+  const int geometry = plain.add_geometry(plain.geometry_of(first));
   CHECK_THROWS_AS(plain.render({{&first, geometry, 0, 0}, {&second, geometry, 0, 0}}, 2), UsageError);
   options.derivatives = {"sky.sun_scale"};
   BatchRenderer by_light(device(), options);
-  CHECK_THROWS_WITH(by_light.render({{&first, by_light.add_geometry(first), 0, 0}}, 2),
+  CHECK_THROWS_WITH(by_light.render({{&first, by_light.add_geometry(by_light.geometry_of(first)), 0, 0}}, 2),
                     Catch::Contains("no derivatives by the light"));
 }

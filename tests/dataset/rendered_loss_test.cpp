@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numeric>
 
 #include "runtime/dataset/dataset_mesh.h"
 #include "runtime/error.h"
@@ -86,6 +87,35 @@ TEST_CASE("few samples and many give a loss and a gradient of the same mean") {
     const Mean a = mean_of(few, value), b = mean_of(many, value);
     CAPTURE(p, a.value, a.error, b.value, b.error);
     CHECK(std::abs(a.value - b.value) < 3.9 * std::hypot(a.error, b.error));
+  }
+}
+
+TEST_CASE("the losses over an image's two parts make up that of the whole") {
+  const Egg egg;
+  RenderedLoss loss(device(), egg.set, egg.folder / "", Operator::full, nullptr);
+  const DatasetMaterial at{5, 0.8, 0.3};
+  // A disk of pixels, and all the others: the windows overlap, the pixels do not.
+  std::vector<float> inside, outside;
+  for (int i = 0; i < 256; ++i) {
+    inside.push_back(std::hypot(i % 16 - 7.5, i / 16 - 7.5) < 5 ? 1.0F : 0.0F);
+    outside.push_back(1 - inside.back());
+  }
+  const auto evaluate = [&](const ObjectWindow* window, std::uint64_t seed) {
+    std::vector<RerenderedImage> batch = egg.batch(256, at, seed);
+    for (RerenderedImage& image : batch) image.window = window;
+    return loss.evaluate(batch, 8);
+  };
+  const ObjectWindow a = object_window(inside, 16), b = object_window(outside, 16);
+  REQUIRE((a.width == 10 && b.width == 16));
+  const std::vector<LossGradient> whole = evaluate(nullptr, 0), in = evaluate(&a, 1000), out = evaluate(&b, 2000);
+  const double share = std::accumulate(inside.begin(), inside.end(), 0.0) / 256;
+  for (std::size_t p = 0; p < 4; ++p) {
+    const auto value = [&](const LossGradient& l) { return p == 3 ? l.loss : l.gradient[p]; };
+    const Mean all = mean_of(whole, value), i = mean_of(in, value), o = mean_of(out, value);
+    const double error = std::hypot(all.error, share * i.error, (1 - share) * o.error);
+    CAPTURE(p, all.value, i.value, o.value, error);
+    CHECK(std::abs(share * i.value + (1 - share) * o.value - all.value) < 3.9 * error);
+    CHECK(std::abs(all.value) > 5 * all.error);  // or nothing would have been checked
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
 
 namespace {
 
@@ -51,11 +52,13 @@ TEST_CASE("Adam goes on from its state to the same bits") {
   CHECK(continued[0].values == weights[0].values);
 }
 
-TEST_CASE("The learning rate falls along half a cosine wave") {
-  CHECK(cosine_learning_rate(1e-3, 1e-5, 0, 100) == Approx(1e-3));
-  CHECK(cosine_learning_rate(1e-3, 1e-5, 50, 100) == Approx((1e-3 + 1e-5) / 2));
-  CHECK(cosine_learning_rate(1, 0, 25, 100) == Approx((1 + std::sqrt(0.5)) / 2));
-  CHECK(cosine_learning_rate(1e-3, 1e-5, 100, 100) == 1e-5);
-  CHECK(cosine_learning_rate(1e-3, 1e-5, 1000, 100) == 1e-5);
-  CHECK(cosine_learning_rate(1e-3, 1e-5, 0, 0) == 1e-5);
+TEST_CASE("The learning rate rises in the first twentieth of the steps and falls along half a cosine wave") {
+  CHECK(scheduled_learning_rate(1e-3, 1e-5, 0, 100) == Approx(1e-3 / 5));
+  CHECK(scheduled_learning_rate(1e-3, 1e-5, 2, 100) == Approx(1e-3 * 3 / 5).epsilon(1e-3));
+  CHECK(scheduled_learning_rate(1, 0, 5, 100) == Approx((1 + std::cos(0.05 * std::numbers::pi)) / 2));
+  CHECK(scheduled_learning_rate(1e-3, 1e-5, 50, 100) == Approx((1e-3 + 1e-5) / 2));
+  CHECK(scheduled_learning_rate(1, 0, 25, 100) == Approx((1 + std::sqrt(0.5)) / 2));
+  CHECK(scheduled_learning_rate(1e-3, 1e-5, 100, 100) == 1e-5);
+  CHECK(scheduled_learning_rate(1e-3, 1e-5, 1000, 100) == 1e-5);
+  CHECK(scheduled_learning_rate(1e-3, 1e-5, 0, 0) == 1e-5);
 }

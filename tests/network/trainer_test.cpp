@@ -136,7 +136,7 @@ TEST_CASE("A step is Adam's, at the schedule's rate, with the gradient of the ba
                     std::span(truth).subspan(2 * i, 2));
     by_hand.backward(supervised_loss(by_hand.forward(images, 8), truth, outputs).gradient);
     adam.step(by_hand.weights(), by_hand.gradients(),
-              cosine_learning_rate(chosen.first_learning_rate, chosen.last_learning_rate, step, 4));
+              scheduled_learning_rate(chosen.first_learning_rate, chosen.last_learning_rate, step, 4));
     trainer.step();
     CHECK(same_weights(network, by_hand));
   }

@@ -1,0 +1,73 @@
+#include "runtime/dataset/dataset_shapes.h"
+
+#include <algorithm>
+#include <future>
+#include <thread>
+#include <utility>
+
+#include "runtime/dataset/dataset_mesh.h"
+#include "runtime/dataset/dataset_scene.h"
+
+namespace itn {
+namespace {
+
+constexpr std::size_t most_placed = 64;  // on the device at once: all of a set that has but a few
+
+std::size_t bytes_of(const Geometry& g) {
+  return sizeof(float) * (g.nodes.size() + g.leaves.size()) + sizeof(PrimitiveRecord) * g.primitives.size() +
+         sizeof(std::uint32_t) * g.grid.size();
+}
+
+// Each once, those of `there` left out.
+template <class There>
+std::vector<int> missing_of(std::vector<int> shapes, const There& there) {
+  std::sort(shapes.begin(), shapes.end());
+  shapes.erase(std::unique(shapes.begin(), shapes.end()), shapes.end());
+  shapes.erase(std::remove_if(shapes.begin(), shapes.end(), [&](int shape) { return there.count(shape) > 0; }),
+               shapes.end());
+  return shapes;
+}
+
+}  // namespace
+
+DatasetShapes::DatasetShapes(const Manifest& set, std::string folder, std::size_t most_bytes)
+    : set_(set), folder_(std::move(folder)), most_bytes_(most_bytes) {}
+
+DatasetShapes::Made DatasetShapes::make_one(int shape, const BatchRenderer& renderer) const {
+  Made made{dataset_mesh(set_.shapes[static_cast<std::size_t>(shape)], folder_), {}};
+  made.geometry = renderer.geometry_of(dataset_scene(set_, made.mesh, sun_and_sky({0, 0, 1}), {}));
+  return made;
+}
+
+void DatasetShapes::make(const std::vector<int>& shapes, const BatchRenderer& renderer) {
+  if (bytes_ > most_bytes_) {
+    made_.clear();
+    bytes_ = 0;
+  }
+  const std::vector<int> missing = missing_of(shapes, made_);
+  const std::size_t at_once = std::max(1U, std::thread::hardware_concurrency());
+  for (std::size_t first = 0; first < missing.size(); first += at_once) {
+    std::vector<std::future<Made>> futures;
+    for (std::size_t i = first; i < std::min(missing.size(), first + at_once); ++i)
+      futures.push_back(std::async(std::launch::async, [&, shape = missing[i]] { return make_one(shape, renderer); }));
+    for (std::size_t i = 0; i < futures.size(); ++i) {
+      Made made = futures[i].get();
+      bytes_ += bytes_of(made.geometry);
+      made_.emplace(missing[first + i], std::move(made));
+    }
+  }
+}
+
+void PlacedShapes::place(const std::vector<int>& shapes) {
+  shapes_.make(shapes, renderer_);
+  std::vector<int> missing = missing_of(shapes, placed_);
+  if (missing.empty()) return;
+  if (placed_.size() + missing.size() > most_placed) {
+    renderer_.forget_geometries();
+    placed_.clear();
+    missing = missing_of(shapes, placed_);
+  }
+  for (const int shape : missing) placed_[shape] = renderer_.add_geometry(shapes_.made(shape).geometry);
+}
+
+}  // namespace itn
