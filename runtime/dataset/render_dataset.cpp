@@ -95,6 +95,7 @@ class DatasetRenderer {
   // Makes sure that the images' shapes are on the device, and their buffers in the folder.
   void place(const std::vector<const Manifest::Image*>& images) {
     std::vector<int> shapes;
+    shapes.reserve(images.size());
     for (const Manifest::Image* image : images) shapes.push_back(image->shape);
     placed_.place(shapes);
     for (const int shape : shapes) {

@@ -112,6 +112,12 @@ TEST_CASE("images that are missing, damaged or of another set are rendered again
   std::filesystem::remove(set + "/shapes/ring.exr");
   REQUIRE(run_itn({"dataset", config, "-o", set, "--quiet"}).exit_code == 0);
   CHECK((files_of(set) == before));
+  for (const char* image : {"/images/000001.exr", "/images/000003.exr"}) {  // under the sun, and in an environment
+    CAPTURE(image);
+    std::filesystem::remove(set + image);
+    REQUIRE(run_itn({"dataset", config, "-o", set, "--quiet"}).exit_code == 0);
+    CHECK((files_of(set) == before));
+  }
 }
 
 TEST_CASE("a folder belongs to one configuration and one writer") {
