@@ -9,6 +9,7 @@
 
 #include "runtime/error.h"
 #include "runtime/scene/parameters.h"
+#include "runtime/seconds_since.h"
 #include "runtime/wavefront/trace_images.h"
 
 namespace itn {
@@ -183,7 +184,7 @@ WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<
     s.wavefront->replay(launch.slices, of_launch, launch.first_sample);
   }
   WeighedDerivatives result = s.develop(s.wavefront->take_gradient(), quantum);
-  result.render_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.render_s = seconds_since(start);
   return result;
 }
 

@@ -4,14 +4,11 @@
 #include <chrono>
 
 #include "runtime/error.h"
+#include "runtime/seconds_since.h"
 #include "runtime/wavefront/trace_images.h"
 
 namespace itn {
 namespace {
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 const Sensor& sensor_of(const Scene& scene, int index) {
   if (index < 0 || index >= static_cast<int>(scene.sensors.size()))

@@ -4,6 +4,8 @@
 
 #include <chrono>
 
+#include "runtime/seconds_since.h"
+
 namespace itn::tools {
 namespace {
 
@@ -39,7 +41,7 @@ double seconds_of_walk(const Device& device, const cl::Kernel& kernel, std::size
   const auto start = std::chrono::steady_clock::now();
   device.launch(kernel, items, 1);
   device.finish();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return seconds_since(start);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "runtime/dataset/render_dataset.h"
 #include "runtime/image/exr.h"
 #include "runtime/image/folder_lock.h"
+#include "runtime/seconds_since.h"
 #include "tools/common.h"
 #include "tools/contact_sheet.h"
 #include "tools/interrupt.h"
@@ -63,7 +64,7 @@ void run(const Options& options, bool seed_given) {
       &interrupt_flag());
   progress.clear();
   if (options.preview) write_preview(options.folder, plan.manifest);
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double seconds = seconds_since(start);
   const std::map<std::string, std::size_t> splits = images_of_splits(plan.manifest);
   if (common.talkative()) {
     fmt::print("{}: {} images of {} x {} pixels, {} samples each, of {} shapes\n", options.folder, end.total,

@@ -10,6 +10,7 @@
 #include "runtime/error.h"
 #include "runtime/image/file.h"
 #include "runtime/image/folder_lock.h"
+#include "runtime/seconds_since.h"
 #include "tools/eval_report.h"
 #include "tools/interrupt.h"
 
@@ -43,7 +44,7 @@ void run(const EvalOptions& options) {
     if (options.images > 0) rerender_predictions(options, renderer, e);
     if (options.inversions > 0) run_syntheses(options, device, renderer, e);
   }
-  e.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  e.seconds = seconds_since(start);
   write_evaluation(options.report, e);
   if (common.talkative()) print_evaluation(e, options.report);
   write_json(common, to_json(e));

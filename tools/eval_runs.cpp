@@ -10,8 +10,8 @@
 
 #include "network/network_file.h"
 #include "runtime/error.h"
-#include "runtime/fingerprint.h"
 #include "runtime/image/file.h"
+#include "tools/common.h"
 #include "tools/run_folder.h"
 
 namespace itn::tools {
@@ -67,8 +67,7 @@ EvaluatedRun read_run(const std::string& path, const Manifest& set) {
   std::array<std::size_t, 3> output{};
   for (std::size_t p = 0; p < 3; ++p) output[p] = output_of(description, parameter_names[p], file);
   const std::string kind = description.kind;
-  EvaluatedRun run{path, kind, std::move(network), output, fmt::format("{:016x}", fingerprint(read_file(file))),
-                   {},   {}};
+  EvaluatedRun run{path, kind, std::move(network), output, fingerprint_of(file), {}, {}};
   if (std::filesystem::is_directory(path)) {
     run.curve = read_curve((std::filesystem::path(path) / "curve.jsonl").string());
     run.warnings = warnings_of(path, set);

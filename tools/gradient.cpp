@@ -9,6 +9,7 @@
 #include "runtime/inversion/image_loss.h"
 #include "runtime/scene/load.h"
 #include "runtime/scene/parameters.h"
+#include "runtime/seconds_since.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
 #include "tools/progress.h"
@@ -94,9 +95,7 @@ nlohmann::ordered_json to_json(const LossGradient& result, const Options& option
 
 void run(Options options) {
   const CommonOptions& common = options.common;
-  const auto seconds = [start = std::chrono::steady_clock::now()] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  };
+  const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
   const Scene scene = load_scene(options.scene, common.definition_map());
   for (const std::string& text : scene.warnings) warn(common, text);
   const double scene_s = seconds();

@@ -11,6 +11,7 @@
 #include "runtime/image/file.h"
 #include "runtime/inversion/inversion.h"
 #include "runtime/scene/load.h"
+#include "runtime/seconds_since.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
 #include "tools/invert_report.h"
@@ -257,9 +258,7 @@ InversionOutcome outcome_of(const Options& options, Inversion& inversion, const 
 
 void run(Options options) {
   const CommonOptions& common = options.common;
-  const auto seconds = [start = std::chrono::steady_clock::now()] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  };
+  const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
   Scene scene = load_scene(options.scene, common.definition_map());
   for (const std::string& text : scene.warnings) warn(common, text);
   const std::vector<TargetImage> targets = read_targets(options.images, scene);

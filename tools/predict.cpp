@@ -133,7 +133,7 @@ void add_predict(CLI::App& app) {
   command->add_option("--shape-buffers", options->shape_buffers,
                       "six channels: OpenEXR file with the channels normal.X, normal.Y, normal.Z, depth and mask, of "
                       "all images");
-  command->add_option("--light", options->light, "six channels: direction to the sun, x,y,z")
+  command->add_option("--light", options->light, "six channels: direction to the light, x,y,z")
       ->delimiter(',')
       ->expected(3);
   add_common_options(*command, options->common);

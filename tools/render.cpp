@@ -13,6 +13,7 @@
 #include "runtime/renderer.h"
 #include "runtime/scene/load.h"
 #include "runtime/scene/parameters.h"
+#include "runtime/seconds_since.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
 #include "tools/progress.h"
@@ -35,7 +36,7 @@ struct Times {
 
 class Stopwatch {
  public:
-  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  double seconds() const { return seconds_since(start_); }
 
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();

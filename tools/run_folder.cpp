@@ -1,5 +1,7 @@
 #include "tools/run_folder.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 
 #include "runtime/error.h"
@@ -7,10 +9,13 @@
 namespace itn::tools {
 
 std::string network_file_of(const std::string& run) {
+  if (!std::filesystem::exists(run))
+    throw InputError(fmt::format("{0}: is not there; train it first: itn train DATA --network rn -o {0}", run));
   if (!std::filesystem::is_directory(run)) return run;
   const std::filesystem::path file = std::filesystem::path(run) / "network.safetensors";
   if (!std::filesystem::exists(file))
-    throw InputError(file.string() + ": is not there; itn train writes it with its first checkpoint after an epoch");
+    throw InputError(fmt::format("{}: is not there; itn train DATA --network rn -o {} writes it after its first epoch",
+                                 file.string(), run));
   return file.string();
 }
 

@@ -13,6 +13,7 @@
 #include "runtime/error.h"
 #include "runtime/image/file.h"
 #include "runtime/image/folder_lock.h"
+#include "runtime/seconds_since.h"
 #include "tools/common.h"
 #include "tools/image_loss.h"
 #include "tools/interrupt.h"
@@ -37,8 +38,6 @@ struct Options {
   double learning_rate = 1e-4, checkpoint_every = 60;
   TrainingOptions training;
 };
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 // The files of a training's folder.
 class RunFolder {

@@ -62,9 +62,9 @@ inline REAL cell_probability(__global const float* tables, int rows_cdf, int row
 #endif
 
 #if HAS_ENVMAP
-/* Mitsuba 3's convention: y is up, -z is the middle of the picture; the first and the last row are the poles themselves, so
- * there are height - 1 steps of polar angle; columns are `width` steps of azimuth about their centres; between pixels the
- * radiance is bilinear in these angles. A cell of the sampling table lies between four pixels. */
+/* Mitsuba 3's convention: y is up, +z is the middle of the picture, -x to the right of it; the first and the last row are the
+ * poles themselves, so there are height - 1 steps of polar angle; columns are `width` steps of azimuth about their centres;
+ * between pixels the radiance is bilinear in these angles. A cell of the sampling table lies between four pixels. */
 inline void envmap_cell(__global const EmitterRecord* record, REAL3 direction, INT* row, INT* column, REAL* down,
                         REAL* across) {
   const REAL3 d = emitter_to_local(record, direction);

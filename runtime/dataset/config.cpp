@@ -60,9 +60,14 @@ DatasetConfig preset(const std::string& name) {
   return config;
 }
 
+// What is about environments is left out where there are none: sets without them keep their hash.
 Json side_json(const DatasetConfig::Side& side) {
-  return {{"shapes", side.shapes},     {"random_shapes", side.random_shapes}, {"triangles", side.triangles},
-          {"azimuths", side.azimuths}, {"azimuth_range", side.azimuth_range}, {"materials", side.materials}};
+  Json json{{"shapes", side.shapes},     {"random_shapes", side.random_shapes}, {"triangles", side.triangles},
+            {"azimuths", side.azimuths}, {"azimuth_range", side.azimuth_range}, {"materials", side.materials}};
+  if (side.environments.empty()) return json;
+  json["environments"] = side.environments;
+  json["environment_azimuths"] = side.environment_azimuths;
+  return json;
 }
 
 Json as_json(const DatasetConfig& c) {
@@ -71,17 +76,19 @@ Json as_json(const DatasetConfig& c) {
     boundary["alpha"] = c.boundary.alpha;
     boundary["int_ior"] = c.boundary.int_ior;
   }
-  return {{"size", c.size},
-          {"spp", c.spp},
-          {"seed", c.seed},
-          {"longest_side_mm", c.longest_side_mm},
-          {"boundary", boundary},
-          {"zenith", c.zenith},
-          {"sigma_t", c.sigma_t},
-          {"albedo", c.albedo},
-          {"g", c.g},
-          {"train", side_json(c.train)},
-          {"test", side_json(c.test)}};
+  Json json{{"size", c.size},
+            {"spp", c.spp},
+            {"seed", c.seed},
+            {"longest_side_mm", c.longest_side_mm},
+            {"boundary", boundary},
+            {"zenith", c.zenith},
+            {"sigma_t", c.sigma_t},
+            {"albedo", c.albedo},
+            {"g", c.g},
+            {"train", side_json(c.train)},
+            {"test", side_json(c.test)}};
+  if (!c.train.environments.empty() || !c.test.environments.empty()) json["environment_scale"] = c.environment_scale;
+  return json;
 }
 
 // Reads values by their keys, and knows afterwards which ones nobody asked for.
@@ -123,6 +130,17 @@ class Reader {
     read(key, value, fmt::format("two numbers from {} to {}, the smaller first", low, high),
          [&](const auto& v) { return v[0] >= low && v[0] <= v[1] && v[1] <= high; });
   }
+  void read_azimuths(const char* key, std::vector<double>& value) {
+    read(key, value, "a list of angles from -180 to 180", [](const std::vector<double>& angles) {
+      return std::all_of(angles.begin(), angles.end(), [](double a) { return a >= -180 && a <= 180; });
+    });
+  }
+  // Is a key there that may be left out?
+  bool has(const char* key) {
+    const bool there = json_.contains(key);
+    if (!there) known_.emplace_back(key);
+    return there;
+  }
   const Json& object(const char* key) {
     known_.emplace_back(key);
     return json_.at(key);
@@ -146,12 +164,17 @@ DatasetConfig::Side read_side(Reader& config, const std::string& file, const cha
   reader.read("shapes", side.shapes, "a list of names", [](const auto&) { return true; });
   reader.read_whole("random_shapes", side.random_shapes, 0, 10000000);
   reader.read_whole("triangles", side.triangles, 100, 10000000);
-  reader.read("azimuths", side.azimuths, "a list of angles from -180 to 180", [](const std::vector<double>& angles) {
-    return std::all_of(angles.begin(), angles.end(), [](double a) { return a >= -180 && a <= 180; });
-  });
+  reader.read_azimuths("azimuths", side.azimuths);
   reader.read_range("azimuth_range", side.azimuth_range, -180, 180);
   reader.read_whole("materials", side.materials, 1, 10000000);
+  if (reader.has("environments"))
+    reader.read("environments", side.environments, "a list of image files, each once", [](auto files) {
+      std::sort(files.begin(), files.end());
+      return std::adjacent_find(files.begin(), files.end()) == files.end();
+    });
+  if (reader.has("environment_azimuths")) reader.read_azimuths("environment_azimuths", side.environment_azimuths);
   reader.finish();
+  if (side.environment_azimuths.empty()) reader.fail("environment_azimuths", "at least one angle");
   if (side.shapes.empty() && side.random_shapes == 0) reader.fail("shapes", "at least one, or random_shapes above 0");
   return side;
 }
@@ -165,6 +188,7 @@ DatasetConfig from_json(const Json& json, const std::string& file) {
   reader.read("seed", config.seed, "a whole number of 0 or above", [](std::uint64_t) { return true; });
   reader.read_number("longest_side_mm", config.longest_side_mm, 1e-6, 1e6);
   reader.read_number("zenith", config.zenith, 0, 89);
+  if (reader.has("environment_scale")) reader.read_number("environment_scale", config.environment_scale, 1e-9, 1e9);
   reader.read_range("sigma_t", config.sigma_t, 1e-6, 1e6);
   reader.read_range("albedo", config.albedo, 0, 1);
   reader.read_range("g", config.g, -0.99, 0.99);
@@ -186,11 +210,13 @@ DatasetConfig from_json(const Json& json, const std::string& file) {
   return config;
 }
 
-// Mesh files are named from the configuration's folder.
-void resolve(std::vector<std::string>& shapes, const std::string& file) {
+// Mesh and environment files are named from the configuration's folder.
+void resolve(DatasetConfig::Side& side, const std::string& file) {
   const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+  const auto path = [&](const std::string& name) { return (folder / name).lexically_normal().string(); };
+  for (std::string& environment : side.environments) environment = path(environment);
   const std::vector<NamedShape>& named = named_shapes();
-  for (std::string& shape : shapes)
+  for (std::string& shape : side.shapes)
     if (std::none_of(named.begin(), named.end(), [&](const NamedShape& n) { return n.name == shape; })) {
       if (std::filesystem::path(shape).extension().empty()) {
         std::vector<std::string> names;
@@ -199,7 +225,7 @@ void resolve(std::vector<std::string>& shapes, const std::string& file) {
         throw InputError(fmt::format("{}: the shape {} is not known; need a mesh file, or one of: {}", file, shape,
                                      fmt::join(names, ", ")));
       }
-      shape = (folder / shape).lexically_normal().string();
+      shape = path(shape);
     }
 }
 
@@ -237,8 +263,8 @@ DatasetConfig read_dataset_config(const std::string& name_or_file) {
   Json json = as_json(preset(base));
   json.merge_patch(patch);
   DatasetConfig config = from_json(json, name_or_file);
-  resolve(config.train.shapes, name_or_file);
-  resolve(config.test.shapes, name_or_file);
+  resolve(config.train, name_or_file);
+  resolve(config.test, name_or_file);
   return config;
 }
 

@@ -11,18 +11,22 @@ namespace itn {
 struct DatasetConfig {
   // Shapes and lights of one side of the experiment; every combination of them gets so many materials.
   struct Side {
-    std::vector<std::string> shapes;        // names of named_shapes(), or mesh files
-    int random_shapes = 0;                  // more, from random_shape()
-    int triangles = 6000;                   // of a random shape, about
-    std::vector<double> azimuths;           // of the sun [degree], dataset_scene.h; empty: drawn, one an image
+    std::vector<std::string> shapes;  // names of named_shapes(), or mesh files
+    int random_shapes = 0;            // more, from random_shape()
+    int triangles = 6000;             // of a random shape, about
+    std::vector<double> azimuths;     // of the sun [degree], dataset_light.h; no light at all: drawn for each image
     std::array<double, 2> azimuth_range{};  // drawn from here
+    // Besides, or instead: pictures of the surroundings, each turned so that its middle stands at each azimuth.
+    std::vector<std::string> environments;  // files, dataset_light.h
+    std::vector<double> environment_azimuths{0};
     int materials = 1;
   };
   int size = 64, spp = 128;
   std::uint64_t seed = 0;
   double longest_side_mm = 1;
   Manifest::Boundary boundary;
-  double zenith = 30;  // of the sun [degree]
+  double zenith = 30;            // of the sun [degree]
+  double environment_scale = 1;  // radiance in the scene over that in the files
   std::array<double, 2> sigma_t{25, 300}, albedo{0.3, 0.95},
       g{0, 0.9};  // sigma_t [1/mm]: equal ratios are equally likely
   Side train, test;

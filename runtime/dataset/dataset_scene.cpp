@@ -10,14 +10,12 @@
 namespace itn {
 namespace {
 
-constexpr double view_angle = 2.5;       // [degree]
-constexpr double view_width = 1.6;       // [unit] at the object: any shape fits, however it is turned
-constexpr double view_height = 0.45;     // what the lens is aimed at, above the floor [unit]
-constexpr double floor_half_side = 40;   // [unit]: beyond what light from the object reaches
-constexpr double floor_depth = 1e-3;     // below the shape's lowest point: surfaces that coincide have no order
-constexpr double tile = 1.0 / 6;         // of the floor's pattern [unit]
-constexpr double sun_widening = 70;      // of the sun's radius, at the same power, as in the authors' scenes
-constexpr double sun_aperture = 0.5358;  // [degree], of the real sun
+constexpr double view_angle = 2.5;      // [degree]
+constexpr double view_width = 1.6;      // [unit] at the object: any shape fits, however it is turned
+constexpr double view_height = 0.45;    // what the lens is aimed at, above the floor [unit]
+constexpr double floor_half_side = 40;  // [unit]: beyond what light from the object reaches
+constexpr double floor_depth = 1e-3;    // below the shape's lowest point: surfaces that coincide have no order
+constexpr double tile = 1.0 / 6;        // of the floor's pattern [unit]
 
 // Tiles of two greys, each a little different: light that passes through a body shows what is beneath it. 16 x 16
 // tiles, one texel each, repeated.
@@ -59,13 +57,8 @@ Sensor sensor_of(const Manifest& set) {
 const char *const dataset_sigma_t = "medium.sigma_t", *const dataset_albedo = "medium.albedo",
                   *const dataset_g = "phase.g";
 
-std::array<double, 3> sun_direction(double azimuth, double zenith) {
-  const double a = azimuth * std::numbers::pi / 180, z = zenith * std::numbers::pi / 180;
-  return {std::sin(z) * std::sin(a), std::sin(z) * std::cos(a), std::cos(z)};
-}
-
-Scene dataset_scene(const Manifest& set, const std::shared_ptr<const Mesh>& shape,
-                    const std::array<double, 3>& towards_sun, const DatasetMaterial& material) {
+Scene dataset_scene(const Manifest& set, const std::shared_ptr<const Mesh>& shape, const Emitter& light,
+                    const DatasetMaterial& material) {
   static const std::shared_ptr<const Mesh> the_floor = floor_mesh();
   static const std::shared_ptr<const Bitmap> the_pattern = floor_pattern();
   Scene scene;
@@ -108,12 +101,6 @@ Scene dataset_scene(const Manifest& set, const std::shared_ptr<const Mesh>& shap
   body.interior = 0;
   scene.shapes = {floor, body};
 
-  Emitter light;
-  light.id = "sky";
-  light.kind = Emitter::Kind::sunsky;
-  light.sunsky.sun_direction = towards_sun;
-  light.sunsky.sun_aperture = sun_widening * sun_aperture;
-  light.sunsky.sun_scale = 2;
   scene.environment = light;
   return scene;
 }

@@ -145,7 +145,10 @@ Manifest::Shape shape_of(const Node& node) {
 Manifest::Light light_of(const Node& node) {
   Manifest::Light light;
   light.azimuth = node["azimuth"].number(-360, 360, "an angle of -360 to 360 degrees");
-  light.zenith = node["zenith"].number(0, 90, "an angle of 0 to 90 degrees");
+  if (node.has("environment"))
+    light.environment = {node["environment"].file(), node["scale"].positive("a number above 0")};
+  else
+    light.zenith = node["zenith"].number(0, 90, "an angle of 0 to 90 degrees");
   const Node direction = node["direction"];
   const std::vector<Node> parts = direction.list();
   if (parts.size() != 3) direction.fail_need("three numbers");
@@ -224,11 +227,19 @@ Json json_of(const Manifest::Shape& shape) {
   return {{"name", shape.name}, {"role", name_of(ROLES, shape.role)}, {"buffers", shape.buffers}, {"mesh", mesh}};
 }
 
+Json json_of(const Manifest::Light& light) {
+  Json json;
+  if (light.environment) json = {{"environment", light.environment->file}, {"scale", light.environment->scale}};
+  json["azimuth"] = light.azimuth;
+  if (!light.environment) json["zenith"] = light.zenith;
+  json["direction"] = light.direction;
+  return json;
+}
+
 Json json_of(const Manifest& manifest) {
   Json shapes = Json::array(), lights = Json::array(), images = Json::array();
   for (const Manifest::Shape& shape : manifest.shapes) shapes.push_back(json_of(shape));
-  for (const Manifest::Light& light : manifest.lights)
-    lights.push_back({{"azimuth", light.azimuth}, {"zenith", light.zenith}, {"direction", light.direction}});
+  for (const Manifest::Light& light : manifest.lights) lights.push_back(json_of(light));
   for (const Manifest::Image& image : manifest.images)
     images.push_back({{"file", image.file},
                       {"split", split_name(image.split)},
@@ -268,7 +279,10 @@ void write_manifest(const std::string& folder, const Manifest& manifest) {
 }
 
 Manifest read_manifest(const std::string& folder) {
-  const std::string file = manifest_file(folder), text = read_file(file);
+  const std::string file = manifest_file(folder);
+  if (!std::filesystem::exists(file))
+    throw InputError(fmt::format("{}: is not there; make the data set first: itn dataset CONFIG -o {}", file, folder));
+  const std::string text = read_file(file);
   Json json;
   try {
     json = Json::parse(text);

@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -34,9 +35,17 @@ struct Manifest {
     std::variant<NamedMesh, RandomMesh, FileMesh> mesh;
   };
 
+  // A picture of the surroundings that lights the scene.
+  struct Environment {
+    std::string file;  // in the data set's folder
+    double scale = 1;  // > 0: radiance in the scene over that in the file
+  };
+  // Sun and sky, or an environment.
   struct Light {
-    double azimuth = 0, zenith = 0;               // of the sun [degrees]; zenith in [0, 90]
-    std::array<double, 3> direction = {0, 0, 1};  // towards the sun, in the world, length 1
+    double azimuth = 0;                           // of the sun or of the picture's middle [degrees]
+    double zenith = 0;                            // of the sun [degrees], in [0, 90]; not looked at of environments
+    std::array<double, 3> direction = {0, 0, 1};  // towards the sun, or to where most light comes from; length 1
+    std::optional<Environment> environment = {};
   };
 
   // What an image is for. Shapes of `train`, `validation` and `unseen_light` have the role train, those of

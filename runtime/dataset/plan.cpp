@@ -19,24 +19,33 @@ enum Stream : std::uint64_t { STREAM_SHAPE, STREAM_SEED, STREAM_AZIMUTH, STREAM_
 
 constexpr int validation_share = 10;  // one in so many
 
+// Where an environment is in the set's folder.
+std::string environment_file(const std::string& from) {
+  return "environments/" + std::filesystem::path(from).stem().string() + ".exr";
+}
+
 class Planner {
  public:
   Planner(const DatasetConfig& config, Manifest& set) : config_(config), set_(set) {}
 
-  int light(double azimuth) {
-    set_.lights.push_back({azimuth, config_.zenith, sun_direction(azimuth, config_.zenith)});
-    return static_cast<int>(set_.lights.size()) - 1;
-  }
-  std::vector<int> lights(const std::vector<double>& azimuths) {
+  // The side's suns, then its environments; none: each image's is drawn.
+  std::vector<int> lights(const DatasetConfig::Side& side) {
     std::vector<int> result;
-    result.reserve(azimuths.size());
-    for (const double azimuth : azimuths) result.push_back(light(azimuth));
+    for (const double azimuth : side.azimuths) result.push_back(add(sun(azimuth)));
+    for (const std::string& file : side.environments) {
+      const Manifest::Environment environment{environment_file(file), config_.environment_scale};
+      const std::shared_ptr<const Bitmap> picture = read_environment(file);
+      for (const double azimuth : side.environment_azimuths) {
+        const Vec3 direction = mean_direction(environment_light(picture, azimuth, environment.scale));
+        result.push_back(add({azimuth, 0, direction, environment}));
+      }
+    }
     return result;
   }
   // One of its own, from the range.
   int drawn_light(const std::array<double, 2>& range) {
     const double u = random_uniform(config_.seed, STREAM_AZIMUTH, set_.images.size());
-    return light(range[0] + u * (range[1] - range[0]));
+    return add(sun(range[0] + u * (range[1] - range[0])));
   }
 
   // The next material, point i of the additive sequence of Roberts (2018) in three dimensions: 1/phi, 1/phi^2, 1/phi^3
@@ -62,9 +71,25 @@ class Planner {
   }
 
  private:
+  Manifest::Light sun(double azimuth) const {
+    return {azimuth, config_.zenith, sun_direction(azimuth, config_.zenith), {}};
+  }
+  int add(const Manifest::Light& light) {
+    set_.lights.push_back(light);
+    return static_cast<int>(set_.lights.size()) - 1;
+  }
+
   const DatasetConfig& config_;
   Manifest& set_;
 };
+
+void add_environments(const DatasetConfig::Side& side, DatasetPlan& plan) {
+  for (const std::string& from : side.environments) {
+    const auto [known, is_new] = plan.environment_files.try_emplace(environment_file(from), from);
+    if (!is_new && known->second != from)
+      throw InputError(fmt::format("{} and {}: two environments of one name; rename one", known->second, from));
+  }
+}
 
 void add_shapes(const DatasetConfig& config, const DatasetConfig::Side& side, Manifest::Role role, DatasetPlan& plan) {
   const auto add = [&](const std::string& name, auto mesh, const std::string& from) {
@@ -95,6 +120,7 @@ std::string hash_of(const DatasetConfig& config, const DatasetPlan& plan, const 
   hash = fingerprint(device, hash);
   for (const std::string& file : plan.mesh_files)
     if (!file.empty()) hash = fingerprint(read_file(file), hash);
+  for (const auto& [name, file] : plan.environment_files) hash = fingerprint(read_file(file), hash);
   return fmt::format("{:016x}", hash);
 }
 
@@ -112,11 +138,12 @@ DatasetPlan plan_dataset(const DatasetConfig& config, const std::string& version
   add_shapes(config, config.train, Manifest::Role::train, plan);
   const int train_shapes = static_cast<int>(set.shapes.size());
   add_shapes(config, config.test, Manifest::Role::test, plan);
+  add_environments(config.train, plan);
+  add_environments(config.test, plan);
   set.hash = hash_of(config, plan, version, device);
 
   Planner planner(config, set);
-  const std::vector<int> train_lights = planner.lights(config.train.azimuths),
-                         test_lights = planner.lights(config.test.azimuths);
+  const std::vector<int> train_lights = planner.lights(config.train), test_lights = planner.lights(config.test);
   const bool any_train_light = train_lights.empty(), random = config.train.random_shapes > 0;
   using Split = Manifest::Split;
   const auto add = [&](Split split, int shape, const std::vector<int>& lights, const DatasetConfig::Side& drawn,
@@ -128,14 +155,22 @@ DatasetPlan plan_dataset(const DatasetConfig& config, const std::string& version
                           lights.empty() ? planner.drawn_light(drawn.azimuth_range) : lights[l]);
       }
   };
+  // Where the training has suns from anywhere, only environments are unseen.
+  std::vector<int> seen_lights, unseen_lights;
+  for (const int light : test_lights)
+    (any_train_light && !set.lights[static_cast<std::size_t>(light)].environment ? seen_lights : unseen_lights)
+        .push_back(light);
+  const bool any_unseen = !any_train_light || !unseen_lights.empty();
   for (int shape = 0; shape < static_cast<int>(set.shapes.size()); ++shape) {
     if (shape < train_shapes) {
       add(Split::train, shape, train_lights, config.train, config.train.materials);
-      if (!random && !any_train_light) add(Split::unseen_light, shape, test_lights, config.test, config.test.materials);
+      if (!random && any_unseen) add(Split::unseen_light, shape, unseen_lights, config.test, config.test.materials);
     } else {
-      if (!any_train_light) add(Split::unseen_shape, shape, train_lights, config.train, config.test.materials);
-      add(any_train_light ? Split::unseen_shape : Split::unseen_both, shape, test_lights, config.test,
-          config.test.materials);
+      if (!any_train_light)
+        add(Split::unseen_shape, shape, train_lights, config.train, config.test.materials);
+      else if (!seen_lights.empty() || test_lights.empty())
+        add(Split::unseen_shape, shape, seen_lights, config.test, config.test.materials);
+      if (any_unseen) add(Split::unseen_both, shape, unseen_lights, config.test, config.test.materials);
     }
   }
   return plan;

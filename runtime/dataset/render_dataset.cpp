@@ -39,6 +39,12 @@ bool is_there(const std::string& file, const Manifest& set) {
   }
 }
 
+void write_picture(const std::string& file, const Bitmap& picture) {
+  using Channels = std::vector<std::string>;
+  const Channels channels = picture.channels == 1 ? Channels{"Y"} : Channels{"R", "G", "B"};
+  write_exr(file, {picture.width, picture.height, channels, picture.data, {}});
+}
+
 void check_same(const std::string& folder, const Manifest& set) {
   if (!std::filesystem::exists(manifest_file(folder))) return;
   const Manifest there = read_manifest(folder);
@@ -54,10 +60,12 @@ class DatasetRenderer {
   DatasetRenderer(const Device& device, const Manifest& set, std::string folder, const std::atomic<bool>* cancel)
       : set_(set),
         folder_(std::move(folder)),
+        lights_(set, folder_),
         renderer_(device, options(cancel)),
         shapes_(set, folder_, most_bytes),
         placed_(renderer_, shapes_) {}
 
+  // All under the sun or all under environments: then an image's bits do not depend on the others (batch_renderer.h).
   void render(const std::vector<const Manifest::Image*>& images) {
     place(images);
     std::vector<Scene> scenes;
@@ -79,21 +87,21 @@ class DatasetRenderer {
 
   std::string path(const std::string& file) const { return folder_ + "/" + file; }
 
-  Scene scene_of(const Manifest::Image& image) const {
-    return dataset_scene(set_, shapes_.made(image.shape).mesh,
-                         set_.lights[static_cast<std::size_t>(image.light)].direction,
+  Scene scene_of(const Manifest::Image& image) {
+    return dataset_scene(set_, shapes_.made(image.shape).mesh, lights_.of(image.light),
                          {image.sigma_t, image.albedo, image.g});
   }
 
   // Makes sure that the images' shapes are on the device, and their buffers in the folder.
   void place(const std::vector<const Manifest::Image*>& images) {
     std::vector<int> shapes;
+    shapes.reserve(images.size());
     for (const Manifest::Image* image : images) shapes.push_back(image->shape);
     placed_.place(shapes);
     for (const int shape : shapes) {
       const Manifest::Shape& s = set_.shapes[static_cast<std::size_t>(shape)];
       if (!has_buffers_.insert(shape).second || is_there(path(s.buffers), set_)) continue;
-      write(s, shape_buffers(dataset_scene(set_, shapes_.made(shape).mesh, {0, 0, 1}, {}), 0, 1));
+      write(s, shape_buffers(dataset_scene(set_, shapes_.made(shape).mesh, sun_and_sky({0, 0, 1}), {}), 0, 1));
     }
   }
 
@@ -124,6 +132,7 @@ class DatasetRenderer {
 
   const Manifest& set_;
   std::string folder_;
+  DatasetLights lights_;
   BatchRenderer renderer_;
   DatasetShapes shapes_;
   PlacedShapes placed_;
@@ -142,6 +151,8 @@ DatasetProgress render_dataset(const Device& device, const DatasetPlan& plan, co
   for (std::size_t s = 0; s < set.shapes.size(); ++s)
     if (const auto* mesh = std::get_if<Manifest::FileMesh>(&set.shapes[s].mesh))
       write_ply(folder + "/" + mesh->file, as_dataset_mesh(plan.mesh_files[s]));
+  if (!plan.environment_files.empty()) create_folder(folder + "/environments");
+  for (const auto& [file, from] : plan.environment_files) write_picture(folder + "/" + file, *read_environment(from));
   write_manifest(folder, set);
 
   DatasetProgress progress{0, set.images.size(), 0};
@@ -158,14 +169,18 @@ DatasetProgress render_dataset(const Device& device, const DatasetPlan& plan, co
 
   DatasetRenderer renderer(device, set, folder, cancel);
   const std::int64_t image_paths = static_cast<std::int64_t>(set.size) * set.size * set.spp;
-  const auto batch = static_cast<std::size_t>(std::clamp<std::int64_t>(batch_paths / image_paths, 1, 64));
-  for (std::size_t first = 0; first < missing.size(); first += batch) {
-    const auto from = missing.begin() + static_cast<std::ptrdiff_t>(first);
-    const std::size_t count = std::min(batch, missing.size() - first);
-    renderer.render({from, from + static_cast<std::ptrdiff_t>(count)});
-    progress.done += count;
-    progress.rendered += count;
+  const auto batch = static_cast<std::ptrdiff_t>(std::clamp<std::int64_t>(batch_paths / image_paths, 1, 64));
+  const auto under_sun = [&](const Manifest::Image* image) {
+    return !set.lights[static_cast<std::size_t>(image->light)].environment;
+  };
+  const auto environments = std::stable_partition(missing.begin(), missing.end(), under_sun);
+  for (auto first = missing.begin(); first != missing.end();) {
+    const auto end = first + std::min(batch, (first < environments ? environments : missing.end()) - first);
+    renderer.render({first, end});
+    progress.done += static_cast<std::size_t>(end - first);
+    progress.rendered += static_cast<std::size_t>(end - first);
     report(progress);
+    first = end;
   }
   set.complete = true;
   write_manifest(folder, set);

@@ -22,6 +22,7 @@ RenderOptions options_of(Operator op, const std::atomic<bool>* cancel, bool deri
 RenderedLoss::RenderedLoss(const Device& device, const Manifest& set, std::string folder, Operator op,
                            const std::atomic<bool>* cancel)
     : set_(set),
+      lights_(set, folder),
       shapes_(set, std::move(folder), most_bytes),
       values_(device, options_of(op, cancel, false), shapes_),
       derivatives_(device, options_of(op, cancel, true), shapes_) {}
@@ -34,8 +35,7 @@ std::vector<Rendering> RenderedLoss::render(Placed& placed, const std::vector<Re
   placed.shapes.place(shapes);
   std::vector<Scene> scenes;
   for (const RerenderedImage& i : images) {
-    scenes.push_back(dataset_scene(set_, shapes_.made(i.image->shape).mesh,
-                                   set_.lights[static_cast<std::size_t>(i.image->light)].direction, i.material));
+    scenes.push_back(dataset_scene(set_, shapes_.made(i.image->shape).mesh, lights_.of(i.image->light), i.material));
     if (i.window) {
       Sensor& sensor = scenes.back().sensors.front();
       sensor.crop_x = i.window->left;

@@ -50,6 +50,7 @@ class RenderedLoss {
   std::vector<Rendering> render(Placed& placed, const std::vector<RerenderedImage>& images, int groups, int spp);
 
   const Manifest& set_;
+  DatasetLights lights_;
   DatasetShapes shapes_;
   Placed values_, derivatives_;
 };

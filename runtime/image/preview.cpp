@@ -5,13 +5,12 @@
 #include <cmath>
 
 #include "runtime/image/png.h"
+#include "runtime/scene/luminance.h"
 
 namespace itn {
 namespace {
 
-using Colour = std::array<double, 3>;  // linear
-
-void append(std::vector<std::uint8_t>& bytes, const Colour& colour) {
+void append(std::vector<std::uint8_t>& bytes, const Rgb& colour) {
   for (const double x : colour)
     bytes.push_back(static_cast<std::uint8_t>(std::lround(255 * srgb_encode(std::clamp(x, 0.0, 1.0)))));
 }
@@ -25,12 +24,10 @@ double percentile(std::vector<double> values, double fraction) {
   return *at;
 }
 
-Colour pixel(const std::vector<float>& data, int channels, std::size_t i) {
+Rgb pixel(const std::vector<float>& data, int channels, std::size_t i) {
   if (channels == 1) return {data[i], data[i], data[i]};
   return {data[3 * i], data[3 * i + 1], data[3 * i + 2]};
 }
-
-double luminance(const Colour& c) { return 0.212671 * c[0] + 0.715160 * c[1] + 0.072169 * c[2]; }  // ITU-R BT.709
 
 double shoulder(double x) { return x <= 0.6 ? x : 1 - 0.4 * std::exp(-(x - 0.6) / 0.4); }
 
@@ -45,7 +42,7 @@ std::vector<std::uint8_t> tone_mapped(const std::vector<float>& data, int channe
   std::vector<std::uint8_t> bytes;
   bytes.reserve(3 * pixels);
   for (std::size_t i = 0; i < pixels; ++i) {
-    Colour c = pixel(data, channels, i);
+    Rgb c = pixel(data, channels, i);
     if (!std::isfinite(luminances[i]))
       c = {1, 0, 1};
     else
@@ -59,7 +56,7 @@ SignedPicture red_blue(const std::vector<float>& data, int channels) {
   const std::size_t pixels = data.size() / static_cast<std::size_t>(channels);
   std::vector<double> values(pixels), sizes;
   for (std::size_t i = 0; i < pixels; ++i) {
-    const Colour c = pixel(data, channels, i);
+    const Rgb c = pixel(data, channels, i);
     values[i] = (c[0] + c[1] + c[2]) / 3;
     if (values[i] != 0) sizes.push_back(std::fabs(values[i]));
   }

@@ -10,15 +10,13 @@
 
 #include "runtime/error.h"
 #include "runtime/scene/hosek_wilkie.h"
+#include "runtime/scene/luminance.h"
 
 namespace itn {
 
 namespace {
 
 constexpr double pi = std::numbers::pi;
-
-// The weights of Mitsuba 3; any would do, since they only steer the sampling.
-double luminance(const Rgb& rgb) { return 0.212671 * rgb[0] + 0.715160 * rgb[1] + 0.072169 * rgb[2]; }
 
 // "file:line:column: turbidity of the sunsky emitter must be in [1, 10]; got 11"
 template <class Value>

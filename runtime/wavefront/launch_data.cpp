@@ -145,6 +145,23 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   return r;
 }
 
+int append_record(const EmitterRecord& record, LaunchData& data) {
+  data.emitters.push_back(record);
+  return static_cast<int>(data.emitters.size()) - 1;
+}
+
+int append_light(const Emitter& light, LaunchData& data) {
+  const bool shared = light.kind == Emitter::Kind::envmap && !light.sampled_as;
+  const auto key = std::tuple(light.bitmap.get(), light.scale, light.to_world.m);
+  if (shared && data.emitter_of.count(key)) return data.emitter_of[key];
+  EmitterRecord record;
+  append_emitter(light, record, data.emitter_tables);
+  data.coloured_light |= light.kind != Emitter::Kind::constant || !grey(light.radiance);
+  const int index = append_record(record, data);
+  if (shared) data.emitter_of[key] = index;
+  return index;
+}
+
 }  // namespace
 
 JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData& data) {
@@ -165,13 +182,7 @@ JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData&
   data.cameras.push_back(camera_record(camera, first_medium));
   data.pixels.push_back(camera.crop_width * camera.crop_height);
 
-  job.emitter = static_cast<int>(data.emitters.size());
-  EmitterRecord emitter{};
-  if (scene.environment) {
-    append_emitter(*scene.environment, emitter, data.emitter_tables);
-    data.coloured_light |= scene.environment->kind != Emitter::Kind::constant || !grey(scene.environment->radiance);
-  }
-  data.emitters.push_back(emitter);
+  job.emitter = scene.environment ? append_light(*scene.environment, data) : append_record({}, data);
 
   const int unlimited = 1 << 20;  // beyond any path: roulette ends them
   job.max_depth = scene.integrator.max_depth < 0 ? unlimited : scene.integrator.max_depth;

@@ -1,7 +1,9 @@
 // Scenes as the records of kernels/shared: what one launch of the wavefront can work on.
 #pragma once
+#include <array>
 #include <map>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "kernels/shared/emitter_layout.h"
@@ -23,6 +25,8 @@ struct LaunchData {
   std::vector<MediumRecord> media;
   std::vector<EmitterRecord> emitters;
   std::vector<float> emitter_tables;
+  // Environments are large, and scenes may share them: records by bitmap, scale and to_world.
+  std::map<std::tuple<const Bitmap*, double, std::array<double, 16>>, int> emitter_of;
   std::vector<TextureRecord> textures;
   std::vector<float> texels;
   std::map<const Bitmap*, int> texels_of;  // where those of a bitmap begin: scenes may share it

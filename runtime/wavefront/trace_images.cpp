@@ -5,13 +5,10 @@
 #include <cmath>
 
 #include "runtime/error.h"
+#include "runtime/seconds_since.h"
 
 namespace itn {
 namespace {
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 // Paths of the next launch, from how long the last one's took: about a quarter of a second, at most 4 times as many.
 std::int64_t next_target(std::int64_t target, std::int64_t paths, double seconds) {

@@ -6,6 +6,7 @@
 
 #include "kernels/shared/path_state.h"
 #include "runtime/error.h"
+#include "runtime/seconds_since.h"
 #include "runtime/wavefront/baseline.h"
 
 namespace itn {
@@ -324,7 +325,7 @@ void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) 
     launch(kernel, items);
     device_.finish();
     StageTime& time = stage_times_[static_cast<std::size_t>(queue)];
-    time.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    time.seconds += seconds_since(start);
     time.launches += 1;
     time.paths += static_cast<std::uint64_t>(waiting_paths);
   };

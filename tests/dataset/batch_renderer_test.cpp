@@ -28,7 +28,7 @@ struct Scenes {
     set.boundary.int_ior = 1.4;
   }
   Scene scene(std::size_t shape, double azimuth, const DatasetMaterial& material) const {
-    return dataset_scene(set, shapes[shape], sun_direction(azimuth, 30), material);
+    return dataset_scene(set, shapes[shape], sun_and_sky(sun_direction(azimuth, 30)), material);
   }
 };
 
@@ -103,6 +103,33 @@ TEST_CASE("images of a batch have the bits of each alone: shapes, lights, materi
     Renderer single(device(), all[0], alone);
     check_same(renderer.render({{&all[0], geometries[0], 100, 3}}, 4).front(), single.render(3, 4));
   }
+}
+
+TEST_CASE("images of a batch that share an environment, turned or not, have the bits of each alone") {
+  Scenes scenes;
+  scenes.set.boundary.rough = GENERATE(false, true);
+  Bitmap picture{16, 9, 1, std::vector<float>(16 * 9, 0.2F)};
+  picture.data[16 * 2 + 5] = 30;
+  const auto shared = std::make_shared<const Bitmap>(picture);
+  const DatasetMaterial material{20, 0.9, 0.5};
+  std::vector<Scene> all;
+  for (const auto& [azimuth, scale] : {std::pair{0.0, 1.0}, {90.0, 1.0}, {0.0, 1.0}, {0.0, 3.0}})
+    all.push_back(dataset_scene(scenes.set, scenes.shapes[0], environment_light(shared, azimuth, scale), material));
+  BatchRenderer renderer(device(), {});
+  const int geometry = renderer.add_geometry(renderer.geometry_of(all[0]));
+  std::vector<BatchImage> batch;
+  for (const Scene& scene : all) batch.push_back({&scene, geometry, 7, 0});
+  const std::vector<Rendering> together = renderer.render(batch, 16);
+  RenderOptions alone;
+  alone.spp = 16;
+  alone.seed = 7;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    CAPTURE(i);
+    check_same(together[i], render(device(), all[i], alone));
+  }
+  CHECK(together[0].mean == together[2].mean);
+  CHECK(together[0].mean != together[1].mean);
+  CHECK(together[3].mean_of_image[0] == Approx(3 * together[0].mean_of_image[0]));
 }
 
 TEST_CASE("a batch has no baselines of itself") {

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <map>
 
+#include "runtime/renderer.h"
 #include "runtime/scene/load.h"
 #include "runtime/scene/mesh_file.h"
 #include "runtime/scene/parameters.h"
@@ -19,24 +21,8 @@ void check_near(const Transform& a, const Transform& b) {
   for (std::size_t i = 0; i < 16; ++i) CHECK(a.m[i] == Approx(b.m[i]).margin(1e-12));
 }
 
-}  // namespace
-
-TEST_CASE("scenes/dataset/scene.xml is the scene of a data set") {
-  const TemporaryFolder folder;
-  const auto mesh = std::make_shared<const Mesh>(shape_mesh(torus(1, 0.4), 600));
-  write_ply(folder / "ring.ply", *mesh);
-  Manifest set;
-  set.size = 32;
-  set.spp = 64;
-  const Scene made = dataset_scene(set, mesh, {0.25, 0.4330127018922193, 0.8660254037844386}, {60, 0.7, 0.2});
-  const Scene loaded = load_scene(std::string(ITN_SOURCE_DIR) + "/scenes/dataset/scene.xml",
-                                  {{"mesh", folder / "ring.ply"},
-                                   {"size", "32"},
-                                   {"spp", "64"},
-                                   {"sun", "0.25, 0.4330127018922193, 0.8660254037844386"},
-                                   {"sigma_t", "60"},
-                                   {"albedo", "0.7"},
-                                   {"g", "0.2"}});
+// All that both scenes show, but for the light.
+void check_same_object(const Scene& loaded, const Scene& made) {
   CHECK(loaded.warnings.empty());
   REQUIRE(loaded.sensors.size() == 1);
   const Sensor &camera = loaded.sensors[0], &own = made.sensors[0];
@@ -65,11 +51,6 @@ TEST_CASE("scenes/dataset/scene.xml is the scene of a data set") {
   CHECK((floor.nearest && floor.wrap == pattern.wrap));
   for (std::size_t i = 0; i < 6; ++i) CHECK(floor.to_uv[i] == Approx(pattern.to_uv[i]).margin(1e-12));
   CHECK(loaded.bsdfs[static_cast<std::size_t>(loaded.shapes[1].bsdf)].kind == BsdfKind::null);
-  const SunSky &sky = loaded.environment->sunsky, &own_sky = made.environment->sunsky;
-  CHECK((sky.turbidity == own_sky.turbidity && sky.albedo == own_sky.albedo && sky.sky_scale == own_sky.sky_scale));
-  CHECK(sky.sun_aperture == Approx(own_sky.sun_aperture));
-  CHECK(sky.sun_scale == own_sky.sun_scale);
-  for (std::size_t k = 0; k < 3; ++k) CHECK(sky.sun_direction[k] == Approx(own_sky.sun_direction[k]).margin(1e-12));
   std::vector<std::string> names;
   for (const Parameter& p : list_parameters(made)) names.push_back(p.name);
   std::vector<std::string> loaded_names;
@@ -78,4 +59,66 @@ TEST_CASE("scenes/dataset/scene.xml is the scene of a data set") {
     CHECK(std::find(names.begin(), names.end(), name) != names.end());
     CHECK(find_parameter(list_parameters(made), name).value == find_parameter(list_parameters(loaded), name).value);
   }
+}
+
+// A ring as a mesh file and as it is, and what the scene files need to know of it.
+struct Ring {
+  TemporaryFolder folder;
+  std::shared_ptr<const Mesh> mesh = std::make_shared<const Mesh>(shape_mesh(torus(1, 0.4), 600));
+  Manifest set;
+  DatasetMaterial material{60, 0.7, 0.2};
+
+  Ring() {
+    write_ply(folder / "ring.ply", *mesh);
+    set.size = 32;
+    set.spp = 64;
+  }
+  Scene load(const std::string& file, std::map<std::string, std::string> more) const {
+    more.merge(std::map<std::string, std::string>{{"mesh", folder / "ring.ply"},
+                                                  {"size", "32"},
+                                                  {"spp", "64"},
+                                                  {"sigma_t", "60"},
+                                                  {"albedo", "0.7"},
+                                                  {"g", "0.2"}});
+    return load_scene(std::string(ITN_SOURCE_DIR) + "/scenes/dataset/" + file, more);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("scenes/dataset/scene.xml is the scene of a data set under sun and sky") {
+  const Ring ring;
+  const Scene made =
+      dataset_scene(ring.set, ring.mesh, sun_and_sky({0.25, 0.4330127018922193, 0.8660254037844386}), ring.material);
+  const Scene loaded = ring.load("scene.xml", {{"sun", "0.25, 0.4330127018922193, 0.8660254037844386"}});
+  check_same_object(loaded, made);
+  const SunSky &sky = loaded.environment->sunsky, &own_sky = made.environment->sunsky;
+  CHECK((sky.turbidity == own_sky.turbidity && sky.albedo == own_sky.albedo && sky.sky_scale == own_sky.sky_scale));
+  CHECK(sky.sun_aperture == Approx(own_sky.sun_aperture));
+  CHECK(sky.sun_scale == own_sky.sun_scale);
+  for (std::size_t k = 0; k < 3; ++k) CHECK(sky.sun_direction[k] == Approx(own_sky.sun_direction[k]).margin(1e-12));
+}
+
+TEST_CASE("scenes/dataset/environment.xml is the scene of a data set in an environment, and renders the same image") {
+  const Ring ring;
+  const std::string file = std::string(ITN_SOURCE_DIR) + "/scenes/gallery/studio.exr";
+  const Scene made =
+      dataset_scene(ring.set, ring.mesh, environment_light(read_environment(file), -35, 1.5), ring.material);
+  const Scene loaded = ring.load("environment.xml", {{"map", file}, {"azimuth", "-35"}, {"scale", "1.5"}});
+  check_same_object(loaded, made);
+  const Emitter &light = *loaded.environment, &own = *made.environment;
+  CHECK((light.kind == own.kind && light.id == own.id && light.scale == own.scale));
+  CHECK(light.bitmap->data == own.bitmap->data);
+  CHECK(light.to_world.m == own.to_world.m);
+
+  const Device device;
+  RenderOptions options;
+  const Rendering a = render(device, made, options);
+  options.seed = 1;
+  const Rendering b = render(device, loaded, options);
+  double chi_square = 0;
+  for (std::size_t i = 0; i < a.mean.size(); ++i)
+    chi_square += std::pow(a.mean[i] - b.mean[i], 2) / (std::pow(a.stderr_[i], 2) + std::pow(b.stderr_[i], 2));
+  // Of 1024 pixels: within 5 of its standard deviations.
+  CHECK(std::abs(chi_square - 1024) < 5 * std::sqrt(2 * 1024.0));
 }

@@ -28,7 +28,9 @@ Manifest example() {
       {"knot", Manifest::Role::train, "shapes/knot.exr", Manifest::NamedMesh{"knot"}},
       {"random_7", Manifest::Role::train, "shapes/random_7.exr", Manifest::RandomMesh{18446744073709551615U, 40000}},
       {"mine", Manifest::Role::test, "shapes/mine.exr", Manifest::FileMesh{"shapes/mine.ply"}}};
-  manifest.lights = {{30, 60, {0.75, 0.4330127018922193, 0.5}}, {0, 0, {0, 0, 1}}};
+  manifest.lights = {{30, 60, {0.75, 0.4330127018922193, 0.5}, {}},
+                     {0, 0, {0, 0, 1}, {}},
+                     {-90, 0, {0.6, 0, 0.8}, Manifest::Environment{"environments/room.exr", 0.1}}};
   manifest.images = {{"images/000000.exr", Manifest::Split::train, 1, 0, 0.1, 0.95, -0.3, 18446744073709551615U},
                      {"images/000001.exr", Manifest::Split::unseen_both, 2, 1, 300, 0, 0.9, 0}};
   return manifest;
@@ -76,10 +78,16 @@ TEST_CASE("A manifest comes back as written, every number to the bit") {
   CHECK(std::get<Manifest::RandomMesh>(read.shapes[1].mesh).seed == 18446744073709551615U);
   CHECK(std::get<Manifest::RandomMesh>(read.shapes[1].mesh).triangles == 40000);
   CHECK(std::get<Manifest::FileMesh>(read.shapes[2].mesh).file == "shapes/mine.ply");
-  REQUIRE(read.lights.size() == 2);
+  REQUIRE(read.lights.size() == 3);
   CHECK(read.lights[0].azimuth == 30);
   CHECK(read.lights[0].zenith == 60);
   CHECK(read.lights[0].direction == written.lights[0].direction);
+  CHECK_FALSE(read.lights[0].environment);
+  CHECK(read.lights[2].azimuth == -90);
+  CHECK(read.lights[2].direction == written.lights[2].direction);
+  REQUIRE(read.lights[2].environment);
+  CHECK(read.lights[2].environment->file == "environments/room.exr");
+  CHECK(read.lights[2].environment->scale == 0.1);
   REQUIRE(read.images.size() == 2);
   CHECK(read.images[0].file == "images/000000.exr");
   CHECK(read.images[1].split == Manifest::Split::unseen_both);
@@ -124,6 +132,8 @@ TEST_CASE(
     CHECK(message([&](Json& j) { j["shapes"][2].erase(key); }) == "shapes[2]: has no \"" + std::string(key) + "\"");
   for (const char* key : {"azimuth", "zenith", "direction"})
     CHECK(message([&](Json& j) { j["lights"][0].erase(key); }) == "lights[0]: has no \"" + std::string(key) + "\"");
+  for (const char* key : {"scale", "azimuth", "direction"})
+    CHECK(message([&](Json& j) { j["lights"][2].erase(key); }) == "lights[2]: has no \"" + std::string(key) + "\"");
 
   CHECK_THAT(message([](Json& j) { j["hash"] = "0123456789ABCDEF"; }), Contains("hash: got"));
   CHECK_THAT(message([](Json& j) { j["hash"] = "012345678"; }), Contains("hash: got"));
@@ -149,6 +159,11 @@ TEST_CASE(
   CHECK_THAT(message([](Json& j) { j["lights"][0]["zenith"] = 91; }), Contains("lights[0].zenith: got 91"));
   CHECK_THAT(message([](Json& j) { j["lights"][0]["direction"] = {0, 1}; }), Contains("need three numbers"));
   CHECK_THAT(message([](Json& j) { j["lights"][0]["direction"] = {0, 1, 1}; }), Contains("length 1"));
+  CHECK_THAT(message([](Json& j) { j["lights"][2]["environment"] = "../room.exr"; }),
+             Contains("lights[2].environment: got \"../room.exr\", need a file below the data set's folder"));
+  CHECK_THAT(message([](Json& j) { j["lights"][2]["scale"] = 0; }),
+             Contains("lights[2].scale: got 0, need a number above 0"));
+  CHECK_THAT(message([](Json& j) { j["lights"][2].erase("environment"); }), Contains("lights[2]: has no \"zenith\""));
   CHECK_THAT(message([](Json& j) { j["images"][0]["split"] = "test"; }), Contains("images[0].split: got \"test\""));
   CHECK_THAT(message([](Json& j) { j["images"][0]["shape"] = 3; }),
              Contains("got 3, need the index of one of 3 shapes"));
@@ -175,7 +190,8 @@ TEST_CASE("No shape is learnt and then called unseen") {
 TEST_CASE("A missing, cut or foreign manifest is an input error, and one that could not be read is not written") {
   const TemporaryFolder folder;
   const std::string file = manifest_file(folder.path());
-  CHECK_THROWS_WITH(read_manifest(folder.path()), Contains("manifest.json: cannot be read"));
+  CHECK_THROWS_WITH(read_manifest(folder.path()),
+                    Contains("manifest.json: is not there; make the data set first: itn dataset"));
   Manifest wrong = example();
   wrong.images[0].g = 1.5;
   CHECK_THROWS_WITH(write_manifest(folder.path(), wrong), Contains("images[0].g: got 1.5"));

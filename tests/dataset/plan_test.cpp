@@ -3,10 +3,14 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
 #include <map>
+#include <numbers>
 #include <set>
+#include <tuple>
 
 #include "runtime/error.h"
+#include "runtime/image/exr.h"
 #include "runtime/image/file.h"
 #include "tests/support/temporary_folder.h"
 
@@ -114,6 +118,92 @@ TEST_CASE("the hash tells configurations, versions, devices and mesh files apart
   CHECK(hashes.size() == 6);
 }
 
+TEST_CASE("environments are lights beside the sun's, each turned to every azimuth, and copied once") {
+  const TemporaryFolder folder;
+  // A lamp in the middle of the picture, a bit above the horizon.
+  ExrImage room{8, 9, {"R", "G", "B"}, std::vector<float>(3 * 8 * 9, 0), {}};
+  for (const std::size_t i : {8 * 3 + 3, 8 * 3 + 4}) room.data[3 * i] = 5;
+  write_exr(folder / "room.exr", room);
+  write_exr(folder / "yard.exr", room);
+  write_file(folder / "config.json", R"({"environment_scale": 0.5,
+    "train": {"shapes": ["knot"], "azimuths": [10], "materials": 10,
+              "environments": ["room.exr"], "environment_azimuths": [0, 90]},
+    "test": {"shapes": ["hare"], "azimuths": [], "environments": ["yard.exr", "room.exr"],
+             "environment_azimuths": [45], "materials": 2}})");
+  const DatasetConfig config = read_dataset_config(folder / "config.json");
+  const DatasetPlan plan = plan_of(config);
+  const Manifest& set = plan.manifest;
+  CHECK(plan.environment_files == std::map<std::string, std::string>{{"environments/room.exr", folder / "room.exr"},
+                                                                     {"environments/yard.exr", folder / "yard.exr"}});
+  REQUIRE(set.lights.size() == 3 + 2);
+  CHECK_FALSE(set.lights[0].environment);
+  for (const auto& [light, azimuth, file] :
+       {std::tuple{1, 0, "room"}, {2, 90, "room"}, {3, 45, "yard"}, {4, 45, "room"}}) {
+    const Manifest::Light& l = set.lights[static_cast<std::size_t>(light)];
+    REQUIRE(l.environment);
+    CHECK(l.environment->file == std::string("environments/") + file + ".exr");
+    CHECK(l.environment->scale == 0.5);
+    CHECK(l.azimuth == azimuth);
+    const double a = azimuth * std::numbers::pi / 180;
+    CHECK(l.direction[0] * std::cos(a) == Approx(l.direction[1] * std::sin(a)).margin(1e-9));
+    CHECK(l.direction[0] * std::sin(a) + l.direction[1] * std::cos(a) > 0.5);
+  }
+  std::map<Split, int> count = splits(set);
+  CHECK(count[Split::train] == 27);
+  CHECK(count[Split::validation] == 3);
+  CHECK(count[Split::unseen_light] == 2 * 2);
+  CHECK(count[Split::unseen_shape] == 3 * 2);
+  CHECK(count[Split::unseen_both] == 2 * 2);
+  write_file(folder / "again.json", to_json(config));
+  CHECK(to_json(read_dataset_config(folder / "again.json")) == to_json(config));
+
+  room.data[0] = 1;
+  write_exr(folder / "yard.exr", room);
+  CHECK(plan_of(config).manifest.hash != set.hash);
+  room.data[0] = -1;
+  write_exr(folder / "yard.exr", room);
+  CHECK_THROWS_WITH(plan_of(config), Catch::Contains("yard.exr: column 0, row 0, channel 0 is -1"));
+  std::filesystem::remove(folder / "yard.exr");
+  CHECK_THROWS_WITH(plan_of(config), Catch::Contains("yard.exr: cannot be read"));
+  std::filesystem::create_directory(folder / "other");
+  write_exr(folder / "other/room.exr", room);
+  DatasetConfig twice = config;
+  twice.test.environments = {folder / "other/room.exr"};
+  CHECK_THROWS_WITH(plan_of(twice), Catch::Contains("two environments of one name"));
+}
+
+TEST_CASE("where the training's suns are drawn, environments are unseen light and other suns are not") {
+  const TemporaryFolder folder;
+  write_exr(folder / "room.exr", {4, 3, {"Y"}, std::vector<float>(12, 1), {}});
+  DatasetConfig config = read_dataset_config("varied");
+  config.train.random_shapes = 0;
+  config.train.shapes = {"knot"};
+  config.test.shapes = {"hare"};
+  config.test.azimuths = {20};
+  config.test.environments = {folder / "room.exr"};
+  config.train.materials = config.test.materials = 1;
+  const Manifest set = plan_of(config).manifest;
+  REQUIRE(set.images.size() == 4);
+  const std::array<std::tuple<Split, int, bool>, 4> wanted{{{Split::train, 0, false},
+                                                            {Split::unseen_light, 0, true},
+                                                            {Split::unseen_shape, 1, false},
+                                                            {Split::unseen_both, 1, true}}};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Manifest::Image& image = set.images[i];
+    const bool environment = set.lights[static_cast<std::size_t>(image.light)].environment.has_value();
+    CHECK((std::tuple(image.split, image.shape, environment) == wanted[i]));
+  }
+}
+
+TEST_CASE("what is said of environments is no part of a set, nor of its hash, where there are none") {
+  DatasetConfig config = read_dataset_config("tiny");
+  CHECK(to_json(config).find("environment") == std::string::npos);
+  const std::string hash = plan_of(config).manifest.hash;
+  config.environment_scale = 2;
+  config.train.environment_azimuths = {0, 90};
+  CHECK(plan_of(config).manifest.hash == hash);
+}
+
 TEST_CASE("configurations that cannot be are refused with the key, what is there, and what is needed") {
   const TemporaryFolder folder;
   const auto refusal = [&](const std::string& json) -> std::string {
@@ -142,5 +232,13 @@ TEST_CASE("configurations that cannot be are refused with the key, what is there
   CHECK_THAT(refusal(R"({"train":{"shapes":[]}})"), Contains("train.shapes is []; need at least one"));
   CHECK_THAT(refusal(R"({"test":{"shapes":["frog"]}})"), Contains("the shape frog is not known") && Contains("hare"));
   CHECK_THAT(refusal(R"({"test":{"colour":1}})"), Contains("test.colour is not known"));
+  CHECK_THAT(refusal(R"({"train":{"environments":"a.exr"}})"),
+             Contains("train.environments is \"a.exr\"; need a list"));
+  CHECK_THAT(refusal(R"({"train":{"environments":["a.exr","a.exr"]}})"),
+             Contains("train.environments") && Contains("each once"));
+  CHECK_THAT(refusal(R"({"test":{"environment_azimuths":[]}})"), Contains("test.environment_azimuths is []"));
+  CHECK_THAT(refusal(R"({"test":{"environment_azimuths":[200]}})"), Contains("angles from -180 to 180"));
+  CHECK_THAT(refusal(R"({"environment_scale":0})"), Contains("environment_scale is 0; need a number from"));
+  CHECK_THAT(refusal(R"({"environmentscale":1})"), Contains("is not known") && Contains("environment_scale"));
   CHECK_THROWS_WITH(read_dataset_config("huge"), Contains("need a JSON file, or one of the presets"));
 }

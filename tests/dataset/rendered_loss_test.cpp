@@ -5,11 +5,10 @@
 #include <cmath>
 #include <numeric>
 
+#include "runtime/dataset/dataset_mesh.h"
 #include "runtime/error.h"
 #include "runtime/image/exr.h"
-#include "runtime/scene/mesh_file.h"
-#include "runtime/shapes/polygonise.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/egg_set.h"
 
 using namespace itn;
 
@@ -20,18 +19,11 @@ const Device& device() {
   return the_device;
 }
 
-// One image of an egg of 2 mm.
-struct Egg {
-  TemporaryFolder folder;
-  Manifest set;
+// One image of an egg.
+struct Egg : EggSet {
   std::vector<float> target;
 
   Egg() {
-    write_ply(folder / "egg.ply", shape_mesh(ellipsoid({1, 1, 1.4}), 600));
-    set.size = 16;
-    set.mm_per_unit = 2;
-    set.shapes = {{"egg", Manifest::Role::train, "egg.exr", Manifest::FileMesh{"egg.ply"}}};
-    set.lights = {{30, 30, sun_direction(30, 30)}};
     set.images.resize(1);
     RenderedLoss renderer(device(), set, folder / "", Operator::full, nullptr);
     target = renderer.render({{&set.images[0], {8, 0.9, 0.5}, 1, nullptr}}, 256).front().mean;
@@ -139,4 +131,22 @@ TEST_CASE("a batch's losses are those of each alone; samples that make no equal 
   }
   CHECK_THROWS_AS(loss.evaluate(batch, 1), UsageError);
   CHECK_THROWS_AS(loss.evaluate(batch, 17), UsageError);
+}
+
+TEST_CASE("an image in an environment is rendered again with the light that its set says") {
+  EggSet egg;
+  Bitmap picture{16, 9, 1, std::vector<float>(16 * 9, 0.2F)};
+  picture.data[16 * 2 + 5] = 30;
+  write_exr(egg.folder / "room.exr", {16, 9, {"Y"}, picture.data, {}});
+  egg.set.lights.push_back({60, 0, {0, 0, 1}, Manifest::Environment{"room.exr", 1.5}});
+  Manifest::Image image;
+  image.light = 2;
+  const DatasetMaterial material{8, 0.9, 0.5};
+  RenderedLoss loss(device(), egg.set, egg.folder / "", Operator::full, nullptr);
+  RenderOptions options;
+  options.spp = 16;
+  options.seed = 5;
+  const Scene scene = dataset_scene(egg.set, dataset_mesh(egg.set.shapes[0], egg.folder / ""),
+                                    environment_light(std::make_shared<const Bitmap>(picture), 60, 1.5), material);
+  CHECK(loss.render({{&image, material, 5, nullptr}}, 16).front().mean == render(device(), scene, options).mean);
 }

@@ -4,9 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "runtime/scene/mesh_file.h"
-#include "runtime/shapes/polygonise.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/support/egg_set.h"
 
 using namespace itn;
 
@@ -17,19 +15,12 @@ const Device& device() {
   return the_device;
 }
 
-// Two images of an egg of 2 mm, under two lights.
-struct Eggs {
-  TemporaryFolder folder;
-  Manifest set;
+// Two images of an egg, under two lights.
+struct Eggs : EggSet {
   std::vector<SynthesisTarget> targets;
   std::vector<DatasetMaterial> truth{{8, 0.9, 0.5}, {4, 0.7, 0.2}};
 
   Eggs() {
-    write_ply(folder / "egg.ply", shape_mesh(ellipsoid({1, 1, 1.4}), 600));
-    set.size = 16;
-    set.mm_per_unit = 2;
-    set.shapes = {{"egg", Manifest::Role::train, "egg.exr", Manifest::FileMesh{"egg.ply"}}};
-    set.lights = {{30, 30, sun_direction(30, 30)}, {80, 30, sun_direction(80, 30)}};
     RenderedLoss renderer(device(), set, folder / "", Operator::full, nullptr);
     for (int i = 0; i < 2; ++i) {
       Manifest::Image image;

@@ -10,6 +10,7 @@
 #include "runtime/device/device.h"
 #include "runtime/error.h"
 #include "runtime/scene/hosek_wilkie.h"
+#include "runtime/scene/luminance.h"
 
 namespace {
 
@@ -210,8 +211,6 @@ Emitter small_envmap() {
   emitter.scale = 1.5;
   return emitter;
 }
-
-double luminance(const Rgb& rgb) { return 0.212671 * rgb[0] + 0.715160 * rgb[1] + 0.072169 * rgb[2]; }
 
 // Cosine to the normal of some plane.
 double plane(const Vec3& d) { return 0.6 * d[0] + 0.8 * d[2]; }

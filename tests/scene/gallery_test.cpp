@@ -7,7 +7,7 @@
 TEST_CASE("every scene of the project loads") {
   std::size_t count = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(ITN_SOURCE_DIR "/scenes")) {
-    if (entry.path().extension() != ".xml") continue;
+    if (entry.path().extension() != ".xml" || entry.path().filename() == "object.xml") continue;  // a part of others
     INFO(entry.path());
     const itn::Scene scene = itn::load_scene(entry.path().string());
     CHECK(!scene.sensors.empty());

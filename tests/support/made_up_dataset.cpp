@@ -49,7 +49,7 @@ MadeUpDataset::MadeUpDataset(std::string to, int training, int validation) : fol
   manifest.spp = 16;
   manifest.shapes = {{"ball", Manifest::Role::train, "shapes/ball.exr", Manifest::NamedMesh{"ball"}},
                      {"slope", Manifest::Role::test, "shapes/slope.exr", Manifest::NamedMesh{"slope"}}};
-  manifest.lights = {{0, 0, {0, 0, 1}}, {0, 60, {std::sqrt(0.75), 0, 0.5}}};
+  manifest.lights = {{0, 0, {0, 0, 1}, {}}, {0, 60, {std::sqrt(0.75), 0, 0.5}, {}}};
   std::filesystem::create_directories(folder + "/images");
   std::filesystem::create_directories(folder + "/shapes");
   write_shape(path("shapes/ball.exr"), manifest.hash, true);

@@ -18,14 +18,19 @@
 
 namespace {
 
-// A small set of two meshes of the user's own.
+// A small set of two meshes and an environment of the user's own, in which images with and without sun alternate.
 std::string write_config(const TemporaryFolder& folder, int materials) {
   itn::write_ply(folder / "egg.ply", itn::shape_mesh(itn::ellipsoid({1, 1, 1.5}), 600));
   itn::write_ply(folder / "ring.ply", itn::shape_mesh(itn::torus(1, 0.4), 600));
-  const nlohmann::json config{{"size", 16},
-                              {"spp", 16},
-                              {"train", {{"shapes", {"egg.ply"}}, {"azimuths", {0, 60}}, {"materials", materials}}},
-                              {"test", {{"shapes", {"ring.ply"}}, {"azimuths", {30}}, {"materials", materials}}}};
+  itn::ExrImage room{16, 9, {"R", "G", "B"}, std::vector<float>(3 * 16 * 9, 0.5F), {}};
+  room.data[3 * (16 * 2 + 5)] = 30;
+  itn::write_exr(folder / "room.exr", room);
+  const nlohmann::json config{
+      {"size", 16},
+      {"spp", 16},
+      {"boundary", {{"type", "rough"}, {"alpha", 0.3}, {"int_ior", 1.3}}},
+      {"train", {{"shapes", {"egg.ply"}}, {"azimuths", {0}}, {"environments", {"room.exr"}}, {"materials", materials}}},
+      {"test", {{"shapes", {"ring.ply"}}, {"azimuths", {30}}, {"materials", materials}}}};
   itn::write_file(folder / "config.json", config.dump());
   return folder / "config.json";
 }
@@ -53,6 +58,8 @@ TEST_CASE("a data set of one's own meshes: images with errors, buffers, a comple
   CHECK(json["splits"]["validation"] == 2);
   const itn::Manifest set = itn::read_complete_manifest(folder / "set");
   REQUIRE(set.images.size() == 60);
+  REQUIRE(set.lights[1].environment);
+  CHECK(itn::read_exr(folder / "set/" + set.lights[1].environment->file).width == 16);
   CHECK(set.hash == json["hash"]);
   for (const itn::Manifest::Image& image : set.images) {
     const itn::ExrImage exr = itn::read_exr(folder / "set" + "/" + image.file);
@@ -105,6 +112,12 @@ TEST_CASE("images that are missing, damaged or of another set are rendered again
   std::filesystem::remove(set + "/shapes/ring.exr");
   REQUIRE(run_itn({"dataset", config, "-o", set, "--quiet"}).exit_code == 0);
   CHECK((files_of(set) == before));
+  for (const char* image : {"/images/000001.exr", "/images/000003.exr"}) {  // under the sun, and in an environment
+    CAPTURE(image);
+    std::filesystem::remove(set + image);
+    REQUIRE(run_itn({"dataset", config, "-o", set, "--quiet"}).exit_code == 0);
+    CHECK((files_of(set) == before));
+  }
 }
 
 TEST_CASE("a folder belongs to one configuration and one writer") {
@@ -145,4 +158,8 @@ TEST_CASE("itn dataset says what is wrong with a configuration or a mesh") {
   CHECK(hole.exit_code == 3);
   CHECK_THAT(hole.error, Catch::Contains("3 open edges") && Catch::Contains("must be closed"));
   CHECK_FALSE(std::filesystem::exists(folder / "b/manifest.json"));
+  itn::write_file(folder / "config.json", R"({"test":{"environments":["nowhere.exr"]}})");
+  const Result dark = run_itn({"dataset", folder / "config.json", "-o", folder / "c"});
+  CHECK(dark.exit_code == 3);
+  CHECK_THAT(dark.error, Catch::Contains("nowhere.exr: cannot be read"));
 }

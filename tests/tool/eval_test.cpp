@@ -148,7 +148,9 @@ TEST_CASE("itn eval says what is wrong with a data set or a run") {
   const Small small;
   const std::string report = small.folder / "report";
   fails({"eval", small.set, "-o", report}, 2, "runs");
-  fails({"eval", small.folder / "nowhere", small.folder / "rn", "-o", report}, 3, "manifest.json");
+  fails({"eval", small.folder / "nowhere", small.folder / "rn", "-o", report}, 3,
+        "make the data set first: itn dataset");
+  fails({"eval", small.set, small.folder / "nowhere", "-o", report}, 3, "train it first: itn train");
   std::filesystem::create_directory(small.folder / "empty");
   fails({"eval", small.set, small.folder / "empty", "-o", report}, 3, "network.safetensors");
   small.network("itn", 2, 32);

@@ -196,7 +196,7 @@ TEST_CASE("itn train says what is wrong with the data set or the command") {
   const TemporaryFolder folder;
   MadeUpDataset set(folder / "set", 16, 4);
   const std::string run = folder / "run", image = set.path("images/7.exr");
-  fails(train(folder / "nothing", run), 3, "manifest.json");
+  fails(train(folder / "nothing", run), 3, "nothing/manifest.json: is not there; make the data set first: itn dataset");
   fails(train(set.folder, run, {"--batch", "17"}), 2, "fewer examples than a batch");
   fails(train(set.folder, run, {"--lambda", "1"}), 2, "rn has no image loss");
   fails(train(set.folder, run, {"--width", "3"}), 2, "--width");
@@ -237,8 +237,8 @@ TEST_CASE("itn predict says what is wrong with network, images and what is known
   const std::string one = folder / "one", six = folder / "six", image = set.path("images/0.exr");
   REQUIRE(run_itn(train(set.folder, one, {"--epochs", "1"}), one_thread).exit_code == 0);
   REQUIRE(run_itn(train(set.folder, six, {"--epochs", "1", "--channels", "6"}), one_thread).exit_code == 0);
-  fails({"predict", folder / "none", image}, 3, "none: cannot be read");
-  fails({"predict", set.folder, image}, 3, "network.safetensors: is not there");
+  fails({"predict", folder / "none", image}, 3, "none: is not there; train it first: itn train");
+  fails({"predict", set.folder, image}, 3, "network.safetensors: is not there; itn train");
   fails({"predict", image, image}, 3, "0.exr");
   fails({"predict", one}, 2, "images is required");
   fails({"predict", one, image, "--dataset", set.folder}, 2, "sees luminance alone");

@@ -1,0 +1,48 @@
+// The lights of a data set's images: sun and sky, or a picture of the surroundings (an environment map).
+#pragma once
+#include <map>
+#include <memory>
+#include <string>
+
+#include "runtime/dataset/manifest.h"
+#include "runtime/scene/scene.h"
+
+namespace itn {
+
+// Towards the sun, unit; z is up, the camera looks along +y and down. azimuth [degree]: from behind the object (0,
+// back-lighting) to its side (90); zenith [degree].
+Vec3 sun_direction(double azimuth, double zenith);
+
+// As in the authors' scenes: the sun is widened, at the same power.
+Emitter sun_and_sky(const Vec3& towards_sun);
+
+// A picture of all directions, latitude by longitude as in Mitsuba: OpenEXR, PNG or JPEG. Values below 0, which
+// pictures have from compression and from colours that sRGB lacks, become 0. Throws InputError that names the file and
+// the pixel: not readable, below 3 x 3 pixels, not finite, more than a thousandth of its light negative.
+std::shared_ptr<const Bitmap> read_environment(const std::string& file);
+
+// Its upper edge is the zenith; its middle stands where a sun of that azimuth stands, and what is right of the middle
+// has a greater azimuth.
+Emitter environment_light(std::shared_ptr<const Bitmap> picture, double azimuth, double scale);
+
+// What networks know of an environment: the mean of the directions above the floor, weighted by luminance and solid
+// angle, unit. The light that falls on a surface changes with its normal along it, to first order (Ramamoorthi and
+// Hanrahan 2001), whereas the brightest pixel may be a small lamp that says little. Without light there: the zenith.
+Vec3 mean_direction(const Emitter& environment);
+
+// The lights of a set. Pictures are read when first asked for, and kept.
+class DatasetLights {
+ public:
+  // set must outlive it.
+  DatasetLights(const Manifest& set, std::string folder) : set_(set), folder_(std::move(folder)) {}
+
+  // index: of the manifest's lights. Throws InputError: its picture.
+  Emitter of(int index);
+
+ private:
+  const Manifest& set_;
+  std::string folder_;
+  std::map<std::string, std::shared_ptr<const Bitmap>> pictures_;  // by file
+};
+
+}  // namespace itn
