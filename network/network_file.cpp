@@ -36,6 +36,26 @@ std::string shape_text(const std::vector<std::size_t>& shape) {
   return text;
 }
 
+// Is it the kernels of a stage whose images are one pixel?
+bool sees_one_pixel(const Tensor& weight, const NetworkDescription& description) {
+  for (int stage = 0; stage < NETWORK_STAGES; ++stage)
+    if (weight.name == "convolution" + std::to_string(stage) + ".weight") return description.size >> stage <= 1;
+  return false;
+}
+
+std::vector<std::size_t> center_shape(const Tensor& kernels) { return {kernels.shape[0], kernels.shape[1], 1, 1}; }
+
+Tensor centers(const Tensor& kernels) {
+  Tensor result{kernels.name, center_shape(kernels), {}};
+  for (std::size_t i = 4; i < kernels.values.size(); i += 9) result.values.push_back(kernels.values[i]);
+  return result;
+}
+
+void set_centers(const Tensor& from, Tensor& kernels) {
+  kernels.values.assign(kernels.values.size(), 0.0F);
+  for (std::size_t i = 0; i < from.values.size(); ++i) kernels.values[9 * i + 4] = from.values[i];
+}
+
 }  // namespace
 
 std::map<std::string, std::string> network_metadata(const NetworkDescription& description) {
@@ -86,22 +106,33 @@ void read_tensor(const Safetensors& content, const std::string& prefix, Tensor& 
 }
 
 void write_network(const std::string& file, const Network& network, Precision precision) {
-  write_file(file, safetensors_bytes({network.weights(), network_metadata(network.description())}, precision));
+  std::vector<Tensor> weights = network.weights();
+  if (precision == Precision::half)
+    for (Tensor& weight : weights)
+      if (sees_one_pixel(weight, network.description())) weight = centers(weight);
+  write_file(file, safetensors_bytes({weights, network_metadata(network.description())}, precision));
 }
 
-Network read_network(const std::string& file) {
-  const Safetensors content = parse_safetensors(read_file(file), file);
+Network parse_network(std::string_view bytes, const std::string& file) {
+  const Safetensors content = parse_safetensors(bytes, file);
   const NetworkDescription description = network_description(content, file);
   try {
     Network network(description);
     if (content.tensors.size() != network.weights().size())
       throw InputError(file + ": has " + std::to_string(content.tensors.size()) + " arrays, where " +
                        std::to_string(network.weights().size()) + " are expected");
-    for (Tensor& weight : network.weights()) read_tensor(content, "", weight, file);
+    for (Tensor& weight : network.weights()) {
+      if (sees_one_pixel(weight, description) && content.tensor(weight.name, file).shape == center_shape(weight))
+        set_centers(content.tensor(weight.name, file), weight);
+      else
+        read_tensor(content, "", weight, file);
+    }
     return network;
   } catch (const UsageError& error) {
     throw InputError(file + ": " + error.what());
   }
 }
+
+Network read_network(const std::string& file) { return parse_network(read_file(file), file); }
 
 }  // namespace itn

@@ -54,20 +54,19 @@ std::vector<std::string> warnings_of(const std::string& run, const Manifest& set
 }  // namespace
 
 EvaluatedRun read_run(const std::string& path, const Manifest& set) {
-  const std::string file = network_file_of(path);
-  Network network = read_network(file);
+  Network network = network_of(path);
   const NetworkDescription& description = network.description();
   if (description.size != set.size)
     throw InputError(
-        fmt::format("{0}: its network sees images of {1} x {1} pixels, those of the data set have {2} x {2}", file,
+        fmt::format("{0}: its network sees images of {1} x {1} pixels, those of the data set have {2} x {2}", path,
                     description.size, set.size));
   if (std::abs(description.mm_per_unit / set.mm_per_unit - 1) > 1e-9)
     throw InputError(fmt::format("{}: it has learnt objects of {} mm a scene unit, those of the data set have {} mm",
-                                 file, description.mm_per_unit, set.mm_per_unit));
+                                 path, description.mm_per_unit, set.mm_per_unit));
   std::array<std::size_t, 3> output{};
-  for (std::size_t p = 0; p < 3; ++p) output[p] = output_of(description, parameter_names[p], file);
+  for (std::size_t p = 0; p < 3; ++p) output[p] = output_of(description, parameter_names[p], path);
   const std::string kind = description.kind;
-  EvaluatedRun run{path, kind, std::move(network), output, fingerprint_of(file), {}, {}};
+  EvaluatedRun run{path, kind, std::move(network), output, network_fingerprint(path), {}, {}};
   if (std::filesystem::is_directory(path)) {
     run.curve = read_curve((std::filesystem::path(path) / "curve.jsonl").string());
     run.warnings = warnings_of(path, set);

@@ -121,7 +121,7 @@ nlohmann::json request(const Options& o, const Device& device) {
           {"masks", o.images.masks},
           {"sensors", o.images.sensors},
           {"parameters", o.parameters},
-          {"init", o.init.empty() ? "" : fingerprint_of(network_file_of(o.init))},
+          {"init", o.init.empty() ? "" : network_fingerprint(o.init)},
           {"start", o.start},
           {"starts", o.starts},
           {"method", o.method},
@@ -347,9 +347,12 @@ void add_invert(CLI::App& app) {
                    "standard deviation of the targets' noise over their radiance, beside what their files say")
       ->check(CLI::Range(0.0, 10.0));
   command->add_flag("--exposure", options->inversion.exposure, "each target is known up to a factor: find it, too");
-  command->add_option("--init", options->init,
-                      "start from what the network of this RUN (itn train; or .safetensors file) sees in the first "
-                      "target: sigma_t, albedo and g of one medium");
+  command
+      ->add_option("--init", options->init,
+                   "start from what the network of this RUN (itn train; or .safetensors file; without RUN: the one "
+                   "that ships with the program) sees in the first target: sigma_t, albedo and g of one medium")
+      ->expected(0, 1)
+      ->default_str(shipped_run);
   command->add_option("--start", options->start, "NAME=VALUE: start there instead; may be repeated")->take_all();
   command
       ->add_option("--starts", options->starts,

@@ -10,6 +10,7 @@
 #include "network/input.h"
 #include "network/loss.h"
 #include "network/network_file.h"
+#include "runtime/dataset/dataset_light.h"
 #include "runtime/dataset/shape_buffers.h"
 #include "runtime/error.h"
 #include "runtime/scene/parameters.h"
@@ -61,9 +62,11 @@ SeenShape seen_shape_of(const Scene& scene, int sensor, const Body& body, const 
 }
 
 std::array<double, 3> light_of(const Scene& scene, const std::string& run) {
-  if (!scene.environment || scene.environment->kind != Emitter::Kind::sunsky)
+  if (!scene.environment || scene.environment->kind == Emitter::Kind::constant)
     throw UsageError("--init " + run +
-                     ": the network knows light of sun and sky, and the scene has none; give --start");
+                     ": the network knows light that comes from somewhere, a sun or an environment map, and the "
+                     "scene has none; give --start");
+  if (scene.environment->kind == Emitter::Kind::envmap) return mean_direction(*scene.environment);
   return normalize(transform_vector(scene.environment->to_world, scene.environment->sunsky.sun_direction));
 }
 
@@ -111,7 +114,7 @@ void set_network_start(Scene& scene, const std::vector<std::string>& parameters,
   }
   if (guessed.empty()) return;
 
-  Network network = read_network(network_file_of(run));
+  Network network = network_of(run);
   const Medium& medium = scene.media.at(static_cast<std::size_t>(guessed.front().index));
   const Body body = body_of(scene, guessed.front().index, run);
   std::optional<SeenShape> shape;

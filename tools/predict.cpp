@@ -82,7 +82,7 @@ void check(const Options& options, const NetworkDescription& network) {
 }
 
 void run(const Options& options) {
-  Network network = read_network(network_file_of(options.run));
+  Network network = network_of(options.run);
   const NetworkDescription& description = network.description();
   check(options, description);
   std::optional<Known> known;
@@ -117,16 +117,27 @@ void run(const Options& options) {
                               {"images", images}});
 }
 
+// Without a RUN before the images it is the shipped one.
+void take_run(Options& options) {
+  const std::string first = options.images.front();
+  options.run = shipped_run;
+  if (std::filesystem::path(first).extension() == ".exr" && !std::filesystem::is_directory(first)) return;
+  options.run = first;
+  options.images.erase(options.images.begin());
+  if (options.images.empty()) throw UsageError(first + ": is taken for a RUN; which images?");
+}
+
 }  // namespace
 
 void add_predict(CLI::App& app) {
   auto options = std::make_shared<Options>();
   CLI::App* command =
       app.add_subcommand("predict", "parameters for images by a network: sigma_t [1/mm], albedo, g; a line an image");
-  command->add_option("run", options->run, "folder that itn train wrote, or a .safetensors file")->required();
   command
-      ->add_option("images", options->images,
-                   "OpenEXR files with the channels Y or R G B, of the size that the network has learnt")
+      ->add_option(
+          "images", options->images,
+          "[RUN] IMAGE...: folder that itn train wrote or a .safetensors file, else the network that ships with "
+          "the program; OpenEXR files with the channels Y or R G B, of the size that the network has learnt")
       ->required();
   command->add_option("--dataset", options->dataset,
                       "six channels: the data set that the images belong to; it knows their shape and light");
@@ -137,7 +148,10 @@ void add_predict(CLI::App& app) {
       ->delimiter(',')
       ->expected(3);
   add_common_options(*command, options->common);
-  command->callback([options] { run(*options); });
+  command->callback([options] {
+    take_run(*options);
+    run(*options);
+  });
 }
 
 }  // namespace itn::tools

@@ -4,11 +4,17 @@
 
 #include <filesystem>
 
+#include "network/network_file.h"
+#include "network/shipped.h"
 #include "runtime/error.h"
+#include "runtime/fingerprint.h"
+#include "runtime/image/file.h"
 
 namespace itn::tools {
 
-std::string network_file_of(const std::string& run) {
+namespace {
+
+std::string file_of(const std::string& run) {
   if (!std::filesystem::exists(run))
     throw InputError(fmt::format("{0}: is not there; train it first: itn train DATA --network rn -o {0}", run));
   if (!std::filesystem::is_directory(run)) return run;
@@ -18,5 +24,17 @@ std::string network_file_of(const std::string& run) {
                                  file.string(), run));
   return file.string();
 }
+
+std::string bytes_of(const std::string& run) {
+  return run == shipped_run ? std::string(shipped_network()) : read_file(file_of(run));
+}
+
+}  // namespace
+
+Network network_of(const std::string& run) {
+  return parse_network(bytes_of(run), run == shipped_run ? run : file_of(run));
+}
+
+std::string network_fingerprint(const std::string& run) { return fmt::format("{:016x}", fingerprint(bytes_of(run))); }
 
 }  // namespace itn::tools

@@ -2,9 +2,18 @@
 #pragma once
 #include <string>
 
+#include "network/network.h"
+
 namespace itn::tools {
 
-// RUN/network.safetensors; a file is taken as it is. Throws InputError: there is none.
-std::string network_file_of(const std::string& run);
+// The name of the network that ships with the program where a RUN is asked for.
+constexpr const char* shipped_run = "shipped";
+
+// The network of a RUN: RUN/network.safetensors, a file as it is, or the shipped one. Throws InputError: there is none,
+// or it cannot be read.
+Network network_of(const std::string& run);
+
+// Tells the networks of runs apart: 16 hexadecimal digits. Throws InputError: there is none.
+std::string network_fingerprint(const std::string& run);
 
 }  // namespace itn::tools

@@ -83,7 +83,7 @@ Json request(const Options& o, const Manifest& manifest, int thread_count) {
   return {{"version", ITN_VERSION},
           {"network", o.kind},
           {"data", manifest.hash},
-          {"init", o.init.empty() ? "" : fingerprint_of(network_file_of(o.init))},
+          {"init", o.init.empty() ? "" : network_fingerprint(o.init)},
           {"channels", or_null(o.channels)},
           {"width", or_null(o.width)},
           {"epochs", o.training.epochs},
@@ -111,7 +111,7 @@ Network first_network(const Options& options, const Manifest& manifest, const Da
     network.initialise(options.common.seed);
     return network;
   }
-  const Network init = read_network(network_file_of(options.init));
+  const Network init = network_of(options.init);
   const auto check = [&](const char* name, const std::optional<int>& wanted, int is) {
     if (wanted && *wanted != is)
       throw UsageError(fmt::format("--{} {}: the network of --init has {}", name, *wanted, is));
@@ -129,7 +129,7 @@ Network first_network(const Options& options, const Manifest& manifest, const Da
 
 int channels_of(const Options& options) {
   if (options.init.empty()) return options.channels.value_or(NetworkDescription().channels);
-  return read_network(network_file_of(options.init)).description().channels;
+  return network_of(options.init).description().channels;
 }
 
 Json to_json(const EpochLosses& losses, bool has_image_loss) {
@@ -276,6 +276,7 @@ class Training {
     best.weights() = trainer_->best_weights();
     const std::vector<double> errors = root_mean_square_errors(predict(best, *validation_));
     save(errors);
+    if (!options_.exported.empty()) write_network(options_.exported, best, Precision::half);
     if (options_.common.talkative()) {
       fmt::print("{}: of epoch {}, validation loss {:.5f}; root mean square errors:", run_.file("network.safetensors"),
                  trainer_->best_epoch() + 1, trainer_->curve()[trainer_->best_epoch()].validation);
@@ -310,6 +311,7 @@ void run(Options options) {
   options.training.last_learning_rate = options.learning_rate / 100;
   options.training.seed = options.common.seed;
   if (!options.common.json.empty() && options.common.json != "-") check_writable(options.common.json);
+  if (!options.exported.empty()) check_writable(options.exported);
   Training(options, options.data).run();
 }
 
@@ -340,6 +342,8 @@ void add_train(CLI::App& app) {
   command->add_option("--batch", options->training.batch, "images a step")
       ->check(CLI::Range(1, 4096))
       ->capture_default_str();
+  command->add_option("--export", options->exported,
+                      "at the end also write the network to this file, at half precision, for shipping");
   command->add_flag("--mirror", options->mirror, "also learn from every image's mirror image, left for right");
   command
       ->add_option("--learning-rate", options->learning_rate,

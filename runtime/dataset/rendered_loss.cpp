@@ -31,6 +31,7 @@ RenderedLoss::RenderedLoss(const Device& device, const Manifest& set, std::strin
 std::vector<Rendering> RenderedLoss::render(Placed& placed, const std::vector<RerenderedImage>& images, int groups,
                                             int spp) {
   std::vector<int> shapes;
+  shapes.reserve(images.size());
   for (const RerenderedImage& i : images) shapes.push_back(i.image->shape);
   placed.shapes.place(shapes);
   std::vector<Scene> scenes;
