@@ -239,8 +239,8 @@ TEST_CASE("itn predict says what is wrong with network, images and what is known
   REQUIRE(run_itn(train(set.folder, six, {"--epochs", "1", "--channels", "6"}), one_thread).exit_code == 0);
   fails({"predict", folder / "none", image}, 3, "none: is not there; train it first: itn train");
   fails({"predict", set.folder, image}, 3, "network.safetensors: is not there; itn train");
-  fails({"predict", image, image}, 3, "0.exr");
-  fails({"predict", one}, 2, "images is required");
+  fails({"predict", image, image}, 2, "shipped: its network knows shape and light");
+  fails({"predict", one}, 2, "is taken for a RUN; which images?");
   fails({"predict", one, image, "--dataset", set.folder}, 2, "sees luminance alone");
   fails({"predict", six, image}, 2, "give either --dataset or both");
   fails({"predict", six, image, "--light", "0,0,1"}, 2, "give either --dataset or both");
@@ -309,4 +309,34 @@ TEST_CASE("networks trained with the renderer: the image loss falls, and a kille
 
   fails(arguments("itn", "a", {"--spp", "1"}), 2, "need 2 to");
   fails(arguments("itn", "itn", {"--lambda", "1e6", "--epochs", "12", "--spp", "16"}), 2, "another image_loss");
+}
+
+TEST_CASE("itn predict without a RUN: the shipped network tells the materials of a shape that it has not learnt from") {
+  const TemporaryFolder folder;
+  itn::write_file(folder / "config.json",
+                  R"({"spp": 32, "train": {"shapes": ["cup"], "azimuths": [30], "materials": 1},
+                      "test": {"shapes": ["hare"], "azimuths": [20, 60], "materials": 8}})");
+  const std::string set = folder / "set";
+  REQUIRE(run_itn({"dataset", folder / "config.json", "-o", set, "--quiet"}).exit_code == 0);
+  const auto manifest = nlohmann::json::parse(itn::read_file(set + "/manifest.json"));
+  std::vector<double> truth;
+  Strings arguments{"predict", "--dataset", set, "--json", folder / "guess.json"};
+  for (const auto& image : manifest["images"])
+    if (image["split"] == "unseen_both") {
+      arguments.push_back(set + "/" + image["file"].get<std::string>());
+      truth.push_back(image["albedo"]);
+    }
+  const Result result = run_itn(arguments);
+  INFO(result.error);
+  REQUIRE(result.exit_code == 0);
+  const auto guess = nlohmann::json::parse(itn::read_file(folder / "guess.json"));
+  CHECK(guess["run"] == "shipped");
+  REQUIRE(truth.size() == 16);
+  double square = 0, of_middle = 0;
+  for (std::size_t i = 0; i < 16; ++i) {
+    square += std::pow(guess["images"][i]["albedo"].get<double>() - truth[i], 2) / 16;
+    of_middle += std::pow(0.625 - truth[i], 2) / 16;
+  }
+  CHECK(std::sqrt(square) < 0.6 * std::sqrt(of_middle));
+  CHECK(run_itn({"predict", set}).exit_code == 2);  // no image
 }
