@@ -28,18 +28,20 @@ void Adam::step(std::vector<Tensor>& weights, const std::vector<Tensor>& gradien
   const auto rate = static_cast<float>(learning_rate / correction1);
   const auto root_scale = static_cast<float>(1 / std::sqrt(correction2));
   const auto epsilon = static_cast<float>(options_.epsilon);
+  const auto kept = static_cast<float>(1 - learning_rate * options_.weight_decay);
 
   for (std::size_t i = 0; i < weights.size(); ++i) {
     float* const weight = weights[i].values.data();
     float* const mean = state_.mean[i].values.data();
     float* const mean_square = state_.mean_square[i].values.data();
     const float* const gradient = gradients[i].values.data();
+    const float keep = weights[i].shape.size() > 1 ? kept : 1.0F;
     const auto count = static_cast<std::ptrdiff_t>(weights[i].values.size());
 #pragma omp parallel for simd
     for (std::ptrdiff_t k = 0; k < count; ++k) {
       mean[k] = keep1 * mean[k] + add1 * gradient[k];
       mean_square[k] = keep2 * mean_square[k] + add2 * gradient[k] * gradient[k];
-      weight[k] -= rate * mean[k] / (std::sqrt(mean_square[k]) * root_scale + epsilon);
+      weight[k] = keep * weight[k] - rate * mean[k] / (std::sqrt(mean_square[k]) * root_scale + epsilon);
     }
   }
 }

@@ -1,4 +1,5 @@
-// Adam (Kingma and Ba 2015, algorithm 1), with PyTorch's defaults.
+// Adam (Kingma and Ba 2015, algorithm 1), with PyTorch's defaults, and decoupled weight decay (AdamW: Loshchilov and
+// Hutter 2019, algorithm 2).
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -9,6 +10,8 @@ namespace itn {
 
 struct AdamOptions {
   double beta1 = 0.9, beta2 = 0.999, epsilon = 1e-8;
+  double weight_decay =
+      0;  // every step takes learning rate times this off each weight, as a share of it; not off biases
 };
 
 class Adam {

@@ -20,6 +20,7 @@ void check(const Examples& training, const Examples& validation, const TrainingO
   require(options.first_learning_rate > 0 && options.last_learning_rate >= 0 &&
               std::isfinite(options.first_learning_rate) && std::isfinite(options.last_learning_rate),
           "the learning rate must be above 0");
+  require(options.weight_decay >= 0 && std::isfinite(options.weight_decay), "the weight decay must be 0 or above");
   require(options.image_weight >= 0 && std::isfinite(options.image_weight),
           "the weight of the image loss must be 0 or above");
   require(has_image_loss || options.image_weight == 0, "a weight for the image loss, and none to weigh");
@@ -41,7 +42,7 @@ Trainer::Trainer(Network& network, const Examples& training, const Examples& val
       validation_(validation),
       options_(std::move(options)),
       image_loss_(image_loss),
-      adam_(network.weights()) {
+      adam_(network.weights(), {.weight_decay = options_.weight_decay}) {
   check(training_, validation_, options_, image_loss_ != nullptr);
 }
 

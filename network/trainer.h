@@ -28,6 +28,7 @@ struct TrainingOptions {
   int batch = 32;  // examples that fill no whole batch are left to other epochs
   double first_learning_rate = 1e-4, last_learning_rate = 1e-6;
   std::uint64_t seed = 0;   // of the order of the examples
+  double weight_decay = 0;  // adam.h
   double image_weight = 0;  // lambda of the paper's eq. 3
   int patience = 0;         // ends after so many epochs without a better validation loss; 0: never
   std::string data;         // what tells data sets apart: a checkpoint goes on only with the same

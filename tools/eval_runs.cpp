@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <sstream>
 
-#include "network/network_file.h"
 #include "runtime/error.h"
 #include "runtime/image/file.h"
 #include "tools/common.h"

@@ -9,7 +9,6 @@
 
 #include "network/input.h"
 #include "network/loss.h"
-#include "network/network_file.h"
 #include "runtime/dataset/dataset_light.h"
 #include "runtime/dataset/shape_buffers.h"
 #include "runtime/error.h"

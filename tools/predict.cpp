@@ -8,7 +8,6 @@
 
 #include "network/dataset_examples.h"
 #include "network/loss.h"
-#include "network/network_file.h"
 #include "runtime/error.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"

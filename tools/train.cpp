@@ -91,6 +91,7 @@ Json request(const Options& o, const Manifest& manifest, int thread_count) {
           {"learning_rate", o.learning_rate},
           {"seed", o.common.seed},
           {"patience", o.training.patience},
+          {"weight_decay", o.training.weight_decay},
           {"lambda", or_null(o.lambda)},
           {"mirror", o.mirror},
           {"threads", thread_count}};
@@ -349,6 +350,11 @@ void add_train(CLI::App& app) {
       ->add_option("--learning-rate", options->learning_rate,
                    "Adam's, of the first steps; falls to a hundredth as half a cosine wave")
       ->check(CLI::Range(1e-12, 1.0))
+      ->capture_default_str();
+  command
+      ->add_option("--weight-decay", options->training.weight_decay,
+                   "AdamW's: a step takes learning rate times this off each weight")
+      ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
   command
       ->add_option("--channels", options->channels,

@@ -52,6 +52,17 @@ TEST_CASE("Adam goes on from its state to the same bits") {
   CHECK(continued[0].values == weights[0].values);
 }
 
+TEST_CASE("Weight decay takes a share off weights beside Adam's own step, and nothing off biases") {
+  std::vector<Tensor> weights{{"weight", {1, 2}, {2.0F, -3.0F}}, {"bias", {2}, {2.0F, -3.0F}}}, plain = weights;
+  const std::vector<Tensor> gradients{{"weight", {1, 2}, {0.5F, 0.25F}}, {"bias", {2}, {0.5F, 0.25F}}};
+  Adam decaying(weights, {.weight_decay = 5}), adam(plain);
+  decaying.step(weights, gradients, 1e-2);
+  adam.step(plain, gradients, 1e-2);
+  CHECK(weights[0].values[0] == Approx(plain[0].values[0] - 1e-2 * 5 * 2));
+  CHECK(weights[0].values[1] == Approx(plain[0].values[1] + 1e-2 * 5 * 3));
+  CHECK(weights[1].values == plain[1].values);
+}
+
 TEST_CASE("The learning rate rises in the first tenth of the steps and falls along half a cosine wave") {
   CHECK(scheduled_learning_rate(1e-3, 1e-5, 0, 100) == Approx(1e-3 / 10));
   CHECK(scheduled_learning_rate(1e-3, 1e-5, 2, 100) == Approx(1e-3 * 3 / 10).epsilon(1e-2));
