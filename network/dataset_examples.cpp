@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "network/random.h"
 #include "runtime/error.h"
 
 namespace itn {
@@ -63,22 +64,34 @@ double parameter_of(const Manifest::Image& image, const std::string& name) {
   throw UsageError("data sets have no parameter '" + name + "', only sigma_t, albedo and g");
 }
 
-DatasetExamples::DatasetExamples(const DatasetImages& images, NetworkDescription network, bool mirrored)
-    : images_(images), network_(std::move(network)), mirrored_(mirrored) {
+DatasetExamples::DatasetExamples(const DatasetImages& images, NetworkDescription network, const Variation& variation)
+    : images_(images), network_(std::move(network)), variation_(variation) {
   for (const OutputRange& range : network_.outputs) parameter_of(images_.images.front(), range.name);
   if (network_.channels > 1 && images_.shapes.empty())
     throw UsageError("a network of six channels needs the data set's shapes");
 }
 
-void DatasetExamples::read(std::size_t index, std::span<float> image, std::span<double> truth) const {
+std::vector<float> DatasetExamples::luminance(std::size_t index, std::uint64_t look) const {
+  const std::size_t original = index % images_.images.size();
+  std::vector<float> values = images_.luminance[original];
+  if (variation_.noise == 0) return values;
+  const std::uint64_t stream = RANDOM_NOISE + look * count() + index;
+  const double strength = variation_.noise * random_uniform(variation_.seed, stream, 2 * values.size());
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] += static_cast<float>(strength * images_.errors[original][i] * random_normal(variation_.seed, stream, i));
+  return values;
+}
+
+void DatasetExamples::read(std::size_t index, std::uint64_t look, std::span<float> image,
+                           std::span<double> truth) const {
   const std::size_t original = index % images_.images.size();
   const Manifest::Image& source = images_.images[original];
   if (network_.channels == 1) {
-    network_input(network_, images_.luminance[original], nullptr, image);
+    network_input(network_, luminance(index, look), nullptr, image);
   } else {
     const KnownScene known{images_.shapes[static_cast<std::size_t>(source.shape)],
                            images_.lights[static_cast<std::size_t>(source.light)]};
-    network_input(network_, images_.luminance[original], &known, image);
+    network_input(network_, luminance(index, look), &known, image);
   }
   if (index != original) mirror_input(network_, image);
   for (std::size_t i = 0; i < truth.size(); ++i) truth[i] = parameter_of(source, network_.outputs[i].name);

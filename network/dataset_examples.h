@@ -2,6 +2,7 @@
 #pragma once
 #include <atomic>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "network/examples.h"
@@ -33,17 +34,27 @@ std::vector<OutputRange> output_ranges(const DatasetImages& images);
 
 class DatasetExamples : public Examples {
  public:
-  // images must outlive this. mirrored: after all of them their mirror images, left for right, follow as examples of
-  // their own. Throws UsageError: an output that images do not have, six channels and no shapes.
-  DatasetExamples(const DatasetImages& images, NetworkDescription network, bool mirrored = false);
+  // How images are changed so that more is learnt from them.
+  struct Variation {
+    bool mirrored = false;  // after all of them their mirror images, left for right, follow as examples of their own
+    double noise = 0;       // every look has normal noise of its own, of up to so many of the image's standard errors
+    std::uint64_t seed = 0;
+  };
 
-  std::size_t count() const override { return (mirrored_ ? 2 : 1) * images_.images.size(); }
-  void read(std::size_t index, std::span<float> image, std::span<double> truth) const override;
+  // images must outlive this. Throws UsageError: an output that images do not have, six channels and no shapes.
+  DatasetExamples(const DatasetImages& images, NetworkDescription network, const Variation& variation);
+  DatasetExamples(const DatasetImages& images, NetworkDescription network)
+      : DatasetExamples(images, std::move(network), Variation()) {}
+
+  std::size_t count() const override { return (variation_.mirrored ? 2 : 1) * images_.images.size(); }
+  void read(std::size_t index, std::uint64_t look, std::span<float> image, std::span<double> truth) const override;
 
  private:
+  std::vector<float> luminance(std::size_t index, std::uint64_t look) const;
+
   const DatasetImages& images_;
   NetworkDescription network_;
-  bool mirrored_;
+  Variation variation_;
 };
 
 // Of "sigma_t", "albedo" or "g". Throws UsageError for other names.

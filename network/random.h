@@ -12,7 +12,11 @@
 namespace itn {
 
 // What the numbers are for; further streams of one purpose (a layer, an epoch) are added to it.
-enum RandomStream : std::uint64_t { RANDOM_WEIGHTS = 0, RANDOM_ORDER = std::uint64_t(1) << 32 };
+enum RandomStream : std::uint64_t {
+  RANDOM_WEIGHTS = 0,
+  RANDOM_ORDER = std::uint64_t(1) << 32,
+  RANDOM_NOISE = std::uint64_t(1) << 40
+};
 
 // Normal with mean 0 and variance 1 (Box and Muller 1958).
 inline double random_normal(std::uint64_t seed, std::uint64_t stream, std::uint64_t index) {

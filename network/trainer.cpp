@@ -63,7 +63,7 @@ std::vector<std::size_t> Trainer::next_examples() {
 void Trainer::step() {
   if (finished()) throw UsageError("training: has ended");
   const std::vector<std::size_t> examples = next_examples();
-  const Batch batch = read_batch(training_, examples, network_);
+  const Batch batch = read_batch(training_, examples, network_, steps() / steps_in_epoch());
   const std::vector<OutputRange>& ranges = network_.description().outputs;
   const std::vector<float>& outputs = network_.forward(batch.images, options_.batch);
   OutputLoss loss = supervised_loss(outputs, batch.truth, ranges);

@@ -36,7 +36,7 @@ std::vector<DatasetMaterial> predict(EvaluatedRun& run, const DatasetImages& ima
     const std::size_t batch = std::min(at_once, examples.count() - first);
     std::vector<float> input(batch * values);
     for (std::size_t i = 0; i < batch; ++i)
-      examples.read(first + i, std::span(input).subspan(i * values, values), truth);
+      examples.read(first + i, 0, std::span(input).subspan(i * values, values), truth);
     const std::vector<double> parameters =
         parameters_of(run.network.forward(input, static_cast<int>(batch)), run.network.description().outputs);
     for (std::size_t i = 0; i < batch; ++i) {

@@ -32,7 +32,7 @@ constexpr int batches_for_lambda = 8;
 struct Options {
   CommonOptions common;
   std::string data, kind, folder, init, exported;
-  bool mirror = false;
+  DatasetExamples::Variation variation;
   std::optional<int> channels, width, threads;
   std::optional<double> lambda;
   double learning_rate = 1e-4, checkpoint_every = 60;
@@ -93,7 +93,8 @@ Json request(const Options& o, const Manifest& manifest, int thread_count) {
           {"patience", o.training.patience},
           {"weight_decay", o.training.weight_decay},
           {"lambda", or_null(o.lambda)},
-          {"mirror", o.mirror},
+          {"mirror", o.variation.mirrored},
+          {"noise", o.variation.noise},
           {"threads", thread_count}};
 }
 
@@ -156,7 +157,7 @@ class Training {
     validation_images_ =
         read_images(data_folder, manifest_, Manifest::Split::validation, with_shapes, interrupt_flag());
     network_.emplace(first_network(options, manifest_, training_images_));
-    training_.emplace(training_images_, network_->description(), options.mirror);
+    training_.emplace(training_images_, network_->description(), options.variation);
     validation_.emplace(validation_images_, network_->description());
     TrainingOptions chosen = options.training;
     chosen.data = manifest_.hash;
@@ -310,7 +311,7 @@ void run(Options options) {
   if (options.kind == "rn" && options.lambda) throw UsageError("--lambda: rn has no image loss to weigh");
   options.training.first_learning_rate = options.learning_rate;
   options.training.last_learning_rate = options.learning_rate / 100;
-  options.training.seed = options.common.seed;
+  options.training.seed = options.variation.seed = options.common.seed;
   if (!options.common.json.empty() && options.common.json != "-") check_writable(options.common.json);
   if (!options.exported.empty()) check_writable(options.exported);
   Training(options, options.data).run();
@@ -343,9 +344,15 @@ void add_train(CLI::App& app) {
   command->add_option("--batch", options->training.batch, "images a step")
       ->check(CLI::Range(1, 4096))
       ->capture_default_str();
+  command
+      ->add_option("--noise", options->variation.noise,
+                   "every look at an image has noise of its own, of up to so many of its standard errors")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
   command->add_option("--export", options->exported,
                       "at the end also write the network to this file, at half precision, for shipping");
-  command->add_flag("--mirror", options->mirror, "also learn from every image's mirror image, left for right");
+  command->add_flag("--mirror", options->variation.mirrored,
+                    "also learn from every image's mirror image, left for right");
   command
       ->add_option("--learning-rate", options->learning_rate,
                    "Adam's, of the first steps; falls to a hundredth as half a cosine wave")

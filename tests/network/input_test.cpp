@@ -201,7 +201,7 @@ TEST_CASE("Examples of a data set: its split, in the network's channels, with th
     const Manifest::Image& source = set.manifest.images[3 + i];
     std::vector<float> image(6 * pixels), expected(6 * pixels);
     std::vector<double> truth(2);
-    examples.read(i, image, truth);
+    examples.read(i, 0, image, truth);
     CHECK(truth == std::vector<double>{source.g, source.sigma_t});
     const SeenShape shape = read_seen_shape(set.path("shapes/ball.exr"), made_up_size);
     const KnownScene known{shape, set.manifest.lights[static_cast<std::size_t>(source.light)].direction};
@@ -232,6 +232,43 @@ TEST_CASE("A network's ranges are the default ones, wider where the data set goe
   CHECK(ranges[1].high == defaults[1].high);
   CHECK(ranges[2].low == -0.5);
   CHECK(ranges[2].high == defaults[2].high);
+}
+
+TEST_CASE("Mirror images follow the images; noise is another at every look, and of the images' standard errors") {
+  const TemporaryFolder folder;
+  const MadeUpDataset set(folder.path(), 30, 1);
+  DatasetImages images = read_images(set.folder, set.manifest, Manifest::Split::train, true, go_on);
+  for (auto& errors : images.errors) errors.assign(pixels, 0.01F);
+  for (auto& luminance : images.luminance) luminance.assign(pixels, 1);
+  const auto look = [&](const DatasetExamples& examples, std::size_t index, std::uint64_t number) {
+    std::vector<float> image(6 * pixels);
+    std::vector<double> truth(3);
+    examples.read(index, number, image, truth);
+    return image;
+  };
+  const NetworkDescription network = network_of(6);
+  const DatasetExamples plain(images, network), mirrored(images, network, {.mirrored = true});
+  CHECK(mirrored.count() == 2 * plain.count());
+  std::vector<float> image = look(plain, 3, 0);
+  CHECK(look(mirrored, 3, 0) == image);
+  mirror_input(network, image);
+  CHECK(look(mirrored, plain.count() + 3, 0) == image);
+  CHECK(look(plain, 3, 0) == look(plain, 3, 1));
+
+  const DatasetExamples noisy(images, network, {.noise = 2, .seed = 5});
+  CHECK(look(noisy, 3, 0) == look(noisy, 3, 0));
+  CHECK(look(noisy, 3, 0) != look(noisy, 3, 1));
+  const std::vector<float> clean = look(plain, 3, 0), changed = look(noisy, 3, 7);
+  CHECK(std::equal(clean.begin() + pixels, clean.end(), changed.begin() + pixels));
+  // The input is a logarithm, of slope 1 / (1 + 0.01 m) at luminance 1; the strength is uniform below 2: of mean square
+  // 4 / 3.
+  double square = 0, count = 0;
+  for (std::uint64_t number = 0; number < 100; ++number)
+    for (std::size_t i = 0; i < pixels; ++i) {
+      square += std::pow((look(noisy, 3, number)[i] - clean[i]) * (1 + 0.01 * network.luminance) / 0.01, 2);
+      ++count;
+    }
+  CHECK(square / count == Approx(4.0 / 3).epsilon(0.3));  // of 100 strengths: 9 % (one standard error)
 }
 
 TEST_CASE("A split without images, black images and outputs that images do not have are refused") {

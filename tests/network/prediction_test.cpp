@@ -13,7 +13,7 @@ using namespace itn;
 class Noise : public Examples {
  public:
   std::size_t count() const override { return 37; }
-  void read(std::size_t index, std::span<float> image, std::span<double> truth) const override {
+  void read(std::size_t index, std::uint64_t, std::span<float> image, std::span<double> truth) const override {
     for (std::size_t i = 0; i < image.size(); ++i) image[i] = static_cast<float>(random_normal(1, index, i));
     for (std::size_t i = 0; i < truth.size(); ++i) truth[i] = static_cast<double>(index + i);
   }
@@ -29,7 +29,7 @@ TEST_CASE("Predictions are the network's parameters for every example, in whiche
   for (std::size_t i = 0; i < 37; ++i) {
     std::vector<float> image(16);
     std::vector<double> truth(2);
-    Noise().read(i, image, truth);
+    Noise().read(i, 0, image, truth);
     const std::vector<double> alone = parameters_of(network.forward(image, 1), network.description().outputs);
     for (std::size_t output = 0; output < 2; ++output) {
       CHECK(predictions.predicted[2 * i + output] == Approx(alone[output]).epsilon(1e-5));

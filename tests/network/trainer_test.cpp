@@ -32,7 +32,7 @@ class MadeUpExamples : public Examples {
   explicit MadeUpExamples(std::size_t count, std::uint64_t seed, bool meaningless = false)
       : count_(count), seed_(seed), meaningless_(meaningless) {}
   std::size_t count() const override { return count_; }
-  void read(std::size_t index, std::span<float> image, std::span<double> truth) const override {
+  void read(std::size_t index, std::uint64_t, std::span<float> image, std::span<double> truth) const override {
     const auto share = [&](std::uint64_t what, std::uint64_t of) {
       return 0.1 + 0.8 * random_uniform(seed_, what, of);
     };
@@ -132,7 +132,7 @@ TEST_CASE("A step is Adam's, at the schedule's rate, with the gradient of the ba
     std::vector<float> images(8 * values);
     std::vector<double> truth(16);
     for (std::size_t i = 0; i < 8; ++i)
-      training.read(order[step % 2 * 8 + i], std::span(images).subspan(i * values, values),
+      training.read(order[step % 2 * 8 + i], 0, std::span(images).subspan(i * values, values),
                     std::span(truth).subspan(2 * i, 2));
     by_hand.backward(supervised_loss(by_hand.forward(images, 8), truth, outputs).gradient);
     adam.step(by_hand.weights(), by_hand.gradients(),
@@ -144,7 +144,7 @@ TEST_CASE("A step is Adam's, at the schedule's rate, with the gradient of the ba
   for (std::size_t i = 0; i < 11; ++i) {
     std::vector<float> image(values);
     std::vector<double> truth(2);
-    validation.read(i, image, truth);
+    validation.read(i, 0, image, truth);
     sum += supervised_loss(by_hand.forward(image, 1), truth, outputs).loss;
   }
   CHECK(trainer.curve().back().validation == Approx(sum / 11).epsilon(1e-5));
@@ -271,8 +271,8 @@ TEST_CASE("A loss or an example that is not finite ends training and leaves the 
   class Broken : public MadeUpExamples {
    public:
     using MadeUpExamples::MadeUpExamples;
-    void read(std::size_t index, std::span<float> image, std::span<double> truth) const override {
-      MadeUpExamples::read(index, image, truth);
+    void read(std::size_t index, std::uint64_t look, std::span<float> image, std::span<double> truth) const override {
+      MadeUpExamples::read(index, look, image, truth);
       image[3] = NAN;
     }
   };
@@ -349,4 +349,24 @@ TEST_CASE("Training options that cannot be are usage errors") {
   chosen = options(1);
   chosen.first_learning_rate = 0;
   CHECK_THROWS_AS(make(chosen, eight, eight), UsageError);
+}
+
+TEST_CASE("Every epoch is another look at the examples") {
+  class Watched : public MadeUpExamples {
+   public:
+    using MadeUpExamples::MadeUpExamples;
+    void read(std::size_t index, std::uint64_t look, std::span<float> image, std::span<double> truth) const override {
+      looks.push_back(look);
+      MadeUpExamples::read(index, look, image, truth);
+    }
+    mutable std::vector<std::uint64_t> looks;
+  };
+  const Watched training(16, 1), validation(8, 2);
+  Network network = small_network();
+  Trainer trainer(network, training, validation, options(2));
+  while (!trainer.finished()) trainer.step();
+  std::vector<std::uint64_t> expected(16, 0);
+  expected.resize(32, 1);
+  CHECK(training.looks == expected);
+  CHECK(validation.looks == std::vector<std::uint64_t>(16, 0));
 }
