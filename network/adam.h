@@ -10,8 +10,7 @@ namespace itn {
 
 struct AdamOptions {
   double beta1 = 0.9, beta2 = 0.999, epsilon = 1e-8;
-  double weight_decay =
-      0;  // every step takes learning rate times this off each weight, as a share of it; not off biases
+  double weight_decay = 0;  // a step takes this times the learning rate, as a share, off each weight but the biases
 };
 
 class Adam {

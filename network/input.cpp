@@ -12,8 +12,6 @@
 namespace itn {
 namespace {
 
-constexpr double DARKEST = 0.01;  // what is added to the radiance, over m: noise in the dark is not seen
-
 ExrImage read_square(const std::string& file, int size, const std::string& hash) {
   ExrImage image = read_exr(file);
   if (image.width != size || image.height != size)
@@ -108,7 +106,7 @@ void network_input(const NetworkDescription& network, std::span<const float> lum
   const std::size_t pixels = side * side;
   if (luminance.size() != pixels || input.size() != static_cast<std::size_t>(network.channels) * pixels)
     throw UsageError(fmt::format("an image of {} pixels for a network of {} x {}", luminance.size(), side, side));
-  const auto m = static_cast<float>(network.luminance), darkest = static_cast<float>(DARKEST) * m;
+  const auto m = static_cast<float>(network.luminance), darkest = static_cast<float>(darkest_radiance) * m;
   for (std::size_t i = 0; i < pixels; ++i)
     input[i] = std::log((std::max(luminance[i], 0.0F) + darkest) / (m + darkest));
   if (network.channels == 1) return;

@@ -5,7 +5,8 @@
 //   and with six channels, of known shape and light:
 //   channel 1..3  the normal of the surface seen, in the world: object and floor; 0 where there is none
 //   channel 4     how much nearer than the object's mean depth the object is [scene units]; 0 off the object
-//   channel 5     light: cosine between that normal and the direction of the sun; below 0 where it is turned away
+//   channel 5     light: cosine between that normal and that of the light (manifest); below 0 where it is turned
+//                 away
 #pragma once
 #include <array>
 #include <span>
@@ -15,6 +16,9 @@
 #include "network/network.h"
 
 namespace itn {
+
+// What counts as dark, over m: noise below it is not seen.
+constexpr double darkest_radiance = 0.01;
 
 // Radiance as luminance, (size, size), from channel Y, or of R, G, B as the renderer weighs them. hash: what the file's
 // attribute `hash` must be; empty: anything. Throws InputError: another size, no such channels, pixels that are not

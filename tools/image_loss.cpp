@@ -13,7 +13,6 @@ namespace itn::tools {
 namespace {
 
 constexpr int default_spp = 16;
-constexpr double darkest = 0.01;  // of the mean radiance of the images: below it, black
 
 class BatchLoss : public ImageLoss {
  public:
@@ -22,7 +21,7 @@ class BatchLoss : public ImageLoss {
       : seed_(common.seed),
         spp_(spp),
         size_(set.size),
-        least_square_(std::pow(darkest * mean_luminance(training), 2)),
+        least_square_(std::pow(darkest_radiance * mean_luminance(training), 2)),
         training_(training),
         device_(common.device),
         loss_(device_, set, folder, kind == "ssn" ? Operator::single : Operator::full, &interrupt_flag()) {}

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <optional>
 
@@ -12,6 +11,7 @@
 #include "runtime/dataset/dataset_light.h"
 #include "runtime/dataset/shape_buffers.h"
 #include "runtime/error.h"
+#include "runtime/scene/box.h"
 #include "runtime/scene/parameters.h"
 #include "runtime/scene/transform.h"
 #include "tools/run_folder.h"
@@ -33,17 +33,7 @@ Body body_of(const Scene& scene, int medium, const std::string& run) {
     throw UsageError(fmt::format(
         "--init {}: the network knows media inside of one shape, and {} is inside of {}; give --start instead", run,
         scene.media[static_cast<std::size_t>(medium)].id, bodies.size()));
-  const Shape& shape = scene.shapes[static_cast<std::size_t>(bodies.front())];
-  if (!shape.mesh) return {bodies.front(), 2 * shape.radius};
-  std::array<float, 3> low, high;
-  low.fill(std::numeric_limits<float>::infinity());
-  high.fill(-std::numeric_limits<float>::infinity());
-  for (const auto& p : shape.mesh->position)
-    for (std::size_t k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], p[k]);
-      high[k] = std::max(high[k], p[k]);
-    }
-  return {bodies.front(), std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]})};
+  return {bodies.front(), box_of(scene.shapes[static_cast<std::size_t>(bodies.front())]).longest_side()};
 }
 
 // What a network of six channels knows beside the image.

@@ -8,7 +8,7 @@
 #include "network/shipped.h"
 #include "runtime/error.h"
 #include "runtime/fingerprint.h"
-#include "runtime/image/file.h"
+#include "tools/common.h"
 
 namespace itn::tools {
 
@@ -25,16 +25,16 @@ std::string file_of(const std::string& run) {
   return file.string();
 }
 
-std::string bytes_of(const std::string& run) {
-  return run == shipped_run ? std::string(shipped_network()) : read_file(file_of(run));
-}
-
 }  // namespace
 
 Network network_of(const std::string& run) {
-  return parse_network(bytes_of(run), run == shipped_run ? run : file_of(run));
+  if (run == shipped_run) return parse_network(shipped_network(), run);
+  return read_network(file_of(run));
 }
 
-std::string network_fingerprint(const std::string& run) { return fmt::format("{:016x}", fingerprint(bytes_of(run))); }
+std::string network_fingerprint(const std::string& run) {
+  if (run == shipped_run) return fmt::format("{:016x}", fingerprint(shipped_network()));
+  return fingerprint_of(file_of(run));
+}
 
 }  // namespace itn::tools

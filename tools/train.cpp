@@ -98,9 +98,10 @@ Json request(const Options& o, const Manifest& manifest, int thread_count) {
           {"threads", thread_count}};
 }
 
-// A new network, or that of --init with the data set's size of images.
-Network first_network(const Options& options, const Manifest& manifest, const DatasetImages& training) {
-  if (options.init.empty()) {
+// A new network, or `init`, that of --init, with the data set's size of images.
+Network first_network(const Options& options, const std::optional<Network>& init, const Manifest& manifest,
+                      const DatasetImages& training) {
+  if (!init) {
     NetworkDescription description;
     description.kind = options.kind;
     description.channels = options.channels.value_or(description.channels);
@@ -113,25 +114,19 @@ Network first_network(const Options& options, const Manifest& manifest, const Da
     network.initialise(options.common.seed);
     return network;
   }
-  const Network init = network_of(options.init);
   const auto check = [&](const char* name, const std::optional<int>& wanted, int is) {
     if (wanted && *wanted != is)
       throw UsageError(fmt::format("--{} {}: the network of --init has {}", name, *wanted, is));
   };
-  check("channels", options.channels, init.description().channels);
-  check("width", options.width, init.description().width);
-  NetworkDescription description = init.description();
+  check("channels", options.channels, init->description().channels);
+  check("width", options.width, init->description().width);
+  NetworkDescription description = init->description();
   description.kind = options.kind;
   description.size = manifest.size;
   description.mm_per_unit = manifest.mm_per_unit;
   Network network(description);
-  network.weights() = init.weights();
+  network.weights() = init->weights();
   return network;
-}
-
-int channels_of(const Options& options) {
-  if (options.init.empty()) return options.channels.value_or(NetworkDescription().channels);
-  return network_of(options.init).description().channels;
 }
 
 Json to_json(const EpochLosses& losses, bool has_image_loss) {
@@ -152,11 +147,14 @@ class Training {
     set_threads(thread_count);
     request_ = request(options, manifest_, thread_count);
     run_.check_same(request_);
-    const bool with_shapes = channels_of(options) > 1 || options.kind != "rn";
+    std::optional<Network> init;
+    if (!options.init.empty()) init.emplace(network_of(options.init));
+    const int channels = init ? init->description().channels : options.channels.value_or(NetworkDescription().channels);
+    const bool with_shapes = channels > 1 || options.kind != "rn";
     training_images_ = read_images(data_folder, manifest_, Manifest::Split::train, with_shapes, interrupt_flag());
     validation_images_ =
         read_images(data_folder, manifest_, Manifest::Split::validation, with_shapes, interrupt_flag());
-    network_.emplace(first_network(options, manifest_, training_images_));
+    network_.emplace(first_network(options, init, manifest_, training_images_));
     training_.emplace(training_images_, network_->description(), options.variation);
     validation_.emplace(validation_images_, network_->description());
     TrainingOptions chosen = options.training;
@@ -354,8 +352,9 @@ void add_train(CLI::App& app) {
   command->add_flag("--mirror", options->variation.mirrored,
                     "also learn from every image's mirror image, left for right");
   command
-      ->add_option("--learning-rate", options->learning_rate,
-                   "Adam's, of the first steps; falls to a hundredth as half a cosine wave")
+      ->add_option(
+          "--learning-rate", options->learning_rate,
+          "Adam's; rises to this over the first tenth of the steps, falls to a hundredth as half a cosine wave")
       ->check(CLI::Range(1e-12, 1.0))
       ->capture_default_str();
   command
@@ -367,7 +366,10 @@ void add_train(CLI::App& app) {
       ->add_option("--channels", options->channels,
                    "1: luminance; 6: also normal, depth and light, where shape and light are known; default 1")
       ->check(CLI::IsMember({1, 6}));
-  command->add_option("--width", options->width, "channels of the first stage; default 16, as in the paper")
+  command
+      ->add_option(
+          "--width", options->width,
+          "channels of the first stage; default 16, as in the paper; below 16 slow: oneDNN has no fast convolution")
       ->check(CLI::IsMember({1, 2, 4, 8, 16, 32, 64}));
   command
       ->add_option("--patience", options->training.patience,

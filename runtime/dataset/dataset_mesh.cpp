@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <limits>
-
 #include "runtime/error.h"
 #include "runtime/scene/mesh_file.h"
 #include "runtime/scene/mesh_repair.h"
@@ -46,17 +43,7 @@ Mesh as_dataset_mesh(const std::string& file) {
   }
   if (shape.volume == 0) throw InputError(file + ": has no volume");
   if (shape.volume < 0) flip(mesh);
-  std::array<float, 3> low, high;
-  low.fill(std::numeric_limits<float>::infinity());
-  high.fill(-std::numeric_limits<float>::infinity());
-  for (const auto& p : mesh.position)
-    for (std::size_t k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], p[k]);
-      high[k] = std::max(high[k], p[k]);
-    }
-  const float size = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
-  for (auto& p : mesh.position)
-    p = {(p[0] - (low[0] + high[0]) / 2) / size, (p[1] - (low[1] + high[1]) / 2) / size, (p[2] - low[2]) / size};
+  set_on_floor(mesh);
   mesh.texcoord.clear();
   return mesh;
 }

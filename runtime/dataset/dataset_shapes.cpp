@@ -35,7 +35,7 @@ DatasetShapes::DatasetShapes(const Manifest& set, std::string folder, std::size_
 
 DatasetShapes::Made DatasetShapes::make_one(int shape, const BatchRenderer& renderer) const {
   Made made{dataset_mesh(set_.shapes[static_cast<std::size_t>(shape)], folder_), {}};
-  made.geometry = renderer.geometry_of(dataset_scene(set_, made.mesh, sun_and_sky({0, 0, 1}), {}));
+  made.geometry = renderer.geometry_of(dataset_scene(set_, made.mesh));
   return made;
 }
 

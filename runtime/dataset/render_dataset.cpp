@@ -101,7 +101,7 @@ class DatasetRenderer {
     for (const int shape : shapes) {
       const Manifest::Shape& s = set_.shapes[static_cast<std::size_t>(shape)];
       if (!has_buffers_.insert(shape).second || is_there(path(s.buffers), set_)) continue;
-      write(s, shape_buffers(dataset_scene(set_, shapes_.made(shape).mesh, sun_and_sky({0, 0, 1}), {}), 0, 1));
+      write(s, shape_buffers(dataset_scene(set_, shapes_.made(shape).mesh), 0, 1));
     }
   }
 

@@ -6,25 +6,6 @@
 
 namespace itn {
 
-void Box::add(const std::array<float, 3>& point) {
-  for (std::size_t k = 0; k < 3; ++k) {
-    low[k] = std::min(low[k], point[k]);
-    high[k] = std::max(high[k], point[k]);
-  }
-}
-
-void Box::add(const Box& other) {
-  for (std::size_t k = 0; k < 3; ++k) {
-    low[k] = std::min(low[k], other.low[k]);
-    high[k] = std::max(high[k], other.high[k]);
-  }
-}
-
-float Box::half_area() const {
-  const float x = high[0] - low[0], y = high[1] - low[1], z = high[2] - low[2];
-  return x < 0 ? 0 : x * y + y * z + z * x;
-}
-
 namespace {
 
 constexpr int bin_count = 32;

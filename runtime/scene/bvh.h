@@ -1,17 +1,11 @@
 // Bounding volume hierarchies with many children a node, as lib/trace.h walks them.
 #pragma once
-#include <array>
 #include <cstdint>
 #include <vector>
 
-namespace itn {
+#include "runtime/scene/box.h"
 
-struct Box {
-  std::array<float, 3> low{1e30f, 1e30f, 1e30f}, high{-1e30f, -1e30f, -1e30f};
-  void add(const std::array<float, 3>& point);
-  void add(const Box& other);
-  float half_area() const;  // 0 when empty
-};
+namespace itn {
 
 struct BoxedPrimitive {
   Box box;

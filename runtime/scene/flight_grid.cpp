@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "kernels/shared/geometry_layout.h"
-#include "runtime/scene/bvh.h"
+#include "runtime/scene/box.h"
 
 namespace itn {
 
@@ -38,21 +38,6 @@ Point cross(const Point& a, const Point& b) {
 }
 Point middle(const Point& a, const Point& b) { return (a + b) * 0.5f; }
 Point to_float(const Vec3& p) { return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])}; }
-
-Box bounds_of(const Shape& shape) {
-  Box box;
-  if (shape.kind == Shape::Kind::mesh) {
-    for (const auto& p : shape.mesh->position) box.add(p);
-    return box;
-  }
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double extent =
-        shape.kind == Shape::Kind::sphere ? shape.radius : std::hypot(shape.edge_u[k], shape.edge_v[k]);
-    box.low[k] = static_cast<float>(shape.center[k] - extent);
-    box.high[k] = static_cast<float>(shape.center[k] + extent);
-  }
-  return box;
-}
 
 // Runs f(i) for 0 <= i < count on all cores.
 template <class Function>
@@ -502,13 +487,11 @@ FlightGrid build_flight_grid(const Scene& scene) {
   FlightGrid grid;
   Box box;
   for (const Shape& shape : scene.shapes)
-    if (shape.interior >= 0 || shape.exterior >= 0) box.add(bounds_of(shape));
-  float longest = 0, largest = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    longest = std::max(longest, box.high[k] - box.low[k]);
-    largest = std::max({largest, std::fabs(box.low[k]), std::fabs(box.high[k])});
-  }
-  if (!(longest > 0) || box.low[0] > box.high[0]) return grid;
+    if (shape.interior >= 0 || shape.exterior >= 0) box.add(box_of(shape));
+  const float longest = box.longest_side();
+  float largest = 0;
+  for (std::size_t k = 0; k < 3; ++k) largest = std::max({largest, std::fabs(box.low[k]), std::fabs(box.high[k])});
+  if (!(longest > 0)) return grid;
   std::size_t triangles = 0;
   for (const Shape& shape : scene.shapes)
     if (shape.mesh) triangles += shape.mesh->triangle.size();

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <numeric>
 
+#include "runtime/scene/box.h"
 #include "runtime/scene/transform.h"
 
 namespace itn {
@@ -88,6 +89,15 @@ std::size_t drop_degenerate(Mesh& mesh) {
   };
   mesh.triangle.erase(std::remove_if(mesh.triangle.begin(), mesh.triangle.end(), flat), mesh.triangle.end());
   return before - mesh.triangle.size();
+}
+
+void set_on_floor(Mesh& mesh) {
+  const Box box = box_of(mesh);
+  const Vec3 low = to_double(box.low), high = to_double(box.high);
+  const double scale = 1 / std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
+  const Vec3 foot{(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]};
+  for (auto& p : mesh.position)
+    for (std::size_t k = 0; k < 3; ++k) p[k] = static_cast<float>((p[k] - foot[k]) * scale);
 }
 
 Topology topology(const Mesh& mesh) {

@@ -1,4 +1,4 @@
-// What a mesh must fulfil before rays meet it.
+// What a mesh must fulfil before rays meet it, and a data set's shape besides.
 #pragma once
 #include <cstddef>
 #include <string>
@@ -16,6 +16,10 @@ void flip(Mesh& mesh);
 
 // Removes triangles without area; returns how many.
 std::size_t drop_degenerate(Mesh& mesh);
+
+// Scales and moves a mesh such that its longest side is 1, its lowest point has z = 0, and the middle of its box stands
+// over the origin.
+void set_on_floor(Mesh& mesh);
 
 // How a mesh fails to be a closed surface that winds consistently. Vertices at the same position count as one.
 struct Topology {

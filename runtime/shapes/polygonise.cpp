@@ -360,19 +360,6 @@ void mend_normals(Mesh& mesh) {
   }
 }
 
-void normalise(Mesh& mesh) {
-  Bounds bounds{{1e30, 1e30, 1e30}, {-1e30, -1e30, -1e30}};
-  for (const auto& p : mesh.position)
-    for (std::size_t k = 0; k < 3; ++k) {
-      bounds.low[k] = std::min<double>(bounds.low[k], p[k]);
-      bounds.high[k] = std::max<double>(bounds.high[k], p[k]);
-    }
-  const double scale = 1 / longest_side(bounds);
-  const Vec3 foot{(bounds.low[0] + bounds.high[0]) / 2, (bounds.low[1] + bounds.high[1]) / 2, bounds.low[2]};
-  for (auto& p : mesh.position)
-    for (std::size_t k = 0; k < 3; ++k) p[k] = static_cast<float>((p[k] - foot[k]) * scale);
-}
-
 }  // namespace
 
 Mesh polygonise(const Solid& solid, double cell) {
@@ -398,7 +385,7 @@ Mesh shape_mesh(const Solid& solid, int triangles) {
   if (mesh.triangle.empty()) throw std::invalid_argument("a solid without a part as thick as a 160th of its length");
   mesh = largest_piece(mesh);
   mend_normals(mesh);
-  normalise(mesh);
+  set_on_floor(mesh);
   return mesh;
 }
 

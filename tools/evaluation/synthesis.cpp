@@ -9,7 +9,7 @@ namespace itn {
 namespace {
 
 std::vector<Coordinate> coordinates_of(const Manifest& set, const std::string& folder) {
-  const Scene scene = dataset_scene(set, dataset_mesh(set.shapes.front(), folder), sun_and_sky({0, 0, 1}), {});
+  const Scene scene = dataset_scene(set, dataset_mesh(set.shapes.front(), folder));
   const std::vector<Parameter> parameters = list_parameters(scene);
   std::vector<Coordinate> coordinates;
   for (const char* name : {dataset_sigma_t, dataset_albedo, dataset_g})
