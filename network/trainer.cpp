@@ -1,12 +1,14 @@
 #include "network/trainer.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <span>
 #include <utility>
 
 #include "network/random.h"
 #include "runtime/error.h"
+#include "runtime/seconds_since.h"
 
 namespace itn {
 namespace {
@@ -62,18 +64,26 @@ std::vector<std::size_t> Trainer::next_examples() {
 
 void Trainer::step() {
   if (finished()) throw UsageError("training: has ended");
+  auto since = std::chrono::steady_clock::now();
+  const auto lap = [&since](double& seconds) {
+    seconds += seconds_since(since);
+    since = std::chrono::steady_clock::now();
+  };
   const std::vector<std::size_t> examples = next_examples();
   const Batch batch = read_batch(training_, examples, network_, steps() / steps_in_epoch());
   const std::vector<OutputRange>& ranges = network_.description().outputs;
+  lap(times_.rest);
   const std::vector<float>& outputs = network_.forward(batch.images, options_.batch);
   OutputLoss loss = supervised_loss(outputs, batch.truth, ranges);
   const double supervised = loss.loss;
   double image = 0;
+  lap(times_.network);
   if (options_.image_weight > 0) {
     const ImageLoss::Result result = image_loss_->evaluate(examples, parameters_of(outputs, ranges), steps());
     image = result.loss;
     add_image_loss(loss, result, options_.image_weight, outputs, ranges);
   }
+  lap(times_.image_loss);
   if (!std::isfinite(loss.loss) || !all_finite(loss.gradient))
     throw ResultError("training: the loss of step " + std::to_string(steps() + 1) +
                       " or its gradient is not finite; lower the learning rate, or look at the examples");
@@ -82,9 +92,11 @@ void Trainer::step() {
   const std::uint64_t all_steps = steps_in_epoch() * static_cast<std::uint64_t>(options_.epochs);
   adam_.step(network_.weights(), network_.gradients(),
              scheduled_learning_rate(options_.first_learning_rate, options_.last_learning_rate, steps(), all_steps));
+  lap(times_.network);
   sums_.supervised += supervised;
   sums_.image += image;
   if (steps() % steps_in_epoch() == 0) end_epoch();
+  lap(times_.rest);
 }
 
 void Trainer::end_epoch() {

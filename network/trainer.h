@@ -57,6 +57,14 @@ class Trainer {
   const TrainingOptions& options() const { return options_; }
   std::uint64_t steps() const { return adam_.state().steps; }
   std::uint64_t steps_in_epoch() const;
+  // What this object's steps have taken [s].
+  struct Times {
+    double network = 0;  // forward, backward, optimizer
+    double image_loss = 0;
+    double rest = 0;  // reading the examples, validation
+  };
+  const Times& times() const { return times_; }
+
   const std::vector<EpochLosses>& curve() const { return curve_; }  // of the epochs that are complete
 
   // Which epoch had the least validation loss, and its weights. Before the first epoch ends there is none.
@@ -85,12 +93,12 @@ class Trainer {
   std::size_t best_epoch_ = 0;
   std::vector<Tensor> best_weights_;
   std::vector<std::size_t> order_;
+  Times times_;
 };
 
 // The weight that makes the image loss as large as the supervised one, with the network as it is: over the first
-// batches
-// (`batches` of them, or as many as an epoch has) that a trainer with these options takes. Throws as Trainer::step(),
-// and ResultError where one of the losses is not above 0.
+// batches (`batches` of them, or as many as an epoch has) that a trainer with these options takes. Throws as
+// Trainer::step(), and ResultError where one of the losses is not above 0.
 double balanced_image_weight(Network& network, const Examples& training, const TrainingOptions& options,
                              ImageLoss& image_loss, int batches);
 

@@ -176,9 +176,7 @@ class Training {
       const std::size_t epochs = trainer_->curve().size();
       try {
         if (interrupt_flag()) throw Interrupted();
-        const auto start = Clock::now();
         trainer_->step();
-        seconds_ += seconds_since(start);
         ++steps_;
       } catch (const Interrupted&) {
         progress.clear();
@@ -211,7 +209,12 @@ class Training {
   }
 
   bool has_image_loss() const { return image_loss_.loss != nullptr; }
-  double images_per_second() const { return seconds_ > 0 ? steps_ * options_.training.batch / seconds_ : 0; }
+  // Of this process, in steps.
+  double seconds() const {
+    const Trainer::Times& times = trainer_->times();
+    return times.network + times.image_loss + times.rest;
+  }
+  double images_per_second() const { return steps_ > 0 ? steps_ * options_.training.batch / seconds() : 0; }
 
   void introduce() {
     write_file(run_.file("run.json"), record({}).dump(2) + "\n");
@@ -277,17 +280,24 @@ class Training {
     const std::vector<double> errors = root_mean_square_errors(predict(best, *validation_));
     save(errors);
     if (!options_.exported.empty()) write_network(options_.exported, best, Precision::half);
+    const Trainer::Times& times = trainer_->times();
     if (options_.common.talkative()) {
       fmt::print("{}: of epoch {}, validation loss {:.5f}; root mean square errors:", run_.file("network.safetensors"),
                  trainer_->best_epoch() + 1, trainer_->curve()[trainer_->best_epoch()].validation);
       for (std::size_t i = 0; i < errors.size(); ++i)
         fmt::print(" {} {:.4g}", network_->description().outputs[i].name, errors[i]);
       fmt::print("\n");
+      if (has_image_loss() && steps_ > 0)
+        fmt::print("rendering took {:.0f} % of the {:.0f} s, the network {:.0f} %\n",
+                   100 * times.image_loss / seconds(), seconds(), 100 * times.network / seconds());
     }
     Json result = record(errors);
     result["schema"] = "itn.train/1";
     result["folder"] = options_.folder;
-    result["time"] = {{"train_s", seconds_}, {"images_per_s", images_per_second()}};
+    result["time"] = {{"train_s", seconds()},
+                      {"network_s", times.network},
+                      {"image_loss_s", times.image_loss},
+                      {"images_per_s", images_per_second()}};
     write_json(options_.common, result);
   }
 
@@ -301,8 +311,7 @@ class Training {
   std::optional<DatasetExamples> training_, validation_;
   RenderedImageLoss image_loss_;
   std::optional<Trainer> trainer_;
-  double seconds_ = 0;  // in steps, by this process
-  int steps_ = 0;
+  int steps_ = 0;  // of this process
 };
 
 void run(Options options) {
