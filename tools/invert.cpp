@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <limits>
 #include <random>
@@ -12,6 +13,7 @@
 #include "runtime/inversion/inversion.h"
 #include "runtime/scene/load.h"
 #include "runtime/seconds_since.h"
+#include "runtime/statistics.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
 #include "tools/invert_report.h"
@@ -31,7 +33,7 @@ struct Options {
   std::string scene, folder, init, method = "gauss-newton";
   Operator op = Operator::full;
   TargetOptions images;
-  std::vector<std::string> parameters, start;
+  std::vector<std::string> parameters, start, prior;
   int starts = 1;
   double noise = -1;  // not given
   InversionOptions inversion;
@@ -124,6 +126,7 @@ nlohmann::json request(const Options& o, const Device& device) {
           {"init", o.init.empty() ? "" : network_fingerprint(o.init)},
           {"start", o.start},
           {"starts", o.starts},
+          {"prior", o.prior},
           {"method", o.method},
           {"operator", name_of(o.op)},
           {"iterations", o.inversion.iterations},
@@ -201,6 +204,32 @@ void set_starts(const Options& options, Scene& scene) {
   }
 }
 
+// Of --prior, with LOW and HIGH where a normal distribution of the coordinate has its 95 %.
+Prior prior_of(const Options& options, const std::vector<Coordinate>& coordinates) {
+  Prior prior;
+  if (options.prior.empty()) return prior;
+  prior.mean.assign(coordinates.size(), 0);
+  prior.precision.assign(coordinates.size(), 0);
+  for (const std::string& text : options.prior) {
+    const std::string name = text.substr(0, text.find('='));
+    const auto found = std::find_if(coordinates.begin(), coordinates.end(),
+                                    [&](const Coordinate& c) { return c.parameter().name == name; });
+    if (found == coordinates.end())
+      throw UsageError(fmt::format("--prior {}: need NAME=LOW,HIGH with a name given to --parameter", text));
+    double low = 0, high = 0;
+    char rest = 0;
+    const std::string numbers = text.substr(std::min(text.size(), name.size() + 1));
+    if (std::sscanf(numbers.c_str(), "%lf,%lf%c", &low, &high, &rest) != 2 || !found->parameter().contains(low) ||
+        !found->parameter().contains(high) || !(low < high))
+      throw UsageError(fmt::format("--prior {}: got \"{}\", need LOW,HIGH, two numbers in {}, the smaller first", text,
+                                   numbers, found->parameter().range()));
+    const auto i = static_cast<std::size_t>(found - coordinates.begin());
+    prior.mean[i] = (found->of(low) + found->of(high)) / 2;
+    prior.precision[i] = std::pow(2 * normal_quantile(0.975) / (found->of(high) - found->of(low)), 2);
+  }
+  return prior;
+}
+
 // The first start is that of set_starts(); the others are drawn.
 std::vector<std::vector<double>> all_starts(const Options& options, const ForwardModel& model) {
   std::vector<std::vector<double>> result{model.start()};
@@ -239,6 +268,7 @@ InversionOutcome outcome_of(const Options& options, Inversion& inversion, const 
   outcome.method = options.method;
   outcome.folder = options.folder;
   outcome.targets = options.images.targets;
+  outcome.prior = options.prior;
   const std::vector<Coordinate>& coordinates = model.coordinates();
   for (const Run& run : runs) {
     std::vector<double> values;
@@ -267,6 +297,8 @@ void run(Options options) {
 
   InversionOptions& how = options.inversion;
   how.method = options.method == "adam" ? InversionOptions::Method::adam : InversionOptions::Method::gauss_newton;
+  if (options.method == "adam" && !options.prior.empty())
+    throw UsageError("--prior: adam minimises the image loss alone; use --method gauss-newton");
   how.spp = common.spp;
   if (how.sample_limit() < 2) throw UsageError("--spp 1: a loss compares different samples of a pixel; need 2 or more");
   constexpr double most_samples = 1 << 29;  // that a pixel has, over all iterations
@@ -282,6 +314,7 @@ void run(Options options) {
   render_options.op = options.op;
   render_options.cancel = &interrupt_flag();
   ForwardModel model(device, scene, options.parameters, options.images.sensors, render_options);
+  how.prior = prior_of(options, model.coordinates());
   Inversion inversion(model, targets, how);
 
   std::error_code failure;
@@ -359,6 +392,11 @@ void add_invert(CLI::App& app) {
                    "also start from this many less one random places; the best end is the result")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  command
+      ->add_option("--prior", options->prior,
+                   "NAME=LOW,HIGH: what is known before the image, as a 95 % interval; may be repeated. The result is "
+                   "then what both say (the mean of the posterior, as far as all is normal)")
+      ->take_all();
   command->add_option("--learning-rate", options->inversion.learning_rate, "adam: of the first iterations")
       ->check(CLI::Range(1e-6, 10.0))
       ->capture_default_str();

@@ -137,6 +137,7 @@ nlohmann::ordered_json to_json(const InversionOutcome& outcome, const std::vecto
           {"parameters", list(outcome.parameters)},
           {"coefficients", list(outcome.coefficients)},
           {"exposures", list(outcome.exposures)},
+          {"prior", outcome.prior},
           {"ambiguity", directions},
           {"loss", end.loss},
           {"loss_stderr", end.loss_stderr},
@@ -160,11 +161,15 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
   if (!end.determined)
     text.emplace_back(
         "A direction of the parameters shows so little in the images that the noise of the derivatives hides it: the "
-        "intervals do not hold. Give it more samples (--spp), or fewer parameters.");
+        "intervals do not hold. Give it more samples (--spp), fewer parameters, or what is known of them beforehand "
+        "(--prior).");
   for (std::size_t p = 0; p < coordinates.size(); ++p)
     if (coordinates[p].at_edge(end.x[p]))
       text.push_back(fmt::format("{} ended on the edge of its range: its interval does not hold.",
                                  coordinates[p].parameter().name));
+  if (!outcome.prior.empty())
+    text.push_back(fmt::format("The result and its intervals count in what was known before (95 %): {}.",
+                               fmt::join(outcome.prior, "; ")));
   const double chance = 1 + 5 * std::sqrt(2 / end.residuals);
   if (!outcome.noise_known)
     text.emplace_back(

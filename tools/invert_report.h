@@ -18,6 +18,7 @@ struct InversionRun {
 struct InversionOutcome {
   std::string scene, method, folder;
   std::vector<std::string> targets;  // files
+  std::vector<std::string> prior;    // as --prior says it
   bool noise_known = false;          // from the targets' files or the command line
   std::vector<InversionRun> runs;    // one a start
   std::size_t best = 0;              // of them: the smallest loss

@@ -112,7 +112,7 @@ bool Inversion::gauss_newton(const LeastSquares& equations, InversionState& stat
   NormalEquations pool =
       state.pool.empty() ? NormalEquations(state.x.size()) : NormalEquations::from_numbers(state.x.size(), state.pool);
   pool.add(equations, state.x);
-  const NormalEquations::Solution solution = pool.solve(state.x, names());
+  const NormalEquations::Solution solution = pool.solve(state.x, names(), options_.prior);
   step.distance = solution.distance(state.x);
   const double share = solution.monte_carlo_share;
   const bool most = state.spp >= options_.sample_limit();
@@ -171,7 +171,7 @@ Inversion::Conclusion Inversion::conclude(const InversionState& state) {
   NormalEquations pool =
       pooled ? NormalEquations::from_numbers(state.x.size(), state.pool) : NormalEquations(state.x.size());
   pool.add(equations, state.x);
-  const NormalEquations::Solution solution = pool.solve(state.x, names());
+  const NormalEquations::Solution solution = pool.solve(state.x, names(), options_.prior);
   result.covariance = solution.covariance;
   result.loss = equations.loss;
   result.loss_stderr = equations.loss_stderr;

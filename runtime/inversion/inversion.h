@@ -26,6 +26,7 @@ struct InversionOptions {
   double relative_noise = 0;    // standard deviation of the targets' noise, over their radiance
   double learning_rate = 0.05;  // Adam
   bool exposure = false;        // each target is known up to a factor only
+  Prior prior;                  // of the coordinates; Gauss-Newton
 
   int iteration_limit() const { return iterations > 0 ? iterations : method == Method::adam ? 200 : 50; }
   int sample_limit() const { return spp > 0 ? spp : method == Method::adam ? 16 : 1024; }

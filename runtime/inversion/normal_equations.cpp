@@ -46,8 +46,8 @@ double NormalEquations::Solution::distance(const std::vector<double>& from) cons
                    static_cast<double>(x.size()));
 }
 
-NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from,
-                                                 const std::vector<std::string>& names) const {
+NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from, const std::vector<std::string>& names,
+                                                 const Prior& prior) const {
   for (Eigen::Index k = 0; k < scale_.rows(); ++k)
     if (!(scale_(k, k) > 0))
       throw ResultError(
@@ -70,13 +70,29 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
   };
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(unit.size(), unit.size());
   for (const Eigen::MatrixXd& part : parts_) sum += part;
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(relative(sum), Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::VectorXd& value = svd.singularValues();
-  Eigen::VectorXd noise = Eigen::VectorXd::Zero(value.size());
-  for (const Eigen::MatrixXd& part : parts_) {
-    const Eigen::MatrixXd in_part = svd.matrixU().transpose() * relative(part) * svd.matrixV();
-    noise += (in_part.diagonal() - value / static_cast<double>(parts_.size())).cwiseAbs2();
+
+  // The targets' noise is the same in all equations, the rendering's is not.
+  const auto unknowns = static_cast<double>(right_.size());
+  const Eigen::MatrixXd mean_monte_carlo = monte_carlo_ / count_, target_noise = spread_ / count_ - mean_monte_carlo;
+  // The mean gradient's variance over what the weights take it for.
+  const double noise_ratio = count_ * relative(target_noise + mean_monte_carlo / count_).trace() / unknowns;
+  Eigen::VectorXd known = Eigen::VectorXd::Zero(right_.size()), expected = known, open = known;
+  for (std::size_t i = 0; i < prior.precision.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    known[k] = count_ * noise_ratio * prior.precision[i];
+    expected[k] = prior.mean[i];
+    open[k] = count_ * noise_ratio * known[k];  // known^2 times the prior's variance
   }
+  const Eigen::MatrixXd all = sum + Eigen::MatrixXd(known.asDiagonal());
+
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(relative(all), Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::VectorXd& value = svd.singularValues();
+  const auto along = [&](const Eigen::MatrixXd& m) {
+    return Eigen::VectorXd((svd.matrixU().transpose() * relative(m) * svd.matrixV()).diagonal());
+  };
+  const Eigen::VectorXd mean_part = along(sum) / static_cast<double>(parts_.size());
+  Eigen::VectorXd noise = Eigen::VectorXd::Zero(value.size());
+  for (const Eigen::MatrixXd& part : parts_) noise += (along(part) - mean_part).cwiseAbs2();
   const Eigen::VectorXd least = sure * noise.cwiseSqrt();
   solution.information =
       l * svd.matrixU() * value.cwiseMax(least).asDiagonal() * svd.matrixV().transpose() * l.transpose();
@@ -84,24 +100,22 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
 
   const Eigen::PartialPivLU<Eigen::MatrixXd> solver(solution.information);
   const Eigen::VectorXd at = Eigen::Map<const Eigen::VectorXd>(from.data(), right_.size());
-  solution.x = at + solver.solve(right_ - sum * at);
+  solution.x = at + solver.solve(right_ + known.cwiseProduct(expected) - all * at);
   const auto sandwich = [&](const Eigen::MatrixXd& m) {
     const Eigen::MatrixXd half = solver.solve(m);
     const Eigen::MatrixXd whole = solver.solve(Eigen::MatrixXd(half.transpose()));
     return Eigen::MatrixXd((whole + whole.transpose()) / 2);
   };
-  // The targets' noise is the same in all equations, the rendering's is not. Residuals of fitted unknowns are a little
-  // too small.
-  const auto unknowns = static_cast<double>(right_.size());
+  // Residuals of fitted unknowns are a little too small.
   const double fitted = residuals_ / std::max(1.0, residuals_ - unknowns);
-  const Eigen::MatrixXd mean_spread = spread_ / count_, mean_monte_carlo = monte_carlo_ / count_;
   const Eigen::MatrixXd from_rendering = count_ * sandwich(mean_monte_carlo);
-  const Eigen::MatrixXd from_target = count_ * count_ * sandwich(mean_spread - mean_monte_carlo);
+  const Eigen::MatrixXd from_target = count_ * count_ * sandwich(target_noise);
   // Of the small difference of two estimates nothing negative.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> positive(from_target);
   solution.covariance = fitted * (positive.eigenvectors() * positive.eigenvalues().cwiseMax(0.0).asDiagonal() *
                                       positive.eigenvectors().transpose() +
-                                  from_rendering);
+                                  from_rendering) +
+                        sandwich(open.asDiagonal());
   solution.monte_carlo_share =
       fitted * Eigen::LDLT<Eigen::MatrixXd>(solution.covariance).solve(from_rendering).trace() / unknowns;
   return solution;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "runtime/inversion/least_squares.h"
+#include "runtime/inversion/prior.h"
 
 namespace itn {
 
@@ -18,18 +19,19 @@ class NormalEquations {
 
   struct Solution {
     Eigen::VectorXd x;
-    Eigen::MatrixXd covariance;    // of x: the targets' noise, and the rendering's
+    Eigen::MatrixXd covariance;    // of x: the targets' noise, the rendering's, and what the prior leaves open
     double monte_carlo_share = 0;  // of the rendering in it, mean over the unknowns
-    // The information is more than three standard errors in every direction. Where it is less it is taken to be those,
-    // so x does not move far there.
+    // The information, the prior's included, is more than three standard errors in every direction. Where it is less it
+    // is taken to be those, so x does not move far there.
     bool determined = true;
     Eigen::MatrixXd information;
     // Root mean square over the unknowns, in standard errors, of the way from `from`.
     double distance(const std::vector<double>& from) const;
   };
-  // from: the unknowns that it starts at. Throws ResultError: an unknown on which no pixel depends (names: of the
-  // unknowns).
-  Solution solve(const std::vector<double>& from, const std::vector<std::string>& names) const;
+  // from: the unknowns that it starts at. prior: of the first of them; it counts beside pixels whose noise is what the
+  // residuals say it is, so that with it x is the mean of the posterior, as far as all are normal. Throws ResultError:
+  // an unknown on which no pixel depends (names: of the unknowns).
+  Solution solve(const std::vector<double>& from, const std::vector<std::string>& names, const Prior& prior = {}) const;
 
   // Everything as plain numbers, to store.
   std::vector<double> numbers() const;

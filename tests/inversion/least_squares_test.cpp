@@ -13,11 +13,12 @@ namespace {
 constexpr int side = 16, pixels = side * side;
 const std::vector<double> truth{0.3, -0.2};
 
-// T = 5 + a(i) x0 + b(i) x1 with log coordinates of numbers near 1, so that slopes matter; derivatives five times as
-// noisy as the image.
+// T = 5 + a(i) x0 + second b(i) x1 with log coordinates of numbers near 1, so that slopes matter; derivatives five
+// times as noisy as the image.
 struct Made {
   std::mt19937 random{7};
   std::normal_distribution<double> normal;
+  double second = 1;
 
   static double a(int i) { return std::sin(0.05 * i); }
   static double b(int i) { return std::cos(0.11 * i); }
@@ -31,21 +32,21 @@ struct Made {
     const double noise = 0.4 / std::sqrt(spp);
     for (int i = 0; i < pixels; ++i) {
       const double p[2] = {std::exp(x[0]), std::exp(x[1])};
-      r.mean.push_back(static_cast<float>(5 + a(i) * x[0] + b(i) * x[1] + noise * normal(random)));
+      r.mean.push_back(static_cast<float>(5 + a(i) * x[0] + second * b(i) * x[1] + noise * normal(random)));
       r.stderr_.push_back(static_cast<float>(noise));
       for (std::size_t k = 0; k < 2; ++k) {
         r.derivatives[k].mean.push_back(
-            static_cast<float>(((k == 0 ? a(i) : b(i)) + 5 * noise * normal(random)) / p[k]));
+            static_cast<float>(((k == 0 ? a(i) : second * b(i)) + 5 * noise * normal(random)) / p[k]));
         r.derivatives[k].stderr_.push_back(static_cast<float>(5 * noise / p[k]));
       }
     }
     return r;
   }
 
-  TargetImage target(double noise) {
+  TargetImage target(double noise, const std::vector<double>& x = truth) {
     TargetImage t{side, side, 1, {}, std::vector<float>(pixels, 1.0F), std::vector<float>(pixels, float(noise))};
     for (int i = 0; i < pixels; ++i)
-      t.value.push_back(static_cast<float>(5 + a(i) * truth[0] + b(i) * truth[1] + noise * normal(random)));
+      t.value.push_back(static_cast<float>(5 + a(i) * x[0] + second * b(i) * x[1] + noise * normal(random)));
     return t;
   }
 };
@@ -90,6 +91,56 @@ TEST_CASE("solutions of pooled equations are unbiased and as far off as their co
   }
   // four renderings of variance 0.4^2 / 64 beside a target of 0.05^2
   CHECK(share == Approx(0.2).margin(0.03));
+}
+
+TEST_CASE("with a prior that truths are drawn from, solutions are the posterior's means and as far off as it says",
+          "[stat]") {
+  Made made;
+  const double deviation = 0.005;  // about what the image tells
+  const Prior prior{truth, {1 / (deviation * deviation), 1 / (deviation * deviation)}};
+  const int repeats = 400;
+  double mean[2] = {0, 0}, square[2] = {0, 0}, error = 0, without = 0;
+  for (int k = 0; k < repeats; ++k) {
+    const std::vector<double> x{truth[0] + deviation * made.normal(made.random),
+                                truth[1] + deviation * made.normal(made.random)};
+    const std::vector<TargetImage> targets{made.target(0.05, x)};
+    const std::vector<Reference> references{
+        reference_of(made.render(truth, 64), targets[0], 0, 0, coordinates(), truth)};
+    NormalEquations pool(2);
+    for (int m = 0; m < 4; ++m)
+      pool.add(least_squares({made.render(truth, 64)}, targets, references, coordinates(), truth), truth);
+    const NormalEquations::Solution solution = pool.solve(truth, {"first", "second"}, prior),
+                                    image_alone = pool.solve(truth, {"first", "second"});
+    CHECK(solution.determined);
+    for (Eigen::Index i = 0; i < 2; ++i) {
+      const double off = solution.x[i] - x[static_cast<std::size_t>(i)], z = off / std::sqrt(solution.covariance(i, i));
+      mean[i] += z / repeats;
+      square[i] += z * z / repeats;
+      error += off * off;
+      without += std::pow(image_alone.x[i] - x[static_cast<std::size_t>(i)], 2);
+    }
+  }
+  for (int i = 0; i < 2; ++i) {
+    CAPTURE(i, mean[i], square[i]);
+    CHECK(std::fabs(mean[i]) < 3.3 / std::sqrt(repeats));
+    CHECK(std::fabs(square[i] - 1) < 3.5 * std::sqrt(2.0 / repeats));
+  }
+  CHECK(error < 0.7 * without);
+}
+
+TEST_CASE("what noise hides a prior tells") {
+  Made made;
+  made.second = 1e-4;
+  const std::vector<TargetImage> targets{made.target(0.05)};
+  const std::vector<Reference> references{reference_of(made.render(truth, 64), targets[0], 0, 0, coordinates(), truth)};
+  NormalEquations pool(2);
+  pool.add(least_squares({made.render(truth, 64)}, targets, references, coordinates(), truth), truth);
+  CHECK_FALSE(pool.solve(truth, {"first", "second"}).determined);
+  const NormalEquations::Solution solution = pool.solve(truth, {"first", "second"}, {{0, -0.25}, {0, 1 / 1e-4}});
+  CHECK(solution.determined);
+  CHECK(solution.x[0] == Approx(truth[0]).margin(0.05));
+  CHECK(solution.x[1] == Approx(-0.25).margin(0.003));
+  CHECK(std::sqrt(solution.covariance(1, 1)) == Approx(0.01).epsilon(0.1));
 }
 
 TEST_CASE("loss and cost leave out what the rendering's noise adds", "[stat]") {

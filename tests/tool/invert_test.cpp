@@ -87,6 +87,26 @@ TEST_CASE("itn invert says that it has not converged") {
   CHECK(std::filesystem::exists(folder / "fit/report.html"));
 }
 
+TEST_CASE("itn invert --prior: the result lies between what was known and what the image says, and is known better") {
+  const TemporaryFolder folder;
+  target_in(folder);
+  const auto result = [&](const std::vector<std::string>& more) {
+    std::filesystem::remove_all(folder / "fit");
+    const Result end = run_itn(invert(folder, more));
+    INFO(end.error);
+    REQUIRE(end.exit_code == 0);
+    return nlohmann::json::parse(itn::read_file(folder / "fit/result.json"));
+  };
+  const auto alone = result({}), both = result({"--prior", "skin.albedo.G=0.5,0.6"});
+  const auto &from_image = alone["parameters"]["skin.albedo.G"], &found = both["parameters"]["skin.albedo.G"];
+  CHECK(found["value"].get<double>() > 0.55);
+  CHECK(found["value"].get<double>() < from_image["value"].get<double>());
+  CHECK(found["stderr"].get<double>() < from_image["stderr"].get<double>());
+  CHECK(alone["prior"].empty());
+  CHECK(both["prior"] == nlohmann::json{"skin.albedo.G=0.5,0.6"});
+  CHECK(run_itn(invert(folder)).exit_code == 2);  // the folder holds another question
+}
+
 TEST_CASE("itn invert --init starts from what a network sees in the target; --start goes first") {
   const TemporaryFolder folder;
   std::string xml = itn::read_file(ball);
@@ -148,6 +168,12 @@ TEST_CASE("itn invert refuses starts that make no sense") {
   CHECK(error_of({"--start", "skin.albedo.G=1.5"}, 2).find("[0, 1]") != std::string::npos);
   CHECK(error_of({"--start", "skin.albedo.G=x"}, 2).find("need a number") != std::string::npos);
   CHECK(error_of({"--start", "skin.sigma_t=3"}, 2).find("--parameter") != std::string::npos);
+  for (const char* prior : {"skin.sigma_t=1,2", "skin.albedo.G", "nothing"})
+    CHECK(error_of({"--prior", prior}, 2).find("--prior " + std::string(prior)) != std::string::npos);
+  for (const char* numbers : {"", "0.5", "0.5,", "0.6,0.5", "0.5,1.5", "0.5,0.6,0.7", "a,b"})
+    CHECK(error_of({"--prior", "skin.albedo.G=" + std::string(numbers)}, 2).find("need LOW,HIGH") != std::string::npos);
+  CHECK(error_of({"--prior", "skin.albedo.G=0.5,0.6", "--method", "adam"}, 2).find("gauss-newton") !=
+        std::string::npos);
   CHECK(error_of({"--parameter", "skin.nothing"}, 2).find("none of that name") != std::string::npos);
 }
 
