@@ -163,6 +163,10 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
         "A direction of the parameters shows so little in the images that the noise of the derivatives hides it: the "
         "intervals do not hold. Give it more samples (--spp), fewer parameters, or what is known of them beforehand "
         "(--prior).");
+  else if (end.hidden)
+    text.emplace_back(
+        "A direction of the parameters shows so little in the images that the noise of the derivatives hides it: along "
+        "it the result is what was known before. More samples (--spp) may tell more.");
   for (std::size_t p = 0; p < coordinates.size(); ++p)
     if (coordinates[p].at_edge(end.x[p]))
       text.push_back(fmt::format("{} ended on the edge of its range: its interval does not hold.",

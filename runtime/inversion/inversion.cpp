@@ -9,10 +9,11 @@
 namespace itn {
 namespace {
 
-constexpr int pilot_spp = 16;          // for the noise, before the first iteration
-constexpr int concluding_spp = 256;    // at least
-constexpr double enough_share = 0.2;   // of the rendering in the variance of the unknowns
-constexpr double settled = 0.4;        // steps shorter than this many standard errors end the search
+constexpr int pilot_spp = 16;                // for the noise, before the first iteration
+constexpr int concluding_spp = 256;          // at least
+constexpr double enough_share = 0.2;         // of the rendering in the variance of the unknowns
+constexpr double settled = 0.4;              // steps shorter than this many standard errors end the search
+constexpr double renderings_for_hidden = 8;  // pooled, with most samples, before what noise hides is left to the prior
 constexpr double in_linear_range = 1;  // renderings from farther away than this many standard errors are not pooled
 constexpr double lost_in_noise = 1.5;  // steps shorter than this many standard errors of the rendering say nothing
 constexpr double much_worse = 1.5;     // a loss that much higher takes the step back
@@ -116,12 +117,14 @@ bool Inversion::gauss_newton(const LeastSquares& equations, InversionState& stat
   step.distance = solution.distance(state.x);
   const double share = solution.monte_carlo_share;
   const bool most = state.spp >= options_.sample_limit();
-  state.converged = solution.determined && step.distance <= settled && share <= enough_share;
+  const bool tried = most && pool.count() >= renderings_for_hidden;
+  state.converged =
+      solution.determined && (tried || !solution.hidden) && step.distance <= settled && share <= enough_share;
   state.done = state.converged;
   const bool more = !state.converged && !most &&
-                    (step.distance * step.distance <= lost_in_noise * lost_in_noise * share || !solution.determined);
+                    (step.distance * step.distance <= lost_in_noise * lost_in_noise * share || solution.hidden);
   if (more) {
-    const double wanted = solution.determined ? share / std::max(1e-3, 1 - share) / enough_share : 4;
+    const double wanted = solution.hidden ? 4 : share / std::max(1e-3, 1 - share) / enough_share;
     state.spp = static_cast<int>(std::min<double>(options_.sample_limit(), state.spp * std::clamp(wanted, 2.0, 16.0)));
   }
   state.pool = pool.numbers();
@@ -136,7 +139,7 @@ bool Inversion::gauss_newton(const LeastSquares& equations, InversionState& stat
   change *= std::min(1.0, largest_step / std::max(1e-300, change.cwiseAbs().maxCoeff()));
   for (std::size_t k = 0; k < state.x.size(); ++k) state.x[k] += change[static_cast<Eigen::Index>(k)];
   state.x = clamped(state.x);
-  return !state.converged && (more || !solution.determined || step.distance > in_linear_range);
+  return !state.converged && (more || (!most && !solution.determined) || step.distance > in_linear_range);
 }
 
 void Inversion::adam(const std::vector<std::vector<Rendering>>& images, InversionState& state,
@@ -178,6 +181,7 @@ Inversion::Conclusion Inversion::conclude(const InversionState& state) {
   result.residual = equations.cost;
   result.residuals = equations.residuals;
   result.distance = solution.distance(state.x);
+  result.hidden = solution.hidden;
   result.determined = solution.determined;
   result.x = state.x;
   if (options_.method == InversionOptions::Method::adam) {

@@ -71,7 +71,8 @@ class Inversion {
     double residual = 0;     // mean of r^2 / variance; 1: what the noise explains
     double residuals = 0;    // how many
     double distance = 0;     // from the least-squares solution, as InversionStep
-    bool determined = true;  // else the derivatives' noise hides a direction in which the image tells little
+    bool hidden = false;     // the derivatives' noise hides a direction in which the image tells little
+    bool determined = true;  // all directions, by the image or by the prior
     bool converged = false;  // Adam: within one and a half standard errors of it
     std::vector<Reference> references;
     std::vector<Rendering> images;

@@ -83,33 +83,47 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
     expected[k] = prior.mean[i];
     open[k] = count_ * noise_ratio * known[k];  // known^2 times the prior's variance
   }
-  const Eigen::MatrixXd all = sum + Eigen::MatrixXd(known.asDiagonal());
 
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(relative(all), Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::VectorXd& value = svd.singularValues();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(relative(sum), Eigen::ComputeFullU | Eigen::ComputeFullV);
   const auto along = [&](const Eigen::MatrixXd& m) {
-    return Eigen::VectorXd((svd.matrixU().transpose() * relative(m) * svd.matrixV()).diagonal());
+    return Eigen::ArrayXd((svd.matrixU().transpose() * relative(m) * svd.matrixV()).diagonal());
   };
-  const Eigen::VectorXd mean_part = along(sum) / static_cast<double>(parts_.size());
-  Eigen::VectorXd noise = Eigen::VectorXd::Zero(value.size());
-  for (const Eigen::MatrixXd& part : parts_) noise += (along(part) - mean_part).cwiseAbs2();
-  const Eigen::VectorXd least = sure * noise.cwiseSqrt();
-  solution.information =
-      l * svd.matrixU() * value.cwiseMax(least).asDiagonal() * svd.matrixV().transpose() * l.transpose();
-  solution.determined = (value.array() > least.array()).all();
+  const Eigen::ArrayXd value = svd.singularValues();
+  Eigen::ArrayXd noise = Eigen::ArrayXd::Zero(value.size());
+  for (const Eigen::MatrixXd& part : parts_)
+    noise += (along(part) - value / static_cast<double>(parts_.size())).square();
+  const Eigen::ArrayXd least = sure * noise.sqrt();
+  // Along a direction that noise hides only the prior moves x: many steps by noise would be a random walk. Without a
+  // prior they are at least short.
+  constexpr double something = 1e-6;
+  using Mask = Eigen::Array<bool, Eigen::Dynamic, 1>;
+  const Eigen::ArrayXd by_known = (svd.matrixV().transpose() * relative(known.asDiagonal()) * svd.matrixV()).diagonal();
+  const Mask told = value > least, by_prior = !told && by_known > something * value.maxCoeff();
+  solution.hidden = !told.all();
+  solution.determined = (told || by_prior).all();
+  const Eigen::MatrixXd l_inverse = l.inverse();
+  const auto filter = [&](const Mask& kept) {
+    return Eigen::MatrixXd(l * svd.matrixU() * kept.cast<double>().matrix().asDiagonal() * svd.matrixU().transpose() *
+                           l_inverse);
+  };
+  const Eigen::ArrayXd trusted = told.select(value, by_prior.select(0.0, least));
+  solution.information = l * svd.matrixU() * trusted.matrix().asDiagonal() * svd.matrixV().transpose() * l.transpose();
+  solution.information.diagonal() += known;
 
   const Eigen::PartialPivLU<Eigen::MatrixXd> solver(solution.information);
   const Eigen::VectorXd at = Eigen::Map<const Eigen::VectorXd>(from.data(), right_.size());
-  solution.x = at + solver.solve(right_ + known.cwiseProduct(expected) - all * at);
+  const Eigen::MatrixXd not_by_prior = filter(!by_prior);
+  solution.x = at + solver.solve(not_by_prior * (right_ - sum * at) + known.cwiseProduct(expected - at));
   const auto sandwich = [&](const Eigen::MatrixXd& m) {
     const Eigen::MatrixXd half = solver.solve(m);
     const Eigen::MatrixXd whole = solver.solve(Eigen::MatrixXd(half.transpose()));
     return Eigen::MatrixXd((whole + whole.transpose()) / 2);
   };
+  const auto noise_of = [&](const Eigen::MatrixXd& m) { return sandwich(not_by_prior * m * not_by_prior.transpose()); };
   // Residuals of fitted unknowns are a little too small.
   const double fitted = residuals_ / std::max(1.0, residuals_ - unknowns);
-  const Eigen::MatrixXd from_rendering = count_ * sandwich(mean_monte_carlo);
-  const Eigen::MatrixXd from_target = count_ * count_ * sandwich(target_noise);
+  const Eigen::MatrixXd from_rendering = count_ * noise_of(mean_monte_carlo);
+  const Eigen::MatrixXd from_target = count_ * count_ * noise_of(target_noise);
   // Of the small difference of two estimates nothing negative.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> positive(from_target);
   solution.covariance = fitted * (positive.eigenvectors() * positive.eigenvalues().cwiseMax(0.0).asDiagonal() *

@@ -16,14 +16,16 @@ class NormalEquations {
   // x: the unknowns of these equations. All that are pooled have the same references.
   void add(const LeastSquares& equations, const std::vector<double>& x);
   bool empty() const { return count_ == 0; }
+  double count() const { return count_; }
 
   struct Solution {
     Eigen::VectorXd x;
     Eigen::MatrixXd covariance;    // of x: the targets' noise, the rendering's, and what the prior leaves open
     double monte_carlo_share = 0;  // of the rendering in it, mean over the unknowns
-    // The information, the prior's included, is more than three standard errors in every direction. Where it is less it
-    // is taken to be those, so x does not move far there.
-    bool determined = true;
+    // The pixels' information is less than three standard errors of its own along some direction. There only the prior
+    // moves x, and gives the covariance; without any the information is taken to be those three, so x does not move far.
+    bool hidden = false;
+    bool determined = true;  // each direction by the pixels or by the prior
     Eigen::MatrixXd information;
     // Root mean square over the unknowns, in standard errors, of the way from `from`.
     double distance(const std::vector<double>& from) const;
