@@ -153,8 +153,9 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
   const Inversion::Conclusion& end = outcome.found().end;
   std::vector<std::string> text;
   text.push_back(
-      end.converged
-          ? fmt::format("Converged after {} iterations.", outcome.found().steps.size())
+      end.converged ? fmt::format("Converged after {} iterations.", outcome.found().steps.size())
+      : !end.determined
+          ? fmt::format("NOT converged after {} iterations.", outcome.found().steps.size())
           : fmt::format("NOT converged after {} iterations: the least-squares solution is about {:.1f} standard errors "
                         "away; the intervals do not hold. Give it more iterations, or start nearer.",
                         outcome.found().steps.size(), end.distance));

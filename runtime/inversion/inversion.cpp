@@ -13,7 +13,7 @@ constexpr int pilot_spp = 16;                // for the noise, before the first 
 constexpr int concluding_spp = 256;          // at least
 constexpr double enough_share = 0.2;         // of the rendering in the variance of the unknowns
 constexpr double settled = 0.4;              // steps shorter than this many standard errors end the search
-constexpr double renderings_for_hidden = 8;  // pooled, with most samples, before what noise hides is left to the prior
+constexpr double renderings_for_hidden = 8;  // pooled, with most samples, before what noise hides is given up
 constexpr double in_linear_range = 1;  // renderings from farther away than this many standard errors are not pooled
 constexpr double lost_in_noise = 1.5;  // steps shorter than this many standard errors of the rendering say nothing
 constexpr double much_worse = 1.5;     // a loss that much higher takes the step back
@@ -120,7 +120,7 @@ bool Inversion::gauss_newton(const LeastSquares& equations, InversionState& stat
   const bool tried = most && pool.count() >= renderings_for_hidden;
   state.converged =
       solution.determined && (tried || !solution.hidden) && step.distance <= settled && share <= enough_share;
-  state.done = state.converged;
+  state.done = state.converged || (tried && !solution.determined && step.distance <= settled);
   const bool more = !state.converged && !most &&
                     (step.distance * step.distance <= lost_in_noise * lost_in_noise * share || solution.hidden);
   if (more) {
