@@ -23,7 +23,8 @@ class NormalEquations {
     Eigen::MatrixXd covariance;    // of x: the targets' noise, the rendering's, and what the prior leaves open
     double monte_carlo_share = 0;  // of the rendering in it, mean over the unknowns
     // The pixels' information is less than three standard errors of its own along some direction. There only the prior
-    // moves x, and gives the covariance; without any the information is taken to be those three, so x does not move far.
+    // moves x, and gives the covariance; without any the information is taken to be those three, so x does not move
+    // far.
     bool hidden = false;
     bool determined = true;  // each direction by the pixels or by the prior
     Eigen::MatrixXd information;
