@@ -139,7 +139,7 @@ bool Inversion::gauss_newton(const LeastSquares& equations, InversionState& stat
   change *= std::min(1.0, largest_step / std::max(1e-300, change.cwiseAbs().maxCoeff()));
   for (std::size_t k = 0; k < state.x.size(); ++k) state.x[k] += change[static_cast<Eigen::Index>(k)];
   state.x = clamped(state.x);
-  return !state.converged && (more || (!most && !solution.determined) || step.distance > in_linear_range);
+  return !state.converged && (more || step.distance > in_linear_range);
 }
 
 void Inversion::adam(const std::vector<std::vector<Rendering>>& images, InversionState& state,
