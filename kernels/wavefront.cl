@@ -21,13 +21,13 @@
       __global const BsdfRecord *restrict bsdfs, __global const MediumRecord *restrict media,                     \
       __global const EmitterRecord *restrict emitters, __global const float *restrict emitter_tables,             \
       __global const TextureRecord *restrict textures, __global const float *restrict texels,                     \
-      __global const ScoreRecord *restrict scores, __global const DerivativeRecord *restrict derivatives,         \
-      __global const float *restrict futures, __global float *restrict visits,                                    \
+      __global const DerivativeRecord *restrict derivatives, __global const float *restrict futures,              \
+      __global float *restrict visits,                                                                            \
       __global const float *restrict pulls, __global uint *restrict gradient,                                     \
       __global float *restrict samples, __global uint *restrict misplaced
 #define SCENE_LAUNCH                                                                                              \
   {nodes, leaves, primitives, grid, geometries, jobs, cameras, shapes, bsdfs, media, emitters, emitter_tables,    \
-   textures, texels, scores, derivatives, futures, visits, pulls, gradient, samples, misplaced}
+   textures, texels, derivatives, futures, visits, pulls, gradient, samples, misplaced}
 
 /* Runs the stage of a queue over one group of slots. */
 inline void run_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, int queue, INT slots,
@@ -93,11 +93,20 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void trace_paths(SCENE_P
   for (int f = 0; f < FIELDS; ++f)
     UNROLL for (int l = 0; l < WIDTH; ++l) pool.fields[f * pool.stride + SLOTS + l] = 0.0f;
 
-  for (int c = atomic_inc(next_chunk); c < chunk_count; c = atomic_inc(next_chunk)) {
-    const ChunkRecord chunk = chunks[c];
-    __global const JobRecord* job = jobs + chunk.job;
-    int next = chunk.first, last = chunk.first + chunk.count;
+  for (int c = atomic_inc(next_chunk); c < chunk_count;) {
+    const int job_index = chunks[c].job;
+    __global const JobRecord* job = jobs + job_index;
+    int next = chunks[c].first, last = next + chunks[c].count;
+    bool same_job = true; /* chunk c is of this job, and has begun */
     for (;;) {
+      if (next == last && same_job) { /* goes on with the pool full */
+        c = atomic_inc(next_chunk);
+        same_job = c < chunk_count && chunks[c].job == job_index;
+        if (same_job) {
+          next = chunks[c].first;
+          last = next + chunks[c].count;
+        }
+      }
       /* a full group of some stage, latest stage first; else new paths; else what is left */
       int queue = -1, longest = 0;
       for (int q = QUEUES - 1; q > QUEUE_FREE; --q)
@@ -114,11 +123,11 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void trace_paths(SCENE_P
         Lanes pixel, sample;
         UNROLL for (int l = 0; l < WIDTH; ++l) {
           int path = min(next + l, last - 1), row = path / job->samples;
-          pixel.i[l] = job->first_pixel + row;
+          pixel.i[l] = job->first_pixel + row * job->pixel_step;
           sample.i[l] = job->first_sample + path - row * job->samples;
         }
         next += count;
-        generate_stage(&launch, chunk.job, &pool, slots, valid & (LANE_INDEX < count), pixel.integer, sample.integer);
+        generate_stage(&launch, job_index, &pool, slots, valid & (LANE_INDEX < count), pixel.integer, sample.integer);
       } else if (queue >= 0) {
         INT slots = pop_group(&pool, queue, &valid);
         run_stage(&launch, job, &pool, queue, slots, valid);
@@ -179,7 +188,7 @@ __kernel void generate(SCENE_PARAMETERS, __global const ChunkRecord* restrict ch
     __global const JobRecord* job = jobs + chunks[low].job;
     int row = in_job / job->samples;
     job_of.i[l] = chunks[low].job;
-    pixel.i[l] = job->first_pixel + row;
+    pixel.i[l] = job->first_pixel + row * job->pixel_step;
     sample.i[l] = job->first_sample + in_job - row * job->samples;
   }
   MASK starts = LANE_INDEX < starting;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <utility>
 
 #include "network/random.h"
@@ -33,6 +34,19 @@ DatasetImages read_images(const std::string& folder, const Manifest& manifest, M
     for (const Manifest::Shape& shape : manifest.shapes)
       result.shapes.push_back(read_seen_shape(path_of(folder, shape.buffers), manifest.size));
   return result;
+}
+
+void append(DatasetImages& all, DatasetImages more) {
+  for (Manifest::Image& image : more.images) {
+    image.shape += static_cast<int>(all.shapes.size());
+    image.light += static_cast<int>(all.lights.size());
+  }
+  const auto move_all = [](auto& from, auto& to) { std::move(from.begin(), from.end(), std::back_inserter(to)); };
+  move_all(more.images, all.images);
+  move_all(more.luminance, all.luminance);
+  move_all(more.errors, all.errors);
+  move_all(more.shapes, all.shapes);
+  move_all(more.lights, all.lights);
 }
 
 double mean_luminance(const DatasetImages& images) {

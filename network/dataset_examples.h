@@ -11,19 +11,22 @@
 
 namespace itn {
 
-// The images of one split, in memory.
+// The images of one split of a set, or of several sets, in memory.
 struct DatasetImages {
   std::vector<Manifest::Image> images;        // in the manifest's order
   std::vector<std::vector<float>> luminance;  // one an image, (size, size)
   std::vector<std::vector<float>> errors;     // their standard errors
-  std::vector<SeenShape> shapes;              // one a shape of the manifest; empty where nobody asked for them
-  std::vector<std::array<double, 3>> lights;  // one a light of the manifest
+  std::vector<SeenShape> shapes;              // one a shape of the manifests; empty where nobody asked for them
+  std::vector<std::array<double, 3>> lights;  // one a light of the manifests
 };
 
 // Throws InputError: no images of that split, and what read_luminance() and read_seen_shape() throw, or that an
 // image is of another data set; Interrupted soon after *cancel is set.
 DatasetImages read_images(const std::string& folder, const Manifest& manifest, Manifest::Split split, bool with_shapes,
                           const std::atomic<bool>& cancel);
+
+// Puts another set's images after those of `all`.
+void append(DatasetImages& all, DatasetImages more);
 
 // The mean over all pixels of all images: what a network takes for NetworkDescription::luminance. Throws InputError
 // where it is not above 0.

@@ -30,18 +30,23 @@ struct GradientRenderer::State {
       throw UsageError("sensor " + std::to_string(options.sensor) + ": the scene has sensors 0 to " +
                        std::to_string(scene.sensors.size() - 1));
     sensor = scene.sensors[index];
-    const std::vector<Parameter> all = list_parameters(scene);
-    for (const std::string& name : options.derivatives)
-      if (is_of_light(find_parameter(all, name)))
-        throw UsageError("parameter " + name + ": of the light; its gradient takes derivative images");
     data.geometry.box_width = box_width(device);
     JobRecord job = append_scene(scene, options.sensor, data);
     job.seed_low = static_cast<unsigned>(options.seed);
     job.seed_high = static_cast<unsigned>(options.seed >> 32);
     derivatives = derivative_data(scene, options.derivatives, job.emitter, data);
-    DerivativeData functions;  // all that the device needs: paths carry nothing
-    functions.functions = derivatives.functions;
-    wavefront = std::make_unique<Wavefront>(device, data, std::vector<JobRecord>{job}, functions, options.op,
+    DerivativeData on_device;  // paths carry nothing
+    on_device.functions = derivatives.functions;
+    const std::vector<Parameter> all = list_parameters(scene);
+    for (std::size_t p = 0; p < options.derivatives.size(); ++p) {
+      DerivativeRecord& record = derivatives.derivatives[p];
+      if (record.emitter < 0) continue;
+      const auto value = static_cast<float>(find_parameter(all, options.derivatives[p]).value);
+      std::fill_n(record.factor, 3, value > 0 ? value : 1);
+      on_device.derivatives.push_back(record);
+    }
+    by_light = !on_device.derivatives.empty();
+    wavefront = std::make_unique<Wavefront>(device, data, std::vector<JobRecord>{job}, on_device, options.op,
                                             options.width, options.schedule, Baselines::off, true);
     film = std::make_unique<Film>(device, sensor.crop_width * sensor.crop_height, 1, wavefront->channels(),
                                   sensor.luminance);
@@ -111,15 +116,19 @@ struct GradientRenderer::State {
       throw ResultError("gradient: " + std::to_string(sums[stride - 1]) +
                         " products are not finite, or too large to be summed");
     WeighedDerivatives result;
+    std::size_t light_numbers = MEDIUM_NUMBERS * data.media.size() + BSDF_NUMBERS * data.bsdfs.size();
     for (const DerivativeRecord& derivative : derivatives.derivatives) {
       std::vector<double> of_set(sets);
+      const bool of_light = derivative.emitter >= 0;
       for (std::size_t c = 0; c < channels(); ++c) {
-        if (derivative.factor[c] == 0.0F) continue;
-        const Number n = number(derivatives.scores[static_cast<std::size_t>(derivative.score[c])], c);
+        const auto factor = static_cast<double>(derivative.factor[c]);
+        if (factor == 0) continue;
+        const Number n = of_light ? Number{light_numbers * channels() + c, factor * factor}
+                                  : number(derivatives.scores[static_cast<std::size_t>(derivative.score[c])], c);
         for (std::size_t s = 0; s < sets; ++s)
-          of_set[s] += static_cast<double>(derivative.factor[c]) * quantum / n.unit *
-                       static_cast<double>(sums[s * stride + n.index]);
+          of_set[s] += factor * quantum / n.unit * static_cast<double>(sums[s * stride + n.index]);
       }
+      light_numbers += of_light;
       double sum = 0, square = 0;
       for (const double x : of_set) sum += x;
       for (const double x : of_set) square += (x - sum / sets) * (x - sum / sets);
@@ -138,6 +147,7 @@ struct GradientRenderer::State {
   DerivativeData derivatives;
   std::unique_ptr<Wavefront> wavefront;
   std::unique_ptr<Film> film;
+  bool by_light = false;  // some derivative
   std::int64_t launch_paths = first_launch_paths;
 };
 
@@ -157,9 +167,14 @@ WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<
   std::vector<std::size_t> group_of;  // of each launch
   std::vector<Rendering> groups;
   int first = first_sample;
+  RenderOptions options = s.options;
   for (const int samples : samples_of_groups) {
     const std::vector<TracedJob> job{{0, &s.sensor, first}};
-    groups.push_back(trace_images(*s.wavefront, *s.film, job, samples, 1, s.options, s.launch_paths, &traced).front());
+    if (s.options.progress)  // of two passes
+      options.progress = [&](double done) {
+        s.options.progress((first - first_sample + done * samples) / (2.0 * spp));
+      };
+    groups.push_back(trace_images(*s.wavefront, *s.film, job, samples, 1, options, s.launch_paths, &traced).front());
     group_of.resize(traced.launches.size(), groups.size() - 1);
     first += samples;
   }
@@ -168,6 +183,11 @@ WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<
   for (std::size_t g = 0; g < groups.size(); ++g)
     for (std::size_t i = 0; i < weight[g].size(); ++i)
       mass += std::fabs(weight[g][i] * static_cast<double>(groups[g].mean[i]));
+  if (mass == 0 && s.by_light)
+    throw ResultError(
+        "gradient: what is to be weighed is black, so that nothing tells how exactly to sum derivatives by the light; "
+        "take "
+        "derivative images");
   const double quantum = mass > 0 ? std::ldexp(1, std::ilogb(mass) + 1 - bits_below_mass) : 1;
   const std::vector<double> pulls = s.pulls_of(groups, weight);
 
@@ -182,6 +202,8 @@ WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<
     }
     if (!traced.keep) s.wavefront->trace(launch.slices);
     s.wavefront->replay(launch.slices, of_launch, launch.first_sample);
+    if (s.options.progress)
+      s.options.progress(0.5 + 0.5 * static_cast<double>(l + 1) / static_cast<double>(traced.launches.size()));
   }
   WeighedDerivatives result = s.develop(s.wavefront->take_gradient(), quantum);
   result.render_s = seconds_since(start);

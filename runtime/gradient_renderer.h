@@ -1,5 +1,6 @@
 // Many derivatives at once, each summed over an image with weights: the adjoint of derivative images. Neither its time
-// nor its memory grows with their number (kernels/lib/adjoint.h).
+// nor its memory grows with their number (kernels/lib/adjoint.h), but for those by the light: each looks it up once
+// more.
 #pragma once
 #include <functional>
 #include <memory>
@@ -11,8 +12,8 @@ namespace itn {
 
 struct WeighedDerivatives {
   // One for each of RenderOptions::derivatives. Standard errors: from the spread of 32 sets of pixels, every eighth
-  // column of every fourth row each; what differs between sets beside noise makes them too large. Infinite where an
-  // image has fewer than 16 x 8 pixels.
+  // column of every fourth row each; what differs between sets beside noise makes them too large (by the light, where
+  // there is hardly any noise, four times and more). Infinite where an image has fewer than 16 x 8 pixels.
   std::vector<double> value, stderr_;
   double render_s = 0;
 };
@@ -23,15 +24,16 @@ using GroupWeights = std::function<std::vector<std::vector<double>>(const std::v
 
 class GradientRenderer {
  public:
-  // Options as for Renderer; derivatives are by media and surfaces, and without baselines. The device and the scene's
-  // textures must outlive it. Throws as Renderer, and UsageError: derivatives by the light.
+  // Options as for Renderer; derivatives are without baselines. The device and the scene's textures must outlive it.
+  // Throws as Renderer.
   GradientRenderer(const Device& device, const Scene& scene, const RenderOptions& options);
   ~GradientRenderer();
 
   // Sum over groups, pixels and channels of weight times derivative image, the same up to rounding as with the
   // derivative images of the same samples. Group g: the samples of every pixel after those of group g - 1, from
   // first_sample on, as many as samples_of_groups[g]. The same bits however the paths are scheduled. Throws
-  // Interrupted; ResultError: numbers that are not finite or beyond what the sums can hold.
+  // Interrupted; ResultError: numbers that are not finite or beyond what the sums can hold, derivatives by the light of
+  // an image that is black or has no weight.
   WeighedDerivatives render(int first_sample, const std::vector<int>& samples_of_groups, const GroupWeights& weights);
 
  private:

@@ -32,12 +32,8 @@ struct Options {
 // (tools/README.md).
 constexpr std::size_t most_images = 12;
 
-bool by_replay(const Options& options, const Scene& scene) {
-  if (options.mode != "automatic") return options.mode == "adjoint";
-  const std::vector<Parameter> all = list_parameters(scene);
-  return options.parameters.size() > most_images &&
-         std::none_of(options.parameters.begin(), options.parameters.end(),
-                      [&](const std::string& name) { return is_of_light(find_parameter(all, name)); });
+bool by_replay(const Options& options) {
+  return options.mode == "adjoint" || (options.mode == "automatic" && options.parameters.size() > most_images);
 }
 
 struct ImageLoss {
@@ -103,7 +99,7 @@ void run(Options options) {
   const std::vector<int>& sensors = options.images.sensors;
   const Device device(common.device);
 
-  const bool replay = by_replay(options, scene);
+  const bool replay = by_replay(options);
   std::vector<LossGradient> losses;
   std::vector<double> exposures;
   Progress progress(options.scene, static_cast<double>(sensors.size()), "images", !common.quiet);
@@ -119,6 +115,7 @@ void run(Options options) {
     const auto report = [&](double done) {
       progress.update((static_cast<double>(t) + done) / static_cast<double>(sensors.size()));
     };
+    if (replay) render_options.progress = report;
     const ImageLoss image =
         replay ? from_replayed_paths(device, scene, render_options, spp, targets[t], options.exposure)
                : from_derivative_images(device, scene, render_options, spp, targets[t], options.exposure, report);
@@ -152,10 +149,9 @@ void add_gradient(CLI::App& app) {
       ->required()
       ->take_all();
   command
-      ->add_option(
-          "--mode", options->mode,
-          "images: derivative images, of few parameters or of the light; adjoint: paths are replayed, as long for many "
-          "parameters as for one; automatic: the quicker one")
+      ->add_option("--mode", options->mode,
+                   "images: derivative images, of few parameters; adjoint: paths are replayed, as long for many "
+                   "parameters as for one; automatic: the quicker one")
       ->check(CLI::IsMember({"automatic", "images", "adjoint"}))
       ->capture_default_str();
   command->add_flag("--exposure", options->exposure,

@@ -31,7 +31,8 @@ constexpr int batches_for_lambda = 8;
 
 struct Options {
   CommonOptions common;
-  std::string data, kind, folder, init, exported;
+  std::vector<std::string> data;
+  std::string kind, folder, init, exported;
   DatasetExamples::Variation variation;
   std::optional<int> channels, width, threads;
   std::optional<double> lambda;
@@ -77,25 +78,50 @@ class RunFolder {
   Json stored_;
 };
 
+// The sets to learn from: complete, of images of the same size and scale, each there once.
+std::vector<Manifest> read_sets(const Options& options) {
+  if (options.data.size() > 1 && options.kind != "rn")
+    throw UsageError(options.kind + ": its image loss needs one data set; only rn learns from several");
+  std::vector<Manifest> sets;
+  for (const std::string& folder : options.data) {
+    Manifest set = read_complete_manifest(folder);
+    for (std::size_t i = 0; i < sets.size(); ++i) {
+      if (set.hash == sets[i].hash) throw UsageError(fmt::format("{}: the same images as {}", folder, options.data[i]));
+      if (set.size != sets[i].size || set.mm_per_unit != sets[i].mm_per_unit)
+        throw UsageError(fmt::format(
+            "{}: {} pixels a side and {} mm a scene unit, {} has {} and {}; to be learnt from together they must agree",
+            folder, set.size, set.mm_per_unit, options.data[i], sets[i].size, sets[i].mm_per_unit));
+    }
+    sets.push_back(std::move(set));
+  }
+  return sets;
+}
+
+std::string joined_hashes(const std::vector<Manifest>& sets) {
+  std::string hashes;
+  for (const Manifest& set : sets) hashes += (hashes.empty() ? "" : " ") + set.hash;
+  return hashes;
+}
+
+DatasetImages read_images(const Options& options, const std::vector<Manifest>& sets, Manifest::Split split,
+                          bool with_shapes) {
+  DatasetImages images;
+  for (std::size_t i = 0; i < sets.size(); ++i)
+    append(images, itn::read_images(options.data[i], sets[i], split, with_shapes, interrupt_flag()));
+  return images;
+}
+
 // All that the numbers depend on: training goes on only with the same.
-Json request(const Options& o, const Manifest& manifest, int thread_count) {
+Json request(const Options& o, const std::vector<Manifest>& sets, int thread_count) {
   const auto or_null = [](const auto& value) { return value ? Json(*value) : Json(); };
-  return {{"version", ITN_VERSION},
-          {"network", o.kind},
-          {"data", manifest.hash},
-          {"init", o.init.empty() ? "" : network_fingerprint(o.init)},
-          {"channels", or_null(o.channels)},
-          {"width", or_null(o.width)},
-          {"epochs", o.training.epochs},
-          {"batch", o.training.batch},
-          {"learning_rate", o.learning_rate},
-          {"seed", o.common.seed},
-          {"patience", o.training.patience},
-          {"weight_decay", o.training.weight_decay},
-          {"lambda", or_null(o.lambda)},
-          {"mirror", o.variation.mirrored},
-          {"noise", o.variation.noise},
-          {"threads", thread_count}};
+  return {{"version", ITN_VERSION},           {"network", o.kind},
+          {"data", joined_hashes(sets)},      {"init", o.init.empty() ? "" : network_fingerprint(o.init)},
+          {"channels", or_null(o.channels)},  {"width", or_null(o.width)},
+          {"epochs", o.training.epochs},      {"batch", o.training.batch},
+          {"learning_rate", o.learning_rate}, {"seed", o.common.seed},
+          {"patience", o.training.patience},  {"weight_decay", o.training.weight_decay},
+          {"lambda", or_null(o.lambda)},      {"mirror", o.variation.mirrored},
+          {"noise", o.variation.noise},       {"threads", thread_count}};
 }
 
 // A new network, or `init`, that of --init, with the data set's size of images.
@@ -138,27 +164,26 @@ Json to_json(const EpochLosses& losses, bool has_image_loss) {
 
 class Training {
  public:
-  Training(const Options& options, const std::string& data_folder)
-      : options_(options), manifest_(read_complete_manifest(data_folder)), lock_(options.folder), run_(options.folder) {
+  explicit Training(const Options& options)
+      : options_(options), sets_(read_sets(options)), lock_(options.folder), run_(options.folder) {
     const Json before = run_.stored("request");
     const int thread_count = options.threads    ? *options.threads
                              : before.is_null() ? threads()
                                                 : before.value("threads", 1);
     set_threads(thread_count);
-    request_ = request(options, manifest_, thread_count);
+    request_ = request(options, sets_, thread_count);
     run_.check_same(request_);
     std::optional<Network> init;
     if (!options.init.empty()) init.emplace(network_of(options.init));
     const int channels = init ? init->description().channels : options.channels.value_or(NetworkDescription().channels);
     const bool with_shapes = channels > 1 || options.kind != "rn";
-    training_images_ = read_images(data_folder, manifest_, Manifest::Split::train, with_shapes, interrupt_flag());
-    validation_images_ =
-        read_images(data_folder, manifest_, Manifest::Split::validation, with_shapes, interrupt_flag());
-    network_.emplace(first_network(options, init, manifest_, training_images_));
+    training_images_ = read_images(options, sets_, Manifest::Split::train, with_shapes);
+    validation_images_ = read_images(options, sets_, Manifest::Split::validation, with_shapes);
+    network_.emplace(first_network(options, init, sets_.front(), training_images_));
     training_.emplace(training_images_, network_->description(), options.variation);
     validation_.emplace(validation_images_, network_->description());
     TrainingOptions chosen = options.training;
-    chosen.data = manifest_.hash;
+    chosen.data = joined_hashes(sets_);
     if (options.kind != "rn") chosen.image_weight = prepare_image_loss(chosen);
     trainer_.emplace(*network_, *training_, *validation_, chosen, image_loss_.loss.get());
     if (run_.has_checkpoint()) trainer_->read_checkpoint(run_.file("checkpoint.safetensors"));
@@ -200,7 +225,8 @@ class Training {
  private:
   // The image loss, and its weight: as given, as it was at the beginning, or such that both losses are of equal size.
   double prepare_image_loss(const TrainingOptions& chosen) {
-    image_loss_ = make_image_loss(options_.kind, options_.common, options_.data, manifest_, training_images_);
+    image_loss_ =
+        make_image_loss(options_.kind, options_.common, options_.data.front(), sets_.front(), training_images_);
     request_["image_loss"] = image_loss_.circumstances;
     run_.check_same(request_);
     if (options_.lambda) return *options_.lambda;
@@ -220,9 +246,9 @@ class Training {
     write_file(run_.file("run.json"), record({}).dump(2) + "\n");
     if (!options_.common.talkative()) return;
     const NetworkDescription& description = network_->description();
-    fmt::print("{}: {} images to learn from, {} to validate with, {} x {} pixels, {} channel{}\n", options_.data,
-               training_->count(), validation_->count(), description.size, description.size, description.channels,
-               description.channels == 1 ? "" : "s");
+    fmt::print("{}: {} images to learn from, {} to validate with, {} x {} pixels, {} channel{}\n",
+               fmt::join(options_.data, ", "), training_->count(), validation_->count(), description.size,
+               description.size, description.channels, description.channels == 1 ? "" : "s");
     if (has_image_loss()) fmt::print("lambda {:.6g}\n", trainer_->options().image_weight);
     if (trainer_->steps() > 0)
       fmt::print("goes on after {} epochs, {} steps\n", trainer_->curve().size(), trainer_->steps());
@@ -244,7 +270,7 @@ class Training {
   Json record(const std::vector<double>& errors) const {
     Json json{{"schema", schema},
               {"request", request_},
-              {"data_folder", options_.data},
+              {"data_folders", options_.data},
               {"lambda", has_image_loss() ? Json(trainer_->options().image_weight) : Json()},
               {"complete", !errors.empty()},
               {"steps", trainer_->steps()},
@@ -302,7 +328,7 @@ class Training {
   }
 
   Options options_;
-  Manifest manifest_;
+  std::vector<Manifest> sets_;
   FolderLock lock_;
   RunFolder run_;
   Json request_;
@@ -321,7 +347,7 @@ void run(Options options) {
   options.training.seed = options.variation.seed = options.common.seed;
   if (!options.common.json.empty() && options.common.json != "-") check_writable(options.common.json);
   if (!options.exported.empty()) check_writable(options.exported);
-  Training(options, options.data).run();
+  Training(options).run();
 }
 
 }  // namespace
@@ -330,9 +356,9 @@ void add_train(CLI::App& app) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "train",
-      "trains a network on a data set's splits `train` and `validation`\n\n"
+      "trains a network on the splits `train` and `validation` of a data set, or (rn) of several\n\n"
       "Stopped at any moment, the same command goes on where it was, with the same numbers as if never stopped.");
-  command->add_option("data", options->data, "folder of the data set (itn dataset)")->required();
+  command->add_option("data", options->data, "folders of data sets (itn dataset)")->required();
   command
       ->add_option("--network", options->kind,
                    "rn: learns parameters; itn, ssn: also that the image rendered with them looks like the input, by "

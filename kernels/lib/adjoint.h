@@ -11,7 +11,8 @@
 #include "lib/launch.h"
 
 #if ADJOINT
-#define NUMBERS ((MEDIUM_NUMBERS * MEDIA + BSDF_NUMBERS * BSDFS) * RADIANCE_CHANNELS)
+#define FIRST_LIGHT_NUMBER ((MEDIUM_NUMBERS * MEDIA + BSDF_NUMBERS * BSDFS) * RADIANCE_CHANNELS)
+#define NUMBERS (FIRST_LIGHT_NUMBER + LIGHT_NUMBERS * RADIANCE_CHANNELS)
 #define KINDS 3 /* of numbers a medium and a BSDF have */
 
 
@@ -40,12 +41,16 @@ inline Pulled pulled_by_rest(const Pool* pool, INT slots) {
   return pulled(weight);
 }
 
+/* beyond: set where the product is beyond the integers, or not a number */
+inline LONG rounded(REAL x, MASK* beyond) {
+  const MASK fits = ABS(x) < 4e18f;
+  *beyond = *beyond | !fits;
+  return CAST_LONG(SELECT(fits, rint(x), 0.0f));
+}
+
 /* d: by the logarithm of the number, in a channel */
 inline void pull(Pulled* p, int kind, int channel, REAL d) {
-  const REAL x = rint(d * p->weight[channel]);
-  const MASK fits = ABS(x) < 4e18f;
-  p->beyond = p->beyond | !fits;
-  p->sum[kind * RADIANCE_CHANNELS + channel] += CAST_LONG(SELECT(fits, x, 0.0f));
+  p->sum[kind * RADIANCE_CHANNELS + channel] += rounded(d * p->weight[channel], &p->beyond);
 }
 
 inline void add_to_gradient(const Launch* launch, int number, long x) {
@@ -57,6 +62,12 @@ inline void add_to_gradient(const Launch* launch, int number, long x) {
   const uint low = (uint)as_ulong(x), high = (uint)(as_ulong(x) >> 32), before = atomic_add(sum, low);
   atomic_add(sum + 1, high + (before + low < low ? 1u : 0u));
 #endif
+}
+
+/* Products that no integer could hold: counted in the first set. */
+inline void add_lost(const Launch* launch, MASK mask) {
+  const uint lost = lane_bits(mask);
+  if (lost) add_to_gradient(launch, NUMBERS, popcount(lost));
 }
 
 /* The set of each path's pixel: every eighth column of every fourth row. */
@@ -77,8 +88,24 @@ inline void add_pulled(const Launch* launch, __global const JobRecord* job, cons
     sum.integer = p->sum[i];
     FOR_EACH_LANE(l, bits) add_to_gradient(launch, at.i[l] + i, sum.i[l]);
   }
-  const uint lost = lane_bits(mask & p->beyond);
-  if (lost) add_to_gradient(launch, NUMBERS, popcount(lost)); /* of the first set */
+  add_lost(launch, mask & p->beyond);
+}
+
+/* Of the light, whose derivative is a factor of what a path gathers beside it: change of the radiance by the logarithm of
+ * parameter p. */
+inline void pull_light(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask, int p,
+                       const REAL change[RADIANCE_CHANNELS]) {
+  const INT first = gradient_set(launch, job, pool, slots) * (NUMBERS + 1) + FIRST_LIGHT_NUMBER + p * RADIANCE_CHANNELS;
+  Lanes at;
+  at.integer = first;
+  const uint bits = lane_bits(mask);
+  MASK beyond = (MASK)(0);
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+    LongLanes sum;
+    sum.integer = rounded(LOAD(pool, PULL + c, slots) * change[c], &beyond);
+    FOR_EACH_LANE(l, bits) add_to_gradient(launch, at.i[l] + c, sum.i[l]);
+  }
+  add_lost(launch, mask & beyond);
 }
 #endif
 
@@ -87,7 +114,7 @@ inline void begin_replay(const Launch* launch, __global const JobRecord* job, Po
                          INT pixel, INT sample) {
 #if ADJOINT
   if (!job->replay) return;
-  const INT row = SELECT_INT(valid, pixel - job->first_pixel, 0);
+  const INT row = SELECT_INT(valid, (pixel - job->first_pixel) / job->pixel_step, 0);
   const INT output = SELECT_INT(valid, job->first_output + row * job->samples + sample - job->first_sample, 0);
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
     STORE(pool, TOTAL + c, slots, GATHER((launch->samples + c), output * RADIANCE_CHANNELS));

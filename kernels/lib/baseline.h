@@ -58,14 +58,14 @@ inline INT boundary_state(INT first, REAL cosine) {
 }
 
 /* V, a channel each. */
-inline void expected_future(const Launch* launch, INT state, REAL v[]) {
+__attribute__((always_inline)) inline void expected_future(const Launch* launch, INT state, REAL v[]) {
   UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) v[c] = GATHER((launch->futures + c), state * THROUGHPUT_CHANNELS);
 }
 
 /* weight: throughput with all its factors; step: what the decision adds to each score, from no_scores() on. */
-inline void add_decision(const Launch* launch, Baseline* b, const REAL weight[], const REAL v[], const Scores* step) {
+inline void add_decision(Baseline* b, const REAL weight[], const REAL v[], const Scores* step) {
   UNROLL for (int k = 0; k < BASELINE_SCORES; ++k) {
-    const int kind = launch->scores[k].kind;
+    const int kind = carried[k].kind;
     if (kind == SCORE_ALBEDO || kind == SCORE_REFLECTANCE) continue; /* no density depends on a factor alone */
     UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) b->of[k * THROUGHPUT_CHANNELS + c] += weight[c] * v[c] * step->of[k];
   }
@@ -83,7 +83,8 @@ inline void record_visit(const Launch* launch, __global const JobRecord* job, co
                          const Random* random, INT event, int decision, INT state, const REAL weight[],
                          MASK mask) {
   if (!BASELINES || !job->pilot) return;
-  const INT path = (AS_INT(random->pixel) - job->first_pixel) * job->samples + AS_INT(random->sample) - job->first_sample;
+  const INT path = (AS_INT(random->pixel) - job->first_pixel) / job->pixel_step * job->samples + AS_INT(random->sample) -
+                   job->first_sample;
   mask = mask & (event < BASELINE_EVENTS);
   Lanes at, value[BASELINE_VISIT_SIZE(THROUGHPUT_CHANNELS, RADIANCE_CHANNELS)];
   int size = 0;

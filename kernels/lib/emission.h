@@ -5,8 +5,9 @@
  * Tests: tests/derivative/emission_test.cpp, tests/transport/emission_test.cpp */
 #ifndef ITN_EMISSION_H
 #define ITN_EMISSION_H
-#include "lib/launch.h"
 #include "derivative/score.h"
+#include "lib/adjoint.h"
+#include "lib/launch.h"
 
 #if HAS_LIGHT_DERIVATIVES
 #if HAS_SUN
@@ -47,15 +48,23 @@ inline void emitter_derivative(__global const EmitterRecord* record, __global co
 inline void gather_light_derivatives(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
                                      MASK mask, const REAL weight[RADIANCE_CHANNELS], REAL3 direction) {
 #if HAS_LIGHT_DERIVATIVES
-  for (int p = 0; p < DERIVATIVES; ++p) { /* not unrolled: one copy of the light's code is long enough */
+#if ADJOINT
+  if (!job->replay) return;
+#endif
+  for (int p = 0; p < DERIVATIVES + LIGHT_NUMBERS; ++p) { /* not unrolled: one copy of the light's code is long enough */
     const int moving = launch->derivatives[p].emitter;
     if (moving < 0) continue;
     REAL rgb[3];
     emitter_derivative(launch->emitters + job->emitter, launch->emitters + moving, launch->emitter_tables, direction, rgb);
+#if ADJOINT
+    UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) rgb[c] *= weight[c] * launch->derivatives[p].factor[c];
+    pull_light(launch, job, pool, slots, mask, p, rgb);
+#else
     UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
       const int field = DERIVATIVE + p * RADIANCE_CHANNELS + c;
       STORE(pool, field, slots, LOAD(pool, field, slots) + SELECT(mask, weight[c] * rgb[c], 0.0f));
     }
+#endif
   }
 #endif
 }

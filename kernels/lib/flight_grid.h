@@ -5,9 +5,6 @@
 #include "lib/vector.h"
 #include "shared/geometry_layout.h"
 
-/* Each step costs about as much as a few boxes of a ray test; later ones rarely help. */
-#define FLIGHT_STEPS 3
-
 /* The cell of a position. */
 typedef struct {
   REAL3 from;   /* centre to position */
@@ -18,7 +15,8 @@ typedef struct {
 } FlightCell;
 
 /* Without a grid: a cell of which nothing is known. The load rarely hits a near cache: ask early. */
-inline FlightCell flight_cell(__global const uint* grid, __global const GeometryRecord* record, REAL3 position) {
+__attribute__((always_inline)) inline FlightCell flight_cell(__global const uint* grid,
+                                                             __global const GeometryRecord* record, REAL3 position) {
   const int nx = record->cells[0], ny = record->cells[1], nz = record->cells[2];
   if (nx == 0) {
     const REAL zero = (REAL)(0.0f);
@@ -52,32 +50,30 @@ inline FlightCell flight_cell(__global const uint* grid, __global const Geometry
   return cell;
 }
 
-/* Does a flight of `distance` surely end before any surface? Unit direction; cell: of the position, inside a medium. False
- * is always a correct answer.
+/* How far a path inside a medium that travels along `direction` surely meets no surface: ahead of the cell's position
+ * (way 1), or on its way to it (way -1), if it is inside where it comes that near. Unit direction.
  *
- * Inside, only surfaces that the flight leaves through, direction . normal > 0, can be met: where every surface of the ball
- * faces the other way, the flight goes on to the ball's end. So the flights that start on a surface are spared a test. */
-inline MASK flight_is_clear(__global const uint* grid, __global const GeometryRecord* record, FlightCell cell,
-                            REAL3 position, REAL3 direction, REAL distance, MASK active) {
-  MASK clear = (MASK)(0), moving = active;
-  REAL flown = (REAL)(0.0f);
-  for (int step = 0; step < FLIGHT_STEPS; ++step) {
-    if (step > 0) cell = flight_cell(grid, record, add3(position, scale3(direction, flown)));
-    /* To the end of the ball. */
-    const REAL along = dot3(cell.from, direction);
-    const REAL square = cell.radius * cell.radius - dot3(cell.from, cell.from);
-    const REAL in_ball = SELECT(square > 0.0f, SQRT(along * along + square) - along, 0.0f);
-    /* To the plane. */
-    const REAL speed = dot3(cell.normal, direction), room = cell.offset - dot3(cell.normal, cell.from);
-    const MASK inward = speed < -cell.cone;
-    const REAL in_front = SELECT(inward | ((room > 0.0f) & (speed <= 0.0f)), 1e30f, SELECT(room > 0.0f, room / speed, 0.0f));
-    const REAL d = MIN(in_ball, in_front) - record->safety;
-    flown += SELECT(moving, MAX(d, (REAL)(0.0f)), 0.0f);
-    clear = clear | (moving & (flown >= distance));
-    moving = moving & (flown < distance) & (d > 0.3f * record->cell_size);
-    if (!ANY(moving)) break;
-  }
-  return clear;
+ * Inside, only surfaces that the path leaves through, direction . normal > 0, can be met: where every surface of the ball
+ * faces the other way, the path goes on to the ball's end. So the flights that start on a surface are spared a test. */
+inline REAL clear_distance(__global const GeometryRecord* record, const FlightCell* cell, REAL3 direction, float way) {
+  /* To the end of the ball. */
+  const REAL along = way * dot3(cell->from, direction);
+  const REAL square = cell->radius * cell->radius - dot3(cell->from, cell->from);
+  const REAL in_ball = SELECT(square > 0.0f, SQRT(along * along + square) - along, 0.0f);
+  /* To the plane. */
+  const REAL speed = dot3(cell->normal, direction), room = cell->offset - dot3(cell->normal, cell->from);
+  const REAL nearing = way * speed;
+  const REAL to_plane = SELECT(room > 0.0f, SELECT(nearing > 0.0f, room / nearing, 1e30f), 0.0f);
+  const REAL in_front = SELECT(speed < -cell->cone, 1e30f, to_plane);
+  return MAX(MIN(in_ball, in_front) - record->safety, (REAL)(0.0f));
+}
+
+/* Does a flight of `distance` surely end before any surface? start, end: the cells of its ends, the former inside a medium.
+ * False is always a correct answer. Looks from both ends: the end's cell is the start's of the next flight, so it costs
+ * no load. What the end's cell says holds once the flight is known to be clear up to there. */
+inline MASK flight_is_clear(__global const GeometryRecord* record, const FlightCell* start, const FlightCell* end,
+                            REAL3 direction, REAL distance) {
+  return clear_distance(record, start, direction, 1.0f) >= distance - clear_distance(record, end, direction, -1.0f);
 }
 
 /* A lower bound of the distance to any surface. */

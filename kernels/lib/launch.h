@@ -25,7 +25,6 @@ typedef struct {
   __global const float* emitter_tables;
   __global const TextureRecord* textures;
   __global const float* texels;
-  __global const ScoreRecord* scores;
   __global const DerivativeRecord* derivatives;
   __global const float* futures; /* lib/baseline.h: [cell][throughput channel] */
   __global float* visits;        /* of a pilot */
@@ -49,7 +48,7 @@ typedef struct {
   uint seed_low, seed_high;
 } Random;
 
-inline Random load_random(__global const JobRecord* job, const Pool* pool, INT slots) {
+__attribute__((always_inline)) inline Random load_random(__global const JobRecord* job, const Pool* pool, INT slots) {
   Random r;
   r.pixel = AS_UINT(LOAD_INT(pool, PIXEL, slots));
   r.sample = AS_UINT(LOAD_INT(pool, SAMPLE, slots));
@@ -134,7 +133,8 @@ inline void finish(const Launch* launch, __global const JobRecord* job, Pool* po
 #endif
   FOR_EACH_LANE(l, bits) {
     int s = slot.i[l];
-    int output = job->first_output + (ints[PIXEL * pool->stride + s] - job->first_pixel) * job->samples +
+    int output = job->first_output +
+                 (ints[PIXEL * pool->stride + s] - job->first_pixel) / job->pixel_step * job->samples +
                  ints[SAMPLE * pool->stride + s] - job->first_sample;
     const int values = RADIANCE_CHANNELS * (1 + DERIVATIVES);
     UNROLL for (int c = 0; c < values; ++c)

@@ -14,11 +14,11 @@ inline void pull_connection(const Launch* launch, __global const JobRecord* job,
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) weight[c] = arriving[c] * LOAD(pool, PULL + c, slots);
   Scores own = no_scores();
   own.pulled = pulled(weight);
-  add_flight_step(launch, job, &own, medium_step);
-  add_phase_step(launch, job, &own, medium_step);
+  add_flight_step(job, &own, medium_step);
+  add_phase_step(job, &own, medium_step);
   add_pulled(launch, job, pool, slots, mask, &own.pulled);
   own.pulled = pulled(weight);
-  add_surface_step(launch, job, &own, surface_step);
+  add_surface_step(job, &own, surface_step);
   add_pulled(launch, job, pool, slots, mask, &own.pulled);
   for (int m = 0; m < MEDIA; ++m) {
     const MASK passes = mask & (through[m].real > 0.0f);
@@ -28,7 +28,7 @@ inline void pull_connection(const Launch* launch, __global const JobRecord* job,
     UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) sigma_t[c] = (REAL)(launch->media[m].sigma_t[c]);
     step_passage(&step, sigma_t, through[m].real, passes);
     own.pulled = pulled(weight);
-    add_flight_step(launch, job, &own, &step);
+    add_flight_step(job, &own, &step);
     add_pulled(launch, job, pool, slots, passes, &own.pulled);
   }
 }
@@ -88,7 +88,7 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
         UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
           depth[c].f[l] += launch->media[current].sigma_t[c] * hits.distance.f[l];
         UNROLL for (int k = 0; k < SCORES; ++k)
-          if (launch->scores[k].kind == SCORE_SIGMA_T && current - job->first_medium == launch->scores[k].target)
+          if (carried[k].kind == SCORE_SIGMA_T && current - job->first_medium == carried[k].target)
             through[k].f[l] += hits.distance.f[l];
 #if ADJOINT
         through[current].f[l] += hits.distance.f[l];
@@ -110,11 +110,11 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
     dimmed[c] = weight[c] * transmittance;
   }
   Scores there = *scores;
-  add_flight_step(launch, job, &there, medium_step);
-  add_phase_step(launch, job, &there, medium_step);
-  add_surface_step(launch, job, &there, surface_step);
+  add_flight_step(job, &there, medium_step);
+  add_phase_step(job, &there, medium_step);
+  add_surface_step(job, &there, surface_step);
   UNROLL for (int k = 0; k < SCORES; ++k) {
-    if (launch->scores[k].kind != SCORE_SIGMA_T) continue;
+    if (carried[k].kind != SCORE_SIGMA_T) continue;
     REAL d;
     score_medium_passage((REAL)(1.0f), through[k].real, &d); /* whatever sigma_t is */
     there.of[k] += d;

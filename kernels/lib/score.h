@@ -91,6 +91,9 @@ inline void step_reflection(SurfaceStep* s, INT bsdf, const REAL reflectance[3],
   }
 }
 
+/* Known when the program is built: scores that are not asked for cost nothing. */
+__constant ScoreRecord carried[SCORES + 1] = {SCORE_RECORDS};
+
 typedef struct {
   REAL of[SCORES + 1]; /* the last one is not used: an array of length 0 is not C */
 #if ADJOINT
@@ -122,13 +125,13 @@ inline void store_scores(const Launch* launch, __global const JobRecord* job, co
 #endif
 }
 
-inline void add_flight_step(const Launch* launch, __global const JobRecord* job, Scores* s, const MediumStep* step) {
+inline void add_flight_step(__global const JobRecord* job, Scores* s, const MediumStep* step) {
   UNROLL for (int k = 0; k < SCORES; ++k) {
-    __global const ScoreRecord* r = launch->scores + k;
-    if (r->kind != SCORE_SIGMA_T && r->kind != SCORE_ALBEDO) continue;
-    const int c = THROUGHPUT_CHANNELS == 1 ? 0 : r->channel;
-    const REAL d = r->kind == SCORE_SIGMA_T ? step->sigma_t[c] : step->albedo[c];
-    s->of[k] += SELECT(step->medium - job->first_medium == r->target, d, 0.0f);
+    const ScoreRecord r = carried[k];
+    if (r.kind != SCORE_SIGMA_T && r.kind != SCORE_ALBEDO) continue;
+    const int c = THROUGHPUT_CHANNELS == 1 ? 0 : r.channel;
+    const REAL d = r.kind == SCORE_SIGMA_T ? step->sigma_t[c] : step->albedo[c];
+    s->of[k] += SELECT(step->medium - job->first_medium == r.target, d, 0.0f);
   }
 #if ADJOINT
   if (!job->replay) return;
@@ -140,10 +143,10 @@ inline void add_flight_step(const Launch* launch, __global const JobRecord* job,
 #endif
 }
 
-inline void add_phase_step(const Launch* launch, __global const JobRecord* job, Scores* s, const MediumStep* step) {
+inline void add_phase_step(__global const JobRecord* job, Scores* s, const MediumStep* step) {
   UNROLL for (int k = 0; k < SCORES; ++k) {
-    __global const ScoreRecord* r = launch->scores + k;
-    if (r->kind == SCORE_G) s->of[k] += SELECT(step->medium - job->first_medium == r->target, step->g, 0.0f);
+    const ScoreRecord r = carried[k];
+    if (r.kind == SCORE_G) s->of[k] += SELECT(step->medium - job->first_medium == r.target, step->g, 0.0f);
   }
 #if ADJOINT
   if (!job->replay) return;
@@ -152,12 +155,12 @@ inline void add_phase_step(const Launch* launch, __global const JobRecord* job, 
 #endif
 }
 
-inline void add_surface_step(const Launch* launch, __global const JobRecord* job, Scores* s, const SurfaceStep* step) {
+inline void add_surface_step(__global const JobRecord* job, Scores* s, const SurfaceStep* step) {
   UNROLL for (int k = 0; k < SCORES; ++k) {
-    __global const ScoreRecord* r = launch->scores + k;
-    if (r->kind != SCORE_ALPHA && r->kind != SCORE_ETA && r->kind != SCORE_REFLECTANCE) continue;
-    const REAL d = r->kind == SCORE_ALPHA ? step->alpha : r->kind == SCORE_ETA ? step->eta : step->reflectance[r->channel];
-    s->of[k] += SELECT(step->bsdf - job->first_bsdf == r->target, d, 0.0f);
+    const ScoreRecord r = carried[k];
+    if (r.kind != SCORE_ALPHA && r.kind != SCORE_ETA && r.kind != SCORE_REFLECTANCE) continue;
+    const REAL d = r.kind == SCORE_ALPHA ? step->alpha : r.kind == SCORE_ETA ? step->eta : step->reflectance[r.channel];
+    s->of[k] += SELECT(step->bsdf - job->first_bsdf == r.target, d, 0.0f);
   }
 #if ADJOINT
   if (!job->replay) return;
@@ -172,18 +175,17 @@ inline void add_surface_step(const Launch* launch, __global const JobRecord* job
 
 /* Of the normal m and the lobe that rough_dielectric_sample drew: a density, unlike the factor of the throughput above. By
  * roughness alone: by index its variance is infinite, since at the critical angle the score is. */
-inline Scores score_decision_at_boundary(int distribution, const Launch* launch, __global const JobRecord* job, INT bsdf,
+inline Scores score_decision_at_boundary(int distribution, __global const JobRecord* job, INT bsdf,
                                          REAL alpha, REAL eta, REAL3 wi, REAL3 m, REAL reflected, MASK mask) {
   Scores s = no_scores();
   UNROLL for (int k = 0; k < SCORES; ++k) {
-    __global const ScoreRecord* r = launch->scores + k;
-    if (r->kind != SCORE_ALPHA) continue;
+    if (carried[k].kind != SCORE_ALPHA) continue;
     REAL d_alpha, ignored;
     if (distribution == MICROFACET_GGX)
       score_rough_dielectric_decision_ggx(alpha, eta, wi, m, reflected, &d_alpha, &ignored);
     else
       score_rough_dielectric_decision_beckmann(alpha, eta, wi, m, reflected, &d_alpha, &ignored);
-    s.of[k] = SELECT(mask & (bsdf - job->first_bsdf == r->target), d_alpha, 0.0f);
+    s.of[k] = SELECT(mask & (bsdf - job->first_bsdf == carried[k].target), d_alpha, 0.0f);
   }
   return s;
 }

@@ -88,18 +88,19 @@ typedef struct {
   int rr_depth;
   int hide_emitters; /* 1: a path that has not scattered sees no light, as in Mitsuba */
   int first_pixel;  /* of this launch */
+  int pixel_step;   /* from a pixel of this launch to the next */
   int first_sample; /* of this launch */
   int samples;      /* a pixel in this launch */
-  int first_output; /* sample s of pixel p is written at first_output + (p - first_pixel) * samples + s - first_sample */
+  int first_output; /* sample s of pixel p is written at first_output + (p - first_pixel) / pixel_step * samples + s - first_sample */
   unsigned int seed_low, seed_high;
   float future_tint[3]; /* of the expected futures, where a throughput channel stands for several of radiance */
   int pilot;            /* 1: paths tell what they visit */
   int replay;           /* 1: paths are traced again for the gradient (lib/adjoint.h); the samples are theirs already */
-  int first_pull;       /* replay: pixel p's weights of derivatives are at first_pull + p - first_pixel, one a channel */
+  int first_pull;       /* replay: pixel p's weights of derivatives are at first_pull + (p - first_pixel) / pixel_step, one a channel */
 } JobRecord;
 
 /* Gradients (lib/adjoint.h) are summed in sets of pixels of their own, whose spread tells their noise, as
- * [set][number][radiance channel]. Numbers: three kinds of each medium, then three of each BSDF. */
+ * [set][number][radiance channel]. Numbers: three kinds of each medium, three of each BSDF, then each parameter of the light. */
 #define GRADIENT_SETS 32
 enum { MEDIUM_SIGMA_T, MEDIUM_ALBEDO, MEDIUM_G, MEDIUM_NUMBERS };
 enum { BSDF_ALPHA, BSDF_ETA, BSDF_REFLECTANCE, BSDF_NUMBERS };
@@ -107,7 +108,7 @@ enum { BSDF_ALPHA, BSDF_ETA, BSDF_REFLECTANCE, BSDF_NUMBERS };
 /* A run of paths of one job that one pool works off: the unit of load balancing. */
 typedef struct {
   int job;
-  int first, count; /* path i of the job: pixel first_pixel + i / samples, sample first_sample + i % samples */
+  int first, count; /* path i of the job: pixel first_pixel + i / samples * pixel_step, sample first_sample + i % samples */
   int start;        /* paths in the chunks before this one */
 } ChunkRecord;
 

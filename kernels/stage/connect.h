@@ -129,7 +129,7 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
   Scores onward = load_scores(pool, slots);
   MediumStep turn = no_medium_step(medium);
   step_phase(&turn, dot3(arrival, load3(pool, DIRECTION_X, slots)), g, valid);
-  add_phase_step(launch, job, &onward, &turn);
+  add_phase_step(job, &onward, &turn);
   store_scores(launch, job, pool, slots, &onward, valid);
   push(pool, QUEUE_MEDIUM, slots, valid);
 }

@@ -83,7 +83,7 @@ inline void diffuse_stage(const Launch* launch, __global const JobRecord* job, P
   Scores onward = load_scores(pool, slots);
   SurfaceStep step = no_surface_step();
   step_reflection(&step, s.bsdf, reflectance, in_frame, goes_on);
-  add_surface_step(launch, job, &onward, &step);
+  add_surface_step(job, &onward, &step);
   store_scores(launch, job, pool, slots, &onward, goes_on);
   leave_surface(launch, pool, slots, goes_on, &s, direction);
 }

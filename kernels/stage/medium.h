@@ -66,10 +66,11 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     draw(&random, 0, u);
     random.event += SELECT_INT(alive, 1, 0);
     REAL flight = -LOG(u[0]) * mean_free_path;
-    MASK clear = flight_is_clear(launch->grid, geometry, cell, position, direction, flight, alive);
-    MASK test = alive & !clear, meets = (MASK)(0);
     REAL distance = flight;
     REAL3 there = add3(position, scale3(direction, flight));
+    const FlightCell end = flight_cell(launch->grid, geometry, there);
+    const MASK test = alive & !flight_is_clear(geometry, &cell, &end, direction, flight);
+    MASK meets = (MASK)(0);
     if (ANY(test)) {
       const LaneHits hits =
           trace_lanes(surfaces, position, direction, flight, skip, alive, (skip >= 0) & passed, test);
@@ -99,7 +100,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
                   SELECT(scatters, MIN(sigma_t[c] * mean_free_path, (REAL)(1e30f)), 1.0f);
     spectral_event(meets | scatters, factor, weight);
 #endif
-    cell = flight_cell(launch->grid, geometry, position);
+    cell = end; /* who met a surface needs none */
     below = depth_of(&cell, mean_sigma_t(sigma_t));
     MediumStep step = no_medium_step(medium_index);
     step_passage(&step, sigma_t, distance, meets);
@@ -110,9 +111,9 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     record_visit(launch, job, pool, slots, &random, random.event - 1, DECISION_FLIGHT, flight_state, total, flies);
     expected_future(launch, flight_state, future);
     Scores decision = no_scores();
-    add_flight_step(launch, job, &decision, &step);
-    add_decision(launch, &baseline, total, future, &decision);
-    add_flight_step(launch, job, &scores, &step);
+    add_flight_step(job, &decision, &step);
+    add_decision(&baseline, total, future, &decision);
+    add_flight_step(job, &scores, &step);
     skip = SELECT_INT(scatters, -1, skip);
     depth += SELECT_INT(scatters, 1, 0);
     UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= SELECT(scatters, albedo[c], 1.0f);
@@ -162,10 +163,10 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
 #endif
     step_phase(&step, cosine, g, goes_on);
     decision = no_scores();
-    add_phase_step(launch, job, &decision, &step);
-    add_decision(launch, &baseline, total, future, &decision);
+    add_phase_step(job, &decision, &step);
+    add_decision(&baseline, total, future, &decision);
     step.g = SELECT(alive, step.g, 0.0f); /* of those that connect: stage/connect.h */
-    add_phase_step(launch, job, &scores, &step);
+    add_phase_step(job, &scores, &step);
     left = popcount(lane_bits(alive));
     if (left <= enough) break;
   }

@@ -88,7 +88,7 @@ inline void decide_at_boundary(int distribution, const Launch* launch, __global 
                                INT slots, INT bsdf, const Random* random, REAL alpha, REAL eta_inside, REAL3 wi, REAL3 wo,
                                MASK reflects, MASK mask) {
   bool by_roughness = false;
-  UNROLL for (int k = 0; k < BASELINE_SCORES; ++k) by_roughness |= launch->scores[k].kind == SCORE_ALPHA;
+  UNROLL for (int k = 0; k < BASELINE_SCORES; ++k) by_roughness |= carried[k].kind == SCORE_ALPHA;
   if (!by_roughness) return;
   const INT first_cell = GATHER_INT(((__global const int*)launch->bsdfs + FIELD_OF(BsdfRecord, first_cell)),
                                     bsdf * (int)(sizeof(BsdfRecord) / sizeof(float)));
@@ -100,9 +100,9 @@ inline void decide_at_boundary(int distribution, const Launch* launch, __global 
   expected_future(launch, state, future);
   const REAL eta = far_over_near(eta_inside, wi.z), reflected = SELECT(reflects, 1.0f, 0.0f);
   const REAL3 m = rough_dielectric_normal(eta, wi, wo, reflected);
-  const Scores step = score_decision_at_boundary(distribution, launch, job, bsdf, alpha, eta_inside, wi, m, reflected, mask);
+  const Scores step = score_decision_at_boundary(distribution, job, bsdf, alpha, eta_inside, wi, m, reflected, mask);
   Baseline baseline = load_baseline(pool, slots);
-  add_decision(launch, &baseline, total, future, &step);
+  add_decision(&baseline, total, future, &step);
   store_baseline(pool, slots, &baseline);
 }
 
@@ -136,7 +136,7 @@ inline void rough_dielectric_stage(int distribution, const Launch* launch, __glo
   Scores scores = load_scores(pool, slots);
   SurfaceStep step = no_surface_step();
   step_rough_boundary(distribution, &step, s.bsdf, alpha, eta_inside, wi, wo, valid & !s.misplaced & (weight > 0.0f));
-  add_surface_step(launch, job, &scores, &step);
+  add_surface_step(job, &scores, &step);
   store_scores(launch, job, pool, slots, &scores, valid);
   scatter_at_boundary(launch, job, pool, slots, valid, &s, &random, u[3], direction, weight, pdf, reflects, 1.0f / eta);
 }

@@ -7,7 +7,7 @@ namespace itn {
 
 Film::Film(const Device& device, int pixels, int images, int channels, bool luminance)
     : device_(device), pixels_(pixels), images_(images), channels_(channels), luminance_(luminance && channels == 3) {
-  program_ = device.build("film.cl", {});
+  program_ = device.build("film.cl", {{"WIDTH", std::to_string(device.default_width())}});
   constexpr std::size_t least_pixels = 1 << 10;
   const std::size_t a_pixel = 4 * sizeof(float) * static_cast<std::size_t>(images * this->channels());
   const std::size_t wanted = static_cast<std::size_t>(pixels);
@@ -29,7 +29,11 @@ void Film::add(const cl::Buffer& samples, std::size_t first_sample, int first_pi
   kernel.setArg(7, static_cast<cl_int>(pixels));
   kernel.setArg(8, static_cast<cl_int>(fresh));
   kernel.setArg(9, sums_);
-  device_.launch(kernel, static_cast<std::size_t>(pixels));
+  // Always of the same local size: PoCL compiles a kernel anew for every size it chooses itself.
+  const std::size_t local = device_.info().type == "cpu" ? 1 : 64;
+  const std::size_t group = local * static_cast<std::size_t>(device_.default_width());
+  const std::size_t values = static_cast<std::size_t>(pixels) * static_cast<std::size_t>(images_ * this->channels());
+  device_.launch(kernel, (values + group - 1) / group * local, local);
   device_.finish();
 }
 

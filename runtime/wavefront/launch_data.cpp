@@ -166,6 +166,7 @@ int append_light(const Emitter& light, LaunchData& data) {
 
 JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData& data) {
   JobRecord job{};
+  job.pixel_step = 1;
   job.geometry = geometry;
   const int first_medium = static_cast<int>(data.media.size()), first_bsdf = static_cast<int>(data.bsdfs.size());
   job.first_shape = static_cast<int>(data.shapes.size());

@@ -14,7 +14,7 @@
 namespace itn {
 
 static_assert(sizeof(CameraRecord) == 104 && sizeof(MediumRecord) == 48 && sizeof(ShapeRecord) == 16 &&
-              sizeof(BsdfRecord) == 64 && sizeof(TextureRecord) == 48 && sizeof(JobRecord) == 84 &&
+              sizeof(BsdfRecord) == 64 && sizeof(TextureRecord) == 48 && sizeof(JobRecord) == 88 &&
               sizeof(ChunkRecord) == 16);
 
 struct LaunchData {

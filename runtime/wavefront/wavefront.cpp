@@ -1,5 +1,7 @@
 #include "runtime/wavefront/wavefront.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -25,9 +27,8 @@ constexpr int queues = QUEUES, free_queue = QUEUE_FREE;
 constexpr std::array<const char*, QUEUES> stage_names{"generate",       "ray",       "null",   "diffuse", "dielectric",
                                                       "rough beckmann", "rough ggx", "medium", "connect", "escape"};
 
-// The pilot that learns baselines: paths a job, paths a launch at most, pixels a run; its samples of a pixel begin at
-// the last, beyond those of any image.
-constexpr int pilot_paths = 1 << 13, pilot_launch = 1 << 11, pilot_run = 64, pilot_sample = 1 << 30;
+// The pilot that learns baselines: paths a job; its samples of a pixel begin at the last, beyond those of any image.
+constexpr int pilot_paths = 1 << 13, pilot_sample = 1 << 30;
 
 std::size_t field_count(const std::map<std::string, std::string>& d) {
   const auto number = [&](const char* name) { return static_cast<std::size_t>(std::stoi(d.at(name))); };
@@ -54,13 +55,18 @@ std::map<std::string, std::string> features(const LaunchData& data, const Deriva
   std::map<std::string, std::string> result = feature_definitions(data);
   result["BOX_WIDTH"] = std::to_string(data.geometry.box_width);
   result["SCORES"] = std::to_string(derivatives.scores.size());
+  for (const ScoreRecord& r : derivatives.scores)
+    result["SCORE_RECORDS"] += fmt::format("{{{},{},{}}},", r.kind, r.target, r.channel);
+  result["SCORE_RECORDS"] += "{0,0,0}";  // an array of length 0 is not C
   result["BASELINES"] = std::to_string(with_baselines(data, derivatives, baselines));
   result["ADJOINT"] = std::to_string(adjoint);
   if (adjoint) {
     result["MEDIA"] = std::to_string(data.media.size());
     result["BSDFS"] = std::to_string(data.bsdfs.size());
   }
-  result["DERIVATIVES"] = std::to_string(derivatives.derivatives.size());
+  const std::size_t count = derivatives.derivatives.size();
+  result["DERIVATIVES"] = std::to_string(adjoint ? 0 : count);
+  result["LIGHT_NUMBERS"] = std::to_string(adjoint ? count : 0);
   const bool by_light = std::any_of(derivatives.derivatives.begin(), derivatives.derivatives.end(),
                                     [](const DerivativeRecord& d) { return d.emitter >= 0; });
   result["HAS_LIGHT_DERIVATIVES"] = std::to_string(by_light);
@@ -116,10 +122,10 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   }
   counter_ = device.allocate(2 * queues * sizeof(int), "queue lengths");
   misplaced_ = device.upload(std::vector<cl_uint>{0}, "misplaced arrivals");
-  a_sample_ = channels_ * (1 + static_cast<int>(derivatives.derivatives.size()));
+  a_sample_ = channels_ * (1 + std::stoi(definitions["DERIVATIVES"]));
   if (adjoint_) {
     const std::size_t kinds = MEDIUM_NUMBERS * data.media.size() + BSDF_NUMBERS * data.bsdfs.size();
-    numbers_ = kinds * static_cast<std::size_t>(channels_);
+    numbers_ = (kinds + derivatives.derivatives.size()) * static_cast<std::size_t>(channels_);
   }
   clear_gradient();
   const std::size_t a_sample = static_cast<std::size_t>(a_sample_) * sizeof(float);
@@ -143,7 +149,7 @@ void Wavefront::upload_records(const LaunchData& data, const DerivativeData& der
         device_.upload(data.bsdfs, "BSDFs"), device_.upload(data.media, "media"),
         device_.upload(data.emitters, "emitters"), device_.upload(data.emitter_tables, "emitter tables"),
         device_.upload(data.textures, "textures"), device_.upload(data.texels, "texels"),
-        device_.upload(derivatives.scores, "scores"), device_.upload(derivatives.derivatives, "derivatives")})
+        device_.upload(derivatives.derivatives, "derivatives")})
     scene_.push_back(std::move(buffer));
   pixels_ = data.pixels;
   cells_ = data.cells;
@@ -214,45 +220,38 @@ std::vector<std::int64_t> Wavefront::take_gradient() {
   return sum;
 }
 
-// A pilot of every job: runs of pixels spread evenly over its film, of samples that no image takes.
+// A pilot of every job: pixels spread evenly over its film, and samples that no image takes.
 void Wavefront::learn_baselines() {
   learnt_ = true;
   BaselineTable table(cells_, throughput_channels_, channels_);
   const auto a_path = static_cast<std::size_t>(BASELINE_VISITS * BASELINE_VISIT_SIZE(throughput_channels_, channels_));
   const std::uint64_t room = device_.free_memory() / 2 / (a_path * sizeof(float));
-  const int most = static_cast<int>(std::clamp<std::uint64_t>(room, pilot_run, pilot_launch));  // paths a launch
-  const std::vector<float> none(static_cast<std::size_t>(most) * a_path);
+  const int most = static_cast<int>(std::clamp<std::uint64_t>(room, 64, pilot_paths));  // paths a launch
   std::vector<float> visits, samples;
   for (std::size_t j = 0; j < jobs_.size(); ++j) {
-    std::vector<JobSlice> slices;
-    int paths = 0;
-    const auto launch = [&] {
-      visits_ = cl::Buffer();  // its memory first
-      visits_ = device_.upload(none, "pilot's visits");
-      trace_jobs(slices, Purpose::pilot);
-      samples.resize(static_cast<std::size_t>(paths * a_sample_));
-      visits.resize(static_cast<std::size_t>(paths) * a_path);
-      device_.download(samples_, samples);
-      device_.download(visits_, visits);
-      table.add(samples, a_sample_, visits);
-      slices.clear();
-      paths = 0;
-    };
-    const std::int64_t pixels = pixels_[static_cast<std::size_t>(jobs_[j].camera)];
-    const int a_pixel = static_cast<int>(std::max<std::int64_t>(1, pilot_paths / pixels));
-    const std::int64_t runs = std::min<std::int64_t>((pixels + pilot_run - 1) / pilot_run, pilot_paths / pilot_run);
-    for (std::int64_t run = 0; run < runs; ++run) {
-      const int first = static_cast<int>(run * pixels / runs);
-      const int length = std::min(static_cast<int>((run + 1) * pixels / runs) - first, pilot_run);
-      for (int sample = 0; sample < a_pixel;) {
-        const int samples_of_run = std::min(a_pixel - sample, most / length);
-        if (paths + samples_of_run * length > most) launch();
-        slices.push_back({static_cast<int>(j), first, length, pilot_sample + sample, samples_of_run});
-        paths += samples_of_run * length;
-        sample += samples_of_run;
+    // The same paths in the same order whatever the memory: the table's sums are the same to the bit.
+    const int on_film = pixels_[static_cast<std::size_t>(jobs_[j].camera)];
+    const int step = (on_film + pilot_paths - 1) / pilot_paths | 1;  // odd: other columns in the next row
+    const int pixels = (on_film + step - 1) / step, a_pixel = std::max(1, pilot_paths / pixels);
+    const int run = std::max(1, most / a_pixel), at_once = std::min(a_pixel, most);
+    for (int first = 0; first < pixels; first += run)
+      for (int sample = 0; sample < a_pixel; sample += at_once) {
+        const JobSlice slice{.job = static_cast<int>(j),
+                             .first_pixel = first * step,
+                             .pixels = std::min(run, pixels - first),
+                             .first_sample = pilot_sample + sample,
+                             .samples = std::min(at_once, a_pixel - sample),
+                             .pixel_step = step};
+        const auto paths = static_cast<std::size_t>(slice.pixels * slice.samples);
+        visits.assign(paths * a_path, 0);
+        visits_ = cl::Buffer();  // its memory first
+        visits_ = device_.upload(visits, "pilot's visits");
+        trace_jobs({slice}, Purpose::pilot);
+        samples.resize(paths * static_cast<std::size_t>(a_sample_));
+        device_.download(samples_, samples);
+        device_.download(visits_, visits);
+        table.add(samples, a_sample_, visits);
       }
-    }
-    if (paths > 0) launch();
     const std::array<float, 3> tint = table.take_tint();
     std::copy(tint.begin(), tint.end(), jobs_[j].future_tint);
   }
@@ -266,6 +265,7 @@ void Wavefront::trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose,
   for (const JobSlice& slice : slices) {
     JobRecord job = jobs_[static_cast<std::size_t>(slice.job)];
     job.first_pixel = slice.first_pixel;
+    job.pixel_step = slice.pixel_step;
     job.first_sample = slice.first_sample;
     job.samples = slice.samples;
     job.first_output = static_cast<int>(at) + paths;

@@ -15,12 +15,14 @@ struct JobSlice {
   int job = 0;
   int first_pixel = 0, pixels = 0;
   int first_sample = 0, samples = 0;
+  int pixel_step = 1;  // from a pixel to the next
 };
 
 class Wavefront {
  public:
   // jobs: as append_scene returned them, with their seeds. derivatives: of every job's image; targets count within the
-  // job's scene. With baselines (lib/baseline.h) the first trace() learns what they take.
+  // job's scene. With baselines (lib/baseline.h) the first trace() learns what they take. adjoint: replay() takes the
+  // place of derivative images; derivatives: those by the light alone, with the unit of their sums in factor.
   Wavefront(const Device& device, const LaunchData& data, std::vector<JobRecord> jobs,
             const DerivativeData& derivatives, Operator op, int width, Schedule schedule,
             Baselines baselines = Baselines::automatic, bool adjoint = false);

@@ -41,6 +41,7 @@ std::vector<Values> on_device(const Emitter& emitter, const Parameter& p, const 
                       {"DERIVATIVES", "0"},
                       {"BASELINES", "0"},
                       {"ADJOINT", "0"},
+                      {"LIGHT_NUMBERS", "0"},
                       {"THROUGHPUT_CHANNELS", "1"},
                       {"RADIANCE_CHANNELS", "3"},
                       {"HAS_LIGHT_DERIVATIVES", "1"}});

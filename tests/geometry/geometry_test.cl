@@ -134,8 +134,9 @@ __kernel void fly(__global const uint* grid, __global const GeometryRecord* reco
   const INT at = (int)get_global_id(0) * WIDTH + LANE_INDEX;
 #define COMPONENT(k) GATHER((rays + (k) * n), at)
   const REAL3 o = make3(COMPONENT(0), COMPONENT(1), COMPONENT(2)), d = make3(COMPONENT(3), COMPONENT(4), COMPONENT(5));
-  const FlightCell cell = flight_cell(grid, record, o);
-  const MASK result = flight_is_clear(grid, record, cell, o, d, COMPONENT(6), at >= 0);
+  const REAL flight = COMPONENT(6);
+  const FlightCell cell = flight_cell(grid, record, o), end = flight_cell(grid, record, add3(o, scale3(d, flight)));
+  const MASK result = flight_is_clear(record, &cell, &end, d, flight) & (at >= 0);
   SCATTER_INT(clear, at, SELECT_INT(result, 1, 0));
   SCATTER(distance, at, surface_distance(record, &cell));
 }

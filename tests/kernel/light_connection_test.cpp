@@ -36,6 +36,7 @@ const LaneFunction connection{
      {"DERIVATIVES", "0"},
      {"BASELINES", "0"},
      {"ADJOINT", "0"},
+     {"LIGHT_NUMBERS", "0"},
      {"THROUGHPUT_CHANNELS", "1"},
      {"RADIANCE_CHANNELS", "1"},
      {"BOX_WIDTH", "4"}}};

@@ -48,6 +48,7 @@ class Sampler {
                                                         {"DERIVATIVES", "0"},
                                                         {"BASELINES", "0"},
                                                         {"ADJOINT", "0"},
+                                                        {"LIGHT_NUMBERS", "0"},
                                                         {"THROUGHPUT_CHANNELS", "1"},
                                                         {"RADIANCE_CHANNELS", "3"}});
     unsetenv("ITN_KERNEL_DIR");

@@ -286,3 +286,30 @@ TEST_CASE("A split without images, black images and outputs that images do not h
   const std::atomic<bool> stop{true};
   CHECK_THROWS_AS(read_images(set.folder, set.manifest, Manifest::Split::train, false, stop), Interrupted);
 }
+
+TEST_CASE("Examples of several data sets are those of each, with its own shapes and lights") {
+  const TemporaryFolder folder;
+  const MadeUpDataset set(folder / "set", 5, 3);
+  const auto read = [&](Manifest::Split split) { return read_images(set.folder, set.manifest, split, true, go_on); };
+  const DatasetImages first = read(Manifest::Split::train);
+  DatasetImages second = read(Manifest::Split::validation);
+  std::swap(second.shapes[0], second.shapes[1]);
+  std::swap(second.lights[0], second.lights[1]);
+  DatasetImages both;
+  append(both, first);
+  append(both, second);
+  const NetworkDescription network = network_of(6);
+  const DatasetExamples joined(both, network), one(first, network), other(second, network);
+  REQUIRE(joined.count() == 8);
+  for (std::size_t i = 0; i < 8; ++i) {
+    std::vector<float> image(6 * pixels), expected(6 * pixels);
+    std::vector<double> truth(3), expected_truth(3);
+    joined.read(i, 0, image, truth);
+    if (i < 5)
+      one.read(i, 0, expected, expected_truth);
+    else
+      other.read(i - 5, 0, expected, expected_truth);
+    CHECK(image == expected);
+    CHECK(truth == expected_truth);
+  }
+}

@@ -75,7 +75,9 @@ PathBench::PathBench(const Device& device, const Scene& scene, const Options& op
   definitions_["OPERATOR_SINGLE"] = std::to_string(options.op == Operator::single);
   throughput_channels_ = static_cast<std::size_t>(std::stoi(definitions_["THROUGHPUT_CHANNELS"]));
   radiance_channels_ = static_cast<std::size_t>(std::stoi(definitions_["RADIANCE_CHANNELS"]));
-  definitions_["SCORES"] = definitions_["DERIVATIVES"] = definitions_["BASELINES"] = definitions_["ADJOINT"] = "0";
+  definitions_["SCORES"] = definitions_["DERIVATIVES"] = definitions_["BASELINES"] = definitions_["ADJOINT"] =
+      definitions_["LIGHT_NUMBERS"] = "0";
+  definitions_["SCORE_RECORDS"] = "{0,0,0}";
   program_ = device.build("wavefront.cl", definitions_, {{"derivative/score.h", print_scores({})}});
   misplaced_ = device.upload(std::vector<cl_uint>{0}, "misplaced");
   const Path none;
@@ -99,7 +101,6 @@ PathBench::PathBench(const Device& device, const Scene& scene, const Options& op
             device.upload(data_.emitter_tables, "tables"),
             device.upload(data_.textures, "textures"),
             device.upload(data_.texels, "texels"),
-            device.upload(std::vector<int>{}, "scores"),
             device.upload(std::vector<int>{}, "derivatives"),
             device.upload(std::vector<float>{}, "expected futures"),
             device.upload(std::vector<float>{}, "visits"),

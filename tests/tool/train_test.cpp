@@ -194,6 +194,38 @@ TEST_CASE("itn train --init starts from what another network has learnt") {
   fails(train(set.folder, folder / "f", {"--init", folder / "set"}), 3, "network.safetensors: is not there");
 }
 
+TEST_CASE("itn train learns from several data sets") {
+  const TemporaryFolder folder;
+  const MadeUpDataset first(folder / "first", 16, 4);
+  MadeUpDataset second(folder / "second", 24, 4);
+  const auto train_both = [&](const Strings& more) {
+    Strings arguments = train(first.folder, folder / "run", more);
+    arguments.insert(arguments.begin() + 2, second.folder);
+    return arguments;
+  };
+  fails(train_both({}), 2, "second: the same images as " + first.folder);
+  second.manifest.hash = "00000000000000bb";
+  second.manifest.mm_per_unit = 2;
+  second.write_manifest();
+  fails(train_both({}), 2, "8 pixels a side and 2 mm a scene unit, ");
+  second.manifest.mm_per_unit = first.manifest.mm_per_unit;
+  second.write_manifest();
+  for (const itn::Manifest::Image& image : second.manifest.images) {
+    itn::ExrImage file = itn::read_exr(second.path(image.file));
+    file.header["hash"] = second.manifest.hash;
+    itn::write_exr(second.path(image.file), file);
+  }
+  fails({"train", first.folder, second.folder, "--network", "itn", "-o", folder / "run"}, 2,
+        "only rn learns from several");
+
+  const Result result = run_itn(train_both({"--epochs", "1"}), one_thread);
+  INFO(result.error);
+  REQUIRE(result.exit_code == 0);
+  CHECK_THAT(result.output, Contains("40 images to learn from, 8 to validate with"));
+  CHECK(nlohmann::json::parse(itn::read_file(folder / "run/run.json"))["request"]["data"] ==
+        first.manifest.hash + " " + second.manifest.hash);
+}
+
 TEST_CASE("itn train says what is wrong with the data set or the command") {
   const TemporaryFolder folder;
   MadeUpDataset set(folder / "set", 16, 4);
