@@ -5,9 +5,9 @@
  * Tests: tests/derivative/emission_test.cpp, tests/transport/emission_test.cpp */
 #ifndef ITN_EMISSION_H
 #define ITN_EMISSION_H
-#include "derivative/score.h"
 #include "lib/adjoint.h"
 #include "lib/launch.h"
+#include "derivative/score.h"
 
 #if HAS_LIGHT_DERIVATIVES
 #if HAS_SUN
