@@ -9,8 +9,10 @@
 #include "network/dataset_examples.h"
 #include "network/loss.h"
 #include "runtime/error.h"
+#include "runtime/scene/load.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
+#include "tools/known_scene.h"
 #include "tools/run_folder.h"
 
 namespace itn::tools {
@@ -18,7 +20,8 @@ namespace {
 
 struct Options {
   CommonOptions common;
-  std::string run, dataset, shape_buffers;
+  std::string run, dataset, scene, shape_buffers;
+  int sensor = 0;
   std::vector<std::string> images;
   std::vector<double> light;
 };
@@ -27,7 +30,9 @@ struct Options {
 class Known {
  public:
   Known(const Options& options, const NetworkDescription& network) : options_(options), network_(network) {
-    if (!options.shape_buffers.empty()) {
+    if (!options.scene.empty()) {
+      look_at(load_scene(options.scene, options.common.definition_map()));
+    } else if (!options.shape_buffers.empty()) {
       shapes_[0] = read_seen_shape(options.shape_buffers, network.size);
       double square = 0;
       for (const double part : options.light) square += part * part;
@@ -40,7 +45,11 @@ class Known {
     }
   }
 
+  // Of the scene's medium; none without a scene.
+  const std::optional<Body>& body() const { return body_; }
+
   KnownScene of(const std::string& file) {
+    if (view_) return view_->known();
     if (!options_.shape_buffers.empty()) return {shapes_.at(0), light_};
     const auto found = images_.find(canonical(file));
     if (found == images_.end())
@@ -56,6 +65,19 @@ class Known {
   }
 
  private:
+  void look_at(const Scene& scene) {
+    const std::string who = "--scene " + options_.scene;
+    for (const std::string& text : scene.warnings) warn(options_.common, text);
+    const Sensor& camera = chosen_sensor(scene, options_.sensor);
+    if (camera.width != network_.size || camera.height != network_.size)
+      throw UsageError(fmt::format("{}: its sensor takes {} x {} pixels, the network has learnt from {} x {}", who,
+                                   camera.width, camera.height, network_.size, network_.size));
+    if (scene.media.size() != 1)
+      throw UsageError(fmt::format("{}: the network knows one medium, the scene has {}", who, scene.media.size()));
+    body_ = body_of(scene, 0, who);
+    if (network_.channels > 1) view_.emplace(scene, options_.sensor, *body_, who);
+  }
+
   static std::string canonical(const std::filesystem::path& path) {
     return std::filesystem::weakly_canonical(path).string();
   }
@@ -66,6 +88,8 @@ class Known {
   std::map<std::string, const Manifest::Image*> images_;
   std::map<int, SeenShape> shapes_;
   std::array<double, 3> light_{};
+  std::optional<Body> body_;
+  std::optional<SceneView> view_;
 };
 
 void check(const Options& options, const NetworkDescription& network) {
@@ -74,9 +98,11 @@ void check(const Options& options, const NetworkDescription& network) {
     if (one_by_one || !options.dataset.empty())
       throw UsageError(options.run +
                        ": its network sees luminance alone; leave out --dataset, --shape-buffers and --light");
-  } else if (options.dataset.empty() == !one_by_one || options.shape_buffers.empty() != options.light.empty()) {
-    throw UsageError(options.run +
-                     ": its network knows shape and light; give either --dataset or both --shape-buffers and --light");
+  } else if (!options.dataset.empty() + !options.scene.empty() + one_by_one != 1 ||
+             options.shape_buffers.empty() != options.light.empty()) {
+    throw UsageError(
+        options.run +
+        ": its network knows shape and light; give --dataset, or --scene, or both --shape-buffers and --light");
   }
 }
 
@@ -85,23 +111,26 @@ void run(const Options& options) {
   const NetworkDescription& description = network.description();
   check(options, description);
   std::optional<Known> known;
-  if (description.channels > 1) known.emplace(options, description);
+  if (description.channels > 1 || !options.scene.empty()) known.emplace(options, description);
 
+  const bool in_scene = known && known->body();
   nlohmann::ordered_json images = nlohmann::ordered_json::array();
   std::vector<float> input(network.image_values());
   for (const std::string& file : options.images) {
     if (interrupt_flag()) throw Interrupted();
     const std::vector<float> luminance = read_luminance(file, description.size);
-    if (known) {
+    if (description.channels > 1) {
       const KnownScene scene = known->of(file);
       network_input(description, luminance, &scene, input);
     } else {
       network_input(description, luminance, nullptr, input);
     }
-    const std::vector<double> parameters = parameters_of(network.forward(input, 1), description.outputs);
+    std::vector<double> parameters = parameters_of(network.forward(input, 1), description.outputs);
     nlohmann::ordered_json line{{"file", file}};
     std::string text = file;
     for (std::size_t i = 0; i < parameters.size(); ++i) {
+      if (in_scene && description.outputs[i].name == "sigma_t")
+        parameters[i] = sigma_t_in_scene(parameters[i], description, *known->body());
       line[description.outputs[i].name] = parameters[i];
       text += fmt::format("  {} {:.4g}", description.outputs[i].name, parameters[i]);
     }
@@ -113,6 +142,7 @@ void run(const Options& options) {
                               {"network", description.kind},
                               {"channels", description.channels},
                               {"mm_per_unit", description.mm_per_unit},
+                              {"unit_of_sigma_t", in_scene ? "1/scene unit" : "1/mm"},
                               {"images", images}});
 }
 
@@ -130,8 +160,9 @@ void take_run(Options& options) {
 
 void add_predict(CLI::App& app) {
   auto options = std::make_shared<Options>();
-  CLI::App* command =
-      app.add_subcommand("predict", "parameters for images by a network: sigma_t [1/mm], albedo, g; a line an image");
+  CLI::App* command = app.add_subcommand(
+      "predict",
+      "parameters for images by a network: sigma_t [1/mm; with --scene 1/scene unit], albedo, g; a line an image");
   command
       ->add_option(
           "images", options->images,
@@ -140,6 +171,10 @@ void add_predict(CLI::App& app) {
       ->required();
   command->add_option("--dataset", options->dataset,
                       "six channels: the data set that the images belong to; it knows their shape and light");
+  command->add_option("--scene", options->scene,
+                      "Mitsuba 3 XML file of what the images show: gives shape, light and the unit of length (-D fills "
+                      "$name, as for itn render)");
+  add_sensor_option(*command, options->sensor);
   command->add_option("--shape-buffers", options->shape_buffers,
                       "six channels: OpenEXR file with the channels normal.X, normal.Y, normal.Z, depth and mask, of "
                       "all images");

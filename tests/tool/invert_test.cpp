@@ -220,4 +220,15 @@ TEST_CASE("itn invert --init: a network of six channels knows the scene's shape 
   CHECK(from["medium.sigma_t"].get<double>() == Approx(guess["sigma_t"].get<double>()).epsilon(1e-3));
   CHECK(from["medium.albedo"].get<double>() == Approx(guess["albedo"].get<double>()).epsilon(1e-3));
   CHECK(from["phase.g"].get<double>() == Approx(guess["g"].get<double>()).epsilon(1e-3).margin(1e-3));
+
+  const auto predict = [&](const std::string& size) {
+    return run_itn({"predict", folder / "six.safetensors", file, "--scene", ITN_SOURCE_DIR "/scenes/dataset/scene.xml",
+                    "-D", "mesh=" + (folder / "shapes/cup.ply"), "-D", "size=" + size, "-D", "sun=" + direction,
+                    "--json", "-"});
+  };
+  const auto in_scene = nlohmann::json::parse(predict("16").output);
+  CHECK(in_scene["unit_of_sigma_t"] == "1/scene unit");
+  for (const char* name : {"sigma_t", "albedo", "g"})
+    CHECK(in_scene["images"][0][name].get<double>() == Approx(guess[name].get<double>()).epsilon(1e-3).margin(1e-3));
+  CHECK_THAT(predict("32").error, Catch::Contains("takes 32 x 32 pixels, the network has learnt from 16 x 16"));
 }

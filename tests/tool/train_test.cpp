@@ -276,9 +276,9 @@ TEST_CASE("itn predict says what is wrong with network, images and what is known
   fails({"predict", image, image}, 2, "shipped: its network knows shape and light");
   fails({"predict", one}, 2, "is taken for a RUN; which images?");
   fails({"predict", one, image, "--dataset", set.folder}, 2, "sees luminance alone");
-  fails({"predict", six, image}, 2, "give either --dataset or both");
-  fails({"predict", six, image, "--light", "0,0,1"}, 2, "give either --dataset or both");
-  fails({"predict", six, image, "--dataset", set.folder, "--light", "0,0,1"}, 2, "give either --dataset or both");
+  fails({"predict", six, image}, 2, "give --dataset, or --scene, or both");
+  fails({"predict", six, image, "--light", "0,0,1"}, 2, "give --dataset, or --scene, or both");
+  fails({"predict", six, image, "--dataset", set.folder, "--light", "0,0,1"}, 2, "give --dataset, or --scene, or both");
   const std::string ball = set.path("shapes/ball.exr");
   fails({"predict", six, image, "--shape-buffers", ball, "--light", "0,0,0"}, 2, "--light: need a direction");
   fails({"predict", six, image, "--shape-buffers", image, "--light", "0,0,1"}, 3, "has no channel mask");
