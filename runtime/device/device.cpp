@@ -296,6 +296,16 @@ cl::Buffer Device::allocate(std::size_t bytes, const char* what) const {
   return *buffer;
 }
 
+cl::Buffer Device::allocate_zeroed(std::size_t bytes, const char* what) const {
+  cl::Buffer buffer = allocate(bytes, what);
+  try {
+    queue_.enqueueFillBuffer(buffer, cl_uint{0}, 0, bytes);
+  } catch (const cl::Error& error) {
+    fail(info_, "clearing " + readable_size(bytes) + " for " + what, error);
+  }
+  return buffer;
+}
+
 Device::Elements Device::allocate_most(std::size_t wanted, std::size_t least, std::size_t bytes_each,
                                        const char* what) const {
   const std::uint64_t half = free_memory() / 2 / bytes_each;
@@ -321,6 +331,17 @@ void Device::download_bytes(const cl::Buffer& buffer, void* data, std::size_t by
   if (bytes == 0) return;
   try {
     queue_.enqueueReadBuffer(buffer, CL_TRUE, 0, bytes, data);
+  } catch (const cl::Error& error) {
+    fail(info_, "reading " + readable_size(bytes) + " from the device", error);
+  }
+}
+
+void Device::look_at(const cl::Buffer& buffer, std::size_t bytes,
+                     const std::function<void(const void*)>& use) const {
+  try {
+    void* data = queue_.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_READ, 0, bytes);
+    use(data);
+    queue_.enqueueUnmapMemObject(buffer, data);
   } catch (const cl::Error& error) {
     fail(info_, "reading " + readable_size(bytes) + " from the device", error);
   }

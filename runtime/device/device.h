@@ -6,6 +6,7 @@
 #define CL_HPP_ENABLE_EXCEPTIONS
 #include <CL/opencl.hpp>
 #include <atomic>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -57,6 +58,7 @@ class Device {
 
   // Uninitialised (or filled from host memory) device memory; size 0 becomes one byte-aligned dummy element.
   cl::Buffer allocate(std::size_t bytes, const char* what) const;
+  cl::Buffer allocate_zeroed(std::size_t bytes, const char* what) const;  // a multiple of 4
   // As many of `wanted` elements of that size as fit into half of the free memory (others want some too); halves the
   // number until the driver has room. Throws DeviceError where not even `least` fit.
   struct Elements {
@@ -72,6 +74,8 @@ class Device {
   void download(const cl::Buffer& buffer, std::vector<T>& data) const {
     download_bytes(buffer, data.data(), data.size() * sizeof(T));
   }
+  // Calls use() with the first bytes of the buffer. Where the host sees the device's memory nothing is copied.
+  void look_at(const cl::Buffer& buffer, std::size_t bytes, const std::function<void(const void*)>& use) const;
   // One-dimensional launch; local 0 lets the runtime choose. Does not wait.
   void launch(const cl::Kernel& kernel, std::size_t global, std::size_t local = 0) const;
   void finish() const;

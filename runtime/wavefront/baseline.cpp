@@ -11,7 +11,7 @@ BaselineTable::BaselineTable(int cells, int throughput_channels, int radiance_ch
       radiance_channels_(static_cast<std::size_t>(radiance_channels)),
       sums_(static_cast<std::size_t>(cells) * throughput_channels_) {}
 
-void BaselineTable::add(const std::vector<float>& samples, int stride, const std::vector<float>& visits) {
+void BaselineTable::add(const std::vector<float>& samples, int stride, std::span<const float> visits) {
   const std::size_t size = BASELINE_VISIT_SIZE(throughput_channels_, radiance_channels_),
                     a_path = BASELINE_VISITS * size;
   for (std::size_t path = 0; path * a_path < visits.size(); ++path) {

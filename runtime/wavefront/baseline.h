@@ -1,6 +1,7 @@
 // What paths are expected to gather, learnt from a pilot: the table of kernels/lib/baseline.h.
 #pragma once
 #include <array>
+#include <span>
 #include <vector>
 
 #include "kernels/shared/baseline_layout.h"
@@ -13,7 +14,7 @@ class BaselineTable {
 
   // samples: of each path what it gathered, `stride` floats a path of which the first are radiance; visits: of each
   // path, as kernels/lib/baseline.h writes them.
-  void add(const std::vector<float>& samples, int stride, const std::vector<float>& visits);
+  void add(const std::vector<float>& samples, int stride, std::span<const float> visits);
 
   // [cell][throughput channel]: V, what a path of weight 1 is expected to gather; 0 where no path came.
   std::vector<float> futures() const;

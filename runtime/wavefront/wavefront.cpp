@@ -227,7 +227,7 @@ void Wavefront::learn_baselines() {
   const auto a_path = static_cast<std::size_t>(BASELINE_VISITS * BASELINE_VISIT_SIZE(throughput_channels_, channels_));
   const std::uint64_t room = device_.free_memory() / 2 / (a_path * sizeof(float));
   const int most = static_cast<int>(std::clamp<std::uint64_t>(room, 64, pilot_paths));  // paths a launch
-  std::vector<float> visits, samples;
+  std::vector<float> samples;
   for (std::size_t j = 0; j < jobs_.size(); ++j) {
     // The same paths in the same order whatever the memory: the table's sums are the same to the bit.
     const int on_film = pixels_[static_cast<std::size_t>(jobs_[j].camera)];
@@ -243,14 +243,14 @@ void Wavefront::learn_baselines() {
                              .samples = std::min(at_once, a_pixel - sample),
                              .pixel_step = step};
         const auto paths = static_cast<std::size_t>(slice.pixels * slice.samples);
-        visits.assign(paths * a_path, 0);
         visits_ = cl::Buffer();  // its memory first
-        visits_ = device_.upload(visits, "pilot's visits");
+        visits_ = device_.allocate_zeroed(paths * a_path * sizeof(float), "pilot's visits");
         trace_jobs({slice}, Purpose::pilot);
         samples.resize(paths * static_cast<std::size_t>(a_sample_));
         device_.download(samples_, samples);
-        device_.download(visits_, visits);
-        table.add(samples, a_sample_, visits);
+        device_.look_at(visits_, paths * a_path * sizeof(float), [&](const void* visits) {
+          table.add(samples, a_sample_, {static_cast<const float*>(visits), paths * a_path});
+        });
       }
     const std::array<float, 3> tint = table.take_tint();
     std::copy(tint.begin(), tint.end(), jobs_[j].future_tint);
