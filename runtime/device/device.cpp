@@ -336,8 +336,7 @@ void Device::download_bytes(const cl::Buffer& buffer, void* data, std::size_t by
   }
 }
 
-void Device::look_at(const cl::Buffer& buffer, std::size_t bytes,
-                     const std::function<void(const void*)>& use) const {
+void Device::look_at(const cl::Buffer& buffer, std::size_t bytes, const std::function<void(const void*)>& use) const {
   try {
     void* data = queue_.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_READ, 0, bytes);
     use(data);
