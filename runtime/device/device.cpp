@@ -348,8 +348,7 @@ void Device::look_at(const cl::Buffer& buffer, std::size_t bytes, const std::fun
 
 void Device::launch(const cl::Kernel& kernel, std::size_t global, std::size_t local) const {
   try {
-    queue_.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(global),
-                                local == 0 ? cl::NullRange : cl::NDRange(local));
+    queue_.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(global), cl::NDRange(local));
   } catch (const cl::Error& error) {
     fail(info_, "starting kernel " + kernel.getInfo<CL_KERNEL_FUNCTION_NAME>(), error);
   }

@@ -76,8 +76,9 @@ class Device {
   }
   // Calls use() with the first bytes of the buffer. Where the host sees the device's memory nothing is copied.
   void look_at(const cl::Buffer& buffer, std::size_t bytes, const std::function<void(const void*)>& use) const;
-  // One-dimensional launch; local 0 lets the runtime choose. Does not wait.
-  void launch(const cl::Kernel& kernel, std::size_t global, std::size_t local = 0) const;
+  // One-dimensional launch of work-groups of `local`. Does not wait. For one kernel always the same `local`: PoCL
+  // compiles it anew for each.
+  void launch(const cl::Kernel& kernel, std::size_t global, std::size_t local) const;
   void finish() const;
 
  private:

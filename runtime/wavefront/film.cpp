@@ -29,7 +29,6 @@ void Film::add(const cl::Buffer& samples, std::size_t first_sample, int first_pi
   kernel.setArg(7, static_cast<cl_int>(pixels));
   kernel.setArg(8, static_cast<cl_int>(fresh));
   kernel.setArg(9, sums_);
-  // Always of the same local size: PoCL compiles a kernel anew for every size it chooses itself.
   const std::size_t local = device_.info().type == "cpu" ? 1 : 64;
   const std::size_t group = local * static_cast<std::size_t>(device_.default_width());
   const std::size_t values = static_cast<std::size_t>(pixels) * static_cast<std::size_t>(images_ * this->channels());

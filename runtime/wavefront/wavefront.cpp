@@ -18,7 +18,7 @@ constexpr int fused_slots = 512;       // paths a pool: 256 to 1024 are equally 
 constexpr int staged_slots = 1 << 20;  // paths in flight on a GPU
 constexpr std::size_t least_slots = 1 << 10, least_samples = 1 << 12;  // below, a launch is not worth its overhead
 constexpr int staged_slots_a_cpu_unit = 1 << 12;
-// Work-items a group of the staged kernels. Always given: PoCL compiles a kernel anew for every size it chooses itself.
+// Work-items a group of the staged kernels.
 constexpr std::size_t gpu_local = 64, cpu_local = 1;
 constexpr int medium_events = 64;            // a state load at most
 constexpr std::size_t geometry_buffers = 5;  // before the jobs in SCENE_PARAMETERS

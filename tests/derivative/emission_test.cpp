@@ -61,7 +61,7 @@ std::vector<Values> on_device(const Emitter& emitter, const Parameter& p, const 
   kernel.setArg(1, on_tables);
   kernel.setArg(2, from);
   kernel.setArg(3, to);
-  device().launch(kernel, n / static_cast<std::size_t>(width));
+  device().launch(kernel, n / static_cast<std::size_t>(width), 1);
   device().finish();
   device().download(to, out);
   std::vector<Values> values(n);

@@ -94,10 +94,10 @@ void GeometryOnDevice::fly(const std::vector<TestRay>& rays, std::vector<int>& c
   kernel.setArg(3, out);
   kernel.setArg(4, bound);
   kernel.setArg(5, static_cast<int>(n));
-  device_.launch(kernel, n / static_cast<std::size_t>(width_));
+  device_.launch(kernel, n / static_cast<std::size_t>(width_), 1);
   device_.finish();
   const Stopwatch watch;
-  device_.launch(kernel, n / static_cast<std::size_t>(width_));
+  device_.launch(kernel, n / static_cast<std::size_t>(width_), 1);
   device_.finish();
   if (time) *time = watch.time();
   device_.download(out, clear);
@@ -115,7 +115,7 @@ std::vector<GeometryOnDevice::Frame> GeometryOnDevice::frames(std::vector<TestHi
   kernel.setArg(0, primitives_);
   kernel.setArg(1, in);
   kernel.setArg(2, out);
-  device_.launch(kernel, hits.size() / static_cast<std::size_t>(width_));
+  device_.launch(kernel, hits.size() / static_cast<std::size_t>(width_), 1);
   device_.download(out, frames);
   frames.resize(n);
   return frames;
@@ -252,7 +252,7 @@ std::array<int, 3> GeometryOnDevice::sizes() const {
   std::vector<int> out(3);
   const cl::Buffer buffer = device_.upload(out, "sizes");
   kernel.setArg(0, buffer);
-  device_.launch(kernel, 1);
+  device_.launch(kernel, 1, 1);
   device_.download(buffer, out);
   return {out[0], out[1], out[2]};
 }

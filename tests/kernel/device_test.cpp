@@ -68,7 +68,7 @@ __kernel void axpy(__global const float* x, __global float* y, float a) {
     kernel.setArg(0, bx);
     kernel.setArg(1, by);
     kernel.setArg(2, 0.5f);
-    device.launch(kernel, x.size() / width);
+    device.launch(kernel, x.size() / width, 1);
     device.finish();
     std::vector<float> result(y.size());
     device.download(by, result);
@@ -83,7 +83,7 @@ TEST_CASE("a constant without suffix is single precision") {
   std::vector<int> result{0};
   const cl::Buffer out = device.upload(result, "out");
   kernel.setArg(0, out);
-  device.launch(kernel, 1);
+  device.launch(kernel, 1, 1);
   device.download(out, result);
   CHECK(result[0] == 4);
 }

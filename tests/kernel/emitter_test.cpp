@@ -104,7 +104,7 @@ class OnDevice {
     kernel.setArg(2, from);
     kernel.setArg(3, to);
     if (std::string(name) == "sample") kernel.setArg(4, argument);
-    device_.launch(kernel, groups);
+    device_.launch(kernel, groups, 1);
     device_.finish();
     device_.download(to, result);
     std::vector<std::array<float, 8>> rows(in.size());

@@ -67,7 +67,7 @@ class Sampler {
     kernel.setArg(2, static_cast<cl_int>(at_surface));
     kernel.setArg(3, in);
     kernel.setArg(4, to);
-    device_.launch(kernel, n / static_cast<std::size_t>(width_));
+    device_.launch(kernel, n / static_cast<std::size_t>(width_), 1);
     device_.finish();
     device_.download(to, out);
     std::vector<Sample> samples(n);

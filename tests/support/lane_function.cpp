@@ -45,7 +45,7 @@ Columns run_lanes(const LaneFunction& function, int width, const Columns& inputs
   kernel.setArg(0, in_buffer);
   kernel.setArg(1, out_buffer);
   kernel.setArg(2, static_cast<int>(padded));
-  device.launch(kernel, padded / static_cast<std::size_t>(width));
+  device.launch(kernel, padded / static_cast<std::size_t>(width), 1);
   device.download(out_buffer, out);
   Columns result;
   for (std::size_t k = 0; k < function.outputs.size(); ++k) {
