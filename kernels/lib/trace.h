@@ -123,7 +123,6 @@ __attribute__((always_inline)) inline void meet_triangles(__global const float* 
   }
   Crossing crossing;
   const BoxInt crossed = crosses(vertex, s->ox, s->oy, s->oz, s->sx, s->sy, &crossing);
-  if (!box_bits(crossed)) return;
   BoxLanes t, b, c, i;
   const BoxInt counts = crossing_distance(&crossing, s->sz, side * LOAD_BOX(block, BLOCK_TOLERANCE), found->limit, &t.v,
                                           &b.v, &c.v, &i.v);
@@ -299,6 +298,9 @@ inline MASK set_up_rays(__global const GeometryRecord* record, REAL3 origin, REA
   return finite & (!outside | (enter <= 1.000001f * leave));
 }
 
+/* Bits of a distance that is not negative sort as the distance does. */
+inline ulong stack_entry(float distance, int child) { return (ulong)as_uint(distance) << 32 | (uint)child; }
+
 /* Lane l's closest hit with a distance below t_max, or so little beyond that the position at t_max could be rounded to the
  * other side: what flies t_max without a hit surely stays on its side. skip: the primitive on which the ray starts, or -1:
  * a flat one is not met again, of a sphere only the far side is. inside: the path is inside (leaves through the next
@@ -328,8 +330,7 @@ inline Hit trace_lane(Surfaces surfaces, const RaySetup* setup, int l, float t_m
   found.t = INFINITY;
   found.primitive = -1;
   found.u = found.v = 0.0f; /* spheres and disks have none */
-  int stack[TRACE_STACK(BOX_WIDTH)];
-  float stack_t[TRACE_STACK(BOX_WIDTH)];
+  ulong stack[TRACE_STACK(BOX_WIDTH)];
   int size = 0;
   int current = record->root;
   for (;;) {
@@ -350,16 +351,13 @@ inline Hit trace_lane(Surfaces surfaces, const RaySetup* setup, int l, float t_m
         current = child[first];
         if (bits) {
           /* Goes on with the nearest child, keeps the others. */
-          float nearest = enter_t.f[first];
+          ulong nearest = stack_entry(enter_t.f[first], current);
           FOR_EACH_LANE(l, bits) {
-            const float t = enter_t.f[l];
-            const int code = child[l];
-            const bool closer = t < nearest;
-            stack[size] = closer ? current : code;
-            stack_t[size++] = closer ? nearest : t;
-            current = closer ? code : current;
-            nearest = closer ? t : nearest;
+            const ulong entry = stack_entry(enter_t.f[l], child[l]);
+            stack[size++] = max(entry, nearest);
+            nearest = min(entry, nearest);
           }
+          current = (int)(uint)nearest;
         }
         continue;
       }
@@ -396,8 +394,8 @@ inline Hit trace_lane(Surfaces surfaces, const RaySetup* setup, int l, float t_m
         }
         return hit;
       }
-      current = stack[--size];
-    } while (stack_t[size] >= found.limit);
+      current = (int)(uint)stack[--size];
+    } while (as_float((uint)(stack[size] >> 32)) >= found.limit);
   }
 }
 
