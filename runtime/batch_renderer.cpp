@@ -32,7 +32,8 @@ struct BatchRenderer::State {
     DerivativeData own = derivative_data(scene, options.derivatives, 0, data);
     if (first)
       result = std::move(own);
-    else if (!same(own.scores, result.scores) || !same(own.derivatives, result.derivatives))
+    else if (!same(own.scores, result.scores) || !same(own.parts, result.parts) ||
+             !same(own.derivatives, result.derivatives))
       throw UsageError("derivatives of a batch: its scenes have other media or BSDFs at the parameters' places");
   }
 

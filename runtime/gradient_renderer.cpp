@@ -38,10 +38,11 @@ struct GradientRenderer::State {
     DerivativeData on_device;  // paths carry nothing
     on_device.functions = derivatives.functions;
     const std::vector<Parameter> all = list_parameters(scene);
-    for (std::size_t p = 0; p < options.derivatives.size(); ++p) {
+    for (std::size_t p = 0; p < derivatives.parts.size(); ++p) {
       DerivativeRecord& record = derivatives.derivatives[p];
       if (record.emitter < 0) continue;
-      const auto value = static_cast<float>(find_parameter(all, options.derivatives[p]).value);
+      const std::string& name = options.derivatives[static_cast<std::size_t>(derivatives.parts[p].image)];
+      const auto value = static_cast<float>(find_parameter(all, name).value);
       std::fill_n(record.factor, 3, value > 0 ? value : 1);
       on_device.derivatives.push_back(record);
     }
@@ -115,24 +116,29 @@ struct GradientRenderer::State {
     if (sums[stride - 1] != 0)
       throw ResultError("gradient: " + std::to_string(sums[stride - 1]) +
                         " products are not finite, or too large to be summed");
-    WeighedDerivatives result;
+    std::vector<std::vector<double>> of_set(static_cast<std::size_t>(derivatives.images()), std::vector<double>(sets));
     std::size_t light_numbers = MEDIUM_NUMBERS * data.media.size() + BSDF_NUMBERS * data.bsdfs.size();
-    for (const DerivativeRecord& derivative : derivatives.derivatives) {
-      std::vector<double> of_set(sets);
+    for (std::size_t p = 0; p < derivatives.parts.size(); ++p) {
+      const PartRecord& part = derivatives.parts[p];
+      const DerivativeRecord& derivative = derivatives.derivatives[p];
       const bool of_light = derivative.emitter >= 0;
       for (std::size_t c = 0; c < channels(); ++c) {
         const auto factor = static_cast<double>(derivative.factor[c]);
         if (factor == 0) continue;
         const Number n = of_light ? Number{light_numbers * channels() + c, factor * factor}
-                                  : number(derivatives.scores[static_cast<std::size_t>(derivative.score[c])], c);
+                                  : number(derivatives.scores[static_cast<std::size_t>(part.score[c])], c);
         for (std::size_t s = 0; s < sets; ++s)
-          of_set[s] += factor * quantum / n.unit * static_cast<double>(sums[s * stride + n.index]);
+          of_set[static_cast<std::size_t>(part.image)][s] +=
+              factor * quantum / n.unit * static_cast<double>(sums[s * stride + n.index]);
       }
       light_numbers += of_light;
+    }
+    WeighedDerivatives result;
+    const bool small = sensor.crop_width < 16 || sensor.crop_height < 8;
+    for (const std::vector<double>& parts : of_set) {
       double sum = 0, square = 0;
-      for (const double x : of_set) sum += x;
-      for (const double x : of_set) square += (x - sum / sets) * (x - sum / sets);
-      const bool small = sensor.crop_width < 16 || sensor.crop_height < 8;
+      for (const double x : parts) sum += x;
+      for (const double x : parts) square += (x - sum / sets) * (x - sum / sets);
       result.value.push_back(sum);
       result.stderr_.push_back(small ? std::numeric_limits<double>::infinity()
                                      : std::sqrt(square * sets / (sets - 1.0)));

@@ -52,7 +52,7 @@ struct Report {
 void choose(const Scene& scene, const Options& options, Report& report) {
   const std::vector<Parameter> all = list_parameters(scene);
   std::string reasons;
-  for (const std::string& name : options.parameters) {
+  for (const std::string& name : by_component(all, options.parameters)) {
     const Parameter p = find_parameter(all, name);
     if (!p.not_differentiable.empty())
       throw UsageError(fmt::format("parameter {} cannot be differentiated by: {}", name, p.not_differentiable));

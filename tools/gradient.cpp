@@ -94,6 +94,7 @@ void run(Options options) {
   const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
   const Scene scene = load_scene(options.scene, common.definition_map());
   for (const std::string& text : scene.warnings) warn(common, text);
+  options.parameters = by_component(list_parameters(scene), options.parameters);
   const double scene_s = seconds();
   const std::vector<TargetImage> targets = read_targets(options.images, scene);
   const std::vector<int>& sensors = options.images.sensors;

@@ -57,7 +57,7 @@ void set_network_start(Scene& scene, const std::vector<std::string>& parameters,
     const Parameter& parameter = guessed.back();
     if (output_name(parameter.kind).empty())
       throw UsageError(fmt::format("--init {}: the network does not guess {}; give --start {}=VALUE", run, name, name));
-    if (parameter.index != guessed.front().index)
+    if (!parameter.belongs_to(guessed.front().indices.front()))
       throw UsageError(
           fmt::format("--init {}: the network knows one medium, and {} is of another one than the "
                       "parameters before it; give --start {}=VALUE",
@@ -66,9 +66,9 @@ void set_network_start(Scene& scene, const std::vector<std::string>& parameters,
   if (guessed.empty()) return;
 
   Network network = network_of(run);
-  const Medium& medium = scene.media.at(static_cast<std::size_t>(guessed.front().index));
+  const Medium& medium = scene.media.at(static_cast<std::size_t>(guessed.front().indices.front()));
   const std::string who = "--init " + run;
-  const Body body = body_of(scene, guessed.front().index, who);
+  const Body body = body_of(scene, guessed.front().indices.front(), who);
   std::optional<SceneView> view;
   if (network.description().channels > 1) view.emplace(scene, sensor, body, who);
   const std::map<std::string, double> guesses = guess(network, image, view);

@@ -157,13 +157,14 @@ void print(const Rendering& image, const Options& options, const Device& device,
              times.write);
 }
 
-void run(const Options& options) {
+void run(Options options) {
   const CommonOptions& common = options.common;
   Times times;
   const Stopwatch loading;
   const Scene scene = load_scene(options.scene, common.definition_map());
   times.scene = loading.seconds();
   for (const std::string& text : scene.warnings) warn(common, text);
+  options.derivatives = by_component(list_parameters(scene), options.derivatives);
   const Sensor& sensor = chosen_sensor(scene, options.sensor);
   check_outputs(options);
 

@@ -51,7 +51,7 @@ inline void gather_light_derivatives(const Launch* launch, __global const JobRec
 #if ADJOINT
   if (!job->replay) return;
 #endif
-  for (int p = 0; p < DERIVATIVES + LIGHT_NUMBERS; ++p) { /* not unrolled: one copy of the light's code is long enough */
+  for (int p = 0; p < PARTS + LIGHT_NUMBERS; ++p) { /* not unrolled: one copy of the light's code is long enough */
     const int moving = launch->derivatives[p].emitter;
     if (moving < 0) continue;
     REAL rgb[3];
@@ -61,7 +61,7 @@ inline void gather_light_derivatives(const Launch* launch, __global const JobRec
     pull_light(launch, job, pool, slots, mask, p, rgb);
 #else
     UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
-      const int field = DERIVATIVE + p * RADIANCE_CHANNELS + c;
+      const int field = DERIVATIVE + parts[p].image * RADIANCE_CHANNELS + c;
       STORE(pool, field, slots, LOAD(pool, field, slots) + SELECT(mask, weight[c] * rgb[c], 0.0f));
     }
 #endif

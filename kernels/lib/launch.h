@@ -34,6 +34,8 @@ typedef struct {
   __global uint* misplaced; /* one count: arrivals at surfaces from the side where the path cannot be (stage/surface.h) */
 } Launch;
 
+__constant PartRecord parts[PARTS + 1] = {PART_RECORDS};
+
 #define FIELD_OF(record, member) \
   ((int)(((__global const char*)&((__global const record*)0)->member - (__global const char*)0) / 4))
 
@@ -140,13 +142,13 @@ inline void finish(const Launch* launch, __global const JobRecord* job, Pool* po
     UNROLL for (int c = 0; c < values; ++c)
       launch->samples[output * values + c] = pool->fields[(RADIANCE + c) * pool->stride + s];
 #if BASELINES
-    UNROLL for (int p = 0; p < DERIVATIVES; ++p)
+    UNROLL for (int p = 0; p < PARTS; ++p)
       UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
-        __global const DerivativeRecord* r = launch->derivatives + p;
-        const int field = BASELINE + (THROUGHPUT_CHANNELS == 1 ? r->score[c] : r->score[c] * THROUGHPUT_CHANNELS + c);
-        if (r->factor[c] != 0.0f)
-          launch->samples[output * values + (1 + p) * RADIANCE_CHANNELS + c] -=
-              r->factor[c] * job->future_tint[c] * pool->fields[field * pool->stride + s];
+        const PartRecord part = parts[p];
+        const int field = BASELINE + (THROUGHPUT_CHANNELS == 1 ? part.score[c] : part.score[c] * THROUGHPUT_CHANNELS + c);
+        if (part.score[c] >= 0)
+          launch->samples[output * values + (1 + part.image) * RADIANCE_CHANNELS + c] -=
+              launch->derivatives[p].factor[c] * job->future_tint[c] * pool->fields[field * pool->stride + s];
       }
 #endif
   }

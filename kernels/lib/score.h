@@ -196,11 +196,10 @@ inline void gather_radiance(const Launch* launch, Pool* pool, INT slots, MASK ma
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
     const REAL x = SELECT(mask, radiance[c], 0.0f);
     STORE(pool, RADIANCE + c, slots, LOAD(pool, RADIANCE + c, slots) + x);
-    UNROLL for (int p = 0; p < DERIVATIVES; ++p) {
-      __global const DerivativeRecord* r = launch->derivatives + p;
-      const int field = DERIVATIVE + p * RADIANCE_CHANNELS + c;
-      if (r->factor[c] != 0.0f)
-        STORE(pool, field, slots, LOAD(pool, field, slots) + x * r->factor[c] * s->of[r->score[c]]);
+    UNROLL for (int p = 0; p < PARTS; ++p) {
+      const int field = DERIVATIVE + parts[p].image * RADIANCE_CHANNELS + c;
+      if (parts[p].score[c] >= 0)
+        STORE(pool, field, slots, LOAD(pool, field, slots) + x * launch->derivatives[p].factor[c] * s->of[parts[p].score[c]]);
     }
   }
 }

@@ -71,11 +71,16 @@ typedef struct {
   int channel; /* whose value it is, of three */
 } ScoreRecord;
 
-/* A parameter by which the image is differentiated: d f / d parameter = f * factor[c] * score[c] in channel c, or for a
- * parameter of the light f / radiance * d radiance / d parameter. */
+/* A derivative of the image is a sum of parts, one for each medium, BSDF or light that the parameter is a number of:
+ * d f / d parameter = f * factor[c] * score[c] in channel c, or for a parameter of the light f / radiance * d radiance /
+ * d parameter. A PartRecord is known when the program is built, a DerivativeRecord changes with the scene. */
 typedef struct {
-  int score[3];
-  float factor[3]; /* d number / d parameter; 0: the channel does not depend on it */
+  int image;    /* which derivative it is a part of */
+  int score[3]; /* -1: the channel does not depend on it */
+} PartRecord;
+
+typedef struct {
+  float factor[3]; /* d number / d parameter */
   int emitter; /* of the light: the emitter record of d radiance / d parameter (lib/emission.h); else -1 */
 } DerivativeRecord;
 

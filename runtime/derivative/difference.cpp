@@ -30,7 +30,7 @@ double distance_to_kink(const Scene& scene, const Parameter& p) {
   if (p.kind == ParameterKind::turbidity) return std::fabs(p.value - std::round(p.value));
   if (p.kind != ParameterKind::int_ior && p.kind != ParameterKind::ext_ior)
     return std::numeric_limits<double>::infinity();
-  const Bsdf& b = scene.bsdfs.at(static_cast<std::size_t>(p.index));
+  const Bsdf& b = scene.bsdfs.at(static_cast<std::size_t>(p.indices.front()));
   return std::fabs(b.int_ior - b.ext_ior);
 }
 

@@ -22,7 +22,8 @@ bool may_be_negative(const Parameter& p) { return p.low < 0; }
 int unknown(const std::vector<Coordinate>& coordinates, ParameterKind kind, int medium, int channel) {
   for (std::size_t i = 0; i < coordinates.size(); ++i) {
     const Parameter& p = coordinates[i].parameter();
-    if (p.kind == kind && p.index == medium && (p.component < 0 || p.component == channel)) return static_cast<int>(i);
+    if (p.kind == kind && p.belongs_to(medium) && (p.component < 0 || p.component == channel))
+      return static_cast<int>(i);
   }
   return -1;
 }

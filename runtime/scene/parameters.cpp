@@ -15,7 +15,6 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 const char* const smooth = "smooth interface: use roughdielectric with a small alpha";
 const char* const texture = "a texture, not a number";
-const char* const shared = "used at several places: not yet; write it out at each, with an id of its own";
 const char* const zero = "0: the paths that a change would bring have no probability; start from a small value";
 const char* const tiny = "below 1e-30, where single precision loses its score; start from a larger value";
 const char* const straight = "the two indices are nearly equal, and light goes straight on: use a bsdf null";
@@ -41,8 +40,17 @@ class List {
   void owner(int index) { index_ = index; }
   void number(const std::string& name, ParameterKind kind, double value, const Range& range, const char* why_not,
               const std::string& unit = "", int component = -1) {
-    parameters.push_back({name, value, range.low, range.high, range.low_included, range.high_included, unit, why_not,
-                          kind, index_, component});
+    parameters.push_back({name,
+                          value,
+                          range.low,
+                          range.high,
+                          range.low_included,
+                          range.high_included,
+                          unit,
+                          why_not,
+                          kind,
+                          {index_},
+                          component});
   }
   // why_not: for a component of that value.
   void colour(const std::string& name, ParameterKind kind, const Rgb& value, const Range& range,
@@ -130,48 +138,25 @@ bool is_inside_another(const Scene& scene, std::size_t bsdf) {
   return !used && std::count_if(scene.bsdfs.begin(), scene.bsdfs.end(), same_id) > 1;
 }
 
-// A phase function that several media share, or a BSDF that is used with one side and with two: one number of the
-// scene, but several of the records that derivatives are taken by.
+// A phase function that several media share, or a BSDF that is used with one side and with two, is one number of the
+// scene.
 std::vector<Parameter> each_once(const std::vector<Parameter>& parameters) {
   std::vector<Parameter> result;
   for (const Parameter& p : parameters) {
     const auto same = [&](const Parameter& other) { return other.name == p.name; };
     const auto found = std::find_if(result.begin(), result.end(), same);
-    if (found == result.end())
+    if (found == result.end()) {
       result.push_back(p);
-    else
-      found->not_differentiable = shared;
+    } else {
+      found->indices.push_back(p.indices.front());
+      if (found->not_differentiable.empty()) found->not_differentiable = p.not_differentiable;
+    }
   }
   return result;
 }
 
-}  // namespace
-
-std::string Parameter::range() const {
-  return fmt::format("{}{}, {}{}", low_included ? '[' : '(', low, high, high_included ? ']' : ')');
-}
-
-std::vector<Parameter> list_parameters(const Scene& scene) {
-  List list;
-  for (std::size_t i = 0; i < scene.media.size(); ++i) {
-    list.owner(static_cast<int>(i));
-    add(list, scene.media[i]);
-  }
-  for (std::size_t i = 0; i < scene.bsdfs.size(); ++i) {
-    if (is_inside_another(scene, i)) continue;
-    list.owner(static_cast<int>(i));
-    add(list, scene.bsdfs[i]);
-  }
-  if (scene.environment) add(list, *scene.environment);
-  return each_once(list.parameters);
-}
-
-bool is_of_light(const Parameter& p) { return p.kind >= ParameterKind::radiance; }
-
-void set_parameter(Scene& scene, const Parameter& p, double value) {
-  if (!p.contains(value))
-    throw UsageError(fmt::format("parameter {}: got {}, need a number in {}", p.name, value, p.range()));
-  const auto index = static_cast<std::size_t>(p.index);
+// index: of the medium or BSDF
+void set_number(Scene& scene, const Parameter& p, std::size_t index, double value) {
   const auto set_colour = [&](Rgb& colour) {
     for (int c = 0; c < 3; ++c)
       if (p.component < 0 || p.component == c) colour[static_cast<std::size_t>(c)] = value;
@@ -219,6 +204,35 @@ void set_parameter(Scene& scene, const Parameter& p, double value) {
   }
 }
 
+}  // namespace
+
+std::string Parameter::range() const {
+  return fmt::format("{}{}, {}{}", low_included ? '[' : '(', low, high, high_included ? ']' : ')');
+}
+
+std::vector<Parameter> list_parameters(const Scene& scene) {
+  List list;
+  for (std::size_t i = 0; i < scene.media.size(); ++i) {
+    list.owner(static_cast<int>(i));
+    add(list, scene.media[i]);
+  }
+  for (std::size_t i = 0; i < scene.bsdfs.size(); ++i) {
+    if (is_inside_another(scene, i)) continue;
+    list.owner(static_cast<int>(i));
+    add(list, scene.bsdfs[i]);
+  }
+  if (scene.environment) add(list, *scene.environment);
+  return each_once(list.parameters);
+}
+
+bool is_of_light(const Parameter& p) { return p.kind >= ParameterKind::radiance; }
+
+void set_parameter(Scene& scene, const Parameter& p, double value) {
+  if (!p.contains(value))
+    throw UsageError(fmt::format("parameter {}: got {}, need a number in {}", p.name, value, p.range()));
+  for (const int i : p.indices) set_number(scene, p, static_cast<std::size_t>(i), value);
+}
+
 Parameter find_parameter(const std::vector<Parameter>& parameters, const std::string& name) {
   std::string names;
   for (const Parameter& p : parameters) {
@@ -226,6 +240,19 @@ Parameter find_parameter(const std::vector<Parameter>& parameters, const std::st
     names += (names.empty() ? "" : ", ") + p.name;
   }
   throw UsageError(fmt::format("parameter {}: the scene has none of that name; need one of: {}", name, names));
+}
+
+std::vector<std::string> by_component(const std::vector<Parameter>& parameters, const std::vector<std::string>& texts) {
+  std::vector<std::string> result;
+  for (const std::string& text : texts) {
+    const std::string name = text.substr(0, text.find('='));
+    const std::size_t before = result.size();
+    for (const Parameter& p : parameters)
+      if (p.component >= 0 && p.name.substr(0, p.name.size() - 2) == name)
+        result.push_back(p.name + text.substr(name.size()));
+    if (result.size() == before) result.push_back(text);
+  }
+  return result;
 }
 
 }  // namespace itn

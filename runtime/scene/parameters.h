@@ -1,5 +1,6 @@
 // The numbers of a scene that an image depends on smoothly, by name.
 #pragma once
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -34,9 +35,11 @@ struct Parameter {
   // Empty: the renderer can differentiate by it; else why not and, where there is one, the remedy.
   std::string not_differentiable;
   ParameterKind kind = ParameterKind::sigma_t;
-  int index = 0;       // of the medium or the BSDF in the scene
+  // Of the medium or BSDF in the scene; several where media share a phase function. Of the light: meaningless.
+  std::vector<int> indices;
   int component = -1;  // of a colour; -1: all
 
+  bool belongs_to(int index) const { return std::find(indices.begin(), indices.end(), index) != indices.end(); }
   bool contains(double v) const {
     return (low_included ? v >= low : v > low) && (high_included ? v <= high : v < high);
   }
@@ -48,6 +51,10 @@ bool is_of_light(const Parameter& parameter);
 
 // The listed parameter of that name. Throws UsageError: not there (names those that are).
 Parameter find_parameter(const std::vector<Parameter>& parameters, const std::string& name);
+
+// Texts that begin with a name, up to their end or a "=": that of a colour whose components are parameters of their own
+// ("skin.albedo=0.9") becomes one for each ("skin.albedo.R=0.9", ...); all others stay as they are.
+std::vector<std::string> by_component(const std::vector<Parameter>& parameters, const std::vector<std::string>& texts);
 
 // Gives the parameter another value: a colour without a component gets it in all three. The scene is the one that was
 // listed, or a copy. Throws UsageError: outside of the range (names it), or a texture.

@@ -10,12 +10,14 @@
 
 namespace itn {
 
-static_assert(sizeof(ScoreRecord) == 12 && sizeof(DerivativeRecord) == 28);
+static_assert(sizeof(ScoreRecord) == 12 && sizeof(DerivativeRecord) == 16);
 
 struct DerivativeData {
   std::vector<ScoreRecord> scores;            // what a path carries
-  std::vector<DerivativeRecord> derivatives;  // one a parameter, in the order of the names
-  ScoreRequest functions;                     // the derivatives of the models that it takes
+  std::vector<PartRecord> parts;              // of the derivatives, which are in the order of the names
+  std::vector<DerivativeRecord> derivatives;  // one a part
+  int images() const { return parts.empty() ? 0 : parts.back().image + 1; }
+  ScoreRequest functions;  // the derivatives of the models that it takes
 };
 
 // names: as list_parameters gives them; emitter: the scene's light in `launch`, to which the derivatives of that light

@@ -64,9 +64,12 @@ std::map<std::string, std::string> features(const LaunchData& data, const Deriva
     result["MEDIA"] = std::to_string(data.media.size());
     result["BSDFS"] = std::to_string(data.bsdfs.size());
   }
-  const std::size_t count = derivatives.derivatives.size();
-  result["DERIVATIVES"] = std::to_string(adjoint ? 0 : count);
-  result["LIGHT_NUMBERS"] = std::to_string(adjoint ? count : 0);
+  result["DERIVATIVES"] = std::to_string(derivatives.images());
+  result["PARTS"] = std::to_string(derivatives.parts.size());
+  for (const PartRecord& p : derivatives.parts)
+    result["PART_RECORDS"] += fmt::format("{{{},{{{},{},{}}}}},", p.image, p.score[0], p.score[1], p.score[2]);
+  result["PART_RECORDS"] += "{0,{0,0,0}}";
+  result["LIGHT_NUMBERS"] = std::to_string(adjoint ? derivatives.derivatives.size() : 0);
   const bool by_light = std::any_of(derivatives.derivatives.begin(), derivatives.derivatives.end(),
                                     [](const DerivativeRecord& d) { return d.emitter >= 0; });
   result["HAS_LIGHT_DERIVATIVES"] = std::to_string(by_light);

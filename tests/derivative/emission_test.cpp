@@ -39,6 +39,8 @@ std::vector<Values> on_device(const Emitter& emitter, const Parameter& p, const 
                       {"SPECTRAL", "0"},
                       {"SCORES", "0"},
                       {"DERIVATIVES", "0"},
+                      {"PARTS", "0"},
+                      {"PART_RECORDS", "{0,{0,0,0}}"},
                       {"BASELINES", "0"},
                       {"ADJOINT", "0"},
                       {"LIGHT_NUMBERS", "0"},

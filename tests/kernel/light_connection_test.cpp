@@ -34,6 +34,8 @@ const LaneFunction connection{
      {"SPECTRAL", "0"},
      {"SCORES", "0"},
      {"DERIVATIVES", "0"},
+     {"PARTS", "0"},
+     {"PART_RECORDS", "{0,{0,0,0}}"},
      {"BASELINES", "0"},
      {"ADJOINT", "0"},
      {"LIGHT_NUMBERS", "0"},

@@ -76,8 +76,9 @@ PathBench::PathBench(const Device& device, const Scene& scene, const Options& op
   throughput_channels_ = static_cast<std::size_t>(std::stoi(definitions_["THROUGHPUT_CHANNELS"]));
   radiance_channels_ = static_cast<std::size_t>(std::stoi(definitions_["RADIANCE_CHANNELS"]));
   definitions_["SCORES"] = definitions_["DERIVATIVES"] = definitions_["BASELINES"] = definitions_["ADJOINT"] =
-      definitions_["LIGHT_NUMBERS"] = "0";
+      definitions_["PARTS"] = definitions_["LIGHT_NUMBERS"] = "0";
   definitions_["SCORE_RECORDS"] = "{0,0,0}";
+  definitions_["PART_RECORDS"] = "{0,{0,0,0}}";
   program_ = device.build("wavefront.cl", definitions_, {{"derivative/score.h", print_scores({})}});
   misplaced_ = device.upload(std::vector<cl_uint>{0}, "misplaced");
   const Path none;

@@ -87,10 +87,22 @@ TEST_CASE("the BSDF inside a twosided one is a parameter once, of the surface th
   REQUIRE(std::count_if(all.begin(), all.end(), named) == 1);
   const itn::Parameter& p = find(all, "diffuse0.reflectance.R");
   CHECK(p.not_differentiable.empty());
-  CHECK(scene.bsdfs[static_cast<std::size_t>(p.index)].twosided);
+  CHECK(scene.bsdfs[static_cast<std::size_t>(p.indices.front())].twosided);
 }
 
-TEST_CASE("a phase function that two media share is one parameter, and not differentiable yet") {
+TEST_CASE("a colour's plain name stands for its components") {
+  itn::Scene scene;
+  scene.media.resize(1);
+  scene.media[0].id = "skin";
+  scene.media[0].albedo = {0.9, 0.8, 0.7};
+  scene.media[0].isotropic = true;
+  const auto all = itn::list_parameters(scene);
+  CHECK(itn::by_component(all, {"skin.sigma_t", "skin.albedo=0.5,0.9", "skin.albedo.G", "none"}) ==
+        std::vector<std::string>{"skin.sigma_t", "skin.albedo.R=0.5,0.9", "skin.albedo.G=0.5,0.9",
+                                 "skin.albedo.B=0.5,0.9", "skin.albedo.G", "none"});
+}
+
+TEST_CASE("a phase function that two media share is one parameter: of both") {
   itn::Scene scene;
   scene.media.resize(2);
   for (itn::Medium& medium : scene.media) {
@@ -101,5 +113,10 @@ TEST_CASE("a phase function that two media share is one parameter, and not diffe
   scene.media[1].id = "mist";
   const auto all = itn::list_parameters(scene);
   CHECK(std::count_if(all.begin(), all.end(), [](const itn::Parameter& p) { return p.name == "haze.g"; }) == 1);
-  CHECK_THAT(find(all, "haze.g").not_differentiable, Catch::Contains("several places"));
+  const itn::Parameter& haze = find(all, "haze.g");
+  CHECK(haze.not_differentiable.empty());
+  CHECK(haze.indices == std::vector<int>{0, 1});
+  itn::set_parameter(scene, haze, 0.25);
+  CHECK(scene.media[0].g == 0.25);
+  CHECK(scene.media[1].g == 0.25);
 }

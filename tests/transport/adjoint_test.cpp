@@ -87,6 +87,35 @@ TEST_CASE("replayed paths give the gradient of derivative images from the same s
   }
 }
 
+TEST_CASE("by a g that media share the derivative is the sum of those by each medium's own", "[derivative]") {
+  Scene own = scene_of("nested");
+  for (Medium& medium : own.media) {
+    medium.isotropic = false;
+    medium.g = 0.4;
+  }
+  Scene shared = own;
+  for (Medium& medium : shared.media) medium.phase_id = "haze";
+  const Baselines baselines = GENERATE(Baselines::off, Baselines::on);
+  RenderOptions by_each, by_shared;
+  by_each.baselines = by_shared.baselines = baselines;
+  for (const Medium& medium : own.media) by_each.derivatives.push_back(medium.phase_id + ".g");
+  by_shared.derivatives = {"haze.g", shared.media[0].id + ".sigma_t"};
+  if (baselines == Baselines::off) check_same(shared, by_shared, 8);
+  const Rendering each = Renderer(device(), own, by_each).render(0, 8);
+  const Rendering together = Renderer(device(), shared, by_shared).render(0, 8);
+  std::size_t touched = 0;
+  for (std::size_t i = 0; i < each.mean.size(); ++i) {
+    double sum = 0, size = 0;
+    for (const auto& image : each.derivatives) {
+      sum += static_cast<double>(image.mean[i]);
+      size += std::fabs(static_cast<double>(image.mean[i]));
+    }
+    touched += size > 0;
+    REQUIRE(static_cast<double>(together.derivatives[0].mean[i]) == Approx(sum).margin(1e-4 * size + 1e-7));
+  }
+  CHECK(touched > each.mean.size() / 4);
+}
+
 TEST_CASE("replay: operator single, one lane, luminance, exposure", "[derivative]") {
   Scene scene = scene_of("sunsky_rough_floor");
   RenderOptions options = by_all(scene);

@@ -76,7 +76,7 @@ double step(const Scene& scene, const Parameter& p) {
       return 0.15 * (1 - std::abs(x));
     case ParameterKind::int_ior:
     case ParameterKind::ext_ior: {
-      const Bsdf& bsdf = scene.bsdfs[static_cast<std::size_t>(p.index)];
+      const Bsdf& bsdf = scene.bsdfs[static_cast<std::size_t>(p.indices.front())];
       return 0.1 * std::abs(bsdf.int_ior - bsdf.ext_ior);
     }
     default:
