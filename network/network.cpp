@@ -34,9 +34,9 @@ void check(const NetworkDescription& description) {
   if (!is_power_of_two(description.size, 128))
     throw UsageError("network for images of " + std::to_string(description.size) +
                      " pixels: must be a power of two, up to 128");
-  if (!is_power_of_two(description.width, 64))
+  if (description.width < 1 || description.width > 64)
     throw UsageError("network with " + std::to_string(description.width) +
-                     " channels in its first stage: must be a power of two, up to 64");
+                     " channels in its first stage: must be 1 to 64");
   if (!(description.luminance > 0 && std::isfinite(description.luminance)))
     throw UsageError("network for images of luminance " + std::to_string(description.luminance) + ": must be above 0");
   if (!(description.mm_per_unit > 0 && std::isfinite(description.mm_per_unit)))

@@ -22,7 +22,7 @@ struct NetworkDescription {
   int channels = 1;  // 1: luminance. 6: luminance, normal (3), depth, environment, where shape and light are known
   int size = 128;    // side of the square images [pixels]: a power of two, up to 128
   std::vector<OutputRange> outputs = default_outputs();
-  int width = 16;  // channels of the first stage: a power of two, up to 64; the last has 64 times as many
+  int width = 16;  // channels of the first stage, 1 to 64; the last has 64 times as many
   // Of the images it learnt from:
   double luminance = 1;    // the radiance that becomes 0 in its input (input.h), > 0
   double mm_per_unit = 1;  // sigma_t [1/mm] times it is per scene unit, > 0

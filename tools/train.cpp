@@ -405,7 +405,7 @@ void add_train(CLI::App& app) {
       ->add_option(
           "--width", options->width,
           "channels of the first stage; default 16, as in the paper; below 16 slow: oneDNN has no fast convolution")
-      ->check(CLI::IsMember({1, 2, 4, 8, 16, 32, 64}));
+      ->check(CLI::Range(1, 64));
   command
       ->add_option("--patience", options->training.patience,
                    "end after so many epochs without a better validation; 0: never")

@@ -70,7 +70,8 @@ std::vector<float> random_images(const Network& network, int batch) {
 }  // namespace
 
 TEST_CASE("The network's outputs and gradients are the reference's, with one and with six channels, at any width") {
-  for (const auto& [channels, size, width] : {std::array{1, 16, 16}, {6, 16, 16}, {6, 32, 2}, {1, 128, 1}}) {
+  for (const auto& [channels, size, width] :
+       {std::array{1, 16, 16}, {6, 16, 16}, {6, 16, 24}, {6, 32, 2}, {1, 16, 5}, {1, 128, 1}}) {
     INFO(channels << " channels, " << size << " pixels, width " << width);
     Network network = network_of(channels, size, 1, width);
     for (std::size_t i = 1; i < network.weights().size(); i += 2)  // biases other than 0
@@ -163,7 +164,7 @@ TEST_CASE("Networks and batches that cannot be are usage errors") {
   CHECK_THROWS_AS(make({"rn", 1, 256, default_outputs()}), UsageError);
   CHECK_THROWS_AS(make({"rn", 1, 0, default_outputs()}), UsageError);
   CHECK_THROWS_AS(make({"rn", 1, 64, {}}), UsageError);
-  CHECK_THROWS_AS(make({"rn", 1, 64, default_outputs(), 24}), UsageError);
+  CHECK_THROWS_AS(make({"rn", 1, 64, default_outputs(), 65}), UsageError);
   Network network({"rn", 1, 4, default_outputs()});
   CHECK_THROWS_AS(network.backward(std::vector<float>(3)), UsageError);
   CHECK_THROWS_AS(network.forward(std::vector<float>(17), 1), UsageError);

@@ -233,7 +233,7 @@ TEST_CASE("itn train says what is wrong with the data set or the command") {
   fails(train(folder / "nothing", run), 3, "nothing/manifest.json: is not there; make the data set first: itn dataset");
   fails(train(set.folder, run, {"--batch", "17"}), 2, "fewer examples than a batch");
   fails(train(set.folder, run, {"--lambda", "1"}), 2, "rn has no image loss");
-  fails(train(set.folder, run, {"--width", "3"}), 2, "--width");
+  fails(train(set.folder, run, {"--width", "65"}), 2, "--width");
   fails({"train", set.folder, "-o", run}, 2, "--network is required");
   fails({"train", set.folder, "-o", run, "--network", "gan"}, 2, "gan");
 
