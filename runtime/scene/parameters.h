@@ -36,7 +36,7 @@ struct Parameter {
   std::string not_differentiable;
   ParameterKind kind = ParameterKind::sigma_t;
   // Of the medium or BSDF in the scene; several where media share a phase function. Of the light: meaningless.
-  std::vector<int> indices;
+  std::vector<int> indices{0};
   int component = -1;  // of a colour; -1: all
 
   bool belongs_to(int index) const { return std::find(indices.begin(), indices.end(), index) != indices.end(); }
