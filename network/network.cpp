@@ -17,10 +17,6 @@
 namespace itn {
 namespace {
 
-bool is_power_of_two(int number, int up_to) {
-  return number >= 1 && number <= up_to && std::has_single_bit(static_cast<unsigned>(number));
-}
-
 std::size_t features_of(const NetworkDescription& description) {
   return static_cast<std::size_t>(description.width) << (NETWORK_STAGES - 1);
 }
@@ -31,7 +27,7 @@ void check(const NetworkDescription& description) {
   if (description.channels != 1 && description.channels != 6)
     throw UsageError("network with " + std::to_string(description.channels) +
                      " input channels: must be 1 (luminance) or 6 (known shape and light)");
-  if (!is_power_of_two(description.size, 128))
+  if (description.size < 1 || description.size > 128 || !std::has_single_bit(static_cast<unsigned>(description.size)))
     throw UsageError("network for images of " + std::to_string(description.size) +
                      " pixels: must be a power of two, up to 128");
   if (description.width < 1 || description.width > 64)

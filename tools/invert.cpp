@@ -291,8 +291,9 @@ void run(Options options) {
   const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
   Scene scene = load_scene(options.scene, common.definition_map());
   for (const std::string& text : scene.warnings) warn(common, text);
+  const std::vector<Parameter> all = list_parameters(scene);
   for (std::vector<std::string>* texts : {&options.parameters, &options.start, &options.prior})
-    *texts = by_component(list_parameters(scene), *texts);
+    *texts = by_component(all, *texts);
   const std::vector<TargetImage> targets = read_targets(options.images, scene);
   set_starts(options, scene);
   const Device device(common.device);

@@ -199,7 +199,8 @@ inline void gather_radiance(const Launch* launch, Pool* pool, INT slots, MASK ma
     UNROLL for (int p = 0; p < PARTS; ++p) {
       const int field = DERIVATIVE + parts[p].image * RADIANCE_CHANNELS + c;
       if (parts[p].score[c] >= 0)
-        STORE(pool, field, slots, LOAD(pool, field, slots) + x * launch->derivatives[p].factor[c] * s->of[parts[p].score[c]]);
+        STORE(pool, field, slots,
+              LOAD(pool, field, slots) + x * launch->derivatives[p].factor[c] * s->of[parts[p].score[c]]);
     }
   }
 }
