@@ -8,13 +8,14 @@ inline void add_exactly(REAL* sum, REAL* error, REAL b) {
   *sum = s;
 }
 
-/* samples: from first_sample on [pixel][sample][image][channel]; sums: [pixel][image][channel][sum, its error, sum of
- * squares, its error], which start at 0 if fresh. A lane sums one value of one pixel: every addition waits for the last.
- * luminance: one channel, the luminance of three (Rec. 709). Squares are rounded once each, below the noise they measure. */
-__kernel void accumulate(__global const float* restrict samples, uint first_sample, int samples_a_pixel, int images,
-                         int channels, int luminance, int first_pixel, int pixels, int fresh,
+/* samples: from first_sample on [pixel][sample][image][channel], `step` floats a sample; sums:
+ * [pixel][image][channel][sum, its error, sum of squares, its error], which start at 0 if fresh. A lane sums one value of one
+ * pixel: every addition waits for the last. luminance: one channel, the luminance of three (Rec. 709). Squares are rounded
+ * once each, below the noise they measure. */
+__kernel void accumulate(__global const float* restrict samples, uint first_sample, int samples_a_pixel, int step,
+                         int images, int channels, int luminance, int first_pixel, int pixels, int fresh,
                          __global float* restrict sums) {
-  const int step = images * channels, values = images * (luminance ? 1 : channels), all = pixels * values;
+  const int values = images * (luminance ? 1 : channels), all = pixels * values;
   const int first = get_global_id(0) * WIDTH;
   if (first >= all) return;
   const INT value = min(first + LANE_INDEX, (INT)(all - 1)), pixel = value / values;

@@ -48,7 +48,8 @@ struct GradientRenderer::State {
     }
     by_light = !on_device.derivatives.empty();
     wavefront = std::make_unique<Wavefront>(device, data, std::vector<JobRecord>{job}, on_device, options.op,
-                                            options.width, options.schedule, Baselines::off, true);
+                                            options.width, options.schedule,
+                                            derivatives.scores.empty() ? Baselines::off : options.baselines, true);
     film = std::make_unique<Film>(device, sensor.crop_width * sensor.crop_height, 1, wavefront->channels(),
                                   sensor.luminance);
     options.derivatives.clear();
@@ -137,11 +138,20 @@ struct GradientRenderer::State {
     const bool small = sensor.crop_width < 16 || sensor.crop_height < 8;
     for (const std::vector<double>& parts : of_set) {
       double sum = 0, square = 0;
-      for (const double x : parts) sum += x;
-      for (const double x : parts) square += (x - sum / sets) * (x - sum / sets);
+      std::array<double, GRADIENT_ROWS> of_row{};
+      std::array<double, GRADIENT_COLUMNS> of_column{};
+      for (std::size_t k = 0; k < sets; ++k) {
+        sum += parts[k];
+        of_row[k / GRADIENT_COLUMNS] += parts[k] / GRADIENT_COLUMNS;
+        of_column[k % GRADIENT_COLUMNS] += parts[k] / GRADIENT_ROWS;
+      }
+      for (std::size_t k = 0; k < sets; ++k) {
+        const double rest = parts[k] - of_row[k / GRADIENT_COLUMNS] - of_column[k % GRADIENT_COLUMNS] + sum / sets;
+        square += rest * rest;
+      }
       result.value.push_back(sum);
       result.stderr_.push_back(small ? std::numeric_limits<double>::infinity()
-                                     : std::sqrt(square * sets / (sets - 1.0)));
+                                     : std::sqrt(square * sets / ((GRADIENT_ROWS - 1.0) * (GRADIENT_COLUMNS - 1))));
     }
     return result;
   }

@@ -12,8 +12,9 @@ namespace itn {
 
 struct WeighedDerivatives {
   // One for each of RenderOptions::derivatives. Standard errors: from the spread of 32 sets of pixels, every eighth
-  // column of every fourth row each; what differs between sets beside noise makes them too large (by the light, where
-  // there is hardly any noise, four times and more). Infinite where an image has fewer than 16 x 8 pixels.
+  // column of every fourth row each, less what sets of the same rows or columns have in common; what else differs
+  // between sets beside noise makes them too large (by the light, where there is hardly any noise, two to three times).
+  // Infinite where an image has fewer than 16 x 8 pixels.
   std::vector<double> value, stderr_;
   double render_s = 0;
 };
@@ -24,7 +25,7 @@ using GroupWeights = std::function<std::vector<std::vector<double>>(const std::v
 
 class GradientRenderer {
  public:
-  // Options as for Renderer; derivatives are without baselines. The device and the scene's textures must outlive it.
+  // Options as for Renderer. The device and the scene's textures must outlive it.
   // Throws as Renderer.
   GradientRenderer(const Device& device, const Scene& scene, const RenderOptions& options);
   ~GradientRenderer();

@@ -1,10 +1,11 @@
 /* Gradients of many numbers at once: the adjoint of the derivative images. Paths are traced twice. The second time each
  * knows what it gathers in all and how its pixel weighs it ("pull"), so that at every event
  *   pull * (what it still gathers) * d log f / d number
- * goes straight to the number's sum: nothing is carried for the numbers, however many they are.
+ * goes straight to the number's sum: nothing is carried for the numbers, however many they are. With baselines
+ * (lib/baseline.h), what is expected of decisions is taken off what it still gathers.
  *
  * Sums must not depend on the order of paths: they are integers, of products rounded once each. The host scales the pulls so
- * that a unit is 2^-42 of the sum of |pull * radiance| (runtime/wavefront/gradient.h). Derivatives are d log f / d log
+ * that a unit is 2^-42 of the sum of |pull * radiance| (runtime/gradient_renderer.cpp). Derivatives are d log f / d log
  * number, for g times 1 - g^2: of order 1, so that one scale suits all. */
 #ifndef ITN_ADJOINT_H
 #define ITN_ADJOINT_H
@@ -18,27 +19,38 @@
 
 /* What the events of one stage add to the numbers of a medium or of a BSDF. */
 typedef struct {
-  REAL weight[RADIANCE_CHANNELS]; /* pull times what is still to be gathered */
+  REAL weight[RADIANCE_CHANNELS];   /* pull times what is still to be gathered */
+  REAL expected[RADIANCE_CHANNELS]; /* pull times what was expected of the decision that the event is */
   LONG sum[KINDS * RADIANCE_CHANNELS];
   INT first; /* of the numbers */
   MASK beyond; /* the integers, or not a number */
 } Pulled;
 
-inline Pulled pulled(const REAL weight[]) {
+inline Pulled nothing_pulled(void) {
   Pulled p;
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) p.weight[c] = weight[c];
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) p.weight[c] = p.expected[c] = (REAL)(0.0f);
   UNROLL for (int i = 0; i < KINDS * RADIANCE_CHANNELS; ++i) p.sum[i] = (LONG)(0);
   p.first = (INT)(0);
   p.beyond = (MASK)(0);
   return p;
 }
 
-/* What is gathered from here on. */
-inline Pulled pulled_by_rest(const Pool* pool, INT slots) {
-  REAL weight[RADIANCE_CHANNELS];
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
-    weight[c] = LOAD(pool, PULL + c, slots) * (LOAD(pool, TOTAL + c, slots) - LOAD(pool, RADIANCE + c, slots));
-  return pulled(weight);
+inline Pulled pulled(const REAL weight[]) {
+  Pulled p = nothing_pulled();
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) p.weight[c] = weight[c];
+  return p;
+}
+
+/* What is gathered from here on, less roulette's baselines from here on. baseline: those so far, a throughput channel each */
+inline void pull_by_rest(Pulled* p, __global const JobRecord* job, const Pool* pool, INT slots, const REAL baseline[]) {
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+    REAL rest = LOAD(pool, TOTAL + c, slots) - LOAD(pool, RADIANCE + c, slots);
+#if BASELINES
+    const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
+    rest -= job->future_tint[c] * (LOAD(pool, TOTAL_BASELINE + t, slots) - baseline[t]);
+#endif
+    p->weight[c] = LOAD(pool, PULL + c, slots) * rest;
+  }
 }
 
 /* beyond: set where the product is beyond the integers, or not a number */
@@ -49,8 +61,8 @@ inline LONG rounded(REAL x, MASK* beyond) {
 }
 
 /* d: by the logarithm of the number, in a channel */
-inline void pull(Pulled* p, int kind, int channel, REAL d) {
-  p->sum[kind * RADIANCE_CHANNELS + channel] += rounded(d * p->weight[channel], &p->beyond);
+inline void pull(Pulled* p, int kind, int channel, REAL d, REAL weight) {
+  p->sum[kind * RADIANCE_CHANNELS + channel] += rounded(d * weight, &p->beyond);
 }
 
 inline void add_to_gradient(const Launch* launch, int number, long x) {
@@ -117,9 +129,11 @@ inline void begin_replay(const Launch* launch, __global const JobRecord* job, Po
   const INT row = SELECT_INT(valid, (pixel - job->first_pixel) / job->pixel_step, 0);
   const INT output = SELECT_INT(valid, job->first_output + row * job->samples + sample - job->first_sample, 0);
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
-    STORE(pool, TOTAL + c, slots, GATHER((launch->samples + c), output * RADIANCE_CHANNELS));
+    STORE(pool, TOTAL + c, slots, GATHER((launch->samples + c), output * SAMPLE_SIZE));
     STORE(pool, PULL + c, slots, GATHER((launch->pulls + c), (job->first_pull + row) * RADIANCE_CHANNELS));
   }
+  UNROLL for (int c = 0; c < BASELINE_TOTALS; ++c)
+    STORE(pool, TOTAL_BASELINE + c, slots, GATHER((launch->samples + RADIANCE_CHANNELS + c), output * SAMPLE_SIZE));
 #endif
 }
 

@@ -5,16 +5,20 @@
  *   roulette:    (weight after - weight before) * V * score of the path so far
  * With V near what a path of weight 1 still gathers, the derivative's noise falls. V is a table that other paths have taught
  * (runtime/wavefront/baseline.h): in a medium by depth below the surface and cosine to its normal, at a rough boundary by the
- * cosine of arrival. kernels/README.md, "Quiet derivatives". */
+ * cosine of arrival. kernels/README.md, "Quiet derivatives".
+ *
+ * Gradients by replay (lib/adjoint.h) take the same off, turned round: an event's score meets all of roulette's terms after
+ * it, as it meets all that is gathered after it, so that paths carry the sum of (weight after - weight before) * V alone. */
 #ifndef ITN_BASELINE_H
 #define ITN_BASELINE_H
 #include "lib/flight_grid.h"
 #include "lib/score.h"
 
-#define BASELINE_SCORES (BASELINES ? SCORES : 0)
+#define BASELINE_SCORES (BASELINES ? SCORES + ADJOINT : 0)
 
-/* Sums over the path's decisions so far: [score][throughput channel]. They go beside the derivatives until the path's end:
- * how many decisions a stage makes at a time depends on the schedule, and must not change the order of additions. */
+/* Sums over the path's decisions so far: [score][throughput channel]; if ADJOINT over roulettes alone, for a score of 1. They
+ * go beside the derivatives until the path's end: how many decisions a stage makes at a time depends on the schedule, and
+ * must not change the order of additions. */
 typedef struct {
   REAL of[BASELINE_SCORES * THROUGHPUT_CHANNELS + 1];
 } Baseline;
@@ -62,7 +66,19 @@ __attribute__((always_inline)) inline void expected_future(const Launch* launch,
   UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) v[c] = GATHER((launch->futures + c), state * THROUGHPUT_CHANNELS);
 }
 
-/* weight: throughput with all its factors; step: what the decision adds to each score, from no_scores() on. */
+#if ADJOINT
+/* What a decision's score meets. weight: throughput with all its factors */
+inline void expect(Pulled* p, __global const JobRecord* job, const Pool* pool, INT slots, const Baseline* b,
+                   const REAL weight[], const REAL v[]) {
+  if (!job->replay) return;
+  pull_by_rest(p, job, pool, slots, b->of);
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+    const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
+    p->expected[c] = LOAD(pool, PULL + c, slots) * job->future_tint[c] * weight[t] * v[t];
+  }
+}
+#else
+/* step: what the decision adds to each score, from no_scores() on. */
 inline void add_decision(Baseline* b, const REAL weight[], const REAL v[], const Scores* step) {
   UNROLL for (int k = 0; k < BASELINE_SCORES; ++k) {
     const int kind = carried[k].kind;
@@ -70,11 +86,65 @@ inline void add_decision(Baseline* b, const REAL weight[], const REAL v[], const
     UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) b->of[k * THROUGHPUT_CHANNELS + c] += weight[c] * v[c] * step->of[k];
   }
 }
+#endif
+
+/* A flight, to the scores and to the baseline. weight: throughput with all its factors; state: before the flight */
+inline void add_flight(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Scores* scores,
+                       Baseline* b, const MediumStep* step, const REAL weight[], INT state) {
+#if BASELINES
+  REAL v[THROUGHPUT_CHANNELS];
+  expected_future(launch, state, v);
+#if ADJOINT
+  expect(&scores->pulled, job, pool, slots, b, weight, v);
+#else
+  Scores decision = no_scores();
+  add_flight_step(job, &decision, step);
+  add_decision(b, weight, v, &decision);
+#endif
+#endif
+  add_flight_step(job, scores, step);
+}
+
+/* A change of direction, which the score of lanes not in `mask` does not meet here: they connect with light first
+ * (stage/connect.h). */
+inline void add_turn(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Scores* scores,
+                     Baseline* b, MediumStep* step, const REAL weight[], const REAL v[], MASK mask) {
+#if BASELINES && ADJOINT
+  expect(&scores->pulled, job, pool, slots, b, weight, v);
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
+    scores->pulled.weight[c] = SELECT(mask, scores->pulled.weight[c], 0.0f);
+#else
+#if BASELINES
+  Scores decision = no_scores();
+  add_phase_step(job, &decision, step);
+  add_decision(b, weight, v, &decision);
+#endif
+  step->g = SELECT(mask, step->g, 0.0f);
+#endif
+  add_phase_step(job, scores, step);
+}
+
+/* A normal and a lobe at a rough boundary, to the baseline. step: of their density */
+inline void add_lobe(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Scores* scores,
+                     const SurfaceStep* step, const REAL weight[], const REAL v[]) {
+  Baseline b = load_baseline(pool, slots);
+#if ADJOINT
+  expect(&scores->pulled, job, pool, slots, &b, weight, v);
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
+    if (job->replay) pull(&scores->pulled, BSDF_ALPHA, c, step->alpha, -scores->pulled.expected[c]);
+#else
+  Scores decision = no_scores();
+  add_surface_step(job, &decision, step);
+  add_decision(&b, weight, v, &decision);
+  store_baseline(pool, slots, &b);
+#endif
+}
 
 /* change: of the weight, 0 where no roulette was played */
 inline void add_roulette(Baseline* b, const REAL change[], const REAL v[], const Scores* scores) {
   UNROLL for (int k = 0; k < BASELINE_SCORES; ++k)
-    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) b->of[k * THROUGHPUT_CHANNELS + c] += change[c] * v[c] * scores->of[k];
+    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
+      b->of[k * THROUGHPUT_CHANNELS + c] += change[c] * v[c] * (ADJOINT ? (REAL)(1.0f) : scores->of[k]);
 }
 
 /* In a pilot: writes what the host learns the table from. event: of the random numbers, with one visit of each DECISION_*.

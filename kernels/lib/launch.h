@@ -30,9 +30,12 @@ typedef struct {
   __global float* visits;        /* of a pilot */
   __global const float* pulls; /* lib/adjoint.h */
   __global uint* gradient;
-  __global float* samples; /* of each sample the radiance and its derivatives, RADIANCE_CHANNELS floats each */
+  __global float* samples; /* SAMPLE_SIZE floats each: radiance and its derivatives, of RADIANCE_CHANNELS, and totals */
   __global uint* misplaced; /* one count: arrivals at surfaces from the side where the path cannot be (stage/surface.h) */
 } Launch;
+
+#define BASELINE_TOTALS (ADJOINT && BASELINES ? THROUGHPUT_CHANNELS : 0) /* at a sample's end, for its replay */
+#define SAMPLE_SIZE (RADIANCE_CHANNELS * (1 + DERIVATIVES) + BASELINE_TOTALS)
 
 __constant PartRecord parts[PARTS + 1] = {PART_RECORDS};
 
@@ -138,16 +141,17 @@ inline void finish(const Launch* launch, __global const JobRecord* job, Pool* po
     int output = job->first_output +
                  (ints[PIXEL * pool->stride + s] - job->first_pixel) / job->pixel_step * job->samples +
                  ints[SAMPLE * pool->stride + s] - job->first_sample;
-    const int values = RADIANCE_CHANNELS * (1 + DERIVATIVES);
-    UNROLL for (int c = 0; c < values; ++c)
-      launch->samples[output * values + c] = pool->fields[(RADIANCE + c) * pool->stride + s];
+    UNROLL for (int c = 0; c < RADIANCE_CHANNELS * (1 + DERIVATIVES); ++c)
+      launch->samples[output * SAMPLE_SIZE + c] = pool->fields[(RADIANCE + c) * pool->stride + s];
+    UNROLL for (int c = 0; c < BASELINE_TOTALS; ++c)
+      launch->samples[output * SAMPLE_SIZE + RADIANCE_CHANNELS + c] = pool->fields[(BASELINE + c) * pool->stride + s];
 #if BASELINES
     UNROLL for (int p = 0; p < PARTS; ++p)
       UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
         const PartRecord part = parts[p];
         const int field = BASELINE + (THROUGHPUT_CHANNELS == 1 ? part.score[c] : part.score[c] * THROUGHPUT_CHANNELS + c);
         if (part.score[c] >= 0)
-          launch->samples[output * values + (1 + part.image) * RADIANCE_CHANNELS + c] -=
+          launch->samples[output * SAMPLE_SIZE + (1 + part.image) * RADIANCE_CHANNELS + c] -=
               launch->derivatives[p].factor[c] * job->future_tint[c] * pool->fields[field * pool->stride + s];
       }
 #endif

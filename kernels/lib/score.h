@@ -107,11 +107,14 @@ inline Scores no_scores(void) {
   return s;
 }
 
-inline Scores load_scores(const Pool* pool, INT slots) {
+inline Scores load_scores(__global const JobRecord* job, const Pool* pool, INT slots) {
   Scores s;
   UNROLL for (int k = 0; k < SCORES; ++k) s.of[k] = LOAD(pool, SCORE + k, slots);
 #if ADJOINT
-  s.pulled = pulled_by_rest(pool, slots);
+  REAL baseline[BASELINE_TOTALS + 1];
+  UNROLL for (int c = 0; c < BASELINE_TOTALS; ++c) baseline[c] = LOAD(pool, BASELINE + c, slots);
+  s.pulled = nothing_pulled();
+  pull_by_rest(&s.pulled, job, pool, slots, baseline);
 #endif
   return s;
 }
@@ -137,8 +140,9 @@ inline void add_flight_step(__global const JobRecord* job, Scores* s, const Medi
   if (!job->replay) return;
   s->pulled.first = step->medium * (MEDIUM_NUMBERS * RADIANCE_CHANNELS);
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
-    pull(&s->pulled, MEDIUM_SIGMA_T, c, step->sigma_t[THROUGHPUT_CHANNELS == 1 ? 0 : c]);
-    pull(&s->pulled, MEDIUM_ALBEDO, c, step->albedo[THROUGHPUT_CHANNELS == 1 ? 0 : c]);
+    const REAL weight = s->pulled.weight[c];
+    pull(&s->pulled, MEDIUM_SIGMA_T, c, step->sigma_t[THROUGHPUT_CHANNELS == 1 ? 0 : c], weight - s->pulled.expected[c]);
+    pull(&s->pulled, MEDIUM_ALBEDO, c, step->albedo[THROUGHPUT_CHANNELS == 1 ? 0 : c], weight);
   }
 #endif
 }
@@ -151,7 +155,8 @@ inline void add_phase_step(__global const JobRecord* job, Scores* s, const Mediu
 #if ADJOINT
   if (!job->replay) return;
   s->pulled.first = step->medium * (MEDIUM_NUMBERS * RADIANCE_CHANNELS);
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) pull(&s->pulled, MEDIUM_G, c, step->g);
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
+    pull(&s->pulled, MEDIUM_G, c, step->g, s->pulled.weight[c] - s->pulled.expected[c]);
 #endif
 }
 
@@ -166,27 +171,26 @@ inline void add_surface_step(__global const JobRecord* job, Scores* s, const Sur
   if (!job->replay) return;
   s->pulled.first = (step->bsdf * BSDF_NUMBERS + MEDIA * MEDIUM_NUMBERS) * RADIANCE_CHANNELS;
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
-    pull(&s->pulled, BSDF_ALPHA, c, step->alpha);
-    pull(&s->pulled, BSDF_ETA, c, step->eta);
-    pull(&s->pulled, BSDF_REFLECTANCE, c, step->reflectance[c]);
+    const REAL weight = s->pulled.weight[c];
+    pull(&s->pulled, BSDF_ALPHA, c, step->alpha, weight);
+    pull(&s->pulled, BSDF_ETA, c, step->eta, weight);
+    pull(&s->pulled, BSDF_REFLECTANCE, c, step->reflectance[c], weight);
   }
 #endif
 }
 
 /* Of the normal m and the lobe that rough_dielectric_sample drew: a density, unlike the factor of the throughput above. By
  * roughness alone: by index its variance is infinite, since at the critical angle the score is. */
-inline Scores score_decision_at_boundary(int distribution, __global const JobRecord* job, INT bsdf,
-                                         REAL alpha, REAL eta, REAL3 wi, REAL3 m, REAL reflected, MASK mask) {
-  Scores s = no_scores();
-  UNROLL for (int k = 0; k < SCORES; ++k) {
-    if (carried[k].kind != SCORE_ALPHA) continue;
-    REAL d_alpha, ignored;
-    if (distribution == MICROFACET_GGX)
-      score_rough_dielectric_decision_ggx(alpha, eta, wi, m, reflected, &d_alpha, &ignored);
-    else
-      score_rough_dielectric_decision_beckmann(alpha, eta, wi, m, reflected, &d_alpha, &ignored);
-    s.of[k] = SELECT(mask & (bsdf - job->first_bsdf == carried[k].target), d_alpha, 0.0f);
-  }
+inline SurfaceStep step_decision_at_boundary(int distribution, INT bsdf, REAL alpha, REAL eta, REAL3 wi, REAL3 m,
+                                             REAL reflected, MASK mask) {
+  SurfaceStep s = no_surface_step();
+  REAL d_alpha, ignored;
+  if (distribution == MICROFACET_GGX)
+    score_rough_dielectric_decision_ggx(alpha, eta, wi, m, reflected, &d_alpha, &ignored);
+  else
+    score_rough_dielectric_decision_beckmann(alpha, eta, wi, m, reflected, &d_alpha, &ignored);
+  s.bsdf = bsdf;
+  s.alpha = SELECT(mask, by_number(d_alpha, alpha), 0.0f);
   return s;
 }
 

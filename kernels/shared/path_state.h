@@ -6,7 +6,7 @@
 /* Fields of a program with these definitions, for the host. */
 #define PATH_FIELDS(throughput_channels, radiance_channels, spectral, medium_light_sampling, scores, derivatives, \
                     baselines, adjoint)                                                                           \
-  (19 + (throughput_channels) * (1 + (baselines) * (scores)) +                                                  \
+  (19 + (throughput_channels) * (1 + (baselines) * ((scores) + 2 * (adjoint))) +                                 \
    (radiance_channels) * (1 + (derivatives) + 2 * (adjoint)) + (scores) + 4 * (spectral) + 4 * (medium_light_sampling))
 
 #ifdef __OPENCL_VERSION__
@@ -17,8 +17,8 @@ enum {
   RADIANCE = THROUGHPUT + THROUGHPUT_CHANNELS, /* RADIANCE_CHANNELS fields: gathered so far */
   DERIVATIVE = RADIANCE + RADIANCE_CHANNELS, /* of the radiance: RADIANCE_CHANNELS fields for each of DERIVATIVES */
   SCORE = DERIVATIVE + DERIVATIVES * RADIANCE_CHANNELS, /* SCORES fields: see ScoreRecord */
-  BASELINE = SCORE + SCORES, /* SCORES x THROUGHPUT_CHANNELS fields if BASELINES: see lib/baseline.h */
-  REFRACTION_SCALE = BASELINE + BASELINES * SCORES * THROUGHPUT_CHANNELS, /* (n here / n at the camera)^-2: radiance over basic radiance */
+  BASELINE = SCORE + SCORES, /* if BASELINES: THROUGHPUT_CHANNELS fields each (lib/baseline.h) */
+  REFRACTION_SCALE = BASELINE + BASELINES * (SCORES + ADJOINT) * THROUGHPUT_CHANNELS, /* (n here / n at the camera)^-2: radiance over basic radiance */
   PIXEL, SAMPLE, /* ints: with the job's seed and EVENT the counter of the random numbers */
   EVENT,
   DEPTH,  /* scatterings so far, surfaces and media, index-matched boundaries not counted */
@@ -33,7 +33,8 @@ enum {
 #if ADJOINT /* lib/adjoint.h */
   TOTAL, /* RADIANCE_CHANNELS fields: what the whole path gathers, 0 unless it is replayed */
   PULL = TOTAL + RADIANCE_CHANNELS, /* RADIANCE_CHANNELS fields: what its derivatives are weighed with */
-  LAST_PULL = PULL + RADIANCE_CHANNELS - 1,
+  TOTAL_BASELINE = PULL + RADIANCE_CHANNELS, /* if BASELINES: THROUGHPUT_CHANNELS fields, what BASELINE ends as */
+  LAST_OF_ADJOINT = TOTAL_BASELINE + BASELINES * THROUGHPUT_CHANNELS - 1,
 #endif
 #if SPECTRAL
   SPECTRAL_WEIGHT, /* 3 fields: see lib/launch.h */

@@ -106,7 +106,9 @@ typedef struct {
 
 /* Gradients (lib/adjoint.h) are summed in sets of pixels of their own, whose spread tells their noise, as
  * [set][number][radiance channel]. Numbers: three kinds of each medium, three of each BSDF, then each parameter of the light. */
-#define GRADIENT_SETS 32
+#define GRADIENT_ROWS 4
+#define GRADIENT_COLUMNS 8
+#define GRADIENT_SETS (GRADIENT_ROWS * GRADIENT_COLUMNS)
 enum { MEDIUM_SIGMA_T, MEDIUM_ALBEDO, MEDIUM_G, MEDIUM_NUMBERS };
 enum { BSDF_ALPHA, BSDF_ETA, BSDF_REFLECTANCE, BSDF_NUMBERS };
 

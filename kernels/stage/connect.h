@@ -29,7 +29,7 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
     weight[c] *= LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
 
-  const Scores scores = load_scores(pool, slots);
+  const Scores scores = load_scores(job, pool, slots);
   REAL3 light;
   REAL light_pdf, rgb[3];
   const MASK sampled = valid & sample_light(launch, emitter, (MASK)(0), u, &light, &light_pdf, rgb);
@@ -126,7 +126,7 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
     add_connection(launch, job, pool, slots, straight, position, light, (INT)(-1), medium, connection_weight, rgb, &scores,
                    &in_medium, &nowhere);
   }
-  Scores onward = load_scores(pool, slots);
+  Scores onward = load_scores(job, pool, slots);
   MediumStep turn = no_medium_step(medium);
   step_phase(&turn, dot3(arrival, load3(pool, DIRECTION_X, slots)), g, valid);
   add_phase_step(job, &onward, &turn);

@@ -54,7 +54,7 @@ inline void diffuse_stage(const Launch* launch, __global const JobRecord* job, P
   STORE_INT(pool, DEPTH, slots, depth);
   finish(launch, job, pool, slots, valid & !goes_on);
 #if LIGHT_SAMPLING
-  const Scores scores = load_scores(pool, slots);
+  const Scores scores = load_scores(job, pool, slots);
   const MASK everywhere = valid | !valid;
   __global const EmitterRecord* emitter = launch->emitters + job->emitter;
   REAL v[4];
@@ -80,7 +80,7 @@ inline void diffuse_stage(const Launch* launch, __global const JobRecord* job, P
 #else
   STORE(pool, LAST_PDF, slots, 0.0f);
 #endif
-  Scores onward = load_scores(pool, slots);
+  Scores onward = load_scores(job, pool, slots);
   SurfaceStep step = no_surface_step();
   step_reflection(&step, s.bsdf, reflectance, in_frame, goes_on);
   add_surface_step(job, &onward, &step);

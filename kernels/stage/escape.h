@@ -27,7 +27,7 @@ inline void escape_stage(const Launch* launch, __global const JobRecord* job, Po
     weight[c] *= LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
     light[c] *= weight[c];
   }
-  const Scores scores = load_scores(pool, slots);
+  const Scores scores = load_scores(job, pool, slots);
   gather_radiance(launch, pool, slots, valid, light, &scores);
   gather_light_derivatives(launch, job, pool, slots, valid, weight, direction);
   finish(launch, job, pool, slots, valid);

@@ -41,7 +41,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
 #endif
   REAL mean_free_path = 1.0f / sigma;
   const INT medium_index = LOAD_INT(pool, MEDIUM, slots);
-  Scores scores = load_scores(pool, slots);
+  Scores scores = load_scores(job, pool, slots);
   Baseline baseline = load_baseline(pool, slots);
   const INT first_cell = GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, first_cell)), medium);
   const REAL refraction_scale = LOAD(pool, REFRACTION_SCALE, slots);
@@ -109,11 +109,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     REAL total[THROUGHPUT_CHANNELS], change[THROUGHPUT_CHANNELS], future[THROUGHPUT_CHANNELS];
     UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) total[c] = throughput[c] * refraction_scale * weight[c];
     record_visit(launch, job, pool, slots, &random, random.event - 1, DECISION_FLIGHT, flight_state, total, flies);
-    expected_future(launch, flight_state, future);
-    Scores decision = no_scores();
-    add_flight_step(job, &decision, &step);
-    add_decision(&baseline, total, future, &decision);
-    add_flight_step(job, &scores, &step);
+    add_flight(launch, job, pool, slots, &scores, &baseline, &step, total, flight_state);
     skip = SELECT_INT(scatters, -1, skip);
     depth += SELECT_INT(scatters, 1, 0);
     UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= SELECT(scatters, albedo[c], 1.0f);
@@ -162,11 +158,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     alive = alive & !connects; /* connected before the path goes on, so contributions keep their order */
 #endif
     step_phase(&step, cosine, g, goes_on);
-    decision = no_scores();
-    add_phase_step(job, &decision, &step);
-    add_decision(&baseline, total, future, &decision);
-    step.g = SELECT(alive, step.g, 0.0f); /* of those that connect: stage/connect.h */
-    add_phase_step(job, &scores, &step);
+    add_turn(launch, job, pool, slots, &scores, &baseline, &step, total, future, alive);
     left = popcount(lane_bits(alive));
     if (left <= enough) break;
   }

@@ -72,7 +72,7 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
     connection_weight[c] = weight[c] * LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots) *
                            boundary_tint(launch, s->bsdf, reflects, c);
-  const Scores scores = load_scores(pool, slots);
+  const Scores scores = load_scores(job, pool, slots);
   const MediumStep in_vacuum = no_medium_step((INT)(0));
   SurfaceStep step = no_surface_step();
   step_rough_boundary(distribution, &step, s->bsdf, alpha, eta_inside, wi, wo, mask);
@@ -86,9 +86,10 @@ inline REAL sample_sun_at_boundary(int distribution, const Launch* launch, __glo
 /* The baseline's part of the sampled normal and lobe; samples that are lost count too, or its mean would not be zero. */
 inline void decide_at_boundary(int distribution, const Launch* launch, __global const JobRecord* job, Pool* pool,
                                INT slots, INT bsdf, const Random* random, REAL alpha, REAL eta_inside, REAL3 wi, REAL3 wo,
-                               MASK reflects, MASK mask) {
-  bool by_roughness = false;
-  UNROLL for (int k = 0; k < BASELINE_SCORES; ++k) by_roughness |= carried[k].kind == SCORE_ALPHA;
+                               MASK reflects, MASK mask, Scores* scores) {
+#if BASELINES
+  bool by_roughness = ADJOINT;
+  UNROLL for (int k = 0; k < SCORES; ++k) by_roughness |= carried[k].kind == SCORE_ALPHA;
   if (!by_roughness) return;
   const INT first_cell = GATHER_INT(((__global const int*)launch->bsdfs + FIELD_OF(BsdfRecord, first_cell)),
                                     bsdf * (int)(sizeof(BsdfRecord) / sizeof(float)));
@@ -100,10 +101,9 @@ inline void decide_at_boundary(int distribution, const Launch* launch, __global 
   expected_future(launch, state, future);
   const REAL eta = far_over_near(eta_inside, wi.z), reflected = SELECT(reflects, 1.0f, 0.0f);
   const REAL3 m = rough_dielectric_normal(eta, wi, wo, reflected);
-  const Scores step = score_decision_at_boundary(distribution, job, bsdf, alpha, eta_inside, wi, m, reflected, mask);
-  Baseline baseline = load_baseline(pool, slots);
-  add_decision(&baseline, total, future, &step);
-  store_baseline(pool, slots, &baseline);
+  const SurfaceStep step = step_decision_at_boundary(distribution, bsdf, alpha, eta_inside, wi, m, reflected, mask);
+  add_lobe(launch, job, pool, slots, scores, &step, total, future);
+#endif
 }
 
 /* distribution: a constant where this is inlined. */
@@ -131,9 +131,9 @@ inline void rough_dielectric_stage(int distribution, const Launch* launch, __glo
 #else
   pdf = (REAL)(0.0f);
 #endif
+  Scores scores = load_scores(job, pool, slots);
   decide_at_boundary(distribution, launch, job, pool, slots, s.bsdf, &random, alpha, eta_inside, wi, wo, reflects,
-                     valid & !s.misplaced);
-  Scores scores = load_scores(pool, slots);
+                     valid & !s.misplaced, &scores);
   SurfaceStep step = no_surface_step();
   step_rough_boundary(distribution, &step, s.bsdf, alpha, eta_inside, wi, wo, valid & !s.misplaced & (weight > 0.0f));
   add_surface_step(job, &scores, &step);

@@ -16,19 +16,20 @@ Film::Film(const Device& device, int pixels, int images, int channels, bool lumi
   sums_ = sums.buffer;
 }
 
-void Film::add(const cl::Buffer& samples, std::size_t first_sample, int first_pixel, int pixels, int samples_a_pixel,
-               bool fresh) {
+void Film::add(const cl::Buffer& samples, int sample_size, std::size_t first_sample, int first_pixel, int pixels,
+               int samples_a_pixel, bool fresh) {
   cl::Kernel kernel(program_, "accumulate");
   kernel.setArg(0, samples);
   kernel.setArg(1, static_cast<cl_uint>(first_sample));
   kernel.setArg(2, static_cast<cl_int>(samples_a_pixel));
-  kernel.setArg(3, static_cast<cl_int>(images_));
-  kernel.setArg(4, static_cast<cl_int>(channels_));
-  kernel.setArg(5, static_cast<cl_int>(luminance_));
-  kernel.setArg(6, static_cast<cl_int>(first_pixel));
-  kernel.setArg(7, static_cast<cl_int>(pixels));
-  kernel.setArg(8, static_cast<cl_int>(fresh));
-  kernel.setArg(9, sums_);
+  kernel.setArg(3, static_cast<cl_int>(sample_size));
+  kernel.setArg(4, static_cast<cl_int>(images_));
+  kernel.setArg(5, static_cast<cl_int>(channels_));
+  kernel.setArg(6, static_cast<cl_int>(luminance_));
+  kernel.setArg(7, static_cast<cl_int>(first_pixel));
+  kernel.setArg(8, static_cast<cl_int>(pixels));
+  kernel.setArg(9, static_cast<cl_int>(fresh));
+  kernel.setArg(10, sums_);
   const std::size_t local = device_.info().type == "cpu" ? 1 : 64;
   const std::size_t group = local * static_cast<std::size_t>(device_.default_width());
   const std::size_t values = static_cast<std::size_t>(pixels) * static_cast<std::size_t>(images_ * this->channels());

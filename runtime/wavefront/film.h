@@ -8,7 +8,7 @@ namespace itn {
 class Film {
  public:
   // Room for that many pixels, or fewer where the device's memory is short.
-  // A sample holds `images` pixels of `channels` channels: radiance, then derivatives. luminance: sums the luminance of
+  // A sample begins with `images` pixels of `channels` channels: radiance, then derivatives. luminance: sums the luminance of
   // 3 channels instead of each.
   Film(const Device& device, int pixels, int images, int channels, bool luminance);
 
@@ -16,9 +16,9 @@ class Film {
   int channels() const { return luminance_ ? 1 : channels_; }  // of an image
 
   // Adds the next samples of pixels [first_pixel, first_pixel + pixels) of the band, which start at first_sample of the
-  // buffer. fresh: the pixels' first samples, what was there is forgotten.
-  void add(const cl::Buffer& samples, std::size_t first_sample, int first_pixel, int pixels, int samples_a_pixel,
-           bool fresh);
+  // buffer, of sample_size floats a sample. fresh: the pixels' first samples, what was there is forgotten.
+  void add(const cl::Buffer& samples, int sample_size, std::size_t first_sample, int first_pixel, int pixels,
+           int samples_a_pixel, bool fresh);
 
   // Appends the means and standard errors of the band's first `pixels` pixels to an image each, of which there are as
   // many as a sample holds; with one sample a pixel the standard error is infinite.

@@ -42,8 +42,8 @@ std::size_t field_count(const std::map<std::string, std::string>& d) {
 constexpr float least_albedo = 0.8F;
 
 // Does not look at which derivatives are asked for: each is the same alone and beside others.
-bool with_baselines(const LaunchData& data, const DerivativeData& derivatives, Baselines wanted) {
-  if (derivatives.scores.empty() || data.cells == 0) return false;
+bool with_baselines(const LaunchData& data, Baselines wanted) {
+  if (data.cells == 0) return false;
   if (wanted != Baselines::automatic) return wanted == Baselines::on;
   return std::any_of(data.media.begin(), data.media.end(),
                      [](const MediumRecord& m) { return *std::max_element(m.albedo, m.albedo + 3) >= least_albedo; });
@@ -58,7 +58,7 @@ std::map<std::string, std::string> features(const LaunchData& data, const Deriva
   for (const ScoreRecord& r : derivatives.scores)
     result["SCORE_RECORDS"] += fmt::format("{{{},{},{}}},", r.kind, r.target, r.channel);
   result["SCORE_RECORDS"] += "{0,0,0}";  // an array of length 0 is not C
-  result["BASELINES"] = std::to_string(with_baselines(data, derivatives, baselines));
+  result["BASELINES"] = std::to_string((adjoint || !derivatives.scores.empty()) && with_baselines(data, baselines));
   result["ADJOINT"] = std::to_string(adjoint);
   if (adjoint) {
     result["MEDIA"] = std::to_string(data.media.size());
@@ -126,6 +126,7 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   counter_ = device.allocate(2 * queues * sizeof(int), "queue lengths");
   misplaced_ = device.upload(std::vector<cl_uint>{0}, "misplaced arrivals");
   a_sample_ = channels_ * (1 + std::stoi(definitions["DERIVATIVES"]));
+  if (adjoint_ && definitions["BASELINES"] == "1") a_sample_ += throughput_channels_;
   if (adjoint_) {
     const std::size_t kinds = MEDIUM_NUMBERS * data.media.size() + BSDF_NUMBERS * data.bsdfs.size();
     numbers_ = (kinds + derivatives.derivatives.size()) * static_cast<std::size_t>(channels_);

@@ -40,6 +40,7 @@ class Wavefront {
   // and end before sample_capacity().
   void trace(const std::vector<JobSlice>& slices, std::size_t at = 0);
   const cl::Buffer& samples() const { return samples_; }
+  int sample_size() const { return a_sample_; }  // floats; with `adjoint`, what replay() needs comes last
 
   // With `adjoint`: traces slices again whose samples are as trace(slices, at) left them, and adds to the gradient of
   // every number of media and BSDFs (lib/adjoint.h). pulls: of each pixel of each slice, channels() of them.

@@ -49,10 +49,13 @@ TEST_CASE("sums of 10^5 samples are those of double precision, however they are 
     for (std::size_t launch = 0; launch < launches; ++launch) {
       std::vector<float> part;
       for (std::size_t p = 0; p < pixels; ++p) {
-        const auto first = samples.begin() + static_cast<std::ptrdiff_t>((p * samples_a_pixel + launch * count) * 3);
-        part.insert(part.end(), first, first + static_cast<std::ptrdiff_t>(count * 3));
+        auto value = samples.begin() + static_cast<std::ptrdiff_t>((p * samples_a_pixel + launch * count) * 3);
+        for (std::size_t s = 0; s < count; ++s, value += 3) {
+          part.insert(part.end(), value, value + 3);
+          part.push_back(1e30F);  // not the image's
+        }
       }
-      film.add(device().upload(part, "samples"), 0, 0, pixels, static_cast<int>(count), launch == 0);
+      film.add(device().upload(part, "samples"), 4, 0, 0, pixels, static_cast<int>(count), launch == 0);
     }
     std::vector<Image> images;
     film.develop(samples_a_pixel, pixels, images);
