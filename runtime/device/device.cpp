@@ -341,6 +341,7 @@ void Device::look_at(const cl::Buffer& buffer, std::size_t bytes, const std::fun
     void* data = queue_.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_READ, 0, bytes);
     use(data);
     queue_.enqueueUnmapMemObject(buffer, data);
+    queue_.finish();  // until then the queue keeps the buffer, and its memory counts
   } catch (const cl::Error& error) {
     fail(info_, "reading " + readable_size(bytes) + " from the device", error);
   }

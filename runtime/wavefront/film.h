@@ -8,8 +8,8 @@ namespace itn {
 class Film {
  public:
   // Room for that many pixels, or fewer where the device's memory is short.
-  // A sample begins with `images` pixels of `channels` channels: radiance, then derivatives. luminance: sums the luminance of
-  // 3 channels instead of each.
+  // A sample begins with `images` pixels of `channels` channels: radiance, then derivatives. luminance: sums the
+  // luminance of 3 channels instead of each.
   Film(const Device& device, int pixels, int images, int channels, bool luminance);
 
   int pixels() const { return pixels_; }                       // of a band

@@ -103,7 +103,8 @@ std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std:
         const std::vector<JobSlice> slices = slices_of(jobs, first + pixel, count, sample, samples);
         const std::size_t at = traced && traced->keep ? traced->samples : 0;
         wavefront.trace(slices, at);
-        film.add(wavefront.samples(), wavefront.sample_size(), at, pixel * groups, count * groups, samples / groups, sample == 0);
+        film.add(wavefront.samples(), wavefront.sample_size(), at, pixel * groups, count * groups, samples / groups,
+                 sample == 0);
         if (traced) {
           traced->launches.push_back({slices, at});
           traced->samples += static_cast<std::size_t>(paths);

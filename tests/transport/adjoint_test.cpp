@@ -156,7 +156,7 @@ TEST_CASE("replay: launches, schedules and memory change no bit of a gradient", 
       used = before - roomy.free_memory();
     }
     const std::uint64_t samples = std::min(std::uint64_t{256} << 20, device().info().max_allocation / 4);
-    CHECK(by_replay(Device("", used - samples + 800000), scene, options, 128).value ==
+    CHECK(by_replay(Device("", used - samples + 1200000), scene, options, 128).value ==
           by_replay(device(), scene, options, 128).value);
   }
 }
