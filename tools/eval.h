@@ -27,7 +27,7 @@ void rerender_predictions(const EvalOptions& options, RenderedLoss& renderer, Ev
 
 // The information limit of each of these images.
 std::vector<Bound> find_bounds(const EvalOptions& options, RenderedLoss& renderer, const Evaluation& e,
-                               const std::vector<const SynthesisTarget*>& targets);
+                               const std::vector<const Manifest::Image*>& records);
 
 // Table 3, and the information limit of its images. Keeps what it has in REPORT/inversions_<start>.json, also when it
 // is interrupted, and goes on from there if that was for the same question.

@@ -1,6 +1,4 @@
 // What images can tell at most, for `itn eval`.
-#include <cmath>
-
 #include "tools/eval.h"
 #include "tools/evaluation/rerender.h"
 #include "tools/progress.h"
@@ -11,26 +9,13 @@ namespace {
 // Of the derivatives: few leave so much noise in the information that whole directions are lost in it.
 constexpr int spp = 512, groups = 16;
 
-// Standard errors of an image of `image_spp` samples a pixel. The image's own, of as few samples as it has, are too
-// uncertain: pixels that seem free of noise would have all the weight.
-std::vector<float> errors_of_image(const std::vector<Rendering>& renderings, int image_spp) {
-  std::vector<float> errors(renderings.front().stderr_.size());
-  for (std::size_t i = 0; i < errors.size(); ++i) {
-    double variance = 0;  // of a sample
-    for (const Rendering& r : renderings)
-      variance += std::pow(static_cast<double>(r.stderr_[i]), 2) * r.spp / static_cast<double>(renderings.size());
-    errors[i] = static_cast<float>(std::sqrt(variance / image_spp));
-  }
-  return errors;
-}
-
 }  // namespace
 
 std::vector<Bound> find_bounds(const EvalOptions& options, RenderedLoss& renderer, const Evaluation& e,
-                               const std::vector<const SynthesisTarget*>& targets) {
+                               const std::vector<const Manifest::Image*>& records) {
   std::vector<RerenderedImage> images;
-  for (std::size_t i = 0; i < targets.size(); ++i) {
-    const Manifest::Image& image = targets[i]->image;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const Manifest::Image& image = *records[i];
     images.push_back({&image,
                       {image.sigma_t, image.albedo, image.g},
                       image_seed(options.common.seed, EvaluationStream::information, i),
@@ -45,8 +30,7 @@ std::vector<Bound> find_bounds(const EvalOptions& options, RenderedLoss& rendere
         {begin + static_cast<std::ptrdiff_t>(first), begin + static_cast<std::ptrdiff_t>(end)}, groups, spp);
     for (std::size_t i = first; i < end; ++i) {
       const auto from = std::make_move_iterator(renderings.begin() + static_cast<std::ptrdiff_t>(i - first) * groups);
-      const std::vector<Rendering> of_image(from, from + groups);
-      bounds.push_back(cramer_rao(fisher_information(of_image, errors_of_image(of_image, e.set.spp)), prior));
+      bounds.push_back(cramer_rao(fisher_information({from, from + groups}, e.set.spp), prior));
     }
     progress.update(static_cast<double>(end) / static_cast<double>(images.size()));
   });

@@ -90,9 +90,9 @@ void rerender_predictions(const EvalOptions& options, RenderedLoss& renderer, Ev
       }
     }
   }
-  std::vector<const SynthesisTarget*> targets;
-  for (const RerenderedResult& r : e.rerendered) targets.push_back(&r.target);
-  const std::vector<Bound> bounds = find_bounds(options, renderer, e, targets);
+  std::vector<const Manifest::Image*> records;
+  for (const RerenderedResult& r : e.rerendered) records.push_back(&r.target.image);
+  const std::vector<Bound> bounds = find_bounds(options, renderer, e, records);
   for (std::size_t i = 0; i < count; ++i) e.rerendered[i].bound = bounds[i];
 }
 

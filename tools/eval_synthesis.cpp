@@ -122,9 +122,9 @@ void run_syntheses(const EvalOptions& options, const Device& device, RenderedLos
     stored.finish("inversions from " + start, how.iterations, problem.targets.size(), !options.common.quiet);
     e.syntheses.push_back({start, synthesis.records()});
   }
-  std::vector<const SynthesisTarget*> targets;
-  for (const SynthesisTarget& t : e.synthesis_targets) targets.push_back(&t);
-  e.synthesis_bounds = find_bounds(options, renderer, e, targets);
+  std::vector<const Manifest::Image*> records;
+  for (const SynthesisTarget& t : e.synthesis_targets) records.push_back(&t.image);
+  e.synthesis_bounds = find_bounds(options, renderer, e, records);
 }
 
 }  // namespace itn::tools

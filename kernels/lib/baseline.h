@@ -107,7 +107,7 @@ inline void add_flight(const Launch* launch, __global const JobRecord* job, cons
 
 /* A change of direction, which the score of lanes not in `mask` does not meet here: they connect with light first
  * (stage/connect.h). */
-inline void add_turn(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Scores* scores,
+inline void add_turn(__global const JobRecord* job, const Pool* pool, INT slots, Scores* scores,
                      Baseline* b, MediumStep* step, const REAL weight[], const REAL v[], MASK mask) {
 #if BASELINES && ADJOINT
   expect(&scores->pulled, job, pool, slots, b, weight, v);
@@ -125,7 +125,7 @@ inline void add_turn(const Launch* launch, __global const JobRecord* job, const 
 }
 
 /* A normal and a lobe at a rough boundary, to the baseline. step: of their density */
-inline void add_lobe(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Scores* scores,
+inline void add_lobe(__global const JobRecord* job, const Pool* pool, INT slots, Scores* scores,
                      const SurfaceStep* step, const REAL weight[], const REAL v[]) {
   Baseline b = load_baseline(pool, slots);
 #if ADJOINT

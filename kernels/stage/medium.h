@@ -158,7 +158,7 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     alive = alive & !connects; /* connected before the path goes on, so contributions keep their order */
 #endif
     step_phase(&step, cosine, g, goes_on);
-    add_turn(launch, job, pool, slots, &scores, &baseline, &step, total, future, alive);
+    add_turn(job, pool, slots, &scores, &baseline, &step, total, future, alive);
     left = popcount(lane_bits(alive));
     if (left <= enough) break;
   }

@@ -102,7 +102,7 @@ inline void decide_at_boundary(int distribution, const Launch* launch, __global 
   const REAL eta = far_over_near(eta_inside, wi.z), reflected = SELECT(reflects, 1.0f, 0.0f);
   const REAL3 m = rough_dielectric_normal(eta, wi, wo, reflected);
   const SurfaceStep step = step_decision_at_boundary(distribution, bsdf, alpha, eta_inside, wi, m, reflected, mask);
-  add_lobe(launch, job, pool, slots, scores, &step, total, future);
+  add_lobe(job, pool, slots, scores, &step, total, future);
 #endif
 }
 

@@ -11,43 +11,49 @@ using namespace itn;
 
 namespace {
 
-// `groups` renderings of two pixels: derivatives (1, 0) and (1, 2) by two parameters, plus noise.
+constexpr int spp = 8;
+
+// `groups` renderings, each of half of spp samples, of two pixels with errors that make it 0.5 and 2 with spp samples:
+// derivatives (1, 0) and (1, 2) by two parameters, plus noise.
 std::vector<Rendering> two_pixels(std::size_t groups, double noise, std::uint64_t seed) {
   std::vector<Rendering> result(groups);
   const float derivative[2][2] = {{1, 1}, {0, 2}};
-  for (std::size_t g = 0; g < groups; ++g)
+  for (std::size_t g = 0; g < groups; ++g) {
+    result[g].spp = spp / 2;
+    for (const float error : {0.5F, 2.0F}) result[g].stderr_.push_back(error * std::sqrt(2.0F));
     for (std::size_t p = 0; p < 2; ++p) {
       Image image;
       for (std::size_t i = 0; i < 2; ++i)
         image.mean.push_back(derivative[p][i] + static_cast<float>(noise * random_normal(seed, p, 2 * g + i)));
       result[g].derivatives.push_back(image);
     }
+  }
   return result;
 }
-
-const std::vector<float> error{0.5F, 2.0F};
 
 }  // namespace
 
 TEST_CASE("the information of two pixels, by hand; a pixel without noise is left out") {
-  const Eigen::MatrixXd information = fisher_information(two_pixels(2, 0, 0), error);
+  std::vector<Rendering> groups = two_pixels(3, 0, 0);
+  const Eigen::MatrixXd information = fisher_information(groups, spp);
   // (1, 0) / 0.25 and (1, 2) / 4
   CHECK(information(0, 0) == Approx(4 + 0.25));
   CHECK(information(0, 1) == Approx(0.5));
   CHECK(information(1, 0) == Approx(0.5));
   CHECK(information(1, 1) == Approx(1));
-  CHECK(fisher_information(two_pixels(2, 0, 0), std::vector<float>{0.0F, 2.0F})(0, 0) == Approx(0.25));
+  for (Rendering& group : groups) group.stderr_[0] = 0;
+  CHECK(fisher_information(groups, spp)(0, 0) == Approx(0.25));
 }
 
 TEST_CASE("noise of the derivatives gives the information no bias") {
   constexpr int trials = 4000;
   Eigen::Matrix2d mean = Eigen::Matrix2d::Zero(), square = mean;
   for (int t = 0; t < trials; ++t) {
-    const Eigen::Matrix2d one = fisher_information(two_pixels(4, 1.5, 100U + static_cast<std::uint64_t>(t)), error);
+    const Eigen::Matrix2d one = fisher_information(two_pixels(4, 1.5, 100U + static_cast<std::uint64_t>(t)), spp);
     mean += one / trials;
     square += one.cwiseAbs2() / trials;
   }
-  const Eigen::Matrix2d exact = fisher_information(two_pixels(2, 0, 0), error);
+  const Eigen::Matrix2d exact = fisher_information(two_pixels(3, 0, 0), spp);
   for (int a = 0; a < 2; ++a)
     for (int b = 0; b < 2; ++b) {
       const double deviation = std::sqrt((square(a, b) - mean(a, b) * mean(a, b)) / trials);
@@ -56,6 +62,32 @@ TEST_CASE("noise of the derivatives gives the information no bias") {
     }
   // With products within groups it would be too large by 1.5^2 / 4 / 0.25 on the diagonal: 14 deviations or more.
   CHECK(square(0, 0) > 0);
+}
+
+TEST_CASE("what derivatives and errors of the same samples have in common gives the information no bias") {
+  // One pixel. A group's sample is 1 or 3: its derivative, and its variance.
+  constexpr int trials = 20000;
+  constexpr std::size_t count = 4;
+  // Mean of 1 / variance of two groups, times the derivative's square.
+  const double expected = 4 * (0.25 / 1 + 0.5 / 2 + 0.25 / 3);
+  double mean = 0, square = 0;
+  for (int t = 0; t < trials; ++t) {
+    std::vector<Rendering> groups(count);
+    for (std::size_t g = 0; g < count; ++g) {
+      const float drawn = random_normal(5, static_cast<std::uint64_t>(t), g) > 0 ? 3.0F : 1.0F;
+      groups[g].spp = spp;
+      groups[g].stderr_ = {std::sqrt(drawn)};
+      groups[g].derivatives.resize(1);
+      groups[g].derivatives[0].mean = {drawn};
+    }
+    const double one = fisher_information(groups, spp)(0, 0);
+    mean += one / trials;
+    square += one * one / trials;
+  }
+  const double deviation = std::sqrt((square - mean * mean) / trials);
+  CAPTURE(mean, expected, deviation);
+  // 2.33; with the mean variance of all four groups it would be 1.87.
+  CHECK(std::abs(mean - expected) < 4 * deviation);
 }
 
 TEST_CASE("the bound is the inverse information, and with a prior that of their sum") {
@@ -86,8 +118,12 @@ TEST_CASE("least squares in simulated images reach the bound") {
   constexpr std::size_t pixels = 50;
   constexpr double noise = 0.1;
   Eigen::MatrixXd design(pixels, 2);
-  std::vector<Rendering> groups(2);
-  for (auto& group : groups) group.derivatives.resize(2);
+  std::vector<Rendering> groups(3);
+  for (auto& group : groups) {
+    group.spp = spp;
+    group.stderr_.assign(pixels, static_cast<float>(noise));
+    group.derivatives.resize(2);
+  }
   for (std::size_t i = 0; i < pixels; ++i) {
     const double x = static_cast<double>(i) / pixels;
     design.row(static_cast<Eigen::Index>(i)) << x, x * x;
@@ -96,8 +132,7 @@ TEST_CASE("least squares in simulated images reach the bound") {
       group.derivatives[1].mean.push_back(static_cast<float>(x * x));
     }
   }
-  const Bound bound = cramer_rao(fisher_information(groups, std::vector<float>(pixels, static_cast<float>(noise))),
-                                 Eigen::Vector2d(1e9, 1e9));
+  const Bound bound = cramer_rao(fisher_information(groups, spp), Eigen::Vector2d(1e9, 1e9));
   constexpr int trials = 4000;
   Eigen::Vector2d variance = Eigen::Vector2d::Zero();
   const Eigen::Matrix2d normal = design.transpose() * design;

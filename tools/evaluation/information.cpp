@@ -1,29 +1,34 @@
 #include "tools/evaluation/information.h"
 
 #include <Eigen/Eigenvalues>
+#include <cmath>
 #include <limits>
 
 namespace itn {
 
-Eigen::MatrixXd fisher_information(const std::vector<Rendering>& groups, std::span<const float> error) {
+Eigen::MatrixXd fisher_information(const std::vector<Rendering>& groups, int spp) {
   const auto parameters = static_cast<Eigen::Index>(groups.front().derivatives.size());
-  const auto count = static_cast<double>(groups.size());
+  const auto count = static_cast<Eigen::Index>(groups.size());
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(parameters, parameters);
-  Eigen::VectorXd one(parameters);
-  for (std::size_t i = 0; i < error.size(); ++i) {
-    if (!(error[i] > 0)) continue;
-    Eigen::VectorXd sum = Eigen::VectorXd::Zero(parameters);
-    Eigen::MatrixXd same = Eigen::MatrixXd::Zero(parameters, parameters);
-    for (const Rendering& group : groups) {
+  Eigen::MatrixXd derivative(parameters, count);
+  Eigen::ArrayXd variance(count);
+  for (std::size_t i = 0; i < groups.front().stderr_.size(); ++i) {
+    for (Eigen::Index g = 0; g < count; ++g) {
+      const Rendering& group = groups[static_cast<std::size_t>(g)];
+      variance[g] = std::pow(static_cast<double>(group.stderr_[i]), 2) * group.spp / spp;
       for (Eigen::Index p = 0; p < parameters; ++p)
-        one[p] = static_cast<double>(group.derivatives[static_cast<std::size_t>(p)].mean[i]);
-      sum += one;
-      same += one * one.transpose();
+        derivative(p, g) = static_cast<double>(group.derivatives[static_cast<std::size_t>(p)].mean[i]);
     }
-    const double variance = static_cast<double>(error[i]) * static_cast<double>(error[i]);
-    information += (sum * sum.transpose() - same) / (count * (count - 1) * variance);
+    const double sum = variance.sum();
+    for (Eigen::Index a = 0; a < count; ++a)
+      for (Eigen::Index b = 0; b < a; ++b) {
+        const double others = (sum - variance[a] - variance[b]) / static_cast<double>(count - 2);
+        if (!(others > 1e-9 * sum)) continue;
+        const Eigen::MatrixXd product = derivative.col(a) * derivative.col(b).transpose();
+        information += (product + product.transpose()) / others;
+      }
   }
-  return information;
+  return information / static_cast<double>(count * (count - 1));
 }
 
 Bound cramer_rao(const Eigen::MatrixXd& information, const Eigen::VectorXd& prior) {

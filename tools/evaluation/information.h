@@ -6,17 +6,17 @@
 // the covariance after seeing the image, as far as image and prior are normal.
 #pragma once
 #include <Eigen/Core>
-#include <span>
 #include <vector>
 
 #include "runtime/renderer.h"
 
 namespace itn {
 
-// groups: two or more renderings of one image from different samples, equally many in each, with derivatives by the
-// parameters at the truth. Products of derivatives are of different groups, so the result has no bias from their noise.
-// error: standard errors of the image's pixels, from other samples; pixels with 0 are left out.
-Eigen::MatrixXd fisher_information(const std::vector<Rendering>& groups, std::span<const float> error);
+// groups: three or more renderings of one image from different samples, equally many in each, with standard errors of
+// the pixels and derivatives by the parameters, at the truth. spp: samples a pixel of the image that is asked about.
+// Products of derivatives are of two groups, and what divides them is the variance of the others' pixels, so that the
+// result has no bias from what these have in common. Pixels without variance are left out.
+Eigen::MatrixXd fisher_information(const std::vector<Rendering>& groups, int spp);
 
 struct Bound {
   Eigen::VectorXd image;       // variances from the image alone; infinite where the information is not positive
