@@ -12,9 +12,15 @@
 namespace itn {
 namespace {
 
+constexpr int any_size = 0;  // as long as it is square
+
 ExrImage read_square(const std::string& file, int size, const std::string& hash) {
   ExrImage image = read_exr(file);
-  if (image.width != size || image.height != size)
+  if (size == any_size && image.width != image.height)
+    throw InputError(
+        fmt::format("{}: has {} x {} pixels, need a square image; cut it, and give the camera of what is left", file,
+                    image.width, image.height));
+  if (size != any_size && (image.width != size || image.height != size))
     throw InputError(fmt::format("{}: has {} x {} pixels, need {} x {}", file, image.width, image.height, size, size));
   const auto found = image.header.find("hash");
   if (!hash.empty() && (found == image.header.end() || found->second != hash))
@@ -39,11 +45,8 @@ std::vector<float> plane(const ExrImage& image, const std::string& name, const s
   throw InputError(fmt::format("{}: pixel {}, {}: {}", file, pixel % side, pixel / side, what));
 }
 
-}  // namespace
-
-std::vector<float> read_luminance(const std::string& file, int size, const std::string& hash,
-                                  std::vector<float>* errors) {
-  const ExrImage image = read_square(file, size, hash);
+// Row-major, finite.
+std::vector<float> luminance_of(const ExrImage& image, const std::string& file) {
   std::vector<float> luminance;
   if (image.channel("Y") >= 0) {
     luminance = plane(image, "Y", file);
@@ -58,12 +61,58 @@ std::vector<float> read_luminance(const std::string& file, int size, const std::
         fmt::format("{}: has no channel Y, nor R, G and B; only {}", file, fmt::join(image.channels, ", ")));
   }
   for (std::size_t i = 0; i < luminance.size(); ++i)
-    if (!std::isfinite(luminance[i])) fail_at(file, size, i, fmt::format("is {}, need a finite number", luminance[i]));
+    if (!std::isfinite(luminance[i]))
+      fail_at(file, image.width, i, fmt::format("is {}, need a finite number", luminance[i]));
+  return luminance;
+}
+
+struct Weight {
+  std::size_t from;
+  double share;
+};
+
+// What each of `size` pixels in a row takes of `from` pixels: the parts within a window as wide as itself, or as one of
+// those where they are wider; then it lies between the two nearest.
+std::vector<std::vector<Weight>> windows(int from, int size) {
+  const double step = static_cast<double>(from) / size, half = 0.5 * std::max(step, 1.0);
+  std::vector<std::vector<Weight>> result(static_cast<std::size_t>(size));
+  for (int i = 0; i < size; ++i) {
+    const double low = std::max((i + 0.5) * step - half, 0.0), high = std::min((i + 0.5) * step + half, double(from));
+    for (int j = static_cast<int>(low); j < from && j < high; ++j)
+      result[static_cast<std::size_t>(i)].push_back(
+          {static_cast<std::size_t>(j), (std::min(high, j + 1.0) - std::max(low, double(j))) / (high - low)});
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<float> read_luminance(const std::string& file, int size, const std::string& hash,
+                                  std::vector<float>* errors) {
+  const ExrImage image = read_square(file, size, hash);
+  std::vector<float> luminance = luminance_of(image, file);
   if (!errors) return luminance;
   *errors = image.channel("stderr.Y") < 0 ? std::vector<float>(luminance.size()) : plane(image, "stderr.Y", file);
   if (!std::all_of(errors->begin(), errors->end(), [](float error) { return std::isfinite(error); }))
     throw InputError(file + ": standard errors are not finite; render the data set again");
   return luminance;
+}
+
+std::vector<float> read_resampled_luminance(const std::string& file, int size) {
+  const ExrImage image = read_square(file, any_size, "");
+  const std::vector<float> luminance = luminance_of(image, file);
+  const std::vector<std::vector<Weight>> window = windows(image.width, size);
+  const auto width = static_cast<std::size_t>(image.width);
+  std::vector<float> result;
+  for (const auto& rows : window)
+    for (const auto& columns : window) {
+      double sum = 0;
+      for (const Weight& row : rows)
+        for (const Weight& column : columns)
+          sum += row.share * column.share * static_cast<double>(luminance[row.from * width + column.from]);
+      result.push_back(static_cast<float>(sum));
+    }
+  return result;
 }
 
 SeenShape seen_shape(std::vector<float> normal, const std::vector<float>& depth, std::vector<float> mask, int size,
@@ -97,7 +146,23 @@ SeenShape read_seen_shape(const std::string& file, int size, const std::string& 
     const std::vector<float> values = plane(image, name, file);
     normal.insert(normal.end(), values.begin(), values.end());
   }
-  return seen_shape(std::move(normal), depth, std::move(mask), size, file);
+  return seen_shape(std::move(normal), depth, std::move(mask), image.width, file);
+}
+
+SeenShape read_resampled_seen_shape(const std::string& file, int size, const std::string& hash) {
+  const SeenShape whole = read_seen_shape(file, any_size, hash);
+  const std::size_t pixels = whole.mask.size(), side = static_cast<std::size_t>(size);
+  const auto from = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(pixels))));
+  const auto resampled = [&](const float* values, std::vector<float>& to) {
+    for (std::size_t y = 0; y < side; ++y)
+      for (std::size_t x = 0; x < side; ++x)
+        to.push_back(values[(2 * y + 1) * from / (2 * side) * from + (2 * x + 1) * from / (2 * side)]);
+  };
+  SeenShape shape;
+  for (std::size_t axis = 0; axis < 3; ++axis) resampled(&whole.normal[axis * pixels], shape.normal);
+  resampled(whole.nearness.data(), shape.nearness);
+  resampled(whole.mask.data(), shape.mask);
+  return shape;
 }
 
 void network_input(const NetworkDescription& network, std::span<const float> luminance, const KnownScene* known,

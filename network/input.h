@@ -26,6 +26,10 @@ constexpr double darkest_radiance = 0.01;
 std::vector<float> read_luminance(const std::string& file, int size, const std::string& hash = "",
                                   std::vector<float>* errors = nullptr);
 
+// As read_luminance(), of any square image: averaged over the squares of size x size pixels, or between pixels where it
+// has fewer. Throws InputError: not square, and what read_luminance() throws beside the size.
+std::vector<float> read_resampled_luminance(const std::string& file, int size);
+
 // A shape as the camera sees it (runtime/dataset/README.md).
 struct SeenShape {
   std::vector<float> normal;    // (3, size, size)
@@ -42,6 +46,9 @@ SeenShape seen_shape(std::vector<float> normal, const std::vector<float>& depth,
 // From a file. Throws InputError: another size, channels missing, a mask of other numbers than 0 and 1 or of zeros
 // alone, normals of another length than 1 on the object, numbers there that are not finite, another hash.
 SeenShape read_seen_shape(const std::string& file, int size, const std::string& hash = "");
+
+// The same of any square buffers; a pixel has what is seen at its middle.
+SeenShape read_resampled_seen_shape(const std::string& file, int size, const std::string& hash = "");
 
 struct KnownScene {
   const SeenShape& shape;

@@ -13,8 +13,13 @@
 namespace itn::tools {
 namespace {
 
-SeenShape seen_shape_of(const Scene& scene, int sensor, const Body& body, const std::string& who) {
-  const Sensor& camera = scene.sensors[static_cast<std::size_t>(sensor)];
+SeenShape seen_shape_of(Scene scene, int sensor, int size, const Body& body, const std::string& who) {
+  Sensor& camera = scene.sensors[static_cast<std::size_t>(sensor)];
+  if (camera.width != camera.height || camera.crop_width != camera.width || camera.crop_height != camera.height)
+    throw UsageError(
+        fmt::format("{}: the network sees square images, the scene's sensor takes {} x {} of {} x {} pixels", who,
+                    camera.crop_width, camera.crop_height, camera.width, camera.height));
+  camera.width = camera.height = camera.crop_width = camera.crop_height = size;
   for (const Shape& shape : scene.shapes)
     if (!shape.mesh)
       throw UsageError(who + ": the network's view of the shape needs meshes; one of the shapes is round");
@@ -23,7 +28,7 @@ SeenShape seen_shape_of(const Scene& scene, int sensor, const Body& body, const 
   for (std::size_t k = 0; k < 3; ++k)
     for (const Vec3& n : buffers.normal) normal.push_back(static_cast<float>(n[k]));
   return seen_shape(std::move(normal), {buffers.depth.begin(), buffers.depth.end()},
-                    {buffers.mask.begin(), buffers.mask.end()}, camera.width, scene.file, body.longest_side);
+                    {buffers.mask.begin(), buffers.mask.end()}, size, scene.file, body.longest_side);
 }
 
 std::array<double, 3> light_of(const Scene& scene, const std::string& who) {
@@ -47,8 +52,8 @@ Body body_of(const Scene& scene, int medium, const std::string& who) {
   return {bodies.front(), box_of(scene.shapes[static_cast<std::size_t>(bodies.front())]).longest_side()};
 }
 
-SceneView::SceneView(const Scene& scene, int sensor, const Body& body, const std::string& who)
-    : shape_(seen_shape_of(scene, sensor, body, who)), light_(light_of(scene, who)) {}
+SceneView::SceneView(const Scene& scene, int sensor, int size, const Body& body, const std::string& who)
+    : shape_(seen_shape_of(scene, sensor, size, body, who)), light_(light_of(scene, who)) {}
 
 double sigma_t_in_scene(double sigma_t, const NetworkDescription& network, const Body& body) {
   return sigma_t * network.mm_per_unit / body.longest_side;

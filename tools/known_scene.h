@@ -21,8 +21,9 @@ Body body_of(const Scene& scene, int medium, const std::string& who);
 // For networks of six channels, which learnt from bodies whose longest side is one scene unit.
 class SceneView {
  public:
-  // sensor: of the scene. Throws UsageError: shapes or light that the network cannot know.
-  SceneView(const Scene& scene, int sensor, const Body& body, const std::string& who);
+  // sensor: of the scene, as if it had size x size pixels. Throws UsageError: pixels that are no square or only a part
+  // of the film, shapes or light that the network cannot know.
+  SceneView(const Scene& scene, int sensor, int size, const Body& body, const std::string& who);
   KnownScene known() const { return {shape_, light_}; }
 
  private:

@@ -19,7 +19,7 @@ namespace {
 std::map<std::string, double> guess(Network& network, const std::string& image, const std::optional<SceneView>& view) {
   const NetworkDescription& description = network.description();
   std::vector<float> input(network.image_values());
-  const std::vector<float> luminance = read_luminance(image, description.size);
+  const std::vector<float> luminance = read_resampled_luminance(image, description.size);
   if (view) {
     const KnownScene known = view->known();
     network_input(description, luminance, &known, input);
@@ -70,7 +70,7 @@ void set_network_start(Scene& scene, const std::vector<std::string>& parameters,
   const std::string who = "--init " + run;
   const Body body = body_of(scene, guessed.front().indices.front(), who);
   std::optional<SceneView> view;
-  if (network.description().channels > 1) view.emplace(scene, sensor, body, who);
+  if (network.description().channels > 1) view.emplace(scene, sensor, network.description().size, body, who);
   const std::map<std::string, double> guesses = guess(network, image, view);
   for (const Parameter& parameter : guessed) {
     const auto found = guesses.find(output_name(parameter.kind));

@@ -12,8 +12,8 @@ namespace itn::tools {
 // from, over that of the medium's body in scene units and the medium's scale; a colour gets the grey guess in every
 // component. Those in `given` are left alone. Networks of six channels get shape and light from the scene. Throws
 // UsageError: another parameter that is not given, parameters of several media, a medium inside of several shapes or
-// none, shapes or light that the network cannot know; InputError: a network or an image (read_luminance()) that cannot
-// be used.
+// none, shapes or light that the network cannot know; InputError: a network or an image
+// (read_resampled_luminance()) that cannot be used.
 void set_network_start(Scene& scene, const std::vector<std::string>& parameters, const std::vector<std::string>& given,
                        const std::string& run, const std::string& image, int sensor);
 

@@ -33,7 +33,7 @@ class Known {
     if (!options.scene.empty()) {
       look_at(load_scene(options.scene, options.common.definition_map()));
     } else if (!options.shape_buffers.empty()) {
-      shapes_[0] = read_seen_shape(options.shape_buffers, network.size);
+      shapes_[0] = read_resampled_seen_shape(options.shape_buffers, network.size);
       double square = 0;
       for (const double part : options.light) square += part * part;
       if (!(square > 0 && std::isfinite(square))) throw UsageError("--light: need a direction");
@@ -58,8 +58,8 @@ class Known {
     const Manifest::Image& image = *found->second;
     if (!shapes_.count(image.shape)) {
       const std::string& buffers = manifest_.shapes[static_cast<std::size_t>(image.shape)].buffers;
-      shapes_[image.shape] =
-          read_seen_shape((std::filesystem::path(options_.dataset) / buffers).string(), network_.size, manifest_.hash);
+      shapes_[image.shape] = read_resampled_seen_shape((std::filesystem::path(options_.dataset) / buffers).string(),
+                                                       network_.size, manifest_.hash);
     }
     return {shapes_.at(image.shape), manifest_.lights[static_cast<std::size_t>(image.light)].direction};
   }
@@ -68,14 +68,11 @@ class Known {
   void look_at(const Scene& scene) {
     const std::string who = "--scene " + options_.scene;
     for (const std::string& text : scene.warnings) warn(options_.common, text);
-    const Sensor& camera = chosen_sensor(scene, options_.sensor);
-    if (camera.width != network_.size || camera.height != network_.size)
-      throw UsageError(fmt::format("{}: its sensor takes {} x {} pixels, the network has learnt from {} x {}", who,
-                                   camera.width, camera.height, network_.size, network_.size));
+    chosen_sensor(scene, options_.sensor);  // throws where there is none
     if (scene.media.size() != 1)
       throw UsageError(fmt::format("{}: the network knows one medium, the scene has {}", who, scene.media.size()));
     body_ = body_of(scene, 0, who);
-    if (network_.channels > 1) view_.emplace(scene, options_.sensor, *body_, who);
+    if (network_.channels > 1) view_.emplace(scene, options_.sensor, network_.size, *body_, who);
   }
 
   static std::string canonical(const std::filesystem::path& path) {
@@ -118,7 +115,7 @@ void run(const Options& options) {
   std::vector<float> input(network.image_values());
   for (const std::string& file : options.images) {
     if (interrupt_flag()) throw Interrupted();
-    const std::vector<float> luminance = read_luminance(file, description.size);
+    const std::vector<float> luminance = read_resampled_luminance(file, description.size);
     if (description.channels > 1) {
       const KnownScene scene = known->of(file);
       network_input(description, luminance, &scene, input);
@@ -167,7 +164,7 @@ void add_predict(CLI::App& app) {
       ->add_option(
           "images", options->images,
           "[RUN] IMAGE...: folder that itn train wrote or a .safetensors file, else the network that ships with "
-          "the program; OpenEXR files with the channels Y or R G B, of the size that the network has learnt")
+          "the program; square OpenEXR files with the channels Y or R G B")
       ->required();
   command->add_option("--dataset", options->dataset,
                       "six channels: the data set that the images belong to; it knows their shape and light");

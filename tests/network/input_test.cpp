@@ -132,6 +132,57 @@ TEST_CASE("Colours become luminance as the renderer weighs them") {
     CHECK(value == Approx(0.212671 + 2 * 0.715160 + 4 * 0.072169));
 }
 
+TEST_CASE("Images of more pixels are averaged, of fewer interpolated") {
+  const TemporaryFolder folder;
+  const auto row = [&](const std::vector<float>& values, int size) {
+    const int from = static_cast<int>(values.size());
+    ExrImage image{from, from, {"Y"}, {}, {}};
+    for (int y = 0; y < from; ++y) image.data.insert(image.data.end(), values.begin(), values.end());
+    write_exr(folder / "a.exr", image);
+    const std::vector<float> all = read_resampled_luminance(folder / "a.exr", size);
+    REQUIRE(all.size() == static_cast<std::size_t>(size * size));
+    const std::vector<float> first(all.begin(), all.begin() + size);
+    for (int y = 0; y < size; ++y)
+      for (int x = 0; x < size; ++x)
+        CHECK(all[static_cast<std::size_t>(y * size + x)] == Approx(first[static_cast<std::size_t>(x)]));
+    return first;
+  };
+  CHECK(row({1, 5, 2, 9}, 4) == std::vector<float>{1, 5, 2, 9});
+  CHECK(row({1, 5, 2, 8}, 2) == std::vector<float>{3, 5});
+  CHECK(row({1, 5}, 4) == std::vector<float>{1, 2, 4, 5});
+  const std::vector<float> three_of_four = row({3, 6, 9, 0}, 3);
+  for (std::size_t i = 0; i < 3; ++i)
+    CHECK(three_of_four[i] == Approx(std::array{(3 + 6 / 3.0) / (4 / 3.0), 7.5, (9 / 3.0 + 0) / (4 / 3.0)}[i]));
+  // Rows are not columns.
+  write_exr(folder / "a.exr", {2, 2, {"Y"}, {1, 2, 3, 4}, {}});
+  CHECK(read_resampled_luminance(folder / "a.exr", 2) == std::vector<float>{1, 2, 3, 4});
+  write_exr(folder / "a.exr", {4, 1, {"Y"}, {1, 2, 3, 4}, {}});
+  CHECK_THROWS_WITH(read_resampled_luminance(folder / "a.exr", 2), Contains("4 x 1 pixels, need a square image"));
+  write_exr(folder / "a.exr", {2, 2, {"Y"}, {1, 2, NAN, 4}, {}});
+  CHECK_THROWS_WITH(read_resampled_luminance(folder / "a.exr", 4), Contains("pixel 0, 1: is nan"));
+}
+
+TEST_CASE("Shape buffers of other sizes: what is seen at the middle of a pixel") {
+  const TemporaryFolder folder;
+  const MadeUpDataset set(folder.path(), 1, 1);
+  const std::string file = set.path("shapes/ball.exr"), hash = set.manifest.hash;
+  const SeenShape shape = read_seen_shape(file, made_up_size, hash);
+  const auto same = [](const SeenShape& a, const SeenShape& b) {
+    return a.normal == b.normal && a.nearness == b.nearness && a.mask == b.mask;
+  };
+  CHECK(same(read_resampled_seen_shape(file, made_up_size, hash), shape));
+  constexpr std::size_t fine = 2 * made_up_size;
+  const SeenShape finer = read_resampled_seen_shape(file, fine, hash);
+  REQUIRE(finer.normal.size() == 3 * fine * fine);
+  for (std::size_t y = 0; y < fine; ++y)
+    for (std::size_t x = 0; x < fine; ++x) {
+      const std::size_t to = y * fine + x, from = y / 2 * made_up_size + x / 2;
+      CHECK(finer.mask[to] == shape.mask[from]);
+      CHECK(finer.nearness[to] == shape.nearness[from]);
+      CHECK(finer.normal[2 * fine * fine + to] == shape.normal[2 * pixels + from]);
+    }
+}
+
 TEST_CASE("Images that are not what the network needs are input errors that name file and reason") {
   const TemporaryFolder folder;
   const MadeUpDataset set(folder.path(), 1, 1);

@@ -290,7 +290,7 @@ TEST_CASE("itn predict says what is wrong with network, images and what is known
   broken.width = 4;
   broken.height = 16;
   itn::write_exr(folder / "broken.exr", broken);
-  fails({"predict", one, folder / "broken.exr"}, 3, "has 4 x 16 pixels, need 8 x 8");
+  fails({"predict", one, folder / "broken.exr"}, 3, "has 4 x 16 pixels, need a square image");
 
   // What the data set knows, given by hand, is the same; the length of --light does not matter.
   const Result by_set = run_itn({"predict", six, image, "--dataset", set.folder});
