@@ -141,7 +141,7 @@ TEST_CASE("Images of more pixels are averaged, of fewer interpolated") {
     write_exr(folder / "a.exr", image);
     const std::vector<float> all = read_resampled_luminance(folder / "a.exr", size);
     REQUIRE(all.size() == static_cast<std::size_t>(size * size));
-    const std::vector<float> first(all.begin(), all.begin() + size);
+    std::vector<float> first(all.begin(), all.begin() + size);
     for (int y = 0; y < size; ++y)
       for (int x = 0; x < size; ++x)
         CHECK(all[static_cast<std::size_t>(y * size + x)] == Approx(first[static_cast<std::size_t>(x)]));
