@@ -31,29 +31,35 @@ std::vector<Rendering> two_pixels(std::size_t groups, double noise, std::uint64_
   return result;
 }
 
+FisherInformation information_of(const std::vector<Rendering>& groups) {
+  FisherInformation information;
+  for (const Rendering& group : groups) information.add(group);
+  return information;
+}
+
 }  // namespace
 
 TEST_CASE("the information of two pixels, by hand; a pixel without noise is left out") {
   std::vector<Rendering> groups = two_pixels(3, 0, 0);
-  const Eigen::MatrixXd information = fisher_information(groups, spp);
+  const Eigen::MatrixXd information = information_of(groups).of_image(spp);
   // (1, 0) / 0.25 and (1, 2) / 4
   CHECK(information(0, 0) == Approx(4 + 0.25));
   CHECK(information(0, 1) == Approx(0.5));
   CHECK(information(1, 0) == Approx(0.5));
   CHECK(information(1, 1) == Approx(1));
   for (Rendering& group : groups) group.stderr_[0] = 0;
-  CHECK(fisher_information(groups, spp)(0, 0) == Approx(0.25));
+  CHECK(information_of(groups).of_image(spp)(0, 0) == Approx(0.25));
 }
 
 TEST_CASE("noise of the derivatives gives the information no bias") {
   constexpr int trials = 4000;
   Eigen::Matrix2d mean = Eigen::Matrix2d::Zero(), square = mean;
   for (int t = 0; t < trials; ++t) {
-    const Eigen::Matrix2d one = fisher_information(two_pixels(4, 1.5, 100U + static_cast<std::uint64_t>(t)), spp);
+    const Eigen::Matrix2d one = information_of(two_pixels(4, 1.5, 100U + static_cast<std::uint64_t>(t))).of_image(spp);
     mean += one / trials;
     square += one.cwiseAbs2() / trials;
   }
-  const Eigen::Matrix2d exact = fisher_information(two_pixels(3, 0, 0), spp);
+  const Eigen::Matrix2d exact = information_of(two_pixels(3, 0, 0)).of_image(spp);
   for (int a = 0; a < 2; ++a)
     for (int b = 0; b < 2; ++b) {
       const double deviation = std::sqrt((square(a, b) - mean(a, b) * mean(a, b)) / trials);
@@ -64,30 +70,18 @@ TEST_CASE("noise of the derivatives gives the information no bias") {
   CHECK(square(0, 0) > 0);
 }
 
-TEST_CASE("what derivatives and errors of the same samples have in common gives the information no bias") {
-  // One pixel. A group's sample is 1 or 3: its derivative, and its variance.
-  constexpr int trials = 20000;
-  constexpr std::size_t count = 4;
-  // Mean of 1 / variance of two groups, times the derivative's square.
-  const double expected = 4 * (0.25 / 1 + 0.5 / 2 + 0.25 / 3);
-  double mean = 0, square = 0;
-  for (int t = 0; t < trials; ++t) {
-    std::vector<Rendering> groups(count);
-    for (std::size_t g = 0; g < count; ++g) {
-      const float drawn = random_normal(5, static_cast<std::uint64_t>(t), g) > 0 ? 3.0F : 1.0F;
-      groups[g].spp = spp;
-      groups[g].stderr_ = {std::sqrt(drawn)};
-      groups[g].derivatives.resize(1);
-      groups[g].derivatives[0].mean = {drawn};
-    }
-    const double one = fisher_information(groups, spp)(0, 0);
-    mean += one / trials;
-    square += one * one / trials;
-  }
-  const double deviation = std::sqrt((square - mean * mean) / trials);
-  CAPTURE(mean, expected, deviation);
-  // 2.33; with the mean variance of all four groups it would be 1.87.
-  CHECK(std::abs(mean - expected) < 4 * deviation);
+TEST_CASE("information from two halves of the renderings is that of all of them") {
+  const std::vector<Rendering> groups = two_pixels(5, 1.5, 3);
+  FisherInformation some = information_of({groups.begin(), groups.begin() + 2});
+  some.add(information_of({groups.begin() + 2, groups.end()}));
+  CHECK(some.of_image(spp).isApprox(information_of(groups).of_image(spp)));
+}
+
+TEST_CASE("bounds agree where no standard deviation differs by a factor of 1.5") {
+  const auto bound = [](double a, double b) { return Bound{{}, Eigen::Vector2d(a, b)}; };
+  CHECK(agree(bound(1, 1), bound(2.2, 0.5)));
+  CHECK_FALSE(agree(bound(1, 1), bound(2.3, 1)));
+  CHECK_FALSE(agree(bound(1, 1), bound(1, 0.4)));
 }
 
 TEST_CASE("the bound is the inverse information, and with a prior that of their sum") {
@@ -132,7 +126,7 @@ TEST_CASE("least squares in simulated images reach the bound") {
       group.derivatives[1].mean.push_back(static_cast<float>(x * x));
     }
   }
-  const Bound bound = cramer_rao(fisher_information(groups, spp), Eigen::Vector2d(1e9, 1e9));
+  const Bound bound = cramer_rao(information_of(groups).of_image(spp), Eigen::Vector2d(1e9, 1e9));
   constexpr int trials = 4000;
   Eigen::Vector2d variance = Eigen::Vector2d::Zero();
   const Eigen::Matrix2d normal = design.transpose() * design;

@@ -6,29 +6,48 @@
 
 namespace itn {
 
-Eigen::MatrixXd fisher_information(const std::vector<Rendering>& groups, int spp) {
-  const auto parameters = static_cast<Eigen::Index>(groups.front().derivatives.size());
-  const auto count = static_cast<Eigen::Index>(groups.size());
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(parameters, parameters);
-  Eigen::MatrixXd derivative(parameters, count);
-  Eigen::ArrayXd variance(count);
-  for (std::size_t i = 0; i < groups.front().stderr_.size(); ++i) {
-    for (Eigen::Index g = 0; g < count; ++g) {
-      const Rendering& group = groups[static_cast<std::size_t>(g)];
-      variance[g] = std::pow(static_cast<double>(group.stderr_[i]), 2) * group.spp / spp;
-      for (Eigen::Index p = 0; p < parameters; ++p)
-        derivative(p, g) = static_cast<double>(group.derivatives[static_cast<std::size_t>(p)].mean[i]);
-    }
-    const double sum = variance.sum();
-    for (Eigen::Index a = 0; a < count; ++a)
-      for (Eigen::Index b = 0; b < a; ++b) {
-        const double others = (sum - variance[a] - variance[b]) / static_cast<double>(count - 2);
-        if (!(others > 1e-9 * sum)) continue;
-        const Eigen::MatrixXd product = derivative.col(a) * derivative.col(b).transpose();
-        information += (product + product.transpose()) / others;
-      }
+void FisherInformation::add(const Rendering& rendering) {
+  const auto parameters = static_cast<Eigen::Index>(rendering.derivatives.size());
+  const auto pixels = static_cast<Eigen::Index>(rendering.stderr_.size());
+  if (count_ == 0) {
+    sum_.setZero(parameters, pixels);
+    squares_.setZero(parameters * parameters, pixels);
+    variance_.setZero(pixels);
   }
-  return information / static_cast<double>(count * (count - 1));
+  ++count_;
+  Eigen::VectorXd one(parameters);
+  for (Eigen::Index i = 0; i < pixels; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    for (Eigen::Index p = 0; p < parameters; ++p)
+      one[p] = static_cast<double>(rendering.derivatives[static_cast<std::size_t>(p)].mean[at]);
+    sum_.col(i) += one;
+    squares_.col(i) += (one * one.transpose()).reshaped();
+    variance_[i] += std::pow(static_cast<double>(rendering.stderr_[at]), 2) * rendering.spp;
+  }
+}
+
+void FisherInformation::add(const FisherInformation& other) {
+  count_ += other.count_;
+  sum_ += other.sum_;
+  squares_ += other.squares_;
+  variance_ += other.variance_;
+}
+
+Eigen::MatrixXd FisherInformation::of_image(int spp) const {
+  const auto count = static_cast<double>(count_);
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(sum_.rows(), sum_.rows());
+  for (Eigen::Index i = 0; i < sum_.cols(); ++i) {
+    if (!(variance_[i] > 0)) continue;
+    const double variance = variance_[i] / count / spp;
+    information += (sum_.col(i) * sum_.col(i).transpose() - squares_.col(i).reshaped(sum_.rows(), sum_.rows())) /
+                   (count * (count - 1) * variance);
+  }
+  return information;
+}
+
+bool agree(const Bound& a, const Bound& b) {
+  const Eigen::ArrayXd ratio = a.with_prior.array() / b.with_prior.array();
+  return (ratio < 2.25).all() && (ratio > 1 / 2.25).all();
 }
 
 Bound cramer_rao(const Eigen::MatrixXd& information, const Eigen::VectorXd& prior) {
