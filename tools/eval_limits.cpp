@@ -60,7 +60,10 @@ std::vector<Bound> find_bounds(const EvalOptions& options, RenderedLoss& rendere
         Halves& half = halves[open[k]];
         half.add(std::span(renderings).subspan((k - first) * groups, groups));
         bounds[open[k]] = bound(half.both());
-        if (!agree(bound(half.even), bound(half.odd))) still_open.push_back(open[k]);
+        if (agree(bound(half.even), bound(half.odd)))
+          half = {};  // megabytes
+        else
+          still_open.push_back(open[k]);
       }
       const std::size_t settled = records.size() - open.size() + end - still_open.size();
       progress.update(static_cast<double>(settled) / static_cast<double>(records.size()));

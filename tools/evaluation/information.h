@@ -17,7 +17,7 @@ namespace itn {
 class FisherInformation {
  public:
   void add(const Rendering& rendering);
-  void add(const FisherInformation& other);
+  void add(const FisherInformation& other);  // neither is without a rendering
   // Of an image of `spp` samples a pixel.
   Eigen::MatrixXd of_image(int spp) const;
 
