@@ -3,8 +3,8 @@
  * homogeneous media can reach (`itn bench --stages`). */
 #include "lib/frame.h"
 #include "lib/random.h"
-#include "model/medium_homogeneous.h"
-#include "model/phase_henyey_greenstein.h"
+#include "model/medium/homogeneous.h"
+#include "model/phase/henyey_greenstein.h"
 
 /* out: x + y + z of where each path is after that many events. */
 __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void walk(float sigma_t, float g, int events, uint seed,

@@ -7,27 +7,24 @@
 #include "stage/ray.h"
 #include "stage/escape.h"
 #include "stage/null.h"
-#include "stage/diffuse.h"
-#include "stage/dielectric.h"
-#include "stage/rough_dielectric.h"
+#include "stage/opaque.h"
+#include "stage/boundary.h"
 #include "stage/medium.h"
 #include "stage/connect.h"
 
-#define SCENE_PARAMETERS                                                                                          \
-  __global const float *restrict nodes, __global const float *restrict leaves,                                    \
-      __global const PrimitiveRecord *restrict primitives, __global const uint *restrict grid,                    \
-      __global const GeometryRecord *restrict geometries, __global const JobRecord *restrict jobs,                \
-      __global const CameraRecord *restrict cameras, __global const ShapeRecord *restrict shapes,                 \
-      __global const BsdfRecord *restrict bsdfs, __global const MediumRecord *restrict media,                     \
-      __global const EmitterRecord *restrict emitters, __global const float *restrict emitter_tables,             \
-      __global const TextureRecord *restrict textures, __global const float *restrict texels,                     \
-      __global const DerivativeRecord *restrict derivatives, __global const float *restrict futures,              \
-      __global float *restrict visits,                                                                            \
-      __global const float *restrict pulls, __global uint *restrict gradient,                                     \
-      __global float *restrict samples, __global uint *restrict misplaced
-#define SCENE_LAUNCH                                                                                              \
-  {nodes, leaves, primitives, grid, geometries, jobs, cameras, shapes, bsdfs, media, emitters, emitter_tables,    \
-   textures, texels, derivatives, futures, visits, pulls, gradient, samples, misplaced}
+#define LAUNCH_PARAMETER(type, name) __global type *restrict name,
+#define LAUNCH_PARAMETERS LAUNCH_ARGUMENTS(LAUNCH_PARAMETER)
+#define LAUNCH_VALUE(type, name) name,
+#define LAUNCH {LAUNCH_ARGUMENTS(LAUNCH_VALUE)}
+
+/* Surfaces of one BSDF. */
+inline void surface_stage(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
+                          MASK valid) {
+  if (bsdf_traits(model) & BSDF_TRANSMITS) boundary_stage(model, variant, launch, job, pool, slots, valid);
+  else opaque_stage(model, variant, launch, job, pool, slots, valid);
+}
+
+#if FUSED
 
 /* Runs the stage of a queue over one group of slots. */
 inline void run_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, int queue, INT slots,
@@ -35,32 +32,21 @@ inline void run_stage(const Launch* launch, __global const JobRecord* job, Pool*
   switch (queue) {
     case QUEUE_RAY: ray_stage(launch, job, pool, slots, valid); break;
     case QUEUE_ESCAPE: escape_stage(launch, job, pool, slots, valid); break;
-#if HAS_NULL
-    case QUEUE_NULL: null_stage(launch, job, pool, slots, valid); break;
-#endif
-#if HAS_DIFFUSE
-    case QUEUE_DIFFUSE: diffuse_stage(launch, job, pool, slots, valid); break;
-#endif
-#if HAS_DIELECTRIC
-    case QUEUE_DIELECTRIC: dielectric_stage(launch, job, pool, slots, valid); break;
-#endif
-#if HAS_ROUGH_BECKMANN
-    case QUEUE_ROUGH_BECKMANN: rough_dielectric_stage(MICROFACET_BECKMANN, launch, job, pool, slots, valid); break;
-#endif
-#if HAS_ROUGH_GGX
-    case QUEUE_ROUGH_GGX: rough_dielectric_stage(MICROFACET_GGX, launch, job, pool, slots, valid); break;
-#endif
 #if HAS_MEDIUM
     case QUEUE_MEDIUM: medium_stage(launch, job, pool, slots, valid, WIDTH / 2); break;
 #endif
 #if MEDIUM_LIGHT_SAMPLING
     case QUEUE_CONNECT: connect_stage(launch, job, pool, slots, valid); break;
 #endif
+#if HAS_NULL
+    case QUEUE_SURFACE: null_stage(launch, job, pool, slots, valid); break;
+#endif
+#define RUN_SURFACE(surface, name, variant)                                                                    \
+    case QUEUE_SURFACE + surface: surface_stage(MODEL_##name, variant, launch, job, pool, slots, valid); break;
+    SURFACE_LIST(RUN_SURFACE)
     default: break;
   }
 }
-
-#if FUSED
 
 /* WIDTH slots off the top of a queue; lanes beyond its length get slots of the dump and are not valid. */
 inline INT pop_group(Pool* pool, int queue, MASK* valid) {
@@ -74,14 +60,14 @@ inline INT pop_group(Pool* pool, int queue, MASK* valid) {
   return slot.integer;
 }
 
-__kernel __attribute__((reqd_work_group_size(1, 1, 1))) void trace_paths(SCENE_PARAMETERS,
+__kernel __attribute__((reqd_work_group_size(1, 1, 1))) void trace_paths(LAUNCH_PARAMETERS
                                                                          __global const ChunkRecord* restrict chunks,
                                                                          int chunk_count,
                                                                          __global int* restrict next_chunk,
                                                                          __global float* restrict storage) {
-  Launch launch = SCENE_LAUNCH;
+  Launch launch = LAUNCH;
 #if ADJOINT
-  launch.gradient += get_global_id(0) * (size_t)(2 * GRADIENT_SETS * (NUMBERS + 1)); /* each work-item sums on its own */
+  launch.gradient += get_global_id(0) * (size_t)(2 * GRADIENT_SETS * SUMS_OF_A_SET); /* each work-item sums on its own */
 #endif
   Pool pool;
   pool.stride = SLOTS + WIDTH;
@@ -162,10 +148,10 @@ __kernel void fill_free_queue(__global float* restrict storage, int slots, __glo
 }
 
 /* Starts paths next_path ... of the chunk table (flattened) in the free slots; lanes of different jobs one after the other. */
-__kernel void generate(SCENE_PARAMETERS, __global const ChunkRecord* restrict chunks, int chunk_count, int next_path,
+__kernel void generate(LAUNCH_PARAMETERS __global const ChunkRecord* restrict chunks, int chunk_count, int next_path,
                        int path_count, __global float* restrict storage, int slots, __global int* restrict lengths,
                        int from_half) {
-  Launch launch = SCENE_LAUNCH;
+  Launch launch = LAUNCH;
   Pool pool = open_pool(storage, slots, lengths, !from_half);
   int group = get_global_id(0) * WIDTH, length = lengths[from_half * QUEUES + QUEUE_FREE];
   if (group >= length) return;
@@ -203,30 +189,73 @@ __kernel void generate(SCENE_PARAMETERS, __global const ChunkRecord* restrict ch
   }
 }
 
-/* One group of a stage; lanes of different jobs run one after the other. */
-__kernel void stage(SCENE_PARAMETERS, int queue, __global float* restrict storage, int slots,
-                    __global int* restrict lengths, int from_half) {
-  Launch launch = SCENE_LAUNCH;
-  Pool pool = open_pool(storage, slots, lengths, !from_half);
-  int group = get_global_id(0) * WIDTH, length = lengths[from_half * QUEUES + queue];
-  if (group >= length) return;
+/* What a work-item takes off the queue of a stage. */
+typedef struct {
+  INT slots;
+  Lanes job;
+  MASK valid;
+  uint left; /* lanes whose job has not had its turn */
+} Group;
+
+inline Group take_group(const Pool* pool, __global const float* storage, __global const int* lengths, int from_half,
+                        int queue) {
+  const int group = get_global_id(0) * WIDTH, length = lengths[from_half * QUEUES + queue];
+  Group g;
+  g.slots = pool->stride - WIDTH + LANE_INDEX;
+  g.valid = (MASK)(0);
+  g.left = 0;
+  if (group >= length) return g;
   __global const int* items =
-      (__global const int*)(storage + FIELDS * pool.stride) + (from_half * QUEUES + queue) * pool.stride;
+      (__global const int*)(storage + FIELDS * pool->stride) + (from_half * QUEUES + queue) * pool->stride;
   Lanes slot;
-  UNROLL for (int l = 0; l < WIDTH; ++l) slot.i[l] = group + l < length ? items[group + l] : pool.stride - WIDTH + l;
-  MASK valid = LANE_INDEX + group < length;
-  INT job = LOAD_INT(&pool, JOB, slot.integer);
-  uint left = lane_bits(valid);
-  Lanes job_of;
-  job_of.integer = job;
-  while (left) {
-    int current = job_of.i[LOWEST_BIT(left)];
-    MASK mask = valid & (job == current);
-    INT group_slots = SELECT_INT(mask, slot.integer, pool.stride - WIDTH + LANE_INDEX);
-    run_stage(&launch, jobs + current, &pool, queue, group_slots, mask);
-    left &= ~lane_bits(mask);
-  }
+  UNROLL for (int l = 0; l < WIDTH; ++l) slot.i[l] = group + l < length ? items[group + l] : pool->stride - WIDTH + l;
+  g.slots = slot.integer;
+  g.valid = LANE_INDEX + group < length;
+  g.job.integer = LOAD_INT(pool, JOB, g.slots);
+  g.left = lane_bits(g.valid);
+  return g;
 }
+
+/* Lanes of different jobs run one after the other: the next job, its lanes, and slots of the dump for the others. */
+inline int take_job(Group* g, const Pool* pool, INT* slots, MASK* valid) {
+  const int job = g->job.i[LOWEST_BIT(g->left)];
+  *valid = g->valid & (g->job.integer == job);
+  *slots = SELECT_INT(*valid, g->slots, pool->stride - WIDTH + LANE_INDEX);
+  g->left &= ~lane_bits(*valid);
+  return job;
+}
+
+/* The kernel of a stage: run, over the groups of its queue. */
+#define STAGE(name, queue, run)                                                                                     \
+  __kernel void name(LAUNCH_PARAMETERS __global float* restrict storage, int slot_count,                            \
+                     __global int* restrict lengths, int from_half) {                                               \
+    const Launch all = LAUNCH;                                                                                      \
+    const Launch* launch = &all;                                                                                    \
+    Pool opened = open_pool(storage, slot_count, lengths, !from_half);                                              \
+    Pool* pool = &opened;                                                                                           \
+    Group group = take_group(pool, storage, lengths, from_half, queue);                                             \
+    while (group.left) {                                                                                            \
+      INT slots;                                                                                                    \
+      MASK valid;                                                                                                   \
+      __global const JobRecord* job = launch->jobs + take_job(&group, pool, &slots, &valid);                        \
+      run;                                                                                                          \
+    }                                                                                                               \
+  }
+
+STAGE(ray, QUEUE_RAY, ray_stage(launch, job, pool, slots, valid))
+STAGE(escape, QUEUE_ESCAPE, escape_stage(launch, job, pool, slots, valid))
+#if HAS_MEDIUM
+STAGE(medium, QUEUE_MEDIUM, medium_stage(launch, job, pool, slots, valid, WIDTH / 2))
+#endif
+#if MEDIUM_LIGHT_SAMPLING
+STAGE(connect, QUEUE_CONNECT, connect_stage(launch, job, pool, slots, valid))
+#endif
+#if HAS_NULL
+STAGE(null, QUEUE_SURFACE, null_stage(launch, job, pool, slots, valid))
+#endif
+#define STAGE_OF_SURFACE(surface, name, variant) \
+  STAGE(name##_##variant, QUEUE_SURFACE + surface, surface_stage(MODEL_##name, variant, launch, job, pool, slots, valid))
+SURFACE_LIST(STAGE_OF_SURFACE)
 
 __kernel void reset_queue(__global int* restrict lengths, int queue, int half_index) {
   lengths[half_index * QUEUES + queue] = 0;

@@ -4,8 +4,8 @@
 #include "network/network_file.h"
 #include "network/safetensors.h"
 #include "network/trainer.h"
-#include "runtime/error.h"
-#include "runtime/image/file.h"
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
 
 namespace itn {
 namespace {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "network/random.h"
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 
 namespace itn {
 namespace {

@@ -60,7 +60,7 @@ class DatasetExamples : public Examples {
   Variation variation_;
 };
 
-// Of "sigma_t", "albedo" or "g". Throws UsageError for other names.
+// The image's "sigma_t", "albedo" or "g". Throws UsageError for other names.
 double parameter_of(const Manifest::Image& image, const std::string& name);
 
 }  // namespace itn

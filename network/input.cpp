@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
-#include "runtime/error.h"
+#include "runtime/base/colour.h"
+#include "runtime/base/error.h"
 #include "runtime/image/exr.h"
 
 namespace itn {
@@ -52,8 +54,9 @@ std::vector<float> luminance_of(const ExrImage& image, const std::string& file) 
     luminance = plane(image, "Y", file);
   } else if (image.channel("R") >= 0) {
     luminance.resize(image.data.size() / image.channels.size());
-    for (const auto& [name, weight] : {std::pair{"R", 0.212671F}, {"G", 0.715160F}, {"B", 0.072169F}}) {
-      const std::vector<float> values = plane(image, name, file);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::vector<float> values = plane(image, std::array{"R", "G", "B"}[c], file);
+      const auto weight = static_cast<float>(luminance_weights[c]);
       for (std::size_t i = 0; i < values.size(); ++i) luminance[i] += weight * values[i];
     }
   } else {

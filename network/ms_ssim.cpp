@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 
 namespace itn {
 namespace {

@@ -12,7 +12,7 @@
 #include "network/convolution.h"
 #include "network/fully_connected.h"
 #include "network/random.h"
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 
 namespace itn {
 namespace {
@@ -88,7 +88,7 @@ struct Network::Pass {
     output.resize(last.batch * last.outputs);
   }
 
-  // Of images of one pixel every layout is (batch, channels).
+  // The last stage's images have one pixel, so that every layout is (batch, channels).
   float* features() { return data(stages.back().output()); }
   float* features_gradient() { return data(stages.back().output_gradient()); }
 };

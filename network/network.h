@@ -23,7 +23,7 @@ struct NetworkDescription {
   int size = 128;    // side of the square images [pixels]: a power of two, up to 128
   std::vector<OutputRange> outputs = default_outputs();
   int width = 16;  // channels of the first stage, 1 to 64; the last has 64 times as many
-  // Of the images it learnt from:
+  // What the images were that it learnt from:
   double luminance = 1;    // the radiance that becomes 0 in its input (input.h), > 0
   double mm_per_unit = 1;  // sigma_t [1/mm] times it is per scene unit, > 0
 

@@ -3,8 +3,8 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 
-#include "runtime/error.h"
-#include "runtime/image/file.h"
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
 
 namespace itn {
 namespace {

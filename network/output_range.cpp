@@ -3,8 +3,8 @@
 #include <cmath>
 #include <set>
 
+#include "runtime/base/error.h"
 #include "runtime/derivative/parameter_chain.h"
-#include "runtime/error.h"
 
 namespace itn {
 namespace {

@@ -1,4 +1,4 @@
-// What training draws: streams, normal numbers and orders, from the counters of runtime/random.h.
+// What training draws: streams, normal numbers and orders, from the counters of runtime/base/random.h.
 #pragma once
 #include <cmath>
 #include <cstddef>
@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/random.h"
+#include "runtime/base/random.h"
 
 namespace itn {
 

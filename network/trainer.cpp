@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "network/random.h"
-#include "runtime/error.h"
-#include "runtime/seconds_since.h"
+#include "runtime/base/error.h"
+#include "runtime/base/seconds_since.h"
 
 namespace itn {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 #include "runtime/scene/parameters.h"
 #include "runtime/wavefront/trace_images.h"
 
@@ -23,13 +23,13 @@ struct BatchRenderer::State {
     if (options.paths_a_launch > 0) launch_paths = options.paths_a_launch;
   }
 
-  // Of the scene of the first image; those of the others must be the same.
-  void add_derivatives(const Scene& scene, bool first, DerivativeData& result) {
+  // Takes the derivatives of the first image's scene; those of the other scenes must be the same.
+  void add_derivatives(const Scene& scene, const JobRecord& job, bool first, DerivativeData& result) {
     const std::vector<Parameter> parameters = list_parameters(scene);
     for (const std::string& name : options.derivatives)
       if (is_of_light(find_parameter(parameters, name)))
         throw UsageError("parameter " + name + ": batches have no derivatives by the light");
-    DerivativeData own = derivative_data(scene, options.derivatives, 0, data);
+    DerivativeData own = derivative_data(scene, options.derivatives, job, data);
     if (first)
       result = std::move(own);
     else if (!same(own.scores, result.scores) || !same(own.parts, result.parts) ||
@@ -49,7 +49,7 @@ struct BatchRenderer::State {
         throw UsageError("batch: some films are luminance, others colour; render them apart");
       pixels += sensor.crop_width * sensor.crop_height * groups;
       jobs.push_back(append_scene(*image.scene, options.sensor, image.geometry, data));
-      add_derivatives(*image.scene, i == 0, derivatives);
+      add_derivatives(*image.scene, jobs.back(), i == 0, derivatives);
       jobs.back().seed_low = static_cast<unsigned>(image.seed);
       jobs.back().seed_high = static_cast<unsigned>(image.seed >> 32);
     }

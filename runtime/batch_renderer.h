@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
+#include "runtime/compile/geometry.h"
 #include "runtime/renderer.h"
-#include "runtime/scene/geometry.h"
 
 namespace itn {
 

@@ -7,9 +7,11 @@
 #include <limits>
 #include <numeric>
 
-#include "runtime/error.h"
+#include "kernels/shared/declaration.h"
+#include "runtime/base/colour.h"
+#include "runtime/base/error.h"
+#include "runtime/base/seconds_since.h"
 #include "runtime/scene/parameters.h"
-#include "runtime/seconds_since.h"
 #include "runtime/wavefront/trace_images.h"
 
 namespace itn {
@@ -18,8 +20,6 @@ namespace {
 // Of the sums' 63 bits this many are for parts of what is summed in all; the others leave room for large derivatives.
 constexpr int bits_below_mass = 42;
 constexpr std::size_t sets = GRADIENT_SETS;
-
-double luminance_of_channel(std::size_t c) { return std::array{0.212671, 0.715160, 0.072169}[c]; }
 
 }  // namespace
 
@@ -34,9 +34,10 @@ struct GradientRenderer::State {
     JobRecord job = append_scene(scene, options.sensor, data);
     job.seed_low = static_cast<unsigned>(options.seed);
     job.seed_high = static_cast<unsigned>(options.seed >> 32);
-    derivatives = derivative_data(scene, options.derivatives, job.emitter, data);
+    derivatives = derivative_data(scene, options.derivatives, job, data);
     DerivativeData on_device;  // paths carry nothing
     on_device.functions = derivatives.functions;
+    on_device.numbers = derivatives.numbers;
     const std::vector<Parameter> all = list_parameters(scene);
     for (std::size_t p = 0; p < derivatives.parts.size(); ++p) {
       DerivativeRecord& record = derivatives.derivatives[p];
@@ -58,37 +59,18 @@ struct GradientRenderer::State {
 
   std::size_t channels() const { return static_cast<std::size_t>(wavefront->channels()); }
 
-  // Where a score's number is among those of the gradient, and what its sum there is to be divided by: see
-  // lib/adjoint.h.
+  // Where the number of a part is among those of the gradient, and what its sum there is to be divided by
+  // (shared/declaration.h: d coordinate = d number / scale).
   struct Number {
     std::size_t index;
-    double unit;
+    double scale;
   };
-  Number number(const ScoreRecord& score, std::size_t channel) const {
-    const auto target = static_cast<std::size_t>(score.target);
-    const std::size_t own = static_cast<std::size_t>(score.channel);
-    const auto of_medium = [&](std::size_t kind, double unit) {
-      return Number{(target * MEDIUM_NUMBERS + kind) * channels() + channel, unit};
-    };
-    const auto of_bsdf = [&](std::size_t kind, double unit) {
-      return Number{((MEDIUM_NUMBERS * data.media.size()) + target * BSDF_NUMBERS + kind) * channels() + channel, unit};
-    };
-    switch (score.kind) {
-      case SCORE_SIGMA_T:
-        return of_medium(MEDIUM_SIGMA_T, data.media[target].sigma_t[own]);
-      case SCORE_ALBEDO:
-        return of_medium(MEDIUM_ALBEDO, data.media[target].albedo[own]);
-      case SCORE_G: {
-        const float g = data.media[target].g;
-        return of_medium(MEDIUM_G, 1 - g * g);
-      }
-      case SCORE_ALPHA:
-        return of_bsdf(BSDF_ALPHA, data.bsdfs[target].alpha);
-      case SCORE_ETA:
-        return of_bsdf(BSDF_ETA, data.bsdfs[target].eta);
-      default:
-        return of_bsdf(BSDF_REFLECTANCE, data.bsdfs[target].reflectance[own]);
-    }
+  Number number(const NumberOfPart& part, std::size_t channel) const {
+    const bool by_channel = part.colour && wavefront->throughput_channels() == 3;
+    const auto at = static_cast<std::size_t>(part.first + part.place(by_channel ? static_cast<int>(channel) : 0));
+    const float value = data.numbers[at];
+    const bool cosine = part.model->number_of(part.slot).coordinate == COORDINATE_COSINE;
+    return {at * channels() + channel, static_cast<double>(cosine ? 1 - value * value : value)};
   }
 
   // Of each group and pixel the weight of a sample in each channel of radiance.
@@ -103,7 +85,7 @@ struct GradientRenderer::State {
           if (image_channels == channels())
             pull = weights[g][i + c];
           else if (image_channels == 1)
-            pull = weights[g][i] * luminance_of_channel(c);
+            pull = weights[g][i] * luminance_weights[c];
           else
             for (std::size_t k = 0; k < image_channels; ++k) pull += weights[g][i + k];
           pulls.push_back(pull / groups[g].spp);
@@ -118,7 +100,7 @@ struct GradientRenderer::State {
       throw ResultError("gradient: " + std::to_string(sums[stride - 1]) +
                         " products are not finite, or too large to be summed");
     std::vector<std::vector<double>> of_set(static_cast<std::size_t>(derivatives.images()), std::vector<double>(sets));
-    std::size_t light_numbers = MEDIUM_NUMBERS * data.media.size() + BSDF_NUMBERS * data.bsdfs.size();
+    std::size_t light_numbers = data.numbers.size();
     for (std::size_t p = 0; p < derivatives.parts.size(); ++p) {
       const PartRecord& part = derivatives.parts[p];
       const DerivativeRecord& derivative = derivatives.derivatives[p];
@@ -126,11 +108,11 @@ struct GradientRenderer::State {
       for (std::size_t c = 0; c < channels(); ++c) {
         const auto factor = static_cast<double>(derivative.factor[c]);
         if (factor == 0) continue;
-        const Number n = of_light ? Number{light_numbers * channels() + c, factor * factor}
-                                  : number(derivatives.scores[static_cast<std::size_t>(part.score[c])], c);
+        const Number n =
+            of_light ? Number{light_numbers * channels() + c, factor * factor} : number(derivatives.numbers[p], c);
         for (std::size_t s = 0; s < sets; ++s)
           of_set[static_cast<std::size_t>(part.image)][s] +=
-              factor * quantum / n.unit * static_cast<double>(sums[s * stride + n.index]);
+              factor * quantum / n.scale * static_cast<double>(sums[s * stride + n.index]);
       }
       light_numbers += of_light;
     }

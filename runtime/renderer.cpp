@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <chrono>
 
-#include "runtime/error.h"
-#include "runtime/seconds_since.h"
+#include "runtime/base/error.h"
+#include "runtime/base/seconds_since.h"
 #include "runtime/wavefront/trace_images.h"
 
 namespace itn {
@@ -26,7 +26,7 @@ struct Renderer::State {
     const auto start = std::chrono::steady_clock::now();
     data.geometry.box_width = box_width(device);
     const JobRecord job = seeded(append_scene(scene, options.sensor, data));
-    build(job, derivative_data(scene, options.derivatives, job.emitter, data));
+    build(job, derivative_data(scene, options.derivatives, job, data));
     build_s = seconds_since(start);
   }
 
@@ -49,7 +49,7 @@ struct Renderer::State {
   void replace(const Scene& scene) {
     clear_scenes(data);
     const JobRecord job = seeded(append_scene(scene, options.sensor, 0, data));
-    const DerivativeData derivatives = derivative_data(scene, options.derivatives, job.emitter, data);
+    const DerivativeData derivatives = derivative_data(scene, options.derivatives, job, data);
     if (!wavefront->replace(data, {job}, derivatives, false)) build(job, derivatives);
   }
 

@@ -162,7 +162,7 @@ def checker(size, cells, dark, light):
 
 
 def data_set_floor():
-    """The numbers of floor_pattern() in runtime/dataset/dataset_scene.cpp: random_uniform(7, 0, i) of runtime/random.h."""
+    """The numbers of floor_pattern() in runtime/dataset/dataset_scene.cpp: random_uniform(7, 0, i) of runtime/base/random.h."""
     mask = (1 << 64) - 1
 
     def mixed(x):

@@ -2,20 +2,21 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
+#include "runtime/bench/derivatives.h"
+#include "runtime/bench/measurement.h"
+#include "runtime/bench/stages.h"
 #include "runtime/renderer.h"
 #include "runtime/scene/load.h"
-#include "tools/bench_derivatives.h"
-#include "tools/bench_peer.h"
-#include "tools/bench_scenes.h"
-#include "tools/bench_stages.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
 
@@ -28,83 +29,6 @@ struct Options {
   int runs = 5;
   bool stages = false, derivatives = false;
   std::string baselines = "automatic";
-};
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return n % 2 == 1 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
-}
-
-// Several images of one scene, of independent seeds: how long they took and how much they differ. Both renderers are
-// measured by this alone, whatever they say about themselves.
-class Repeats {
- public:
-  void add(double seconds, const std::vector<float>& pixels) {
-    seconds_.push_back(seconds);
-    if (mean_.empty()) {
-      mean_.assign(pixels.size(), 0.0);
-      square_.assign(pixels.size(), 0.0);
-    }
-    const auto count = static_cast<double>(seconds_.size());
-    double total = 0;
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-      const double value = pixels[i], delta = value - mean_[i];
-      mean_[i] += delta / count;
-      square_[i] += delta * (value - mean_[i]);
-      total += value;
-    }
-    image_means_.push_back(total / static_cast<double>(pixels.size()));
-  }
-
-  double seconds() const { return median(seconds_); }
-
-  // Variance of one sample of a pixel over the squared mean, both summed over pixels and channels first: a mean over
-  // pixels weighted by brightness, which is what the error of the image as a whole is made of.
-  double relative_variance(int spp) const {
-    double variance = 0, power = 0;
-    for (std::size_t i = 0; i < mean_.size(); ++i) {
-      variance += square_[i] / static_cast<double>(seconds_.size() - 1);
-      power += mean_[i] * mean_[i];
-    }
-    return variance / power * spp;
-  }
-
-  double image_mean() const {
-    double sum = 0;
-    for (const double value : image_means_) sum += value;
-    return sum / static_cast<double>(image_means_.size());
-  }
-
-  // Of image_mean. Few runs tell little of their own spread: the pixels, which are independent, tell it better.
-  double image_mean_stderr() const {
-    const auto n = static_cast<double>(seconds_.size());
-    double sum = 0;
-    // The three channels of a pixel rise and fall together.
-    for (std::size_t i = 0; i + 2 < square_.size(); i += 3) {
-      const double spread = std::sqrt(square_[i]) + std::sqrt(square_[i + 1]) + std::sqrt(square_[i + 2]);
-      sum += spread * spread;
-    }
-    return std::sqrt(sum / (n - 1) / n) / static_cast<double>(mean_.size());
-  }
-
- private:
-  std::vector<double> seconds_, mean_, square_, image_means_;
-};
-
-struct Row {
-  BenchScene scene;
-  int spp = 0;
-  double paths = 0;  // an image
-  Repeats ours;
-  std::optional<Repeats> peer;
-
-  double speed_ratio() const { return peer->seconds() / ours.seconds(); }
-  // Efficiency is 1 / (variance x time).
-  double efficiency_ratio() const { return speed_ratio() * peer->relative_variance(spp) / ours.relative_variance(spp); }
-  double mean_z() const {
-    return (ours.image_mean() - peer->image_mean()) / std::hypot(ours.image_mean_stderr(), peer->image_mean_stderr());
-  }
 };
 
 // A folder that goes away with the object, unless the user named it.
@@ -135,36 +59,13 @@ class Folder {
   std::string path_;
 };
 
-// Both renderers take turns, so that whatever else the machine does hits both. The first image of each, which compiles
-// kernels, counts for nothing.
-Row measure(const Device& device, MitsubaPeer* peer, const BenchScene& scene, const Options& options) {
-  const Scene loaded = load_scene(scene.file);
-  RenderOptions render_options;
-  render_options.spp = options.common.spp;
-  render_options.cancel = &interrupt_flag();
-  Row row;
-  row.scene = scene;
-  if (peer) row.peer.emplace();
-  for (int run = 0; run <= options.runs; ++run) {
-    render_options.seed = options.common.seed + static_cast<std::uint64_t>(run);
-    const Rendering image = render(device, loaded, render_options);
-    row.spp = image.spp;
-    row.paths = static_cast<double>(image.paths);
-    if (run > 0) row.ours.add(image.render_s, image.mean);
-    if (!peer) continue;
-    const PeerImage other = peer->render(scene.file, row.spp, render_options.seed);
-    if (run > 0) row.peer->add(other.seconds, other.pixels);
-  }
-  return row;
-}
-
 void print_header(bool peer) {
   fmt::print("{:<26} {:>12} {:>10}", "scene", "Mpaths/s", "rel. var.");
   if (peer) fmt::print(" {:>12} {:>10} {:>8} {:>11} {:>8}", "Mitsuba", "rel. var.", "speed", "efficiency", "z mean");
   fmt::print("\n");
 }
 
-void print_row(const Row& row) {
+void print_row(const BenchRow& row) {
   fmt::print("{:<26} {:>12.3f} {:>10.3g}", row.scene.name, row.paths / row.ours.seconds() * 1e-6,
              row.ours.relative_variance(row.spp));
   if (row.peer)
@@ -174,7 +75,7 @@ void print_row(const Row& row) {
   std::fflush(stdout);
 }
 
-nlohmann::ordered_json to_json(const Row& row) {
+nlohmann::ordered_json to_json(const BenchRow& row) {
   const auto side = [&](const Repeats& repeats) {
     return nlohmann::ordered_json{{"paths_per_s", row.paths / repeats.seconds()},
                                   {"render_s", repeats.seconds()},
@@ -190,28 +91,18 @@ nlohmann::ordered_json to_json(const Row& row) {
   return json;
 }
 
-struct GeometricMean {
-  std::string group;  // empty: all rows
-  double speed = 0, efficiency = 0;
-};
-
-std::vector<GeometricMean> geometric_means(const std::vector<Row>& rows) {
-  std::vector<std::string> groups;
-  for (const Row& row : rows)
-    if (groups.empty() || groups.back() != row.scene.group) groups.push_back(row.scene.group);
-  groups.emplace_back();
-  std::vector<GeometricMean> means;
-  for (const std::string& group : groups) {
-    double speed = 0, efficiency = 0, count = 0;
-    for (const Row& row : rows) {
-      if (!group.empty() && row.scene.group != group) continue;
-      speed += std::log(row.speed_ratio());
-      efficiency += std::log(row.efficiency_ratio());
-      count += 1;
-    }
-    means.push_back({group, std::exp(speed / count), std::exp(efficiency / count)});
+void print_stages(const std::string& name, const Rendering& image) {
+  fmt::print("{}: {:.3f} Mpaths/s in stages\n", name, static_cast<double>(image.paths) / image.render_s * 1e-6);
+  double rest = image.render_s;
+  for (const StageTime& stage : image.stages) {
+    fmt::print("  {:<16} {:>5.1f} %  {:>6} calls  {:>7.0f} paths a call  {:>7.1f} ns a path\n", stage.stage,
+               100 * stage.seconds / image.render_s, stage.launches,
+               static_cast<double>(stage.paths) / static_cast<double>(stage.launches),
+               1e9 * stage.seconds / static_cast<double>(stage.paths));
+    rest -= stage.seconds;
   }
-  return means;
+  fmt::print("  {:<16} {:>5.1f} %\n", "film, queues", 100 * rest / image.render_s);
+  std::fflush(stdout);
 }
 
 void time_stages_of(const Device& device, const std::vector<BenchScene>& scenes, const Options& options,
@@ -313,9 +204,10 @@ void run(const Options& options) {
                options.runs);
     print_header(compare);
   }
-  std::vector<Row> rows;
+  const BenchOptions how{options.runs, options.common.spp, options.common.seed, &interrupt_flag()};
+  std::vector<BenchRow> rows;
   for (const BenchScene& scene : scenes) {
-    rows.push_back(measure(device, peer.get(), scene, options));
+    rows.push_back(measure(device, peer.get(), scene, how));
     if (options.common.talkative()) print_row(rows.back());
     result["rows"].push_back(to_json(rows.back()));
   }

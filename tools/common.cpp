@@ -2,13 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <charconv>
 #include <cstdio>
 #include <limits>
+#include <nlohmann/json.hpp>
 
-#include "runtime/error.h"
-#include "runtime/fingerprint.h"
-#include "runtime/image/file.h"
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
 
 namespace itn::tools {
 namespace {
@@ -58,6 +59,12 @@ void add_common_options(CLI::App& command, CommonOptions& options, const std::st
   command.add_option("--json", options.json, "also write the result as JSON to this file; - is standard output");
 }
 
+void add_open_option(CLI::App& command, CommonOptions& options) {
+  command.add_flag("--open", options.open,
+                   "render shapes that bound a medium though they are not closed, as they are; without it they are "
+                   "refused");
+}
+
 void add_operator_option(CLI::App& command, Operator& op) {
   const std::map<std::string, Operator> operators{{"full", Operator::full}, {"single", Operator::single}};
   command.add_option("--operator", op, "full: all light; single: one scattering in the medium")
@@ -71,6 +78,26 @@ void add_sensor_option(CLI::App& command, int& sensor) {
       ->capture_default_str();
 }
 
+void add_size_option(CLI::App& command, std::optional<FilmSize>& size) {
+  const auto parse = [&size](const std::string& text) {
+    FilmSize given;
+    const char* end = text.data() + text.size();
+    const auto [cross, no_width] = std::from_chars(text.data(), end, given.width);
+    bool is_size = no_width == std::errc() && cross != end && *cross == 'x';
+    if (is_size) {
+      const auto [stop, no_height] = std::from_chars(cross + 1, end, given.height);
+      is_size = no_height == std::errc() && stop == end;
+    }
+    if (!is_size || std::min(given.width, given.height) < 1 || std::max(given.width, given.height) > largest_film)
+      throw UsageError(fmt::format("--size {}: need WIDTHxHEIGHT, each from 1 to {} pixels", text, largest_film));
+    size = given;
+  };
+  command
+      .add_option_function<std::string>("--size", parse,
+                                        "of the film instead of the scene's; a crop keeps its fraction")
+      ->type_name("WxH");
+}
+
 std::string name_of(Operator op) { return op == Operator::single ? "single" : "full"; }
 
 void write_json(const CommonOptions& options, const nlohmann::ordered_json& result) {
@@ -80,8 +107,6 @@ void write_json(const CommonOptions& options, const nlohmann::ordered_json& resu
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
     throw ResultError("standard output: the result cannot be written; is the disk full or the reader gone?");
 }
-
-std::string fingerprint_of(const std::string& file) { return fmt::format("{:016x}", fingerprint(read_file(file))); }
 
 void warn(const CommonOptions& options, const std::string& text) {
   if (!options.quiet) std::fprintf(stderr, "warning: %s\n", text.c_str());

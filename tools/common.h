@@ -1,13 +1,18 @@
 // What every sub-command shares: options with one name and meaning, and where results go.
 #pragma once
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <map>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "runtime/renderer.h"
+#include "runtime/scene/load.h"
+
+namespace CLI {
+class App;
+}
 
 namespace itn::tools {
 
@@ -16,6 +21,7 @@ struct CommonOptions {
   int spp = 0;  // 0: the scene's own
   std::uint64_t seed = 0;
   std::vector<std::string> definitions;  // name=value
+  bool open = false;                     // LoadOptions
   bool quiet = false;
   std::string json;  // file, "-" is standard output, empty: none
 
@@ -28,19 +34,19 @@ struct CommonOptions {
 // default_spp: what happens without --spp.
 void add_common_options(CLI::App& command, CommonOptions& options, const std::string& default_spp = "the scene's own");
 
-// --operator, --sensor.
+// --open, of commands that load a scene; --operator, --sensor.
+void add_open_option(CLI::App& command, CommonOptions& options);
 void add_operator_option(CLI::App& command, Operator& op);
 void add_sensor_option(CLI::App& command, int& sensor);
+// --size WxH: of every film, instead of the scene's.
+void add_size_option(CLI::App& command, std::optional<FilmSize>& size);
 std::string name_of(Operator op);
 
-// Of --sensor; throws UsageError when the scene has fewer.
+// The sensor that --sensor asks for; throws UsageError when the scene has fewer.
 const Sensor& chosen_sensor(const Scene& scene, int index);
 
 // Writes the result where --json says; throws ResultError when that fails.
 void write_json(const CommonOptions& options, const nlohmann::ordered_json& result);
-
-// Tells files apart: 16 hexadecimal digits. Throws InputError when it cannot be read.
-std::string fingerprint_of(const std::string& file);
 
 // Warnings of a scene and the like: standard error, unless --quiet.
 void warn(const CommonOptions& options, const std::string& text);

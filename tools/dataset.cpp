@@ -2,17 +2,20 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <map>
+#include <nlohmann/json.hpp>
 
+#include "runtime/base/folder_lock.h"
+#include "runtime/base/seconds_since.h"
+#include "runtime/base/version.h"
 #include "runtime/dataset/config.h"
 #include "runtime/dataset/render_dataset.h"
+#include "runtime/image/contact_sheet.h"
 #include "runtime/image/exr.h"
-#include "runtime/image/folder_lock.h"
-#include "runtime/seconds_since.h"
 #include "tools/common.h"
-#include "tools/contact_sheet.h"
 #include "tools/interrupt.h"
 #include "tools/progress.h"
 
@@ -53,7 +56,7 @@ void run(const Options& options, bool seed_given) {
   if (common.spp) config.spp = common.spp;
   if (seed_given) config.seed = common.seed;
   const Device device(common.device);
-  const DatasetPlan plan = plan_dataset(config, ITN_VERSION, device.info().name + ", " + device.info().platform);
+  const DatasetPlan plan = plan_dataset(config, version(), device.info().name + ", " + device.info().platform);
   const FolderLock lock(options.folder);
 
   const auto start = std::chrono::steady_clock::now();

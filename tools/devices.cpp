@@ -1,8 +1,11 @@
 // itn devices: what can render here.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "runtime/base/error.h"
 #include "runtime/device/device.h"
-#include "runtime/error.h"
 #include "tools/common.h"
 
 namespace itn::tools {

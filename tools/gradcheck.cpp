@@ -1,16 +1,18 @@
 // itn gradcheck: each derivative of an image against a central difference with common random numbers.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
+#include "runtime/base/statistics.h"
 #include "runtime/derivative/difference.h"
-#include "runtime/error.h"
-#include "runtime/image/file.h"
 #include "runtime/renderer.h"
 #include "runtime/scene/load.h"
 #include "runtime/scene/parameters.h"
-#include "runtime/statistics.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
 #include "tools/progress.h"
@@ -230,7 +232,7 @@ nlohmann::ordered_json to_json(const Report& report, const Options& options, con
 
 void run(const Options& options) {
   const CommonOptions& common = options.common;
-  const Scene scene = load_scene(options.scene, common.definition_map());
+  const Scene scene = load_scene(options.scene, common.definition_map(), {.open = common.open});
   for (const std::string& text : scene.warnings) warn(common, text);
   Report report;
   choose(scene, options, report);
@@ -265,6 +267,7 @@ void add_gradcheck(CLI::App& app) {
   add_operator_option(*command, options->op);
   add_sensor_option(*command, options->sensor);
   add_common_options(*command, options->common);
+  add_open_option(*command, options->common);
   command->callback([options] { run(*options); });
 }
 

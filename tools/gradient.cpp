@@ -1,15 +1,17 @@
 // itn gradient: an image loss and its unbiased gradient.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <nlohmann/json.hpp>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
+#include "runtime/base/seconds_since.h"
 #include "runtime/gradient_renderer.h"
 #include "runtime/inversion/image_loss.h"
 #include "runtime/scene/load.h"
 #include "runtime/scene/parameters.h"
-#include "runtime/seconds_since.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
 #include "tools/progress.h"
@@ -92,7 +94,8 @@ nlohmann::ordered_json to_json(const LossGradient& result, const Options& option
 void run(Options options) {
   const CommonOptions& common = options.common;
   const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
-  const Scene scene = load_scene(options.scene, common.definition_map());
+  const Scene scene =
+      load_scene(options.scene, common.definition_map(), {.size = options.images.size, .open = common.open});
   for (const std::string& text : scene.warnings) warn(common, text);
   options.parameters = by_component(list_parameters(scene), options.parameters);
   const double scene_s = seconds();
@@ -159,6 +162,7 @@ void add_gradient(CLI::App& app) {
                     "each target is known up to a factor: the loss is the smallest over the factors");
   add_operator_option(*command, options->op);
   add_common_options(*command, options->common);
+  add_open_option(*command, options->common);
   command->callback([options] { run(*options); });
 }
 

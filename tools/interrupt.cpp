@@ -4,7 +4,7 @@
 #include <sys/time.h>
 #include <unistd.h>
 
-#include "runtime/image/file.h"
+#include "runtime/base/file.h"
 
 namespace itn::tools {
 namespace {

@@ -1,9 +1,11 @@
 // itn: one binary, sub-commands; see tools/README.md.
+#include <CLI/CLI.hpp>
 #include <new>
 #include <string_view>
 
+#include "runtime/base/error.h"
+#include "runtime/base/version.h"
 #include "runtime/device/device.h"
-#include "runtime/error.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
 #include "tools/passive_wait.h"
@@ -32,7 +34,7 @@ std::string describe(const CLI::App& app, const CLI::ParseError& error, const st
 
 int run(int argc, char** argv) {
   CLI::App app{"Volumetric path tracing on OpenCL for translucent materials", "itn"};
-  app.set_version_flag("--version", std::string("itn ") + ITN_VERSION);
+  app.set_version_flag("--version", std::string("itn ") + itn::version());
   app.require_subcommand(1);
   itn::tools::add_bench(app);
   itn::tools::add_dataset(app);

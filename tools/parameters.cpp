@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "runtime/scene/load.h"
 #include "tools/common.h"
@@ -17,7 +19,7 @@ nlohmann::ordered_json bound(double value) {
 }
 
 void run(const CommonOptions& options, const std::string& file) {
-  const Scene scene = load_scene(file, options.definition_map());
+  const Scene scene = load_scene(file, options.definition_map(), {.open = options.open});
   for (const std::string& text : scene.warnings) warn(options, text);
   const std::vector<Parameter> parameters = list_parameters(scene);
   std::size_t width = 4;
@@ -55,6 +57,7 @@ void add_parameters(CLI::App& app) {
   CLI::App* command = app.add_subcommand("parameters", "name, value and valid range of every scene parameter");
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
   add_common_options(*command, options->common);
+  add_open_option(*command, options->common);
   command->callback([options] { run(options->common, options->scene); });
 }
 

@@ -1,19 +1,21 @@
 // itn predict: parameters for images, by a network.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "network/dataset_examples.h"
 #include "network/loss.h"
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 #include "runtime/scene/load.h"
+#include "runtime/training/known_scene.h"
+#include "runtime/training/trained_network.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
-#include "tools/known_scene.h"
-#include "tools/run_folder.h"
 
 namespace itn::tools {
 namespace {
@@ -31,7 +33,7 @@ class Known {
  public:
   Known(const Options& options, const NetworkDescription& network) : options_(options), network_(network) {
     if (!options.scene.empty()) {
-      look_at(load_scene(options.scene, options.common.definition_map()));
+      look_at(load_scene(options.scene, options.common.definition_map(), {.open = options.common.open}));
     } else if (!options.shape_buffers.empty()) {
       shapes_[0] = read_resampled_seen_shape(options.shape_buffers, network.size);
       double square = 0;
@@ -45,7 +47,7 @@ class Known {
     }
   }
 
-  // Of the scene's medium; none without a scene.
+  // What the scene's medium is inside of; none without a scene.
   const std::optional<Body>& body() const { return body_; }
 
   KnownScene of(const std::string& file) {
@@ -179,6 +181,7 @@ void add_predict(CLI::App& app) {
       ->delimiter(',')
       ->expected(3);
   add_common_options(*command, options->common);
+  add_open_option(*command, options->common);
   command->callback([options] {
     take_run(*options);
     run(*options);

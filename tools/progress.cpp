@@ -37,9 +37,9 @@ void Progress::update(double fraction) {
   const Clock::time_point now = Clock::now();
   if (!shown_ || fraction <= done_ || now - last_ < std::chrono::milliseconds(100)) return;
   last_ = now;
-  const double a_second = (fraction - done_) / std::chrono::duration<double>(now - start_).count();
+  const double per_second = (fraction - done_) / std::chrono::duration<double>(now - start_).count();
   const std::string line = fmt::format("\r\033[K{}  {:3.0f} %  {}{}/s  {} left", label_, 100 * fraction,
-                                       with_prefix(amount_ * a_second), unit_, duration((1 - fraction) / a_second));
+                                       with_prefix(amount_ * per_second), unit_, duration((1 - fraction) / per_second));
   std::fputs(line.c_str(), stderr);
   std::fflush(stderr);
 }

@@ -1,19 +1,22 @@
 // itn render: image, standard error and derivatives in one EXR, and pictures of them.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
+#include "runtime/base/seconds_since.h"
+#include "runtime/base/version.h"
 #include "runtime/image/exr.h"
-#include "runtime/image/file.h"
 #include "runtime/image/png.h"
 #include "runtime/image/preview.h"
 #include "runtime/renderer.h"
 #include "runtime/scene/load.h"
 #include "runtime/scene/parameters.h"
-#include "runtime/seconds_since.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
 #include "tools/progress.h"
@@ -27,6 +30,7 @@ struct Options {
   Operator op = Operator::full;
   std::vector<std::string> derivatives;
   int sensor = 0;
+  std::optional<FilmSize> size;
   bool preview = false;
 };
 
@@ -97,7 +101,7 @@ ExrImage to_exr(const Rendering& image, const Scene& scene, const Options& optio
                 {"seed", std::to_string(options.common.seed)},
                 {"operator", name_of(options.op)},
                 {"device", device.info().name + " (" + device.info().platform + ", " + device.info().driver + ")"},
-                {"version", std::string("itn ") + ITN_VERSION}};
+                {"version", std::string("itn ") + version()}};
   return exr;
 }
 
@@ -161,7 +165,7 @@ void run(Options options) {
   const CommonOptions& common = options.common;
   Times times;
   const Stopwatch loading;
-  const Scene scene = load_scene(options.scene, common.definition_map());
+  const Scene scene = load_scene(options.scene, common.definition_map(), {.size = options.size, .open = common.open});
   times.scene = loading.seconds();
   for (const std::string& text : scene.warnings) warn(common, text);
   options.derivatives = by_component(list_parameters(scene), options.derivatives);
@@ -210,10 +214,12 @@ void add_render(CLI::App& app) {
       ->take_all();
   add_operator_option(*command, options->op);
   add_sensor_option(*command, options->sensor);
+  add_size_option(*command, options->size);
   command->add_flag(
       "--preview", options->preview,
       "also write PNGs beside the output: the image, tone-mapped, and each derivative, red positive, blue negative");
   add_common_options(*command, options->common);
+  add_open_option(*command, options->common);
   command->callback([options] { run(*options); });
 }
 

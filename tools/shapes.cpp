@@ -1,22 +1,24 @@
 // itn shapes: the closed meshes of the data set, and random ones.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <limits>
+#include <nlohmann/json.hpp>
 
-#include "runtime/error.h"
-#include "runtime/image/file.h"
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
+#include "runtime/image/contact_sheet.h"
 #include "runtime/renderer.h"
-#include "runtime/scene/mesh_file.h"
-#include "runtime/scene/mesh_repair.h"
-#include "runtime/scene/shape_meshes.h"
+#include "runtime/scene/mesh/mesh_file.h"
+#include "runtime/scene/mesh/mesh_topology.h"
+#include "runtime/scene/mesh/shape_meshes.h"
 #include "runtime/scene/transform.h"
 #include "runtime/shapes/named_shapes.h"
 #include "runtime/shapes/polygonise.h"
 #include "runtime/shapes/random_shape.h"
 #include "tools/common.h"
-#include "tools/contact_sheet.h"
 #include "tools/interrupt.h"
 
 namespace itn::tools {
@@ -41,11 +43,10 @@ Scene preview_scene(std::shared_ptr<const Mesh> mesh) {
   sensor.to_world = look_at({1.1, -2.2, 1.7}, {0, 0, 0.38}, {0, 0, 1});
   sensor.width = sensor.height = sensor.crop_width = sensor.crop_height = tile;
   scene.sensors.push_back(sensor);
-  Bsdf paint;
-  paint.kind = BsdfKind::diffuse;
-  paint.reflectance.value = {0.72, 0.6, 0.42};
+  Bsdf paint = make_bsdf("diffuse");
+  paint.value("reflectance").value = {0.72, 0.6, 0.42};
   Bsdf ground = paint;
-  ground.reflectance.value = {0.3, 0.32, 0.35};
+  ground.value("reflectance").value = {0.3, 0.32, 0.35};
   scene.bsdfs = {paint, ground};
   Shape shape, floor;
   shape.mesh = std::move(mesh);

@@ -2,9 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <numeric>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 
 namespace itn::tools {
 
@@ -23,6 +24,7 @@ void add_target_options(CLI::App& command, TargetOptions& options) {
   command.add_option("--sensor", options.sensors, "the sensor of each target, from 0; default: in their order")
       ->check(CLI::Range(0, 1 << 20))
       ->take_all();
+  add_size_option(command, options.size);
 }
 
 std::vector<TargetImage> read_targets(TargetOptions& options, const Scene& scene) {

@@ -1,4 +1,4 @@
-// --target, --mask and --sensor: the images that a scene is compared with.
+// --target, --mask, --sensor and --size: the images that a scene is compared with.
 #pragma once
 #include "runtime/inversion/image_loss.h"
 #include "tools/common.h"
@@ -8,6 +8,7 @@ namespace itn::tools {
 struct TargetOptions {
   std::vector<std::string> targets, masks;  // masks: none, or one a target
   std::vector<int> sensors;                 // after read_targets(): one a target
+  std::optional<FilmSize> size;             // of the films, instead of the scene's
 };
 
 void add_target_options(CLI::App& command, TargetOptions& options);

@@ -6,31 +6,30 @@
  *
  * Sums must not depend on the order of paths: they are integers, of products rounded once each. The host scales the pulls so
  * that a unit is 2^-42 of the sum of |pull * radiance| (runtime/gradient_renderer.cpp). Derivatives are d log f / d log
- * number, for g times 1 - g^2: of order 1, so that one scale suits all. */
+ * number, for g times 1 - g^2 (shared/declaration.h): of order 1, so that one scale suits all. */
 #ifndef ITN_ADJOINT_H
 #define ITN_ADJOINT_H
 #include "lib/launch.h"
 
 #if ADJOINT
-#define FIRST_LIGHT_NUMBER ((MEDIUM_NUMBERS * MEDIA + BSDF_NUMBERS * BSDFS) * RADIANCE_CHANNELS)
-#define NUMBERS (FIRST_LIGHT_NUMBER + LIGHT_NUMBERS * RADIANCE_CHANNELS)
-#define KINDS 3 /* of numbers a medium and a BSDF have */
+#define FIRST_LIGHT_NUMBER (NUMBERS * RADIANCE_CHANNELS)
+#define SUMS_OF_A_SET (FIRST_LIGHT_NUMBER + LIGHT_NUMBERS * RADIANCE_CHANNELS + 1) /* the last: what was lost */
 
+/* Which slots of models are summed: known when the program is built. */
+__constant SumRecord summed[SUMS + 1] = {SUM_RECORDS};
 
-/* What the events of one stage add to the numbers of a medium or of a BSDF. */
+/* What the events of one stage add to numbers. */
 typedef struct {
   REAL weight[RADIANCE_CHANNELS];   /* pull times what is still to be gathered */
   REAL expected[RADIANCE_CHANNELS]; /* pull times what was expected of the decision that the event is */
-  LONG sum[KINDS * RADIANCE_CHANNELS];
-  INT first; /* of the numbers */
+  LONG sum[(SUMS + 1) * RADIANCE_CHANNELS];
   MASK beyond; /* the integers, or not a number */
 } Pulled;
 
 inline Pulled nothing_pulled(void) {
   Pulled p;
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) p.weight[c] = p.expected[c] = (REAL)(0.0f);
-  UNROLL for (int i = 0; i < KINDS * RADIANCE_CHANNELS; ++i) p.sum[i] = (LONG)(0);
-  p.first = (INT)(0);
+  UNROLL for (int i = 0; i < (SUMS + 1) * RADIANCE_CHANNELS; ++i) p.sum[i] = (LONG)(0);
   p.beyond = (MASK)(0);
   return p;
 }
@@ -60,9 +59,15 @@ inline LONG rounded(REAL x, MASK* beyond) {
   return CAST_LONG(SELECT(fits, rint(x), 0.0f));
 }
 
-/* d: by the logarithm of the number, in a channel */
-inline void pull(Pulled* p, int kind, int channel, REAL d, REAL weight) {
-  p->sum[kind * RADIANCE_CHANNELS + channel] += rounded(d * weight, &p->beyond);
+/* d: by the coordinate of summed[k]'s number, in a channel of the radiance */
+inline void pull(Pulled* p, int k, int channel, REAL d, REAL weight) {
+  p->sum[k * RADIANCE_CHANNELS + channel] += rounded(d * weight, &p->beyond);
+}
+
+/* Is summed[k] of the model, and summed in this channel of the radiance? */
+inline bool is_summed(int k, int model, int channel) {
+  const int own = summed[k].channel;
+  return summed[k].model == model && (own < 0 || THROUGHPUT_CHANNELS == 1 || own == channel);
 }
 
 inline void add_to_gradient(const Launch* launch, int number, long x) {
@@ -79,27 +84,30 @@ inline void add_to_gradient(const Launch* launch, int number, long x) {
 /* Products that no integer could hold: counted in the first set. */
 inline void add_lost(const Launch* launch, MASK mask) {
   const uint lost = lane_bits(mask);
-  if (lost) add_to_gradient(launch, NUMBERS, popcount(lost));
+  if (lost) add_to_gradient(launch, SUMS_OF_A_SET - 1, popcount(lost));
 }
 
-/* The set of each path's pixel: every eighth column of every fourth row. */
+/* The set of each path's pixel. */
 inline INT gradient_set(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots) {
   const int width = launch->cameras[job->camera].crop_width;
   const INT pixel = LOAD_INT(pool, PIXEL, slots);
   const INT row = CAST_INT((CAST_REAL(pixel) + 0.5f) * (1.0f / (float)width));
-  return (row & 3) * 8 + ((pixel - row * width) & 7);
+  return (row & (GRADIENT_ROWS - 1)) * GRADIENT_COLUMNS + ((pixel - row * width) & (GRADIENT_COLUMNS - 1));
 }
 
+/* What was pulled for the numbers of a model, to the sums of each lane's instance, which begins at first. */
 inline void add_pulled(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
-                       const Pulled* p) {
+                       const Pulled* p, int model, INT first) {
   Lanes at;
-  at.integer = gradient_set(launch, job, pool, slots) * (NUMBERS + 1) + p->first;
+  at.integer = gradient_set(launch, job, pool, slots) * SUMS_OF_A_SET + first * RADIANCE_CHANNELS;
   const uint bits = lane_bits(mask);
-  UNROLL for (int i = 0; i < KINDS * RADIANCE_CHANNELS; ++i) {
-    LongLanes sum;
-    sum.integer = p->sum[i];
-    FOR_EACH_LANE(l, bits) add_to_gradient(launch, at.i[l] + i, sum.i[l]);
-  }
+  UNROLL for (int k = 0; k < SUMS; ++k)
+    UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+      if (!is_summed(k, model, c)) continue;
+      LongLanes sum;
+      sum.integer = p->sum[k * RADIANCE_CHANNELS + c];
+      FOR_EACH_LANE(l, bits) add_to_gradient(launch, at.i[l] + summed[k].at * RADIANCE_CHANNELS + c, sum.i[l]);
+    }
   add_lost(launch, mask & p->beyond);
 }
 
@@ -107,7 +115,7 @@ inline void add_pulled(const Launch* launch, __global const JobRecord* job, cons
  * parameter p. */
 inline void pull_light(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask, int p,
                        const REAL change[RADIANCE_CHANNELS]) {
-  const INT first = gradient_set(launch, job, pool, slots) * (NUMBERS + 1) + FIRST_LIGHT_NUMBER + p * RADIANCE_CHANNELS;
+  const INT first = gradient_set(launch, job, pool, slots) * SUMS_OF_A_SET + FIRST_LIGHT_NUMBER + p * RADIANCE_CHANNELS;
   Lanes at;
   at.integer = first;
   const uint bits = lane_bits(mask);

@@ -78,65 +78,75 @@ inline void expect(Pulled* p, __global const JobRecord* job, const Pool* pool, I
   }
 }
 #else
-/* step: what the decision adds to each score, from no_scores() on. */
-inline void add_decision(Baseline* b, const REAL weight[], const REAL v[], const Scores* step) {
+/* step: what the decision adds to the scores of the model's numbers; no density depends on a factor alone. */
+inline void add_decision(__global const JobRecord* job, Baseline* b, int model, const REAL weight[], const REAL v[],
+                         const Step* step) {
   UNROLL for (int k = 0; k < BASELINE_SCORES; ++k) {
-    const int kind = carried[k].kind;
-    if (kind == SCORE_ALBEDO || kind == SCORE_REFLECTANCE) continue; /* no density depends on a factor alone */
-    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) b->of[k * THROUGHPUT_CHANNELS + c] += weight[c] * v[c] * step->of[k];
+    if (carried[k].model != model || role_of(model, carried[k].slot) != ROLE_DENSITY) continue;
+    const REAL d = step_of(job, k, step);
+    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) b->of[k * THROUGHPUT_CHANNELS + c] += weight[c] * v[c] * d;
   }
 }
 #endif
 
 /* A flight, to the scores and to the baseline. weight: throughput with all its factors; state: before the flight */
 inline void add_flight(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Scores* scores,
-                       Baseline* b, const MediumStep* step, const REAL weight[], INT state) {
+                       Baseline* b, int model, const REAL n[], const Step* step, const REAL weight[], INT state) {
 #if BASELINES
   REAL v[THROUGHPUT_CHANNELS];
   expected_future(launch, state, v);
 #if ADJOINT
   expect(&scores->pulled, job, pool, slots, b, weight, v);
 #else
-  Scores decision = no_scores();
-  add_flight_step(job, &decision, step);
-  add_decision(b, weight, v, &decision);
+  add_decision(job, b, model, weight, v, step);
 #endif
 #endif
-  add_flight_step(job, scores, step);
+  add_scores(job, scores, model, n, step, true);
 }
 
-/* A change of direction, which the score of lanes not in `mask` does not meet here: they connect with light first
- * (stage/connect.h). */
-inline void add_turn(__global const JobRecord* job, const Pool* pool, INT slots, Scores* scores,
-                     Baseline* b, MediumStep* step, const REAL weight[], const REAL v[], MASK mask) {
+/* Before the changes of direction of an event are added by add_turn: what is expected of them. Lanes not in `mask` meet
+ * their scores later: they connect with light first (stage/connect.h). */
+inline void expect_turn(__global const JobRecord* job, const Pool* pool, INT slots, Scores* scores, const Baseline* b,
+                        const REAL weight[], const REAL v[], MASK mask) {
 #if BASELINES && ADJOINT
   expect(&scores->pulled, job, pool, slots, b, weight, v);
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
     scores->pulled.weight[c] = SELECT(mask, scores->pulled.weight[c], 0.0f);
-#else
-#if BASELINES
-  Scores decision = no_scores();
-  add_phase_step(job, &decision, step);
-  add_decision(b, weight, v, &decision);
 #endif
-  step->g = SELECT(mask, step->g, 0.0f);
-#endif
-  add_phase_step(job, scores, step);
 }
 
-/* A normal and a lobe at a rough boundary, to the baseline. step: of their density */
-inline void add_lobe(__global const JobRecord* job, const Pool* pool, INT slots, Scores* scores,
-                     const SurfaceStep* step, const REAL weight[], const REAL v[]) {
+/* A change of direction by one of the phase functions. */
+inline void add_turn(__global const JobRecord* job, Scores* scores, Baseline* b, int model, const REAL n[], Step* step,
+                     const REAL weight[], const REAL v[], MASK mask) {
+#if !(BASELINES && ADJOINT)
+#if BASELINES
+  add_decision(job, b, model, weight, v, step);
+#endif
+  UNROLL for (int i = 0; i < MOST_SLOTS * CHANNELS; ++i) step->of[i] = SELECT(mask, step->of[i], 0.0f);
+#endif
+  add_scores(job, scores, model, n, step, true);
+}
+
+/* What a surface's BSDF has decided, to the baseline. step: of the decision's density */
+inline void add_lobe(__global const JobRecord* job, const Pool* pool, INT slots, Scores* scores, int model,
+                     const REAL n[], const Step* step, const REAL weight[], const REAL v[]) {
+#if BASELINES
   Baseline b = load_baseline(pool, slots);
 #if ADJOINT
   expect(&scores->pulled, job, pool, slots, &b, weight, v);
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
-    if (job->replay) pull(&scores->pulled, BSDF_ALPHA, c, step->alpha, -scores->pulled.expected[c]);
+  if (!job->replay) return;
+  UNROLL for (int k = 0; k < SUMS; ++k)
+    UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+      const int slot = summed[k].slot;
+      if (!is_summed(k, model, c) || role_of(model, slot) != ROLE_DENSITY) continue;
+      const REAL own = where_from(step->origins, slot, summed[k].origin, step->of[slot * CHANNELS + (CHANNELS == 1 ? 0 : c)]);
+      const REAL d = by_coordinate(model, slot, n, own);
+      pull(&scores->pulled, k, c, d, -scores->pulled.expected[c]);
+    }
 #else
-  Scores decision = no_scores();
-  add_surface_step(job, &decision, step);
-  add_decision(&b, weight, v, &decision);
+  add_decision(job, &b, model, weight, v, step);
   store_baseline(pool, slots, &b);
+#endif
 #endif
 }
 

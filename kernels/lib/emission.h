@@ -1,7 +1,7 @@
 /* Derivatives of the image by parameters of the light. Radiance enters a path's contribution as a factor of its own, so
  * that these need no score: what multiplies the radiance there multiplies its derivative. Light that is linear in its
  * records (constant, environment map, sun) has the derivative that the same code gives for a record of derivatives
- * ("moving", made by emitter_derivative in runtime/scene/emitter.h); that of the sky is printed from its model.
+ * ("moving", made by emitter_derivative in runtime/compile/emitter.h); that of the sky is printed from its model.
  * Tests: tests/derivative/emission_test.cpp, tests/transport/emission_test.cpp */
 #ifndef ITN_EMISSION_H
 #define ITN_EMISSION_H

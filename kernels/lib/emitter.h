@@ -5,7 +5,7 @@
  * sampling. Radiance is linear sRGB and not clamped: some channels of the sun-sky model are negative.
  *
  * Compiled in on request: HAS_ENVMAP, HAS_SUN (sun and sky), HAS_COMPLEX_SUN (limb darkening). A record may only be of a kind
- * that is compiled in; see emitter_definitions in runtime/scene/emitter.h.
+ * that is compiled in; see emitter_definitions in runtime/compile/emitter.h.
  * Tests: tests/kernel/emitter_test.cpp */
 #ifndef ITN_EMITTER_H
 #define ITN_EMITTER_H

@@ -1,5 +1,5 @@
 /* Flights that surely meet no surface need no ray test: steps through the surface-free parts of space that the grid's
- * cells know (runtime/scene/flight_grid.h has the format). */
+ * cells know (runtime/compile/flight_grid.h has the format). */
 #ifndef ITN_FLIGHT_GRID_H
 #define ITN_FLIGHT_GRID_H
 #include "lib/vector.h"

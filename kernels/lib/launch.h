@@ -7,31 +7,14 @@
 #include "lib/random.h"
 #include "lib/trace.h"
 #include "lib/vector.h"
+#include "model/models.h"
 #include "shared/baseline_layout.h"
+#include "shared/launch_arguments.h"
 #include "shared/scene_layout.h"
 
+#define LAUNCH_MEMBER(type, name) __global type* name;
 typedef struct {
-  __global const float* nodes;
-  __global const float* leaves;
-  __global const PrimitiveRecord* primitives;
-  __global const uint* grid;
-  __global const GeometryRecord* geometries;
-  __global const JobRecord* jobs;
-  __global const CameraRecord* cameras;
-  __global const ShapeRecord* shapes;
-  __global const BsdfRecord* bsdfs;
-  __global const MediumRecord* media;
-  __global const EmitterRecord* emitters;
-  __global const float* emitter_tables;
-  __global const TextureRecord* textures;
-  __global const float* texels;
-  __global const DerivativeRecord* derivatives;
-  __global const float* futures; /* lib/baseline.h: [cell][throughput channel] */
-  __global float* visits;        /* of a pilot */
-  __global const float* pulls; /* lib/adjoint.h */
-  __global uint* gradient;
-  __global float* samples; /* SAMPLE_SIZE floats each: radiance and its derivatives, of RADIANCE_CHANNELS, and totals */
-  __global uint* misplaced; /* one count: arrivals at surfaces from the side where the path cannot be (stage/surface.h) */
+  LAUNCH_ARGUMENTS(LAUNCH_MEMBER)
 } Launch;
 
 #define BASELINE_TOTALS (ADJOINT && BASELINES ? THROUGHPUT_CHANNELS : 0) /* at a sample's end, for its replay */
@@ -168,7 +151,7 @@ inline void push_surface(const Launch* launch, __global const JobRecord* job, Po
   uint bits = lane_bits(mask);
   FOR_EACH_LANE(l, bits) {
     int shape = job->first_shape + launch->primitives[hit.i[l]].shape;
-    int queue = QUEUE_NULL + launch->bsdfs[launch->shapes[shape].bsdf].kind;
+    int queue = QUEUE_SURFACE + launch->bsdfs[launch->shapes[shape].bsdf].surface;
 #if FUSED
     pool->items[queue * pool->stride + pool->length[queue]++] = slot.i[l];
 #else

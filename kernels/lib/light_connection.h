@@ -9,8 +9,8 @@
 #define ITN_LIGHT_CONNECTION_H
 #include "lib/frame.h"
 #include "lib/light_sampling.h"
-#include "model/phase_henyey_greenstein.h"
-#include "model/rough_dielectric.h"
+#include "lib/phase.h"
+#include "model/bsdf/rough_dielectric.h"
 
 #if MEDIUM_LIGHT_SAMPLING
 #define CHANCE_FLOOR 0.02f
@@ -22,7 +22,7 @@
  * them. Any value above 0 is unbiased: the path keeps it, since MIS divides by it.
  *   at: of the media's records, in floats; cell: of the vertex; arrival: direction of travel before the scattering */
 inline REAL connection_chance(const Launch* launch, __global const JobRecord* job, INT at, const FlightCell* cell,
-                              REAL3 arrival, REAL throughput, REAL sigma_t, REAL g) {
+                              REAL3 arrival, REAL throughput, REAL sigma_t, const Phase* phase) {
   const REAL distance = surface_distance(launch->geometries + job->geometry, cell);
   const REAL3 normal = surface_normal_guess(cell);
   REAL expected = CHANCE_ANYWHERE * EXP(-sigma_t * distance);
@@ -42,7 +42,7 @@ inline REAL connection_chance(const Launch* launch, __global const JobRecord* jo
 #endif
   /* cosine between the connection and the normal of the surface through which it leaves */
   const REAL along = MAX(dot3(towards, normal), (REAL)(0.25f));
-  expected = MAX(expected, (CHANCE_SCALE * 12.566371f) * henyey_greenstein(dot3(arrival, towards), g) *
+  expected = MAX(expected, (CHANCE_SCALE * 12.566371f) * phase_value(phase, dot3(arrival, towards)) *
                                SELECT(facing > 0.0f, 1.0f, 0.3f) * EXP(-sigma_t * distance / along));
 #endif
   return MAX((REAL)(CHANCE_FLOOR), MIN((REAL)(0.999f), throughput * expected));

@@ -7,6 +7,7 @@
 #ifndef ITN_POOL_H
 #define ITN_POOL_H
 #include "lib/vector.h"
+#include "scene/surfaces.h"
 #include "shared/path_state.h"
 
 typedef struct {

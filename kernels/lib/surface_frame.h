@@ -14,8 +14,8 @@ inline REAL3 beside_surface(__global const PrimitiveRecord* primitives, INT prim
   return add3(position, scale3(normal, SELECT(dot3(normal, direction) > 0.0f, offset, -offset)));
 }
 
-/* u, v: as trace() returned them. position is used for spheres only. Definitions HAS_SMOOTH (some mesh has vertex normals),
- * HAS_ROUND (spheres or disks) and HAS_TEXTURE leave out what a scene does not need. */
+/* u, v: as trace() returned them. position is used for round primitives only. Definitions HAS_SMOOTH (some mesh has vertex
+ * normals), HAS_ROUND (spheres, disks or cylinders) and HAS_TEXTURE leave out what a scene does not need. */
 inline void surface_frame(__global const PrimitiveRecord* primitives, INT primitive, REAL u, REAL v, REAL3 position,
                           REAL3* normal, REAL3* shading, REAL texture[2]) {
   __global const float* record = (__global const float*)primitives;
@@ -30,6 +30,20 @@ inline void surface_frame(__global const PrimitiveRecord* primitives, INT primit
     normal->x = SELECT(sphere, out.x * inverse, normal->x);
     normal->y = SELECT(sphere, out.y * inverse, normal->y);
     normal->z = SELECT(sphere, out.z * inverse, normal->z);
+  }
+#endif
+#if HAS_ROUND
+  const MASK cylinder = (flags & PRIMITIVE_CYLINDER) != 0;
+  REAL along = (REAL)(0.0f); /* the axis, in its lengths */
+  if (ANY(cylinder)) {
+    const REAL3 from = sub3(position, *normal); /* the record holds the middle of the first circle */
+    const REAL3 dual = make3(GATHER((record + 18), at), GATHER((record + 19), at), GATHER((record + 20), at));
+    along = dot3(from, dual);
+    const REAL3 out = sub3(from, scale3(dual, along / dot3(dual, dual)));
+    const REAL inverse = SELECT((flags & PRIMITIVE_FLIPPED) != 0, -1.0f, 1.0f) / SQRT(dot3(out, out));
+    normal->x = SELECT(cylinder, out.x * inverse, normal->x);
+    normal->y = SELECT(cylinder, out.y * inverse, normal->y);
+    normal->z = SELECT(cylinder, out.z * inverse, normal->z);
   }
 #endif
   *shading = *normal;
@@ -54,7 +68,7 @@ inline void surface_frame(__global const PrimitiveRecord* primitives, INT primit
   texture[0] = w0 * GATHER((record + 4), at) + u * GATHER((record + 6), at) + v * GATHER((record + 8), at);
   texture[1] = w0 * GATHER((record + 5), at) + u * GATHER((record + 7), at) + v * GATHER((record + 9), at);
 #if HAS_ROUND
-  MASK disk = (flags & PRIMITIVE_DISK) != 0, analytic = sphere | disk;
+  MASK disk = (flags & PRIMITIVE_DISK) != 0, analytic = sphere | disk | cylinder;
   if (ANY(analytic)) {
     REAL3 a, b, c;
     a.x = GATHER((record + 12), at);
@@ -66,15 +80,15 @@ inline void surface_frame(__global const PrimitiveRecord* primitives, INT primit
     c.x = GATHER((record + 18), at);
     c.y = GATHER((record + 19), at);
     c.z = GATHER((record + 20), at);
-    /* A sphere's axes are a, b, c; a disk's centre is a and its coordinates b . x and c . x. */
+    /* A sphere's axes are a, b, c, a cylinder's a, b; a disk's centre is a and its coordinates b . x and c . x. */
     REAL3 from = sub3(position, a);
     REAL x = SELECT(disk, dot3(from, b), dot3(*normal, a)), y = SELECT(disk, dot3(from, c), dot3(*normal, b));
-    REAL sign = SELECT(sphere & ((flags & PRIMITIVE_FLIPPED) != 0), -1.0f, 1.0f);
+    REAL sign = SELECT((sphere | cylinder) & ((flags & PRIMITIVE_FLIPPED) != 0), -1.0f, 1.0f);
     REAL turn = atan2(y * sign, x * sign) * 0.15915494f;
     turn += SELECT(turn < 0.0f, 1.0f, 0.0f);
     REAL polar = acos(clamp(dot3(*normal, c) * sign, (REAL)(-1.0f), (REAL)(1.0f))) * 0.31830989f;
-    texture[0] = SELECT(sphere, turn, SELECT(disk, SQRT(x * x + y * y), texture[0]));
-    texture[1] = SELECT(sphere, polar, SELECT(disk, turn, texture[1]));
+    texture[0] = SELECT(sphere | cylinder, turn, SELECT(disk, SQRT(x * x + y * y), texture[0]));
+    texture[1] = SELECT(sphere, polar, SELECT(cylinder, along, SELECT(disk, turn, texture[1])));
   }
 #endif
 #else

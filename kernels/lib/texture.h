@@ -1,37 +1,17 @@
-/* Bitmap textures: nearest or bilinear, as Mitsuba's `bitmap` (texel centres at half integers, row 0 at v = 0). */
+/* The textures by their records: model/texture/list.h expanded. */
 #ifndef ITN_TEXTURE_H
 #define ITN_TEXTURE_H
-#include "shared/scene_layout.h"
+#include "model/texture/list.h"
 
-inline int wrap_texel(int i, int size, int wrap) {
-  if (wrap == TEXTURE_CLAMP) return clamp(i, 0, size - 1);
-  int period = wrap == TEXTURE_MIRROR ? 2 * size : size;
-  i = i % period;
-  if (i < 0) i += period;
-  return i < size ? i : period - 1 - i;
+/* Arguments and result as in model/texture/list.h, (u, v) before to_uv. */
+#define TEXTURE_CASE(name, PREFIX, type) \
+  case TEXTURE_##name: return name##_value(t, texels, number, x, y, rgb);
+inline int texture_value(__global const TextureRecord* t, __global const float* texels, __global const float* number,
+                         float u, float v, float rgb[3]) {
+  const float x = t->to_uv[0] * u + t->to_uv[1] * v + t->to_uv[2], y = t->to_uv[3] * u + t->to_uv[4] * v + t->to_uv[5];
+  switch (t->kind) { TEXTURE_LIST(TEXTURE_CASE) }
+  return 0;
 }
-
-inline void texel(__global const TextureRecord* t, __global const float* texels, int x, int y, float weight,
-                  float rgb[3]) {
-  __global const float* p =
-      texels + t->offset + 3 * (wrap_texel(y, t->height, t->wrap) * t->width + wrap_texel(x, t->width, t->wrap));
-  UNROLL for (int c = 0; c < 3; ++c) rgb[c] += weight * p[c];
-}
-
-inline void texture_value(__global const TextureRecord* t, __global const float* texels, float u, float v,
-                          float rgb[3]) {
-  float x = (t->to_uv[0] * u + t->to_uv[1] * v + t->to_uv[2]) * t->width;
-  float y = (t->to_uv[3] * u + t->to_uv[4] * v + t->to_uv[5]) * t->height;
-  rgb[0] = rgb[1] = rgb[2] = 0.0f;
-  if (t->nearest) {
-    texel(t, texels, (int)floor(x), (int)floor(y), 1.0f, rgb);
-    return;
-  }
-  float left = floor(x - 0.5f), top = floor(y - 0.5f), a = x - 0.5f - left, b = y - 0.5f - top;
-  texel(t, texels, (int)left, (int)top, (1 - a) * (1 - b), rgb);
-  texel(t, texels, (int)left + 1, (int)top, a * (1 - b), rgb);
-  texel(t, texels, (int)left, (int)top + 1, (1 - a) * b, rgb);
-  texel(t, texels, (int)left + 1, (int)top + 1, a * b, rgb);
-}
+#undef TEXTURE_CASE
 
 #endif

@@ -71,7 +71,7 @@ typedef struct {
   float limit; /* of the walk: t_max or the hit */
   float t, u, v;
   int primitive, front;
-  bool round;                 /* a sphere or a disk */
+  bool round;                 /* no triangle */
   __global const float* lane; /* of the block */
 } Found;
 
@@ -176,6 +176,40 @@ inline float meet_sphere(float3 from, Ray ray, float radius, float tolerance, bo
   return b > 0.0f ? product / (b + s) : -1.0f;
 }
 
+/* Distance to a cylinder, negative or NaN when it is not met. from: the middle of its first circle to the ray's origin. In
+ * the plane across the axis as in meet_sphere; but the ends are open, so that the far side may be met first.
+ * dual: the axis over its squared length. */
+inline float meet_cylinder(float3 from, Ray ray, float3 dual, float radius, float tolerance, bool starts_here, int* front,
+                           float* slack) {
+  const float3 axis = normalize(dual);
+  const float3 across = from - dot(from, axis) * axis, direction = ray.direction - dot(ray.direction, axis) * axis;
+  const float a = dot(direction, direction);
+  const float b = -dot(across, direction) / a;
+  float near = -1.0f, far;
+  *slack = 0.0f;
+  if (starts_here) {
+    const bool inward = fabs(b) * a < tolerance ? ray.inside : b > 0.0f;
+    far = inward ? fmax(2.0f * b, tolerance) : -1.0f;
+  } else {
+    const float3 nearest = across + b * direction;
+    const float s = sqrt((radius * radius - dot(nearest, nearest)) / a); /* NaN: passes by */
+    float height = length(across) - radius;
+    if (fabs(height) < tolerance) height = ray.inside ? fmin(height, 0.0f) : fmax(height, 0.0f);
+    *slack = fmin(tolerance * radius / (a * s), s);
+    const float product = height * (height + 2.0f * radius) / a; /* of both solutions */
+    if (height < 0.0f || (height == 0.0f && ray.inside)) {
+      far = b > 0.0f ? b + s : fmax(product / (b - s), 0.0f);
+    } else {
+      near = b > 0.0f ? product / (b + s) : -1.0f;
+      far = b > 0.0f ? b + s : -1.0f;
+    }
+  }
+  const float start = dot(from, dual), speed = dot(ray.direction, dual); /* along the axis, in its lengths */
+  *front = near >= 0.0f && start + near * speed >= 0.0f && start + near * speed <= 1.0f;
+  if (*front) return near;
+  return start + far * speed >= 0.0f && start + far * speed <= 1.0f ? far : -1.0f;
+}
+
 __attribute__((noinline)) void meet_round(__global const float* block, Ray ray, int skip, Found* found) {
   for (int l = 0; l < BOX_WIDTH; ++l) {
     __global const float* p = block + l;
@@ -188,6 +222,11 @@ __attribute__((noinline)) void meet_round(__global const float* block, Ray ray, 
     int front;
     if (radius > 0) {
       t = meet_sphere(ray.origin - center, ray, radius, tolerance, primitive == skip, &front, &slack);
+      if (!(t >= 0.0f)) continue;
+    } else if (radius < 0) {
+      const float3 dual = (float3)(p[BLOCK_DUAL_AXIS * BOX_WIDTH], p[(BLOCK_DUAL_AXIS + 1) * BOX_WIDTH],
+                                   p[(BLOCK_DUAL_AXIS + 2) * BOX_WIDTH]);
+      t = meet_cylinder(ray.origin - center, ray, dual, -radius, tolerance, primitive == skip, &front, &slack);
       if (!(t >= 0.0f)) continue;
     } else {
       if (primitive == skip) continue;
@@ -228,11 +267,23 @@ inline REAL3 position_on_triangle(__global const float* lane, REAL u, REAL v) {
   return make3(a.x + u * ab.x + v * ac.x, a.y + u * ab.y + v * ac.y, a.z + u * ab.z + v * ac.z);
 }
 
+/* From the centre of a sphere, or the axis of a cylinder, to a position. */
+inline float3 out_of_curved(__global const PrimitiveRecord* primitive, float3 position) {
+  const float3 from = position - (float3)(primitive->normal[0], primitive->normal[1], primitive->normal[2]);
+  if (primitive->flags & PRIMITIVE_SPHERE) return from;
+  const float3 dual = (float3)(primitive->frame[6], primitive->frame[7], primitive->frame[8]);
+  return from - dot(from, dual) / dot(dual, dual) * dual;
+}
+
 /* Where the ray meets a round primitive, computed on it. */
 inline float3 position_on_round(__global const PrimitiveRecord* primitive, Ray ray, Found* found) {
   const float3 along = ray.origin + found->t * ray.direction;
   const float3 n = (float3)(primitive->normal[0], primitive->normal[1], primitive->normal[2]);
   if (primitive->flags & PRIMITIVE_SPHERE) return n + primitive->radius * normalize(along - n);
+  if (primitive->flags & PRIMITIVE_CYLINDER) {
+    const float3 out = out_of_curved(primitive, along);
+    return along - out + primitive->radius * normalize(out);
+  }
   return along - dot(along - vertex_of(found->lane, BLOCK_CENTER), n) * n;
 }
 
@@ -303,7 +354,7 @@ inline ulong stack_entry(float distance, int child) { return (ulong)as_uint(dist
 
 /* Lane l's closest hit with a distance below t_max, or so little beyond that the position at t_max could be rounded to the
  * other side: what flies t_max without a hit surely stays on its side. skip: the primitive on which the ray starts, or -1:
- * a flat one is not met again, of a sphere only the far side is. inside: the path is inside (leaves through the next
+ * a flat one is not met again, of a sphere or cylinder only the far side is. inside: the path is inside (leaves through the next
  * surface) or outside. onward: nothing behind the origin counts, however little. */
 inline Hit trace_lane(Surfaces surfaces, const RaySetup* setup, int l, float t_max, int skip, bool inside, bool onward) {
   __global const GeometryRecord* record = surfaces.record;
@@ -329,7 +380,7 @@ inline Hit trace_lane(Surfaces surfaces, const RaySetup* setup, int l, float t_m
   found.limit = t_max - setup->start.f[l];
   found.t = INFINITY;
   found.primitive = -1;
-  found.u = found.v = 0.0f; /* spheres and disks have none */
+  found.u = found.v = 0.0f; /* round ones have none */
   ulong stack[TRACE_STACK(BOX_WIDTH)];
   int size = 0;
   int current = record->root;

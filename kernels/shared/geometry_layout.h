@@ -1,10 +1,14 @@
 /* How surfaces lie in memory: the same for host and device. A scene's geometry is four arrays and one GeometryRecord;
- * several geometries can share the arrays, each with its own record (the first_... members).
+ * several geometries can share the arrays, each with its own record (the first_... members). The arrays:
  *
- * nodes       inner nodes of the bounding volume hierarchy: NODE_ROWS rows of BOX_WIDTH floats (bounds of each child;
- * the last row holds ints, the child's code) leaves      blocks of up to BOX_WIDTH primitives: BLOCK_ROWS rows of
- * BOX_WIDTH floats primitives  a PrimitiveRecord for each triangle, sphere and disk grid        which flights surely
- * meet no surface (lib/flight_grid.h) */
+ * - nodes: inner nodes of the bounding volume hierarchy, NODE_ROWS rows of BOX_WIDTH floats (bounds of each child; the
+ *   last row holds ints, the child's code);
+ *
+ * - leaves: blocks of up to BOX_WIDTH primitives, BLOCK_ROWS rows of BOX_WIDTH floats;
+ *
+ * - primitives: a PrimitiveRecord for each triangle, sphere, disk and cylinder;
+ *
+ * - grid: which flights surely meet no surface (lib/flight_grid.h). */
 #ifndef ITN_GEOMETRY_LAYOUT_H
 #define ITN_GEOMETRY_LAYOUT_H
 
@@ -42,21 +46,31 @@ enum {
   BLOCK_PRIMITIVE = 10, /* int, index within the geometry */
   BLOCK_MARGIN = 11,    /* triangle: least barycentric coordinate of a returned position */
   BLOCK_ROWS = 12,
-  BLOCK_CENTER = 0, /* round */
+  BLOCK_CENTER = 0, /* round; cylinder: of the circle at its beginning */
   BLOCK_DUAL_U = 3, /* disk: dot products with (position - center) give the coordinates of edge_u and edge_v */
   BLOCK_DUAL_V = 6,
-  BLOCK_RADIUS = 11 /* sphere; 0 for a disk */
+  BLOCK_DUAL_AXIS = 3, /* cylinder: the axis over its squared length */
+  BLOCK_RADIUS = 11    /* sphere; 0 for a disk, below 0 for a cylinder */
 };
 
-enum { PRIMITIVE_SMOOTH = 1, PRIMITIVE_SPHERE = 2, PRIMITIVE_DISK = 4, PRIMITIVE_FLIPPED = 8 };
+enum {
+  PRIMITIVE_SMOOTH = 1,
+  PRIMITIVE_SPHERE = 2,
+  PRIMITIVE_DISK = 4,
+  PRIMITIVE_FLIPPED = 8,
+  PRIMITIVE_CYLINDER = 16,
+  PRIMITIVE_CURVED = PRIMITIVE_SPHERE | PRIMITIVE_CYLINDER,
+  PRIMITIVE_ROUND = PRIMITIVE_CURVED | PRIMITIVE_DISK
+};
 
 typedef struct LAYOUT_ALIGNED {
-  float normal[3]; /* unit, outward; sphere: the centre */
-  float radius;    /* sphere */
+  float normal[3]; /* unit, outward; sphere: the centre; cylinder: that of the circle at its beginning */
+  float radius;    /* sphere, cylinder */
   float uv[6];     /* of the three vertices */
   layout_int shape;
   layout_uint flags; /* PRIMITIVE_... */
-  float frame[9];    /* PRIMITIVE_SMOOTH: vertex normals; sphere: local x, y, z axes; disk: centre, dual u, dual v */
+  float frame[9];    /* PRIMITIVE_SMOOTH: vertex normals; sphere: local x, y, z axes; disk: centre, dual u, dual v;
+                        cylinder: local x, y axes, and the axis over its squared length */
   float offset;      /* how far beside the surface rays start [scene unit] */
   float unused[2];
 } PrimitiveRecord;
@@ -64,7 +78,7 @@ typedef struct LAYOUT_ALIGNED {
 /* Places of PrimitiveRecord's members, in 4-byte words. */
 enum { PRIMITIVE_AT_UV = 4, PRIMITIVE_AT_SHAPE = 10, PRIMITIVE_AT_FLAGS, PRIMITIVE_AT_FRAME, PRIMITIVE_AT_OFFSET = 21 };
 
-/* A word of the flight grid (runtime/scene/flight_grid.h): octahedral normal, offset of the plane, and a byte that holds the
+/* A word of the flight grid (runtime/compile/flight_grid.h): octahedral normal, offset of the plane, and a byte that holds the
  * radius of the ball where there is no plane, else one of four radii and the cone. */
 #define FLIGHT_NO_PLANE 255
 #define FLIGHT_PLANE_RADIUS(i) (((i) + 2) * ((i) + 3) / 2) /* steps: 3, 6, 10, 15 */

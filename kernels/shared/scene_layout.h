@@ -19,14 +19,14 @@ enum { FILTER_BOX, FILTER_TENT, FILTER_GAUSSIAN };
 
 enum { CONNECTION_NONE, CONNECTION_STRAIGHT, CONNECTION_REFRACTED };
 
+/* Its numbers are n = numbers + first_number of the launch, those of its phase function numbers + first_phase_number. */
 typedef struct {
-  float sigma_t[3]; /* [1/scene unit] */
-  float albedo[3];
-  float g; /* mean cosine of Henyey-Greenstein, 0: isotropic */
-  int connection; /* CONNECTION_* : how light reaches its scattering vertices */
-  int distribution; /* refracted: MICROFACET_* of the boundary that the guess assumes */
-  float alpha, eta; /* refracted: of that boundary, eta inside over outside */
-  int first_cell;   /* of the table of expected futures (lib/baseline.h) */
+  int first_number;
+  int phase, first_phase_number; /* MODEL_* of model/models.h */
+  int connection;                /* CONNECTION_*: how light reaches its scattering vertices */
+  int distribution;              /* refracted: MICROFACET_* of the boundary that the guess assumes */
+  float alpha, eta;              /* refracted: of that boundary, eta inside over outside */
+  int first_cell;                /* of the table of expected futures (lib/baseline.h) */
 } MediumRecord;
 
 typedef struct {
@@ -35,41 +35,44 @@ typedef struct {
   int pad;
 } ShapeRecord;
 
-/* In the order of the queues in path_state.h. */
-enum { BSDF_NULL, BSDF_DIFFUSE, BSDF_DIELECTRIC, BSDF_ROUGH_BECKMANN, BSDF_ROUGH_GGX };
-
 typedef struct {
-  int kind; /* BSDF_* */
-  int twosided;
-  float alpha;
-  float eta; /* interior over exterior index */
-  float reflectance[3];
-  int texture; /* -1: none, else in the texture table */
-  float specular_reflectance[3], specular_transmittance[3];
+  int surface;  /* SURFACE_NULL, or which of the program's surfaces: its queue is QUEUE_SURFACE + surface */
+  int twosided; /* a BSDF that does not transmit: the same on both sides */
+  int first_number;
   int first_cell; /* as of a medium */
-  int pad;
 } BsdfRecord;
+#define SURFACE_NULL 0
 
 /* Texels are float rgb, row 0 at v = 0, in one array for all textures. */
 enum { TEXTURE_REPEAT, TEXTURE_MIRROR, TEXTURE_CLAMP };
 
+/* A texture of a number stands for it. A number that is textured by colours has sets of its model's numbers behind its own:
+ * colour k, from 1 on, of the texture of number[0] is number[k * numbers]. */
 typedef struct {
-  int offset, width, height;
-  int wrap;    /* TEXTURE_* */
-  int nearest; /* else bilinear */
+  int kind; /* TEXTURE_* of model/texture/list.h */
   float to_uv[6];
-  int pad;
+  int numbers; /* of the model */
+  int offset, width, height; /* bitmap */
+  int wrap;    /* TEXTURE_REPEAT ... */
+  int nearest; /* else bilinear */
 } TextureRecord;
 
 /* A number of a scene that factors of a path's throughput depend on: the path carries its score, the sum of
- * d log f / d number over the factors so far. */
-enum { SCORE_SIGMA_T, SCORE_ALBEDO, SCORE_G, SCORE_ALPHA, SCORE_ETA, SCORE_REFLECTANCE };
-
+ * d log f / d number over the factors so far. Several numbers of one model (model/models.h) may be n[slot]. */
 typedef struct {
-  int kind;    /* SCORE_* */
-  int target;  /* which of the scene's media or BSDFs */
-  int channel; /* whose value it is, of three */
+  int model, slot;
+  int channel; /* of the throughput whose factors these are */
+  int first;   /* n = numbers + the job's first_number + first */
+  int origin;  /* where the number shows: 0: as it is; k: where it is colour k of a texture */
 } ScoreRecord;
+
+/* Gradients by replay are by numbers[first + slot] of every n of a model: which slots are summed, and in which channel of the
+ * throughput; -1: in all. */
+typedef struct {
+  int model, slot, channel;
+  int origin; /* as of ScoreRecord */
+  int at;     /* the number is numbers[first + at] */
+} SumRecord;
 
 /* A derivative of the image is a sum of parts, one for each medium, BSDF or light that the parameter is a number of:
  * d f / d parameter = f * factor[c] * score[c] in channel c, or for a parameter of the light f / radiance * d radiance /
@@ -87,8 +90,8 @@ typedef struct {
 /* One image with one set of parameters. */
 typedef struct {
   int camera, geometry, emitter;
-  int first_shape; /* shape k of the geometry is shapes[first_shape + k] */
-  int first_medium, first_bsdf; /* of the scene, for ScoreRecord */
+  int first_shape;  /* shape k of the geometry is shapes[first_shape + k] */
+  int first_number; /* of the scene, for ScoreRecord */
   int max_depth;   /* a path with k scatterings counts if k < max_depth */
   int rr_depth;
   int hide_emitters; /* 1: a path that has not scattered sees no light, as in Mitsuba */
@@ -105,12 +108,10 @@ typedef struct {
 } JobRecord;
 
 /* Gradients (lib/adjoint.h) are summed in sets of pixels of their own, whose spread tells their noise, as
- * [set][number][radiance channel]. Numbers: three kinds of each medium, three of each BSDF, then each parameter of the light. */
+ * [set][number][radiance channel]: the launch's numbers, then each parameter of the light. */
 #define GRADIENT_ROWS 4
 #define GRADIENT_COLUMNS 8
 #define GRADIENT_SETS (GRADIENT_ROWS * GRADIENT_COLUMNS)
-enum { MEDIUM_SIGMA_T, MEDIUM_ALBEDO, MEDIUM_G, MEDIUM_NUMBERS };
-enum { BSDF_ALPHA, BSDF_ETA, BSDF_REFLECTANCE, BSDF_NUMBERS };
 
 /* A run of paths of one job that one pool works off: the unit of load balancing. */
 typedef struct {

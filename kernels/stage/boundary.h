@@ -1,30 +1,22 @@
-/* What smooth and rough dielectric boundaries share after a direction has been drawn. */
+/* Stage of boundaries between two refractive indices: the path is reflected or refracted. The same for all BSDFs with
+ * BSDF_TRANSMITS; `model` and `variant` are constants where this is inlined. */
 #ifndef ITN_STAGE_BOUNDARY_H
 #define ITN_STAGE_BOUNDARY_H
-#include "stage/surface.h"
+#include "lib/connection.h"
+#include "lib/light_connection.h"
+#include "model/medium/homogeneous.h"
+#include "stage/opaque.h"
 
-/* A member of each lane's BSDF. */
-inline REAL bsdf_real(const Launch* launch, INT bsdf, int member) {
-  return GATHER(((__global const float*)launch->bsdfs + member), bsdf * (int)(sizeof(BsdfRecord) / sizeof(float)));
-}
-
-inline REAL boundary_tint(const Launch* launch, INT bsdf, MASK reflects, int channel) {
-  return SELECT(reflects, bsdf_real(launch, bsdf, FIELD_OF(BsdfRecord, specular_reflectance) + channel),
-                bsdf_real(launch, bsdf, FIELD_OF(BsdfRecord, specular_transmittance) + channel));
-}
-
-/* weight: f cos / p without the specular tints; pdf: LAST_PDF of d; inverse_eta: near over far index where the path is
- * refracted. Radiance scales by inverse_eta^2 on the way (basic radiance is conserved); roulette does not see this
- * factor, as in Mitsuba. */
+/* The path goes on, is reflected or refracted into direction d, or ends by roulette. weight: f cos / p of the sample without
+ * the factor of radiance; pdf: LAST_PDF of d; inverse_eta: near over far index where the path is refracted. Radiance scales
+ * by inverse_eta^2 on the way (basic radiance is conserved); roulette does not see this factor, as in Mitsuba. */
 inline void scatter_at_boundary(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
-                                const Surface* s, const Random* random, REAL u, REAL3 d, REAL weight, REAL pdf,
-                                MASK reflects, REAL inverse_eta) {
+                                const Surface* s, const Random* random, REAL u, REAL3 d, const REAL weight[], REAL pdf,
+                                REAL inverse_eta) {
   REAL throughput[THROUGHPUT_CHANNELS];
   MASK real = valid & !s->misplaced;
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
-    REAL tint = boundary_tint(launch, s->bsdf, reflects, c);
-    throughput[c] = LOAD(pool, THROUGHPUT + c, slots) * SELECT(real, weight * tint, 1.0f);
-  }
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
+    throughput[c] = LOAD(pool, THROUGHPUT + c, slots) * SELECT(real, weight[c], 1.0f);
   INT depth = LOAD_INT(pool, DEPTH, slots) + SELECT_INT(real, 1, 0);
   REAL weights[3];
   channel_weights(pool, slots, (REAL)(1.0f), weights);
@@ -33,11 +25,153 @@ inline void scatter_at_boundary(const Launch* launch, __global const JobRecord* 
   UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
   STORE_INT(pool, DEPTH, slots, depth);
   STORE_INT(pool, EVENT, slots, random->event + 1);
-  REAL scale = SELECT(real & !reflects, inverse_eta * inverse_eta, 1.0f);
+  REAL scale = SELECT(real, inverse_eta * inverse_eta, 1.0f);
   STORE(pool, REFRACTION_SCALE, slots, LOAD(pool, REFRACTION_SCALE, slots) * scale);
   STORE(pool, LAST_PDF, slots, SELECT(real, pdf, LOAD(pool, LAST_PDF, slots)));
   leave_surface(launch, pool, slots, valid & !dies, s, select3(s->misplaced, s->direction, d));
   finish(launch, job, pool, slots, dies);
+}
+
+#if ROUGH_LIGHT_SAMPLING
+/* Density of the connection over that of phase function and flight, which may underflow; 0 where no connection is drawn. */
+inline REAL rival_density(REAL connection, REAL by_phase, MASK mask) {
+  return SELECT(mask & (connection > 0.0f), connection / MAX(by_phase, (REAL)(1e-30f)), 0.0f);
+}
+
+/* Densities of the connections through the boundary (connect.h) over those of phase function and flight: of the sampled
+ * direction to the sun and of the path's own. 0 where the segment did not begin at a scattering vertex. */
+inline void rival_densities(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+                            MASK at_boundary, const Surface* s, REAL3 light, REAL3 direction, REAL* rival,
+                            REAL* own_rival) {
+  *rival = *own_rival = (REAL)(0.0f);
+#if MEDIUM_LIGHT_SAMPLING
+  const REAL last_pdf = LOAD(pool, LAST_PDF, slots);
+  const INT medium = SELECT_INT(at_boundary, LOAD_INT(pool, MEDIUM, slots), -1); /* idle lanes hold anything */
+  const INT at = max(medium, 0) * (int)(sizeof(MediumRecord) / sizeof(float));
+  __global const int* media = (__global const int*)launch->media;
+  /* SKIP -1: the flight did not begin at a boundary, from where nothing was connected */
+  const MASK from_medium = !s->front & (last_pdf > 0.0f) & (medium >= 0) & (LOAD_INT(pool, SKIP, slots) == -1) &
+                           (GATHER_INT((media + FIELD_OF(MediumRecord, connection)), at) == CONNECTION_REFRACTED);
+  if (!ANY(from_medium)) return;
+  const AssumedBoundary boundary = assumed_boundary(launch, at);
+  const Homogeneous inside = load_homogeneous(launch, max(medium, 0));
+  const REAL3 vertex = load3(pool, ARRIVAL, slots), segment = sub3(s->position, vertex);
+  const REAL by_phase =
+      last_pdf * medium_transmittance(mean_sigma_t(inside.n + HOMOGENEOUS_sigma_t), SQRT(dot3(segment, segment)));
+  const FlightCell cell = flight_cell(launch->grid, launch->geometries + job->geometry, vertex);
+  const REAL3 guess = surface_normal_guess(&cell);
+  *rival = rival_density(refracted_pdf(&boundary, guess, light, s->direction), by_phase, from_medium);
+  const MASK finds_sun = from_medium & emitter_in_sun(launch->emitters + job->emitter, direction);
+  if (ANY(finds_sun))
+    *own_rival = rival_density(refracted_pdf(&boundary, guess, direction, s->direction), by_phase, finds_sun);
+#endif
+}
+
+/* The sun sampled where the path meets the boundary. Three ways lead from a scattering vertex x over the exit y to the
+ * sun in direction o, weighed by the balance heuristic: the phase function and the flight bring the path to y and (A)
+ * the sun is sampled there or (B) the BSDF finds it; or (C) o and the direction of the segment are drawn at x
+ * (connect.h). What A and B share cancels; `rival` is C's density over theirs. Returns LAST_PDF for the BSDF's own
+ * direction, of density pdf. */
+inline REAL sample_sun_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
+                                   INT slots, MASK at_boundary, const Surface* s, const Reflector* r, const Random* random,
+                                   REAL3 direction, REAL pdf) {
+  REAL u[4];
+  draw(random, 1, u);
+  REAL3 light;
+  REAL light_pdf, rgb[3];
+  const MASK sampled =
+      sample_light(launch, launch->emitters + job->emitter, (MASK)(0), u, &light, &light_pdf, rgb);
+  const REAL3 wo = frame_to_local(&r->frame, light);
+  REAL f[CHANNELS];
+  bsdf_value(model, variant, r->n, r->wi, wo, f);
+  const REAL bsdf_pdf = bsdf_density(model, variant, r->n, r->wi, wo);
+  const INT depth = LOAD_INT(pool, DEPTH, slots) + 1;
+  MASK lit = (MASK)(0);
+  UNROLL for (int c = 0; c < CHANNELS; ++c) lit = lit | (f[c] > 0.0f);
+  MASK mask = at_boundary & sampled & (plain_depth(depth) < job->max_depth) & lit & (dot3(light, s->normal) > 0.0f);
+#if OPERATOR_SINGLE
+  mask = mask & (depth >= SCATTERED_ONCE);
+#endif
+  REAL rival, own_rival;
+  rival_densities(launch, job, pool, slots, at_boundary, s, light, direction, &rival, &own_rival);
+  const REAL mis = light_pdf / (light_pdf * (1.0f + rival) + bsdf_pdf);
+  REAL weight[3], connection_weight[RADIANCE_CHANNELS];
+  channel_weights(pool, slots, (REAL)(1.0f), weight);
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+    const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
+    const REAL scale = LOAD(pool, REFRACTION_SCALE, slots) * f[t] * mis / light_pdf;
+    connection_weight[c] = weight[c] * scale * LOAD(pool, THROUGHPUT + t, slots);
+  }
+  const Scores scores = load_scores(job, pool, slots);
+  const Step step = bsdf_step(model, variant, r->n, s->first_number, r->wi, wo, mask);
+  ConnectionStart start = connection_start(mask);
+  start.model = model;
+  start.n = r->n;
+  start.surface = &step;
+  add_connection(launch, job, pool, slots, mask,
+                 beside_surface(launch->primitives, s->primitive, s->position, s->normal, light), light, s->primitive,
+                 s->exterior, connection_weight, rgb, &scores, &start);
+  return MAX(pdf / (1.0f + own_rival), (REAL)(1e-30f)); /* not 0: that would say that the sun was not sampled */
+}
+#endif
+
+/* Is some score by a number on which the densities that the model samples depend? */
+inline bool decides(int model) {
+  if (ADJOINT) return true;
+  UNROLL for (int k = 0; k < SCORES; ++k)
+    if (carried[k].model == model && role_of(model, carried[k].slot) == ROLE_DENSITY) return true;
+  return false;
+}
+
+/* The baseline's part of what was decided; samples that are lost count too, or its mean would not be zero. */
+inline void decide_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
+                               INT slots, const Surface* s, const Reflector* r, const Random* random, REAL3 wo,
+                               MASK reflected, MASK mask, Scores* scores) {
+#if BASELINES
+  if (!(bsdf_traits(model) & BSDF_BASELINE) || !decides(model)) return;
+  const INT state = boundary_state(s->first_cell, r->wi.z);
+  REAL weight[3], total[THROUGHPUT_CHANNELS], future[THROUGHPUT_CHANNELS];
+  channel_weights(pool, slots, LOAD(pool, REFRACTION_SCALE, slots), weight);
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) total[c] = LOAD(pool, THROUGHPUT + c, slots) * weight[c];
+  record_visit(launch, job, pool, slots, random, random->event, DECISION_FLIGHT, state, total, mask);
+  expected_future(launch, state, future);
+  const Step step = bsdf_decision_step(model, variant, r->n, s->first_number, r->wi, wo, SELECT(reflected, 1.0f, 0.0f), mask);
+  add_lobe(job, pool, slots, scores, model, r->n, &step, total, future);
+#endif
+}
+
+inline void boundary_stage(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
+                           INT slots, MASK valid) {
+  const bool smooth = (bsdf_traits(model) & BSDF_SMOOTH) != 0;
+  const Surface s = load_surface(launch, job, pool, slots, valid);
+  const Random random = load_random(job, pool, slots);
+  REAL u[4];
+  draw(&random, 0, u);
+  const Reflector r = load_reflector(launch, model, &s, (MASK)(0));
+  const MASK scatters = valid & !s.misplaced;
+  REAL3 wo;
+  REAL weight[CHANNELS], pdf, inverse_eta;
+  bsdf_draw(model, variant, r.n, r.wi, u, &wo, weight, &pdf, &inverse_eta);
+  const REAL3 direction = frame_to_world(&r.frame, wo);
+#if ROUGH_LIGHT_SAMPLING
+  if (!smooth)
+    pdf = sample_sun_at_boundary(model, variant, launch, job, pool, slots, scatters, &s, &r, &random, direction, pdf);
+#else
+  pdf = (REAL)(0.0f);
+#endif
+  if (!smooth) {
+    Scores scores = load_scores(job, pool, slots);
+    decide_at_boundary(model, variant, launch, job, pool, slots, &s, &r, &random, wo, inverse_eta == 1.0f, scatters,
+                       &scores);
+    MASK found = (MASK)(0);
+    UNROLL for (int c = 0; c < CHANNELS; ++c) found = found | (weight[c] > 0.0f);
+    const Step step = bsdf_step(model, variant, r.n, s.first_number, r.wi, wo, scatters & found);
+    add_scores(job, &scores, model, r.n, &step, false);
+    store_scores(pool, slots, &scores);
+    sum_scores(launch, job, pool, slots, &scores, model, s.first_number, valid);
+  }
+  scatter_at_boundary(launch, job, pool, slots, valid, &s, &random, u[bsdf_random(model)], direction, weight, pdf,
+                      inverse_eta);
 }
 
 #endif

@@ -2,135 +2,161 @@
  * the sun through a rough one. Then the path goes on in the medium. */
 #ifndef ITN_STAGE_CONNECT_H
 #define ITN_STAGE_CONNECT_H
-#include "lib/light_connection.h"
-#include "lib/optical_depth.h"
-#include "model/medium_homogeneous.h"
-#include "model/phase_henyey_greenstein.h"
 #include "stage/boundary.h"
 
 #if MEDIUM_LIGHT_SAMPLING
+/* A scattering vertex that waits for light. */
+typedef struct {
+  INT medium;
+  REAL3 position, arrival; /* arrival: direction of travel before the scattering */
+  REAL chance;             /* with which it got here */
+  REAL weight[3];          /* throughput with all its factors, over chance */
+  Homogeneous inside;
+  Phase phase;
+} LitVertex;
+
+inline LitVertex load_lit_vertex(const Launch* launch, const Pool* pool, INT slots, MASK valid) {
+  LitVertex x;
+  x.position = load3(pool, POSITION, slots);
+  x.arrival = load3(pool, ARRIVAL, slots);
+  x.medium = SELECT_INT(valid, LOAD_INT(pool, MEDIUM, slots), 0);
+  x.inside = load_homogeneous(launch, x.medium);
+  x.phase = load_phase(launch, x.medium);
+  x.chance = LOAD(pool, CHANCE, slots);
+  channel_weights(pool, slots, LOAD(pool, REFRACTION_SCALE, slots) / x.chance, x.weight);
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
+    x.weight[c] *= LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
+  return x;
+}
+
+#if ROUGH_LIGHT_SAMPLING
+/* Where a connection leaves the medium through a rough boundary. */
+typedef struct {
+  LaneHits hits;
+  INT primitive, first_number, exterior, surface;
+  REAL3 position, normal, inward; /* inward: direction of the connection inside */
+  REAL3 wi, wo;
+  REAL texture[2];
+  REAL density; /* with which `inward` was drawn */
+  MASK found;
+} Exit;
+
+inline Exit find_exit(const Launch* launch, __global const JobRecord* job, const LitVertex* x, REAL3 light,
+                      const REAL u[4], MASK refracted) {
+  Exit e;
+  const AssumedBoundary boundary =
+      assumed_boundary(launch, x->medium * (int)(sizeof(MediumRecord) / sizeof(float)));
+  const FlightCell cell = flight_cell(launch->grid, launch->geometries + job->geometry, x->position);
+  e.density = sample_refracted(&boundary, surface_normal_guess(&cell), light, u[2], u[3], &e.inward);
+  e.hits = trace_lanes(job_surfaces(launch, job), x->position, e.inward, (REAL)(INFINITY), (INT)(-1), refracted, (MASK)(0),
+                       refracted & (e.density > 0.0f));
+  e.found = refracted & (e.hits.primitive.integer >= 0);
+  e.primitive = SELECT_INT(e.found, e.hits.primitive.integer, 0);
+  e.position = make3(e.hits.x.real, e.hits.y.real, e.hits.z.real);
+  REAL3 shading;
+  surface_frame(launch->primitives, e.primitive, e.hits.u.real, e.hits.v.real, e.position, &e.normal, &shading, e.texture);
+  Lanes primitive, first_number, exterior, surface, inside;
+  primitive.integer = e.primitive;
+  inside.integer = x->medium;
+  UNROLL for (int l = 0; l < WIDTH; ++l) {
+    __global const ShapeRecord* shape = launch->shapes + job->first_shape + launch->primitives[primitive.i[l]].shape;
+    first_number.i[l] = launch->bsdfs[shape->bsdf].first_number;
+    exterior.i[l] = shape->exterior;
+    surface.i[l] = shape->interior == inside.i[l] ? launch->bsdfs[shape->bsdf].surface : SURFACE_NULL;
+  }
+  e.first_number = first_number.integer;
+  e.exterior = exterior.integer;
+  e.surface = surface.integer;
+  const Frame frame = make_frame(shading);
+  e.wi = scale3(frame_to_local(&frame, e.inward), -1.0f);
+  e.wo = frame_to_local(&frame, light);
+  e.found = e.found & (e.wi.z < 0.0f) & (e.wo.z > 0.0f) & (dot3(light, e.normal) > 0.0f) & (dot3(e.inward, e.normal) > 0.0f);
+  return e;
+}
+
+/* What an exit through surfaces of one BSDF brings. */
+inline void connect_through(int surface, int model, int variant, const Launch* launch, __global const JobRecord* job,
+                            Pool* pool, INT slots, const LitVertex* x, const Exit* e, REAL3 light, REAL light_pdf,
+                            const REAL rgb[3], const Scores* scores) {
+  const int traits = bsdf_traits(model);
+  if (!(traits & BSDF_TRANSMITS) || (traits & BSDF_SMOOTH)) return;
+  const MASK here = e->found & (e->surface == surface);
+  if (!ANY(here)) return;
+  REAL n[MOST_SLOTS], f[CHANNELS];
+  load_numbers(launch, model, e->first_number, e->texture, n);
+  bsdf_value(model, variant, n, e->wi, e->wo, f);
+  const REAL sigma = mean_sigma_t(x->inside.n + HOMOGENEOUS_sigma_t);
+  /* against reaching the exit by the phase function, there then sampling the sun or the BSDF (boundary.h) */
+  const REAL cosine = dot3(x->arrival, e->inward);
+  const REAL phase = phase_value(&x->phase, cosine);
+  const REAL by_phase = phase * medium_transmittance(sigma, e->hits.distance.real);
+  const REAL other = light_pdf + bsdf_density(model, variant, n, e->wi, e->wo);
+  const REAL mis = x->chance * e->density * light_pdf / (x->chance * e->density * light_pdf + by_phase * other);
+  REAL connection_weight[RADIANCE_CHANNELS];
+  MASK lit = (MASK)(0);
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+    const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
+    REAL value = f[t];
+    value *= phase * mis / (e->density * light_pdf);
+    lit = lit | (value > 0.0f);
+    connection_weight[c] = x->weight[c] * value *
+                           medium_transmittance(x->inside.n[HOMOGENEOUS_sigma_t + t], e->hits.distance.real);
+  }
+  Step passage = no_step(x->inside.first);
+  step_passage(&passage, x->inside.n, e->hits.distance.real, here);
+  const Step at_exit = bsdf_step(model, variant, n, e->first_number, e->wi, e->wo, here);
+  const ConnectionStart start = {&x->inside, &passage, &x->phase, cosine, model, n, &at_exit, here};
+  add_connection(launch, job, pool, slots, here & lit,
+                 beside_surface(launch->primitives, e->primitive, e->position, e->normal, light), light, e->primitive,
+                 e->exterior, connection_weight, rgb, scores, &start);
+}
+#endif
+
+/* Straight through index-matched boundaries. */
+inline void connect_straight(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK straight,
+                             const LitVertex* x, REAL3 light, REAL light_pdf, const REAL rgb[3], const Scores* scores) {
+  const REAL cosine = dot3(x->arrival, light);
+  const REAL phase = phase_value(&x->phase, cosine);
+  const REAL value = x->chance * phase / (x->chance * light_pdf + phase);
+  REAL connection_weight[RADIANCE_CHANNELS];
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) connection_weight[c] = x->weight[c] * value;
+  ConnectionStart start = connection_start(straight);
+  start.phase = &x->phase;
+  start.cosine = cosine;
+  add_connection(launch, job, pool, slots, straight, x->position, light, (INT)(-1), x->medium, connection_weight, rgb, scores,
+                 &start);
+}
+
 inline void connect_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
-  __global const EmitterRecord* emitter = launch->emitters + job->emitter;
   Random random = load_random(job, pool, slots);
   random.event -= 1; /* the event that brought the path here */
   REAL u[4];
   draw(&random, 1, u);
-  const REAL3 position = load3(pool, POSITION_X, slots), arrival = load3(pool, ARRIVAL_X, slots);
-  const INT medium = SELECT_INT(valid, LOAD_INT(pool, MEDIUM, slots), 0);
-  const INT at = medium * (int)(sizeof(MediumRecord) / sizeof(float));
-  __global const float* media = (__global const float*)launch->media;
-  const REAL g = GATHER((media + FIELD_OF(MediumRecord, g)), at);
-  REAL sigma_t[THROUGHPUT_CHANNELS];
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) sigma_t[c] = GATHER((media + FIELD_OF(MediumRecord, sigma_t) + c), at);
-  const REAL sigma = mean_sigma_t(sigma_t);
-  const REAL chance = LOAD(pool, CHANCE, slots);
-  REAL weight[3];
-  channel_weights(pool, slots, LOAD(pool, REFRACTION_SCALE, slots) / chance, weight);
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
-    weight[c] *= LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
-
+  const LitVertex x = load_lit_vertex(launch, pool, slots, valid);
   const Scores scores = load_scores(job, pool, slots);
   REAL3 light;
   REAL light_pdf, rgb[3];
-  const MASK sampled = valid & sample_light(launch, emitter, (MASK)(0), u, &light, &light_pdf, rgb);
+  const MASK sampled = valid & sample_light(launch, launch->emitters + job->emitter, (MASK)(0), u, &light, &light_pdf, rgb);
   MASK straight = sampled;
 #if ROUGH_LIGHT_SAMPLING
-  const INT connection = GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, connection)), at);
+  const INT connection = GATHER_INT(((__global const int*)launch->media + FIELD_OF(MediumRecord, connection)),
+                                    x.medium * (int)(sizeof(MediumRecord) / sizeof(float)));
   straight = sampled & (connection == CONNECTION_STRAIGHT);
   /* the boundary is one more scattering */
   const MASK refracted = sampled & (connection == CONNECTION_REFRACTED) &
                          (plain_depth(LOAD_INT(pool, DEPTH, slots)) + 1 < job->max_depth);
   if (ANY(refracted)) {
-    const AssumedBoundary boundary = assumed_boundary(launch, at);
-    const FlightCell cell = flight_cell(launch->grid, launch->geometries + job->geometry, position);
-    const REAL3 guess = surface_normal_guess(&cell);
-    REAL3 inward;
-    const REAL q = sample_refracted(&boundary, guess, light, u[2], u[3], &inward);
-    const LaneHits hits = trace_lanes(job_surfaces(launch, job), position, inward, (REAL)(INFINITY), (INT)(-1), refracted,
-                                      (MASK)(0), refracted & (q > 0.0f));
-    MASK connected = refracted & (hits.primitive.integer >= 0);
-    const INT primitive = SELECT_INT(connected, hits.primitive.integer, 0);
-    const REAL3 exit = make3(hits.x.real, hits.y.real, hits.z.real);
-    REAL3 normal, shading;
-    REAL texture[2];
-    surface_frame(launch->primitives, primitive, hits.u.real, hits.v.real, exit, &normal, &shading, texture);
-    Lanes at_primitive, bsdf, outside, kind, same;
-    at_primitive.integer = primitive;
-    same.integer = medium;
-    UNROLL for (int l = 0; l < WIDTH; ++l) {
-      __global const ShapeRecord* shape =
-          launch->shapes + job->first_shape + launch->primitives[at_primitive.i[l]].shape;
-      bsdf.i[l] = shape->bsdf;
-      outside.i[l] = shape->exterior;
-      kind.i[l] = shape->interior == same.i[l] ? launch->bsdfs[shape->bsdf].kind : BSDF_NULL;
-    }
-    const REAL alpha = bsdf_real(launch, bsdf.integer, FIELD_OF(BsdfRecord, alpha));
-    const REAL eta = bsdf_real(launch, bsdf.integer, FIELD_OF(BsdfRecord, eta));
-    const Frame frame = make_frame(shading);
-    const REAL3 wi = scale3(frame_to_local(&frame, inward), -1.0f), wo = frame_to_local(&frame, light);
-    connected =
-        connected & (wi.z < 0.0f) & (wo.z > 0.0f) & (dot3(light, normal) > 0.0f) & (dot3(inward, normal) > 0.0f);
-    REAL value = (REAL)(0.0f);
-#if HAS_ROUGH_GGX
-    value =
-        SELECT(kind.integer == BSDF_ROUGH_GGX, rough_dielectric_eval(MICROFACET_GGX, alpha, 1.0f / eta, wi, wo), value);
-#endif
-#if HAS_ROUGH_BECKMANN
-    value = SELECT(kind.integer == BSDF_ROUGH_BECKMANN,
-                   rough_dielectric_eval(MICROFACET_BECKMANN, alpha, 1.0f / eta, wi, wo), value);
-#endif
-    /* against reaching the exit by the phase function, there then sampling the sun or the BSDF (rough_dielectric.h) */
-    const REAL phase = henyey_greenstein(dot3(arrival, inward), g);
-    const REAL by_phase = phase * medium_transmittance(sigma, hits.distance.real);
-    REAL other = light_pdf;
-#if HAS_ROUGH_GGX
-    other +=
-        SELECT(kind.integer == BSDF_ROUGH_GGX, rough_dielectric_pdf(MICROFACET_GGX, alpha, 1.0f / eta, wi, wo), 0.0f);
-#endif
-#if HAS_ROUGH_BECKMANN
-    other += SELECT(kind.integer == BSDF_ROUGH_BECKMANN,
-                    rough_dielectric_pdf(MICROFACET_BECKMANN, alpha, 1.0f / eta, wi, wo), 0.0f);
-#endif
-    const REAL mis = chance * q * light_pdf / (chance * q * light_pdf + by_phase * other);
-    value *= phase * mis / (q * light_pdf);
-    REAL connection_weight[RADIANCE_CHANNELS];
-    UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
-      connection_weight[c] = weight[c] * value *
-                             bsdf_real(launch, bsdf.integer, FIELD_OF(BsdfRecord, specular_transmittance) + c) *
-                             medium_transmittance(sigma_t[THROUGHPUT_CHANNELS == 1 ? 0 : c], hits.distance.real);
-    MediumStep in_medium = no_medium_step(medium);
-    step_phase(&in_medium, dot3(arrival, inward), g, connected);
-    step_passage(&in_medium, sigma_t, hits.distance.real, connected);
-    SurfaceStep at_exit = no_surface_step();
-#if HAS_ROUGH_GGX
-    step_rough_boundary(MICROFACET_GGX, &at_exit, bsdf.integer, alpha, eta, wi, wo,
-                        connected & (kind.integer == BSDF_ROUGH_GGX));
-#endif
-#if HAS_ROUGH_BECKMANN
-    step_rough_boundary(MICROFACET_BECKMANN, &at_exit, bsdf.integer, alpha, eta, wi, wo,
-                        connected & (kind.integer == BSDF_ROUGH_BECKMANN));
-#endif
-    add_connection(launch, job, pool, slots, connected & (value > 0.0f),
-                   beside_surface(launch->primitives, primitive, exit, normal, light), light, primitive,
-                   outside.integer, connection_weight, rgb, &scores, &in_medium, &at_exit);
+    const Exit exit = find_exit(launch, job, &x, light, u, refracted);
+#define CONNECT_THROUGH(surface, name, variant) \
+  connect_through(surface, MODEL_##name, variant, launch, job, pool, slots, &x, &exit, light, light_pdf, rgb, &scores);
+    SURFACE_LIST(CONNECT_THROUGH)
   }
 #endif
-  if (ANY(straight)) {
-    const REAL phase = henyey_greenstein(dot3(arrival, light), g);
-    const REAL value = chance * phase / (chance * light_pdf + phase);
-    REAL connection_weight[RADIANCE_CHANNELS];
-    UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) connection_weight[c] = weight[c] * value;
-    MediumStep in_medium = no_medium_step(medium);
-    const SurfaceStep nowhere = no_surface_step();
-    step_phase(&in_medium, dot3(arrival, light), g, straight);
-    add_connection(launch, job, pool, slots, straight, position, light, (INT)(-1), medium, connection_weight, rgb, &scores,
-                   &in_medium, &nowhere);
-  }
+  if (ANY(straight)) connect_straight(launch, job, pool, slots, straight, &x, light, light_pdf, rgb, &scores);
   Scores onward = load_scores(job, pool, slots);
-  MediumStep turn = no_medium_step(medium);
-  step_phase(&turn, dot3(arrival, load3(pool, DIRECTION_X, slots)), g, valid);
-  add_phase_step(job, &onward, &turn);
-  store_scores(launch, job, pool, slots, &onward, valid);
+  add_phase(job, &onward, &x.phase, dot3(x.arrival, load3(pool, DIRECTION, slots)), valid);
+  store_scores(pool, slots, &onward);
+  sum_phase(launch, job, pool, slots, &onward, &x.phase, valid);
   push(pool, QUEUE_MEDIUM, slots, valid);
 }
 #endif

@@ -8,7 +8,7 @@
 
 inline void escape_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
   __global const EmitterRecord* emitter = launch->emitters + job->emitter;
-  REAL3 direction = load3(pool, DIRECTION_X, slots);
+  REAL3 direction = load3(pool, DIRECTION, slots);
   REAL light[3];
   emitter_radiance(launch, emitter, direction, light);
   REAL scale = LOAD(pool, REFRACTION_SCALE, slots);

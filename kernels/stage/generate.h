@@ -55,9 +55,9 @@ inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
   d.x = camera->direction_0[0] + a * camera->direction_a[0] + b * camera->direction_b[0];
   d.y = camera->direction_0[1] + a * camera->direction_a[1] + b * camera->direction_b[1];
   d.z = camera->direction_0[2] + a * camera->direction_a[2] + b * camera->direction_b[2];
-  store3(pool, POSITION_X, slots, o);
+  store3(pool, POSITION, slots, o);
   d = scale3(d, 1.0f / SQRT(dot3(d, d)));
-  store3(pool, DIRECTION_X, slots, d);
+  store3(pool, DIRECTION, slots, d);
   UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, 1.0f);
   UNROLL for (int c = RADIANCE; c < REFRACTION_SCALE; ++c) STORE(pool, c, slots, 0.0f); /* derivatives and scores too */
   STORE(pool, REFRACTION_SCALE, slots, 1.0f);

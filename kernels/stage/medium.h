@@ -4,188 +4,282 @@
 #define ITN_STAGE_MEDIUM_H
 #include "lib/baseline.h"
 #include "lib/frame.h"
+#include "lib/homogeneous.h"
 #include "lib/launch.h"
 #include "lib/light_connection.h"
-#include "lib/score.h"
-#include "model/phase_henyey_greenstein.h"
+#include "lib/phase_score.h"
 #include "stage/ray.h"
 
 #if HAS_MEDIUM
+/* Paths between two events in a medium. */
+typedef struct {
+  INT index; /* of the medium */
+  Homogeneous medium;
+  Phase phase;
+  INT first_cell; /* of the medium's table of expected futures */
+  Random random;
+
+  REAL3 position, direction;
+  REAL throughput[THROUGHPUT_CHANNELS];
+  REAL weight[3]; /* spectral: see lib/launch.h */
+  REAL refraction_scale;
+  REAL sigma; /* sigma_t of the hero channel */
+  INT depth, skip;
+  MASK passed;
+  FlightCell cell; /* of the position */
+  Depth below;
+  Scores scores;
+  Baseline baseline;
+
+  MASK alive, arrived, dead, escaped; /* alive: still in flight */
+  INT hit_primitive;
+  REAL hit_u, hit_v;
+#if MEDIUM_LIGHT_SAMPLING
+  MASK connectable, waiting; /* waiting for a connection with light */
+  REAL last_pdf, chance;
+  REAL3 vertex; /* where the last flight began; direction of arrival for waiting lanes */
+#endif
+} Walk;
+
+/* One event: a flight, and the scattering at its end. */
+typedef struct {
+  REAL u[4];
+  REAL flight, distance; /* drawn, and up to where the path got */
+  REAL3 there;
+  FlightCell end;
+  MASK flies, meets, scatters;
+} Event;
+
+inline Walk load_walk(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK valid) {
+  Walk w;
+  w.index = SELECT_INT(valid, LOAD_INT(pool, MEDIUM, slots), 0);
+  w.medium = load_homogeneous(launch, w.index);
+  w.phase = load_phase(launch, w.index);
+  const INT at = w.index * (int)(sizeof(MediumRecord) / sizeof(float));
+  w.first_cell = GATHER_INT(((__global const int*)launch->media + FIELD_OF(MediumRecord, first_cell)), at);
+  w.random = load_random(job, pool, slots);
+  w.position = load3(pool, POSITION, slots);
+  w.direction = load3(pool, DIRECTION, slots);
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) w.throughput[c] = LOAD(pool, THROUGHPUT + c, slots);
+  w.depth = LOAD_INT(pool, DEPTH, slots);
+  w.skip = LOAD_INT(pool, SKIP, slots);
+  w.passed = LOAD_INT(pool, PASSED, slots) != 0;
+  w.weight[0] = w.weight[1] = w.weight[2] = (REAL)(1.0f);
+  const REAL* sigma_t = w.medium.n + HOMOGENEOUS_sigma_t;
+#if SPECTRAL
+  UNROLL for (int c = 0; c < 3; ++c) w.weight[c] = LOAD(pool, SPECTRAL_WEIGHT + c, slots);
+  const INT hero = LOAD_INT(pool, HERO, slots);
+  w.sigma = SELECT(hero == 0, sigma_t[0], SELECT(hero == 1, sigma_t[1], sigma_t[2]));
+#else
+  w.sigma = sigma_t[0];
+#endif
+  w.scores = load_scores(job, pool, slots);
+  w.baseline = load_baseline(pool, slots);
+  w.refraction_scale = LOAD(pool, REFRACTION_SCALE, slots);
+  w.alive = valid;
+  w.arrived = w.dead = w.escaped = (MASK)(0);
+  w.hit_primitive = (INT)(-1);
+  w.hit_u = w.hit_v = (REAL)(0.0f);
+  w.cell = flight_cell(launch->grid, launch->geometries + job->geometry, w.position);
+  w.below = depth_of(&w.cell, mean_sigma_t(sigma_t));
+#if MEDIUM_LIGHT_SAMPLING
+  w.connectable =
+      GATHER_INT(((__global const int*)launch->media + FIELD_OF(MediumRecord, connection)), at) != CONNECTION_NONE;
+  w.waiting = (MASK)(0);
+  w.last_pdf = LOAD(pool, LAST_PDF, slots);
+  w.chance = (REAL)(1.0f);
+  w.vertex = w.position;
+#endif
+  return w;
+}
+
+/* A free flight to the next collision, or to a surface before it. */
+inline Event fly(const Launch* launch, __global const JobRecord* job, Walk* w, REAL mean_free_path) {
+  __global const GeometryRecord* geometry = launch->geometries + job->geometry;
+  Event e;
+  e.flies = w->alive;
+  draw(&w->random, 0, e.u);
+  w->random.event += SELECT_INT(w->alive, 1, 0);
+  e.flight = -LOG(e.u[0]) * mean_free_path;
+  e.distance = e.flight;
+  e.there = add3(w->position, scale3(w->direction, e.flight));
+  e.end = flight_cell(launch->grid, geometry, e.there);
+  const MASK test = w->alive & !flight_is_clear(geometry, &w->cell, &e.end, w->direction, e.flight);
+  e.meets = (MASK)(0);
+  if (ANY(test)) {
+    const LaneHits hits = trace_lanes(job_surfaces(launch, job), w->position, w->direction, e.flight, w->skip, w->alive,
+                                      (w->skip >= 0) & w->passed, test);
+    e.meets = test & (hits.primitive.integer >= 0);
+    e.distance = SELECT(e.meets, hits.distance.real, e.flight);
+    e.there = select3(e.meets, make3(hits.x.real, hits.y.real, hits.z.real), e.there);
+    w->hit_primitive = SELECT_INT(e.meets, hits.primitive.integer, w->hit_primitive);
+    w->hit_u = SELECT(e.meets, hits.u.real, w->hit_u);
+    w->hit_v = SELECT(e.meets, hits.v.real, w->hit_v);
+  }
+  /* sigma_t 0: an endless flight leaves the scene */
+  const MASK gone = w->alive & !e.meets & (e.flight > 1e30f);
+  e.scatters = w->alive & !e.meets & !gone;
+  w->escaped = w->escaped | gone;
+  w->arrived = w->arrived | e.meets;
+#if MEDIUM_LIGHT_SAMPLING
+  w->vertex = select3(e.meets, w->position, w->vertex);
+#endif
+  w->position = select3(e.meets | e.scatters, e.there, w->position);
+  return e;
+}
+
+#if SPECTRAL
+/* The flight's density with each channel's sigma_t over that with the hero's. A surface that is met a tolerance beyond the
+ * flight's end is met with any sigma_t: 1. Else sigma times distance is below 17, and where sigma_t[c] is 1e30 times sigma,
+ * the exponential is 0. */
+inline void weigh_flight(Walk* w, const Event* e, REAL mean_free_path) {
+  const REAL* sigma_t = w->medium.n + HOMOGENEOUS_sigma_t;
+  const REAL drawn = SELECT(e->distance > e->flight, 0.0f, e->distance);
+  REAL factor[3];
+  UNROLL for (int c = 0; c < 3; ++c)
+    factor[c] = EXP((w->sigma - sigma_t[c]) * drawn) *
+                SELECT(e->scatters, MIN(sigma_t[c] * mean_free_path, (REAL)(1e30f)), 1.0f);
+  spectral_event(e->meets | e->scatters, factor, w->weight);
+}
+#endif
+
+/* Throughput with all its factors. */
+inline void weigh(const Walk* w, REAL total[]) {
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) total[c] = w->throughput[c] * w->refraction_scale * w->weight[c];
+}
+
+/* The flight, to scores and baselines. Weighed as after the flight: then the means are zero over the mixture of the hero
+ * channels' densities too. state: before the flight */
+inline void score_flight(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Walk* w,
+                         const Event* e, INT state) {
+  Step step = no_step(w->medium.first);
+  step_passage(&step, w->medium.n, e->distance, e->meets);
+  step_scattering(&step, w->medium.n, e->distance, e->scatters);
+  REAL total[THROUGHPUT_CHANNELS];
+  weigh(w, total);
+  record_visit(launch, job, pool, slots, &w->random, w->random.event - 1, DECISION_FLIGHT, state, total, e->flies);
+  add_flight(launch, job, pool, slots, &w->scores, &w->baseline, MODEL_homogeneous, w->medium.n, &step, total, state);
+}
+
+/* Albedo and roulette at the flight's end. `alive` is who goes on. total: of these; future: expected before the turn */
+inline void survive(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Walk* w, Event* e,
+                    REAL total[], REAL future[]) {
+  w->skip = SELECT_INT(e->scatters, -1, w->skip);
+  w->depth += SELECT_INT(e->scatters, 1, 0);
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
+    w->throughput[c] *= SELECT(e->scatters, w->medium.n[HOMOGENEOUS_albedo + c], 1.0f);
+  const REAL largest = brightest(w->throughput, w->weight);
+#if OPERATOR_SINGLE
+  const MASK again = e->scatters & (w->depth >= SCATTERED_ONCE);
+  w->dead = w->dead | again;
+  e->scatters = e->scatters & !again;
+  w->depth += SELECT_INT(e->scatters, SCATTERED_ONCE, 0);
+#endif
+  const INT vertices = plain_depth(w->depth);
+  const MASK may_go_on = e->scatters & (largest > 0.0f) & (vertices < job->max_depth);
+  weigh(w, total);
+  const MASK dies = roulette(job, vertices, e->u[3], e->scatters, largest, w->throughput);
+  w->dead = w->dead | dies;
+  w->alive = e->scatters & !dies;
+  const INT state = medium_state(w->first_cell, DECISION_TURN, &w->below, dot3(w->below.normal, w->direction));
+  expected_future(launch, state, future);
+  REAL change[THROUGHPUT_CHANNELS], raised[THROUGHPUT_CHANNELS];
+  weigh(w, raised);
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
+    change[c] = SELECT(may_go_on, SELECT(w->alive, raised[c], 0.0f) - total[c], 0.0f);
+    total[c] = raised[c];
+  }
+  add_roulette(&w->baseline, change, future, &w->scores);
+  record_visit(launch, job, pool, slots, &w->random, w->random.event - 1, DECISION_TURN, state, total, w->alive);
+}
+
+#if MEDIUM_LIGHT_SAMPLING
+/* Who connects with light before going on. u[2] decides; what is left of it is uniform again. */
+inline MASK choose_connections(const Launch* launch, __global const JobRecord* job, Walk* w, REAL u[4]) {
+  const REAL expected = connection_chance(launch, job, w->index * (int)(sizeof(MediumRecord) / sizeof(float)), &w->cell,
+                                          w->direction, brightest(w->throughput, w->weight),
+                                          mean_sigma_t(w->medium.n + HOMOGENEOUS_sigma_t), &w->phase);
+  w->chance = SELECT(w->alive, expected, w->chance);
+  const MASK connects = w->alive & w->connectable & (u[2] < w->chance);
+  u[2] = SELECT(w->connectable, SELECT(u[2] < w->chance, u[2] / w->chance, (u[2] - w->chance) / (1.0f - w->chance)), u[2]);
+  w->vertex = select3(connects, w->direction, w->vertex);
+  w->waiting = w->waiting | connects;
+  return connects;
+}
+#endif
+
+/* A change of direction by the phase function. */
+inline void turn(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Walk* w, Event* e,
+                 const REAL total[], const REAL future[]) {
+  const MASK turns = w->alive;
+#if MEDIUM_LIGHT_SAMPLING
+  const MASK connects = choose_connections(launch, job, w, e->u);
+#endif
+  REAL cosine, sine, s, c;
+  phase_draw(&w->phase, e->u[1], &cosine, &sine);
+  sin_cos_2pi(e->u[2], &s, &c);
+  const Frame frame = make_frame(w->direction);
+  REAL3 turned = frame_to_world(&frame, make3(sine * c, sine * s, cosine));
+  turned = scale3(turned, 1.5f - 0.5f * dot3(turned, turned)); /* stays unit over thousands of turns */
+  w->direction = select3(w->alive, turned, w->direction);
+#if MEDIUM_LIGHT_SAMPLING
+  w->last_pdf = SELECT(w->alive, SELECT(w->connectable, phase_value(&w->phase, cosine) / w->chance, 0.0f), w->last_pdf);
+  w->alive = w->alive & !connects; /* connected before the path goes on, so contributions keep their order */
+#endif
+  add_phase_turn(job, pool, slots, &w->scores, &w->baseline, &w->phase, cosine, total, future, turns, w->alive);
+}
+
+/* Back to the pool, and on to where each path waits next. */
+inline void store_walk(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
+                       const Walk* w) {
+  store3(pool, POSITION, slots, w->position);
+  store3(pool, DIRECTION, slots, w->direction);
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, w->throughput[c]);
+  store_scores(pool, slots, &w->scores);
+  sum_scores(launch, job, pool, slots, &w->scores, MODEL_homogeneous, w->medium.first, valid);
+  sum_phase(launch, job, pool, slots, &w->scores, &w->phase, valid);
+  store_baseline(pool, slots, &w->baseline);
+  STORE_INT(pool, EVENT, slots, w->random.event);
+  STORE_INT(pool, DEPTH, slots, w->depth);
+  STORE_INT(pool, SKIP, slots, w->skip);
+  STORE_INT(pool, HIT, slots, w->hit_primitive);
+  STORE(pool, HIT_PLACE, slots, w->hit_u);
+  STORE(pool, HIT_PLACE + 1, slots, w->hit_v);
+#if SPECTRAL
+  UNROLL for (int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_WEIGHT + c, slots, w->weight[c]);
+#endif
+  finish(launch, job, pool, slots, w->dead);
+  push_surface(launch, job, pool, slots, w->arrived, w->hit_primitive);
+  push(pool, QUEUE_ESCAPE, slots, w->escaped);
+#if MEDIUM_LIGHT_SAMPLING
+  STORE(pool, LAST_PDF, slots, w->last_pdf);
+  STORE(pool, CHANCE, slots, w->chance);
+  store3(pool, ARRIVAL, slots, w->vertex);
+  push(pool, QUEUE_CONNECT, slots, w->waiting);
+#endif
+  if (ANY(w->alive)) push(pool, QUEUE_MEDIUM, slots, w->alive);
+}
+
 /* Leaves the loop when at most `enough` lanes are still in flight; they go back to the queue. */
 inline void medium_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                          int enough) {
-  __global const GeometryRecord* geometry = launch->geometries + job->geometry;
-  const Surfaces surfaces = job_surfaces(launch, job);
-  REAL3 position = load3(pool, POSITION_X, slots), direction = load3(pool, DIRECTION_X, slots);
-  REAL throughput[THROUGHPUT_CHANNELS];
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] = LOAD(pool, THROUGHPUT + c, slots);
-  Random random = load_random(job, pool, slots);
-  INT depth = LOAD_INT(pool, DEPTH, slots), skip = LOAD_INT(pool, SKIP, slots);
-  const MASK passed = LOAD_INT(pool, PASSED, slots) != 0;
-
-  INT medium = SELECT_INT(valid, LOAD_INT(pool, MEDIUM, slots), 0) * (int)(sizeof(MediumRecord) / sizeof(float));
-  __global const float* media = (__global const float*)launch->media;
-  REAL sigma_t[THROUGHPUT_CHANNELS], albedo[THROUGHPUT_CHANNELS];
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
-    sigma_t[c] = GATHER((media + FIELD_OF(MediumRecord, sigma_t) + c), medium);
-    albedo[c] = GATHER((media + FIELD_OF(MediumRecord, albedo) + c), medium);
-  }
-  REAL g = GATHER((media + FIELD_OF(MediumRecord, g)), medium);
-  REAL weight[3] = {(REAL)(1.0f), (REAL)(1.0f), (REAL)(1.0f)};
-#if SPECTRAL
-  UNROLL for (int c = 0; c < 3; ++c) weight[c] = LOAD(pool, SPECTRAL_WEIGHT + c, slots);
-  INT hero = LOAD_INT(pool, HERO, slots);
-  REAL sigma = SELECT(hero == 0, sigma_t[0], SELECT(hero == 1, sigma_t[1], sigma_t[2]));
-#else
-  REAL sigma = sigma_t[0];
-#endif
-  REAL mean_free_path = 1.0f / sigma;
-  const INT medium_index = LOAD_INT(pool, MEDIUM, slots);
-  Scores scores = load_scores(job, pool, slots);
-  Baseline baseline = load_baseline(pool, slots);
-  const INT first_cell = GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, first_cell)), medium);
-  const REAL refraction_scale = LOAD(pool, REFRACTION_SCALE, slots);
-
-  MASK alive = valid, arrived = (MASK)(0), dead = (MASK)(0), escaped = (MASK)(0);
-#if MEDIUM_LIGHT_SAMPLING
-  MASK connectable =
-      GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, connection)), medium) != CONNECTION_NONE;
-  REAL last_pdf = LOAD(pool, LAST_PDF, slots), chance = (REAL)(1.0f);
-  REAL3 vertex = position; /* where the last flight began; direction of arrival for waiting lanes */
-  MASK waiting = (MASK)(0);
-#endif
-  INT hit_primitive = (INT)(-1);
-  REAL hit_u = (REAL)(0.0f), hit_v = (REAL)(0.0f);
-  int left = 0;
-  FlightCell cell = flight_cell(launch->grid, geometry, position);
-  Depth below = depth_of(&cell, mean_sigma_t(sigma_t));
+  Walk w = load_walk(launch, job, pool, slots, valid);
+  const REAL mean_free_path = 1.0f / w.sigma;
   for (int event = 0; event < MEDIUM_EVENTS; ++event) {
-    const INT flight_state = medium_state(first_cell, DECISION_FLIGHT, &below, dot3(below.normal, direction));
-    const MASK flies = alive;
-    REAL u[4];
-    draw(&random, 0, u);
-    random.event += SELECT_INT(alive, 1, 0);
-    REAL flight = -LOG(u[0]) * mean_free_path;
-    REAL distance = flight;
-    REAL3 there = add3(position, scale3(direction, flight));
-    const FlightCell end = flight_cell(launch->grid, geometry, there);
-    const MASK test = alive & !flight_is_clear(geometry, &cell, &end, direction, flight);
-    MASK meets = (MASK)(0);
-    if (ANY(test)) {
-      const LaneHits hits =
-          trace_lanes(surfaces, position, direction, flight, skip, alive, (skip >= 0) & passed, test);
-      meets = test & (hits.primitive.integer >= 0);
-      distance = SELECT(meets, hits.distance.real, flight);
-      there = select3(meets, make3(hits.x.real, hits.y.real, hits.z.real), there);
-      hit_primitive = SELECT_INT(meets, hits.primitive.integer, hit_primitive);
-      hit_u = SELECT(meets, hits.u.real, hit_u);
-      hit_v = SELECT(meets, hits.v.real, hit_v);
-    }
-    /* sigma_t 0: an endless flight leaves the scene */
-    MASK gone = alive & !meets & (flight > 1e30f);
-    MASK scatters = alive & !meets & !gone;
-    escaped = escaped | gone;
-    arrived = arrived | meets;
-#if MEDIUM_LIGHT_SAMPLING
-    vertex = select3(meets, position, vertex);
-#endif
-    position = select3(meets | scatters, there, position);
+    const INT state = medium_state(w.first_cell, DECISION_FLIGHT, &w.below, dot3(w.below.normal, w.direction));
+    Event e = fly(launch, job, &w, mean_free_path);
 #if SPECTRAL
-    /* Densities over the hero's. A surface that is met a tolerance beyond the flight's end is met with any sigma_t: 1. Else
-     * sigma times distance is below 17, and where sigma_t[c] is 1e30 times sigma, the exponential is 0. */
-    const REAL drawn = SELECT(distance > flight, 0.0f, distance);
-    REAL factor[3];
-    UNROLL for (int c = 0; c < 3; ++c)
-      factor[c] = EXP((sigma - sigma_t[c]) * drawn) *
-                  SELECT(scatters, MIN(sigma_t[c] * mean_free_path, (REAL)(1e30f)), 1.0f);
-    spectral_event(meets | scatters, factor, weight);
+    weigh_flight(&w, &e, mean_free_path);
 #endif
-    cell = end; /* who met a surface needs none */
-    below = depth_of(&cell, mean_sigma_t(sigma_t));
-    MediumStep step = no_medium_step(medium_index);
-    step_passage(&step, sigma_t, distance, meets);
-    step_scattering(&step, sigma_t, albedo, distance, scatters);
-    /* weighed as after the flight: then the means are zero over the mixture of the hero channels' densities too */
-    REAL total[THROUGHPUT_CHANNELS], change[THROUGHPUT_CHANNELS], future[THROUGHPUT_CHANNELS];
-    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) total[c] = throughput[c] * refraction_scale * weight[c];
-    record_visit(launch, job, pool, slots, &random, random.event - 1, DECISION_FLIGHT, flight_state, total, flies);
-    add_flight(launch, job, pool, slots, &scores, &baseline, &step, total, flight_state);
-    skip = SELECT_INT(scatters, -1, skip);
-    depth += SELECT_INT(scatters, 1, 0);
-    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= SELECT(scatters, albedo[c], 1.0f);
-    const REAL largest = brightest(throughput, weight);
-#if OPERATOR_SINGLE
-    MASK again = scatters & (depth >= SCATTERED_ONCE);
-    dead = dead | again;
-    scatters = scatters & !again;
-    depth += SELECT_INT(scatters, SCATTERED_ONCE, 0);
-#endif
-    INT vertices = plain_depth(depth);
-    const MASK may_go_on = scatters & (largest > 0.0f) & (vertices < job->max_depth);
-    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) total[c] = throughput[c] * refraction_scale * weight[c];
-    MASK dies = roulette(job, vertices, u[3], scatters, largest, throughput);
-    MASK goes_on = scatters & !dies;
-    dead = dead | dies;
-    alive = scatters & !dies;
-    const INT turn_state = medium_state(first_cell, DECISION_TURN, &below, dot3(below.normal, direction));
-    expected_future(launch, turn_state, future);
-    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
-      const REAL raised = throughput[c] * refraction_scale * weight[c];
-      change[c] = SELECT(may_go_on, SELECT(alive, raised, 0.0f) - total[c], 0.0f);
-      total[c] = raised;
-    }
-    add_roulette(&baseline, change, future, &scores);
-    record_visit(launch, job, pool, slots, &random, random.event - 1, DECISION_TURN, turn_state, total, alive);
-#if MEDIUM_LIGHT_SAMPLING
-    /* u[2] decides on the connection first; what is left of it is uniform again */
-    const REAL expected = connection_chance(launch, job, medium, &cell, direction, brightest(throughput, weight),
-                                            mean_sigma_t(sigma_t), g);
-    chance = SELECT(alive, expected, chance);
-    MASK connects = alive & connectable & (u[2] < chance);
-    u[2] = SELECT(connectable, SELECT(u[2] < chance, u[2] / chance, (u[2] - chance) / (1.0f - chance)), u[2]);
-    vertex = select3(connects, direction, vertex);
-    waiting = waiting | connects;
-#endif
-    REAL cosine, sine, s, c;
-    henyey_greenstein_sample(g, u[1], &cosine, &sine);
-    sin_cos_2pi(u[2], &s, &c);
-    Frame frame = make_frame(direction);
-    REAL3 turned = frame_to_world(&frame, make3(sine * c, sine * s, cosine));
-    turned = scale3(turned, 1.5f - 0.5f * dot3(turned, turned)); /* stays unit over thousands of turns */
-    direction = select3(alive, turned, direction);
-#if MEDIUM_LIGHT_SAMPLING
-    last_pdf = SELECT(alive, SELECT(connectable, henyey_greenstein(cosine, g) / chance, 0.0f), last_pdf);
-    alive = alive & !connects; /* connected before the path goes on, so contributions keep their order */
-#endif
-    step_phase(&step, cosine, g, goes_on);
-    add_turn(job, pool, slots, &scores, &baseline, &step, total, future, alive);
-    left = popcount(lane_bits(alive));
-    if (left <= enough) break;
+    w.cell = e.end; /* who met a surface needs none */
+    w.below = depth_of(&w.cell, mean_sigma_t(w.medium.n + HOMOGENEOUS_sigma_t));
+    score_flight(launch, job, pool, slots, &w, &e, state);
+    REAL total[THROUGHPUT_CHANNELS], future[THROUGHPUT_CHANNELS];
+    survive(launch, job, pool, slots, &w, &e, total, future);
+    turn(launch, job, pool, slots, &w, &e, total, future);
+    if (popcount(lane_bits(w.alive)) <= enough) break;
   }
-  store3(pool, POSITION_X, slots, position);
-  store3(pool, DIRECTION_X, slots, direction);
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
-  store_scores(launch, job, pool, slots, &scores, valid);
-  store_baseline(pool, slots, &baseline);
-  STORE_INT(pool, EVENT, slots, random.event);
-  STORE_INT(pool, DEPTH, slots, depth);
-  STORE_INT(pool, SKIP, slots, skip);
-  STORE_INT(pool, HIT, slots, hit_primitive);
-  STORE(pool, HIT_U, slots, hit_u);
-  STORE(pool, HIT_V, slots, hit_v);
-#if SPECTRAL
-  UNROLL for (int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_WEIGHT + c, slots, weight[c]);
-#endif
-  finish(launch, job, pool, slots, dead);
-  push_surface(launch, job, pool, slots, arrived, hit_primitive);
-  push(pool, QUEUE_ESCAPE, slots, escaped);
-#if MEDIUM_LIGHT_SAMPLING
-  STORE(pool, LAST_PDF, slots, last_pdf);
-  STORE(pool, CHANCE, slots, chance);
-  store3(pool, ARRIVAL_X, slots, vertex);
-  push(pool, QUEUE_CONNECT, slots, waiting);
-#endif
-  if (left) push(pool, QUEUE_MEDIUM, slots, alive);
+  store_walk(launch, job, pool, slots, valid, &w);
 }
 
 #endif

@@ -7,10 +7,10 @@
 inline void arrive(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                    const LaneHits* hits) {
   const MASK hit = valid & (hits->primitive.integer >= 0);
-  store3(pool, POSITION_X, slots, make3(hits->x.real, hits->y.real, hits->z.real));
+  store3(pool, POSITION, slots, make3(hits->x.real, hits->y.real, hits->z.real));
   STORE_INT(pool, HIT, slots, hits->primitive.integer);
-  STORE(pool, HIT_U, slots, hits->u.real);
-  STORE(pool, HIT_V, slots, hits->v.real);
+  STORE(pool, HIT_PLACE, slots, hits->u.real);
+  STORE(pool, HIT_PLACE + 1, slots, hits->v.real);
   push_surface(launch, job, pool, slots, hit, hits->primitive.integer);
   push(pool, QUEUE_ESCAPE, slots, valid & !hit);
 }
@@ -18,7 +18,7 @@ inline void arrive(const Launch* launch, __global const JobRecord* job, Pool* po
 inline void ray_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
   const INT skip = LOAD_INT(pool, SKIP, slots);
   const LaneHits hits =
-      trace_lanes(job_surfaces(launch, job), load3(pool, POSITION_X, slots), load3(pool, DIRECTION_X, slots),
+      trace_lanes(job_surfaces(launch, job), load3(pool, POSITION, slots), load3(pool, DIRECTION, slots),
                   (REAL)(INFINITY), skip, (MASK)(0), (skip >= 0) & (LOAD_INT(pool, PASSED, slots) != 0), valid);
   arrive(launch, job, pool, slots, valid, &hits);
 }

@@ -1,4 +1,4 @@
-/* What the stages of all boundaries share: where the path has arrived, in which frame, and how it goes on. */
+/* What the stages of all surfaces share: where the path has arrived, in which frame, and how it goes on. */
 #ifndef ITN_STAGE_SURFACE_H
 #define ITN_STAGE_SURFACE_H
 #include "lib/frame.h"
@@ -12,7 +12,8 @@ typedef struct {
   REAL3 frame;               /* shading normal, unit */
   REAL texture[2];           /* coordinates */
   MASK front;                /* arrives from outside */
-  INT primitive, bsdf;
+  INT primitive, first_number, first_cell; /* of the BSDF */
+  MASK twosided;
   INT interior, exterior; /* media */
   MASK misplaced; /* logically on the side it cannot come from: a position off by rounding, or shapes that overlap; the
                      boundary is passed as if it were not there, and the path is on its logical side again */
@@ -21,20 +22,25 @@ typedef struct {
 inline Surface load_surface(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                             MASK valid) {
   Surface s;
-  s.position = load3(pool, POSITION_X, slots);
-  s.direction = load3(pool, DIRECTION_X, slots);
+  s.position = load3(pool, POSITION, slots);
+  s.direction = load3(pool, DIRECTION, slots);
   s.primitive = SELECT_INT(valid, LOAD_INT(pool, HIT, slots), 0);
-  surface_frame(launch->primitives, s.primitive, LOAD(pool, HIT_U, slots), LOAD(pool, HIT_V, slots), s.position,
+  surface_frame(launch->primitives, s.primitive, LOAD(pool, HIT_PLACE, slots), LOAD(pool, HIT_PLACE + 1, slots), s.position,
                 &s.normal, &s.frame, s.texture);
-  Lanes primitive, bsdf, interior, exterior;
+  Lanes primitive, first_number, first_cell, twosided, interior, exterior;
   primitive.integer = s.primitive;
   UNROLL for (int l = 0; l < WIDTH; ++l) {
     __global const ShapeRecord* shape = launch->shapes + job->first_shape + launch->primitives[primitive.i[l]].shape;
-    bsdf.i[l] = shape->bsdf;
+    __global const BsdfRecord* bsdf = launch->bsdfs + shape->bsdf;
+    first_number.i[l] = bsdf->first_number;
+    first_cell.i[l] = bsdf->first_cell;
+    twosided.i[l] = bsdf->twosided;
     interior.i[l] = shape->interior;
     exterior.i[l] = shape->exterior;
   }
-  s.bsdf = bsdf.integer;
+  s.first_number = first_number.integer;
+  s.first_cell = first_cell.integer;
+  s.twosided = twosided.integer != 0;
   s.interior = interior.integer;
   s.exterior = exterior.integer;
   s.front = dot3(s.direction, s.normal) < 0.0f;
@@ -52,8 +58,8 @@ inline void leave_surface(const Launch* launch, Pool* pool, INT slots, MASK mask
   const MASK inward = dot3(direction, s->normal) < 0.0f;
   INT medium = LOAD_INT(pool, MEDIUM, slots);
   medium = SELECT_INT(s->interior == s->exterior, medium, SELECT_INT(inward, s->interior, s->exterior));
-  store3(pool, POSITION_X, slots, beside_surface(launch->primitives, s->primitive, s->position, s->normal, direction));
-  store3(pool, DIRECTION_X, slots, direction);
+  store3(pool, POSITION, slots, beside_surface(launch->primitives, s->primitive, s->position, s->normal, direction));
+  store3(pool, DIRECTION, slots, direction);
   STORE_INT(pool, MEDIUM, slots, medium);
   STORE_INT(pool, SKIP, slots, s->primitive);
   STORE_INT(pool, PASSED, slots, 0);

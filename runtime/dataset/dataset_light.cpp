@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "runtime/error.h"
-#include "runtime/image/png.h"
-#include "runtime/scene/luminance.h"
+#include "runtime/base/colour.h"
+#include "runtime/base/error.h"
+#include "runtime/image/bitmap.h"
 #include "runtime/scene/transform.h"
 
 namespace itn {

@@ -2,9 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "runtime/error.h"
-#include "runtime/scene/mesh_file.h"
-#include "runtime/scene/mesh_repair.h"
+#include "runtime/base/error.h"
+#include "runtime/scene/mesh/mesh_close.h"
+#include "runtime/scene/mesh/mesh_file.h"
+#include "runtime/scene/mesh/mesh_repair.h"
 #include "runtime/shapes/named_shapes.h"
 #include "runtime/shapes/random_shape.h"
 
@@ -29,19 +30,20 @@ std::shared_ptr<const Mesh> dataset_mesh(const Manifest::Shape& shape, const std
 
 Mesh as_dataset_mesh(const std::string& file) {
   Mesh mesh = read_mesh(file);
-  drop_degenerate(mesh);
-  if (mesh.normal.empty()) compute_normals(mesh);
-  const Topology shape = topology(mesh);
+  const Topology shape = close_mesh(mesh).left;
   if (!shape.closed()) {
-    const Vec3 at = shape.open_edges           ? shape.open_at
-                    : shape.non_manifold_edges ? shape.non_manifold_at
-                                               : shape.turned_at;
+    const EdgePlace& at = shape.open_edges           ? shape.open_at
+                          : shape.non_manifold_edges ? shape.non_manifold_at
+                                                     : shape.turned_at;
     throw InputError(fmt::format(
         "{}: {} open edges, {} of more than two triangles, {} between triangles that wind against each other, "
         "one near ({}, {}, {}); a body that light enters must be closed",
-        file, shape.open_edges, shape.non_manifold_edges, shape.turned_edges, at[0], at[1], at[2]));
+        file, shape.open_edges, shape.non_manifold_edges, shape.turned_edges, at.middle[0], at.middle[1],
+        at.middle[2]));
   }
   if (shape.volume == 0) throw InputError(file + ": has no volume");
+  drop_degenerate(mesh);
+  if (mesh.normal.empty()) compute_normals(mesh);
   if (shape.volume < 0) flip(mesh);
   set_on_floor(mesh);
   mesh.texcoord.clear();

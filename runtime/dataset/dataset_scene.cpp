@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "runtime/random.h"
-#include "runtime/scene/shape_meshes.h"
+#include "runtime/base/random.h"
+#include "runtime/scene/mesh/shape_meshes.h"
 #include "runtime/scene/transform.h"
 
 namespace itn {
@@ -66,29 +66,30 @@ Scene dataset_scene(const Manifest& set, const std::shared_ptr<const Mesh>& shap
   scene.integrator.rr_depth = 20;
   scene.sensors = {sensor_of(set)};
 
-  Bsdf ground;
+  Bsdf ground = make_bsdf("diffuse");
   ground.id = "ground";
-  ground.kind = BsdfKind::diffuse;
-  ground.reflectance.bitmap = the_pattern;
-  ground.reflectance.nearest = true;
-  ground.reflectance.wrap = Texture::Wrap::repeat;
+  Texture& paint = ground.value("reflectance");
+  paint = make_bitmap(the_pattern);
+  paint.nearest = true;
+  paint.wrap = Texture::Wrap::repeat;
   const double repeats = 2 * floor_half_side / (the_pattern->width * tile);
-  ground.reflectance.to_uv = {repeats, 0, 0, 0, repeats, 0};
-  Bsdf boundary;
+  paint.to_uv = {repeats, 0, 0, 0, repeats, 0};
+  Bsdf boundary = make_bsdf(set.boundary.rough ? "roughdielectric" : "null");
   boundary.id = "boundary";
-  boundary.kind = set.boundary.rough ? BsdfKind::roughdielectric : BsdfKind::null;
-  boundary.alpha = set.boundary.alpha;
-  boundary.int_ior = set.boundary.int_ior;
+  if (set.boundary.rough) {
+    boundary.set("alpha", set.boundary.alpha);
+    boundary.set("int_ior", set.boundary.int_ior);
+  }
   scene.bsdfs = {ground, boundary};
 
   Medium medium;
   medium.id = "medium";
-  medium.phase_id = "phase";
   const double sigma_t = material.sigma_t * set.mm_per_unit;
   medium.sigma_t = {sigma_t, sigma_t, sigma_t};
   medium.albedo = {material.albedo, material.albedo, material.albedo};
-  medium.isotropic = false;
-  medium.g = material.g;
+  medium.phase.become(*find_model(phase_models(), "hg"));
+  medium.phase.id = "phase";
+  medium.phase.set("g", material.g);
   scene.media = {medium};
 
   Shape floor, body;

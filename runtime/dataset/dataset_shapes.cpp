@@ -1,10 +1,9 @@
 #include "runtime/dataset/dataset_shapes.h"
 
 #include <algorithm>
-#include <future>
-#include <thread>
 #include <utility>
 
+#include "runtime/base/parallel.h"
 #include "runtime/dataset/dataset_mesh.h"
 #include "runtime/dataset/dataset_scene.h"
 
@@ -45,16 +44,11 @@ void DatasetShapes::make(const std::vector<int>& shapes, const BatchRenderer& re
     bytes_ = 0;
   }
   const std::vector<int> missing = missing_of(shapes, made_);
-  const std::size_t at_once = std::max(1U, std::thread::hardware_concurrency());
-  for (std::size_t first = 0; first < missing.size(); first += at_once) {
-    std::vector<std::future<Made>> futures;
-    for (std::size_t i = first; i < std::min(missing.size(), first + at_once); ++i)
-      futures.push_back(std::async(std::launch::async, [&, shape = missing[i]] { return make_one(shape, renderer); }));
-    for (std::size_t i = 0; i < futures.size(); ++i) {
-      Made made = futures[i].get();
-      bytes_ += bytes_of(made.geometry);
-      made_.emplace(missing[first + i], std::move(made));
-    }
+  std::vector<Made> made(missing.size());
+  parallel_for(missing.size(), [&](std::size_t i) { made[i] = make_one(missing[i], renderer); });
+  for (std::size_t i = 0; i < missing.size(); ++i) {
+    bytes_ += bytes_of(made[i].geometry);
+    made_.emplace(missing[i], std::move(made[i]));
   }
 }
 

@@ -24,7 +24,7 @@ class DatasetShapes {
 
   // Makes those that are not there, several at a time. Throws InputError: a mesh of the set.
   void make(const std::vector<int>& shapes, const BatchRenderer& renderer);
-  // Of those of the last make().
+  // One of the shapes of the last make().
   const Made& made(int shape) const { return made_.at(shape); }
 
  private:

@@ -10,8 +10,8 @@
 #include <set>
 #include <utility>
 
-#include "runtime/error.h"
-#include "runtime/image/file.h"
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
 
 namespace itn {
 namespace {

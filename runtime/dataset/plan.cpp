@@ -5,11 +5,11 @@
 #include <cmath>
 #include <filesystem>
 
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
+#include "runtime/base/fingerprint.h"
+#include "runtime/base/random.h"
 #include "runtime/dataset/dataset_scene.h"
-#include "runtime/error.h"
-#include "runtime/fingerprint.h"
-#include "runtime/image/file.h"
-#include "runtime/random.h"
 #include "runtime/shapes/named_shapes.h"
 
 namespace itn {

@@ -6,13 +6,13 @@
 #include <filesystem>
 #include <set>
 
+#include "runtime/base/error.h"
 #include "runtime/dataset/dataset_mesh.h"
 #include "runtime/dataset/dataset_scene.h"
 #include "runtime/dataset/dataset_shapes.h"
 #include "runtime/dataset/shape_buffers.h"
-#include "runtime/error.h"
 #include "runtime/image/exr.h"
-#include "runtime/scene/mesh_file.h"
+#include "runtime/scene/mesh/mesh_file.h"
 
 namespace itn {
 namespace {

@@ -6,7 +6,7 @@
 #include <memory>
 #include <stdexcept>
 
-#include "runtime/statistics.h"
+#include "runtime/base/statistics.h"
 
 namespace itn {
 namespace {
@@ -27,11 +27,10 @@ double variance_of_mean(double sum, double sum_2, double n) {
 // How far the parameter may move before the image has a kink; 0: it stands on one.
 double distance_to_kink(const Scene& scene, const Parameter& p) {
   // The sky's tables are linear between whole turbidities.
-  if (p.kind == ParameterKind::turbidity) return std::fabs(p.value - std::round(p.value));
-  if (p.kind != ParameterKind::int_ior && p.kind != ParameterKind::ext_ior)
-    return std::numeric_limits<double>::infinity();
+  if (p.member == "turbidity") return std::fabs(p.value - std::round(p.value));
+  if (p.member != "int_ior" && p.member != "ext_ior") return std::numeric_limits<double>::infinity();
   const Bsdf& b = scene.bsdfs.at(static_cast<std::size_t>(p.indices.front()));
-  return std::fabs(b.int_ior - b.ext_ior);
+  return std::fabs(b.number("int_ior") - b.number("ext_ior"));
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
-// How numbers that people set become the numbers that models take, and the derivatives of that: every chain is written
-// once, over any scalar, and differentiated by running it with dual numbers.
-//
-//   d log f / d int_ior = d log f / d eta * jacobian(relative_index, {int_ior, ext_ior}).by[0][0]
+// Other coordinates of a material, and those of optimizers: every chain is written once, over any scalar, and
+// differentiated by running it with dual numbers. (How parameters become the numbers of a model stands in its own
+// file.)
 #pragma once
 #include <array>
 #include <cmath>
@@ -14,36 +13,9 @@ namespace itn {
 template <class Real, std::size_t N>
 using Numbers = std::array<Real, N>;
 
-// {int_ior, ext_ior} -> {eta}, of the inside over the outside. Both > 0.
-inline constexpr auto relative_index = []<class Real>(const Numbers<Real, 2>& ior) {
-  return Numbers<Real, 1>{ior[0] / ior[1]};
-};
-
-// {sigma_t, scale} -> {sigma_t * scale} [1/scene unit]. Both >= 0.
-inline constexpr auto scaled_extinction = []<class Real>(const Numbers<Real, 2>& x) {
-  return Numbers<Real, 1>{x[0] * x[1]};
-};
-
-// {scale, radiance} -> {scale * radiance}
-inline constexpr auto scaled_radiance = []<class Real>(const Numbers<Real, 2>& x) {
-  return Numbers<Real, 1>{x[0] * x[1]};
-};
-
-// {sigma_s, sigma_a} [1/scene unit] -> {sigma_t, albedo}. Both >= 0, not both 0.
-inline constexpr auto extinction_and_albedo = []<class Real>(const Numbers<Real, 2>& sigma) {
-  const Real sigma_t = sigma[0] + sigma[1];
-  return Numbers<Real, 2>{sigma_t, sigma[0] / sigma_t};
-};
-
-// {reduced scattering sigma_s (1 - g), absorption sigma_a, g} -> {sigma_t, albedo, g}. g < 1.
-inline constexpr auto from_reduced_scattering = []<class Real>(const Numbers<Real, 3>& x) {
-  const auto medium = extinction_and_albedo(Numbers<Real, 2>{x[0] / (Real(1) - x[2]), x[1]});
-  return Numbers<Real, 3>{medium[0], medium[1], x[2]};
-};
-
 // {sigma_t, scale, albedo, g} -> {reduced scattering, absorption} [1/scene unit]
 inline constexpr auto reduced_scattering_and_absorption = []<class Real>(const Numbers<Real, 4>& x) {
-  const Real sigma_t = scaled_extinction(Numbers<Real, 2>{x[0], x[1]})[0];
+  const Real sigma_t = x[0] * x[1];
   return Numbers<Real, 2>{sigma_t * x[2] * (Real(1) - x[3]), sigma_t * (Real(1) - x[2])};
 };
 

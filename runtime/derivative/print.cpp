@@ -74,13 +74,10 @@ std::string expression(const Graph& graph, const Node& n) {
 
 std::string print_function(const Graph& graph, const std::string& name_of_function,
                            const std::vector<std::string>& arguments, const std::vector<Output>& outputs) {
-  std::vector<std::string> declared = arguments;
   std::vector<int> wanted;
-  for (const Output& output : outputs) {
-    declared.push_back("REAL* " + output.name);
+  for (const Output& output : outputs)
     if (output.node >= 0) wanted.push_back(output.node);
-  }
-  std::string text = fmt::format("inline void {}({}) {{\n", name_of_function, fmt::join(declared, ", "));
+  std::string text = fmt::format("inline void {}({}) {{\n", name_of_function, fmt::join(arguments, ", "));
   const std::vector<bool> needed = graph.needed(wanted);
   for (int node = 0; node < graph.size(); ++node) {
     const Node& n = graph[node];
@@ -88,7 +85,7 @@ std::string print_function(const Graph& graph, const std::string& name_of_functi
     text += fmt::format("  const {} t{} = {};\n", n.op >= Op::less ? "MASK" : "REAL", node, expression(graph, n));
   }
   for (const Output& output : outputs)
-    text += fmt::format("  *{} = {};\n", output.name, output.node < 0 ? number(0) : name(graph, output.node));
+    text += fmt::format("  {} = {};\n", output.name, output.node < 0 ? number(0) : name(graph, output.node));
   return text + "}\n";
 }
 

@@ -5,14 +5,12 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "kernels/model/diffuse.h"
-#include "kernels/model/medium_homogeneous.h"
-#include "kernels/model/phase_henyey_greenstein.h"
-#include "kernels/model/rough_dielectric.h"
+#include "kernels/model/models.h"
 #include "kernels/model/sky_hosek_wilkie.h"
 #include "runtime/derivative/differentiate.h"
 #include "runtime/derivative/print.h"
 #include "runtime/derivative/recorded.h"
+#include "runtime/scene/model.h"
 
 namespace itn {
 namespace {
@@ -41,15 +39,19 @@ class Recorder {
     return result;
   }
 
-  // d log f / d parameter + d edge / d parameter, for inputs of those names
-  ScoreFunction scores(const Recorded& f, const std::vector<std::string>& parameters, const Recorded& edge = 0) {
+  // d log f / d n[slot] + d edge / d n[slot] of `slots` numbers; f: a channel each, or one for all
+  ScoreFunction scores(const std::vector<Recorded>& f, int slots, const Recorded& edge = 0) {
     Graph& graph = function_.graph;
-    function_.value = f.node_in(graph);
-    function_.parameters = parameters;
-    for (const std::string& parameter : parameters) {
-      Differentiator along(graph, {{graph.input(parameter), graph.number(1)}});
-      function_.derivatives.push_back(
-          graph.make(Op::add, along.log_derivative(function_.value), along.derivative(edge.node_in(graph))));
+    function_.arguments.emplace_back("REAL* d");
+    for (const Recorded& value : f) function_.values.push_back(value.node_in(graph));
+    const int edge_node = edge.node_in(graph);
+    for (int slot = 0; slot < slots; ++slot) {
+      Differentiator along(graph, {{graph.input(fmt::format("n[{}]", slot)), graph.number(1)}});
+      for (int channel = 0; channel < 3; ++channel) {
+        const int value = function_.values[f.size() == 1 ? 0 : static_cast<std::size_t>(channel)];
+        const int node = graph.make(Op::add, along.log_derivative(value), along.derivative(edge_node));
+        if (!graph.is(node, 0)) function_.derivatives[{slot, channel}] = node;
+      }
     }
     return std::move(function_);
   }
@@ -58,11 +60,11 @@ class Recorder {
   ScoreFunction derivative(const Recorded& f, const std::string& name, const std::vector<Recorded>& moving,
                            const std::vector<Recorded>& tangents) {
     Graph& graph = function_.graph;
-    function_.value = f.node_in(graph);
-    function_.parameters = {name};
+    function_.values = {f.node_in(graph)};
+    function_.arguments.push_back("REAL* d_" + name);
     std::map<int, int> tangent;
     for (std::size_t i = 0; i < moving.size(); ++i) tangent[moving[i].node_in(graph)] = tangents[i].node_in(graph);
-    function_.derivatives = {Differentiator(graph, tangent).derivative(function_.value)};
+    function_.derivatives[{0, 0}] = Differentiator(graph, tangent).derivative(function_.values[0]);
     return std::move(function_);
   }
 
@@ -72,49 +74,52 @@ class Recorder {
   ScoreFunction function_;
 };
 
-ScoreFunction henyey_greenstein_score() {
-  Recorder r("score_henyey_greenstein", "henyey_greenstein(cosine, g)");
-  const Recorded cosine = r.real("cosine"), g = r.real("g");
-  return r.scores(henyey_greenstein(cosine, g), {"g"});
-}
+// Numbers n of a model: at least one, since a model may have none.
+std::vector<Recorded> numbers(Recorder& r, int slots) { return r.reals("n", std::max(slots, 1)); }
 
-ScoreFunction medium_scattering_score() {
-  Recorder r("score_medium_scattering", "medium_free_flight(sigma_t, distance) * albedo");
-  const Recorded sigma_t = r.real("sigma_t"), albedo = r.real("albedo"), distance = r.real("distance");
-  return r.scores(medium_free_flight(sigma_t, distance) * albedo, {"sigma_t", "albedo"});
-}
+using RecordedVector = Vector3<Recorded>;
 
-ScoreFunction medium_passage_score() {
-  Recorder r("score_medium_passage", "medium_transmittance(sigma_t, distance)");
-  const Recorded sigma_t = r.real("sigma_t"), distance = r.real("distance");
-  return r.scores(medium_transmittance(sigma_t, distance), {"sigma_t"});
-}
+// The functions of one variant of a BSDF; those of its model choose among them.
+#define ITN_BSDF_SCORES(model, PREFIX)                                                              \
+  ScoreFunction model##_score(int variant, const std::string& name) {                               \
+    Recorder r("score_" + name, #model "_value(n, wi, wo)");                                        \
+    const std::vector<Recorded> n = numbers(r, PREFIX##_SLOTS);                                     \
+    const RecordedVector wi = r.real3("wi"), wo = r.real3("wo");                                    \
+    std::vector<Recorded> f(3);                                                                     \
+    model##_value(variant, n.data(), wi, wo, f.data());                                             \
+    return r.scores(f, PREFIX##_SLOTS, model##_edge(variant, n.data(), wi, wo));                    \
+  }                                                                                                 \
+  ScoreFunction model##_decision_score(int variant, const std::string& name) {                      \
+    Recorder r("score_" + name + "_decision", #model "_decision(n, wi, outcome, reflected)");       \
+    const std::vector<Recorded> n = numbers(r, PREFIX##_SLOTS);                                     \
+    const RecordedVector wi = r.real3("wi"), outcome = r.real3("outcome");                          \
+    const Recorded reflected = r.real("reflected");                                                 \
+    return r.scores({model##_decision(variant, n.data(), wi, outcome, reflected)}, PREFIX##_SLOTS); \
+  }
+#define ITN_BSDF_SCORES_OF(name, PREFIX, type, variants) ITN_BSDF_SCORES(name, PREFIX)
+BSDF_LIST(ITN_BSDF_SCORES_OF)
 
-ScoreFunction diffuse_score() {
-  Recorder r("score_diffuse", "diffuse_eval(albedo, wo)");
-  const Recorded albedo = r.real("albedo");
-  return r.scores(diffuse_eval(albedo, r.real3("wo")), {"albedo"});
-}
+#define ITN_PHASE_SCORE(name, PREFIX, type)                            \
+  ScoreFunction name##_score() {                                       \
+    Recorder r("score_" #name, #name "_value(n, cosine)");             \
+    const std::vector<Recorded> n = numbers(r, PREFIX##_SLOTS);        \
+    const Recorded cosine = r.real("cosine");                          \
+    return r.scores({name##_value(n.data(), cosine)}, PREFIX##_SLOTS); \
+  }
+PHASE_LIST(ITN_PHASE_SCORE)
 
-ScoreFunction rough_dielectric_score(int distribution, const std::string& name) {
-  Recorder r("score_rough_dielectric_" + name,
-             "rough_dielectric_eval(" + name + ", alpha, far_over_near(eta, wi.z), wi, wo)");
-  const Recorded alpha = r.real("alpha"), eta = r.real("eta");
-  const Vector3<Recorded> wi = r.real3("wi"), wo = r.real3("wo");
-  const Recorded far = far_over_near(eta, wi.z);
-  const Recorded edge = distribution == MICROFACET_GGX ? rough_dielectric_edge(far, wi, wo) : Recorded(0);
-  return r.scores(rough_dielectric_eval(distribution, alpha, far, wi, wo), {"alpha", "eta"}, edge);
-}
-
-ScoreFunction rough_dielectric_decision_score(int distribution, const std::string& name) {
-  Recorder r("score_rough_dielectric_decision_" + name,
-             "rough_dielectric_decision(" + name + ", alpha, far_over_near(eta, wi.z), wi, m, reflected)");
-  const Recorded alpha = r.real("alpha"), eta = r.real("eta");
-  const Vector3<Recorded> wi = r.real3("wi"), m = r.real3("m");
-  const Recorded reflected = r.real("reflected");
-  return r.scores(rough_dielectric_decision(distribution, alpha, far_over_near(eta, wi.z), wi, m, reflected),
-                  {"alpha", "eta"});
-}
+#define ITN_MEDIUM_SCORE(name, PREFIX, event)                                \
+  ScoreFunction name##_##event##_score() {                                   \
+    Recorder r("score_" #name "_" #event, #name "_" #event "(n, distance)"); \
+    const std::vector<Recorded> n = numbers(r, PREFIX##_SLOTS);              \
+    const Recorded distance = r.real("distance");                            \
+    std::vector<Recorded> f(3);                                              \
+    name##_##event(n.data(), distance, f.data());                            \
+    return r.scores(f, PREFIX##_SLOTS);                                      \
+  }
+#define ITN_MEDIUM_SCORES(name, PREFIX, type) \
+  ITN_MEDIUM_SCORE(name, PREFIX, scattering) ITN_MEDIUM_SCORE(name, PREFIX, passage)
+MEDIUM_LIST(ITN_MEDIUM_SCORES)
 
 ScoreFunction sky_derivative() {
   Recorder r("derivative_sky_hosek_wilkie", "sky_hosek_wilkie(k, cos_theta, gamma, one_minus_cos), k moving along d_k");
@@ -124,42 +129,107 @@ ScoreFunction sky_derivative() {
   return r.derivative(sky_hosek_wilkie(k.data(), cos_theta, gamma, one_minus_cos), "radiance", k, d_k);
 }
 
-}  // namespace
+int variant_count(const std::string& name) {
+  const auto& all = bsdf_models();
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Model& model) { return model.name == name; });
+  return static_cast<int>(found->variants.size());
+}
 
-const std::vector<ScoreFunction>& score_functions() {
-  static const std::vector<ScoreFunction> all{henyey_greenstein_score(),
-                                              medium_scattering_score(),
-                                              medium_passage_score(),
-                                              diffuse_score(),
-                                              rough_dielectric_score(MICROFACET_BECKMANN, "beckmann"),
-                                              rough_dielectric_score(MICROFACET_GGX, "ggx"),
-                                              rough_dielectric_decision_score(MICROFACET_BECKMANN, "beckmann"),
-                                              rough_dielectric_decision_score(MICROFACET_GGX, "ggx"),
-                                              sky_derivative()};
+std::string variant_name(const std::string& model, int variant) { return fmt::format("{}_{}", model, variant); }
+
+std::vector<ScoreFunction> record_all() {
+  std::vector<ScoreFunction> all;
+#define ITN_RECORD_BSDF(model, PREFIX, type, variants)                 \
+  for (int v = 0; v < variant_count(#model); ++v) {                    \
+    all.push_back(model##_score(v, variant_name(#model, v)));          \
+    all.push_back(model##_decision_score(v, variant_name(#model, v))); \
+  }
+#define ITN_RECORD_PHASE(name, PREFIX, type) all.push_back(name##_score());
+#define ITN_RECORD_MEDIUM(name, PREFIX, type) \
+  all.push_back(name##_scattering_score());   \
+  all.push_back(name##_passage_score());
+  BSDF_LIST(ITN_RECORD_BSDF)
+  PHASE_LIST(ITN_RECORD_PHASE)
+  MEDIUM_LIST(ITN_RECORD_MEDIUM)
+  all.push_back(sky_derivative());
   return all;
 }
 
-std::string print_scores(const ScoreRequest& wanted) {
-  const auto& all = score_functions();
-  for (const auto& [name, parameters] : wanted) {
-    const auto function = std::find_if(all.begin(), all.end(), [&, &n = name](const auto& f) { return f.name == n; });
-    if (function == all.end()) throw std::invalid_argument("no score function " + name);
-    const auto& known = function->parameters;
-    for (const std::string& parameter : parameters)
-      if (std::find(known.begin(), known.end(), parameter) == known.end())
-        throw std::invalid_argument(
-            fmt::format("{} has no parameter {}; it has {}", name, parameter, fmt::join(known, ", ")));
+// The function of a model that calls that of its variant: variant is a constant wherever it is called.
+std::string choose_variant(const std::string& model, int variants, const std::string& suffix,
+                           const std::string& declared, const std::string& passed) {
+  std::string text = fmt::format("inline void score_{}{}(int variant, {}) {{\n", model, suffix, declared);
+  for (int v = 0; v < variants; ++v)
+    text += fmt::format("  if (variant == {}) score_{}{}({});\n", v, variant_name(model, v), suffix, passed);
+  return text + "}\n\n";
+}
+
+std::vector<Output> outputs_of(const ScoreFunction& function, const std::set<int>& slots, int channels) {
+  if (function.name.rfind("score_", 0) != 0) {
+    const std::string& last = function.arguments.back();  // "REAL* d_name"
+    return {{last.substr(4), slots.empty() ? -1 : function.derivatives.at({0, 0})}};
+  }
+  std::vector<Output> outputs;
+  for (const auto& [at, node] : function.derivatives)
+    if (at.second < channels)
+      outputs.push_back({fmt::format("d[{}]", at.first * channels + at.second), slots.count(at.first) > 0 ? node : -1});
+  return outputs;
+}
+
+}  // namespace
+
+bool ScoreFunction::same_in_all_channels(int slot) const {
+  const auto of = [&](int channel) {
+    const auto found = derivatives.find({slot, channel});
+    return found == derivatives.end() ? -1 : found->second;
+  };
+  return of(0) == of(1) && of(1) == of(2);
+}
+
+std::set<std::string> ScoreFunction::inputs_of(int slot, int channel) const {
+  std::set<std::string> names;
+  const auto found = derivatives.find({slot, channel});
+  if (found == derivatives.end()) return names;
+  const std::vector<bool> needed = graph.needed({found->second});
+  for (int node = 0; node < graph.size(); ++node)
+    if (needed[static_cast<std::size_t>(node)] && graph[node].op == Op::input) names.insert(graph[node].name);
+  return names;
+}
+
+const std::vector<ScoreFunction>& score_functions() {
+  static const std::vector<ScoreFunction> all = record_all();
+  return all;
+}
+
+const ScoreFunction& score_function(const std::string& name) {
+  for (const ScoreFunction& function : score_functions())
+    if (function.name == name) return function;
+  throw std::invalid_argument("no score function " + name);
+}
+
+std::string print_scores(const ScoreRequest& wanted, int channels) {
+  for (const auto& [name, slots] : wanted) {
+    const ScoreFunction& function = score_function(name);
+    for (const int slot : slots)
+      if (function.derivatives.count({slot, 0}) + function.derivatives.count({slot, 1}) +
+              function.derivatives.count({slot, 2}) ==
+          0)
+        throw std::invalid_argument(fmt::format("{} does not depend on n[{}]", name, slot));
   }
   std::string text;
-  for (const ScoreFunction& function : all) {
+  for (const ScoreFunction& function : score_functions()) {
     const auto asked = wanted.find(function.name);
-    std::vector<Output> outputs;
-    for (std::size_t i = 0; i < function.parameters.size(); ++i) {
-      const bool needed = asked != wanted.end() && asked->second.count(function.parameters[i]) > 0;
-      outputs.push_back({"d_" + function.parameters[i], needed ? function.derivatives[i] : -1});
-    }
+    const std::set<int> slots = asked == wanted.end() ? std::set<int>{} : asked->second;
     text += fmt::format("/* {} */\n", function.formula) +
-            print_function(function.graph, function.name, function.arguments, outputs) + "\n";
+            print_function(function.graph, function.name, function.arguments, outputs_of(function, slots, channels)) +
+            "\n";
+  }
+  for (const Model& model : bsdf_models()) {
+    const int variants = static_cast<int>(model.variants.size());
+    text += choose_variant(model.name, variants, "", "const REAL* n, REAL3 wi, REAL3 wo, REAL* d", "n, wi, wo, d");
+    text += choose_variant(model.name, variants, "_decision",
+                           "const REAL* n, REAL3 wi, REAL3 outcome, REAL reflected, REAL* d",
+                           "n, wi, outcome, reflected, d");
   }
   return text;
 }

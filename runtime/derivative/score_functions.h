@@ -1,9 +1,10 @@
 // The derivatives that path tracing needs, printed as OpenCL C from the formulas of kernels/model: for every factor f
-// of a path's throughput its scores d log f / d parameter, and the derivative of the sky's radiance.
+// of a path's throughput its scores d log f / d number, and the derivative of the sky's radiance.
 #pragma once
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "runtime/derivative/graph.h"
@@ -12,24 +13,31 @@ namespace itn {
 
 // One formula, recorded and differentiated.
 struct ScoreFunction {
-  std::string name;                     // of the OpenCL function
-  std::string formula;                  // f in words
-  std::vector<std::string> arguments;   // of the OpenCL function, as declared: "REAL g"; then come its outputs,
-  std::vector<std::string> parameters;  // for each parameter one "REAL* d_<parameter>"
+  std::string name;                    // of the OpenCL function
+  std::string formula;                 // f in words
+  std::vector<std::string> arguments;  // of the OpenCL function, as declared: "const REAL* n", "REAL3 wi"
   Graph graph;
-  int value = -1;                // f
-  std::vector<int> derivatives;  // one a parameter: of log f, or of f where the name does not begin with "score"
+  std::vector<int> values;  // f, a channel each; one where all are the same
+  // d log f[channel] / d n[slot], where it is not 0; of all channels the same node where they do not differ. Of what is
+  // no score: df in the place of {0, 0}.
+  std::map<std::pair<int, int>, int> derivatives;
+
+  // Is the derivative by n[slot] the same in all channels?
+  bool same_in_all_channels(int slot) const;
+  // The inputs ("n[3]", "wi.x") that the derivative by n[slot] in a channel depends on.
+  std::set<std::string> inputs_of(int slot, int channel) const;
 };
 
-// Every function there is. Signatures, meaning and use: README.md of this folder.
+// Every function there is, from the lists of kernels/model. Signatures, meaning and use: README.md of this folder.
 const std::vector<ScoreFunction>& score_functions();
+const ScoreFunction& score_function(const std::string& name);
 
-// Function -> the parameters asked for.
-using ScoreRequest = std::map<std::string, std::set<std::string>>;
+// Function -> the slots asked for; those of derivatives that are no score: {0}.
+using ScoreRequest = std::map<std::string, std::set<int>>;
 
-// OpenCL C of every function, so that callers need no #if: outputs that are not asked for are set to 0 and cost
-// nothing. To be read after shared/portable.h. Throws std::invalid_argument for a function or a parameter that is not
-// there.
-std::string print_scores(const ScoreRequest& wanted);
+// OpenCL C of every function, so that callers need no #if: what is not asked for is set to 0 and costs nothing.
+// channels: of the throughput, 1 or 3; d[slot * channels + channel] is d log f[channel] / d n[slot]. To be read after
+// shared/portable.h. Throws std::invalid_argument for a function or a slot that is not there.
+std::string print_scores(const ScoreRequest& wanted, int channels);
 
 }  // namespace itn

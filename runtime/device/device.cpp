@@ -4,7 +4,7 @@
 #include <cctype>
 #include <cstdlib>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 
 namespace itn {
 namespace {

@@ -13,10 +13,10 @@
 
 #include <algorithm>
 #include <stdexcept>
-#include <thread>
 
-#include "runtime/error.h"
-#include "runtime/image/file.h"
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
+#include "runtime/base/parallel.h"
 
 namespace itn {
 namespace {
@@ -33,7 +33,7 @@ Imf::FrameBuffer frame_buffer(const ExrImage& image, float* data, int x_min, int
 
 void use_every_core() {
   static const bool once = [] {
-    Imf::setGlobalThreadCount(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+    Imf::setGlobalThreadCount(static_cast<int>(core_count()));
     return true;
   }();
   (void)once;

@@ -4,8 +4,9 @@
 #include <array>
 #include <cmath>
 
-#include "runtime/image/png.h"
-#include "runtime/scene/luminance.h"
+#include "runtime/base/colour.h"
+#include "runtime/image/srgb.h"
+#include "runtime/scene/scene.h"
 
 namespace itn {
 namespace {

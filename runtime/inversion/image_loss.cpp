@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 #include "runtime/image/exr.h"
 
 namespace itn {

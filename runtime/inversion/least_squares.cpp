@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 
 namespace itn {
 namespace {
@@ -193,7 +193,7 @@ Reference reference_of(const Rendering& rendering, const TargetImage& target, st
     weight[i] = target.weight[i / static_cast<std::size_t>(target.channels)] /
                 std::max(floor, reference.target[i] + reference.sample[i] / rendering.spp);
   }
-  // Of another image's exposure this one knows nothing: it stays out of the choice.
+  // This image knows nothing about another one's exposure, which stays out of the choice.
   Columns own(jacobians.begin(), jacobians.begin() + static_cast<std::ptrdiff_t>(coordinates.size()));
   if (view.own_exposure >= 0) own.push_back(jacobians[static_cast<std::size_t>(view.own_exposure)]);
   own = instruments_of(own, weight, target);

@@ -20,7 +20,7 @@
 
 namespace itn {
 
-// Of one image, one a pixel and channel (as TargetImage::value).
+// What weighs the residuals of one image: an entry for each pixel and channel (as TargetImage::value).
 struct Reference {
   std::vector<double> sample, target;  // variance of one rendered sample of s T, and of the target
   Eigen::MatrixXf instruments;         // a column each: Z

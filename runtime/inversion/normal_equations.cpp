@@ -10,7 +10,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 
 namespace itn {
 namespace {
@@ -84,7 +84,8 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
     open[k] = count_ * noise_ratio * known[k];  // known^2 times the prior's variance
   }
 
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(relative(sum), Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::NoQRPreconditioner> svd(relative(sum),
+                                                                         Eigen::ComputeFullU | Eigen::ComputeFullV);
   const auto along = [&](const Eigen::MatrixXd& m) {
     return Eigen::ArrayXd((svd.matrixU().transpose() * relative(m) * svd.matrixV()).diagonal());
   };
@@ -124,7 +125,7 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
   const double fitted = residuals_ / std::max(1.0, residuals_ - unknowns);
   const Eigen::MatrixXd from_rendering = count_ * noise_of(mean_monte_carlo);
   const Eigen::MatrixXd from_target = count_ * count_ * noise_of(target_noise);
-  // Of the small difference of two estimates nothing negative.
+  // A small difference of two estimates may come out negative in some directions, which a covariance is not.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> positive(from_target);
   solution.covariance = fitted * (positive.eigenvectors() * positive.eigenvalues().cwiseMax(0.0).asDiagonal() *
                                       positive.eigenvectors().transpose() +

@@ -8,8 +8,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "runtime/base/colour.h"
+#include "runtime/base/statistics.h"
 #include "runtime/derivative/parameter_chain.h"
-#include "runtime/statistics.h"
 
 namespace itn {
 namespace {
@@ -19,24 +20,43 @@ const double z95 = normal_quantile(0.975);
 bool may_be_negative(const Parameter& p) { return p.low < 0; }
 
 // Position of the parameter that sets this number of the medium's channel; -1: it is fixed.
-int unknown(const std::vector<Coordinate>& coordinates, ParameterKind kind, int medium, int channel) {
+int unknown(const std::vector<Coordinate>& coordinates, Owner owner, const std::string& member, int medium,
+            int channel) {
   for (std::size_t i = 0; i < coordinates.size(); ++i) {
     const Parameter& p = coordinates[i].parameter();
-    if (p.kind == kind && p.belongs_to(medium) && (p.component < 0 || p.component == channel))
+    if (p.is(owner, member) && p.belongs_to(medium) && (p.component < 0 || p.component == channel))
       return static_cast<int>(i);
   }
   return -1;
 }
 
-constexpr std::array<ParameterKind, 4> kinds_of_medium{ParameterKind::sigma_t, ParameterKind::scale,
-                                                       ParameterKind::albedo, ParameterKind::g};
+// A parameter of a medium that reduced scattering and absorption depend on, and their derivatives by it.
+struct Influence {
+  Owner owner;
+  std::string member;
+  std::array<double, 2> by;
+};
 
-// Of a number > 0 with that standard error of its logarithm.
+// The two coefficients in one channel, and what they depend on.
+std::pair<std::array<double, 2>, std::vector<Influence>> coefficients(const Medium& medium, std::size_t channel) {
+  const PhaseFunction& phase = medium.phase;
+  const std::vector<double> mean = phase.model->mean_cosine(phase.slots());  // and its derivatives
+  const auto chain = jacobian(reduced_scattering_and_absorption,
+                              std::array{medium.sigma_t[channel], medium.scale, medium.albedo[channel], mean[0]});
+  const auto by = [&](std::size_t k, double factor) {
+    return std::array{chain.by[0][k] * factor, chain.by[1][k] * factor};
+  };
+  std::vector<Influence> influences{
+      {Owner::medium, "sigma_t", by(0, 1)}, {Owner::medium, "scale", by(1, 1)}, {Owner::medium, "albedo", by(2, 1)}};
+  for (const DeclaredParameter& p : phase.model->parameters)
+    influences.push_back({Owner::phase, p.name, by(3, mean[static_cast<std::size_t>(p.slot) + 1])});
+  return {chain.value, influences};
+}
+
+// The interval of a number > 0 whose logarithm has the standard error sd.
 Interval log_interval(const std::string& name, double value, double sd) {
   return {name, value, value * std::exp(-z95 * sd), value * std::exp(z95 * sd), value * sd};
 }
-
-bool grey(const Rgb& c) { return c[0] == c[1] && c[1] == c[2]; }
 
 }  // namespace
 
@@ -70,22 +90,19 @@ std::vector<Interval> transport_coefficients(const Scene& scene, const std::vect
     const Medium& medium = scene.media[m];
     const int channels = grey(medium.sigma_t) && grey(medium.albedo) ? 1 : 3;
     for (int c = 0; c < channels; ++c) {
-      const auto channel = static_cast<std::size_t>(c);
-      const auto chain = jacobian(
-          reduced_scattering_and_absorption,
-          std::array{medium.sigma_t[channel], medium.scale, medium.albedo[channel], medium.isotropic ? 0.0 : medium.g});
+      const auto [values, influences] = coefficients(medium, static_cast<std::size_t>(c));
       for (std::size_t quantity = 0; quantity < 2; ++quantity) {
         Eigen::VectorXd by = Eigen::VectorXd::Zero(covariance.rows());
         bool depends = false;
-        for (std::size_t k = 0; k < kinds_of_medium.size(); ++k) {
-          const int i = unknown(coordinates, kinds_of_medium[k], static_cast<int>(m), c);
+        for (const Influence& influence : influences) {
+          const int i = unknown(coordinates, influence.owner, influence.member, static_cast<int>(m), c);
           if (i < 0) continue;
-          by[i] =
-              chain.by[quantity][k] * coordinates[static_cast<std::size_t>(i)].slope(x[static_cast<std::size_t>(i)]);
+          const auto k = static_cast<std::size_t>(i);
+          by[i] = influence.by[quantity] * coordinates[k].slope(x[k]);
           depends |= by[i] != 0;
         }
         if (!depends) continue;
-        const double value = chain.value[quantity], sd = std::sqrt(by.dot(covariance * by));
+        const double value = values[quantity], sd = std::sqrt(by.dot(covariance * by));
         result.push_back(
             log_interval(fmt::format("{}.{}{}", medium.id, quantity == 0 ? "reduced_scattering" : "absorption",
                                      channels == 1 ? "" : std::string(".") + "RGB"[c]),

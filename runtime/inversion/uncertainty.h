@@ -21,7 +21,7 @@ struct Interval {
 std::vector<Interval> intervals(const std::vector<Coordinate>& coordinates, const std::vector<double>& x,
                                 const Eigen::MatrixXd& covariance);
 
-// Of the unknowns after the parameters, each the logarithm of an exposure. names: of all unknowns.
+// Intervals of the exposures, whose logarithms are the unknowns after the parameters. names: of all unknowns.
 std::vector<Interval> exposures(const std::vector<Coordinate>& coordinates, const std::vector<double>& x,
                                 const Eigen::MatrixXd& covariance, const std::vector<std::string>& names);
 

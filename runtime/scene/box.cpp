@@ -40,6 +40,10 @@ Box box_of(const Shape& shape) {
         shape.kind == Shape::Kind::sphere ? shape.radius : std::hypot(shape.edge_u[k], shape.edge_v[k]);
     box.low[k] = static_cast<float>(shape.center[k] - extent);
     box.high[k] = static_cast<float>(shape.center[k] + extent);
+    if (shape.kind == Shape::Kind::cylinder) {
+      box.low[k] = static_cast<float>(shape.center[k] - extent + std::min(shape.axis[k], 0.0));
+      box.high[k] = static_cast<float>(shape.center[k] + extent + std::max(shape.axis[k], 0.0));
+    }
   }
   return box;
 }

@@ -84,8 +84,8 @@ struct Coefficients {
   std::vector<std::array<Real, 2>> limb;
 };
 
-// Of a table [turbidity][albedo][control point][width]: linear in turbidity and albedo, a Bezier curve of degree 5 in
-// the cube root of the elevation (as a share of the right angle).
+// A value from a table [turbidity][albedo][control point][width]: linear in turbidity and albedo, a Bezier curve of
+// degree 5 in the cube root of the elevation (as a share of the right angle).
 template <class Real>
 Real interpolate(const std::vector<double>& data, std::size_t width, std::size_t at, const Step<Real>& turbidity,
                  const Real& albedo, double elevation) {

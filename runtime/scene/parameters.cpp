@@ -7,40 +7,36 @@
 #include <functional>
 #include <limits>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 
 namespace itn {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-const char* const smooth = "smooth interface: use roughdielectric with a small alpha";
-const char* const texture = "a texture, not a number";
-const char* const zero = "0: the paths that a change would bring have no probability; start from a small value";
-const char* const tiny = "below 1e-30, where single precision loses its score; start from a larger value";
-const char* const straight = "the two indices are nearly equal, and light goes straight on: use a bsdf null";
-const char* const far_apart = "the ratio of the two indices is beyond 1000, where single precision loses its score";
-const char* const too_dense = "sigma_t times scale above 1e30 is rendered as 1e30";
-const char* const too_sharp = "g beyond 0.999999 is rendered as 0.999999";
-const char* const too_smooth = "alpha below 0.0001 is rendered as 0.0001";
+const char* const textured_value = "a texture, not a number";
 const char* const yes = "";
 
-// Of numbers that are factors of a path's throughput: its score, 1 / value, is not defined where they are 0.
-const char* unless_zero(double value) { return value == 0 ? zero : value < 1e-30 ? tiny : yes; }
 // Of numbers in which radiance is linear or at least smooth.
-const char* always(double /*value*/) { return yes; }
+const char* always(double /*value*/, int /*component*/) { return yes; }
 
 struct Range {
   double low, high;
   bool low_included = true, high_included = true;
 };
-constexpr Range unit_interval{0, 1}, non_negative{0, infinity, true, false}, index_range{least_ior, greatest_ior};
+constexpr Range unit_interval{0, 1}, non_negative{0, infinity, true, false};
 
 class List {
  public:
-  void owner(int index) { index_ = index; }
-  void number(const std::string& name, ParameterKind kind, double value, const Range& range, const char* why_not,
+  // Of what the next parameters are, and its id.
+  void begin(Owner owner, int index, const std::string& id) {
+    owner_ = owner;
+    index_ = index;
+    id_ = id;
+  }
+  void number(const std::string& member, double value, const Range& range, const char* why_not,
               const std::string& unit = "", int component = -1) {
-    parameters.push_back({name,
+    const std::string suffix = component < 0 ? "" : std::string(".") + "RGB"[component];
+    parameters.push_back({id_ + "." + member + suffix,
                           value,
                           range.low,
                           range.high,
@@ -48,84 +44,91 @@ class List {
                           range.high_included,
                           unit,
                           why_not,
-                          kind,
+                          owner_,
+                          member,
+                          owner_ == Owner::texture ? id_ : "",
                           {index_},
                           component});
   }
   // why_not: for a component of that value.
-  void colour(const std::string& name, ParameterKind kind, const Rgb& value, const Range& range,
-              const std::function<const char*(double)>& why_not, bool by_component = false,
+  void colour(const std::string& member, const Rgb& value, const Range& range,
+              const std::function<const char*(double, int)>& why_not, bool by_component = false,
               const std::string& unit = "") {
     if (!by_component && value[0] == value[1] && value[1] == value[2])
-      return number(name, kind, value[0], range, why_not(value[0]), unit);
-    for (std::size_t c = 0; c < 3; ++c)
-      number(name + "." + "RGB"[c], kind, value[c], range, why_not(value[c]), unit, static_cast<int>(c));
+      return number(member, value[0], range, why_not(value[0], 0), unit);
+    for (int c = 0; c < 3; ++c) {
+      const double v = value[static_cast<std::size_t>(c)];
+      number(member, v, range, why_not(v, c), unit, c);
+    }
+  }
+
+  // What a model declares. slots: all of its values; by_component: of each parameter; textured: too
+  void declared(const Model& model, const std::vector<double>& slots, const std::vector<bool>& by_component,
+                const std::vector<bool>& textured) {
+    for (std::size_t i = 0; i < model.parameters.size(); ++i) {
+      const DeclaredParameter& p = model.parameters[i];
+      if (!p.kind.listed) continue;
+      const Range range{p.kind.low, p.kind.high, p.kind.low_included, p.kind.high_included};
+      const auto value = [&](int c) { return slots[static_cast<std::size_t>(p.slot + c)]; };
+      const auto why_not = [&](double, int c) { return model.obstacle(slots.data(), p.slot + c); };
+      if (textured[i])
+        number(p.name, std::nan(""), range, textured_value, p.unit);
+      else if (p.kind.channels == 3)
+        colour(p.name, {value(0), value(1), value(2)}, range, why_not, by_component[i], p.unit);
+      else
+        number(p.name, value(0), range, why_not(0, 0), p.unit);
+    }
+  }
+  void declared(const Instance& instance) {
+    std::vector<bool> textured;
+    for (const Texture& value : instance.values) textured.push_back(!value.is_constant());
+    declared(*instance.model, instance.slots(), std::vector<bool>(textured.size()), textured);
   }
 
   std::vector<Parameter> parameters;
 
  private:
+  Owner owner_ = Owner::medium;
   int index_ = 0;
+  std::string id_;
 };
 
-void add(List& list, const Medium& m) {
-  const auto of_product = [&](double sigma_t) {
-    const double product = m.scale > 0 ? sigma_t * m.scale : sigma_t;
-    return product > greatest_sigma_t ? too_dense : unless_zero(product);
-  };
-  list.colour(m.id + ".sigma_t", ParameterKind::sigma_t, m.sigma_t, non_negative, of_product, m.sigma_t_is_rgb,
-              "1/scene unit");
-  list.colour(m.id + ".albedo", ParameterKind::albedo, m.albedo, unit_interval, unless_zero, m.albedo_is_rgb);
-  const char* scale = unless_zero(m.scale);
-  for (const double sigma_t : m.sigma_t)
-    if (sigma_t > 0 && !*scale) scale = of_product(sigma_t);
-  list.number(m.id + ".scale", ParameterKind::scale, m.scale, non_negative, scale);
-  if (!m.isotropic)
-    list.number(m.phase_id + ".g", ParameterKind::g, m.g, {-1, 1, false, false},
-                std::fabs(m.g) > greatest_g ? too_sharp : yes);
-}
-
-// Why a rough boundary has no score, if it has none.
-const char* rough_score(const Bsdf& b) {
-  const double ratio = b.int_ior / b.ext_ior;
-  if (std::fabs(ratio - 1) < 1e-4) return straight;
-  if (ratio < 1e-3 || ratio > 1e3) return far_apart;
-  return b.alpha < least_alpha ? too_smooth : yes;
-}
-
-void add(List& list, const Bsdf& b) {
-  switch (b.kind) {
-    case BsdfKind::null:
-      return;
-    case BsdfKind::diffuse:
-      if (b.reflectance.bitmap)
-        list.number(b.id + ".reflectance", ParameterKind::reflectance, std::nan(""), unit_interval, texture);
-      else
-        list.colour(b.id + ".reflectance", ParameterKind::reflectance, b.reflectance.value, unit_interval, unless_zero);
-      return;
-    case BsdfKind::roughdielectric:
-      list.number(b.id + ".alpha", ParameterKind::alpha, b.alpha, {0, 1, false, true}, rough_score(b));
-      list.number(b.id + ".int_ior", ParameterKind::int_ior, b.int_ior, index_range, rough_score(b));
-      list.number(b.id + ".ext_ior", ParameterKind::ext_ior, b.ext_ior, index_range, rough_score(b));
-      return;
-    case BsdfKind::dielectric:
-      list.number(b.id + ".int_ior", ParameterKind::int_ior, b.int_ior, index_range, smooth);
-      list.number(b.id + ".ext_ior", ParameterKind::ext_ior, b.ext_ior, index_range, smooth);
-      return;
+// The colours of a BSDF's textures.
+void add_textures(List& list, const Bsdf& bsdf, int index) {
+  for (std::size_t i = 0; i < bsdf.values.size(); ++i) {
+    const Texture& texture = bsdf.values[i];
+    for (std::size_t k = 0; k < texture.colours.size(); ++k) {
+      const DeclaredColour& colour = texture.model->colours[k];
+      const std::vector<double> slots = bsdf.showing(i, k).slots();
+      list.begin(Owner::texture, index, texture.id);
+      list.colour(
+          colour.name, texture.colours[k],
+          {colour.kind.low, colour.kind.high, colour.kind.low_included, colour.kind.high_included},
+          [&](double, int c) { return bsdf.model->obstacle(slots.data(), bsdf.model->parameters[i].slot + c); });
+    }
   }
 }
 
+void add(List& list, const Medium& m, int index) {
+  const Model& model = *find_model(medium_models(), "homogeneous");
+  list.begin(Owner::medium, index, m.id);
+  list.declared(model, m.slots(), {m.sigma_t_is_rgb, m.albedo_is_rgb, false}, {false, false, false});
+  list.begin(Owner::phase, index, m.phase.id);
+  list.declared(m.phase);
+}
+
 void add(List& list, const Emitter& e) {
+  list.begin(Owner::light, 0, e.id);
   switch (e.kind) {
     case Emitter::Kind::constant:
-      return list.colour(e.id + ".radiance", ParameterKind::radiance, e.radiance, non_negative, always);
+      return list.colour("radiance", e.radiance, non_negative, always);
     case Emitter::Kind::envmap:
-      return list.number(e.id + ".scale", ParameterKind::envmap_scale, e.scale, non_negative, yes);
+      return list.number("scale", e.scale, non_negative, yes);
     case Emitter::Kind::sunsky:
-      list.number(e.id + ".turbidity", ParameterKind::turbidity, e.sunsky.turbidity, {1, 10}, yes);
-      list.colour(e.id + ".albedo", ParameterKind::ground_albedo, e.sunsky.albedo, unit_interval, always);
-      list.number(e.id + ".sun_scale", ParameterKind::sun_scale, e.sunsky.sun_scale, non_negative, yes);
-      list.number(e.id + ".sky_scale", ParameterKind::sky_scale, e.sunsky.sky_scale, non_negative, yes);
+      list.number("turbidity", e.sunsky.turbidity, {1, 10}, yes);
+      list.colour("albedo", e.sunsky.albedo, unit_interval, always);
+      list.number("sun_scale", e.sunsky.sun_scale, non_negative, yes);
+      list.number("sky_scale", e.sunsky.sky_scale, non_negative, yes);
       return;
   }
 }
@@ -148,7 +151,7 @@ std::vector<Parameter> each_once(const std::vector<Parameter>& parameters) {
     if (found == result.end()) {
       result.push_back(p);
     } else {
-      found->indices.push_back(p.indices.front());
+      if (!found->belongs_to(p.indices.front())) found->indices.push_back(p.indices.front());
       if (found->not_differentiable.empty()) found->not_differentiable = p.not_differentiable;
     }
   }
@@ -156,51 +159,51 @@ std::vector<Parameter> each_once(const std::vector<Parameter>& parameters) {
 }
 
 // index: of the medium or BSDF
+void set_colour(Rgb& colour, const Parameter& p, double value) {
+  for (int c = 0; c < 3; ++c)
+    if (p.component < 0 || p.component == c) colour[static_cast<std::size_t>(c)] = value;
+}
+
+void set_light(Emitter& light, const Parameter& p, double value) {
+  if (p.member == "radiance") return set_colour(light.radiance, p, value);
+  if (p.member == "albedo") return set_colour(light.sunsky.albedo, p, value);
+  if (p.member == "turbidity") light.sunsky.turbidity = value;
+  if (p.member == "sun_scale") light.sunsky.sun_scale = value;
+  if (p.member == "sky_scale") light.sunsky.sky_scale = value;
+  if (p.member == "scale") light.scale = value;
+}
+
+void set_instance(Instance& instance, const Parameter& p, double value) {
+  Texture& of = instance.value(p.member);
+  if (!of.is_constant()) throw UsageError(fmt::format("parameter {}: cannot be set: {}", p.name, textured_value));
+  set_colour(of.value, p, value);
+}
+
+void set_texture(Bsdf& bsdf, const Parameter& p, double value) {
+  for (Texture& texture : bsdf.values)
+    for (std::size_t k = 0; texture.id == p.texture && k < texture.colours.size(); ++k)
+      if (texture.model->colours[k].name == p.member) set_colour(texture.colours[k], p, value);
+}
+
+void set_medium(Medium& medium, const Parameter& p, double value) {
+  if (p.member == "scale")
+    medium.scale = value;
+  else
+    set_colour(p.member == "sigma_t" ? medium.sigma_t : medium.albedo, p, value);
+}
+
 void set_number(Scene& scene, const Parameter& p, std::size_t index, double value) {
-  const auto set_colour = [&](Rgb& colour) {
-    for (int c = 0; c < 3; ++c)
-      if (p.component < 0 || p.component == c) colour[static_cast<std::size_t>(c)] = value;
-  };
-  switch (p.kind) {
-    case ParameterKind::sigma_t:
-      return set_colour(scene.media.at(index).sigma_t);
-    case ParameterKind::albedo:
-      return set_colour(scene.media.at(index).albedo);
-    case ParameterKind::scale:
-      scene.media.at(index).scale = value;
-      return;
-    case ParameterKind::g:
-      scene.media.at(index).g = value;
-      return;
-    case ParameterKind::alpha:
-      scene.bsdfs.at(index).alpha = value;
-      return;
-    case ParameterKind::int_ior:
-      scene.bsdfs.at(index).int_ior = value;
-      return;
-    case ParameterKind::ext_ior:
-      scene.bsdfs.at(index).ext_ior = value;
-      return;
-    case ParameterKind::reflectance:
-      if (scene.bsdfs.at(index).reflectance.bitmap)
-        throw UsageError(fmt::format("parameter {}: cannot be set: {}", p.name, texture));
-      return set_colour(scene.bsdfs.at(index).reflectance.value);
-    case ParameterKind::radiance:
-      return set_colour(scene.environment.value().radiance);
-    case ParameterKind::envmap_scale:
-      scene.environment.value().scale = value;
-      return;
-    case ParameterKind::turbidity:
-      scene.environment.value().sunsky.turbidity = value;
-      return;
-    case ParameterKind::ground_albedo:
-      return set_colour(scene.environment.value().sunsky.albedo);
-    case ParameterKind::sun_scale:
-      scene.environment.value().sunsky.sun_scale = value;
-      return;
-    case ParameterKind::sky_scale:
-      scene.environment.value().sunsky.sky_scale = value;
-      return;
+  switch (p.owner) {
+    case Owner::medium:
+      return set_medium(scene.media.at(index), p, value);
+    case Owner::phase:
+      return set_instance(scene.media.at(index).phase, p, value);
+    case Owner::bsdf:
+      return set_instance(scene.bsdfs.at(index), p, value);
+    case Owner::texture:
+      return set_texture(scene.bsdfs.at(index), p, value);
+    case Owner::light:
+      return set_light(scene.environment.value(), p, value);
   }
 }
 
@@ -212,20 +215,18 @@ std::string Parameter::range() const {
 
 std::vector<Parameter> list_parameters(const Scene& scene) {
   List list;
-  for (std::size_t i = 0; i < scene.media.size(); ++i) {
-    list.owner(static_cast<int>(i));
-    add(list, scene.media[i]);
-  }
+  for (std::size_t i = 0; i < scene.media.size(); ++i) add(list, scene.media[i], static_cast<int>(i));
   for (std::size_t i = 0; i < scene.bsdfs.size(); ++i) {
-    if (is_inside_another(scene, i)) continue;
-    list.owner(static_cast<int>(i));
-    add(list, scene.bsdfs[i]);
+    if (!scene.bsdfs[i].model || is_inside_another(scene, i)) continue;
+    list.begin(Owner::bsdf, static_cast<int>(i), scene.bsdfs[i].id);
+    list.declared(scene.bsdfs[i]);
+    add_textures(list, scene.bsdfs[i], static_cast<int>(i));
   }
   if (scene.environment) add(list, *scene.environment);
   return each_once(list.parameters);
 }
 
-bool is_of_light(const Parameter& p) { return p.kind >= ParameterKind::radiance; }
+bool is_of_light(const Parameter& p) { return p.owner == Owner::light; }
 
 void set_parameter(Scene& scene, const Parameter& p, double value) {
   if (!p.contains(value))

@@ -8,23 +8,8 @@
 
 namespace itn {
 
-// The member of the scene that a parameter is.
-enum class ParameterKind {
-  sigma_t,
-  albedo,
-  scale,
-  g,
-  alpha,
-  int_ior,
-  ext_ior,
-  reflectance,
-  radiance,  // this and those below: of the light
-  envmap_scale,
-  turbidity,
-  ground_albedo,
-  sun_scale,
-  sky_scale
-};
+// What a parameter belongs to.
+enum class Owner { medium, phase, bsdf, texture, light };
 
 struct Parameter {
   std::string name;  // <id>.<parameter>, with .R .G .B where the components differ or were given as <rgb>
@@ -34,12 +19,16 @@ struct Parameter {
   std::string unit;  // empty: a pure number
   // Empty: the renderer can differentiate by it; else why not and, where there is one, the remedy.
   std::string not_differentiable;
-  ParameterKind kind = ParameterKind::sigma_t;
-  // Of the medium or BSDF in the scene; several where media share a phase function. Of the light: meaningless.
+  Owner owner = Owner::medium;
+  std::string member;   // its name without the owner's id and without .R .G .B: "sigma_t"
+  std::string texture;  // Owner::texture: its id; member is one of its colours
+  // Of the media (phase functions: theirs) or BSDFs (textures: those that have them) in the scene, several where they
+  // share it. Of the light: meaningless.
   std::vector<int> indices{0};
   int component = -1;  // of a colour; -1: all
 
   bool belongs_to(int index) const { return std::find(indices.begin(), indices.end(), index) != indices.end(); }
+  bool is(Owner of, const std::string& its_member) const { return owner == of && member == its_member; }
   bool contains(double v) const {
     return (low_included ? v >= low : v > low) && (high_included ? v <= high : v < high);
   }
@@ -60,7 +49,7 @@ std::vector<std::string> by_component(const std::vector<Parameter>& parameters, 
 // listed, or a copy. Throws UsageError: outside of the range (names it), or a texture.
 void set_parameter(Scene& scene, const Parameter& parameter, double value);
 
-// Media, phase functions, BSDFs, then the environment, in the order of the scene.
+// Media, phase functions, BSDFs with their textures, then the environment, in the order of the scene.
 std::vector<Parameter> list_parameters(const Scene& scene);
 
 }  // namespace itn

@@ -7,6 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "runtime/scene/model.h"
+#include "runtime/scene/texture_model.h"
+
 namespace itn {
 
 using Vec2 = std::array<double, 2>;
@@ -51,45 +54,70 @@ struct Bitmap {
   std::vector<float> data;
 };
 
+// A value, which is constant or differs over a surface.
 struct Texture {
-  std::shared_ptr<const Bitmap> bitmap;  // null: constant
-  Rgb value{0.5, 0.5, 0.5};              // when constant
-  bool nearest = false;                  // filter_type
+  Rgb value{0.5, 0.5, 0.5};             // when constant; a number: three times
+  const TextureModel* model = nullptr;  // null: constant
+  std::string id;
+  std::array<double, 6> to_uv{1, 0, 0, 0, 1, 0};  // row major 2x3: applied to (u, v, 1) before the lookup
+  std::vector<Rgb> colours;                       // one of each that the model declares
+  // Of the model `bitmap`. v = 0 is row 0
+  std::shared_ptr<const Bitmap> bitmap;
+  bool nearest = false;  // filter_type
   enum class Wrap { repeat, mirror, clamp } wrap = Wrap::repeat;
-  std::array<double, 6> to_uv{1, 0, 0,
-                              0, 1, 0};  // row major 2x3: applied to (u, v, 1) before the lookup; v = 0 is row 0
+
+  bool is_constant() const { return !model; }
+  // Takes the model's fallbacks.
+  void become(const TextureModel& of);
 };
 
-enum class BsdfKind { null, diffuse, dielectric, roughdielectric };
-enum class Distribution { beckmann, ggx };
+// A `bitmap` with Mitsuba's defaults.
+Texture make_bitmap(std::shared_ptr<const Bitmap> bitmap);
 
-constexpr double least_ior = 1e-3, greatest_ior = 1e3;  // indices of refraction that scenes may have
-constexpr double least_alpha = 1e-4;                    // smaller ones are rendered as this one, as in Mitsuba
-constexpr double greatest_g = 0.999999;    // of |g|: sharper peaks are rendered as this one, whose width is 1e-6 radian
-constexpr double greatest_sigma_t = 1e30;  // times scale [1 / scene unit]: denser media are rendered as this one
-
-struct Bsdf {
+// A model (model.h) with its values: one a declared parameter, in their order.
+struct Instance {
   std::string id;
   Location where;
-  BsdfKind kind = BsdfKind::null;
-  bool twosided = false;  // diffuse inside a <bsdf type="twosided">
-  Texture reflectance;
-  double int_ior = 1.5046, ext_ior = 1.000277;
-  Distribution distribution = Distribution::beckmann;
-  double alpha = 0.1;
-  Rgb specular_reflectance{1, 1, 1}, specular_transmittance{1, 1, 1};
+  const Model* model = nullptr;
+  int variant = 0;  // of the model's variants
+  std::vector<Texture> values;
+
+  std::string type() const { return model ? model->type : "null"; }
+  // Takes the model's fallbacks.
+  void become(const Model& of, int its_variant = 0);
+  // The value of a parameter. Throws std::logic_error: the model has none of that name.
+  Texture& value(const std::string& name);
+  const Texture& value(const std::string& name) const;
+  // Of a parameter that is a number.
+  double number(const std::string& name) const { return value(name).value[0]; }
+  void set(const std::string& name, double number) { value(name).value = {number, number, number}; }
+  // All values, slot after slot of the model's parameters.
+  std::vector<double> slots() const;
+  // Itself where the texture of values[parameter] shows that of its colours.
+  Instance showing(std::size_t parameter, std::size_t colour) const;
 };
 
+struct Bsdf : Instance {  // without a model: null, an index-matched boundary
+  bool twosided = false;  // inside a <bsdf type="twosided">
+};
+
+// With the fallbacks of its model. type: as in scene files, "null" too; distribution: its variant, "": the first.
+Bsdf make_bsdf(const std::string& type, const std::string& distribution = "");
+
+using PhaseFunction = Instance;
+
 struct Medium {
-  std::string id;        // "homogeneous0" when the file gives none
-  std::string phase_id;  // "hg0" when the file gives none
+  std::string id;  // "homogeneous0" when the file gives none
   Location where;
   Rgb sigma_t{1, 1, 1};  // without scale [1/scene unit]
   Rgb albedo{0.75, 0.75, 0.75};
   bool sigma_t_is_rgb = false, albedo_is_rgb = false;  // given as <rgb>: parameters are then addressed by component
   double scale = 1;
-  bool isotropic = true;
-  double g = 0;
+  PhaseFunction phase = isotropic();  // its id: "hg0" when the file gives none
+
+  static PhaseFunction isotropic();
+  // As those of Instance, by the declarations of the model `homogeneous`.
+  std::vector<double> slots() const;
 };
 
 // World space. normal and texcoord are empty or one a vertex.
@@ -102,15 +130,16 @@ struct Mesh {
 struct Shape {
   std::string id;
   Location where;
-  enum class Kind { mesh, sphere, disk } kind = Kind::mesh;
-  std::shared_ptr<const Mesh>
-      mesh;              // obj, ply, mesh, rectangle, cube: world space; triangles wind so that normals point out
-  Vec3 center{0, 0, 0};  // sphere, disk
-  double radius = 1;     // sphere
-  Vec3 edge_u{1, 0, 0}, edge_v{0, 1, 0};  // disk: center + a * edge_u + b * edge_v with a^2 + b^2 <= 1
-  bool flip_normals = false;              // sphere, disk (meshes are already turned)
-  int bsdf = -1;                          // index into Scene::bsdfs; always valid after loading
-  int interior = -1, exterior = -1;       // index into Scene::media, -1: vacuum
+  enum class Kind { mesh, sphere, disk, cylinder } kind = Kind::mesh;
+  std::shared_ptr<const Mesh> mesh;  // of all but the others: world space; triangles wind so that normals point out
+  Vec3 center{0, 0, 0};              // sphere, disk; cylinder: of the circle at its beginning
+  double radius = 1;                 // sphere, cylinder
+  // Disk: center + a * edge_u + b * edge_v with a^2 + b^2 <= 1; cylinder: center + a * edge_u + b * edge_v + c * axis
+  // with a^2 + b^2 = 1, 0 <= c <= 1. Sphere: directions of its local axes, for its texture coordinates.
+  Vec3 edge_u{1, 0, 0}, edge_v{0, 1, 0}, axis{0, 0, 1};
+  bool flip_normals = false;         // sphere, disk, cylinder (meshes are already turned)
+  int bsdf = -1;                     // index into Scene::bsdfs; always valid after loading
+  int interior = -1, exterior = -1;  // index into Scene::media, -1: vacuum
 };
 
 struct SunSky {

@@ -1,7 +1,6 @@
-// 4x4 transforms, as Mitsuba composes them.
+// The algebra of vectors and of 4x4 transforms, which are composed as in Mitsuba.
 #pragma once
 #include "runtime/scene/scene.h"
-#include "runtime/scene/xml/document.h"
 
 namespace itn {
 
@@ -11,6 +10,9 @@ Transform scale(const Vec3& by);
 Transform rotate(const Vec3& axis, double degrees);  // a turn for a unit axis; others shear, as in Mitsuba
 // Columns: left, up, viewing direction, origin. up must not be parallel to target - origin.
 Transform look_at(const Vec3& origin, const Vec3& target, const Vec3& up);
+
+// A unit vector at right angles to a unit vector: the one that Mitsuba chooses.
+Vec3 some_perpendicular(const Vec3& n);
 
 Vec3 transform_point(const Transform& t, const Vec3& p);  // affine: the last row is not used
 Vec3 transform_vector(const Transform& t, const Vec3& v);
@@ -27,11 +29,5 @@ double dot(const Vec3& a, const Vec3& b);
 Vec3 cross(const Vec3& a, const Vec3& b);
 double length(const Vec3& v);
 Vec3 normalize(const Vec3& v);
-
-// A warning for each <rotate> in the element whose axis is not a unit vector.
-void warn_of_shears(const Element& element, std::vector<std::string>& warnings);
-
-// <transform>: steps in document order, each applied after the ones before it.
-Transform parse_transform(const Element& element);
 
 }  // namespace itn

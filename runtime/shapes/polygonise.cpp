@@ -8,7 +8,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "runtime/scene/mesh_repair.h"
+#include "runtime/scene/mesh/mesh_repair.h"
 #include "runtime/scene/transform.h"
 
 namespace itn {
@@ -77,7 +77,7 @@ class Lattice {
     return std::move(mesh_);
   }
 
-  // Of all pieces, how many triangles there would be.
+  // How many triangles all pieces together would have.
   std::size_t count() const {
     std::size_t triangles = 0;
     for_each_tetrahedron([&](const std::array<std::size_t, 4>& tetrahedron) {

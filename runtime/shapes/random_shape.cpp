@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "runtime/random.h"
+#include "runtime/base/random.h"
 #include "runtime/scene/transform.h"
 #include "runtime/shapes/polygonise.h"
 

@@ -1,7 +1,8 @@
 // Sums of the samples of a band of pixels on the device, in the order of the samples: the same bits however the samples
 // were split into launches, and the image into bands.
 #pragma once
-#include "runtime/renderer.h"
+#include "runtime/device/device.h"
+#include "runtime/image/rendering.h"
 
 namespace itn {
 

@@ -4,8 +4,8 @@
 #include <chrono>
 #include <cmath>
 
-#include "runtime/error.h"
-#include "runtime/seconds_since.h"
+#include "runtime/base/error.h"
+#include "runtime/base/seconds_since.h"
 
 namespace itn {
 namespace {

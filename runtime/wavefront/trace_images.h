@@ -2,7 +2,7 @@
 #pragma once
 #include <vector>
 
-#include "runtime/renderer.h"
+#include "runtime/image/rendering.h"
 #include "runtime/wavefront/film.h"
 #include "runtime/wavefront/wavefront.h"
 

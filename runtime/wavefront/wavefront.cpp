@@ -6,10 +6,13 @@
 #include <array>
 #include <chrono>
 
+#include "kernels/model/models.h"
 #include "kernels/shared/path_state.h"
-#include "runtime/error.h"
-#include "runtime/seconds_since.h"
+#include "runtime/base/error.h"
+#include "runtime/base/seconds_since.h"
+#include "runtime/compile/surfaces.h"
 #include "runtime/wavefront/baseline.h"
+#include "runtime/wavefront/path_fields.h"
 
 namespace itn {
 namespace {
@@ -20,21 +23,22 @@ constexpr std::size_t least_slots = 1 << 10, least_samples = 1 << 12;  // below,
 constexpr int staged_slots_a_cpu_unit = 1 << 12;
 // Work-items a group of the staged kernels.
 constexpr std::size_t gpu_local = 64, cpu_local = 1;
-constexpr int medium_events = 64;            // a state load at most
-constexpr std::size_t geometry_buffers = 5;  // before the jobs in SCENE_PARAMETERS
-constexpr int queues = QUEUES, free_queue = QUEUE_FREE;
-// In the order of path_state.h.
-constexpr std::array<const char*, QUEUES> stage_names{"generate",       "ray",       "null",   "diffuse", "dielectric",
-                                                      "rough beckmann", "rough ggx", "medium", "connect", "escape"};
+constexpr int medium_events = 64;  // a state load at most
+constexpr int free_queue = QUEUE_FREE;
 
 // The pilot that learns baselines: paths a job; its samples of a pixel begin at the last, beyond those of any image.
 constexpr int pilot_paths = 1 << 13, pilot_sample = 1 << 30;
 
-std::size_t field_count(const std::map<std::string, std::string>& d) {
-  const auto number = [&](const char* name) { return static_cast<std::size_t>(std::stoi(d.at(name))); };
-  return PATH_FIELDS(number("THROUGHPUT_CHANNELS"), number("RADIANCE_CHANNELS"), number("SPECTRAL"),
-                     number("MEDIUM_LIGHT_SAMPLING"), number("SCORES"), number("DERIVATIVES"), number("BASELINES"),
-                     number("ADJOINT"));
+// A stage as people know it: "rough_dielectric ggx".
+std::vector<StageTime> stage_times_of(const LaunchData& data) {
+  std::vector<StageTime> times;
+  for (const std::string& name : stages_of(data)) times.push_back({name, 0, 0, 0});
+  const std::vector<SurfaceKind> kinds = surfaces_of(data);
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    const std::string& variant = kinds[k].model->variants[static_cast<std::size_t>(kinds[k].variant)];
+    times[QUEUES_BUT_SURFACES + k].stage = kinds[k].model->name + (variant.empty() ? "" : " " + variant);
+  }
+  return times;
 }
 
 // Baselines pay where paths gather much after their decisions: in media that scatter often. Below, they take less off
@@ -45,8 +49,26 @@ constexpr float least_albedo = 0.8F;
 bool with_baselines(const LaunchData& data, Baselines wanted) {
   if (data.cells == 0) return false;
   if (wanted != Baselines::automatic) return wanted == Baselines::on;
-  return std::any_of(data.media.begin(), data.media.end(),
-                     [](const MediumRecord& m) { return *std::max_element(m.albedo, m.albedo + 3) >= least_albedo; });
+  return std::any_of(data.media.begin(), data.media.end(), [&](const MediumRecord& m) {
+    const float* albedo = data.numbers.data() + m.first_number + HOMOGENEOUS_albedo;
+    return *std::max_element(albedo, albedo + 3) >= least_albedo;
+  });
+}
+
+// The sums of gradients by replay: a slot of a model, in one channel of the throughput or (-1) in all.
+std::vector<SumRecord> sums_of(const DerivativeData& derivatives, int throughput_channels) {
+  std::vector<SumRecord> sums;
+  const auto add = [&](const SumRecord& r) {
+    const auto same = [&](const SumRecord& o) { return o.model == r.model && o.at == r.at; };
+    if (std::none_of(sums.begin(), sums.end(), same)) sums.push_back(r);
+  };
+  for (const NumberOfPart& part : derivatives.numbers) {
+    if (!part.model) continue;
+    const bool by_channel = part.colour && throughput_channels == 3;
+    for (int c = 0; c < (by_channel ? 3 : 1); ++c)
+      add({part.model->id, part.slot + c, by_channel ? c : -1, part.origin, part.place(c)});
+  }
+  return sums;
 }
 
 // What the program is made for, but the ways in which it runs.
@@ -56,13 +78,19 @@ std::map<std::string, std::string> features(const LaunchData& data, const Deriva
   result["BOX_WIDTH"] = std::to_string(data.geometry.box_width);
   result["SCORES"] = std::to_string(derivatives.scores.size());
   for (const ScoreRecord& r : derivatives.scores)
-    result["SCORE_RECORDS"] += fmt::format("{{{},{},{}}},", r.kind, r.target, r.channel);
-  result["SCORE_RECORDS"] += "{0,0,0}";  // an array of length 0 is not C
+    result["SCORE_RECORDS"] += fmt::format("{{{},{},{},{},{}}},", r.model, r.slot, r.channel, r.first, r.origin);
+  result["SCORE_RECORDS"] += "{0,0,0,0,0}";  // an array of length 0 is not C
   result["BASELINES"] = std::to_string((adjoint || !derivatives.scores.empty()) && with_baselines(data, baselines));
   result["ADJOINT"] = std::to_string(adjoint);
+  result["surfaces.h"] = surfaces_text(data);
   if (adjoint) {
+    const std::vector<SumRecord> sums = sums_of(derivatives, std::stoi(result["THROUGHPUT_CHANNELS"]));
     result["MEDIA"] = std::to_string(data.media.size());
-    result["BSDFS"] = std::to_string(data.bsdfs.size());
+    result["NUMBERS"] = std::to_string(data.numbers.size());
+    result["SUMS"] = std::to_string(sums.size());
+    for (const SumRecord& r : sums)
+      result["SUM_RECORDS"] += fmt::format("{{{},{},{},{},{}}},", r.model, r.slot, r.channel, r.origin, r.at);
+    result["SUM_RECORDS"] += "{0,0,0,0,0}";
   }
   result["DERIVATIVES"] = std::to_string(derivatives.images());
   result["PARTS"] = std::to_string(derivatives.parts.size());
@@ -88,6 +116,7 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
 
   features_ = features(data, derivatives, baselines_, adjoint_);
   std::map<std::string, std::string> definitions = features_;
+  definitions.erase("surfaces.h");
   channels_ = std::stoi(definitions["RADIANCE_CHANNELS"]);
   throughput_channels_ = std::stoi(definitions["THROUGHPUT_CHANNELS"]);
   workers_ = fused_ ? 4 * device.info().compute_units : 1;
@@ -100,66 +129,80 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   definitions["GENERATE_BELOW"] = std::to_string(width_);
   definitions["MEDIUM_EVENTS"] = std::to_string(medium_events);
   definitions["OPERATOR_SINGLE"] = std::to_string(op == Operator::single);
-  program_ = device.build("wavefront.cl", definitions, {{"derivative/score.h", print_scores(derivatives.functions)}});
-  for (const char* name : stage_names) stage_times_.push_back({name, 0, 0, 0});
+  program_ = device.build("wavefront.cl", definitions,
+                          {{"derivative/score.h", print_scores(derivatives.functions, throughput_channels_)},
+                           {"scene/surfaces.h", features_.at("surfaces.h")}});
+  stages_ = stages_of(data);
+  stage_times_ = stage_times_of(data);
+  const std::size_t queues = stages_.size();
 
   upload_geometry(data.geometry);
   upload_records(data, derivatives);
 
-  visits_ = device.upload(std::vector<float>(1), "pilot's visits");
-  pulls_ = device.upload(std::vector<float>(1), "pulls");
+  buffers_.visits = device.upload(std::vector<float>(1), "pilot's visits");
+  buffers_.pulls = device.upload(std::vector<float>(1), "pulls");
 
   // Short of memory, fewer paths are in flight and launches are smaller: the image is the same.
-  const std::size_t a_slot = (field_count(definitions) + queues * (fused_ ? 1u : 2u)) * sizeof(float);
+  const std::size_t bytes_a_slot = (path_fields(definitions).size + queues * (fused_ ? 1u : 2u)) * sizeof(float);
   if (fused_) {
-    const std::size_t a_pool = a_slot * static_cast<std::size_t>(slots_ + width_);
-    const Device::Elements pools = device.allocate_most(static_cast<std::size_t>(workers_), 1, a_pool, "path state");
+    const std::size_t bytes_a_pool = bytes_a_slot * static_cast<std::size_t>(slots_ + width_);
+    const Device::Elements pools =
+        device.allocate_most(static_cast<std::size_t>(workers_), 1, bytes_a_pool, "path state");
     workers_ = static_cast<int>(pools.count);
     storage_ = pools.buffer;
   } else {
     const std::size_t dump = static_cast<std::size_t>(width_);
     const Device::Elements slots =
-        device.allocate_most(static_cast<std::size_t>(slots_) + dump, least_slots + dump, a_slot, "path state");
+        device.allocate_most(static_cast<std::size_t>(slots_) + dump, least_slots + dump, bytes_a_slot, "path state");
     slots_ = static_cast<int>(slots.count - dump);
     storage_ = slots.buffer;
   }
   counter_ = device.allocate(2 * queues * sizeof(int), "queue lengths");
-  misplaced_ = device.upload(std::vector<cl_uint>{0}, "misplaced arrivals");
-  a_sample_ = channels_ * (1 + std::stoi(definitions["DERIVATIVES"]));
-  if (adjoint_ && definitions["BASELINES"] == "1") a_sample_ += throughput_channels_;
+  buffers_.misplaced = device.upload(std::vector<cl_uint>{0}, "misplaced arrivals");
+  floats_a_sample_ = channels_ * (1 + std::stoi(definitions["DERIVATIVES"]));
+  if (adjoint_ && definitions["BASELINES"] == "1") floats_a_sample_ += throughput_channels_;
   if (adjoint_) {
-    const std::size_t kinds = MEDIUM_NUMBERS * data.media.size() + BSDF_NUMBERS * data.bsdfs.size();
-    numbers_ = (kinds + derivatives.derivatives.size()) * static_cast<std::size_t>(channels_);
+    numbers_ = (data.numbers.size() + derivatives.derivatives.size()) * static_cast<std::size_t>(channels_);
   }
   clear_gradient();
-  const std::size_t a_sample = static_cast<std::size_t>(a_sample_) * sizeof(float);
+  const std::size_t bytes_a_sample = static_cast<std::size_t>(floats_a_sample_) * sizeof(float);
   const std::uint64_t budget = std::min(std::uint64_t{256} << 20, device.info().max_allocation / 4);
-  const Device::Elements samples = device.allocate_most(budget / a_sample, least_samples, a_sample, "samples");
+  const Device::Elements samples =
+      device.allocate_most(budget / bytes_a_sample, least_samples, bytes_a_sample, "samples");
   sample_capacity_ = samples.count;
-  samples_ = samples.buffer;
+  buffers_.samples = samples.buffer;
 }
 
 void Wavefront::upload_geometry(const Geometry& g) {
-  scene_.clear();  // its memory first
-  scene_ = {device_.upload(g.nodes, "hierarchy nodes"), device_.upload(g.leaves, "hierarchy leaves"),
-            device_.upload(g.primitives, "primitives"), device_.upload(g.grid, "flight grid"),
-            device_.upload(g.records, "geometry records")};
+  buffers_.nodes = buffers_.leaves = buffers_.primitives = buffers_.grid =
+      buffers_.geometries = {};  // their memory first
+  buffers_.nodes = device_.upload(g.nodes, "hierarchy nodes");
+  buffers_.leaves = device_.upload(g.leaves, "hierarchy leaves");
+  buffers_.primitives = device_.upload(g.primitives, "primitives");
+  buffers_.grid = device_.upload(g.grid, "flight grid");
+  buffers_.geometries = device_.upload(g.records, "geometry records");
 }
 
 void Wavefront::upload_records(const LaunchData& data, const DerivativeData& derivatives) {
-  scene_.resize(geometry_buffers);
-  for (cl::Buffer buffer :
-       {device_.upload(data.cameras, "cameras"), device_.upload(data.shapes, "shapes"),
-        device_.upload(data.bsdfs, "BSDFs"), device_.upload(data.media, "media"),
-        device_.upload(data.emitters, "emitters"), device_.upload(data.emitter_tables, "emitter tables"),
-        device_.upload(data.textures, "textures"), device_.upload(data.texels, "texels"),
-        device_.upload(derivatives.derivatives, "derivatives")})
-    scene_.push_back(std::move(buffer));
+  // Stages may read a whole model's numbers wherever one begins.
+  std::vector<float> numbers = data.numbers;
+  numbers.resize(numbers.size() + MOST_SLOTS);
+  buffers_.cameras = device_.upload(data.cameras, "cameras");
+  buffers_.shapes = device_.upload(data.shapes, "shapes");
+  buffers_.bsdfs = device_.upload(numbered_bsdfs(data), "BSDFs");
+  buffers_.media = device_.upload(data.media, "media");
+  buffers_.numbers = device_.upload(numbers, "numbers");
+  buffers_.number_textures = device_.upload(data.number_textures, "textures of numbers");
+  buffers_.emitters = device_.upload(data.emitters, "emitters");
+  buffers_.emitter_tables = device_.upload(data.emitter_tables, "emitter tables");
+  buffers_.textures = device_.upload(data.textures, "textures");
+  buffers_.texels = device_.upload(data.texels, "texels");
+  buffers_.derivatives = device_.upload(derivatives.derivatives, "derivatives");
   pixels_ = data.pixels;
   cells_ = data.cells;
   learnt_ = features_.at("BASELINES") == "0";  // else the next trace() learns: expected futures depend on the material
-  futures_ = device_.upload(std::vector<float>(learnt_ ? 1 : static_cast<std::size_t>(cells_ * throughput_channels_)),
-                            "expected futures");
+  buffers_.futures = device_.upload(
+      std::vector<float>(learnt_ ? 1 : static_cast<std::size_t>(cells_ * throughput_channels_)), "expected futures");
 }
 
 bool Wavefront::replace(const LaunchData& data, std::vector<JobRecord> jobs, const DerivativeData& derivatives,
@@ -171,23 +214,9 @@ bool Wavefront::replace(const LaunchData& data, std::vector<JobRecord> jobs, con
   return true;
 }
 
-void Wavefront::set_scene_arguments(cl::Kernel& kernel) const {
-  cl_uint at = 0;
-  for (std::size_t k = 0; k < scene_.size(); ++k) {
-    if (k == geometry_buffers) kernel.setArg(at++, jobs_buffer_);
-    kernel.setArg(at++, scene_[k]);
-  }
-  kernel.setArg(at++, futures_);
-  kernel.setArg(at++, visits_);
-  kernel.setArg(at++, pulls_);
-  kernel.setArg(at++, gradient_);
-  kernel.setArg(at++, samples_);
-  kernel.setArg(at, misplaced_);
-}
-
 std::uint64_t Wavefront::misplaced() const {
   std::vector<cl_uint> count(1);
-  device_.download(misplaced_, count);
+  device_.download(buffers_.misplaced, count);
   return count[0];
 }
 
@@ -204,21 +233,21 @@ void Wavefront::trace(const std::vector<JobSlice>& slices, std::size_t at) {
 }
 
 void Wavefront::replay(const std::vector<JobSlice>& slices, const std::vector<float>& pulls, std::size_t at) {
-  pulls_ = device_.upload(pulls, "pulls");
+  buffers_.pulls = device_.upload(pulls, "pulls");
   trace_jobs(slices, Purpose::replay, at);
 }
 
 // Of every work-item a gradient of its own.
 void Wavefront::clear_gradient() {
   const std::size_t sums = adjoint_ ? static_cast<std::size_t>(workers_) * GRADIENT_SETS * (numbers_ + 1) : 1;
-  gradient_ = cl::Buffer();  // its memory first
-  gradient_ = device_.upload(std::vector<std::int64_t>(sums), "gradient");
+  buffers_.gradient = cl::Buffer();  // its memory first
+  buffers_.gradient = device_.upload(std::vector<std::int64_t>(sums), "gradient");
 }
 
 std::vector<std::int64_t> Wavefront::take_gradient() {
   const std::size_t size = GRADIENT_SETS * (numbers_ + 1);
   std::vector<std::int64_t> all(size * static_cast<std::size_t>(workers_)), sum(size);
-  device_.download(gradient_, all);
+  device_.download(buffers_.gradient, all);
   clear_gradient();
   for (std::size_t i = 0; i < all.size(); ++i) sum[i % size] += all[i];
   return sum;
@@ -247,20 +276,20 @@ void Wavefront::learn_baselines() {
                              .samples = std::min(at_once, a_pixel - sample),
                              .pixel_step = step};
         const auto paths = static_cast<std::size_t>(slice.pixels * slice.samples);
-        visits_ = cl::Buffer();  // its memory first
-        visits_ = device_.allocate_zeroed(paths * a_path * sizeof(float), "pilot's visits");
+        buffers_.visits = cl::Buffer();  // its memory first
+        buffers_.visits = device_.allocate_zeroed(paths * a_path * sizeof(float), "pilot's visits");
         trace_jobs({slice}, Purpose::pilot);
-        samples.resize(paths * static_cast<std::size_t>(a_sample_));
-        device_.download(samples_, samples);
-        device_.look_at(visits_, paths * a_path * sizeof(float), [&](const void* visits) {
-          table.add(samples, a_sample_, {static_cast<const float*>(visits), paths * a_path});
+        samples.resize(paths * static_cast<std::size_t>(floats_a_sample_));
+        device_.download(buffers_.samples, samples);
+        device_.look_at(buffers_.visits, paths * a_path * sizeof(float), [&](const void* visits) {
+          table.add(samples, floats_a_sample_, {static_cast<const float*>(visits), paths * a_path});
         });
       }
     const std::array<float, 3> tint = table.take_tint();
     std::copy(tint.begin(), tint.end(), jobs_[j].future_tint);
   }
-  futures_ = device_.upload(table.futures(), "expected futures");
-  visits_ = device_.upload(std::vector<float>(1), "pilot's visits");
+  buffers_.futures = device_.upload(table.futures(), "expected futures");
+  buffers_.visits = device_.upload(std::vector<float>(1), "pilot's visits");
 }
 
 void Wavefront::trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose, std::size_t at) {
@@ -294,7 +323,7 @@ void Wavefront::trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose,
       start += length;
     }
   }
-  jobs_buffer_ = device_.upload(jobs, "jobs");
+  buffers_.jobs = device_.upload(jobs, "jobs");
   if (fused_)
     trace_fused(chunks);
   else
@@ -305,8 +334,7 @@ void Wavefront::trace_fused(const std::vector<ChunkRecord>& chunks) {
   const cl::Buffer chunk_buffer = device_.upload(chunks, "chunks");
   counter_ = device_.upload(std::vector<int>{0}, "chunk counter");
   cl::Kernel kernel(program_, "trace_paths");
-  set_scene_arguments(kernel);
-  cl_uint at = static_cast<cl_uint>(scene_.size()) + 7;
+  cl_uint at = buffers_.set_arguments(kernel);
   kernel.setArg(at++, chunk_buffer);
   kernel.setArg(at++, static_cast<cl_int>(chunks.size()));
   kernel.setArg(at++, counter_);
@@ -333,17 +361,26 @@ void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) 
     time.launches += 1;
     time.paths += static_cast<std::uint64_t>(waiting_paths);
   };
-  cl::Kernel fill(program_, "fill_free_queue"), generate(program_, "generate"), stage(program_, "stage"),
-      reset(program_, "reset_queue");
+  cl::Kernel fill(program_, "fill_free_queue"), generate(program_, "generate"), reset(program_, "reset_queue");
   fill.setArg(0, storage_);
   fill.setArg(1, static_cast<cl_int>(slots));
   fill.setArg(2, counter_);
   launch(fill, slots);
 
-  set_scene_arguments(generate);
-  set_scene_arguments(stage);
-  const cl_uint scene_end = static_cast<cl_uint>(scene_.size()) + 7;
-  std::vector<int> lengths(2 * queues);
+  const int queues = static_cast<int>(stages_.size());
+  std::vector<cl::Kernel> stages(stages_.size());  // made when first needed: a program lacks those of unused queues
+  const auto stage_of = [&](int queue) -> cl::Kernel& {
+    cl::Kernel& stage = stages[static_cast<std::size_t>(queue)];
+    if (stage()) return stage;
+    stage = cl::Kernel(program_, stages_[static_cast<std::size_t>(queue)].c_str());
+    cl_uint at = buffers_.set_arguments(stage);
+    stage.setArg(at++, storage_);
+    stage.setArg(at++, static_cast<cl_int>(slots));
+    stage.setArg(at, counter_);
+    return stage;
+  };
+  const cl_uint after_scene = buffers_.set_arguments(generate);
+  std::vector<int> lengths(2 * stages_.size());
   int next = 0;
   for (int half = 0;; half = 1 - half) {
     device_.download(counter_, lengths);
@@ -352,7 +389,7 @@ void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) 
     for (int q = 1; q < queues; ++q) waiting += length[q];
     if (waiting == 0 && next >= paths) return;
     if (next < paths) {
-      cl_uint at = scene_end;
+      cl_uint at = after_scene;
       generate.setArg(at++, chunk_buffer);
       generate.setArg(at++, static_cast<cl_int>(chunks.size()));
       generate.setArg(at++, static_cast<cl_int>(next));
@@ -367,12 +404,8 @@ void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) 
     }
     for (int q = 1; q < queues; ++q) {
       if (length[q] == 0) continue;
-      cl_uint at = scene_end;
-      stage.setArg(at++, static_cast<cl_int>(q));
-      stage.setArg(at++, storage_);
-      stage.setArg(at++, static_cast<cl_int>(slots));
-      stage.setArg(at++, counter_);
-      stage.setArg(at++, static_cast<cl_int>(half));
+      cl::Kernel& stage = stage_of(q);
+      stage.setArg(after_scene + 3, static_cast<cl_int>(half));
       launch_stage(stage, q, (length[q] + width_ - 1) / width_, length[q]);
     }
     for (int q = 0; q < queues; ++q) {

@@ -4,9 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "runtime/renderer.h"
-#include "runtime/wavefront/derivative_data.h"
-#include "runtime/wavefront/launch_data.h"
+#include "runtime/compile/derivative_data.h"
+#include "runtime/compile/launch_data.h"
+#include "runtime/device/device.h"
+#include "runtime/render_options.h"
+#include "runtime/wavefront/launch_buffers.h"
 
 namespace itn {
 
@@ -33,17 +35,18 @@ class Wavefront {
                bool new_geometry);
 
   int channels() const { return channels_; }                        // of radiance: 1 or 3
+  int throughput_channels() const { return throughput_channels_; }  // 1 or 3
   std::size_t sample_capacity() const { return sample_capacity_; }  // most samples a launch can hold
 
   // Traces the slices into samples(): slice after slice, pixel after pixel, sample after sample; of a sample the
   // channels of the radiance, then those of each derivative. Returns when done. They begin at sample `at` of the buffer
   // and end before sample_capacity().
   void trace(const std::vector<JobSlice>& slices, std::size_t at = 0);
-  const cl::Buffer& samples() const { return samples_; }
-  int sample_size() const { return a_sample_; }  // floats; with `adjoint`, what replay() needs comes last
+  const cl::Buffer& samples() const { return buffers_.samples; }
+  int sample_size() const { return floats_a_sample_; }  // floats; with `adjoint`, what replay() needs comes last
 
   // With `adjoint`: traces slices again whose samples are as trace(slices, at) left them, and adds to the gradient of
-  // every number of media and BSDFs (lib/adjoint.h). pulls: of each pixel of each slice, channels() of them.
+  // every number of the launch (lib/adjoint.h). pulls: of each pixel of each slice, channels() of them.
   void replay(const std::vector<JobSlice>& slices, const std::vector<float>& pulls, std::size_t at);
   // [set][number], and of each set a last one: of the first set how many products were lost, the integers being too
   // small. The next gradient starts from 0.
@@ -59,7 +62,6 @@ class Wavefront {
  private:
   void upload_geometry(const Geometry& geometry);
   void upload_records(const LaunchData& data, const DerivativeData& derivatives);
-  void set_scene_arguments(cl::Kernel& kernel) const;
   enum class Purpose { samples, pilot, replay };
   void trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose, std::size_t at = 0);
   void learn_baselines();
@@ -69,20 +71,20 @@ class Wavefront {
 
   const Device& device_;
   std::vector<JobRecord> jobs_;
-  std::vector<int> pixels_;                             // of each camera's film
-  int cells_ = 0, throughput_channels_, a_sample_ = 0;  // a_sample_: floats of a sample
+  std::vector<int> pixels_;                                    // of each camera's film
+  int cells_ = 0, throughput_channels_, floats_a_sample_ = 0;  // floats_a_sample_: floats of a sample
   bool fused_, learnt_ = false, timed_ = false;
   Baselines baselines_;
   bool adjoint_;
-  std::size_t numbers_ = 0;  // of media and BSDFs, a channel each
+  std::size_t numbers_ = 0;  // of a set of gradients, a channel each
   int width_, channels_, workers_, slots_;
   std::size_t sample_capacity_;
   std::map<std::string, std::string> features_;  // what the program was made for
-  // In the order of SCENE_PARAMETERS, without jobs and samples; those of the geometry come first.
-  std::vector<cl::Buffer> scene_;
-  cl::Buffer jobs_buffer_, futures_, visits_, pulls_, gradient_, samples_, storage_, counter_, misplaced_;
+  LaunchBuffers buffers_;
+  cl::Buffer storage_, counter_;  // of the pool: path state, and its queues' lengths
   cl::Program program_;
-  std::vector<StageTime> stage_times_;  // a queue each; the free queue's stage is generate
+  std::vector<std::string> stages_;     // a queue each; the free queue's stage is generate
+  std::vector<StageTime> stage_times_;  // of these
 };
 
 }  // namespace itn

@@ -3,8 +3,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "runtime/base/error.h"
 #include "runtime/dataset/dataset_scene.h"
-#include "runtime/error.h"
 #include "runtime/shapes/polygonise.h"
 
 using namespace itn;

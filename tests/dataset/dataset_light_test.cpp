@@ -5,11 +5,11 @@
 #include <cmath>
 #include <limits>
 
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
 #include "runtime/dataset/dataset_scene.h"
 #include "runtime/dataset/shape_buffers.h"
-#include "runtime/error.h"
 #include "runtime/image/exr.h"
-#include "runtime/image/file.h"
 #include "runtime/renderer.h"
 #include "runtime/scene/transform.h"
 #include "runtime/shapes/polygonise.h"
@@ -124,7 +124,7 @@ TEST_CASE("a picture that cannot be light is refused with the file, the pixel an
   using Catch::Contains;
   CHECK_THAT(refusal(), Contains("cannot be read"));
   write_file(file, "words");
-  CHECK_THAT(refusal(), Contains("no PNG, JPEG or OpenEXR image"));
+  CHECK_THAT(refusal(), Contains("is no OpenEXR, PNG, JPEG"));
   ExrImage image{4, 3, {"R", "G", "B"}, std::vector<float>(36, 0.5F), {}};
   write_exr(file, image);
   CHECK(refusal() == "accepted");

@@ -8,7 +8,7 @@
 
 #include "runtime/renderer.h"
 #include "runtime/scene/load.h"
-#include "runtime/scene/mesh_file.h"
+#include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/parameters.h"
 #include "runtime/shapes/polygonise.h"
 #include "tests/support/temporary_folder.h"
@@ -44,13 +44,13 @@ void check_same_object(const Scene& loaded, const Scene& made) {
     CHECK(loaded.shapes[s].interior == made.shapes[s].interior);
   }
   CHECK(loaded.shapes[0].mesh->texcoord == made.shapes[0].mesh->texcoord);
-  const Texture &floor = loaded.bsdfs[static_cast<std::size_t>(loaded.shapes[0].bsdf)].reflectance,
-                &pattern = made.bsdfs[0].reflectance;
+  const Texture &floor = loaded.bsdfs[static_cast<std::size_t>(loaded.shapes[0].bsdf)].value("reflectance"),
+                &pattern = made.bsdfs[0].value("reflectance");
   REQUIRE((floor.bitmap && floor.bitmap->width == 16 && floor.bitmap->height == 16 && floor.bitmap->channels == 1));
   CHECK(floor.bitmap->data == pattern.bitmap->data);
   CHECK((floor.nearest && floor.wrap == pattern.wrap));
   for (std::size_t i = 0; i < 6; ++i) CHECK(floor.to_uv[i] == Approx(pattern.to_uv[i]).margin(1e-12));
-  CHECK(loaded.bsdfs[static_cast<std::size_t>(loaded.shapes[1].bsdf)].kind == BsdfKind::null);
+  CHECK(loaded.bsdfs[static_cast<std::size_t>(loaded.shapes[1].bsdf)].type() == "null");
   std::vector<std::string> names;
   for (const Parameter& p : list_parameters(made)) names.push_back(p.name);
   std::vector<std::string> loaded_names;

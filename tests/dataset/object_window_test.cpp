@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 
 using namespace itn;
 

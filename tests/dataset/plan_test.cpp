@@ -9,9 +9,9 @@
 #include <set>
 #include <tuple>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
 #include "runtime/image/exr.h"
-#include "runtime/image/file.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace itn;

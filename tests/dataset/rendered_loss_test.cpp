@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "runtime/base/error.h"
 #include "runtime/dataset/dataset_mesh.h"
-#include "runtime/error.h"
 #include "runtime/image/exr.h"
 #include "tests/support/egg_set.h"
 

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 #include "runtime/inversion/image_loss.h"
 #include "tests/stage/scenes.h"
 #include "tests/stage/stage_test.h"
@@ -14,9 +14,9 @@ using namespace itn::test;
 namespace {
 
 Scene small_sphere() {
-  Scene scene = sphere_scene(bsdf_of(BsdfKind::null), medium_of(4, 0.8, 0.4));
+  Scene scene = sphere_scene(bsdf_of("null"), medium_of(4, 0.8, 0.4));
   scene.media[0].id = "medium";
-  scene.media[0].phase_id = "phase";
+  scene.media[0].phase.id = "phase";
   Sensor& sensor = scene.sensors[0];
   sensor.width = sensor.height = sensor.crop_width = sensor.crop_height = 6;
   sensor.luminance = true;

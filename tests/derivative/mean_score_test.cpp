@@ -4,9 +4,9 @@
 
 #include "../support/chi_square.h"
 #include "../support/z_test.h"
-#include "kernels/model/medium_homogeneous.h"
-#include "kernels/model/phase_henyey_greenstein.h"
-#include "kernels/model/rough_dielectric.h"
+#include "kernels/model/bsdf/rough_dielectric.h"
+#include "kernels/model/medium/homogeneous.h"
+#include "kernels/model/phase/henyey_greenstein.h"
 #include "score_support.h"
 
 using namespace itn;
@@ -19,7 +19,7 @@ constexpr double significance = 1e-6;
 
 double score(const std::string& name, std::size_t which, const std::vector<double>& row) {
   const ScoreFunction& function = score_function(name);
-  return Evaluation(function, row)[function.derivatives[which]];
+  return Evaluation(function, row)[derivatives_of(function)[which].node];
 }
 
 // Mean over its standard error.
@@ -39,7 +39,7 @@ double z_of_mean(const std::vector<float>& values) {
 TEST_CASE("mean score of Henyey-Greenstein is zero over directions", "[derivative]") {
   const double g = GENERATE(-0.9, -0.5, 0.0, 0.3, 0.8, 0.95);
   const auto weighted = [&](double c, double) {
-    return 2 * pi * henyey_greenstein(c, g) * score("score_henyey_greenstein", 0, {c, g});
+    return 2 * pi * henyey_greenstein(c, g) * score("score_henyey_greenstein", 0, {g, c});
   };
   const auto size = [&](double c, double y) { return std::abs(weighted(c, y)); };
   const Grid grid{-1, 1, 0, 1, 256, 1};
@@ -51,9 +51,9 @@ TEST_CASE("mean score of sampled scattering angles is zero on the device (z-test
   const int width = GENERATE(1, 16);
   const float g = GENERATE(-0.5f, 0.f, 0.8f);
   LaneFunction call = printed(score_function("score_henyey_greenstein"));
-  call.includes = {"model/phase_henyey_greenstein.h"};
+  call.includes = {"model/phase/henyey_greenstein.h"};
   call.inputs = {"u", "g"};
-  call.body = "REAL c, s; henyey_greenstein_sample(g, u, &c, &s); score_henyey_greenstein(c, g, &d_g);";
+  call.body = "REAL c, s; henyey_greenstein_sample(g, u, &c, &s); score_henyey_greenstein(&g, c, &d_0);";
   constexpr std::size_t n = 1 << 17;
   const Columns out = run_lanes(call, width, {uniform_numbers(n, 5), std::vector<float>(n, g)});
   CHECK(std::abs(z_of_mean(out[0])) < largest_z_bound(6, significance));
@@ -62,10 +62,11 @@ TEST_CASE("mean score of sampled scattering angles is zero on the device (z-test
 TEST_CASE("mean score of a flight is zero: collisions up to a surface, and passages to it", "[derivative]") {
   const double sigma_t = GENERATE(0.5, 4.0, 50.0), surface = GENERATE(0.1, 1.0);
   const auto weighted = [&](double d, double) {
-    return medium_free_flight(sigma_t, d) * score("score_medium_scattering", 0, {sigma_t, 0.7, d});
+    return medium_free_flight(sigma_t, d) * score("score_homogeneous_scattering", 0, {sigma_t, 1, 1, 0.7, 1, 1, d});
   };
   const double collisions = integrate(weighted, {0, surface, 0, 1, 64, 1}, 1e-10);
-  const double passages = medium_transmittance(sigma_t, surface) * score("score_medium_passage", 0, {sigma_t, surface});
+  const double passages =
+      medium_transmittance(sigma_t, surface) * score("score_homogeneous_passage", 0, {sigma_t, 1, 1, surface});
   const auto size = [&](double d, double y) { return std::abs(weighted(d, y)); };
   CHECK(integrate(size, {0, surface, 0, 1, 64, 1}, 1e-6) > 0.3 * std::min(surface, 1 / sigma_t));  // of what cancels
   CHECK(collisions + passages == Approx(0).margin(1e-8));
@@ -75,16 +76,17 @@ TEST_CASE("mean score of sampled flights is zero on the device (z-test)", "[deri
   const int width = GENERATE(1, 16);
   const float sigma_t = GENERATE(0.5f, 50.f);
   LaneFunction call;
-  call.functions = print_scores({{"score_medium_passage", {"sigma_t"}}, {"score_medium_scattering", {"sigma_t"}}});
-  call.includes = {"model/medium_homogeneous.h"};
+  call.functions = print_scores({{"score_homogeneous_passage", {0}}, {"score_homogeneous_scattering", {0}}}, 1);
+  call.includes = {"model/medium/homogeneous.h"};
   call.inputs = {"u", "sigma_t"};
   call.outputs = {"score"};
   call.body = R"(
   const REAL surface = 0.7f / sigma_t, d = medium_free_flight_sample(sigma_t, u);
-  REAL collision, passage, d_albedo;
-  score_medium_scattering(sigma_t, NUMBER(0.9), d, &collision, &d_albedo);
-  score_medium_passage(sigma_t, surface, &passage);
-  score = SELECT(d < surface, collision, passage);)";
+  const REAL n[6] = {sigma_t, sigma_t, sigma_t, NUMBER(0.9), NUMBER(0.9), NUMBER(0.9)};
+  REAL collision[6], passage[6];
+  score_homogeneous_scattering(n, d, collision);
+  score_homogeneous_passage(n, surface, passage);
+  score = SELECT(d < surface, collision[0], passage[0]);)";
   constexpr std::size_t n = 1 << 17;
   const Columns out = run_lanes(call, width, {uniform_numbers(n, 6), std::vector<float>(n, sigma_t)});
   CHECK(std::abs(z_of_mean(out[0])) < largest_z_bound(4, significance));
@@ -107,8 +109,7 @@ struct RoughDielectric {
     return rough_dielectric_eval(distribution, alpha, far_over_near(eta, wi.z), wi, wo);
   }
   const ScoreFunction& scores() const {
-    return score_function(distribution == MICROFACET_GGX ? "score_rough_dielectric_ggx"
-                                                         : "score_rough_dielectric_beckmann");
+    return score_function(distribution == MICROFACET_GGX ? "score_rough_dielectric_1" : "score_rough_dielectric_0");
   }
 };
 
@@ -143,7 +144,7 @@ double albedo(const RoughDielectric& surface, bool reflection) {
 }
 
 double mean_score(const RoughDielectric& surface, bool reflection, std::size_t which) {
-  const int node = surface.scores().derivatives[which];
+  const int node = derivatives_of(surface.scores())[which].node;
   return over_lobe(surface, reflection, 300, [&](const Unit& wo) {
     const std::array<double, 8> row{surface.alpha, surface.eta, surface.wi.x, surface.wi.y,
                                     surface.wi.z,  wo.x,        wo.y,         wo.z};
@@ -174,7 +175,7 @@ TEST_CASE("mean score of a rough dielectric is the derivative of its albedo, by 
         Approx(albedo_slope(surface, reflection, &RoughDielectric::alpha)).epsilon(1e-3).margin(1e-4));
 }
 
-// With the term of the cone where transmission ends in a jump, which GGX needs (rough_dielectric_edge). From inside
+// With the term of the cone where transmission ends in a jump, which GGX needs (rough_dielectric_ggx_edge). From inside
 // only where few facets reflect totally: at the critical angle the score is infinite, if integrable.
 TEST_CASE("mean score of a rough dielectric is the derivative of its albedo, by index", "[derivative]") {
   const int distribution = GENERATE(MICROFACET_BECKMANN, MICROFACET_GGX);
@@ -192,9 +193,9 @@ TEST_CASE("mean score of a rough dielectric's decisions is zero over normals and
   const double cosine = GENERATE(0.9, 0.2, -0.6), alpha = GENERATE(0.2, 0.5), index = 1.4;
   const Unit wi = direction_of_cosine(cosine);
   const double eta = far_over_near(index, cosine), side = cosine < 0 ? -1 : 1;
-  const ScoreFunction& function =
-      score_function(distribution == MICROFACET_GGX ? "score_rough_dielectric_decision_ggx"
-                                                    : "score_rough_dielectric_decision_beckmann");
+  const ScoreFunction& function = score_function(distribution == MICROFACET_GGX ? "score_rough_dielectric_1_decision"
+                                                                                : "score_rough_dielectric_0_decision");
+  const std::vector<Derivative> by = derivatives_of(function);
   constexpr int rows = 240, columns = 120;
   double norm = 0, by_alpha = 0, by_eta = 0, size = 0;
   for (int i = 0; i < rows; ++i)
@@ -203,14 +204,14 @@ TEST_CASE("mean score of a rough dielectric's decisions is zero over normals and
       const Unit up = at_angles(theta, phi), m{up.x, up.y, side * up.z};
       if (dot3(wi, m) <= 0) continue;
       for (const double reflected : {0.0, 1.0}) {
-        const double weight = rough_dielectric_decision(distribution, alpha, eta, wi, m, reflected) * std::sin(theta) *
+        const double weight = rough_dielectric_choice(distribution, alpha, eta, wi, m, reflected) * std::sin(theta) *
                               2 * (pi * t / rows) * (pi / columns);
         const std::array<double, 9> row{alpha, index, wi.x, wi.y, wi.z, m.x, m.y, m.z, reflected};
         const Evaluation scores(function, row);
         norm += weight;
-        by_alpha += weight * scores[function.derivatives[0]];
-        by_eta += weight * scores[function.derivatives[1]];
-        size += weight * std::abs(scores[function.derivatives[0]]);
+        by_alpha += weight * scores[by[0].node];
+        by_eta += weight * scores[by[1].node];
+        size += weight * std::abs(scores[by[0].node]);
       }
     }
   INFO("distribution " << distribution << ", cosine " << cosine << ", alpha " << alpha);
@@ -223,10 +224,12 @@ TEST_CASE("mean score of a rough dielectric's decisions is zero over normals and
 TEST_CASE("mean score of a rough dielectric's sampled decisions is zero on the device (z-test)", "[derivative][stat]") {
   const int width = GENERATE(1, 16);
   const std::string name = GENERATE("beckmann", "ggx");
+  const std::string function =
+      name == "ggx" ? "score_rough_dielectric_1_decision" : "score_rough_dielectric_0_decision";
   const float cosine = GENERATE(0.9f, 0.2f, -0.6f), alpha = GENERATE(0.1f, 0.5f);
   LaneFunction call;
-  call.includes = {"model/rough_dielectric.h"};
-  call.functions = print_scores({{"score_rough_dielectric_decision_" + name, {"alpha", "eta"}}});
+  call.includes = {"model/bsdf/rough_dielectric.h"};
+  call.functions = print_scores({{function, {ROUGH_DIELECTRIC_alpha, ROUGH_DIELECTRIC_eta}}}, 1);
   call.inputs = {"u0", "u1", "u2", "alpha", "cosine"};
   call.outputs = {"d_alpha", "d_eta", "lost"};
   call.body = "const int kind = MICROFACET_" + std::string(name == "ggx" ? "GGX" : "BECKMANN") + R"(;
@@ -238,8 +241,12 @@ TEST_CASE("mean score of a rough dielectric's sampled decisions is zero on the d
   rough_dielectric_sample(kind, alpha, eta, wi, u0, u1, u2, &wo, &weight, &pdf, &mirror);
   const REAL reflected = SELECT(mirror, 1.0f, 0.0f);
   const REAL3 m = rough_dielectric_normal(eta, wi, wo, reflected);
-  score_rough_dielectric_decision_)" +
-              name + R"((alpha, inside, wi, m, reflected, &d_alpha, &d_eta);
+  const REAL n[2] = {alpha, inside};
+  REAL d[8];
+  )" + function +
+              R"((n, wi, m, reflected, d);
+  d_alpha = d[0];
+  d_eta = d[1];
   lost = SELECT(weight > 0.0f, 0.0f, 1.0f);)";
   constexpr std::size_t n = 1 << 17;
   const Columns out = run_lanes(call, width,

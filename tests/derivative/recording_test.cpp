@@ -163,9 +163,12 @@ TEST_CASE("every operation prints as OpenCL C that computes it, at every width",
   const auto mask = ((x < y) & !(y <= 0.5)) | (x == y);
   const Recorded f = choose(mask, sqrt(fabs(x - 2 * y)), -exp(x) / (y + 3) + log(y + 1e-3));
   const int node = f.node_in(r.graph);
-  const std::string text = print_function(r.graph, "printed", {"REAL x", "REAL y"},
-                                          {{"value", node}, {"nothing", -1}, {"copy", r.x.node_in(r.graph)}});
-  test::LaneFunction call{{}, {"a", "b"}, {"value", "nothing", "copy"}, "printed(a, b, &value, &nothing, &copy);"};
+  const std::string text = print_function(r.graph, "printed", {"REAL x", "REAL y", "REAL* value", "REAL* other"},
+                                          {{"*value", node}, {"other[0]", -1}, {"other[1]", r.x.node_in(r.graph)}});
+  test::LaneFunction call{{},
+                          {"a", "b"},
+                          {"value", "nothing", "copy"},
+                          "REAL other[2];\nprinted(a, b, &value, other);\nnothing = other[0];\ncopy = other[1];"};
   call.functions = text;
   const auto a = test::uniform_numbers(1000, 1, -2, 2), b = test::uniform_numbers(1000, 2, 0, 2);
   const test::Columns out = test::run_lanes(call, width, {a, b});
@@ -221,10 +224,10 @@ Real random_expression(unsigned seed, const Real& x, const Real& y) {
         result = choose(less, c, d);
         break;
       case 9:
-        result = choose(!less & other, a, d);
+        result = choose((!less) & other, a, d);
         break;
       case 10:
-        result = choose(less | !other, c, a);
+        result = choose(less | (!other), c, a);
         break;
       default:
         result = a * (b / (Real(3) + c * c)) - d;

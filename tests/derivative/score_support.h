@@ -2,20 +2,44 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "../support/lane_function.h"
+#include "kernels/shared/declaration.h"
 #include "runtime/derivative/score_functions.h"
+#include "runtime/scene/model.h"
 
 namespace itn::test {
 
-inline const ScoreFunction& score_function(const std::string& name) {
-  const auto& all = score_functions();
-  return *std::find_if(all.begin(), all.end(), [&](const auto& f) { return f.name == name; });
+constexpr int most_numbers = 10;  // of an array
+
+// A derivative by n[slot], in the first channel that has one.
+struct Derivative {
+  int slot, channel, node;
+};
+// Nothing is differentiated by these (shared/declaration.h).
+inline bool is_fixed(const ScoreFunction& function, int slot) {
+  for (const Model& model : bsdf_models())
+    if (function.name.rfind("score_" + model.name + "_", 0) == 0) return model.number_of(slot).role == ROLE_FIXED;
+  return false;
 }
 
-// Its scalar inputs, in the order of its arguments: "alpha", "wi.x", ..., "k[9]". Arrays have 10 numbers.
+inline std::vector<Derivative> derivatives_of(const ScoreFunction& function) {
+  std::vector<Derivative> result;
+  for (const auto& [at, node] : function.derivatives)
+    if (!is_fixed(function, at.first) && (result.empty() || result.back().slot != at.first))
+      result.push_back({at.first, at.second, node});
+  return result;
+}
+
+// How many numbers of an array the tests give: those of a model that it has derivatives by. The others are 1.
+inline int numbers_given(const ScoreFunction& function, const std::string& array) {
+  return array == "n" ? derivatives_of(function).back().slot + 1 : most_numbers;
+}
+
+// Its scalar inputs, in the order of its arguments: "n[0]", ..., "wi.x", ..., "k[9]".
 inline std::vector<std::string> scalar_inputs(const ScoreFunction& function) {
   std::vector<std::string> names;
   for (const std::string& argument : function.arguments) {
@@ -25,7 +49,7 @@ inline std::vector<std::string> scalar_inputs(const ScoreFunction& function) {
     if (type == "REAL3")
       for (const char* part : {".x", ".y", ".z"}) names.push_back(name + part);
     if (type == "const REAL*")
-      for (int i = 0; i < 10; ++i) names.push_back(name + "[" + std::to_string(i) + "]");
+      for (int i = 0; i < numbers_given(function, name); ++i) names.push_back(name + "[" + std::to_string(i) + "]");
   }
   return names;
 }
@@ -35,9 +59,10 @@ class Evaluation {
  public:
   template <class Row>
   Evaluation(const ScoreFunction& function, const Row& row) : graph_(function.graph) {
-    std::vector<int> wanted = function.derivatives;
-    wanted.push_back(function.value);
+    std::vector<int> wanted = function.values;
+    for (const auto& [at, node] : function.derivatives) wanted.push_back(node);
     std::map<std::string, double> inputs;
+    for (int i = 0; i < most_numbers; ++i) inputs["n[" + std::to_string(i) + "]"] = 1;
     const auto names = scalar_inputs(function);
     for (std::size_t i = 0; i < names.size(); ++i) inputs[names[i]] = row[i];
     value_ = graph_.evaluate(wanted, inputs);
@@ -105,11 +130,14 @@ class Evaluation {
 // The printed function with all its outputs, over columns in the order of scalar_inputs.
 inline LaneFunction printed(const ScoreFunction& function) {
   LaneFunction call;
-  call.functions = print_scores({{function.name, {function.parameters.begin(), function.parameters.end()}}});
+  std::set<int> slots;
+  for (const Derivative& d : derivatives_of(function)) slots.insert(d.slot);
+  call.functions = print_scores({{function.name, slots}}, 3);
   std::string arguments;
   for (const std::string& argument : function.arguments) {
     const auto space = argument.rfind(' ');
     const std::string type = argument.substr(0, space), name = argument.substr(space + 1);
+    if (type == "REAL*") continue;  // the result
     arguments += name + "_, ";
     if (type == "REAL") {
       call.inputs.push_back(name);
@@ -117,18 +145,18 @@ inline LaneFunction printed(const ScoreFunction& function) {
       continue;
     }
     std::string parts;
-    for (int i = 0; i < (type == "REAL3" ? 3 : 10); ++i) {
+    for (int i = 0; i < (type == "REAL3" ? 3 : numbers_given(function, name)); ++i) {
       call.inputs.push_back(name + std::to_string(i));
       parts += (i ? ", " : "") + call.inputs.back();
     }
     call.body += type == "REAL3" ? "const REAL3 " + name + "_ = make3(" + parts + ");\n"
                                  : "const REAL " + name + "_[10] = {" + parts + "};\n";
   }
-  for (std::size_t i = 0; i < function.parameters.size(); ++i) {
-    call.outputs.push_back("d_" + function.parameters[i]);
-    arguments += (i ? ", &" : "&") + call.outputs.back();
+  call.body += "REAL d[3 * 10];\n" + function.name + "(" + arguments + "d);\n";
+  for (const Derivative& d : derivatives_of(function)) {
+    call.outputs.push_back("d_" + std::to_string(d.slot));
+    call.body += call.outputs.back() + " = d[" + std::to_string(3 * d.slot + d.channel) + "];\n";
   }
-  call.body += function.name + "(" + arguments + ");";
   return call;
 }
 

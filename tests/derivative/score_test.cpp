@@ -3,10 +3,10 @@
 #include <catch2/catch.hpp>
 #include <numbers>
 
-#include "kernels/model/diffuse.h"
-#include "kernels/model/medium_homogeneous.h"
-#include "kernels/model/phase_henyey_greenstein.h"
-#include "kernels/model/rough_dielectric.h"
+#include "kernels/model/bsdf/diffuse.h"
+#include "kernels/model/bsdf/rough_dielectric.h"
+#include "kernels/model/medium/homogeneous.h"
+#include "kernels/model/phase/henyey_greenstein.h"
 #include "kernels/model/sky_hosek_wilkie.h"
 #include "runtime/derivative/dual.h"
 #include "runtime/scene/hosek_wilkie.h"
@@ -38,25 +38,34 @@ void add_directions(Columns& columns, unsigned seed) {
 }
 
 Columns henyey_greenstein_inputs() {
-  Columns in{uniform_numbers(n, 1, -1, 1), uniform_numbers(n, 2, -0.99, 0.99)};
-  for (std::size_t i = 0; i < n; i += 100) in[0][i] = i % 200 ? 1.f : -1.f;  // straight on, straight back
-  for (std::size_t i = 50; i < n; i += 100) in[1][i] = 1e-6f * static_cast<float>(i) / n;
+  Columns in{uniform_numbers(n, 2, -0.99, 0.99), uniform_numbers(n, 1, -1, 1)};
+  for (std::size_t i = 0; i < n; i += 100) in[1][i] = i % 200 ? 1.f : -1.f;  // straight on, straight back
+  for (std::size_t i = 50; i < n; i += 100) in[0][i] = 1e-6f * static_cast<float>(i) / n;
   return in;
 }
 
+// A channel each.
 Columns medium_inputs() {
-  auto sigma_t = uniform_numbers(n, 3, -3, 6), distance = uniform_numbers(n, 4, 0, 5);
-  for (float& s : sigma_t) s = std::exp(s);
-  return {sigma_t, distance};
+  Columns in;
+  for (unsigned channel = 0; channel < 3; ++channel) {
+    in.push_back(uniform_numbers(n, 300 + channel, -3, 6));
+    for (float& s : in.back()) s = std::exp(s);
+  }
+  in.push_back(uniform_numbers(n, 4, 0, 5));
+  return in;
 }
 
 Columns medium_scattering_inputs() {
-  const Columns in = medium_inputs();
-  return {in[0], uniform_numbers(n, 5, 1e-3, 1), in[1]};
+  Columns in = medium_inputs();
+  for (unsigned channel = 0; channel < 3; ++channel)
+    in.insert(in.end() - 1, uniform_numbers(n, 500 + channel, 1e-3, 1));
+  return in;
 }
 
 Columns diffuse_inputs() {
-  Columns in{uniform_numbers(n, 6, 1e-3, 1)};
+  Columns in;
+  for (unsigned channel = 0; channel < 3; ++channel) in.push_back(uniform_numbers(n, 600 + channel, 1e-3, 1));
+  add_directions(in, 9);
   add_directions(in, 7);
   return in;
 }
@@ -128,7 +137,8 @@ Columns sky_inputs() {
   return in;
 }
 
-// f over any scalar, from a row of its scalar inputs in the order of the arguments; edge: what is added to log f.
+// f in a channel over any scalar, from a row of its scalar inputs in the order of the arguments; edge: what is added to
+// log f.
 struct NoEdge {
   template <class Real>
   static Real edge(const Real*) {
@@ -137,32 +147,32 @@ struct NoEdge {
 };
 struct HenyeyGreenstein : NoEdge {
   template <class Real>
-  static Real f(const Real* x) {
-    return henyey_greenstein(x[0], x[1]);
+  static Real f(const Real* x, int) {
+    return henyey_greenstein(x[1], x[0]);
   }
 };
 struct Scattering : NoEdge {
   template <class Real>
-  static Real f(const Real* x) {
-    return medium_free_flight(x[0], x[2]) * x[1];
+  static Real f(const Real* x, int channel) {
+    return medium_free_flight(x[channel], x[6]) * x[3 + channel];
   }
 };
 struct Passage : NoEdge {
   template <class Real>
-  static Real f(const Real* x) {
-    return medium_transmittance(x[0], x[1]);
+  static Real f(const Real* x, int channel) {
+    return medium_transmittance(x[channel], x[3]);
   }
 };
 struct Diffuse : NoEdge {
   template <class Real>
-  static Real f(const Real* x) {
-    return diffuse_eval(x[0], Vector3<Real>{x[1], x[2], x[3]});
+  static Real f(const Real* x, int channel) {
+    return diffuse_eval(x[channel], Vector3<Real>{x[6], x[7], x[8]});
   }
 };
 template <int distribution>
 struct RoughDielectric {
   template <class Real>
-  static Real f(const Real* x) {
+  static Real f(const Real* x, int) {
     const Vector3<Real> wi{x[2], x[3], x[4]}, wo{x[5], x[6], x[7]};
     return rough_dielectric_eval(distribution, x[0], far_over_near(x[1], wi.z), wi, wo);
   }
@@ -170,20 +180,20 @@ struct RoughDielectric {
   static Real edge(const Real* x) {
     const Vector3<Real> wi{x[2], x[3], x[4]}, wo{x[5], x[6], x[7]};
     if (distribution != MICROFACET_GGX) return 0;
-    return rough_dielectric_edge(far_over_near(x[1], wi.z), wi, wo);
+    return rough_dielectric_ggx_edge(far_over_near(x[1], wi.z), wi, wo);
   }
 };
 template <int distribution>
 struct RoughDielectricDecision : NoEdge {
   template <class Real>
-  static Real f(const Real* x) {
+  static Real f(const Real* x, int) {
     const Vector3<Real> wi{x[2], x[3], x[4]}, m{x[5], x[6], x[7]};
-    return rough_dielectric_decision(distribution, x[0], far_over_near(x[1], wi.z), wi, m, x[8]);
+    return rough_dielectric_choice(distribution, x[0], far_over_near(x[1], wi.z), wi, m, x[8]);
   }
 };
 struct Sky : NoEdge {
   template <class Real>
-  static Real f(const Real* x) {
+  static Real f(const Real* x, int) {
     return sky_hosek_wilkie(x, x[20], x[21], x[22]);
   }
 };
@@ -197,19 +207,19 @@ struct Outcome {
 template <class Model, class Direction>
 Outcome compare(const ScoreFunction& function, const Columns& in, std::size_t which, const Direction& direction) {
   const bool logarithmic = function.name.rfind("score", 0) == 0;
-  const int node = function.derivatives[which];
+  const Derivative of = derivatives_of(function)[which];
   const Columns narrow = run_lanes(printed(function), 1, in), wide = run_lanes(printed(function), 16, in);
   Outcome outcome;
   for (std::size_t i = 0; i < in[0].size(); ++i) {
     std::vector<double> row;
     for (const auto& column : in) row.push_back(column[i]);
     const Evaluation evaluation(function, row);
-    const double derivative = evaluation[node], rounding = evaluation.rounding(node);
+    const double derivative = evaluation[of.node], rounding = evaluation.rounding(of.node);
     const std::vector<double> moves = direction(row);
 
     std::vector<Dual<1>> dual(row.begin(), row.end());
     for (std::size_t k = 0; k < row.size(); ++k) dual[k].derivative[0] = moves[k];
-    const Dual<1> f = Model::f(dual.data());
+    const Dual<1> f = Model::f(dual.data(), of.channel);
     if (!logarithmic || f.value > 1e-200) {  // else the quotient has no digits
       ++outcome.compared;
       const double reference =
@@ -221,7 +231,7 @@ Outcome compare(const ScoreFunction& function, const Columns& in, std::size_t wh
         const auto at = [&](double t) {
           std::vector<double> moved = row;
           for (std::size_t k = 0; k < row.size(); ++k) moved[k] += t * moves[k];
-          const double value = Model::f(moved.data());
+          const double value = Model::f(moved.data(), of.channel);
           return logarithmic ? std::log(value) + Model::edge(moved.data()) : value;
         };
         return (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h);
@@ -268,13 +278,15 @@ void check_scores(const std::string& name, const Columns& in) {
   const ScoreFunction& function = score_function(name);
   const auto inputs = scalar_inputs(function);
   REQUIRE(inputs.size() == in.size());
-  for (std::size_t p = 0; p < function.parameters.size(); ++p) {
+  const std::vector<Derivative> derivatives = derivatives_of(function);
+  for (std::size_t p = 0; p < derivatives.size(); ++p) {
+    const std::string number = "n[" + std::to_string(derivatives[p].slot) + "]";
     const auto alone = [&](const std::vector<double>&) {
       std::vector<double> moves(inputs.size());
-      for (std::size_t k = 0; k < inputs.size(); ++k) moves[k] = inputs[k] == function.parameters[p];
+      for (std::size_t k = 0; k < inputs.size(); ++k) moves[k] = inputs[k] == number;
       return moves;
     };
-    check(compare<Model>(function, in, p, alone), name + " by " + function.parameters[p]);
+    check(compare<Model>(function, in, p, alone), name + " by " + number);
   }
 }
 
@@ -285,27 +297,27 @@ TEST_CASE("score of Henyey-Greenstein: graph, dual numbers, differences and devi
 }
 
 TEST_CASE("scores of the homogeneous medium: graph, dual numbers, differences and device agree", "[derivative]") {
-  check_scores<Scattering>("score_medium_scattering", medium_scattering_inputs());
-  check_scores<Passage>("score_medium_passage", medium_inputs());
+  check_scores<Scattering>("score_homogeneous_scattering", medium_scattering_inputs());
+  check_scores<Passage>("score_homogeneous_passage", medium_inputs());
 }
 
 TEST_CASE("score of diffuse reflection: graph, dual numbers, differences and device agree", "[derivative]") {
   Columns in = diffuse_inputs();
-  for (float& z : in[3]) z = std::abs(z);
-  check_scores<Diffuse>("score_diffuse", in);
+  for (float& z : in[8]) z = std::abs(z);
+  check_scores<Diffuse>("score_diffuse_0", in);
 }
 
 TEST_CASE("scores of the rough dielectric: graph, dual numbers, differences and device agree", "[derivative]") {
-  check_scores<RoughDielectric<MICROFACET_GGX>>("score_rough_dielectric_ggx", rough_dielectric_inputs(MICROFACET_GGX));
-  check_scores<RoughDielectric<MICROFACET_BECKMANN>>("score_rough_dielectric_beckmann",
+  check_scores<RoughDielectric<MICROFACET_GGX>>("score_rough_dielectric_1", rough_dielectric_inputs(MICROFACET_GGX));
+  check_scores<RoughDielectric<MICROFACET_BECKMANN>>("score_rough_dielectric_0",
                                                      rough_dielectric_inputs(MICROFACET_BECKMANN));
 }
 
 TEST_CASE("scores of the rough dielectric's decisions: graph, dual numbers, differences and device agree",
           "[derivative]") {
-  check_scores<RoughDielectricDecision<MICROFACET_GGX>>("score_rough_dielectric_decision_ggx",
+  check_scores<RoughDielectricDecision<MICROFACET_GGX>>("score_rough_dielectric_1_decision",
                                                         rough_dielectric_decision_inputs(MICROFACET_GGX));
-  check_scores<RoughDielectricDecision<MICROFACET_BECKMANN>>("score_rough_dielectric_decision_beckmann",
+  check_scores<RoughDielectricDecision<MICROFACET_BECKMANN>>("score_rough_dielectric_0_decision",
                                                              rough_dielectric_decision_inputs(MICROFACET_BECKMANN));
 }
 
@@ -321,7 +333,7 @@ TEST_CASE("derivative of the clear sky: graph, dual numbers, differences and dev
 
 TEST_CASE("scores of the rough dielectric are finite for degenerate directions", "[derivative]") {
   const int width = GENERATE(1, 4, 8, 16);
-  const std::string name = GENERATE("score_rough_dielectric_ggx", "score_rough_dielectric_beckmann");
+  const std::string name = GENERATE("score_rough_dielectric_1", "score_rough_dielectric_0");
   Columns in(8);
   for (const float alpha : {1e-4f, 0.1f, 1.f})
     for (const float eta : {1 / 1.5f, 1.5f, 1.f})
@@ -336,13 +348,27 @@ TEST_CASE("scores of the rough dielectric are finite for degenerate directions",
     CHECK(std::all_of(column.begin(), column.end(), [](float x) { return std::isfinite(x); }));
 }
 
-TEST_CASE("only what is asked for is computed; unknown names are errors that list the known ones", "[derivative]") {
-  const std::string all = print_scores({{"score_rough_dielectric_ggx", {"alpha", "eta"}}});
-  const std::string alpha = print_scores({{"score_rough_dielectric_ggx", {"alpha"}}}), none = print_scores({});
-  CHECK(alpha.size() < all.size() / 2);
-  CHECK(none.size() < alpha.size() / 2);
+TEST_CASE("only what is asked for is computed; unknown names are errors", "[derivative]") {
+  const std::string all =
+      print_scores({{"score_rough_dielectric_1", {ROUGH_DIELECTRIC_alpha, ROUGH_DIELECTRIC_eta}}}, 3);
+  const std::string alpha = print_scores({{"score_rough_dielectric_1", {ROUGH_DIELECTRIC_alpha}}}, 3);
+  const std::string none = print_scores({}, 3);
+  CHECK(all.size() - none.size() > 2 * (alpha.size() - none.size()));
+  CHECK(alpha.size() > none.size());
   for (const ScoreFunction& function : score_functions()) CHECK(none.find("void " + function.name + "(") < none.size());
-  CHECK_THROWS_WITH(print_scores({{"score_vmf", {"kappa"}}}), "no score function score_vmf");
-  CHECK_THROWS_WITH(print_scores({{"score_henyey_greenstein", {"cosine"}}}),
-                    "score_henyey_greenstein has no parameter cosine; it has g");
+  CHECK_THROWS_WITH(print_scores({{"score_unknown", {0}}}, 3), "no score function score_unknown");
+  CHECK_THROWS_WITH(print_scores({{"score_henyey_greenstein", {1}}}, 3),
+                    "score_henyey_greenstein does not depend on n[1]");
+}
+
+TEST_CASE("scores of one channel are those of the first of three", "[derivative]") {
+  const std::string all = print_scores({{"score_homogeneous_passage", {HOMOGENEOUS_sigma_t}}}, 1);
+  const std::string from = all.substr(all.find("void score_homogeneous_passage("));
+  const std::string grey = from.substr(0, from.find('}'));
+  CHECK(grey.find("d[0] = ") < grey.size());
+  CHECK(grey.find("d[1] = ") == std::string::npos);
+  CHECK(score_function("score_rough_dielectric_1").same_in_all_channels(ROUGH_DIELECTRIC_alpha));
+  CHECK(!score_function("score_diffuse_0").same_in_all_channels(DIFFUSE_reflectance));
+  CHECK(score_function("score_homogeneous_scattering").inputs_of(HOMOGENEOUS_albedo, 0) ==
+        std::set<std::string>{"n[3]"});
 }

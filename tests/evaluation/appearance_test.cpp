@@ -1,11 +1,11 @@
 // How much images differ, whatever their noise.
-#include "tools/evaluation/appearance.h"
+#include "runtime/evaluation/appearance.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "network/random.h"
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 #include "runtime/image/exr.h"
 #include "tests/support/temporary_folder.h"
 

@@ -1,5 +1,5 @@
 // Averages and their intervals: right by hand, and covering the truth as often as they say.
-#include "tools/evaluation/bootstrap.h"
+#include "runtime/evaluation/bootstrap.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -46,10 +46,7 @@ TEST_CASE("root mean squares and means by hand; runs are averaged; no images giv
   CHECK(std::isnan(average(Clustered{}, Average::mean)));
 }
 
-TEST_CASE("medians of even and odd numbers of values, and their ratio") {
-  CHECK(median({3, 1, 2}) == 2);
-  CHECK(median({4, 1, 3, 2}) == 2.5);
-  CHECK(std::isnan(median({})));
+TEST_CASE("the ratio of two medians") {
   const std::vector<double> a{1, 2, 30}, b{4, 4, 4};
   CHECK(ratio_of_medians(a, b).value == 0.5);
 }

@@ -1,5 +1,5 @@
 // The Cramer-Rao bound of cases known by hand, and of least squares in simulated images.
-#include "tools/evaluation/information.h"
+#include "runtime/evaluation/information.h"
 
 #include <Eigen/LU>
 #include <catch2/catch.hpp>

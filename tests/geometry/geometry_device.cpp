@@ -193,6 +193,18 @@ double meet_disk(const Vector& o, const Vector& d, const Vector& center, const V
   return std::pow(dot(p, dual_u), 2) + std::pow(dot(p, dual_v), 2) <= 1 ? t : NAN;
 }
 
+// The first solution from t_min on between the ends. dual: the axis over its squared length.
+double meet_cylinder(const Vector& o, const Vector& d, const Vector& center, const Vector& dual, double radius,
+                     double t_min) {
+  const Vector f = o - center;
+  const double square = dot(dual, dual), fz = dot(f, dual), dz = dot(d, dual);
+  const double a = dot(d, d) - dz * dz / square, b = dot(f, d) - fz * dz / square;
+  const double root = std::sqrt(b * b - a * (dot(f, f) - fz * fz / square - radius * radius));
+  for (const double t : {(-b - root) / a, (-b + root) / a})
+    if (t >= t_min && fz + t * dz >= 0 && fz + t * dz <= 1) return t;
+  return NAN;
+}
+
 }  // namespace
 
 double meet_triangle(const TestRay& ray, const std::array<float, 3>& a, const std::array<float, 3>& b,
@@ -240,6 +252,7 @@ ExactHit closest(const Geometry& geometry, const TestRay& ray, double t_min) {
       const double radius = block[BLOCK_RADIUS * width + i];
       const double t = !CHILD_IS_ROUND(child) ? meet_triangle(o, d, point(BLOCK_A), point(BLOCK_B), point(BLOCK_C))
                        : radius > 0           ? meet_sphere(o, d, point(BLOCK_CENTER), radius, t_min)
+                       : radius < 0 ? meet_cylinder(o, d, point(BLOCK_CENTER), point(BLOCK_DUAL_AXIS), -radius, t_min)
                                     : meet_disk(o, d, point(BLOCK_CENTER), point(BLOCK_DUAL_U), point(BLOCK_DUAL_V));
       if (t >= t_min && t < best.t && t < ray.t_max) best = {t, primitive};
     }

@@ -5,8 +5,8 @@
 #include <ctime>
 #include <ostream>
 
+#include "runtime/compile/geometry.h"
 #include "runtime/device/device.h"
-#include "runtime/scene/geometry.h"
 #include "tests/support/meshes.h"
 
 namespace itn::test {
@@ -72,7 +72,7 @@ class GeometryOnDevice {
   int width_;
 };
 
-// The closest hit in double, over the same hierarchy; t infinite when there is none. Triangles, spheres and disks count
+// The closest hit in double, over the same hierarchy; t infinite when there is none. Everything counts
 // from t_min on.
 struct ExactHit {
   double t = INFINITY;

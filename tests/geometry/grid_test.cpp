@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "runtime/scene/flight_grid.h"
+#include "runtime/compile/flight_grid.h"
 #include "tests/geometry/geometry_device.h"
 
 using namespace itn;
@@ -41,12 +41,20 @@ std::vector<TestRay> flights(const GeometryOnDevice& g, std::size_t n, double me
 // Does the flight meet the front of the surface?
 bool enters(const Geometry& geometry, const TestRay& ray, const ExactHit& hit) {
   const PrimitiveRecord& p = geometry.primitives[static_cast<std::size_t>(hit.primitive)];
-  double along = 0;
+  double along = 0, height = 0, square = 0;
+  std::array<double, 3> from{};
   for (std::size_t k = 0; k < 3; ++k) {
-    const double there = ray.origin[k] + hit.t * ray.direction[k];
-    along += ray.direction[k] * (p.flags & PRIMITIVE_SPHERE ? there - p.normal[k] : p.normal[k]);
+    from[k] = ray.origin[k] + hit.t * ray.direction[k] - p.normal[k];
+    height += from[k] * p.frame[6 + k];
+    square += double{p.frame[6 + k]} * p.frame[6 + k];
   }
-  return (along < 0) != ((p.flags & PRIMITIVE_SPHERE) && (p.flags & PRIMITIVE_FLIPPED));
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double out = p.flags & PRIMITIVE_SPHERE     ? from[k]
+                       : p.flags & PRIMITIVE_CYLINDER ? from[k] - height / square * p.frame[6 + k]
+                                                      : p.normal[k];
+    along += ray.direction[k] * out;
+  }
+  return (along < 0) != ((p.flags & PRIMITIVE_CURVED) && (p.flags & PRIMITIVE_FLIPPED));
 }
 
 // share: of ITN_RAYS flights when run by hand.
@@ -92,6 +100,11 @@ TEST_CASE("no flight that the grid accepts meets a surface") {
   Shape ground = sphere({0, 0, -1001}, 1000);
   ground.interior = -1;
   check("sphere and knot over ground", {sphere({0, 0, 0}, 0.2), shape_of(torus_knot(64, 16)), floor, ground}, 10);
+  // Seen from outside, both sides: flipped normals make what is met there count.
+  std::vector<Shape> tubes{sphere({0, 0, 0}, 1), cylinder({0.1, 0.2, -0.6}, {0.3, -0.1, 0.5}, 0.2),
+                           cylinder({-0.5, 0.4, 0}, {-0.5, 0.41, 0.1}, 0.3), cylinder({0, 0, -900}, {0, 1, 900}, 300)};
+  for (std::size_t i = 1; i < 4; ++i) tubes[i].flip_normals = i < 3;
+  check("sphere with cylinders", tubes, 10);
   check("knot, width 1", {shape_of(torus_knot(64, 16))}, 20, 1);
 }
 

@@ -193,6 +193,53 @@ TEST_CASE("a ray that starts on a sphere meets its far side only, and only inwar
   }
 }
 
+TEST_CASE("cylinders are met exactly, from outside and through their open ends, alone and among others") {
+  std::mt19937 random(16);
+  std::vector<Shape> shapes{cylinder({0.3, -0.4, -0.7}, {0.5, 0.1, 0.6}, 0.35)};
+  std::vector<TestRay> rays(20'000);
+  for (auto& ray : rays) ray = {.origin = random_point(random, 1.2f), .direction = random_direction(random)};
+  check_against_double({scene_of(shapes), 16, 16}, rays, 1e-4);
+  for (int k = 0; k < 40; ++k)
+    shapes.push_back(cylinder({0.03 * k - 0.6, 0.02 * k, -0.8}, {0.02 * k - 0.4, 0.03 * k, -0.2}, 0.01 + 0.004 * k));
+  shapes.push_back(sphere({-0.5, -0.2, 0.1}, 0.3));
+  shapes.push_back(disk({-0.6, 0, 0}, {0.3, 0.1, 0}, {0, 0.2, 0.5}));
+  shapes.push_back(shape_of(moved(icosphere(2), 0.3f, {0, 0.7f, 0.3f})));
+  for (const int box_width : {4, 16})
+    check_against_double({scene_of(shapes), box_width == 4 ? 1 : 16, box_width}, rays, 1e-4);
+}
+
+TEST_CASE("a ray that starts on a cylinder meets its far side between the ends only, and only inwards") {
+  const GeometryOnDevice g(scene_of({cylinder({1, -2, 3}, {1, -2, 5}, 0.5)}), 16, 16);
+  std::mt19937 random(17);
+  std::uniform_real_distribution<float> unit(0, 1);
+  std::vector<TestRay> rays;
+  std::vector<double> chord, end;
+  for (int k = 0; k < 10'000; ++k) {
+    const double angle = 6.28318530718 * unit(random), height = 2 * unit(random);
+    const double x = std::cos(angle), y = std::sin(angle);
+    const Point d = random_direction(random);
+    const double inward = -(x * d[0] + y * d[1]), square = double{d[0]} * d[0] + double{d[1]} * d[1];
+    rays.push_back(
+        {.origin = {static_cast<float>(1 + 0.5 * x), static_cast<float>(-2 + 0.5 * y), static_cast<float>(3 + height)},
+         .direction = d,
+         .skip = 0});
+    chord.push_back(inward / square);
+    end.push_back(height + chord.back() * d[2]);
+  }
+  const auto hits = g.trace(rays);
+  std::size_t met = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (std::abs(end[i]) < 1e-4 || std::abs(end[i] - 2) < 1e-4) continue;
+    INFO("ray " << i << ", chord " << chord[i] << ", ends at " << end[i]);
+    REQUIRE((hits[i].primitive == 0) == (chord[i] > 0 && end[i] > 0 && end[i] < 2));
+    if (hits[i].primitive < 0) continue;
+    ++met;
+    REQUIRE(hits[i].t == Approx(chord[i]).margin(1e-5));
+    REQUIRE(hits[i].front == 0);
+  }
+  CHECK(met > 3000);
+}
+
 TEST_CASE("rays from far away lose no accuracy in the test itself") {
   const GeometryOnDevice g(scene_of({shape_of(icosphere(4))}), 16, 16);
   std::mt19937 random(8);
@@ -294,5 +341,26 @@ TEST_CASE("normals and texture coordinates at hits are Mitsuba's") {
     CHECK(frames[2].texture[1] == Approx(0.75));
     CHECK(frames[2].normal[2] == Approx(1));
     CHECK(frames[2].beside[2] > 0);
+  }
+}
+
+TEST_CASE("normals and texture coordinates on a cylinder are Mitsuba 3.9.1's") {
+  Shape turned = cylinder({0, 1, 0}, {1, 2, 3}, 0.5);
+  for (const bool flip : {false, true}) {
+    turned.flip_normals = flip;
+    for (const int width : {1, 16}) {
+      const GeometryOnDevice g(scene_of({turned}), width, width == 1 ? 4 : 16);
+      const auto hits = g.trace({{.origin = {5, 1.5f, 1}, .direction = {-1, 0, 0}}});
+      REQUIRE(hits[0].primitive == 0);
+      CHECK(hits[0].t == Approx(4.152506));
+      const auto frame = g.frames(hits)[0];
+      const double expected[3] = {0.9045, 0.2095, -0.3714};
+      for (std::size_t k = 0; k < 3; ++k) {
+        CHECK(frame.normal[k] == Approx((flip ? -1 : 1) * expected[k]).margin(1e-4));
+        CHECK(frame.shading[k] == frame.normal[k]);
+      }
+      CHECK(frame.texture[0] == Approx(0.04324).margin(1e-5));
+      CHECK(frame.texture[1] == Approx(0.39523).margin(1e-5));
+    }
   }
 }

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "runtime/error.h"
-#include "runtime/image/file.h"
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {

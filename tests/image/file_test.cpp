@@ -1,4 +1,4 @@
-#include "runtime/image/file.h"
+#include "runtime/base/file.h"
 
 #include <signal.h>
 #include <sys/resource.h>
@@ -8,7 +8,7 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 
 using namespace itn;
 
@@ -56,7 +56,7 @@ TEST_CASE("a refractive index of 1.5 starts there, though its range ends at 1000
 
 TEST_CASE("a roughness never falls where the image does not change with it") {
   Parameter alpha = parameter(0, 1);
-  alpha.kind = ParameterKind::alpha;
+  alpha.member = "alpha";
   const Coordinate c(alpha);
   CHECK(static_cast<double>(static_cast<float>(c.value(c.clamp(-1e9)))) > least_alpha);
   CHECK(c.value(c.of(1e-5)) > least_alpha);

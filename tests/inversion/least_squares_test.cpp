@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 #include "runtime/inversion/normal_equations.h"
 
 using namespace itn;

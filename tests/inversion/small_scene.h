@@ -9,9 +9,9 @@
 namespace itn::test {
 
 inline Scene fog_ball(double sigma_t, double albedo, double g, int pixels = 14) {
-  Scene scene = sphere_scene(bsdf_of(BsdfKind::null), medium_of(sigma_t, albedo, g));
+  Scene scene = sphere_scene(bsdf_of("null"), medium_of(sigma_t, albedo, g));
   scene.media[0].id = "fog";
-  scene.media[0].phase_id = "phase";
+  scene.media[0].phase.id = "phase";
   Sensor& sensor = scene.sensors[0];
   sensor.width = sensor.height = sensor.crop_width = sensor.crop_height = pixels;
   sensor.luminance = true;

@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 #include "runtime/image/exr.h"
 #include "runtime/inversion/image_loss.h"
 #include "tests/support/temporary_folder.h"

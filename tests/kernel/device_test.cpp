@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "runtime/scene/emitter.h"
+#include "runtime/compile/emitter.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -7,10 +7,10 @@
 #include <numbers>
 #include <random>
 
+#include "runtime/base/colour.h"
+#include "runtime/base/error.h"
 #include "runtime/device/device.h"
-#include "runtime/error.h"
 #include "runtime/scene/hosek_wilkie.h"
-#include "runtime/scene/luminance.h"
 
 namespace {
 

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <random>
 
+#include "runtime/compile/emitter.h"
 #include "runtime/device/device.h"
-#include "runtime/scene/emitter.h"
 
 using namespace itn;
 

@@ -1,4 +1,4 @@
-#include "kernels/model/dielectric.h"
+#include "kernels/model/bsdf/dielectric.h"
 
 #include <catch2/catch.hpp>
 
@@ -12,7 +12,7 @@ namespace {
 
 using Direction = Vector3<double>;
 
-const LaneFunction model{{"model/dielectric.h"},
+const LaneFunction model{{"model/bsdf/dielectric.h"},
                          {"eta", "wx", "wy", "wz", "u"},
                          {"x", "y", "z", "weight", "reflected"},
                          R"(

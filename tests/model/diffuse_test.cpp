@@ -1,4 +1,4 @@
-#include "kernels/model/diffuse.h"
+#include "kernels/model/bsdf/diffuse.h"
 
 #include <catch2/catch.hpp>
 
@@ -10,7 +10,7 @@ using namespace itn::test;
 
 namespace {
 
-const LaneFunction model{{"model/diffuse.h"}, {"u1", "u2"}, {"x", "y", "z", "pdf", "value"}, R"(
+const LaneFunction model{{"model/bsdf/diffuse.h"}, {"u1", "u2"}, {"x", "y", "z", "pdf", "value"}, R"(
   REAL3 wo = diffuse_sample(u1, u2);
   x = wo.x; y = wo.y; z = wo.z;
   pdf = diffuse_pdf(wo);

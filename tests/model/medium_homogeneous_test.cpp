@@ -1,16 +1,15 @@
-#include "kernels/model/medium_homogeneous.h"
-
 #include <catch2/catch.hpp>
 
 #include "../support/chi_square.h"
 #include "../support/lane_function.h"
 #include "compare.h"
+#include "kernels/model/medium/homogeneous.h"
 
 using namespace itn::test;
 
 namespace {
 
-const LaneFunction model{{"model/medium_homogeneous.h"},
+const LaneFunction model{{"model/medium/homogeneous.h"},
                          {"sigma_t", "distance", "u"},
                          {"transmittance", "density", "sampled"},
                          R"(

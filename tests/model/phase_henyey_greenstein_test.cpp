@@ -1,5 +1,3 @@
-#include "kernels/model/phase_henyey_greenstein.h"
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 
@@ -7,6 +5,7 @@
 #include "../support/lane_function.h"
 #include "../support/z_test.h"
 #include "compare.h"
+#include "kernels/model/phase/henyey_greenstein.h"
 
 using namespace itn::test;
 
@@ -14,7 +13,7 @@ namespace {
 
 constexpr double significance = 1e-6;
 
-const LaneFunction phase{{"model/phase_henyey_greenstein.h"},
+const LaneFunction phase{{"model/phase/henyey_greenstein.h"},
                          {"cosine", "g", "u"},
                          {"value", "c", "s"},
                          "value = henyey_greenstein(cosine, g); henyey_greenstein_sample(g, u, &c, &s);"};

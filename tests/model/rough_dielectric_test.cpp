@@ -1,4 +1,4 @@
-#include "kernels/model/rough_dielectric.h"
+#include "kernels/model/bsdf/rough_dielectric.h"
 
 #include <catch2/catch.hpp>
 
@@ -14,7 +14,7 @@ namespace {
 using Direction = Vector3<double>;
 constexpr double significance = 1e-6;
 
-const LaneFunction model{{"model/rough_dielectric.h"},
+const LaneFunction model{{"model/bsdf/rough_dielectric.h"},
                          {"distribution", "alpha", "eta", "wx", "wy", "wz", "u0", "u1", "u2"},
                          {"x", "y", "z", "weight", "pdf", "reflected", "eval", "pdf_again"},
                          R"(

@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "network/dataset_examples.h"
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 #include "runtime/image/exr.h"
 #include "tests/support/made_up_dataset.h"
 #include "tests/support/temporary_folder.h"

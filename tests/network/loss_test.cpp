@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "layer_support.h"
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 
 namespace {
 

@@ -7,8 +7,8 @@
 #include "../support/temporary_folder.h"
 #include "network/random.h"
 #include "network/shipped.h"
-#include "runtime/error.h"
-#include "runtime/image/file.h"
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
 
 namespace {
 

@@ -9,7 +9,7 @@
 #include "network/adam.h"
 #include "network/fully_connected.h"
 #include "network/loss.h"
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 
 namespace {
 

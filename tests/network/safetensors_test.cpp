@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "network/random.h"
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 
 namespace {
 

@@ -8,8 +8,8 @@
 #include "../support/temporary_folder.h"
 #include "network/network_file.h"
 #include "network/random.h"
-#include "runtime/error.h"
-#include "runtime/image/file.h"
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
 
 namespace {
 

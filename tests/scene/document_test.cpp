@@ -86,14 +86,6 @@ TEST_CASE("elements that nest without end are refused") {
   SceneFolder().check_error(body, 2, {"deep"});
 }
 
-TEST_CASE("the version must be that of Mitsuba 3") {
-  SceneFolder folder;
-  folder.write("v.xml", "<scene version=\"0.6.0\"/>");
-  CHECK_THROWS_WITH(load_scene(folder.path("v.xml")), Catch::Contains("v.xml:1:1: ") && Catch::Contains("0.6.0"));
-  folder.write("v.xml", "<scene/>");
-  CHECK_THROWS_WITH(load_scene(folder.path("v.xml")), Catch::Contains("version"));
-}
-
 TEST_CASE("a ref stands for the element with its id, wherever that comes in the file") {
   SceneFolder folder;
   const Scene scene = folder.load(
@@ -132,8 +124,8 @@ TEST_CASE("faulty ids and refs are refused") {
 TEST_CASE("an element that contains a reference to itself is refused") {
   SceneFolder folder;
   folder.check_error(
-      "<bsdf type=\"twosided\" id=\"a\">\n<bsdf type=\"twosided\" id=\"b\"><ref id=\"a\"/></bsdf></bsdf>", 3,
-      {"twosided", "need \"diffuse\""});
+      "<bsdf type=\"twosided\" id=\"a\">\n<bsdf type=\"twosided\" id=\"b\"><ref id=\"a\"/></bsdf></bsdf>", 2,
+      {"\"a\"", "reference to itself"});
   folder.check_error("<bsdf type=\"twosided\" id=\"a\"><ref id=\"a\"/></bsdf>", 2, {"reference to itself"});
 }
 
@@ -144,7 +136,7 @@ TEST_CASE("objects without an id are numbered by type, past the ids that are tak
   CHECK(scene.media[0].id == "homogeneous0");
   CHECK(scene.media[1].id == "homogeneous1");
   CHECK(scene.media[2].id == "homogeneous2");
-  CHECK(scene.media[2].phase_id == "hg0");
+  CHECK(scene.media[2].phase.id == "hg0");
 }
 
 TEST_CASE("unknown elements, attributes and types are named with what is allowed") {
@@ -157,9 +149,10 @@ TEST_CASE("unknown elements, attributes and types are named with what is allowed
   folder.check_error("<bsdf type=\"thindielectric\"/>", 2, {"unknown type"});
   folder.check_error("<medium type=\"heterogenous\"/>", 2, {"need \"homogeneous\""});
   folder.check_error("<emitter type=\"area\"/>", 2, {"\"sunsky\""});
-  folder.check_error("<integrator type=\"aov\"/>", 2, {"\"volpath\""});
+  folder.check_error("<integrator type=\"bdpt\"/>", 2, {"\"volpath\""});
   folder.check_error("<sensor type=\"thinlens\"/>", 2, {"\"perspective\""});
-  folder.check_error("<film type=\"hdrfilm\"/>", 2, {"does not belong here", "<sensor>"});
+  folder.check_error("<shape type=\"sphere\">\n<film type=\"hdrfilm\"/></shape>", 3,
+                     {"does not belong here", "<bsdf>"});
 }
 
 TEST_CASE("unknown parameters are named with what is allowed, in every kind of element") {
@@ -167,11 +160,11 @@ TEST_CASE("unknown parameters are named with what is allowed, in every kind of e
   const std::string x = "\n<float name=\"albdo\" value=\"1\"/>";
   for (const std::string open :
        {"medium type=\"homogeneous\"", "bsdf type=\"null\"", "bsdf type=\"diffuse\"", "bsdf type=\"dielectric\"",
-        "bsdf type=\"roughdielectric\"", "bsdf type=\"twosided\"", "shape type=\"sphere\"", "shape type=\"disk\"",
-        "shape type=\"cube\"", "shape type=\"rectangle\"", "emitter type=\"constant\"", "emitter type=\"sunsky\"",
-        "integrator type=\"path\"", "sensor type=\"perspective\"", "sensor type=\"orthographic\"", "phase type=\"hg\"",
-        "phase type=\"isotropic\""})
+        "bsdf type=\"roughdielectric\"", "shape type=\"sphere\"", "shape type=\"disk\"", "shape type=\"cube\"",
+        "shape type=\"rectangle\"", "emitter type=\"constant\"", "emitter type=\"sunsky\"", "integrator type=\"path\"",
+        "sensor type=\"perspective\"", "sensor type=\"orthographic\"", "phase type=\"hg\"", "phase type=\"isotropic\""})
     folder.check_error("<" + open + ">" + x + "</" + open.substr(0, open.find(' ')) + ">", 3, {"\"albdo\""});
+  folder.check_error("<bsdf type=\"twosided\"><bsdf type=\"diffuse\"/>" + x + "</bsdf>", 3, {"\"albdo\""});
   folder.check_error("<medium type=\"homogeneous\">" + x + "</medium>", 3, {"did you mean \"albedo\"", "\"sigma_t\""});
   for (const std::string open : {"film type=\"hdrfilm\"", "sampler type=\"independent\""})
     folder.check_error(
@@ -197,7 +190,6 @@ TEST_CASE("values of the wrong type or shape are refused") {
   folder.check_error(in_medium("<string name=\"scale\" value=\"1\"/>"), 3, {"<string>", "need <float>"});
   folder.check_error(in_medium("<rgb name=\"albedo\" value=\"1, 2\"/>"), 3, {"2 numbers", "3"});
   folder.check_error(in_medium("<rgb name=\"albedo\" value=\"#aabbcc\"/>"), 3, {"#aabbcc"});
-  folder.check_error(in_medium("<spectrum name=\"albedo\" value=\"400:0.1, 700:0.2\"/>"), 3, {"wavelengths", "<rgb>"});
   folder.check_error(in_medium("<float name=\"scale\" value=\"1\"/>\n<float name=\"scale\" value=\"2\"/>"), 4,
                      {"\"scale\" given twice", ":3:"});
   folder.check_error("<integrator type=\"path\">\n<integer name=\"max_depth\" value=\"2.5\"/></integrator>", 3,

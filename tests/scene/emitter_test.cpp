@@ -1,5 +1,5 @@
 // What the host makes of a scene's light, without a device.
-#include "runtime/scene/emitter.h"
+#include "runtime/compile/emitter.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include "kernels/model/angle.h"
 #include "kernels/model/sky_hosek_wilkie.h"
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 #include "runtime/scene/hosek_wilkie.h"
 
 namespace {

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace itn;
@@ -36,19 +36,19 @@ TEST_CASE("a whole scene is read with Mitsuba's defaults") {
   const Scene scene = load_scene(folder / "s.xml");
   REQUIRE(scene.media.size() == 1);
   CHECK(scene.media[0].id == "skin");
-  CHECK(scene.media[0].phase_id == "hg0");
-  CHECK(scene.media[0].g == 0.5);
+  CHECK(scene.media[0].phase.id == "hg0");
+  CHECK(scene.media[0].phase.number("g") == 0.5);
   CHECK(scene.media[0].sigma_t_is_rgb);
   CHECK(scene.media[0].sigma_t == Rgb{1, 2, 3});
   REQUIRE(scene.shapes.size() == 2);
   CHECK(scene.shapes[0].mesh->triangle.size() == 4);
   CHECK(scene.shapes[0].mesh->normal.size() == 4);
   CHECK(scene.shapes[0].interior == 0);
-  CHECK(scene.bsdfs[static_cast<std::size_t>(scene.shapes[0].bsdf)].int_ior == 1.333);
-  CHECK(scene.bsdfs[static_cast<std::size_t>(scene.shapes[1].bsdf)].kind == BsdfKind::diffuse);
+  CHECK(scene.bsdfs[static_cast<std::size_t>(scene.shapes[0].bsdf)].number("int_ior") == 1.333);
+  CHECK(scene.bsdfs[static_cast<std::size_t>(scene.shapes[1].bsdf)].type() == "diffuse");
   CHECK(scene.sensors[0].spp == 16);
   CHECK(scene.warnings.empty());
-  CHECK(load_scene(folder / "s.xml", {{"g", "-0.5"}}).media[0].g == -0.5);
+  CHECK(load_scene(folder / "s.xml", {{"g", "-0.5"}}).media[0].phase.number("g") == -0.5);
   CHECK_THROWS_AS(load_scene(folder / "s.xml", {{"g", "1.5"}}), InputError);
   CHECK_THROWS_AS(load_scene(folder / "s.xml", {{"h", "1.5"}}), UsageError);
 }

@@ -1,6 +1,8 @@
 // BSDFs, textures, media and phase functions.
+#include "runtime/image/bitmap.h"
 #include "runtime/image/exr.h"
 #include "runtime/image/png.h"
+#include "runtime/image/srgb.h"
 #include "tests/scene/scene_folder.h"
 
 using namespace itn;
@@ -27,21 +29,21 @@ void check_medium_error(const std::string& content, const std::vector<std::strin
 }  // namespace
 
 TEST_CASE("bsdfs that say nothing have Mitsuba's defaults") {
-  CHECK(load_bsdf("<bsdf type=\"null\"/>").kind == BsdfKind::null);
+  CHECK(load_bsdf("<bsdf type=\"null\"/>").type() == "null");
   const Bsdf diffuse = load_bsdf("<bsdf type=\"diffuse\"/>");
-  CHECK(diffuse.kind == BsdfKind::diffuse);
-  CHECK(diffuse.reflectance.value == Rgb{0.5, 0.5, 0.5});
+  CHECK(diffuse.type() == "diffuse");
+  CHECK(diffuse.value("reflectance").value == Rgb{0.5, 0.5, 0.5});
   CHECK(!diffuse.twosided);
   const Bsdf smooth = load_bsdf("<bsdf type=\"dielectric\"/>");
-  CHECK(smooth.kind == BsdfKind::dielectric);
-  CHECK(smooth.int_ior == 1.5046);
-  CHECK(smooth.ext_ior == 1.000277);
-  CHECK(smooth.specular_reflectance == Rgb{1, 1, 1});
-  CHECK(smooth.specular_transmittance == Rgb{1, 1, 1});
+  CHECK(smooth.type() == "dielectric");
+  CHECK(smooth.number("int_ior") == 1.5046);
+  CHECK(smooth.number("ext_ior") == 1.000277);
+  CHECK(smooth.value("specular_reflectance").value == Rgb{1, 1, 1});
+  CHECK(smooth.value("specular_transmittance").value == Rgb{1, 1, 1});
   const Bsdf rough = load_bsdf("<bsdf type=\"roughdielectric\"/>");
-  CHECK(rough.kind == BsdfKind::roughdielectric);
-  CHECK(rough.distribution == Distribution::beckmann);
-  CHECK(rough.alpha == 0.1);
+  CHECK(rough.type() == "roughdielectric");
+  CHECK(rough.model->variants[static_cast<std::size_t>(rough.variant)] == "beckmann");
+  CHECK(rough.number("alpha") == 0.1);
 }
 
 TEST_CASE("every parameter of a rough dielectric arrives") {
@@ -51,22 +53,22 @@ TEST_CASE("every parameter of a rough dielectric arrives") {
                            "<spectrum name=\"specular_transmittance\" value=\"0.9\"/>" +
                            "<boolean name=\"sample_visible\" value=\"false\"/></bsdf>");
   CHECK(b.id == "glass");
-  CHECK(b.distribution == Distribution::ggx);
-  CHECK(b.alpha == 0.3);
-  CHECK(b.int_ior == 1.4);
-  CHECK(b.ext_ior == 1.333);
-  CHECK(b.specular_reflectance == Rgb{0.1, 0.2, 0.3});
-  CHECK(b.specular_transmittance == Rgb{0.9, 0.9, 0.9});
+  CHECK(b.model->variants[static_cast<std::size_t>(b.variant)] == "ggx");
+  CHECK(b.number("alpha") == 0.3);
+  CHECK(b.number("int_ior") == 1.4);
+  CHECK(b.number("ext_ior") == 1.333);
+  CHECK(b.value("specular_reflectance").value == Rgb{0.1, 0.2, 0.3});
+  CHECK(b.value("specular_transmittance").value == Rgb{0.9, 0.9, 0.9});
   CHECK(load_bsdf("<bsdf type=\"roughdielectric\">" + number("alpha_u", "0.2") + number("alpha_v", "0.2") + "</bsdf>")
-            .alpha == 0.2);
+            .number("alpha") == 0.2);
 }
 
 TEST_CASE("refractive indices have Mitsuba's names") {
   // Spot checks of the table: Mitsuba 3.9.1's values.
   const std::pair<const char*, double> cases[] = {
-      {"vacuum", 1}, {"air", 1.000277}, {"water ice", 1.31}, {"bk7", 1.5046}, {"diamond", 2.419}};
+      {"vacuum", 1}, {"air", 1.000277}, {"water ice", 1.31}, {"bk7", 1.5046}, {"Diamond", 2.419}};
   for (const auto& [name, value] : cases)
-    CHECK(load_bsdf("<bsdf type=\"dielectric\">" + text("int_ior", name) + "</bsdf>").int_ior == value);
+    CHECK(load_bsdf("<bsdf type=\"dielectric\">" + text("int_ior", name) + "</bsdf>").number("int_ior") == value);
 }
 
 TEST_CASE("twosided turns a diffuse surface into a two-sided one without touching the original") {
@@ -83,7 +85,7 @@ TEST_CASE("a diffuse surface takes a bitmap, with all its parameters") {
   const std::string shape =
       "<shape type=\"rectangle\"><bsdf type=\"diffuse\"><texture type=\"bitmap\" name=\"reflectance\">" +
       text("filename", "t.png");
-  const Texture plain = folder.load(shape + "</texture></bsdf></shape>").bsdfs[0].reflectance;
+  const Texture plain = folder.load(shape + "</texture></bsdf></shape>").bsdfs[0].value("reflectance");
   REQUIRE(plain.bitmap);
   CHECK(plain.bitmap->width == 2);
   CHECK(plain.bitmap->height == 1);
@@ -96,7 +98,7 @@ TEST_CASE("a diffuse surface takes a bitmap, with all its parameters") {
                 "<boolean name=\"raw\" value=\"true\"/><transform name=\"to_uv\"><scale x=\"2\" y=\"3\"/>"
                 "<translate x=\"0.5\" y=\"0.25\"/></transform></texture></bsdf></shape>")
           .bsdfs[0]
-          .reflectance;
+          .value("reflectance");
   CHECK(other.nearest);
   CHECK(other.wrap == Texture::Wrap::mirror);
   CHECK(other.bitmap->data[3] == Approx(188 / 255.0));
@@ -110,8 +112,46 @@ TEST_CASE("a texture may be shared, and its file is read once") {
                                   "</texture>"
                                   "<bsdf type=\"diffuse\"><ref name=\"reflectance\" id=\"t\"/></bsdf>"
                                   "<bsdf type=\"diffuse\"><ref name=\"reflectance\" id=\"t\"/></bsdf>");
-  CHECK(scene.bsdfs[0].reflectance.bitmap);
-  CHECK(scene.bsdfs[0].reflectance.bitmap == scene.bsdfs[1].reflectance.bitmap);
+  CHECK(scene.bsdfs[0].value("reflectance").bitmap);
+  CHECK(scene.bsdfs[0].value("reflectance").bitmap == scene.bsdfs[1].value("reflectance").bitmap);
+}
+
+TEST_CASE("a diffuse surface takes a checkerboard, one-sided or two-sided") {
+  const auto board = [](const std::string& content) {
+    return "<texture type=\"checkerboard\" id=\"t\" name=\"reflectance\">" + content + "</texture>";
+  };
+  const Texture plain = load_bsdf("<bsdf type=\"diffuse\">" + board("") + "</bsdf>").value("reflectance");
+  REQUIRE(!plain.is_constant());
+  CHECK(plain.model->type == "checkerboard");
+  CHECK(plain.id == "t");
+  CHECK(plain.colours == std::vector<Rgb>{{0.4, 0.4, 0.4}, {0.2, 0.2, 0.2}});
+  CHECK(plain.to_uv == std::array<double, 6>{1, 0, 0, 0, 1, 0});
+  CHECK(!plain.bitmap);
+  const Scene scene = SceneFolder().load("<bsdf type=\"twosided\" id=\"b\"><bsdf type=\"diffuse\">" +
+                                         board(number("color1", "0.25") +
+                                               "<rgb name=\"color0\" value=\"0 0.5 1\"/><transform name=\"to_uv\">"
+                                               "<scale x=\"2\" y=\"3\"/><translate x=\"0.5\"/></transform>") +
+                                         "</bsdf></bsdf><shape type=\"rectangle\"><ref id=\"b\"/></shape>");
+  const Bsdf& other = scene.bsdfs[static_cast<std::size_t>(scene.shapes[0].bsdf)];
+  CHECK(other.twosided);
+  CHECK(other.value("reflectance").colours == std::vector<Rgb>{{0, 0.5, 1}, {0.25, 0.25, 0.25}});
+  CHECK(other.value("reflectance").to_uv == std::array<double, 6>{2, 0, 0.5, 0, 3, 0});
+}
+
+TEST_CASE("faulty checkerboards are refused") {
+  SceneFolder folder;
+  const auto diffuse = [](const std::string& content) {
+    return "<bsdf type=\"diffuse\"><texture type=\"checkerboard\" name=\"reflectance\">\n" + content +
+           "</texture></bsdf>";
+  };
+  folder.check_error(diffuse(number("color0", "1.5")), 3, {"\"color0\" = 1.5", "[0, 1]"});
+  folder.check_error(diffuse("<rgb name=\"color1\" value=\"0 0 -1\"/>"), 3, {"\"color1\" = -1", "[0, 1]"});
+  folder.check_error(diffuse("<texture type=\"checkerboard\" name=\"color0\"/>"), 3,
+                     {"\"color0\"", "no texture inside of a texture", "<rgb>"});
+  folder.check_error(diffuse(number("colour0", "0.5")), 3, {"unknown parameter \"colour0\"", "color0"});
+  folder.write_tetrahedron("t.ply");
+  folder.check_error("<shape type=\"ply\">" + text("filename", "t.ply") + diffuse("") + "</shape>", 2,
+                     {"no texture coordinates"});
 }
 
 TEST_CASE("faulty bsdfs are refused") {
@@ -151,8 +191,8 @@ TEST_CASE("faulty textures are refused") {
                      {"\"cubic\"", "\"bilinear\""});
   folder.check_error(diffuse(text("filename", "t.png") + "\n" + text("wrap_mode", "tile")), 4,
                      {"\"tile\"", "\"repeat\""});
-  folder.check_error("<bsdf type=\"diffuse\"><texture type=\"checkerboard\" name=\"reflectance\"/></bsdf>", 2,
-                     {"\"checkerboard\"", "\"bitmap\""});
+  folder.check_error("<bsdf type=\"diffuse\"><texture type=\"volume\" name=\"reflectance\"/></bsdf>", 2,
+                     {"\"volume\"", "\"bitmap\" or \"checkerboard\""});
   ExrImage image{1, 1, {"R", "G", "B"}, {0.5f, 2.0f, 0.5f}, {}};
   write_exr(folder.path("t.exr"), image);
   folder.check_error("\n" + diffuse(text("filename", "t.exr")), 3, {"to 2", "[0, 1]"});
@@ -170,12 +210,12 @@ TEST_CASE("media that say nothing have Mitsuba's defaults") {
   CHECK(m.sigma_t == Rgb{1, 1, 1});
   CHECK(m.albedo == Rgb{0.75, 0.75, 0.75});
   CHECK(m.scale == 1);
-  CHECK(m.isotropic);
+  CHECK(m.phase.type() == "isotropic");
   CHECK(!m.sigma_t_is_rgb);
   CHECK(!m.albedo_is_rgb);
   const Medium hg = load_medium("<phase type=\"hg\"/>");
-  CHECK(!hg.isotropic);
-  CHECK(hg.g == 0.8);
+  CHECK(hg.phase.type() == "hg");
+  CHECK(hg.phase.number("g") == 0.8);
 }
 
 TEST_CASE("every parameter of a medium arrives") {
@@ -183,13 +223,13 @@ TEST_CASE("every parameter of a medium arrives") {
                                number("scale", "10") + "<phase type=\"hg\" id=\"p\">" + number("g", "-0.5") +
                                "</phase>" + "<boolean name=\"sample_emitters\" value=\"false\"/>");
   CHECK(m.id == "m");
-  CHECK(m.phase_id == "p");
+  CHECK(m.phase.id == "p");
   CHECK(m.sigma_t == Rgb{1, 2, 3});  // without scale
   CHECK(m.sigma_t_is_rgb);
   CHECK(m.albedo == Rgb{0.25, 0.25, 0.25});
   CHECK(!m.albedo_is_rgb);
   CHECK(m.scale == 10);
-  CHECK(m.g == -0.5);
+  CHECK(m.phase.number("g") == -0.5);
   CHECK(load_medium("<integer name=\"sigma_t\" value=\"4\"/>").sigma_t == Rgb{4, 4, 4});
 }
 
@@ -197,7 +237,7 @@ TEST_CASE("albedo 0 and 1, sigma_t 0 and g close to 1 are allowed") {
   CHECK(load_medium(number("albedo", "0")).albedo[0] == 0);
   CHECK(load_medium(number("albedo", "1")).albedo[0] == 1);
   CHECK(load_medium(number("sigma_t", "0")).sigma_t[0] == 0);
-  CHECK(load_medium("<phase type=\"hg\">" + number("g", "0.9999") + "</phase>").g == 0.9999);
+  CHECK(load_medium("<phase type=\"hg\">" + number("g", "0.9999") + "</phase>").phase.number("g") == 0.9999);
 }
 
 TEST_CASE("faulty media are refused") {
@@ -208,7 +248,7 @@ TEST_CASE("faulty media are refused") {
   check_medium_error(number("scale", "-1"), {"scale = -1"});
   check_medium_error("<phase type=\"hg\">" + number("g", "1") + "</phase>", {"g = 1 ", "(-1, 1)", "mean cosine"});
   check_medium_error("<phase type=\"hg\">" + number("g", "-1.5") + "</phase>", {"g = -1.5"});
-  check_medium_error("<phase type=\"rayleigh\"/>", {"\"rayleigh\"", "\"isotropic\" or \"hg\""});
+  check_medium_error("<phase type=\"rayleigh\"/>", {"\"rayleigh\"", "\"isotropic\"", "\"hg\""});
   check_medium_error(number("sigma_s", "1"), {"unknown parameter \"sigma_s\"", "did you mean \"sigma_t\""});
   check_medium_error("<phase type=\"hg\"/><phase type=\"hg\"/>", {"more than one <phase>"});
 }

@@ -1,5 +1,7 @@
 // Mesh files of every format, whole and damaged.
-#include "runtime/scene/mesh_file.h"
+#include "runtime/scene/mesh/mesh_file.h"
+
+#include <zlib.h>
 
 #include <cstring>
 
@@ -199,4 +201,136 @@ TEST_CASE("other formats come through Assimp") {
 
 TEST_CASE("a missing file is named") {
   CHECK_THROWS_WITH(read_mesh("/nowhere/a.ply"), Catch::Contains("/nowhere/a.ply"));
+}
+
+namespace {
+
+struct SerializedMesh {
+  int version = 4;
+  std::uint32_t flags = 0x1000;
+  std::uint64_t vertices = 4, triangles = 4;
+};
+
+template <class Real>
+std::string serialized_body(const SerializedMesh& mesh) {
+  std::string body;
+  append(body, mesh.flags, false);
+  if (mesh.version == 4) body += std::string("made here") + '\0';
+  append(body, mesh.vertices, false);
+  append(body, mesh.triangles, false);
+  const Real corner[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, Real(0.5)}};
+  const auto rows = [&](int size, const auto& value) {
+    for (int i = 0; i < 4; ++i)
+      for (int k = 0; k < size; ++k) append(body, static_cast<Real>(value(i, k)), false);
+  };
+  rows(3, [&](int i, int k) { return corner[i][k]; });
+  if (mesh.flags & 1) rows(3, [](int i, int k) { return k == i % 3; });
+  if (mesh.flags & 2) rows(2, [](int i, int k) { return 0.25 * i + 0.125 * k; });
+  if (mesh.flags & 8) rows(3, [](int, int k) { return 0.3 * k; });
+  for (const std::uint32_t v : {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2}) append(body, v, false);
+  return body;
+}
+
+// Header and compressed body.
+std::string serialized(const SerializedMesh& mesh) {
+  const std::string body = mesh.flags & 0x2000 ? serialized_body<double>(mesh) : serialized_body<float>(mesh);
+  std::string packed(compressBound(body.size()), '\0');
+  uLongf size = packed.size();
+  REQUIRE(compress(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(body.data()),
+                   body.size()) == Z_OK);
+  std::string out;
+  append(out, std::uint16_t{0x041c}, false);
+  append(out, static_cast<std::uint16_t>(mesh.version), false);
+  return out + packed.substr(0, size);
+}
+
+// Several meshes and the table of their places.
+std::string serialized_file(const std::vector<SerializedMesh>& meshes) {
+  std::string out, table;
+  for (const SerializedMesh& mesh : meshes) {
+    if (mesh.version == 4)
+      append(table, static_cast<std::uint64_t>(out.size()), false);
+    else
+      append(table, static_cast<std::uint32_t>(out.size()), false);
+    out += serialized(mesh);
+  }
+  append(table, static_cast<std::uint32_t>(meshes.size()), false);
+  return out + table;
+}
+
+}  // namespace
+
+TEST_CASE("serialized meshes of versions 3 and 4 arrive with all that they have, in both precisions") {
+  SceneFolder folder;
+  for (const int version : {3, 4})
+    for (const std::uint32_t precision : {0x1000u, 0x2000u})
+      for (std::uint32_t parts = 0; parts < 16; ++parts) {
+        if (parts & 4) continue;
+        folder.write("m.serialized", serialized({.version = version, .flags = precision | parts}));
+        const Mesh mesh = read_mesh(folder.path("m.serialized"));
+        CHECK(mesh.position == std::vector<std::array<float, 3>>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0.5f}});
+        CHECK(mesh.triangle == std::vector<std::array<std::uint32_t, 3>>{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}});
+        REQUIRE(mesh.normal.size() == (parts & 1 ? 4 : 0));
+        REQUIRE(mesh.texcoord.size() == (parts & 2 ? 4 : 0));
+        if (parts & 1) CHECK(mesh.normal[1] == std::array<float, 3>{0, 1, 0});
+        if (parts & 2) CHECK(mesh.texcoord[3] == std::array<float, 2>{0.75f, 0.875f});
+      }
+}
+
+TEST_CASE("shape_index chooses one of the meshes of a serialized file") {
+  SceneFolder folder;
+  for (const int version : {3, 4}) {
+    folder.write("m.serialized", serialized_file({{.version = version, .flags = 0x1000},
+                                                  {.version = version, .flags = 0x1001},
+                                                  {.version = version, .flags = 0x2002}}));
+    const std::string file = folder.path("m.serialized");
+    CHECK(read_serialized(file, 0).normal.empty());
+    CHECK(read_serialized(file, 1).normal.size() == 4);
+    CHECK(read_serialized(file, 2).texcoord.size() == 4);
+    CHECK_THROWS_WITH(read_serialized(file, 3), Catch::Contains("shape_index is 3") && Catch::Contains("has 3 meshes"));
+  }
+  const std::string shape = "<shape type=\"serialized\">\n<string name=\"filename\" value=\"m.serialized\"/>";
+  CHECK(folder.load(shape + "<integer name=\"shape_index\" value=\"2\"/></shape>").shapes[0].mesh->texcoord.size() ==
+        4);
+  CHECK(folder.load(shape + "<boolean name=\"face_normals\" value=\"true\"/></shape>").shapes[0].mesh->normal.empty());
+  CHECK(folder.load(shape + "</shape>").shapes[0].mesh->normal.size() == 4);
+  folder.check_error(shape + "<integer name=\"shape_index\" value=\"-1\"/></shape>", 3, {"shape_index = -1"});
+  folder.check_error(shape + "<integer name=\"shape_index\" value=\"7\"/></shape>", 3, {"shape_index is 7"});
+}
+
+TEST_CASE("a serialized file that lies about its lengths is refused without taking the memory") {
+  SceneFolder folder;
+  const auto error = [&](const std::string& bytes, long index = 0) -> std::string {
+    folder.write("bad.serialized", bytes);
+    try {
+      read_serialized(folder.path("bad.serialized"), index);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  CHECK_THAT(error(serialized({.vertices = 4'000'000'000})),
+             Catch::Contains("4000000000 vertices") && Catch::Contains("can hold"));
+  CHECK_THAT(error(serialized({.triangles = 0xffffffffffffffff})), Catch::Contains("fewer than 2^32"));
+  CHECK_THAT(error(serialized({.vertices = 9})), Catch::Contains("end early"));
+  CHECK_THAT(error(serialized({.vertices = 2})), Catch::Contains("vertex"));
+  CHECK_THAT(error(serialized({.triangles = 0})), Catch::Contains("empty"));
+  std::string future = serialized({});
+  future[2] = 5;
+  CHECK_THAT(error(future), Catch::Contains("version 5") && Catch::Contains("PLY"));
+  CHECK_THAT(error("solid cube"), Catch::Contains("no .serialized mesh"));
+  CHECK_THAT(error(""), Catch::Contains("no .serialized mesh"));
+  // Tables that are too long or lead nowhere.
+  std::string table = serialized({});
+  append(table, std::uint32_t{0x7fffffff}, false);
+  CHECK_THAT(error(table, 1), Catch::Contains("longer than the file"));
+  table = serialized({});
+  append(table, std::uint64_t{0}, false);
+  append(table, std::uint64_t{1} << 60, false);
+  append(table, std::uint32_t{2}, false);
+  CHECK_THAT(error(table, 1), Catch::Contains("begins at byte"));
+  // Cut anywhere: an error that names the file, never a crash.
+  const std::string whole = serialized({.flags = 0x1003});
+  for (std::size_t size = 0; size + 5 < whole.size(); ++size)
+    CHECK_THAT(error(whole.substr(0, size)), Catch::Contains("bad.serialized: "));
 }

@@ -6,7 +6,7 @@
 #include <limits>
 #include <set>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 
 namespace {
 
@@ -15,19 +15,22 @@ itn::Scene scene_of_every_kind(itn::Emitter::Kind environment) {
   itn::Scene scene;
   scene.media.resize(2);
   scene.media[0].id = "fog";
-  scene.media[0].phase_id = "haze";
-  scene.media[0].isotropic = false;
+  scene.media[0].phase.become(*itn::find_model(itn::phase_models(), "hg"));
+  scene.media[0].phase.id = "haze";
   scene.media[1].id = "skin";
-  scene.media[1].phase_id = "none";
+  scene.media[1].phase.id = "none";
   scene.media[1].sigma_t_is_rgb = scene.media[1].albedo_is_rgb = true;
-  scene.bsdfs.resize(4);
-  const char* const ids[] = {"paint", "glass", "frost", "tiles"};
-  for (std::size_t i = 0; i < 4; ++i) scene.bsdfs[i].id = ids[i];
-  scene.bsdfs[0].kind = scene.bsdfs[3].kind = itn::BsdfKind::diffuse;
-  scene.bsdfs[0].reflectance.value = {0.1, 0.2, 0.3};
-  scene.bsdfs[1].kind = itn::BsdfKind::dielectric;
-  scene.bsdfs[2].kind = itn::BsdfKind::roughdielectric;
-  scene.bsdfs[3].reflectance.bitmap = std::make_shared<itn::Bitmap>();
+  for (const char* type : {"diffuse", "dielectric", "roughdielectric", "diffuse", "diffuse", "diffuse"})
+    scene.bsdfs.push_back(itn::make_bsdf(type));
+  const char* const ids[] = {"paint", "glass", "frost", "tiles", "wall", "floor"};
+  for (std::size_t i = 0; i < 6; ++i) scene.bsdfs[i].id = ids[i];
+  scene.bsdfs[0].value("reflectance").value = {0.1, 0.2, 0.3};
+  scene.bsdfs[3].value("reflectance") = itn::make_bitmap(std::make_shared<itn::Bitmap>());
+  for (const std::size_t i : {4, 5}) {  // share a texture
+    scene.bsdfs[i].value("reflectance").become(*itn::find_texture("checkerboard"));
+    scene.bsdfs[i].value("reflectance").id = "board";
+    scene.bsdfs[i].value("reflectance").colours[1] = {0.1, 0.2, 0.3};
+  }
   scene.environment.emplace();
   scene.environment->id = "light";
   scene.environment->kind = environment;
@@ -46,14 +49,14 @@ std::vector<double> inside(const itn::Parameter& p) {
 }  // namespace
 
 TEST_CASE("a parameter that is set has the value, and every other keeps its own") {
-  std::set<itn::ParameterKind> kinds;
+  std::set<std::string> members;
   for (const auto environment : environments) {
     const itn::Scene scene = scene_of_every_kind(environment);
     const auto before = itn::list_parameters(scene);
     for (std::size_t i = 0; i < before.size(); ++i) {
       if (std::isnan(before[i].value)) continue;  // a texture
       INFO(before[i].name);
-      kinds.insert(before[i].kind);
+      members.insert((before[i].owner == itn::Owner::light ? "light " : "") + before[i].member);
       for (const double value : inside(before[i])) {
         itn::Scene changed = scene;
         itn::set_parameter(changed, before[i], value);
@@ -67,7 +70,9 @@ TEST_CASE("a parameter that is set has the value, and every other keeps its own"
       }
     }
   }
-  CHECK(kinds.size() == static_cast<std::size_t>(itn::ParameterKind::sky_scale) + 1);
+  CHECK(members == std::set<std::string>{"sigma_t", "albedo", "scale", "g", "alpha", "int_ior", "ext_ior",
+                                         "reflectance", "color0", "color1", "light radiance", "light scale",
+                                         "light turbidity", "light albedo", "light sun_scale", "light sky_scale"});
 }
 
 TEST_CASE("a value outside of the range is refused with the range, and the scene stays as it was") {
@@ -100,6 +105,25 @@ TEST_CASE("a texture cannot be set to a number") {
   const itn::Parameter p = itn::find_parameter(itn::list_parameters(scene), "tiles.reflectance");
   CHECK_THROWS_WITH(itn::set_parameter(scene, p, 0.5),
                     Catch::Contains("tiles.reflectance") && Catch::Contains("texture"));
+}
+
+TEST_CASE("the colours of a texture are parameters by its id, and set wherever it is") {
+  itn::Scene scene = scene_of_every_kind(itn::Emitter::Kind::constant);
+  const auto all = itn::list_parameters(scene);
+  const itn::Parameter grey = itn::find_parameter(all, "board.color0");
+  CHECK(grey.value == 0.4);
+  CHECK(grey.range() == "[0, 1]");
+  CHECK(grey.not_differentiable.empty());
+  CHECK(grey.indices == std::vector<int>{4, 5});
+  CHECK(itn::find_parameter(all, "wall.reflectance").not_differentiable == "a texture, not a number");
+  itn::set_parameter(scene, grey, 0);
+  itn::set_parameter(scene, itn::find_parameter(all, "board.color1.G"), 0.9);
+  for (const std::size_t i : {4, 5}) {
+    CHECK(scene.bsdfs[i].value("reflectance").colours[0] == itn::Rgb{0, 0, 0});
+    CHECK(scene.bsdfs[i].value("reflectance").colours[1] == itn::Rgb{0.1, 0.9, 0.3});
+  }
+  CHECK_THAT(itn::find_parameter(itn::list_parameters(scene), "board.color0").not_differentiable,
+             Catch::Contains("small value"));
 }
 
 TEST_CASE("a colour listed as one number is set in all components, one listed by component in that") {

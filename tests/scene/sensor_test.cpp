@@ -120,8 +120,8 @@ TEST_CASE("faulty sensors are refused") {
   check_error(film(number("width", "64")), {"<float>", "<integer>"});
   check_error(film(integer("width", "64") + integer("crop_offset_x", "64")), {"crop_offset_x = 64", "0 to 63"});
   check_error(film(integer("width", "64") + integer("crop_width", "65")), {"crop_width = 65"});
-  check_error(film(text("pixel_format", "rgba")), {"\"rgba\"", "\"rgb\" or \"luminance\""});
-  check_error(film("<rfilter type=\"mitchell\"/>"), {"\"mitchell\"", "\"gaussian\""});
+  check_error(film(text("pixel_format", "cmyk")), {"\"cmyk\"", "\"luminance\""});
+  check_error(film("<rfilter type=\"sinc\"/>"), {"\"sinc\"", "\"gaussian\""});
   check_error(film("<rfilter type=\"tent\">" + number("radius", "0") + "</rfilter>"), {"radius = 0"});
   check_error(film("<rfilter type=\"gaussian\">" + number("stddev", "-1") + "</rfilter>"), {"stddev = -1"});
   check_error(film("<rfilter type=\"box\">" + number("radius", "1") + "</rfilter>"), {"unknown parameter \"radius\""});
@@ -139,4 +139,59 @@ TEST_CASE("faulty sensors are refused") {
   check_error(perspective(number("near_clip", "1") + number("far_clip", "0.5")), {"far_clip = 0.5"});
   check_error(perspective("<transform name=\"to_world\"><scale value=\"2\"/></transform>"), {"scales"});
   check_error("<sensor type=\"orthographic\">\n" + number("fov", "30") + "</sensor>", {"\"fov\""});
+}
+
+TEST_CASE("filters with negative lobes are rendered as gaussian, with a warning") {
+  for (const std::string type : {"mitchell", "catmullrom", "lanczos"}) {
+    const Scene scene = SceneFolder().load(film("<rfilter type=\"" + type + "\"/>"));
+    CHECK(scene.sensors[0].filter == FilterKind::gaussian);
+    CHECK(scene.sensors[0].filter_stddev == 0.5);
+    REQUIRE(scene.warnings.size() == 1);
+    CHECK_THAT(scene.warnings[0], Catch::Contains(type) && Catch::Contains("gaussian"));
+  }
+}
+
+TEST_CASE("pixel formats with alpha or in XYZ are written as what they contain, with a warning") {
+  const Scene rgba = SceneFolder().load(film(text("pixel_format", "rgba")));
+  CHECK(!rgba.sensors[0].luminance);
+  CHECK_THAT(rgba.warnings.at(0), Catch::Contains("\"rgba\"") && Catch::Contains("without alpha"));
+  CHECK(load(film(text("pixel_format", "luminance_alpha"))).luminance);
+}
+
+TEST_CASE("a size given to the loader replaces the film's, and a crop keeps its fraction") {
+  SceneFolder folder;
+  const std::string scene =
+      "<scene version=\"3.0.0\"><emitter type=\"constant\"/>" +
+      perspective(number("fov", "40") + text("fov_axis", "y") + "<film type=\"hdrfilm\">" + integer("width", "400") +
+                  integer("height", "200") + integer("crop_offset_x", "100") + integer("crop_width", "200") +
+                  integer("crop_offset_y", "50") + integer("crop_height", "100") + "</film>") +
+      "</scene>";
+  folder.write("s.xml", scene);
+  const Sensor s = load_scene(folder.path("s.xml"), {}, {.size = FilmSize{40, 40}}).sensors.at(0);
+  CHECK(s.width == 40);
+  CHECK(s.height == 40);
+  CHECK(s.crop_x == 10);
+  CHECK(s.crop_width == 20);
+  CHECK(s.crop_y == 10);
+  CHECK(s.crop_height == 20);
+  CHECK(s.fov_x == Approx(40));  // along y, and the film is square now
+  const Sensor tiny = load_scene(folder.path("s.xml"), {}, {.size = FilmSize{1, 1}}).sensors.at(0);
+  CHECK(tiny.crop_x == 0);
+  CHECK(tiny.crop_width == 1);
+}
+
+TEST_CASE("a radiancemeter is one ray") {
+  const std::string one = "<film type=\"hdrfilm\">" + integer("width", "1") + integer("height", "1") + "</film>";
+  const auto meter = [&](const std::string& content) {
+    return "<sensor type=\"radiancemeter\">\n" + content + "</sensor>";
+  };
+  const Sensor s = load(meter(one + "<point name=\"origin\" value=\"1, 2, 3\"/><vector name=\"direction\" "
+                                    "value=\"0, 2, 0\"/>"));
+  CHECK(s.orthographic);
+  CHECK(s.to_world.m == std::array<double, 16>{0, 0, 0, 1, 0, 0, 1, 2, 0, 0, 0, 3, 0, 0, 0, 1});
+  const Sensor turned = load(meter(one + "<transform name=\"to_world\"><lookat origin=\"1, 2, 3\" target=\"1, 3, 3\" "
+                                         "up=\"0, 0, 1\"/></transform>"));
+  for (std::size_t i = 0; i < 16; ++i) CHECK(turned.to_world.m[i] == Approx(s.to_world.m[i]).margin(1e-12));
+  SceneFolder().check_error(meter(""), 2, {"768 x 576", "need 1 x 1"});
+  SceneFolder().check_error(meter(one + "<point name=\"origin\" value=\"1, 2, 3\"/>"), 3, {"need both"});
 }

@@ -7,8 +7,8 @@
 #include <map>
 #include <set>
 
-#include "runtime/random.h"
-#include "runtime/scene/mesh_repair.h"
+#include "runtime/base/random.h"
+#include "runtime/scene/mesh/mesh_topology.h"
 #include "runtime/scene/transform.h"
 #include "runtime/shapes/polygonise.h"
 

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <map>
 
-#include "runtime/scene/mesh_file.h"
+#include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/shapes/polygonise.h"
 #include "tests/shapes/mesh_checks.h"
 #include "tests/support/temporary_folder.h"

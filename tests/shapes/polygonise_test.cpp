@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "runtime/scene/mesh_repair.h"
+#include "runtime/scene/mesh/mesh_topology.h"
 #include "runtime/scene/transform.h"
 #include "tests/shapes/mesh_checks.h"
 

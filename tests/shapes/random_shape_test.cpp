@@ -5,7 +5,7 @@
 #include <map>
 #include <set>
 
-#include "runtime/scene/mesh_repair.h"
+#include "runtime/scene/mesh/mesh_topology.h"
 #include "runtime/shapes/polygonise.h"
 #include "tests/shapes/mesh_checks.h"
 

@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 
 #include "host_model.h"
-#include "kernels/model/dielectric.h"
-#include "kernels/model/rough_dielectric.h"
+#include "kernels/model/bsdf/dielectric.h"
+#include "kernels/model/bsdf/rough_dielectric.h"
 #include "kernels/model/shading_frame.h"
 #include "path_bench.h"
 #include "scenes.h"
@@ -102,10 +102,9 @@ struct BoundaryCheck {
 }  // namespace
 
 TEST_CASE("stage ray finds the closest surface and the queue of its boundary") {
-  Scene scene = sphere_scene(bsdf_of(BsdfKind::null), medium_of(1, 0.5, 0));
-  const Bsdf kinds[] = {bsdf_of(BsdfKind::diffuse), bsdf_of(BsdfKind::dielectric),
-                        bsdf_of(BsdfKind::roughdielectric, 1.5, 0.2, Distribution::beckmann),
-                        bsdf_of(BsdfKind::roughdielectric, 1.5, 0.2, Distribution::ggx)};
+  Scene scene = sphere_scene(bsdf_of("null"), medium_of(1, 0.5, 0));
+  const Bsdf kinds[] = {bsdf_of("diffuse"), bsdf_of("dielectric"), bsdf_of("roughdielectric", 1.5, 0.2, "beckmann"),
+                        bsdf_of("roughdielectric", 1.5, 0.2, "ggx")};
   for (int k = 0; k < 4; ++k) {
     Shape shape = scene.shapes[0];
     shape.center = {3.0 * std::cos(k * 1.5), 3.0 * std::sin(k * 1.5), 0.5};
@@ -114,7 +113,7 @@ TEST_CASE("stage ray finds the closest surface and the queue of its boundary") {
     scene.bsdfs.push_back(kinds[k]);
     scene.shapes.push_back(shape);
   }
-  add_floor(scene, bsdf_of(BsdfKind::diffuse), 5, -2);
+  add_floor(scene, bsdf_of("diffuse"), 5, -2);
   for (const int width : widths) {
     PathBench bench(device(), scene, {.width = width});
     Rays rays(1);
@@ -138,11 +137,8 @@ TEST_CASE("stage ray finds the closest surface and the queue of its boundary") {
       const Queue expected =
           hit.shape < 0
               ? Queue::escape
-              : static_cast<Queue>(
-                    static_cast<int>(Queue::null) +
-                    bench.data()
-                        .bsdfs[static_cast<std::size_t>(scene.shapes[static_cast<std::size_t>(hit.shape)].bsdf)]
-                        .kind);
+              : bench.queue_of(
+                    scene.bsdfs[static_cast<std::size_t>(scene.shapes[static_cast<std::size_t>(hit.shape)].bsdf)]);
       if (p.queue != expected) {
         ++close;  // only rays that graze a surface or start on one may be seen differently
         continue;
@@ -164,7 +160,7 @@ TEST_CASE("stage ray finds the closest surface and the queue of its boundary") {
 }
 
 TEST_CASE("stage null goes straight on in the medium of the other side") {
-  const Scene scene = sphere_scene(bsdf_of(BsdfKind::null), medium_of(1, 0.5, 0));
+  const Scene scene = sphere_scene(bsdf_of("null"), medium_of(1, 0.5, 0));
   for (const int width : widths) {
     PathBench bench(device(), scene, {.width = width});
     std::vector<Path> paths = arrivals(bench, Queue::null, 501), after;
@@ -190,9 +186,9 @@ TEST_CASE("stage null goes straight on in the medium of the other side") {
 
 TEST_CASE("stage dielectric reflects and refracts as Fresnel and Snell say") {
   for (const double eta : {1.5, 0.7}) {
-    Bsdf bsdf = bsdf_of(BsdfKind::dielectric, eta);
-    bsdf.specular_reflectance = {1, 0.75, 0.5};
-    bsdf.specular_transmittance = {0.25, 0.5, 1};
+    Bsdf bsdf = bsdf_of("dielectric", eta);
+    bsdf.value("specular_reflectance").value = {1, 0.75, 0.5};
+    bsdf.value("specular_transmittance").value = {0.25, 0.5, 1};
     Scene scene = sphere_scene(bsdf, medium_of(1, 0.5, 0));
     scene.integrator.max_depth = 11;
     scene.integrator.rr_depth = 5;
@@ -214,8 +210,8 @@ TEST_CASE("stage dielectric reflects and refracts as Fresnel and Snell say") {
         dielectric_sample(far, wi, u, &wo, &weight, &reflects);
         // near the critical angle float sees another square root
         if (!reflects && std::abs(wo.z) < 0.03) continue;
-        check.add(bench, paths[i], after[i], {reflects, frame.to_world(wo), 1, far}, bsdf.specular_reflectance,
-                  bsdf.specular_transmittance, 11, 5);
+        check.add(bench, paths[i], after[i], {reflects, frame.to_world(wo), 1, far},
+                  bsdf.value("specular_reflectance").value, bsdf.value("specular_transmittance").value, 11, 5);
       }
       CAPTURE(eta, width);
       CHECK(check.wrong == 0);
@@ -230,14 +226,14 @@ TEST_CASE("stage dielectric reflects and refracts as Fresnel and Snell say") {
 }
 
 TEST_CASE("stage rough dielectric follows the microfacet model") {
-  for (const Distribution distribution : {Distribution::beckmann, Distribution::ggx}) {
-    Bsdf bsdf = bsdf_of(BsdfKind::roughdielectric, 1.33, 0.3, distribution);
-    bsdf.specular_reflectance = {1, 0.75, 0.5};
+  for (const std::string distribution : {"beckmann", "ggx"}) {
+    Bsdf bsdf = bsdf_of("roughdielectric", 1.33, 0.3, distribution);
+    bsdf.value("specular_reflectance").value = {1, 0.75, 0.5};
     Scene scene = sphere_scene(bsdf, medium_of(1, 0.5, 0));
     scene.integrator.max_depth = 11;
     scene.integrator.rr_depth = 5;
-    const int kind = distribution == Distribution::ggx ? MICROFACET_GGX : MICROFACET_BECKMANN;
-    const Queue queue = distribution == Distribution::ggx ? Queue::rough_ggx : Queue::rough_beckmann;
+    const int kind = distribution == "ggx" ? MICROFACET_GGX : MICROFACET_BECKMANN;
+    const Queue queue = distribution == "ggx" ? Queue::rough_ggx : Queue::rough_beckmann;
     for (const int width : widths) {
       PathBench bench(device(), scene, {.width = width});
       const std::vector<Path> paths = arrivals(bench, queue, 4001);
@@ -263,7 +259,7 @@ TEST_CASE("stage rough dielectric follows the microfacet model") {
         }
         check.add(bench, paths[i], after[i],
                   {reflects, frame.to_world(wo), reflects ? weight : weight * far * far, far},
-                  bsdf.specular_reflectance, {1, 1, 1}, 11, 5);
+                  bsdf.value("specular_reflectance").value, {1, 1, 1}, 11, 5);
       }
       CAPTURE(kind, width);
       CHECK(undecided < 800);

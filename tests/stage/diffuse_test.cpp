@@ -1,5 +1,5 @@
 // Stage diffuse: every path against the same formulas in double precision, textures and sampled light included.
-#include "kernels/model/diffuse.h"
+#include "kernels/model/bsdf/diffuse.h"
 
 #include <catch2/catch.hpp>
 
@@ -57,7 +57,7 @@ Rgb reflectance(const Texture& t, double u, double v, double* to_border) {
 
 // Seven floors above each other, none seen through another: a constant, and every wrap and filter mode.
 Scene floors() {
-  Scene scene = sphere_scene(bsdf_of(BsdfKind::diffuse), medium_of(1, 0.5, 0));
+  Scene scene = sphere_scene(bsdf_of("diffuse"), medium_of(1, 0.5, 0));
   scene.shapes.clear();
   scene.bsdfs.clear();
   auto bitmap = std::make_shared<Bitmap>();
@@ -65,16 +65,16 @@ Scene floors() {
   Rays random(11);
   for (int k = 0; k < 45; ++k) bitmap->data.push_back(static_cast<float>(random.number(0.05, 1)));
   for (int k = 0; k < 7; ++k) {
-    Bsdf bsdf = bsdf_of(BsdfKind::diffuse);
+    Bsdf bsdf = bsdf_of("diffuse");
     bsdf.twosided = k % 2;
-    bsdf.reflectance.value = {0.8, 0.5, 0.2};
+    bsdf.value("reflectance").value = {0.8, 0.5, 0.2};
     if (k > 0) {
-      bsdf.reflectance.bitmap = bitmap;
-      bsdf.reflectance.wrap = k % 3 == 0   ? Texture::Wrap::repeat
-                              : k % 3 == 1 ? Texture::Wrap::mirror
-                                           : Texture::Wrap::clamp;
-      bsdf.reflectance.nearest = k > 3;
-      bsdf.reflectance.to_uv = {3, 0.5, -1.7, -0.4, 2.5, -0.8};
+      bsdf.value("reflectance") = make_bitmap(bitmap);
+      bsdf.value("reflectance").wrap = k % 3 == 0   ? Texture::Wrap::repeat
+                                       : k % 3 == 1 ? Texture::Wrap::mirror
+                                                    : Texture::Wrap::clamp;
+      bsdf.value("reflectance").nearest = k > 3;
+      bsdf.value("reflectance").to_uv = {3, 0.5, -1.7, -0.4, 2.5, -0.8};
     }
     add_floor(scene, bsdf, half, static_cast<float>(k));
   }
@@ -190,7 +190,7 @@ Check check(const Scene& scene, int width) {
     const int floor = static_cast<int>(std::lround(p.position[2]));
     const Bsdf& bsdf = scene.bsdfs[static_cast<std::size_t>(scene.shapes[static_cast<std::size_t>(floor)].bsdf)];
     double to_border;
-    const Rgb albedo = reflectance(bsdf.reflectance, (p.position[0] + half) / (2 * half),
+    const Rgb albedo = reflectance(bsdf.value("reflectance"), (p.position[0] + half) / (2 * half),
                                    (p.position[1] + half) / (2 * half), &to_border);
     if (to_border < 1e-4) continue;  // rounding decides between two texels
     const double side = p.direction[2] < 0 ? 1 : -1;

@@ -13,7 +13,7 @@ using namespace itn::test;
 namespace {
 
 Scene camera_scene(FilterKind filter, bool orthographic) {
-  Scene scene = sphere_scene(bsdf_of(BsdfKind::null), medium_of(1, 0.5, 0));
+  Scene scene = sphere_scene(bsdf_of("null"), medium_of(1, 0.5, 0));
   Sensor& sensor = scene.sensors[0];
   sensor.orthographic = orthographic;
   sensor.fov_x = 50;

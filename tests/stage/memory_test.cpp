@@ -1,9 +1,9 @@
 // Device memory too small: smaller launches, fewer paths in flight, the image in bands; the same bits.
 #include <catch2/catch.hpp>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
+#include "runtime/compile/launch_data.h"
 #include "runtime/renderer.h"
-#include "runtime/wavefront/launch_data.h"
 #include "scenes.h"
 #include "stage_test.h"
 
@@ -26,7 +26,7 @@ std::uint64_t scene_bytes(const Scene& scene) {
 }  // namespace
 
 TEST_CASE("an image that does not fit into the device's memory is rendered in parts, to the same bits") {
-  Scene scene = sphere_scene(bsdf_of(BsdfKind::roughdielectric, 1.4, 0.3), medium_of(2, 0.9, 0.5));
+  Scene scene = sphere_scene(bsdf_of("roughdielectric", 1.4, 0.3), medium_of(2, 0.9, 0.5));
   Sensor& sensor = scene.sensors[0];
   sensor.width = sensor.crop_width = 120;  // 9,600 pixels of 48 bytes: several bands where 450,000 bytes are free
   sensor.height = sensor.crop_height = 80;
@@ -51,7 +51,7 @@ TEST_CASE("an image that does not fit into the device's memory is rendered in pa
 }
 
 TEST_CASE("derivatives in little memory have the same bits, their baselines too") {
-  Scene scene = sphere_scene(bsdf_of(BsdfKind::roughdielectric, 1.4, 0.3), medium_of(2, 0.9, 0.5));
+  Scene scene = sphere_scene(bsdf_of("roughdielectric", 1.4, 0.3), medium_of(2, 0.9, 0.5));
   scene.media[0].id = "medium";
   Sensor& sensor = scene.sensors[0];
   sensor.width = sensor.crop_width = 60;

@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include "kernels/model/models.h"
+#include "runtime/compile/surfaces.h"
 #include "runtime/derivative/score_functions.h"
 
 namespace itn::test {
@@ -22,38 +24,52 @@ std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> x, std::uint32_
   return x;
 }
 
-// Calls visit(field number, member) for every member of a path in the order of path_state.h.
+// Calls visit(field number, member) for every member of a path that the program has.
 template <class SomePath, class Visit>
-std::size_t each_field(SomePath& p, std::size_t throughput, std::size_t radiance, bool spectral, bool connects,
-                       const Visit& visit) {
-  std::size_t field = 0;
-  for (std::size_t k = 0; k < 3; ++k) visit(field++, p.position[k]);
-  for (std::size_t k = 0; k < 3; ++k) visit(field++, p.direction[k]);
-  for (std::size_t c = 0; c < throughput; ++c) visit(field++, p.throughput[c]);
-  for (std::size_t c = 0; c < radiance; ++c) visit(field++, p.radiance[c]);
-  visit(field++, p.refraction_scale);
-  visit(field++, p.pixel);
-  visit(field++, p.sample);
-  visit(field++, p.event);
-  visit(field++, p.depth);
-  visit(field++, p.medium);
-  visit(field++, p.skip);
-  visit(field++, p.passed);
-  visit(field++, p.hit);
-  visit(field++, p.hit_u);
-  visit(field++, p.hit_v);
-  visit(field++, p.last_pdf);
-  visit(field++, p.job);
+void each_field(const PathFields& fields, SomePath& p, std::size_t throughput, std::size_t radiance, bool spectral,
+                bool connects, const Visit& visit) {
+  const auto several = [&](const char* field, auto& members, std::size_t count) {
+    for (std::size_t k = 0; k < count; ++k) visit(fields.first.at(field) + k, members[k]);
+  };
+  const auto one = [&](const char* field, auto& member) { visit(fields.first.at(field), member); };
+  several("POSITION", p.position, 3);
+  several("DIRECTION", p.direction, 3);
+  several("THROUGHPUT", p.throughput, throughput);
+  several("RADIANCE", p.radiance, radiance);
+  one("REFRACTION_SCALE", p.refraction_scale);
+  one("PIXEL", p.pixel);
+  one("SAMPLE", p.sample);
+  one("EVENT", p.event);
+  one("DEPTH", p.depth);
+  one("MEDIUM", p.medium);
+  one("SKIP", p.skip);
+  one("PASSED", p.passed);
+  one("HIT", p.hit);
+  visit(fields.first.at("HIT_PLACE"), p.hit_u);
+  visit(fields.first.at("HIT_PLACE") + 1, p.hit_v);
+  one("LAST_PDF", p.last_pdf);
+  one("JOB", p.job);
   if (spectral) {
-    for (std::size_t c = 0; c < 3; ++c) visit(field++, p.spectral_weight[c]);
-    visit(field++, p.hero);
+    several("SPECTRAL_WEIGHT", p.spectral_weight, 3);
+    one("HERO", p.hero);
   }
   if (connects) {
-    for (std::size_t k = 0; k < 3; ++k) visit(field++, p.arrival[k]);
-    visit(field++, p.chance);
+    several("ARRIVAL", p.arrival, 3);
+    one("CHANCE", p.chance);
   }
-  return field;
 }
+
+// By the names of kernels.
+const std::map<std::string, Queue> queue_of_stage{{"generate", Queue::free},
+                                                  {"ray", Queue::ray},
+                                                  {"medium", Queue::medium},
+                                                  {"connect", Queue::connect},
+                                                  {"escape", Queue::escape},
+                                                  {"null", Queue::null},
+                                                  {"diffuse_0", Queue::diffuse},
+                                                  {"dielectric_0", Queue::dielectric},
+                                                  {"rough_dielectric_0", Queue::rough_beckmann},
+                                                  {"rough_dielectric_1", Queue::rough_ggx}};
 
 }  // namespace
 
@@ -77,57 +93,69 @@ PathBench::PathBench(const Device& device, const Scene& scene, const Options& op
   radiance_channels_ = static_cast<std::size_t>(std::stoi(definitions_["RADIANCE_CHANNELS"]));
   definitions_["SCORES"] = definitions_["DERIVATIVES"] = definitions_["BASELINES"] = definitions_["ADJOINT"] =
       definitions_["PARTS"] = definitions_["LIGHT_NUMBERS"] = "0";
-  definitions_["SCORE_RECORDS"] = "{0,0,0}";
+  definitions_["SCORE_RECORDS"] = "{0,0,0,0}";
   definitions_["PART_RECORDS"] = "{0,{0,0,0}}";
-  program_ = device.build("wavefront.cl", definitions_, {{"derivative/score.h", print_scores({})}});
-  misplaced_ = device.upload(std::vector<cl_uint>{0}, "misplaced");
-  const Path none;
-  fields_ = each_field(none, throughput_channels_, radiance_channels_, has("SPECTRAL"), has("MEDIUM_LIGHT_SAMPLING"),
-                       [](std::size_t, const auto&) {});
-  if (fields_ != PATH_FIELDS(throughput_channels_, radiance_channels_, std::size_t{has("SPECTRAL")},
-                             std::size_t{has("MEDIUM_LIGHT_SAMPLING")}, 0, 0, 0, 0))
-    throw std::logic_error("the members of a path are not those of path_state.h");
+  program_ = device.build("wavefront.cl", definitions_,
+                          {{"derivative/score.h", print_scores({}, static_cast<int>(throughput_channels_))},
+                           {"scene/surfaces.h", surfaces_text(data_)}});
+  fields_ = path_fields(definitions_);
+  stages_ = stages_of(data_);
+  for (const std::string& stage : stages_) queues_.push_back(queue_of_stage.at(stage));
   const Geometry& g = data_.geometry;
-  scene_ = {device.upload(g.nodes, "nodes"),
-            device.upload(g.leaves, "leaves"),
-            device.upload(g.primitives, "primitives"),
-            device.upload(g.grid, "grid"),
-            device.upload(g.records, "geometries"),
-            {},  // jobs
-            device.upload(data_.cameras, "cameras"),
-            device.upload(data_.shapes, "shapes"),
-            device.upload(data_.bsdfs, "bsdfs"),
-            device.upload(data_.media, "media"),
-            device.upload(data_.emitters, "emitters"),
-            device.upload(data_.emitter_tables, "tables"),
-            device.upload(data_.textures, "textures"),
-            device.upload(data_.texels, "texels"),
-            device.upload(std::vector<int>{}, "derivatives"),
-            device.upload(std::vector<float>{}, "expected futures"),
-            device.upload(std::vector<float>{}, "visits"),
-            device.upload(std::vector<float>{}, "pulls"),
-            device.upload(std::vector<int>{}, "gradient")};
+  std::vector<float> numbers = data_.numbers;
+  numbers.resize(numbers.size() + MOST_SLOTS);
+  buffers_.nodes = device.upload(g.nodes, "nodes");
+  buffers_.leaves = device.upload(g.leaves, "leaves");
+  buffers_.primitives = device.upload(g.primitives, "primitives");
+  buffers_.grid = device.upload(g.grid, "grid");
+  buffers_.geometries = device.upload(g.records, "geometries");
+  buffers_.cameras = device.upload(data_.cameras, "cameras");
+  buffers_.shapes = device.upload(data_.shapes, "shapes");
+  buffers_.bsdfs = device.upload(numbered_bsdfs(data_), "bsdfs");
+  buffers_.media = device.upload(data_.media, "media");
+  buffers_.numbers = device.upload(numbers, "numbers");
+  buffers_.number_textures = device.upload(data_.number_textures, "textures of numbers");
+  buffers_.emitters = device.upload(data_.emitters, "emitters");
+  buffers_.emitter_tables = device.upload(data_.emitter_tables, "tables");
+  buffers_.textures = device.upload(data_.textures, "textures");
+  buffers_.texels = device.upload(data_.texels, "texels");
+  for (cl::Buffer* unused :
+       {&buffers_.derivatives, &buffers_.futures, &buffers_.visits, &buffers_.pulls, &buffers_.gradient})
+    *unused = device.upload(std::vector<float>{}, "unused");
+  buffers_.misplaced = device.upload(std::vector<cl_uint>{0}, "misplaced");
+}
+
+Queue PathBench::queue_of(const Bsdf& bsdf) const {
+  if (!bsdf.model) return Queue::null;
+  return queue_of_stage.at(bsdf.model->name + "_" + std::to_string(bsdf.variant));
+}
+
+std::size_t PathBench::number_of(Queue queue) const {
+  const auto found = std::find(queues_.begin(), queues_.end(), queue);
+  if (found == queues_.end()) throw std::logic_error("the scene has no such surface");
+  return static_cast<std::size_t>(found - queues_.begin());
 }
 
 std::uint64_t PathBench::misplaced() const {
   std::vector<cl_uint> count(1);
-  device_.download(misplaced_, count);
+  device_.download(buffers_.misplaced, count);
   return count[0];
 }
 
-void PathBench::set_scene(cl::Kernel& kernel, const cl::Buffer& jobs, const cl::Buffer& samples) const {
-  for (cl_uint k = 0; k < scene_.size(); ++k) kernel.setArg(k, k == 5 ? jobs : scene_[k]);
-  kernel.setArg(static_cast<cl_uint>(scene_.size()), samples);
-  kernel.setArg(static_cast<cl_uint>(scene_.size()) + 1, misplaced_);
+cl_uint PathBench::set_scene(cl::Kernel& kernel, const cl::Buffer& jobs, const cl::Buffer& samples) const {
+  LaunchBuffers buffers = buffers_;
+  buffers.jobs = jobs;
+  buffers.samples = samples;
+  return buffers.set_arguments(kernel);
 }
 
 std::vector<float> PathBench::pack(const std::vector<Path>& paths) const {
   const std::size_t s = stride(paths.size());
   // what idle lanes find in the dump must not matter: huge as float and as int
-  std::vector<float> storage((fields_ + 2 * queue_count) * s, std::bit_cast<float>(0x7f123456));
+  std::vector<float> storage((fields_.size + 2 * stages_.size()) * s, std::bit_cast<float>(0x7f123456));
   for (std::size_t i = 0; i < paths.size(); ++i)
-    each_field(paths[i], throughput_channels_, radiance_channels_, has("SPECTRAL"), has("MEDIUM_LIGHT_SAMPLING"),
-               [&](std::size_t field, const auto& member) {
+    each_field(fields_, paths[i], throughput_channels_, radiance_channels_, has("SPECTRAL"),
+               has("MEDIUM_LIGHT_SAMPLING"), [&](std::size_t field, const auto& member) {
                  if constexpr (std::is_same_v<std::decay_t<decltype(member)>, int>)
                    storage[field * s + i] = std::bit_cast<float>(member);
                  else
@@ -140,7 +168,7 @@ void PathBench::unpack(const std::vector<float>& storage, std::vector<Path>& pat
   const std::size_t s = stride(paths.size());
   for (std::size_t i = 0; i < paths.size(); ++i) {
     Path& p = paths[i];
-    each_field(p, throughput_channels_, radiance_channels_, has("SPECTRAL"), has("MEDIUM_LIGHT_SAMPLING"),
+    each_field(fields_, p, throughput_channels_, radiance_channels_, has("SPECTRAL"), has("MEDIUM_LIGHT_SAMPLING"),
                [&](std::size_t field, auto& member) {
                  if constexpr (std::is_same_v<std::decay_t<decltype(member)>, int>)
                    member = std::bit_cast<int>(storage[field * s + i]);
@@ -152,25 +180,22 @@ void PathBench::unpack(const std::vector<float>& storage, std::vector<Path>& pat
   }
 }
 
-namespace {
-
 // Which queue each slot waits in. Throws where a slot is in no queue or in two.
-void read_queues(const std::vector<float>& storage, const std::vector<int>& lengths, std::size_t fields,
-                 std::size_t stride, std::vector<Path>& paths) {
+void PathBench::read_queues(const std::vector<float>& storage, const std::vector<int>& lengths, std::size_t stride,
+                            std::vector<Path>& paths) const {
+  const std::size_t queue_count = stages_.size();
   std::vector<int> seen(paths.size(), 0);
   for (std::size_t q = 0; q < queue_count; ++q)
     for (std::size_t k = 0; k < static_cast<std::size_t>(lengths[queue_count + q]); ++k) {
-      const int slot = std::bit_cast<int>(storage[(fields + queue_count + q) * stride + k]);
+      const int slot = std::bit_cast<int>(storage[(fields_.size + queue_count + q) * stride + k]);
       if (slot < 0 || static_cast<std::size_t>(slot) >= paths.size())
         throw std::logic_error("a queue holds a slot that does not exist");
-      paths[static_cast<std::size_t>(slot)].queue = static_cast<Queue>(q);
+      paths[static_cast<std::size_t>(slot)].queue = queues_[q];
       ++seen[static_cast<std::size_t>(slot)];
     }
   if (std::any_of(seen.begin(), seen.end(), [](int times) { return times != 1; }))
     throw std::logic_error("a path waits in no queue or in two");
 }
-
-}  // namespace
 
 std::vector<Path> PathBench::generate(int pixels, int samples) {
   const std::size_t n = static_cast<std::size_t>(pixels) * static_cast<std::size_t>(samples);
@@ -184,15 +209,14 @@ std::vector<Path> PathBench::generate(int pixels, int samples) {
   // two chunks, so that their table is used
   const std::vector<ChunkRecord> chunks{{0, 0, count / 3, 0}, {0, count / 3, count - count / 3, count / 3}};
   const cl::Buffer chunk_buffer = device_.upload(chunks, "chunks");
-  std::vector<int> lengths(2 * queue_count);
+  std::vector<int> lengths(2 * stages_.size());
   const cl::Buffer lengths_buffer = device_.upload(lengths, "lengths");
   cl::Kernel fill(program_, "fill_free_queue"), kernel(program_, "generate");
   fill.setArg(0, pool);
   fill.setArg(1, count);
   fill.setArg(2, lengths_buffer);
   device_.launch(fill, n, 1);
-  set_scene(kernel, jobs, gathered);
-  cl_uint at = static_cast<cl_uint>(scene_.size()) + 2;
+  cl_uint at = set_scene(kernel, jobs, gathered);
   kernel.setArg(at++, chunk_buffer);
   kernel.setArg(at++, 2);
   kernel.setArg(at++, 0);
@@ -207,7 +231,7 @@ std::vector<Path> PathBench::generate(int pixels, int samples) {
   device_.download(pool, storage);
   device_.download(lengths_buffer, lengths);
   unpack(storage, paths);
-  read_queues(storage, lengths, fields_, stride(n), paths);
+  read_queues(storage, lengths, stride(n), paths);
   return paths;
 }
 
@@ -229,15 +253,13 @@ void PathBench::run(Queue stage, std::vector<Path>& all) {
   std::vector<float> samples(outputs * radiance_channels_, unwritten);
   const cl::Buffer gathered = device_.upload(samples, "samples");
   std::vector<float> storage = pack(paths);
-  const std::size_t n = paths.size(), s = stride(n), q = static_cast<std::size_t>(stage);
-  for (std::size_t k = 0; k < n; ++k) storage[(fields_ + q) * s + k] = std::bit_cast<float>(static_cast<int>(k));
-  std::vector<int> lengths(2 * queue_count);
+  const std::size_t n = paths.size(), s = stride(n), q = number_of(stage);
+  for (std::size_t k = 0; k < n; ++k) storage[(fields_.size + q) * s + k] = std::bit_cast<float>(static_cast<int>(k));
+  std::vector<int> lengths(2 * stages_.size());
   lengths[q] = static_cast<int>(n);
   const cl::Buffer pool = device_.upload(storage, "pool"), lengths_buffer = device_.upload(lengths, "lengths");
-  cl::Kernel kernel(program_, "stage");
-  set_scene(kernel, jobs, gathered);
-  cl_uint at = static_cast<cl_uint>(scene_.size()) + 2;
-  kernel.setArg(at++, static_cast<int>(stage));
+  cl::Kernel kernel(program_, stages_[q].c_str());
+  cl_uint at = set_scene(kernel, jobs, gathered);
   kernel.setArg(at++, pool);
   kernel.setArg(at++, static_cast<int>(n));
   kernel.setArg(at++, lengths_buffer);
@@ -248,7 +270,7 @@ void PathBench::run(Queue stage, std::vector<Path>& all) {
   device_.download(lengths_buffer, lengths);
   device_.download(gathered, samples);
   unpack(storage, paths);
-  read_queues(storage, lengths, fields_, s, paths);
+  read_queues(storage, lengths, s, paths);
   std::size_t next = 0;
   for (Path& path : all) {
     if (path.queue != stage) continue;
@@ -267,8 +289,8 @@ void PathBench::run(Queue stage, std::vector<Path>& all) {
 void PathBench::run_all(std::vector<Path>& paths) {
   for (bool going = true; going;) {
     going = false;
-    for (int q = 1; q < queue_count; ++q) {
-      const auto queue = static_cast<Queue>(q);
+    for (std::size_t q = 1; q < queues_.size(); ++q) {
+      const Queue queue = queues_[q];
       if (std::none_of(paths.begin(), paths.end(), [&](const Path& p) { return p.queue == queue; })) continue;
       run(queue, paths);
       going = true;

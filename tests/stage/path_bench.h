@@ -5,17 +5,15 @@
 #include <string>
 #include <vector>
 
-#include "kernels/shared/path_state.h"
-#include "runtime/wavefront/launch_data.h"
+#include "runtime/compile/launch_data.h"
+#include "runtime/wavefront/launch_buffers.h"
+#include "runtime/wavefront/path_fields.h"
 #include "runtime/wavefront/wavefront.h"
 
 namespace itn::test {
 
-// As in kernels/shared/path_state.h.
+// Those that scenes of the tests have; a program has some of them, in an order of its own.
 enum class Queue { free, ray, null, diffuse, dielectric, rough_beckmann, rough_ggx, medium, connect, escape };
-constexpr int queue_count = QUEUES;
-static_assert(static_cast<int>(Queue::free) == QUEUE_FREE && static_cast<int>(Queue::rough_ggx) == QUEUE_ROUGH_GGX &&
-              static_cast<int>(Queue::escape) == QUEUE_ESCAPE && static_cast<int>(Queue::escape) + 1 == queue_count);
 
 // One path between two stages: the members of path_state.h.
 struct Path {
@@ -54,6 +52,9 @@ class PathBench {
   // Stage after stage until all paths have ended.
   void run_all(std::vector<Path>& paths);
 
+  // Where paths wait at surfaces of the BSDF.
+  Queue queue_of(const Bsdf& bsdf) const;
+
   bool has(const char* feature) const { return definitions_.at(feature) != "0"; }
   const LaunchData& data() const { return data_; }
   const JobRecord& job() const { return job_; }
@@ -68,7 +69,10 @@ class PathBench {
   std::array<double, 4> random(const Path& path, unsigned stream, int event_offset = 0) const;
 
  private:
-  void set_scene(cl::Kernel& kernel, const cl::Buffer& jobs, const cl::Buffer& samples) const;
+  cl_uint set_scene(cl::Kernel& kernel, const cl::Buffer& jobs, const cl::Buffer& samples) const;
+  std::size_t number_of(Queue queue) const;  // in the program
+  void read_queues(const std::vector<float>& storage, const std::vector<int>& lengths, std::size_t stride,
+                   std::vector<Path>& paths) const;
   std::vector<float> pack(const std::vector<Path>& paths) const;
   void unpack(const std::vector<float>& fields, std::vector<Path>& paths) const;
   std::size_t stride(std::size_t paths) const { return paths + static_cast<std::size_t>(width_); }
@@ -78,10 +82,12 @@ class PathBench {
   JobRecord job_{};
   int width_;
   std::map<std::string, std::string> definitions_;
-  std::size_t throughput_channels_, radiance_channels_, fields_;
+  std::size_t throughput_channels_, radiance_channels_;
+  PathFields fields_;
+  std::vector<std::string> stages_;
+  std::vector<Queue> queues_;  // of these
   cl::Program program_;
-  cl::Buffer misplaced_;
-  std::vector<cl::Buffer> scene_;
+  LaunchBuffers buffers_;
 };
 
 }  // namespace itn::test

@@ -6,14 +6,15 @@
 
 namespace itn::test {
 
-inline Bsdf bsdf_of(BsdfKind kind, double eta = 1.5, double alpha = 0.2,
-                    Distribution distribution = Distribution::ggx) {
-  Bsdf bsdf;
-  bsdf.kind = kind;
-  bsdf.int_ior = eta;
-  bsdf.ext_ior = 1;
-  bsdf.alpha = alpha;
-  bsdf.distribution = distribution;
+// eta: of dielectrics, alpha: of rough ones
+inline Bsdf bsdf_of(const std::string& type, double eta = 1.5, double alpha = 0.2,
+                    const std::string& distribution = "ggx") {
+  Bsdf bsdf = make_bsdf(type, distribution);
+  if (type == "dielectric" || type == "roughdielectric") {
+    bsdf.set("int_ior", eta);
+    bsdf.set("ext_ior", 1);
+  }
+  if (type == "roughdielectric") bsdf.set("alpha", alpha);
   return bsdf;
 }
 
@@ -21,8 +22,9 @@ inline Medium medium_of(double sigma_t, double albedo, double g) {
   Medium medium;
   medium.sigma_t = {sigma_t, sigma_t, sigma_t};
   medium.albedo = {albedo, albedo, albedo};
-  medium.isotropic = g == 0;
-  medium.g = g;
+  if (g == 0) return medium;
+  medium.phase.become(*find_model(phase_models(), "hg"));
+  medium.phase.set("g", g);
   return medium;
 }
 

@@ -11,7 +11,7 @@ using namespace itn;
 using namespace itn::test;
 
 TEST_CASE("fused and staged schedules give the same bits for launches of any size") {
-  Scene scene = sphere_scene(bsdf_of(BsdfKind::roughdielectric, 1.4, 0.3), medium_of(2, 0.9, 0.5));
+  Scene scene = sphere_scene(bsdf_of("roughdielectric", 1.4, 0.3), medium_of(2, 0.9, 0.5));
   scene.sensors[0].to_world.m = {1, 0, 0, 0, 0, 0, 1, -4, 0, 1, 0, 0, 0, 0, 0, 1};
   scene.environment = wide_sun(40, {0.6, 0, 0.8}, 1);
   for (const int width : widths) {
@@ -31,7 +31,7 @@ TEST_CASE("fused and staged schedules give the same bits for launches of any siz
 }
 
 TEST_CASE("timing the stages counts every path and changes no bit") {
-  Scene scene = sphere_scene(bsdf_of(BsdfKind::roughdielectric, 1.4, 0.3), medium_of(2, 0.9, 0.5));
+  Scene scene = sphere_scene(bsdf_of("roughdielectric", 1.4, 0.3), medium_of(2, 0.9, 0.5));
   scene.sensors[0].to_world.m = {1, 0, 0, 0, 0, 0, 1, -4, 0, 1, 0, 0, 0, 0, 0, 1};
   RenderOptions options;
   options.spp = 64;
@@ -50,16 +50,16 @@ TEST_CASE("timing the stages counts every path and changes no bit") {
   CHECK((seconds > 0 && seconds < timed.render_s));
   CHECK(paths["generate"] == timed.paths);
   CHECK((paths["escape"] > 0 && paths["escape"] <= timed.paths));  // absorbed ones do not
-  CHECK((paths["medium"] > 0 && paths["rough ggx"] > 0));
+  CHECK((paths["medium"] > 0 && paths["rough_dielectric ggx"] > 0));
 }
 
 TEST_CASE("jobs that share a launch have the bits of each job alone") {
   // three scenes of the same features: materials, light, camera and seed differ
   std::vector<Scene> scenes;
   for (const double sigma_t : {2.0, 8.0, 0.5}) {
-    Scene scene = sphere_scene(bsdf_of(BsdfKind::roughdielectric, 1.3 + 0.02 * sigma_t, 0.3),
-                               medium_of(sigma_t, 0.9, 0.1 * sigma_t));
-    add_floor(scene, bsdf_of(BsdfKind::diffuse), 3, -1.25f);
+    Scene scene =
+        sphere_scene(bsdf_of("roughdielectric", 1.3 + 0.02 * sigma_t, 0.3), medium_of(sigma_t, 0.9, 0.1 * sigma_t));
+    add_floor(scene, bsdf_of("diffuse"), 3, -1.25f);
     scene.sensors[0].to_world.m = {1, 0, 0, 0, 0, 0, 1, -4 - 0.1 * sigma_t, 0, 1, 0, 0, 0, 0, 0, 1};
     scene.environment = wide_sun(40, {0.6, 0, 0.8}, 0.2 * sigma_t);
     scenes.push_back(scene);

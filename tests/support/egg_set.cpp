@@ -1,7 +1,7 @@
 #include "tests/support/egg_set.h"
 
 #include "runtime/dataset/dataset_light.h"
-#include "runtime/scene/mesh_file.h"
+#include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/shapes/polygonise.h"
 
 using namespace itn;

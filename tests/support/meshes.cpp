@@ -6,6 +6,8 @@
 #include <numbers>
 #include <random>
 
+#include "runtime/scene/transform.h"
+
 namespace itn::test {
 
 namespace {
@@ -155,6 +157,19 @@ Shape disk(Vec3 center, Vec3 edge_u, Vec3 edge_v) {
   shape.center = center;
   shape.edge_u = edge_u;
   shape.edge_v = edge_v;
+  shape.bsdf = 0;
+  return shape;
+}
+
+Shape cylinder(Vec3 p0, Vec3 p1, double radius) {
+  Shape shape;
+  shape.kind = Shape::Kind::cylinder;
+  shape.center = p0;
+  shape.radius = radius;
+  shape.axis = p1 - p0;
+  const Vec3 along = normalize(shape.axis), across = some_perpendicular(along);
+  shape.edge_u = radius * across;
+  shape.edge_v = radius * cross(along, across);
   shape.bsdf = 0;
   return shape;
 }

@@ -19,5 +19,6 @@ Mesh moved(Mesh mesh, float scale, std::array<float, 3> translation);
 Shape shape_of(Mesh mesh);
 Shape sphere(Vec3 center, double radius);
 Shape disk(Vec3 center, Vec3 edge_u, Vec3 edge_v);
+Shape cylinder(Vec3 p0, Vec3 p1, double radius);  // open at its ends
 
 }  // namespace itn::test

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "runtime/statistics.h"
+#include "runtime/base/statistics.h"
 
 namespace itn::test {
 

@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "network/network_file.h"
+#include "runtime/base/file.h"
 #include "runtime/dataset/manifest.h"
-#include "runtime/image/file.h"
-#include "runtime/scene/mesh_file.h"
+#include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/shapes/polygonise.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
@@ -134,7 +134,7 @@ TEST_CASE("stopped in its inversions, itn eval goes on to the same result") {
   REQUIRE(whole.exit_code == 0);
   Process first(small.eval("broken", more), {});
   const std::string state = small.folder / "broken/inversions_itn.json";
-  for (int i = 0; i < 60000 && !std::filesystem::exists(state); ++i) usleep(1000);
+  wait_until([&] { return std::filesystem::exists(state); });
   first.send(SIGINT);
   CHECK(first.wait().exit_code == 130);
   CHECK_FALSE(std::filesystem::exists(small.folder / "broken/report.html"));

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "network/network_file.h"
+#include "runtime/base/file.h"
 #include "runtime/image/exr.h"
-#include "runtime/image/file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
 
@@ -164,10 +164,11 @@ TEST_CASE("itn invert refuses starts that make no sense") {
   CHECK(error_of({"--start", "skin.albedo.G=1.5"}, 2).find("[0, 1]") != std::string::npos);
   CHECK(error_of({"--start", "skin.albedo.G=x"}, 2).find("need a number") != std::string::npos);
   CHECK(error_of({"--start", "skin.sigma_t=3"}, 2).find("--parameter") != std::string::npos);
-  for (const char* prior : {"skin.sigma_t=1,2", "skin.albedo.G", "nothing"})
-    CHECK(error_of({"--prior", prior}, 2).find("--prior " + std::string(prior)) != std::string::npos);
+  CHECK(error_of({"--prior", "skin.sigma_t=1,2"}, 2).find("--prior skin.sigma_t=1,2") != std::string::npos);
+  for (const char* prior : {"skin.albedo.G", "nothing"})
+    CHECK(error_of({"--prior", prior}, 2).find("--prior: got " + std::string(prior)) != std::string::npos);
   for (const char* numbers : {"", "0.5", "0.5,", "0.6,0.5", "0.5,1.5", "0.5,0.6,0.7", "a,b"})
-    CHECK(error_of({"--prior", "skin.albedo.G=" + std::string(numbers)}, 2).find("need LOW,HIGH") != std::string::npos);
+    CHECK(error_of({"--prior", "skin.albedo.G=" + std::string(numbers)}, 2).find("LOW,HIGH") != std::string::npos);
   CHECK(error_of({"--prior", "skin.albedo.G=0.5,0.6", "--method", "adam"}, 2).find("gauss-newton") !=
         std::string::npos);
   CHECK(error_of({"--parameter", "skin.nothing"}, 2).find("none of that name") != std::string::npos);

@@ -43,9 +43,8 @@ TEST_CASE("a colour with equal components that was not given as rgb is one param
 
 TEST_CASE("a smooth interface is not differentiable and the remedy is named") {
   itn::Scene scene;
-  scene.bsdfs.push_back({});
+  scene.bsdfs = {itn::make_bsdf("dielectric")};
   scene.bsdfs[0].id = "glass";
-  scene.bsdfs[0].kind = itn::BsdfKind::dielectric;
   CHECK_THAT(find(itn::list_parameters(scene), "glass.int_ior").not_differentiable, Catch::Contains("roughdielectric"));
 }
 
@@ -53,9 +52,8 @@ TEST_CASE("numbers whose score single precision loses are not differentiable, an
   itn::Scene scene;
   scene.media.resize(1);
   scene.media[0].id = "fog";
-  scene.bsdfs.resize(1);
+  scene.bsdfs = {itn::make_bsdf("roughdielectric")};
   scene.bsdfs[0].id = "frost";
-  scene.bsdfs[0].kind = itn::BsdfKind::roughdielectric;
   const auto reason = [&](const char* name) { return find(itn::list_parameters(scene), name).not_differentiable; };
   for (const char* name : {"fog.sigma_t", "fog.albedo", "fog.scale", "frost.alpha", "frost.int_ior", "frost.ext_ior"})
     CHECK(reason(name).empty());
@@ -67,16 +65,16 @@ TEST_CASE("numbers whose score single precision loses are not differentiable, an
   scene.media[0].sigma_t = {1e20, 1e20, 1e20};
   scene.media[0].scale = 1e20;
   for (const char* name : {"fog.sigma_t", "fog.scale"}) CHECK_THAT(reason(name), Catch::Contains("above 1e30"));
-  scene.media[0].isotropic = false;
-  scene.media[0].phase_id = "peak";
+  scene.media[0].phase.become(*itn::find_model(itn::phase_models(), "hg"));
+  scene.media[0].phase.id = "peak";
   CHECK(reason("peak.g").empty());
-  scene.media[0].g = -0.9999999;
+  scene.media[0].phase.set("g", -0.9999999);
   CHECK_THAT(reason("peak.g"), Catch::Contains("beyond 0.999999"));
-  scene.bsdfs[0].alpha = 1e-5;
+  scene.bsdfs[0].set("alpha", 1e-5);
   for (const char* name : {"frost.alpha", "frost.int_ior"}) CHECK_THAT(reason(name), Catch::Contains("below 0.0001"));
-  scene.bsdfs[0].int_ior = scene.bsdfs[0].ext_ior;
+  scene.bsdfs[0].set("int_ior", scene.bsdfs[0].number("ext_ior"));
   for (const char* name : {"frost.alpha", "frost.ext_ior"}) CHECK_THAT(reason(name), Catch::Contains("null"));
-  scene.bsdfs[0].int_ior = 5000 * scene.bsdfs[0].ext_ior;
+  scene.bsdfs[0].set("int_ior", 5000 * scene.bsdfs[0].number("ext_ior"));
   CHECK_THAT(reason("frost.int_ior"), Catch::Contains("beyond 1000"));
 }
 
@@ -95,7 +93,6 @@ TEST_CASE("a colour's plain name stands for its components") {
   scene.media.resize(1);
   scene.media[0].id = "skin";
   scene.media[0].albedo = {0.9, 0.8, 0.7};
-  scene.media[0].isotropic = true;
   const auto all = itn::list_parameters(scene);
   CHECK(itn::by_component(all, {"skin.sigma_t", "skin.albedo=0.5,0.9", "skin.albedo.G", "none"}) ==
         std::vector<std::string>{"skin.sigma_t", "skin.albedo.R=0.5,0.9", "skin.albedo.G=0.5,0.9",
@@ -106,8 +103,8 @@ TEST_CASE("a phase function that two media share is one parameter: of both") {
   itn::Scene scene;
   scene.media.resize(2);
   for (itn::Medium& medium : scene.media) {
-    medium.phase_id = "haze";
-    medium.isotropic = false;
+    medium.phase.become(*itn::find_model(itn::phase_models(), "hg"));
+    medium.phase.id = "haze";
   }
   scene.media[0].id = "fog";
   scene.media[1].id = "mist";
@@ -117,6 +114,6 @@ TEST_CASE("a phase function that two media share is one parameter: of both") {
   CHECK(haze.not_differentiable.empty());
   CHECK(haze.indices == std::vector<int>{0, 1});
   itn::set_parameter(scene, haze, 0.25);
-  CHECK(scene.media[0].g == 0.25);
-  CHECK(scene.media[1].g == 0.25);
+  CHECK(scene.media[0].phase.number("g") == 0.25);
+  CHECK(scene.media[1].phase.number("g") == 0.25);
 }

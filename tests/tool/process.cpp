@@ -5,10 +5,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
+#include <thread>
 
-#include "runtime/image/file.h"
+#include "runtime/base/file.h"
 
 namespace {
 
@@ -60,6 +63,38 @@ Process::~Process() {
 }
 
 void Process::send(int signal_number) const { kill(pid_, signal_number); }
+
+bool Process::handles(int signal_number) const {
+  // Until it has become another program, it has the handlers of this one.
+  std::error_code none;
+  const auto program = std::filesystem::read_symlink("/proc/" + std::to_string(pid_) + "/exe", none);
+  if (none || program == std::filesystem::read_symlink("/proc/self/exe")) return false;
+  std::ifstream file("/proc/" + std::to_string(pid_) + "/status");
+  for (std::string line; std::getline(file, line);)
+    if (line.rfind("SigCgt:", 0) == 0) return std::stoull(line.substr(7), nullptr, 16) >> (signal_number - 1) & 1;
+  return false;
+}
+
+double Process::cpu_seconds() const {
+  std::ifstream file("/proc/" + std::to_string(pid_) + "/stat");
+  std::string text;
+  std::getline(file, text, ')');  // the name, which may hold blanks
+  double user = 0, system = 0;
+  for (int field = 3; field <= 15 && file >> text; ++field) {
+    if (field == 14) user = std::stod(text);
+    if (field == 15) system = std::stod(text);
+  }
+  return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
+
+void wait_until(const std::function<bool()>& condition) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point end = Clock::now() + std::chrono::minutes(2);
+  while (!condition()) {
+    if (Clock::now() > end) throw std::runtime_error("what the test waits for has not come true in two minutes");
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+}
 
 Result Process::wait() {
   int status = 0;

@@ -2,6 +2,7 @@
 #pragma once
 #include <sys/types.h>
 
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -25,6 +26,8 @@ class Process {
   Process& operator=(const Process&) = delete;
 
   void send(int signal_number) const;
+  bool handles(int signal_number) const;  // has it installed a handler yet?
+  double cpu_seconds() const;             // of all its threads so far
   Result wait();
 
  private:
@@ -32,5 +35,8 @@ class Process {
   bool own_output_;
   std::string output_, error_;  // files
 };
+
+// Throws where the condition does not come true within two minutes.
+void wait_until(const std::function<bool()>& condition);
 
 Result run_itn(const std::vector<std::string>& arguments, const Process::Options& options = {});

@@ -4,10 +4,10 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "runtime/image/file.h"
-#include "runtime/image/png.h"
-#include "runtime/scene/mesh_file.h"
-#include "runtime/scene/mesh_repair.h"
+#include "runtime/base/file.h"
+#include "runtime/image/bitmap.h"
+#include "runtime/scene/mesh/mesh_file.h"
+#include "runtime/scene/mesh/mesh_topology.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
 

@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "runtime/base/file.h"
 #include "runtime/image/exr.h"
-#include "runtime/image/file.h"
-#include "runtime/scene/mesh_file.h"
+#include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/shapes/polygonise.h"
 #include "tests/support/made_up_dataset.h"
 #include "tests/support/temporary_folder.h"
@@ -39,11 +39,6 @@ std::size_t epochs_in(const std::string& run) {
   if (!std::filesystem::exists(run + "/curve.jsonl")) return 0;
   const std::string lines = itn::read_file(run + "/curve.jsonl");
   return static_cast<std::size_t>(std::count(lines.begin(), lines.end(), '\n'));
-}
-
-// Until the run has stored so many epochs; at most 30 s.
-void wait_for_epochs(const std::string& run, std::size_t epochs) {
-  for (int i = 0; i < 30000 && epochs_in(run) < epochs; ++i) usleep(1000);
 }
 
 void fails(const Strings& arguments, int code, const std::string& word) {
@@ -111,8 +106,9 @@ TEST_CASE("itn train killed at 20 moments goes on to the same bytes, with any nu
 
   for (unsigned kill = 0; kill < 20; ++kill) {
     Process process(train(set.folder, killed, more), one_thread);
-    wait_for_epochs(killed, 2 * kill);
-    usleep(700 * kill);  // anywhere in a step or between the writes of a checkpoint
+    wait_until([&] { return epochs_in(killed) >= 2 * kill; });
+    usleep(700 *
+           kill);  // not to wait for anything: kills fall anywhere in a step or between the writes of a checkpoint
     process.send(SIGKILL);
     CHECK(process.wait().exit_code == -SIGKILL);
   }
@@ -136,8 +132,9 @@ TEST_CASE("Ctrl-C ends itn train with a checkpoint and exit code 130; it goes on
   const std::string whole = folder / "whole", stopped = folder / "stopped";
   const Strings more{"--epochs", "300", "--checkpoint-every", "100000"};
   Process process(train(set.folder, stopped, more), one_thread);
-  for (int i = 0; i < 30000 && !std::filesystem::exists(stopped + "/run.json"); ++i) usleep(1000);
-  usleep(50000);
+  wait_until([&] { return std::filesystem::exists(stopped + "/run.json"); });
+  const double begun = process.cpu_seconds();
+  wait_until([&] { return process.cpu_seconds() > begun + 0.05; });  // it trains
   process.send(SIGINT);
   const Result result = process.wait();
   CHECK(result.exit_code == 130);
@@ -166,7 +163,7 @@ TEST_CASE("itn train goes on only with the same question, and a folder has one w
 
   const std::string busy = folder / "busy";
   Process process(train(set.folder, busy, {"--epochs", "100000"}), one_thread);
-  for (int i = 0; i < 30000 && !std::filesystem::exists(busy + "/run.json"); ++i) usleep(1000);
+  wait_until([&] { return std::filesystem::exists(busy + "/run.json"); });
   fails(train(set.folder, busy, {"--epochs", "100000"}), 1, "another process is writing into it");
   process.send(SIGKILL);
   process.wait();
@@ -333,7 +330,7 @@ TEST_CASE("networks trained with the renderer: the image loss falls, and a kille
     Strings saving = arguments("itn", "broken", image_alone);
     saving.insert(saving.end(), {"--checkpoint-every", "0"});
     Process process(saving, one_thread);
-    wait_for_epochs(folder / "broken", epochs);
+    wait_until([&] { return epochs_in(folder / "broken") >= epochs; });
     process.send(SIGKILL);
     process.wait();
   }

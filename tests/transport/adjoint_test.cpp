@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 #include "runtime/gradient_renderer.h"
 #include "runtime/inversion/image_loss.h"
 #include "runtime/scene/parameters.h"
@@ -77,10 +77,10 @@ void check_same(const Scene& scene, const RenderOptions& options, int spp, doubl
 }  // namespace
 
 TEST_CASE("replayed paths give the gradient of derivative images from the same samples", "[derivative]") {
-  // Matched, rough and smooth boundaries, a textured floor, colours by sigma_t and by albedo, a sun through boundaries,
+  // Matched, rough and smooth boundaries, textured floors, colours by sigma_t and by albedo, a sun through boundaries,
   // media inside each other.
   for (const char* name : {"null_constant", "rough_ggx", "sunsky_rough_floor", "sunsky_null_floor", "rgb_sigma_t",
-                           "camera_inside", "nested"}) {
+                           "camera_inside", "nested", "checkerboard"}) {
     INFO(name);
     const Scene scene = scene_of(name);
     check_same(scene, by_all(scene), 8);
@@ -97,15 +97,15 @@ TEST_CASE("replayed paths give the gradient of derivative images from the same s
 TEST_CASE("by a g that media share the derivative is the sum of those by each medium's own", "[derivative]") {
   Scene own = scene_of("nested");
   for (Medium& medium : own.media) {
-    medium.isotropic = false;
-    medium.g = 0.4;
+    medium.phase.become(*find_model(phase_models(), "hg"));
+    medium.phase.set("g", 0.4);
   }
   Scene shared = own;
-  for (Medium& medium : shared.media) medium.phase_id = "haze";
+  for (Medium& medium : shared.media) medium.phase.id = "haze";
   const Baselines baselines = GENERATE(Baselines::off, Baselines::on);
   RenderOptions by_each, by_shared;
   by_each.baselines = by_shared.baselines = baselines;
-  for (const Medium& medium : own.media) by_each.derivatives.push_back(medium.phase_id + ".g");
+  for (const Medium& medium : own.media) by_each.derivatives.push_back(medium.phase.id + ".g");
   by_shared.derivatives = {"haze.g", shared.media[0].id + ".sigma_t"};
   check_same(shared, by_shared, 8);
   const Rendering each = Renderer(device(), own, by_each).render(0, 8);

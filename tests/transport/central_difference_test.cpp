@@ -29,9 +29,9 @@ struct Case {
 std::function<void(Scene&)> painted(const Rgb& colour) {
   return [colour](Scene& scene) {
     const auto floor = std::find_if(scene.bsdfs.begin(), scene.bsdfs.end(),
-                                    [](const Bsdf& bsdf) { return bsdf.reflectance.bitmap != nullptr; });
-    floor->reflectance = {};
-    floor->reflectance.value = colour;
+                                    [](const Bsdf& bsdf) { return bsdf.model && bsdf.values[0].bitmap; });
+    floor->value("reflectance") = {};
+    floor->value("reflectance").value = colour;
   };
 }
 
@@ -51,6 +51,7 @@ std::vector<Case> cases() {
       {"sunsky_rough_floor, operator single", false, Operator::single},
       {"nested", false},
       {"camera_inside", true},
+      {"checkerboard", true},
       {"opaque_neighbours", false},
       {"orthographic", false},
       {"max_depth", false},
@@ -66,22 +67,16 @@ std::vector<Case> cases() {
 // grows.
 double step(const Scene& scene, const Parameter& p) {
   const double x = p.value;
-  switch (p.kind) {
-    case ParameterKind::albedo:
-    case ParameterKind::reflectance:
-      return std::min(0.01 * x, 0.2 * (1 - x));
-    case ParameterKind::turbidity:  // inner and outer points between the same whole numbers, where the sky has kinks
-      return 0.4 * std::abs(x - std::round(x));
-    case ParameterKind::g:
-      return 0.15 * (1 - std::abs(x));
-    case ParameterKind::int_ior:
-    case ParameterKind::ext_ior: {
-      const Bsdf& bsdf = scene.bsdfs[static_cast<std::size_t>(p.indices.front())];
-      return 0.1 * std::abs(bsdf.int_ior - bsdf.ext_ior);
-    }
-    default:
-      return 0.15 * x;
+  if (p.is(Owner::medium, "albedo") || p.is(Owner::bsdf, "reflectance") || p.owner == Owner::texture)
+    return std::min(0.01 * x, 0.2 * (1 - x));
+  // inner and outer points between the same whole numbers, where the sky has kinks
+  if (p.is(Owner::light, "turbidity")) return 0.4 * std::abs(x - std::round(x));
+  if (p.is(Owner::phase, "g")) return 0.15 * (1 - std::abs(x));
+  if (p.member == "int_ior" || p.member == "ext_ior") {
+    const Bsdf& bsdf = scene.bsdfs[static_cast<std::size_t>(p.indices.front())];
+    return 0.1 * std::abs(bsdf.number("int_ior") - bsdf.number("ext_ior"));
   }
+  return 0.15 * x;
 }
 
 struct Comparison {

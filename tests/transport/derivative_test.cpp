@@ -95,7 +95,7 @@ std::vector<DerivativeRow> single_rows() {
 
 struct Precision {
   double relative_stderr;
-  double most_samples;  // of a row; where they do not suffice noise forbids
+  double most_samples;  // of a row; where they do not suffice the row counts as not tested
 };
 
 // Rows of one scene file that differentiate by the same parameters share one program.
@@ -119,7 +119,9 @@ class Comparison {
     for (std::size_t i = 0; i < rows.size(); ++i) compare(rows[i], sampled, static_cast<int>(i));
   }
 
-  void finish() const {
+  // least_share: of the derivatives so many at least must be known to the precision asked for. The others only rule out
+  // errors of several of their standard errors, however large these are.
+  void finish(double least_share) const {
     std::size_t count = 0;
     for (const auto& [parameter, z] : z_) count += z.size();
     for (const auto& [parameter, z] : z_) {
@@ -136,8 +138,10 @@ class Comparison {
       CHECK(largest < largest_z_bound(count, 0.0027));
       CHECK(p > 1e-4);
     }
-    std::printf("noise forbids %.1f %% in %d of %zu derivatives (largest sampled error %.3g %%)\n",
-                100 * precision_.relative_stderr, noisy_, count, 100 * worst_);
+    std::printf(
+        "to %.1f %% tested: %d of %zu derivatives (largest standard error %.3g %%); %d vanish; noise forbids %d\n",
+        100 * precision_.relative_stderr, tested_, count, 100 * worst_, vanishing_, noisy_);
+    CHECK(tested_ >= least_share * static_cast<double>(count));
   }
 
  private:
@@ -172,16 +176,20 @@ class Comparison {
         continue;
       }
       const double relative = estimate.stderr_ / std::abs(e.value);  // infinite where 0 is expected
-      const bool noisy = e.value != 0 && relative > 1.5 * precision_.relative_stderr;
+      const bool vanishes = e.value == 0, noisy = !vanishes && relative > 1.5 * precision_.relative_stderr;
+      vanishing_ += vanishes;
       noisy_ += noisy;
-      if (!noisy && e.value != 0) worst_ = std::max(worst_, relative);
+      if (!noisy && !vanishes) {
+        ++tested_;
+        worst_ = std::max(worst_, relative);
+      }
       // Where nothing is absorbed baselines leave no noise, only the rounding of scores of order 1.
       constexpr double rounding = 1e-6;
       estimate.stderr_ = std::hypot(estimate.stderr_, e.uncertainty, rounding);
       const double z = z_score(estimate, e.value);
       z_[e.parameter].push_back(z);
       std::printf("| %s | %s | %.6f | %.6f | %.2f %%%s | %.2f |\n", row.row.what.c_str(), e.parameter.c_str(),
-                  estimate.value, e.value, 100 * relative, noisy ? " (noise)" : "", z);
+                  estimate.value, e.value, 100 * relative, noisy ? " (not tested: noise)" : "", z);
     }
     std::fflush(stdout);
   }
@@ -189,12 +197,12 @@ class Comparison {
   Precision precision_;
   std::uint64_t seed_ = 100;
   std::map<std::string, std::vector<double>> z_;
-  int noisy_ = 0;
+  int tested_ = 0, noisy_ = 0, vanishing_ = 0;
   double worst_ = 0;
 };
 
 // Rows that one program can render: same scene file, operator and parameters.
-void compare(const char* title, const std::vector<DerivativeRow>& rows, Precision precision) {
+void compare(const char* title, const std::vector<DerivativeRow>& rows, Precision precision, double least_share) {
   std::map<std::string, std::vector<DerivativeRow>> groups;
   for (const DerivativeRow& r : rows) {
     if (r.expected.empty()) continue;
@@ -204,7 +212,7 @@ void compare(const char* title, const std::vector<DerivativeRow>& rows, Precisio
   }
   Comparison comparison(title, precision);
   for (const auto& [key, group] : groups) comparison.add(group);
-  comparison.finish();
+  comparison.finish(least_share);
 }
 
 constexpr Precision in_suite{0.03, 2e5}, all_rows{0.005, 2e6};
@@ -212,30 +220,30 @@ constexpr Precision in_suite{0.03, 2e5}, all_rows{0.005, 2e6};
 }  // namespace
 
 TEST_CASE("derivatives of a sphere in uniform light match the deterministic solution", "[transport][stat]") {
-  compare("derivatives of spheres", sphere_rows({"0.5"}), in_suite);
+  compare("derivatives of spheres", sphere_rows({"0.5"}), in_suite, 0.5);
 }
 TEST_CASE("derivatives of slabs match the deterministic solution", "[transport][stat]") {
-  compare("derivatives of slabs", slab_rows("slab", {"60"}), in_suite);
+  compare("derivatives of slabs", slab_rows("slab", {"60"}), in_suite, 0.75);
 }
 TEST_CASE("derivatives of rough slabs match the deterministic solution", "[transport][stat]") {
-  compare("derivatives of rough slabs", slab_rows("rough_slab", {"0", "60"}), in_suite);
+  compare("derivatives of rough slabs", slab_rows("rough_slab", {"0", "60"}), in_suite, 0.65);
 }
 TEST_CASE("derivatives of light scattered exactly once match the closed form", "[transport][stat]") {
-  compare("derivatives of single scattering", single_rows(), in_suite);
+  compare("derivatives of single scattering", single_rows(), in_suite, 0.5);
 }
 
 TEST_CASE("derivatives of spheres in every row", "[.derivatives]") {
-  compare("derivatives of spheres", sphere_rows({"0.0", "0.25", "0.5", "0.75", "0.9"}), all_rows);
+  compare("derivatives of spheres", sphere_rows({"0.0", "0.25", "0.5", "0.75", "0.9"}), all_rows, 0.3);
 }
 TEST_CASE("derivatives of slabs in every row", "[.derivatives]") {
-  compare("derivatives of slabs", slab_rows("slab", {"0", "30", "60", "75"}), all_rows);
+  compare("derivatives of slabs", slab_rows("slab", {"0", "30", "60", "75"}), all_rows, 0.3);
 }
 TEST_CASE("derivatives of rough slabs in every row", "[.derivatives]") {
-  compare("derivatives of rough slabs", slab_rows("rough_slab", {"0", "30", "60", "75"}), all_rows);
+  compare("derivatives of rough slabs", slab_rows("rough_slab", {"0", "30", "60", "75"}), all_rows, 0.3);
 }
 TEST_CASE("derivatives of half-spaces and single scattering in every row", "[.derivatives]") {
-  compare("derivatives of half-spaces", halfspace_rows(), all_rows);
-  compare("derivatives of single scattering", single_rows(), all_rows);
+  compare("derivatives of half-spaces", halfspace_rows(), all_rows, 0.3);
+  compare("derivatives of single scattering", single_rows(), all_rows, 0.3);
 }
 
 TEST_CASE("where nothing absorbs, no pixel of a white furnace depends on sigma_t or g", "[transport][stat]") {
@@ -249,8 +257,7 @@ TEST_CASE("where nothing absorbs, no pixel of a white furnace depends on sigma_t
         options.spp = 256;
         options.seed = 4 + z.size();
         for (const Parameter& p : list_parameters(scene))
-          if (p.kind == ParameterKind::sigma_t || p.kind == ParameterKind::g || p.kind == ParameterKind::albedo)
-            options.derivatives.push_back(p.name);
+          if (p.member == "sigma_t" || p.member == "g" || p.member == "albedo") options.derivatives.push_back(p.name);
         const Rendering image = render(device(), scene, options);
         for (std::size_t i = 0; i < options.derivatives.size(); ++i) {
           const Image& derivative = image.derivatives[i];

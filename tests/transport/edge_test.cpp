@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "../support/z_test.h"
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 #include "runtime/scene/parameters.h"
 #include "transport.h"
 
@@ -21,9 +21,9 @@ Scene small_scene(const std::string& name) {
   Sensor& sensor = scene.sensors[0];
   sensor.width = sensor.height = sensor.crop_width = sensor.crop_height = 12;
   for (Bsdf& bsdf : scene.bsdfs)
-    if (bsdf.reflectance.bitmap) {
-      bsdf.reflectance = {};
-      bsdf.reflectance.value = {0.7, 0.3, 0.2};
+    if (bsdf.model && bsdf.values[0].bitmap) {
+      bsdf.value("reflectance") = {};
+      bsdf.value("reflectance").value = {0.7, 0.3, 0.2};
     }
   return scene;
 }
@@ -40,9 +40,8 @@ std::vector<double> edges(const Parameter& p) {
     for (const double large : {1e4, 1e9}) values.push_back(large);
   else
     values.push_back(p.high);
-  if (p.kind == ParameterKind::sigma_t || p.kind == ParameterKind::scale) values.insert(values.end(), {1e25, 1e300});
-  if (p.kind == ParameterKind::int_ior || p.kind == ParameterKind::ext_ior)
-    values.insert(values.end(), {1, 1.00005, 1.33, 1.33 + 1e-8});
+  if (p.member == "sigma_t" || p.member == "scale") values.insert(values.end(), {1e25, 1e300});
+  if (p.member == "int_ior" || p.member == "ext_ior") values.insert(values.end(), {1, 1.00005, 1.33, 1.33 + 1e-8});
   values.erase(std::remove_if(values.begin(), values.end(), [&](double v) { return !p.contains(v); }), values.end());
   return values;
 }

@@ -4,6 +4,7 @@
     export DRJIT_LIBLLVM_PATH=/usr/lib/x86_64-linux-gnu/libLLVM-19.so
     .peers/bin/python tests/transport/make_references.py [SCENE.xml ...]
 
+Where that LLVM is missing: MITSUBA_VARIANT=scalar_rgb, slower (cylinder_instances was made so).
 Each scene is rendered in independent passes, each with a seed of its own. The file holds the mean over the passes in
 channels R G B, and its standard error, from the spread of the passes, in stderr.R stderr.G stderr.B.
 The integrator is the scene's own volpath. For RGB sigma_t volpath takes one channel's density, which has no useful
@@ -22,7 +23,7 @@ FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 's
 PASSES = 64
 SPP = 1024  # a pass
 SPP_OF = {'rgb_sigma_t': 2048, 'null_constant': 512, 'dielectric_constant': 512,
-          'max_depth': 512, 'rough_shading_normals': 512}
+          'max_depth': 512, 'rough_shading_normals': 512, 'cylinder_instances': 96, 'checkerboard': 256}
 SPECTRAL_MIS = {'rgb_sigma_t'}
 CHANNEL_BY_CHANNEL = {'rgb_sigma_t_null'}
 
@@ -73,7 +74,7 @@ def render(path):
 
 
 def main():
-    mi.set_variant('llvm_ad_rgb')
+    mi.set_variant(os.environ.get('MITSUBA_VARIANT', 'llvm_ad_rgb'))
     for path in sys.argv[1:] or sorted(glob.glob(os.path.join(FOLDER, '*.xml'))):
         render(path)
 

@@ -25,6 +25,8 @@ struct MitsubaScene {
 // Samples enough for a pixel's mean to be near normal; more where few paths carry most of the light.
 const MitsubaScene scenes[] = {
     {"camera_inside", 1024},
+    {"checkerboard", 1024},
+    {"cylinder_instances", 1024},
     {"dielectric_constant", 1024},
     {"glass", 1024},
     {"hide_emitters", 1024},
@@ -39,6 +41,7 @@ const MitsubaScene scenes[] = {
     {"rgb_sigma_t", 1024},
     {"rgb_sigma_t_null", 2048},
     {"rough_beckmann", 1024},
+    {"rough_conductor", 1024},
     {"rough_ggx", 1024},
     {"rough_shading_normals", 1024},
     {"sunsky_null_floor", 2048},

@@ -44,7 +44,7 @@ class SampledScenes {
       const Sensor& sensor = scenes[i].sensors[0];
       pixels_.push_back(sensor.crop_width * sensor.crop_height);
     }
-    wavefront_.emplace(device(), data, jobs, derivative_data(scenes[0], derivatives, jobs[0].emitter, data), op, 0,
+    wavefront_.emplace(device(), data, jobs, derivative_data(scenes[0], derivatives, jobs[0], data), op, 0,
                        Schedule::automatic);
   }
 

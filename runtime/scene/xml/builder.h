@@ -3,8 +3,10 @@
 #pragma once
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "runtime/scene/load.h"
 #include "runtime/scene/scene.h"
 #include "runtime/scene/xml/document.h"
 #include "runtime/scene/xml/properties.h"
@@ -13,26 +15,60 @@ namespace itn {
 
 class Builder {
  public:
-  explicit Builder(const Document& file) : document(file) {}
+  Builder(const Document& file, Report& findings) : document(file), report(findings) {}
 
   const Document& document;
+  Report& report;
   Scene scene;
+  std::optional<FilmSize> film_size;                                    // instead of the scene's
+  bool open = false;                                                    // LoadOptions
   std::map<const Element*, int> bsdf_of, medium_of;                     // indices of what is built already
+  std::map<const Element*, std::vector<Shape>> shapes_of_group;         // of each <shape type="shapegroup">
+  std::size_t copied_triangles = 0;                                     // of instances
   std::map<std::string, std::shared_ptr<const Bitmap>> bitmap_of_file;  // key: path, and "raw" or "srgb"
 
-  Properties properties(const Element& element) const { return Properties(document, element); }
-  void warn(const Location& where, const std::string& what);
+  Properties properties(const Element& element) { return Properties(document, element, report); }
+  void warn(const Location& where, const std::string& what) { report.warn(where, what); }
 };
 
+// Every build_ reports what is wrong with its element and with what the element contains, and returns a stand-in then,
+// so that the rest of the scene is looked at, too.
 int build_bsdf(Builder& builder, const Element& element);    // index into scene.bsdfs
 int build_medium(Builder& builder, const Element& element);  // index into scene.media
 void build_emitter(Builder& builder, const Element& element);
 void build_shape(Builder& builder, const Element& element);
+Shape make_shape(Builder& builder, const Element& element);  // no group, no instance; not yet in the scene
+const std::vector<Shape>& shapes_of_group(Builder& builder, const Element& element);
+void build_instance(Builder& builder, const Element& element);
+// Refuses a shape whose to_world leads beyond single precision.
+void check_single_precision(const Properties& properties, const Shape& shape);
 void build_sensor(Builder& builder, const Element& element);
 void build_integrator(Builder& builder, const Element& element);
-Texture build_bitmap(Builder& builder, const Element& element);              // <texture>
+Texture build_texture(Builder& builder, const Element& element);  // <texture>
+void check_texture(Builder& builder, const Element& element);     // any <texture> or <volume>, also a spectrum
 void build_phase(Builder& builder, const Element& element, Medium& medium);  // <phase>, into the medium
-// The parameter `name`: a colour in [0, 1], or a bitmap.
+void build_film(Builder& builder, const Element& element, Sensor& sensor);
+void build_filter(Builder& builder, const Element& element, Sensor& sensor);
+void build_sampler(Builder& builder, const Element& element, Sensor& sensor);
+
+// What the above call: each turns one element into one entry, or throws InputError.
+int read_bsdf(Builder& builder, const Element& element);
+int read_medium(Builder& builder, const Element& element);
+void read_emitter(Builder& builder, const Element& element);
+void read_shape(Builder& builder, const Element& element);
+void read_sensor(Builder& builder, const Element& element);
+void read_integrator(Builder& builder, const Element& element);
+Texture read_texture(Builder& builder, const Element& element);
+void read_phase(Builder& builder, const Element& element, Medium& medium);
+void read_film(Builder& builder, const Element& element, Sensor& sensor);
+void read_filter(Builder& builder, const Element& element, Sensor& sensor);
+void read_sampler(Builder& builder, const Element& element, Sensor& sensor);
+
+// What the model of the instance declares, each parameter as its kind says.
+void read_parameters(Builder& builder, Properties& properties, Instance& instance);
+// The types of the models, for messages.
+std::vector<std::string> types_of(const std::vector<Model>& models);
+// The parameter `name`: a colour in [0, 1], or a texture.
 Texture build_texture(Builder& builder, Properties& owner, const std::string& name, double fallback);
 
 // The image that the parameter `name` names; files are read once. `raw`: 8-bit values are linear, not sRGB.

@@ -9,6 +9,8 @@
 #include <sstream>
 
 #include "runtime/scene/xml/message.h"
+#include "runtime/scene/xml/references.h"
+#include "runtime/scene/xml/upgrade.h"
 
 namespace itn {
 namespace {
@@ -25,7 +27,7 @@ const std::map<std::string, std::vector<std::string>> attributes_of = {
     {"boolean", {"name", "value"}},
     {"string", {"name", "value"}},
     {"rgb", {"name", "value"}},
-    {"spectrum", {"name", "value"}},
+    {"spectrum", {"name", "value", "filename"}},
     {"vector", {"name", "value", "x", "y", "z"}},
     {"point", {"name", "value", "x", "y", "z"}},
     {"ref", {"id", "name"}},
@@ -36,7 +38,7 @@ const std::map<std::string, std::vector<std::string>> attributes_of = {
     {"lookat", {"origin", "target", "up"}},
     {"matrix", {"value"}},
     {"default", {"name", "value"}},
-    {"include", {"filename"}},
+    {"include", {"filename", "name"}},
     {"alias", {"id", "as"}},
     {"path", {"value"}},
 };
@@ -44,8 +46,11 @@ const std::map<std::string, std::vector<std::string>> attributes_of = {
 // Elements nest at most this deep: deeper files are hostile, and the readers recurse.
 constexpr int max_nesting = 64;
 
+// Files may include each other this deep, as in Mitsuba; and this many, since each could include the next one twice.
+constexpr std::size_t deepest_include = 15, most_includes = 1000, most_paths = 1000, most_elements = 1'000'000;
+
 // Definitions that use each other could otherwise grow without bound.
-constexpr std::size_t longest_value = 1'000'000;
+constexpr std::size_t longest_value = 1'000'000, longest_default = 1000;
 
 // Turns a byte offset into line and column.
 class LineTable {
@@ -65,44 +70,53 @@ class LineTable {
   std::vector<std::size_t> starts_{0};
 };
 
+std::string read_text(const std::string& file) {
+  std::error_code status;
+  if (!fs::exists(file, status)) throw InputError("no such file " + quote(file) + "; check the path");
+  if (fs::is_directory(file, status)) throw InputError(quote(file) + " is a folder; need a scene file");
+  std::ifstream stream(file, std::ios::binary);
+  std::stringstream buffer;
+  buffer << stream.rdbuf();
+  if (!stream) throw InputError("cannot read " + quote(file) + "; check its permissions");
+  return buffer.str();
+}
+
+std::string list_folders(const std::vector<std::string>& folders) {
+  std::string out;
+  for (const std::string& folder : folders) out += (out.empty() ? "" : ", ") + folder;
+  return out;
+}
+
+[[noreturn]] void give_up(const Location& where, std::size_t most, const std::string& what) {
+  throw TooMuch(where,
+                to_string(where) + ": more than " + std::to_string(most) + " " + what + "; check what includes what");
+}
+
 class Reader {
  public:
-  explicit Reader(const std::map<std::string, std::string>& definitions) : definitions_(definitions) {
-    for (const auto& [name, value] : definitions) unused_.insert(name);
+  Reader(const std::string& scene_file, const std::map<std::string, std::string>& definitions, Report& report)
+      : resolver(scene_file), definitions_(definitions), report_(report) {
+    for (const auto& [name, value] : definitions) {
+      unused_.insert(name);
+      longest_name_ = std::max(longest_name_, name.size());
+    }
   }
 
-  std::unique_ptr<Element> read_file(const std::string& file, const Location* included_from) {
-    const auto complain = [&](const std::string& what) {
-      if (included_from) fail(*included_from, what);
-      throw InputError(file + ": " + what);
-    };
-    std::error_code status;
-    const std::string canonical = fs::weakly_canonical(file, status).string();
-    if (std::find(open_files_.begin(), open_files_.end(), canonical) != open_files_.end())
-      complain("include: " + quote(file) + " includes itself; break the circle");
-    if (!fs::exists(file, status)) complain("no such file " + quote(file) + "; check the path");
-    if (fs::is_directory(file, status)) complain(quote(file) + " is a folder; need a scene file");
-    std::ifstream stream(file, std::ios::binary);
-    std::stringstream buffer;
-    buffer << stream.rdbuf();
-    if (!stream) complain("cannot read " + quote(file) + "; check its permissions");
-    const std::string text = buffer.str();
-
-    const LineTable lines(file, text);
-    pugi::xml_document document;
-    const pugi::xml_parse_result result = document.load_buffer(text.data(), text.size());
-    if (!result)
-      fail(lines.locate(result.offset), std::string("malformed XML: ") + result.description() + "; mend the file here");
-    open_files_.push_back(canonical);
-    const pugi::xml_node top = document.document_element();
-    std::unique_ptr<Element> element = convert(top, lines, 0);
-    open_files_.pop_back();
-    if (element->tag != "scene")
-      fail(element->where, "outermost element is <" + element->tag + ">; need <scene version=\"3.0.0\">");
-    return element;
+  std::unique_ptr<Element> read_scene(const std::string& file) {
+    std::string text;
+    try {
+      text = read_text(file);
+    } catch (const InputError& error) {
+      throw InputError(file + ": " + error.what());
+    }
+    std::unique_ptr<Element> root = read_file(file, text);
+    if (root->tag != "scene")
+      fail(root->where, "outermost element is <" + root->tag + ">; need <scene version=\"3.0.0\">");
+    return root;
   }
 
-  std::vector<std::string> folders;  // of <path>
+  FileResolver resolver;
+  std::vector<std::string> included_folders;  // of included files, and of their <path>: Mitsuba forgets these
 
   void check_definitions_used() const {
     if (unused_.empty()) return;
@@ -112,33 +126,95 @@ class Reader {
   }
 
  private:
+  std::unique_ptr<Element> read_file(const std::string& file, const std::string& text) {
+    const LineTable lines(file, text);
+    pugi::xml_document document;
+    const pugi::xml_parse_result result = document.load_buffer(text.data(), text.size());
+    if (!result)
+      fail(lines.locate(result.offset), std::string("malformed XML: ") + result.description() + "; mend the file here");
+    std::error_code status;
+    open_files_.push_back(fs::weakly_canonical(file, status).string());
+    const pugi::xml_node top = document.document_element();
+    const Location where = lines.locate(top.offset_debug() - 1);
+    if (top.attribute("version").empty())
+      fail(where, std::string("<") + top.name() + "> has no version; need version=\"3.0.0\"");
+    versions_.push_back(parse_version(top.attribute("version").value(), where));
+    std::unique_ptr<Element> element = convert(top, lines, 0);
+    versions_.pop_back();
+    open_files_.pop_back();
+    return element;
+  }
+
+  // The value that a name stands for; null when nothing defines it.
+  const std::string* value_of(const std::string& name) const {
+    if (const auto given = definitions_.find(name); given != definitions_.end()) return &given->second;
+    const auto preset = defaults_.find(name);
+    return preset == defaults_.end() ? nullptr : &preset->second;
+  }
+
+  // Behind a '$': the longest defined name that the text goes on with, as in Mitsuba; else all that may be a name.
+  std::string name_at(const std::string& text, std::size_t begin) const {
+    for (std::size_t size = std::min(longest_name_, text.size() - begin); size > 0; --size)
+      if (std::string name = text.substr(begin, size); value_of(name)) return name;
+    std::size_t end = begin;
+    while (end < text.size() && (std::isalnum(static_cast<unsigned char>(text[end])) || text[end] == '_')) ++end;
+    return text.substr(begin, end - begin);
+  }
+
   std::string substitute(const std::string& text, const Location& where) {
     std::string out;
     for (std::size_t i = 0; i < text.size();) {
+      if (text[i] == '\\' && i + 1 < text.size() && text[i + 1] == '$') {  // a '$' that means itself
+        out += '$';
+        i += 2;
+        continue;
+      }
       if (text[i] != '$') {
         out += text[i++];
         continue;
       }
-      std::size_t end = i + 1;
-      while (end < text.size() && (std::isalnum(static_cast<unsigned char>(text[end])) || text[end] == '_')) ++end;
-      const std::string name = text.substr(i + 1, end - i - 1);
+      const std::string name = name_at(text, i + 1);
       if (name.empty()) fail(where, "$ without a name in " + quote(text) + "; need $name");
       used_.push_back(name);
       unused_.erase(name);
-      if (const auto given = definitions_.find(name); given != definitions_.end()) {
-        out += given->second;
-      } else if (const auto preset = defaults_.find(name); preset != defaults_.end()) {
-        out += preset->second;
-      } else {
+      const std::string* value = value_of(name);
+      if (!value)
         fail(where, "$" + name + " is not defined; give -D " + name + "=value, or put <default name=" + quote(name) +
                         " value=\"...\"/> before this line");
-      }
+      out += *value;
       if (out.size() > longest_value)
         fail(where, "the value grows beyond " + std::to_string(longest_value) + " characters; check what $" + name +
                         " stands for");
-      i = end;
+      i += 1 + name.size();
     }
     return out;
+  }
+
+  std::vector<std::string> allowed_attributes(const Element& element, bool outermost) const {
+    if (is_object_tag(element.tag)) {
+      std::vector<std::string> allowed{"type", "id", "name"};
+      if (outermost) allowed.emplace_back("version");
+      return allowed;
+    }
+    const auto known = attributes_of.find(element.tag);
+    if (known != attributes_of.end()) return known->second;
+    std::vector<std::string> tags(object_tags.begin(), object_tags.end());
+    for (const auto& [tag, unused] : attributes_of) tags.push_back(tag);
+    fail(element.where, "unknown element <" + element.tag + ">" + need_one_of(element.tag, tags));
+  }
+
+  void read_attributes(pugi::xml_node node, bool outermost, Element& element) {
+    const std::vector<std::string> allowed = allowed_attributes(element, outermost);
+    for (pugi::xml_attribute attribute : node.attributes()) {
+      const std::string name = attribute.name();
+      if (std::find(allowed.begin(), allowed.end(), name) == allowed.end())
+        fail(element.where, "<" + element.tag + ">: unknown attribute " + quote(name) + need_one_of(name, allowed));
+      if (element.attributes.count(name))
+        fail(element.where, "<" + element.tag + ">: attribute " + quote(name) + " given twice; need it once");
+      element.attributes[name] = substitute(attribute.value(), element.where);
+    }
+    if (is_object_tag(element.tag) && element.tag != "scene" && element.attribute("type").empty())
+      fail(element.where, "<" + element.tag + "> has no type; need <" + element.tag + " type=\"...\">");
   }
 
   std::unique_ptr<Element> convert(pugi::xml_node node, const LineTable& lines, int depth) {
@@ -146,38 +222,22 @@ class Reader {
     element->tag = node.name();
     element->where = lines.locate(node.offset_debug() - 1);  // pugixml points behind the '<'
     if (depth > max_nesting) fail(element->where, "elements nest more than " + std::to_string(max_nesting) + " deep");
-    std::vector<std::string> allowed;
-    if (element->tag == "scene") {
-      allowed = {"version", "id", "type"};
-    } else if (is_object_tag(element->tag)) {
-      allowed = {"type", "id", "name"};
-    } else if (const auto known = attributes_of.find(element->tag); known != attributes_of.end()) {
-      allowed = known->second;
-    } else {
-      std::vector<std::string> tags(object_tags.begin(), object_tags.end());
-      for (const auto& [tag, unused] : attributes_of) tags.push_back(tag);
-      fail(element->where, "unknown element <" + element->tag + ">" + need_one_of(element->tag, tags));
-    }
-    for (pugi::xml_attribute attribute : node.attributes()) {
-      const std::string name = attribute.name();
-      if (std::find(allowed.begin(), allowed.end(), name) == allowed.end())
-        fail(element->where, "<" + element->tag + ">: unknown attribute " + quote(name) + need_one_of(name, allowed));
-      if (element->attributes.count(name))
-        fail(element->where, "<" + element->tag + ">: attribute " + quote(name) + " given twice; need it once");
-      element->attributes[name] = substitute(attribute.value(), element->where);
-    }
-    if (is_object_tag(element->tag) && element->tag != "scene" && element->attribute("type").empty())
-      fail(element->where, "<" + element->tag + "> has no type; need <" + element->tag + " type=\"...\">");
+    if (++elements_ > most_elements) give_up(element->where, most_elements, "elements");
+    // A spectrum of a type is a texture that is the same everywhere.
+    if (element->tag == "spectrum" && node.attribute("type")) element->tag = "texture";
+    if (element->tag == "lookAt" && versions_.back().major < 2) element->tag = "lookat";
+    read_attributes(node, depth == 0, *element);
     for (pugi::xml_node child : node.children()) {
       if (child.type() == pugi::node_pcdata || child.type() == pugi::node_cdata) {
         const std::string words = child.value();
         const std::size_t first = std::min(words.find_first_not_of(" \t\r\n"), words.size());
-        fail(lines.locate(child.offset_debug() + static_cast<std::ptrdiff_t>(first)),
-             "<" + element->tag + ">: text " + quote(words.substr(first, 20)) +
-                 " between elements; values go into attributes");
+        report_.add(lines.locate(child.offset_debug() + static_cast<std::ptrdiff_t>(first)),
+                    "<" + element->tag + ">: text " + quote(words.substr(first, 20)) +
+                        " between elements; values go into attributes");
       }
-      if (child.type() == pugi::node_element) convert_child(child, lines, depth, *element);
+      if (child.type() == pugi::node_element) report_.attempt([&] { convert_child(child, lines, depth, *element); });
     }
+    if (is_object_tag(element->tag)) upgrade(*element, versions_.back());
     return element;
   }
 
@@ -187,65 +247,80 @@ class Reader {
     if (child->tag == "default") {
       const std::string& name = child->attribute("name");
       if (name.empty() || !child->attributes.count("value")) fail(child->where, "<default> needs a name and a value");
+      if (name.size() > longest_default)
+        fail(child->where, "<default>: a name of " + std::to_string(name.size()) + " characters; need at most " +
+                               std::to_string(longest_default));
+      longest_name_ = std::max(longest_name_, name.size());
       defaults_.emplace(name, child->attribute("value"));
     } else if (child->tag == "include") {
-      if (child->attribute("filename").empty()) fail(child->where, "<include> needs a filename");
-      const fs::path folder = fs::path(child->where.file).parent_path();
-      std::unique_ptr<Element> included = read_file((folder / child->attribute("filename")).string(), &child->where);
-      for (auto& element : included->children) parent.children.push_back(std::move(element));
+      include(*child, parent);
     } else if (child->tag == "path") {
-      if (child->attribute("value").empty()) fail(child->where, "<path> has no value; need a folder");
-      const fs::path folder = fs::path(child->where.file).parent_path() / child->attribute("value");
-      std::error_code status;
-      if (!fs::is_directory(folder, status)) fail(child->where, "<path>: no such folder " + quote(folder.string()));
-      folders.push_back(folder.string());
+      add_path(*child);
     } else {
       parent.children.push_back(std::move(child));
     }
   }
 
+  // The elements of an included scene become those of the parent; an included object becomes its child.
+  void include(const Element& element, Element& parent) {
+    const std::string& name = element.attribute("filename");
+    if (name.empty()) fail(element.where, "<include> needs a filename");
+    if (open_files_.size() >= deepest_include)
+      fail(element.where, "files include each other more than " + std::to_string(deepest_include) + " deep");
+    if (++includes_ > most_includes) give_up(element.where, most_includes, "files included");
+    const FileResolver before = resolver;
+    resolver.prepend(folder_of(element.where.file));
+    report_.attempt([&] { splice(element, name, parent); });
+    for (const std::string& folder : resolver.folders()) included_folders.push_back(folder);
+    resolver = before;
+  }
+
+  void splice(const Element& element, const std::string& name, Element& parent) {
+    const std::string file = resolver.find(name);
+    if (file.empty())
+      fail(element.where, "include: no such file " + quote(name) + "; looked in " + list_folders(resolver.folders()));
+    std::error_code status;
+    const std::string canonical = fs::weakly_canonical(file, status).string();
+    if (std::find(open_files_.begin(), open_files_.end(), canonical) != open_files_.end())
+      fail(element.where, "include: " + quote(file) + " includes itself; break the circle");
+    std::string text;
+    try {
+      text = read_text(file);
+    } catch (const InputError& error) {
+      fail(element.where, std::string("include: ") + error.what());
+    }
+    std::unique_ptr<Element> included = read_file(file, text);
+    if (included->tag != "scene") {
+      included->attributes.erase("version");
+      if (!element.attribute("name").empty()) included->attributes["name"] = element.attribute("name");
+      parent.children.push_back(std::move(included));
+      return;
+    }
+    for (auto& child : included->children) parent.children.push_back(std::move(child));
+  }
+
+  void add_path(const Element& element) {
+    const std::string& value = element.attribute("value");
+    if (++paths_ > most_paths) give_up(element.where, most_paths, "<path>");
+    if (value.empty()) fail(element.where, "<path> has no value; need a folder");
+    std::error_code status;
+    std::string folder = (fs::path(folder_of(element.where.file)) / value).string();
+    if (!fs::exists(folder, status)) folder = resolver.find(value);
+    if (folder.empty() || !fs::is_directory(folder, status))
+      fail(element.where, "<path>: no such folder " + quote(value) + "; looked in " + folder_of(element.where.file) +
+                              ", " + list_folders(resolver.folders()));
+    resolver.prepend(folder);
+  }
+
   const std::map<std::string, std::string>& definitions_;
+  Report& report_;
   std::map<std::string, std::string> defaults_;
   std::set<std::string> unused_;
   std::vector<std::string> used_;
-  std::vector<std::string> open_files_;
+  std::vector<std::string> open_files_;  // the scene and the includes that lead to where the reader is
+  std::vector<Version> versions_;        // theirs
+  std::size_t includes_ = 0, paths_ = 0, elements_ = 0, longest_name_ = 0;
 };
-
-void collect_ids(Element& element, Document& document) {
-  if (is_object_tag(element.tag) && element.attributes.count("id")) {
-    element.id = element.attribute("id");
-    if (element.id.empty()) fail(element.where, "<" + element.tag + ">: empty id; give it a name or leave it out");
-    const auto [other, is_new] = document.by_id.emplace(element.id, &element);
-    if (!is_new)
-      fail(element.where, "id " + quote(element.id) + " is taken by the element at " + to_string(other->second->where) +
-                              "; ids must differ");
-  }
-  for (auto& child : element.children) collect_ids(*child, document);
-}
-
-void apply_aliases(const Element& element, Document& document) {
-  for (const auto& child : element.children) {
-    if (child->tag == "alias") {
-      const std::string &id = child->attribute("id"), &as = child->attribute("as");
-      const auto target = document.by_id.find(id);
-      if (target == document.by_id.end()) fail(child->where, "<alias>: no element has the id " + quote(id));
-      if (as.empty()) fail(child->where, "<alias> has no as; need a second id");
-      if (!document.by_id.emplace(as, target->second).second)
-        fail(child->where, "<alias>: id " + quote(as) + " is taken");
-    }
-    apply_aliases(*child, document);
-  }
-}
-
-void name_the_nameless(Element& element, const Document& document, std::map<std::string, int>& count) {
-  if (is_object_tag(element.tag) && element.id.empty()) {
-    const std::string& type = element.attribute("type");
-    do {
-      element.id = type + std::to_string(count[type]++);
-    } while (document.by_id.count(element.id));
-  }
-  for (auto& child : element.children) name_the_nameless(*child, document, count);
-}
 
 }  // namespace
 
@@ -255,28 +330,17 @@ const std::string& Element::attribute(const std::string& name) const {
   return found == attributes.end() ? empty : found->second;
 }
 
-std::string find_file(const std::string& name, const std::string& named_in, const std::vector<std::string>& folders) {
-  const fs::path path(name), beside = fs::path(named_in).parent_path() / path;
-  if (path.is_absolute()) return name;
-  std::error_code status;
-  if (fs::is_regular_file(beside, status)) return beside.string();
-  for (const std::string& folder : folders)
-    if (fs::is_regular_file(fs::path(folder) / path, status)) return (fs::path(folder) / path).string();
-  return beside.string();
-}
-
 bool is_object_tag(const std::string& tag) { return object_tags.count(tag) > 0; }
 
-Document read_document(const std::string& file, const std::map<std::string, std::string>& definitions) {
-  Reader reader(definitions);
+Document read_document(const std::string& file, const std::map<std::string, std::string>& definitions, Report& report) {
+  Reader reader(file, definitions, report);
   Document document;
-  document.root = reader.read_file(file, nullptr);
+  document.root = reader.read_scene(file);
+  report.raise();  // what a broken file means would be guesswork
   reader.check_definitions_used();
-  document.folders = reader.folders;
-  collect_ids(*document.root, document);
-  apply_aliases(*document.root, document);
-  std::map<std::string, int> count;
-  name_the_nameless(*document.root, document, count);
+  document.files = reader.resolver;
+  for (const std::string& folder : reader.included_folders) document.files.append(folder);
+  resolve_references(document, report);
   return document;
 }
 

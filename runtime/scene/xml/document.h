@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "runtime/scene/scene.h"
+#include "runtime/scene/xml/file_resolver.h"
+#include "runtime/scene/xml/report.h"
 
 namespace itn {
 
@@ -24,15 +26,13 @@ struct Element {
 struct Document {
   std::unique_ptr<Element> root;                // the <scene>
   std::map<std::string, const Element*> by_id;  // with the names that <alias> adds
-  std::vector<std::string> folders;             // where <path> looks for files
+  FileResolver files{""};                       // finds what it names
 };
 
 // Tags that make objects (they have a type), as opposed to values and transform steps.
 bool is_object_tag(const std::string& tag);
 
-// Where the file is that `named_in` calls `name`: beside it, else in one of the folders. It need not exist.
-std::string find_file(const std::string& name, const std::string& named_in, const std::vector<std::string>& folders);
-
-Document read_document(const std::string& file, const std::map<std::string, std::string>& definitions);
+// Throws InputError with everything that is wrong with the file and those it includes; warnings go to the report.
+Document read_document(const std::string& file, const std::map<std::string, std::string>& definitions, Report& report);
 
 }  // namespace itn

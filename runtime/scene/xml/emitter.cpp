@@ -10,7 +10,7 @@ namespace {
 
 void build_constant(Properties& properties, Emitter& emitter) {
   emitter.kind = Emitter::Kind::constant;
-  emitter.radiance = properties.color("radiance", {{1, 1, 1}}).value;
+  emitter.radiance = properties.color("radiance", {{1, 1, 1}}, Quantity::emission).value;
   for (double v : emitter.radiance)
     if (v < 0) properties.fail_at("radiance", "radiance = " + to_text(v) + " is negative; need 0 or more");
 }
@@ -95,7 +95,7 @@ void build_sunsky(Builder& builder, Properties& properties, Emitter& emitter) {
 
 }  // namespace
 
-void build_emitter(Builder& builder, const Element& element) {
+void read_emitter(Builder& builder, const Element& element) {
   Properties properties = builder.properties(element);
   Emitter emitter;
   emitter.id = element.id;

@@ -1,15 +1,34 @@
 #include <algorithm>
+#include <map>
 
 #include "runtime/scene/xml/builder.h"
+#include "runtime/scene/xml/message.h"
 
 namespace itn {
+namespace {
 
-void build_integrator(Builder& builder, const Element& element) {
-  Properties properties = builder.properties(element);
-  const std::vector<std::string> types = {"volpath", "volpathmis", "path", "prbvolpath"};
-  if (std::find(types.begin(), types.end(), properties.type()) == types.end()) fail_type(element, types);
-  Integrator& integrator = builder.scene.integrator;
-  const long max_depth = properties.integer("max_depth", -1), rr_depth = properties.integer("rr_depth", 5);
+// Mitsuba's integrators of radiance: all select this renderer, and differ here in what they say about depth.
+enum class Depth { unlimited, six, direct };  // without max_depth; `direct` has none
+
+const std::map<std::string, Depth> of_radiance = {
+    {"path", Depth::unlimited},       {"volpath", Depth::unlimited},
+    {"volpathmis", Depth::unlimited}, {"ptracer", Depth::unlimited},
+    {"direct", Depth::direct},        {"prb", Depth::six},
+    {"prb_basic", Depth::six},        {"prb_projective", Depth::six},
+    {"prbvolpath", Depth::six},       {"direct_projective", Depth::direct},
+};
+
+// These compute something else, of which this renderer knows nothing, and may contain integrators of radiance.
+const std::vector<std::string> of_something_else = {"aov", "depth", "moment", "stokes"};
+
+void parse_depth(Properties& properties, Depth depth, Integrator& integrator) {
+  if (depth == Depth::direct) {
+    integrator.max_depth = 2;
+    for (const char* name : {"shading_samples", "emitter_samples", "bsdf_samples"}) properties.integer(name, 1);
+    return;
+  }
+  const long max_depth = properties.integer("max_depth", depth == Depth::six ? 6 : -1);
+  const long rr_depth = properties.integer("rr_depth", 5);
   if (max_depth < -1 || max_depth > 1'000'000)
     properties.fail_at("max_depth",
                        "\"max_depth\" = " + std::to_string(max_depth) + "; need -1 (no limit) or 0 to 1000000");
@@ -17,9 +36,53 @@ void build_integrator(Builder& builder, const Element& element) {
     properties.fail_at("rr_depth", "\"rr_depth\" = " + std::to_string(rr_depth) + "; need 1 to 1000000");
   integrator.max_depth = static_cast<int>(max_depth);
   integrator.rr_depth = static_cast<int>(rr_depth);
-  integrator.hide_emitters = properties.boolean("hide_emitters", false);
-  // How Mitsuba samples: changes no expected value.
+}
+
+// How Mitsuba divides its work, and how it samples: changes no expected value.
+void skip_hints(Properties& properties) {
+  properties.number("timeout", -1);
+  properties.integer("block_size", 0);
+  properties.integer("samples_per_pass", -1);
   if (properties.type() == "volpathmis") properties.boolean("use_spectral_mis", true);
+  if (properties.type().find("_projective") == std::string::npos) return;
+  for (const char* name : {"sppc", "sppp", "sppi", "guiding_rounds"}) properties.integer(name, 1);
+  properties.boolean("guiding_proj", true);
+  for (const char* name : {"guiding", "project_seed"}) properties.text(name, "");
+}
+
+void make_something_else(Builder& builder, Properties& properties) {
+  if (properties.type() == "aov") properties.text("aovs");
+  const std::vector<const Element*> nested = properties.objects("integrator");
+  builder.warn(properties.element().where,
+               properties.title() + " computes something else than radiance: " +
+                   (nested.empty() ? "radiance is rendered instead"
+                                   : "only its nested " + quote(nested[0]->attribute("type")) + " is rendered"));
+  for (const Element* element : nested) {
+    const Integrator first = builder.scene.integrator;
+    build_integrator(builder, *element);
+    if (element != nested[0]) builder.scene.integrator = first;
+  }
+}
+
+}  // namespace
+
+void read_integrator(Builder& builder, const Element& element) {
+  Properties properties = builder.properties(element);
+  Integrator& integrator = builder.scene.integrator;
+  integrator.hide_emitters = properties.boolean("hide_emitters", false);
+  skip_hints(properties);
+  const auto depth = of_radiance.find(properties.type());
+  const bool is_else =
+      std::find(of_something_else.begin(), of_something_else.end(), properties.type()) != of_something_else.end();
+  if (depth != of_radiance.end()) {
+    parse_depth(properties, depth->second, integrator);
+  } else if (is_else) {
+    make_something_else(builder, properties);
+  } else {
+    std::vector<std::string> types = of_something_else;
+    for (const auto& [type, unused] : of_radiance) types.push_back(type);
+    fail_type(element, types);
+  }
   properties.finish();
 }
 

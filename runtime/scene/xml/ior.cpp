@@ -3,6 +3,7 @@
 #include <map>
 
 #include "runtime/scene/xml/message.h"
+#include "runtime/scene/xml/values.h"
 
 namespace itn {
 namespace {
@@ -26,7 +27,7 @@ double parse_ior(Properties& properties, const std::string& name, const std::str
   for (const auto& child : properties.element().children)
     is_text = is_text || (child->attribute("name") == name && child->tag == "string");
   if (is_text) {
-    const std::string material = properties.text(name, fallback);
+    const std::string material = lower_case(properties.text(name, fallback));
     const auto found = index_of_refraction.find(material);
     if (found != index_of_refraction.end()) return found->second;
     std::vector<std::string> names;

@@ -3,30 +3,26 @@
 
 namespace itn {
 
-void build_phase(Builder& builder, const Element& element, Medium& medium) {
+void read_phase(Builder& builder, const Element& element, Medium& medium) {
   Properties properties = builder.properties(element);
-  medium.phase_id = element.id;
-  if (properties.type() == "hg") {
-    medium.isotropic = false;
-    medium.g = properties.number("g", 0.8);
-    if (!(medium.g > -1 && medium.g < 1))
-      properties.fail_at("g", "g = " + to_text(medium.g) + " is outside (-1, 1); g is the mean cosine");
-  } else if (properties.type() != "isotropic") {
-    fail_type(element, {"isotropic", "hg"});
-  }
+  const Model* model = find_model(phase_models(), properties.type());
+  if (!model) fail_type(element, types_of(phase_models()));
+  medium.phase.become(*model);
+  medium.phase.id = element.id;
+  medium.phase.where = element.where;
+  read_parameters(builder, properties, medium.phase);
   properties.finish();
 }
 
-int build_medium(Builder& builder, const Element& element) {
-  if (const auto built = builder.medium_of.find(&element); built != builder.medium_of.end()) return built->second;
+int read_medium(Builder& builder, const Element& element) {
   if (element.attribute("type") != "homogeneous") fail_type(element, {"homogeneous"});
   Properties properties = builder.properties(element);
   Medium medium;
   medium.id = element.id;
-  medium.phase_id = element.id;
+  medium.phase.id = element.id;
   medium.where = element.where;
 
-  const Color sigma_t = properties.color("sigma_t", {{1, 1, 1}});
+  const Color sigma_t = properties.color("sigma_t", {{1, 1, 1}}, Quantity::unbounded);
   medium.sigma_t = sigma_t.value;
   medium.sigma_t_is_rgb = sigma_t.is_rgb;
   for (double v : medium.sigma_t)
@@ -50,7 +46,7 @@ int build_medium(Builder& builder, const Element& element) {
   if (const Element* phase = properties.object("phase")) build_phase(builder, *phase, medium);
   properties.finish();
   builder.scene.media.push_back(medium);
-  return builder.medium_of[&element] = static_cast<int>(builder.scene.media.size()) - 1;
+  return static_cast<int>(builder.scene.media.size()) - 1;
 }
 
 }  // namespace itn

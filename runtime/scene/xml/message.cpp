@@ -10,7 +10,7 @@ std::string to_string(const Location& where) {
   return where.file + ":" + std::to_string(where.line) + ":" + std::to_string(where.column);
 }
 
-void fail(const Location& where, const std::string& what) { throw InputError(to_string(where) + ": " + what); }
+void fail(const Location& where, const std::string& what) { throw LocatedError(where, to_string(where) + ": " + what); }
 
 std::string quote(const std::string& text) { return '"' + text + '"'; }
 

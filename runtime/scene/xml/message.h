@@ -3,12 +3,18 @@
 #include <string>
 #include <vector>
 
-#include "runtime/error.h"
+#include "runtime/base/error.h"
 #include "runtime/scene/scene.h"
 
 namespace itn {
 
 std::string to_string(const Location& where);  // "file:line:column"
+
+// An InputError about a place in a scene file.
+struct LocatedError : InputError {
+  LocatedError(const Location& place, const std::string& message) : InputError(message), where(place) {}
+  Location where;
+};
 
 [[noreturn]] void fail(const Location& where, const std::string& what);
 

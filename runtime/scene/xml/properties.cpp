@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <map>
 
-#include "runtime/scene/transform.h"
 #include "runtime/scene/xml/message.h"
+#include "runtime/scene/xml/transform.h"
 #include "runtime/scene/xml/values.h"
 
 namespace itn {
@@ -24,17 +24,18 @@ std::string tags_in_words(const std::vector<std::string>& tags) {
 
 }  // namespace
 
-Properties::Properties(const Document& document, const Element& element) : document_(document), element_(element) {
+Properties::Properties(const Document& document, const Element& element, Report& report)
+    : document_(document), element_(element), report_(report) {
   std::map<std::string, const Element*> seen;
   for (const auto& child : element.children) {
     const std::string& name = child->attribute("name");
     if (name.empty() && !is_object_tag(child->tag) && child->tag != "ref" && child->tag != "alias")
-      fail(child->where, title() + ": <" + child->tag + "> has no name; need name=\"...\"");
+      report_.add(child->where, title() + ": <" + child->tag + "> has no name; need name=\"...\"");
     if (name.empty()) continue;
     const auto [other, is_new] = seen.emplace(name, child.get());
     if (!is_new)
-      fail(child->where, title() + ": " + quote(name) + " given twice, first at " + to_string(other->second->where) +
-                             "; need it once");
+      report_.add(child->where, title() + ": " + quote(name) + " given twice, first at " +
+                                    to_string(other->second->where) + "; need it once");
   }
 }
 
@@ -47,16 +48,7 @@ void Properties::fail_at(const std::string& name, const std::string& what) const
 }
 
 const Element& Properties::resolve(const Element& child) const {
-  if (child.tag != "ref") return child;
-  const std::string& id = child.attribute("id");
-  if (id.empty()) fail(child.where, "<ref> has no id; need id=\"...\"");
-  const auto found = document_.by_id.find(id);
-  if (found == document_.by_id.end()) {
-    std::vector<std::string> ids;
-    for (const auto& [name, element] : document_.by_id) ids.push_back(name);
-    fail(child.where, "<ref>: no element has the id " + quote(id) + need_one_of(id, ids));
-  }
-  return *found->second;
+  return child.tag == "ref" ? *document_.by_id.at(child.attribute("id")) : child;
 }
 
 const Element* Properties::value_of(const std::string& name, const std::vector<std::string>& tags) {
@@ -65,7 +57,7 @@ const Element* Properties::value_of(const std::string& name, const std::vector<s
     if (child->attribute("name") != name) continue;
     if (std::find(tags.begin(), tags.end(), child->tag) == tags.end())
       fail(child->where, title() + ": " + quote(name) + " is a <" + child->tag + ">; need " + tags_in_words(tags));
-    if (child->tag != "transform" && child->tag != "vector" && child->tag != "point" &&
+    if (child->tag != "transform" && child->tag != "vector" && child->tag != "point" && child->tag != "spectrum" &&
         !child->attributes.count("value"))
       fail(child->where, title() + ": " + quote(name) + " has no value; need value=\"...\"");
     used_.insert(child.get());
@@ -129,7 +121,8 @@ Vec3 Properties::vector(const std::string& name, const Vec3& fallback) {
   Vec3 out{0, 0, 0};
   if (value->attributes.count("value")) {
     const std::vector<double> v = parse_numbers(value->attribute("value"), value->where, what);
-    if (v.size() != 3) fail(value->where, what + " has " + std::to_string(v.size()) + " numbers; need 3");
+    if (v.size() == 1) return {v[0], v[0], v[0]};
+    if (v.size() != 3) fail(value->where, what + " has " + std::to_string(v.size()) + " numbers; need 3 or 1");
     return {v[0], v[1], v[2]};
   }
   for (std::size_t i = 0; i < 3; ++i) {
@@ -140,21 +133,44 @@ Vec3 Properties::vector(const std::string& name, const Vec3& fallback) {
   return out;
 }
 
+bool Properties::is_vector(const std::string& name) const {
+  const Element* child = child_named(name);
+  return child && (child->tag == "vector" || child->tag == "point");
+}
+
 Transform Properties::transform(const std::string& name) {
   const Element* value = value_of(name, {"transform"});
   return value ? parse_transform(*value) : Transform{};
 }
 
-Color Properties::color(const std::string& name, const Color& fallback) {
+const Element* Properties::child_named(const std::string& name) const {
+  for (const auto& child : element_.children)
+    if (child->attribute("name") == name) return child.get();
+  return nullptr;
+}
+
+Spectrum Properties::spectrum_of(const Element& value, const std::string& what) const {
+  const std::string &text = value.attribute("value"), &file = value.attribute("filename");
+  if (text.empty() == file.empty()) fail(value.where, what + ": need a value or a filename, and one of them");
+  return file.empty() ? parse_spectrum(text, value.where, what) : read_spectrum(find_file(value, file));
+}
+
+Color Properties::color(const std::string& name, const Color& fallback, Quantity quantity) {
+  const std::string what = title() + ": " + quote(name);
+  if (is_spectrum(name)) {
+    const Element& plugin = resolve(*child_named(name));
+    object(plugin.tag, name);
+    const Rgb rgb = spectrum_plugin(document_, plugin, quantity, report_);
+    return {rgb, rgb[0] != rgb[1] || rgb[1] != rgb[2]};
+  }
   const Element* value = value_of(name, {"float", "integer", "rgb", "spectrum"});
   if (!value) return fallback;
-  const std::string& text = value->attribute("value");
-  const std::string what = title() + ": " + quote(name);
-  if (value->tag == "spectrum" && text.find(':') != std::string::npos)
-    fail(value->where, what +
-                           " is a spectrum over wavelengths; this renderer works in linear sRGB: need <rgb>, or a "
-                           "<spectrum> with one value");
-  const std::vector<double> v = parse_numbers(text, value->where, what);
+  if (value->tag == "spectrum") {
+    const Spectrum spectrum = spectrum_of(*value, what);
+    const Rgb rgb = to_rgb(spectrum, quantity, value->where, what, report_);
+    return {rgb, !spectrum.is_uniform() || quantity == Quantity::emission};
+  }
+  const std::vector<double> v = parse_numbers(value->attribute("value"), value->where, what);
   if (v.size() == 1) return {{v[0], v[0], v[0]}, false};
   if (value->tag != "rgb" || v.size() != 3)
     fail(value->where, what + ": " + std::to_string(v.size()) + " numbers in <" + value->tag + ">; need " +
@@ -162,16 +178,28 @@ Color Properties::color(const std::string& name, const Color& fallback) {
   return {{v[0], v[1], v[2]}, true};
 }
 
+bool Properties::is_spectrum(const std::string& name) {
+  const Element* child = child_named(name);
+  if (!child || (child->tag != "ref" && !is_object_tag(child->tag))) return false;
+  const Element& target = resolve(*child);
+  return (target.tag == "texture" || target.tag == "volume") && is_spectrum_type(target.attribute("type"));
+}
+
+std::string Properties::find_file(const Element& value, const std::string& given) const {
+  FileResolver files = document_.files;
+  files.append(folder_of(value.where.file));
+  std::string file = files.find(given);
+  std::error_code status;
+  if (!file.empty() && std::filesystem::is_regular_file(file, status)) return file;
+  std::string folders;
+  for (const std::string& folder : files.folders()) folders += (folders.empty() ? "" : ", ") + folder;
+  fail(value.where, title() + ": no such file " + quote(given) + "; looked in " + folders);
+}
+
 std::string Properties::file(const std::string& name) {
   const std::string given = text(name);
   if (given.empty()) fail_at(name, quote(name) + " is empty; need a path");
-  std::vector<std::string> folders = document_.folders;
-  folders.push_back(std::filesystem::path(document_.root->where.file).parent_path().string());
-  std::string file = find_file(given, element_.where.file, folders);
-  std::error_code status;
-  if (!std::filesystem::is_regular_file(file, status))
-    fail_at(name, "no such file " + quote(file) + "; paths are relative to the scene file");
-  return file;
+  return find_file(*child_named(name), given);
 }
 
 bool Properties::is_object(const std::string& name) {
@@ -213,7 +241,7 @@ std::vector<const Element*> Properties::objects(const std::string& tag) {
   return out;
 }
 
-void Properties::finish() const {
+void Properties::finish() {
   for (const auto& child : element_.children) {
     if (used_.count(child.get()) || child->tag == "alias") continue;
     const std::string& name = child->attribute("name");
@@ -224,9 +252,10 @@ void Properties::finish() const {
       for (std::size_t i = 0; i < objects_.size(); ++i) message += (i ? " or " : "") + objects_[i];
       if (objects_.empty()) message += "no nested object";
       if (!name.empty() && !known_.empty()) message += ", or one of the parameters " + list_of(known_);
-      fail(child->where, message);
+      report_.add(child->where, message);
+    } else if (!name.empty()) {
+      report_.add(child->where, title() + ": unknown parameter " + quote(name) + need_one_of(name, known_));
     }
-    fail(child->where, title() + ": unknown parameter " + quote(name) + need_one_of(name, known_));
   }
 }
 

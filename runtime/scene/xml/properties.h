@@ -8,6 +8,8 @@
 
 #include "runtime/scene/scene.h"
 #include "runtime/scene/xml/document.h"
+#include "runtime/scene/xml/report.h"
+#include "runtime/scene/xml/spectrum.h"
 
 namespace itn {
 
@@ -18,7 +20,8 @@ struct Color {
 
 class Properties {
  public:
-  Properties(const Document& document, const Element& element);
+  // What does not belong into the element goes to the report; values that cannot be read end in InputError.
+  Properties(const Document& document, const Element& element, Report& report);
 
   const Element& element() const { return element_; }
   const std::string& type() const { return element_.attribute("type"); }
@@ -34,10 +37,13 @@ class Properties {
   // One of `allowed`, in lower or upper case; the first is the default.
   std::string choice(const std::string& name, const std::vector<std::string>& allowed);
   Vec3 vector(const std::string& name, const Vec3& fallback);
-  Transform transform(const std::string& name);  // identity when absent
-  // <float>, <rgb> or <spectrum> with one value.
-  Color color(const std::string& name, const Color& fallback);
-  // <string> that names a file: looked up beside the file that says it, then beside the scene. Must exist.
+  bool is_vector(const std::string& name) const;  // given as <vector> or <point>
+  Transform transform(const std::string& name);   // identity when absent
+  // <float>, <rgb>, <spectrum>, or a nested spectrum plugin, in linear sRGB as in Mitsuba's rgb variants.
+  Color color(const std::string& name, const Color& fallback, Quantity quantity = Quantity::reflectance);
+  // Is the parameter a nested spectrum plugin, which is the same everywhere, rather than a texture?
+  bool is_spectrum(const std::string& name);
+  // <string> that names a file: looked for where Mitsuba looks, then beside the file that says it. Must exist.
   std::string file(const std::string& name);
   // Is the parameter a nested object (or reference to one) rather than a plain value?
   bool is_object(const std::string& name);
@@ -51,14 +57,19 @@ class Properties {
   // `bsdf "roughdielectric"`
   std::string title() const;
 
-  void finish() const;
+  // Reports what the element has beyond everything that was asked for.
+  void finish();
 
  private:
   const Element* value_of(const std::string& name, const std::vector<std::string>& tags);
   const Element& resolve(const Element& child) const;
+  const Element* child_named(const std::string& name) const;
+  Spectrum spectrum_of(const Element& value, const std::string& what) const;
+  std::string find_file(const Element& value, const std::string& given) const;
 
   const Document& document_;
   const Element& element_;
+  Report& report_;
   std::vector<std::string> known_;    // parameter names asked for
   std::vector<std::string> objects_;  // what nested objects were asked for, in words
   std::set<const Element*> used_;

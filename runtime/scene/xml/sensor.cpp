@@ -49,7 +49,9 @@ int dimension(Properties& properties, const std::string& name, long fallback, lo
   return static_cast<int>(value);
 }
 
-void build_filter(Builder& builder, const Element& element, Sensor& sensor) {
+}  // namespace
+
+void read_filter(Builder& builder, const Element& element, Sensor& sensor) {
   Properties properties = builder.properties(element);
   if (properties.type() == "box") {
     sensor.filter = FilterKind::box;
@@ -63,35 +65,69 @@ void build_filter(Builder& builder, const Element& element, Sensor& sensor) {
     sensor.filter_stddev = properties.number("stddev", 0.5);
     if (!(sensor.filter_stddev > 0 && sensor.filter_stddev <= 4))
       properties.fail_at("stddev", "stddev = " + to_text(sensor.filter_stddev) + "; need pixels in (0, 4]");
+  } else if (properties.type() == "mitchell" || properties.type() == "catmullrom" || properties.type() == "lanczos") {
+    // These have negative lobes, and positions cannot be drawn from a negative density.
+    if (properties.type() == "mitchell")
+      for (const char* name : {"B", "C"}) properties.number(name, 1.0 / 3);
+    if (properties.type() == "lanczos") properties.integer("lobes", 3);
+    builder.warn(element.where, properties.title() + " is rendered as gaussian (stddev 0.5), which does not sharpen");
   } else {
-    fail_type(element, {"box", "tent", "gaussian"});
+    fail_type(element, {"box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"});
   }
   properties.finish();
 }
 
-void build_film(Builder& builder, const Element& element, Sensor& sensor) {
+namespace {
+
+// The crop keeps its fraction of the film.
+void resize(Sensor& sensor, const FilmSize& size) {
+  const auto scaled = [](int value, int to, int from) {
+    return static_cast<int>(std::lround(static_cast<double>(value) * to / from));
+  };
+  const int right = scaled(sensor.crop_x + sensor.crop_width, size.width, sensor.width);
+  const int bottom = scaled(sensor.crop_y + sensor.crop_height, size.height, sensor.height);
+  sensor.crop_x = std::min(scaled(sensor.crop_x, size.width, sensor.width), size.width - 1);
+  sensor.crop_y = std::min(scaled(sensor.crop_y, size.height, sensor.height), size.height - 1);
+  sensor.crop_width = std::max(right - sensor.crop_x, 1);
+  sensor.crop_height = std::max(bottom - sensor.crop_y, 1);
+  sensor.width = size.width;
+  sensor.height = size.height;
+}
+
+void parse_pixel_format(Builder& builder, Properties& properties, Sensor& sensor) {
+  const std::string format =
+      properties.choice("pixel_format", {"rgb", "luminance", "rgba", "luminance_alpha", "xyz", "xyza"});
+  sensor.luminance = format.rfind("luminance", 0) == 0;
+  if (format != "rgb" && format != "luminance")
+    builder.warn(properties.element().where, properties.title() + ": " + quote(format) + " is written as " +
+                                                 (sensor.luminance ? "luminance" : "linear sRGB without alpha"));
+}
+
+}  // namespace
+
+void read_film(Builder& builder, const Element& element, Sensor& sensor) {
   if (element.attribute("type") != "hdrfilm") fail_type(element, {"hdrfilm"});
   Properties properties = builder.properties(element);
-  constexpr long largest = 32768;
-  sensor.width = dimension(properties, "width", 768, 1, largest);
-  sensor.height = dimension(properties, "height", 576, 1, largest);
+  sensor.width = dimension(properties, "width", 768, 1, largest_film);
+  sensor.height = dimension(properties, "height", 576, 1, largest_film);
   sensor.crop_x = dimension(properties, "crop_offset_x", 0, 0, sensor.width - 1);
   sensor.crop_y = dimension(properties, "crop_offset_y", 0, 0, sensor.height - 1);
   sensor.crop_width =
       dimension(properties, "crop_width", sensor.width - sensor.crop_x, 1, sensor.width - sensor.crop_x);
   sensor.crop_height =
       dimension(properties, "crop_height", sensor.height - sensor.crop_y, 1, sensor.height - sensor.crop_y);
-  sensor.luminance = properties.choice("pixel_format", {"rgb", "luminance"}) == "luminance";
+  parse_pixel_format(builder, properties, sensor);
   // The output is always float32 OpenEXR; the filter reads samples beyond the border by itself.
   properties.choice("component_format", {"float16", "float32", "uint32"});
   properties.choice("file_format", {"openexr", "exr", "rgbe", "pfm"});
   properties.boolean("sample_border", false);
   properties.boolean("compensate", false);
+  properties.boolean("banner", false);  // of Mitsuba 0.6
   if (const Element* filter = properties.object("rfilter")) build_filter(builder, *filter, sensor);
   properties.finish();
 }
 
-void build_sampler(Builder& builder, const Element& element, Sensor& sensor) {
+void read_sampler(Builder& builder, const Element& element, Sensor& sensor) {
   const std::vector<std::string> types = {"independent", "stratified", "multijitter", "orthogonal", "ldsampler"};
   Properties properties = builder.properties(element);
   if (std::find(types.begin(), types.end(), properties.type()) == types.end()) fail_type(element, types);
@@ -103,34 +139,66 @@ void build_sampler(Builder& builder, const Element& element, Sensor& sensor) {
   properties.finish();
 }
 
-}  // namespace
+namespace {
 
-void build_sensor(Builder& builder, const Element& element) {
-  Properties properties = builder.properties(element);
-  Sensor sensor;
-  sensor.id = element.id;
-  sensor.where = element.where;
-  sensor.orthographic = properties.type() == "orthographic";
-  if (!sensor.orthographic && properties.type() != "perspective") fail_type(element, {"perspective", "orthographic"});
+const std::vector<std::string> types = {"perspective", "orthographic", "radiancemeter"};
 
-  if (const Element* film = properties.object("film")) build_film(builder, *film, sensor);
-  if (const Element* sampler = properties.object("sampler")) build_sampler(builder, *sampler, sensor);
-  if (const Element* medium = properties.object("medium")) sensor.medium = build_medium(builder, *medium);
-  if (!sensor.orthographic) {
-    sensor.fov_x = parse_fov(properties, static_cast<double>(sensor.width) / sensor.height);
-    sensor.principal_x = properties.number("principal_point_offset_x", 0);
-    sensor.principal_y = properties.number("principal_point_offset_y", 0);
-  }
+void parse_perspective(Properties& properties, Sensor& sensor) {
+  sensor.fov_x = parse_fov(properties, static_cast<double>(sensor.width) / sensor.height);
+  sensor.principal_x = properties.number("principal_point_offset_x", 0);
+  sensor.principal_y = properties.number("principal_point_offset_y", 0);
+  if (!is_rigid(sensor.to_world))
+    properties.fail_at("to_world", "to_world scales or shears; a perspective sensor can only be moved and turned");
+}
+
+void parse_clips(Properties& properties, Sensor& sensor) {
   sensor.near_clip = properties.number("near_clip", 1e-2);
   sensor.far_clip = properties.number("far_clip", 1e4);
+  properties.number("focus_distance", sensor.far_clip);  // all distances are sharp
   if (!(sensor.near_clip > 0))
     properties.fail_at("near_clip", "near_clip = " + to_text(sensor.near_clip) + "; need more than 0");
   if (!(sensor.far_clip > sensor.near_clip))
     properties.fail_at("far_clip", "far_clip = " + to_text(sensor.far_clip) +
                                        "; need more than near_clip = " + to_text(sensor.near_clip));
+}
+
+// One ray: an orthographic camera whose film has no extent.
+void parse_radiancemeter(Properties& properties, Sensor& sensor) {
+  const Vec3 origin = properties.vector("origin", {0, 0, 0}), direction = properties.vector("direction", {0, 0, 1});
+  if (properties.has("origin") != properties.has("direction"))
+    properties.fail_at("", "only one of origin and direction given; need both, or to_world");
+  if (properties.has("origin") && !properties.has("to_world")) {
+    if (!(length(direction) > 0)) properties.fail_at("direction", "direction is (0, 0, 0); need a direction");
+    const Vec3 d = normalize(direction);
+    sensor.to_world.m = {0, 0, d[0], origin[0], 0, 0, d[1], origin[1], 0, 0, d[2], origin[2], 0, 0, 0, 1};
+  }
+  if (sensor.width != 1 || sensor.height != 1)
+    fail(sensor.where, properties.title() + ": a film of " + std::to_string(sensor.width) + " x " +
+                           std::to_string(sensor.height) + " pixels; need 1 x 1");
+  for (std::size_t row = 0; row < 3; ++row) sensor.to_world.m[4 * row] = sensor.to_world.m[4 * row + 1] = 0;
+  sensor.near_clip = 0;
+}
+
+}  // namespace
+
+void read_sensor(Builder& builder, const Element& element) {
+  Properties properties = builder.properties(element);
+  if (std::find(types.begin(), types.end(), properties.type()) == types.end()) fail_type(element, types);
+  Sensor sensor;
+  sensor.id = element.id;
+  sensor.where = element.where;
+  sensor.orthographic = properties.type() != "perspective";
+
+  if (const Element* film = properties.object("film")) build_film(builder, *film, sensor);
+  if (builder.film_size) resize(sensor, *builder.film_size);
+  if (const Element* sampler = properties.object("sampler")) build_sampler(builder, *sampler, sensor);
+  if (const Element* medium = properties.object("medium")) sensor.medium = build_medium(builder, *medium);
+  properties.number("shutter_open", 0);  // nothing moves
+  properties.number("shutter_close", 0);
   sensor.to_world = properties.transform("to_world");
-  if (!sensor.orthographic && !is_rigid(sensor.to_world))
-    properties.fail_at("to_world", "to_world scales or shears; a perspective sensor can only be moved and turned");
+  if (properties.type() != "radiancemeter") parse_clips(properties, sensor);
+  if (properties.type() == "perspective") parse_perspective(properties, sensor);
+  if (properties.type() == "radiancemeter") parse_radiancemeter(properties, sensor);
   properties.finish();
   builder.scene.sensors.push_back(sensor);
 }

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/scene/mesh_file.h"
-#include "runtime/scene/mesh_repair.h"
-#include "runtime/scene/shape_meshes.h"
+#include "kernels/shared/declaration.h"
+#include "runtime/scene/mesh/mesh_close.h"
+#include "runtime/scene/mesh/mesh_file.h"
+#include "runtime/scene/mesh/mesh_repair.h"
+#include "runtime/scene/mesh/shape_meshes.h"
+#include "runtime/scene/shape_transform.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
@@ -13,24 +16,8 @@
 namespace itn {
 namespace {
 
-const std::vector<std::string> types = {"obj", "ply", "mesh", "sphere", "rectangle", "cube", "disk"};
-
-std::array<float, 3> to_float(const Vec3& v) {
-  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
-}
-
-// With normals of its own a mesh keeps its outside under a reflection; without, as in Mitsuba, the winding decides,
-// which a reflection turns around.
-void apply(const Transform& to_world, Mesh& mesh, bool keeps_outside) {
-  if (keeps_outside && determinant(to_world) < 0)
-    for (auto& t : mesh.triangle) std::swap(t[1], t[2]);
-  const Transform for_normals = inverse_transpose(to_world);
-  for (auto& p : mesh.position) p = to_float(transform_point(to_world, {p[0], p[1], p[2]}));
-  for (auto& n : mesh.normal) {
-    const Vec3 turned = transform_vector(for_normals, {n[0], n[1], n[2]});
-    if (length(turned) > 0) n = to_float(normalize(turned));
-  }
-}
+const std::vector<std::string> types = {"obj",  "ply",  "serialized", "mesh",       "sphere",  "rectangle",
+                                        "cube", "disk", "cylinder",   "shapegroup", "instance"};
 
 // A vertex normal of length 0 shades nothing: such ones are computed.
 void replace_zero_normals(Builder& builder, Properties& properties, Mesh& mesh) {
@@ -46,47 +33,53 @@ void replace_zero_normals(Builder& builder, Properties& properties, Mesh& mesh) 
                            count, given.size()));
 }
 
-void check_single_precision(Properties& properties, const std::array<float, 3>& position) {
-  for (const float v : position)
-    if (!std::isfinite(v))
+void check_single_precision(const Properties& properties, const Vec3& position) {
+  for (const double v : position)
+    if (!std::isfinite(static_cast<float>(v)))
       properties.fail_at("to_world",
                          "to_world moves the shape beyond the range of single precision; need a smaller scale");
 }
 
-void check_single_precision(Properties& properties, const Mesh& mesh) {
-  for (const auto& p : mesh.position) check_single_precision(properties, p);
+void check_single_precision(const Properties& properties, const Mesh& mesh) {
+  for (const auto& p : mesh.position) check_single_precision(properties, Vec3{p[0], p[1], p[2]});
 }
 
-Mesh build_mesh(Builder& builder, Properties& properties) {
+// A mesh in world space and what is left to do once it is closed.
+struct LoadedMesh {
+  Mesh mesh;
+  bool lacks_normals = false, flip = false;
+};
+
+LoadedMesh load_mesh(Properties& properties) {
+  const bool is_serialized = properties.type() == "serialized";
   const std::string file = properties.file("filename");
+  const long index = is_serialized ? properties.integer("shape_index", 0) : 0;
+  if (index < 0) properties.fail_at("shape_index", fmt::format("shape_index = {}; need 0 or more", index));
   const bool face_normals = properties.boolean("face_normals", false);
   const bool flip_texcoords = properties.boolean("flip_tex_coords", properties.type() == "obj");
   const bool flip_normals = properties.boolean("flip_normals", false);
   const Transform to_world = properties.transform("to_world");
   Mesh mesh;
   try {
-    mesh = read_mesh(file);
+    mesh = is_serialized ? read_serialized(file, index) : read_mesh(file);
   } catch (const InputError& error) {
     properties.fail_at("filename", error.what());
   }
   if (face_normals) mesh.normal.clear();
   if (flip_texcoords)
     for (auto& uv : mesh.texcoord) uv[1] = 1 - uv[1];
-  apply(to_world, mesh, !mesh.normal.empty());
+  transform_mesh(to_world, mesh, !mesh.normal.empty());
   check_single_precision(properties, mesh);
-  if (!face_normals && mesh.normal.empty()) compute_normals(mesh);
-  replace_zero_normals(builder, properties, mesh);
-  if (flip_normals) flip(mesh);
-  return mesh;
+  const bool lacks_normals = !face_normals && mesh.normal.empty();
+  return {std::move(mesh), lacks_normals, flip_normals};
 }
 
-Mesh build_flat(Properties& properties, Mesh mesh) {
+LoadedMesh load_flat(Properties& properties, Mesh mesh) {
   const bool flip_normals = properties.boolean("flip_normals", false);
   properties.boolean("face_normals", false);  // they are flat either way
-  apply(properties.transform("to_world"), mesh, true);
+  transform_mesh(properties.transform("to_world"), mesh, true);
   check_single_precision(properties, mesh);
-  if (flip_normals) flip(mesh);
-  return mesh;
+  return {std::move(mesh), false, flip_normals};
 }
 
 void drop_degenerate(Builder& builder, Properties& properties, Mesh& mesh) {
@@ -97,111 +90,158 @@ void drop_degenerate(Builder& builder, Properties& properties, Mesh& mesh) {
                fmt::format("{}: dropped {} of {} triangles, which have no area", properties.title(), dropped, total));
 }
 
-void build_sphere(Properties& properties, Shape& shape) {
-  shape.kind = Shape::Kind::sphere;
-  const Vec3 center = properties.vector("center", {0, 0, 0});
+double radius_of(Properties& properties) {
   const double radius = properties.number("radius", 1);
   if (!(radius > 0)) properties.fail_at("radius", "radius = " + to_text(radius) + "; need more than 0");
-  const Transform t = properties.transform("to_world");
-  const double scale = length(Vec3{t.m[0], t.m[4], t.m[8]});
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) {
-      double product = 0;
-      for (std::size_t k = 0; k < 3; ++k) product += t.m[4 * k + i] * t.m[4 * k + j];
-      if (std::abs(product - (i == j ? scale * scale : 0)) > 1e-4 * scale * scale)
-        properties.fail_at("to_world", "to_world makes an ellipsoid; need a uniform scale, or a mesh");
-    }
-  }
-  shape.center = transform_point(t, center);
-  shape.radius = radius * scale;
-  check_single_precision(properties, to_float(shape.center));
-  check_single_precision(properties, to_float({shape.radius, 0, 0}));
-  shape.flip_normals = properties.boolean("flip_normals", false) != (determinant(t) < 0);
+  return radius;
+}
+
+void move(Properties& properties, Shape& shape, const Transform& to_world, const std::string& fault) {
+  if (!transform_round(to_world, shape)) properties.fail_at("to_world", fault);
+  check_single_precision(properties, shape);
+}
+
+void build_sphere(Properties& properties, Shape& shape) {
+  shape.kind = Shape::Kind::sphere;
+  shape.center = properties.vector("center", {0, 0, 0});
+  shape.radius = radius_of(properties);
+  const Transform to_world = properties.transform("to_world");
+  move(properties, shape, to_world, "to_world makes an ellipsoid; need a uniform scale, or a mesh");
+  shape.flip_normals = properties.boolean("flip_normals", false) != (determinant(to_world) < 0);  // as in Mitsuba 3.9
 }
 
 void build_disk(Properties& properties, Shape& shape) {
   shape.kind = Shape::Kind::disk;
-  const Transform t = properties.transform("to_world");
-  shape.center = transform_point(t, {0, 0, 0});
-  shape.edge_u = transform_vector(t, {1, 0, 0});
-  shape.edge_v = transform_vector(t, {0, 1, 0});
-  for (const Vec3& v : {shape.center, shape.edge_u, shape.edge_v}) check_single_precision(properties, to_float(v));
-  shape.flip_normals = properties.boolean("flip_normals", false) != (determinant(t) < 0);
+  shape.flip_normals = properties.boolean("flip_normals", false);
+  move(properties, shape, properties.transform("to_world"), "");
 }
 
-std::string at(const Vec3& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p[0], p[1], p[2]); }
+void build_cylinder(Properties& properties, Shape& shape) {
+  shape.kind = Shape::Kind::cylinder;
+  shape.center = properties.vector("p0", {0, 0, 0});
+  shape.axis = properties.vector("p1", {0, 0, 1}) - shape.center;
+  if (!(length(shape.axis) > 0)) properties.fail_at("p1", "p0 and p1 are the same point; need two");
+  shape.radius = radius_of(properties);
+  const Vec3 along = normalize(shape.axis), across = some_perpendicular(along);
+  shape.edge_u = shape.radius * across;
+  shape.edge_v = shape.radius * cross(along, across);
+  shape.flip_normals = properties.boolean("flip_normals", false);
+  move(properties, shape, properties.transform("to_world"),
+       "to_world makes an elliptic or oblique cylinder; need the same scale across the axis and no shear, or a mesh");
+}
 
-// Why the inside and the outside of the shape cannot be told apart; empty when they can.
-std::string boundary_fault(const Shape& shape, const Mesh& mesh) {
-  if (shape.kind == Shape::Kind::disk) return "is not closed; need a closed shape";
-  if (shape.kind == Shape::Kind::sphere)
-    return shape.flip_normals
-               ? "is turned inside out; take flip_normals or the reflection in to_world away, or exchange "
-                 "interior and exterior"
-               : "";
-  const Topology t = topology(mesh);
+std::string at(const EdgePlace& place) {
+  const Vec3& p = place.middle;
+  return fmt::format("({:.6g}, {:.6g}, {:.6g}), of triangle {}", p[0], p[1], p[2], place.triangle);
+}
+
+// Why the inside and the outside of a mesh cannot be told apart, and what to do about it; empty when they can.
+std::string fault_of(const Topology& t) {
   if (t.open_edges > 0)
-    return fmt::format("has holes: {} open edges, one at {}; need a closed mesh", t.open_edges, at(t.open_at));
+    return fmt::format(
+        "has holes: {} open edges, one at {}; need a closed mesh: close it in a modeller (only holes of up to {:.0f} % "
+        "of the area are closed by themselves)",
+        t.open_edges, at(t.open_at), 100 * small_area);
   if (t.non_manifold_edges > 0)
-    return fmt::format("has {} non-manifold edges (of more than two triangles), one at {}; need a closed surface",
-                       t.non_manifold_edges, at(t.non_manifold_at));
+    return fmt::format(
+        "has {} non-manifold edges, of more than two triangles that do not wind as often one way as the other, one at "
+        "{}; need a closed surface: remove the inner walls in a modeller",
+        t.non_manifold_edges, at(t.non_manifold_at));
   if (t.turned_edges > 0)
     return fmt::format(
-        "has {} edges whose two triangles wind against each other, one at {}; need a consistent orientation",
+        "has {} edges whose two triangles wind against each other, one at {}; need a consistent orientation: let a "
+        "modeller recalculate it",
         t.turned_edges, at(t.turned_at));
   if (t.volume <= 0)
     return fmt::format(
-        "is turned inside out (signed volume {:.6g}); need normals that point out: set flip_normals, or "
-        "mend the mesh",
+        "is turned inside out (signed volume {:.6g}); need normals that point out: set flip_normals, or mend the mesh",
         t.volume);
   return "";
 }
 
-// A medium must not leak. Glass alone refracts at each hit by itself, so that a pane of it is no more than suspicious.
-void check_boundary(Builder& builder, const Shape& shape, const Mesh& mesh, const std::string& title) {
-  const BsdfKind kind = builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)].kind;
-  if (shape.interior != shape.exterior) {
-    if (const std::string fault = boundary_fault(shape, mesh); !fault.empty())
-      fail(shape.where, title + " bounds a medium but " + fault);
-  } else if (kind == BsdfKind::dielectric || kind == BsdfKind::roughdielectric) {
-    if (const std::string fault = boundary_fault(shape, mesh); !fault.empty())
+std::string fault_of(const Shape& shape) {
+  if (shape.kind != Shape::Kind::sphere) return "is not closed; need a closed shape";
+  return shape.flip_normals ? "is turned inside out; take flip_normals or the reflection in to_world away, or exchange "
+                              "interior and exterior"
+                            : "";
+}
+
+// A medium must not leak: small faults are mended, others refused. Glass alone refracts at each hit by itself, so that
+// a pane of it is no more than suspicious.
+void check_boundary(Builder& builder, const Shape& shape, LoadedMesh& loaded, const std::string& title) {
+  const bool is_mesh = shape.kind == Shape::Kind::mesh;
+  if (shape.interior == shape.exterior) {
+    const Model* bsdf = builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)].model;
+    if (!bsdf || !(bsdf->traits & BSDF_TRANSMITS)) return;
+    Topology found = is_mesh ? topology(loaded.mesh) : Topology{};
+    if (loaded.flip) found.volume = -found.volume;
+    if (const std::string fault = is_mesh ? fault_of(found) : fault_of(shape); !fault.empty())
       builder.warn(shape.where, title + " bounds a dielectric but " + fault);
+    return;
+  }
+  Closing closing;
+  if (is_mesh) closing = close_mesh(loaded.mesh);
+  if (loaded.flip) closing.left.volume = -closing.left.volume;
+  if (const std::string fault = is_mesh ? fault_of(closing.left) : fault_of(shape); !fault.empty()) {
+    const std::string what = title + " bounds a medium but " + fault;
+    if (!builder.open) fail(shape.where, what + "; or render it as it is with --open");
+    builder.warn(shape.where, what + "; rendered as it is (--open)");
+  } else if (closing.changes_mesh()) {
+    builder.warn(shape.where, title + " bounds a medium and was not closed: " + closing.summary());
   }
 }
 
+Mesh finish_mesh(Builder& builder, Properties& properties, LoadedMesh loaded) {
+  if (loaded.lacks_normals) compute_normals(loaded.mesh);
+  replace_zero_normals(builder, properties, loaded.mesh);
+  if (loaded.flip) flip(loaded.mesh);
+  drop_degenerate(builder, properties, loaded.mesh);  // only now: a sliver may close the surface
+  drop_unused_vertices(loaded.mesh);
+  return std::move(loaded.mesh);
+}
+
 void check_texture(const Bsdf& bsdf, const Shape& shape, const Mesh& mesh, const std::string& title) {
-  if (bsdf.reflectance.bitmap && shape.kind == Shape::Kind::mesh && mesh.texcoord.empty())
-    fail(shape.where, title + " has a bitmap on its surface but no texture coordinates; export the mesh with them");
+  const bool textured =
+      std::any_of(bsdf.values.begin(), bsdf.values.end(), [](const Texture& v) { return !v.is_constant(); });
+  if (textured && shape.kind == Shape::Kind::mesh && mesh.texcoord.empty())
+    fail(shape.where, title + " has a texture on its surface but no texture coordinates; export the mesh with them");
 }
 
 int default_bsdf(Builder& builder, const Shape& shape) {
-  Bsdf bsdf;
+  Bsdf bsdf = make_bsdf("diffuse");
   bsdf.id = shape.id + "_bsdf";
   bsdf.where = shape.where;
-  bsdf.kind = BsdfKind::diffuse;
   builder.scene.bsdfs.push_back(bsdf);
   return static_cast<int>(builder.scene.bsdfs.size()) - 1;
 }
 
 }  // namespace
 
-void build_shape(Builder& builder, const Element& element) {
+void check_single_precision(const Properties& properties, const Shape& shape) {
+  if (shape.mesh) return check_single_precision(properties, *shape.mesh);
+  for (const Vec3& v : {shape.center, shape.edge_u, shape.edge_v, shape.axis, Vec3{shape.radius, 0, 0}})
+    check_single_precision(properties, v);
+}
+
+Shape make_shape(Builder& builder, const Element& element) {
   Properties properties = builder.properties(element);
   Shape shape;
   shape.id = element.id;
   shape.where = element.where;
-  Mesh mesh;  // of shapes that are one
+  LoadedMesh loaded;  // of shapes that are one
   const std::string& type = properties.type();
-  if (type == "obj" || type == "ply" || type == "mesh") {
-    mesh = build_mesh(builder, properties);
+  if (type == "obj" || type == "ply" || type == "serialized" || type == "mesh") {
+    loaded = load_mesh(properties);
   } else if (type == "rectangle") {
-    mesh = build_flat(properties, rectangle_mesh());
+    loaded = load_flat(properties, rectangle_mesh());
   } else if (type == "cube") {
-    mesh = build_flat(properties, cube_mesh());
+    loaded = load_flat(properties, cube_mesh());
   } else if (type == "sphere") {
     build_sphere(properties, shape);
   } else if (type == "disk") {
     build_disk(properties, shape);
+  } else if (type == "cylinder") {
+    build_cylinder(properties, shape);
   } else {
     fail_type(element, types);
   }
@@ -213,13 +253,21 @@ void build_shape(Builder& builder, const Element& element) {
   if (const Element* medium = properties.object("medium", "exterior")) shape.exterior = build_medium(builder, *medium);
   properties.number("silhouette_sampling_weight", 1);  // how Mitsuba samples edges: not used here
   properties.finish();
-  check_texture(builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)], shape, mesh, properties.title());
-  check_boundary(builder, shape, mesh, properties.title());
-  if (shape.kind == Shape::Kind::mesh) {
-    drop_degenerate(builder, properties, mesh);  // only now: a sliver may close the surface
-    shape.mesh = std::make_shared<const Mesh>(std::move(mesh));
-  }
-  builder.scene.shapes.push_back(shape);
+  check_texture(builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)], shape, loaded.mesh, properties.title());
+  check_boundary(builder, shape, loaded, properties.title());
+  if (shape.kind == Shape::Kind::mesh)
+    shape.mesh = std::make_shared<const Mesh>(finish_mesh(builder, properties, std::move(loaded)));
+  return shape;
+}
+
+void read_shape(Builder& builder, const Element& element) {
+  const std::string& type = element.attribute("type");
+  if (type == "shapegroup")
+    shapes_of_group(builder, element);  // checked, and seen only where it has instances
+  else if (type == "instance")
+    build_instance(builder, element);
+  else
+    builder.scene.shapes.push_back(make_shape(builder, element));
 }
 
 }  // namespace itn

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/image/png.h"
+#include "runtime/image/bitmap.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
 
@@ -48,33 +48,68 @@ std::array<double, 6> parse_to_uv(Properties& properties) {
   return {t.m[0], t.m[1], t.m[3], t.m[4], t.m[5], t.m[7]};
 }
 
-}  // namespace
-
-Texture build_bitmap(Builder& builder, const Element& element) {
-  if (element.attribute("type") != "bitmap") fail_type(element, {"bitmap"});
-  Properties properties = builder.properties(element);
-  Texture texture;
+void read_bitmap_texture(Builder& builder, Properties& properties, Texture& texture) {
   texture.bitmap = load_bitmap(builder, properties, "filename", properties.boolean("raw", false));
   texture.nearest = properties.choice("filter_type", {"bilinear", "nearest"}) == "nearest";
   const std::string wrap = properties.choice("wrap_mode", {"repeat", "mirror", "clamp"});
   texture.wrap = wrap == "repeat"   ? Texture::Wrap::repeat
                  : wrap == "mirror" ? Texture::Wrap::mirror
                                     : Texture::Wrap::clamp;
+  properties.choice("format", {"auto", "variant", "fp16"});  // how Mitsuba stores it
+  properties.boolean("accel", true);
+}
+
+Rgb read_colour(Properties& properties, const DeclaredColour& colour) {
+  if (properties.is_object(colour.name))
+    properties.fail_at(colour.name, quote(colour.name) +
+                                        " is an object; need a colour, <rgb> or <float>: no texture "
+                                        "inside of a texture is rendered");
+  const double fallback = colour.fallback;
+  const Rgb value = properties.color(colour.name, {{fallback, fallback, fallback}}).value;
+  for (const double v : value)
+    if (!(v >= colour.kind.low && v <= colour.kind.high))
+      properties.fail_at(colour.name, fmt::format("{} = {} is outside [{}, {}]", quote(colour.name), to_text(v),
+                                                  colour.kind.low, colour.kind.high));
+  return value;
+}
+
+std::vector<std::string> texture_types() {
+  std::vector<std::string> types;
+  for (const TextureModel& model : texture_models()) types.push_back(model.type);
+  return types;
+}
+
+void check_range(Properties& owner, const std::string& name, const Bitmap& bitmap) {
+  const auto [low, high] = std::minmax_element(bitmap.data.begin(), bitmap.data.end());
+  if (*low < 0 || *high > 1)
+    owner.fail_at(name,
+                  fmt::format("{}: the values of the image go from {} to {}; need [0, 1]", quote(name), *low, *high));
+}
+
+}  // namespace
+
+Texture read_texture(Builder& builder, const Element& element) {
+  Properties properties = builder.properties(element);
+  const TextureModel* model = find_texture(properties.type());
+  if (!model) fail_type(element, texture_types());
+  Texture texture;
+  texture.become(*model);
+  texture.id = element.id;
+  if (model->type == "bitmap") read_bitmap_texture(builder, properties, texture);
+  for (std::size_t i = 0; i < model->colours.size(); ++i)
+    texture.colours[i] = read_colour(properties, model->colours[i]);
   texture.to_uv = parse_to_uv(properties);
   properties.finish();
   return texture;
 }
 
 Texture build_texture(Builder& builder, Properties& owner, const std::string& name, double fallback) {
-  if (owner.is_object(name)) {
+  if (owner.is_object(name) && !owner.is_spectrum(name)) {
     const Element* element = owner.object("texture", name);
     if (!element)
       owner.fail_at(name, quote(name) + " is an object of the wrong kind; need a <texture>, <rgb> or <float>");
-    Texture texture = build_bitmap(builder, *element);
-    const auto [low, high] = std::minmax_element(texture.bitmap->data.begin(), texture.bitmap->data.end());
-    if (*low < 0 || *high > 1)
-      owner.fail_at(name,
-                    fmt::format("{}: the values of the image go from {} to {}; need [0, 1]", quote(name), *low, *high));
+    Texture texture = build_texture(builder, *element);
+    if (texture.bitmap) check_range(owner, name, *texture.bitmap);
     return texture;
   }
   Texture texture;

@@ -1,0 +1,176 @@
+/* A light connection: what it brings, dimmed on its way. Index-matched boundaries and media are passed, anything else blocks
+ * it. */
+#ifndef ITN_CONNECTION_H
+#define ITN_CONNECTION_H
+#include "lib/bsdf.h"
+#include "lib/emission.h"
+#include "lib/homogeneous.h"
+#include "lib/phase_score.h"
+
+/* Where a connection begins, and the factors that its own path has there: a passage through a medium, a change of direction
+ * by its phase function, a surface. Those of which `medium`, `phase` or `surface` is null are not there. */
+typedef struct {
+  const Homogeneous* medium;
+  const Step* passage;
+  const Phase* phase;
+  REAL cosine;
+  int model; /* of the surface's BSDF; MODEL_none */
+  const REAL* n;
+  const Step* surface;
+  MASK mask;
+} ConnectionStart;
+
+inline ConnectionStart connection_start(MASK mask) {
+  ConnectionStart s = {0, 0, 0, (REAL)(0.0f), MODEL_none, 0, 0, mask};
+  return s;
+}
+
+inline void add_connection_start(__global const JobRecord* job, Scores* scores, const ConnectionStart* start) {
+  if (start->passage) add_scores(job, scores, MODEL_homogeneous, start->medium->n, start->passage, true);
+  if (start->phase) add_phase(job, scores, start->phase, start->cosine, start->mask);
+  if (start->surface) add_scores(job, scores, start->model, start->n, start->surface, false);
+}
+
+#if ADJOINT
+#define PASSAGES MEDIA
+/* A connection's own factors weigh what it brings, and nothing else. through: distance in each medium on the way */
+inline void pull_connection(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
+                            const REAL arriving[], const ConnectionStart* start, const Lanes through[]) {
+  REAL weight[RADIANCE_CHANNELS];
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) weight[c] = arriving[c] * LOAD(pool, PULL + c, slots);
+  Scores own = no_scores();
+  own.pulled = pulled(weight);
+  add_connection_start(job, &own, start);
+  if (start->passage) sum_scores(launch, job, pool, slots, &own, MODEL_homogeneous, start->passage->first, mask);
+  if (start->phase) sum_phase(launch, job, pool, slots, &own, start->phase, mask);
+  if (start->surface) sum_scores(launch, job, pool, slots, &own, start->model, start->surface->first, mask);
+  for (int m = 0; m < MEDIA; ++m) {
+    const MASK passes = mask & (through[m].real > 0.0f);
+    if (!ANY(passes)) continue;
+    const Homogeneous medium = load_homogeneous(launch, (INT)(m));
+    Step step = no_step(medium.first);
+    step_passage(&step, medium.n, through[m].real, passes);
+    own.pulled = pulled(weight);
+    add_scores(job, &own, MODEL_homogeneous, medium.n, &step, true);
+    sum_scores(launch, job, pool, slots, &own, MODEL_homogeneous, medium.first, passes);
+  }
+}
+#else
+#define PASSAGES SCORES
+#endif
+
+/* What lies between the connection and the light. */
+typedef struct {
+  Lanes depth[THROUGHPUT_CHANNELS]; /* optical */
+  Lanes through[PASSAGES + 1];      /* distance in the medium of each score of sigma_t, or of each medium */
+  uint reached;                     /* lanes that nothing blocks */
+} Obstacles;
+
+/* Is carried[k] a score by sigma_t of a medium? */
+inline bool is_of_extinction(int k) {
+  return carried[k].model == MODEL_homogeneous && carried[k].slot <= HOMOGENEOUS_sigma_t_last;
+}
+
+#if HAS_MEDIUM
+/* A lane has passed `distance` in a medium. */
+inline void pass_medium(const Launch* launch, __global const JobRecord* job, Obstacles* way, int lane, int medium,
+                        float distance) {
+  const int first = launch->media[medium].first_number;
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
+    way->depth[c].f[lane] += launch->numbers[first + HOMOGENEOUS_sigma_t + c] * distance;
+  UNROLL for (int k = 0; k < SCORES; ++k)
+    if (is_of_extinction(k) && first - job->first_number == carried[k].first) way->through[k].f[lane] += distance;
+#if ADJOINT
+  way->through[medium].f[lane] += distance;
+#endif
+}
+#endif
+
+/* Follows connections to the light around the scene: from `from` in `medium`, standing on primitive `skip`, towards `to`. */
+inline Obstacles follow_connection(const Launch* launch, __global const JobRecord* job, MASK mask, REAL3 from, REAL3 to,
+                                   INT skip, INT medium) {
+  const Surfaces surfaces = job_surfaces(launch, job);
+  Obstacles way;
+  Lanes ox, oy, oz, dx, dy, dz, stands_on, in;
+  ox.real = from.x;
+  oy.real = from.y;
+  oz.real = from.z;
+  dx.real = to.x;
+  dy.real = to.y;
+  dz.real = to.z;
+  stands_on.integer = skip;
+  in.integer = medium;
+  UNROLL for (int k = 0; k < PASSAGES; ++k) way.through[k].real = (REAL)(0.0f);
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) way.depth[c].real = (REAL)(0.0f);
+  uint bits = lane_bits(mask);
+  way.reached = 0;
+  MASK passed = (MASK)(0); /* a boundary: nothing behind counts, or thin bodies would be passed again and again */
+  while (bits) {
+    const LaneHits hits = trace_lanes(surfaces, make3(ox.real, oy.real, oz.real), to, (REAL)(INFINITY),
+                                      stands_on.integer, in.integer >= 0, passed, mask);
+    passed = mask;
+    uint next = 0;
+    FOR_EACH_LANE(l, bits) {
+      const int at = hits.primitive.i[l], current = in.i[l];
+      if (at < 0) { /* nothing opaque or refractive in the way */
+        if (current < 0) way.reached |= 1u << l;
+        continue;
+      }
+      __global const PrimitiveRecord* primitive = launch->primitives + at;
+      __global const ShapeRecord* shape = launch->shapes + job->first_shape + primitive->shape;
+      if (launch->bsdfs[shape->bsdf].surface != SURFACE_NULL) continue;
+      const float3 o = (float3)(hits.x.f[l], hits.y.f[l], hits.z.f[l]), d = (float3)(dx.f[l], dy.f[l], dz.f[l]);
+      float3 normal = (float3)(primitive->normal[0], primitive->normal[1], primitive->normal[2]);
+      const bool curved = primitive->flags & PRIMITIVE_CURVED;
+      if (curved) normal = out_of_curved(primitive, o);
+      float facing = dot(d, normal);
+      if (curved && (primitive->flags & PRIMITIVE_FLIPPED)) facing = -facing;
+      const float offset = curved ? 0.0f : copysign(primitive->offset, facing);
+      ox.f[l] = o.x + offset * normal.x;
+      oy.f[l] = o.y + offset * normal.y;
+      oz.f[l] = o.z + offset * normal.z;
+#if HAS_MEDIUM
+      if (current >= 0) pass_medium(launch, job, &way, l, current, hits.distance.f[l]);
+#endif
+      if (shape->interior != shape->exterior) in.i[l] = facing < 0.0f ? shape->interior : shape->exterior;
+      stands_on.i[l] = at;
+      next |= 1u << l;
+    }
+    bits = next;
+    mask = mask & lane_mask(next);
+  }
+  return way;
+}
+
+/* Adds weight * light, dimmed on the way, to the radiance of the lanes in `mask`: from `from` in `medium` towards `to`.
+ * light: the radiance from there; scores: of the path so far; start: of where the connection begins. */
+inline void add_connection(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK mask,
+                           REAL3 from, REAL3 to, INT skip, INT medium, const REAL weight[RADIANCE_CHANNELS],
+                           const REAL light[3], const Scores* scores, const ConnectionStart* start) {
+  REAL arriving[RADIANCE_CHANNELS], dimmed[RADIANCE_CHANNELS];
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) arriving[c] = weight[c] * light[c];
+  const Obstacles way = follow_connection(launch, job, mask, from, to, skip, medium);
+  if (!way.reached) return;
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+    const REAL transmittance = EXP(-way.depth[THROUGHPUT_CHANNELS == 1 ? 0 : c].real);
+    arriving[c] *= transmittance;
+    dimmed[c] = weight[c] * transmittance;
+  }
+  Scores there = *scores;
+  add_connection_start(job, &there, start);
+  UNROLL for (int k = 0; k < SCORES; ++k) {
+    if (!is_of_extinction(k)) continue;
+    REAL d[MOST_SLOTS * CHANNELS], ones[MOST_SLOTS]; /* the same whatever sigma_t is */
+    UNROLL for (int i = 0; i < MOST_SLOTS; ++i) ones[i] = (REAL)(1.0f);
+    score_homogeneous_passage(ones, way.through[k].real, d);
+    there.of[k] += d[carried[k].slot * CHANNELS + (CHANNELS == 1 ? 0 : carried[k].channel)];
+  }
+  const MASK lit = lane_mask(way.reached);
+  gather_radiance(launch, pool, slots, lit, arriving, &there);
+#if ADJOINT
+  if (job->replay) pull_connection(launch, job, pool, slots, lit, arriving, start, way.through);
+#endif
+  gather_light_derivatives(launch, job, pool, slots, lit, dimmed, to);
+}
+
+#endif

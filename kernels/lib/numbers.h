@@ -1,0 +1,92 @@
+/* The numbers n of models, of each lane's own instance, and what their declarations say of them. All functions are given a
+ * constant `model`, so that the lists fold to the lines of that model. */
+#ifndef ITN_NUMBERS_H
+#define ITN_NUMBERS_H
+#include "lib/launch.h"
+#include "lib/texture.h"
+#include "scene/surfaces.h"
+
+/* Which colours of textures the numbers are: two bits a slot, in the place behind them; 0: not one of a texture. */
+#define ORIGINS (MOST_SLOTS - 1)
+#define ORIGIN_BITS 2
+typedef char OriginsOfAnyModelFit[ORIGINS * ORIGIN_BITS <= 32 ? 1 : -1];
+
+/* One number, of up to three channels; uv: where its texture is looked up. TEXTURED: does some instance have one there? */
+__attribute__((always_inline)) inline void load_number(const Launch* launch, int model, int slot, int channels, INT first,
+                                                       const REAL uv[2], REAL n[]) {
+  const int loaded = channels == 3 ? CHANNELS : 1;
+  n[slot] = GATHER((launch->numbers + slot), first);
+  if (loaded == 3) {
+    n[slot + 1] = GATHER((launch->numbers + slot + 1), first);
+    n[slot + 2] = GATHER((launch->numbers + slot + 2), first);
+  }
+#if HAS_TEXTURE
+  if (!TEXTURED(model, slot)) return;
+  Lanes at, u, v, value[3], origin;
+  at.integer = first;
+  u.real = uv[0];
+  v.real = uv[1];
+  origin.integer = (INT)(0);
+  UNROLL for (int c = 0; c < loaded; ++c) value[c].real = n[slot + c];
+  UNROLL for (int l = 0; l < WIDTH; ++l) {
+    const int texture = launch->number_textures[at.i[l] + slot];
+    if (texture < 0) continue;
+    float rgb[3];
+    origin.i[l] = texture_value(launch->textures + texture, launch->texels, launch->numbers + at.i[l] + slot, u.f[l],
+                                v.f[l], rgb);
+    UNROLL for (int c = 0; c < loaded; ++c) value[c].f[l] = rgb[c];
+  }
+  UNROLL for (int c = 0; c < loaded; ++c) n[slot + c] = value[c].real;
+  INT origins = AS_INT(n[ORIGINS]);
+  UNROLL for (int c = 0; c < channels; ++c) origins |= origin.integer << (ORIGIN_BITS * (slot + c));
+  n[ORIGINS] = AS_REAL(origins);
+#endif
+}
+
+#define LOAD_NUMBER(PREFIX, name, channels, role, coordinate) \
+  load_number(launch, model, PREFIX##_##name, channels, first, uv, n);
+#define LOAD_MODEL(name, PREFIX, type) \
+  case MODEL_##name: PREFIX##_NUMBERS(LOAD_NUMBER) break;
+#define LOAD_BSDF(name, PREFIX, type, variants) LOAD_MODEL(name, PREFIX, type)
+__attribute__((always_inline)) inline void load_numbers(const Launch* launch, int model, INT first, const REAL uv[2],
+                                                        REAL n[]) {
+#if HAS_TEXTURE
+  n[ORIGINS] = (REAL)(0.0f);
+#endif
+  switch (model) { BSDF_LIST(LOAD_BSDF) MEDIUM_LIST(LOAD_MODEL) PHASE_LIST(LOAD_MODEL) }
+}
+
+/* origins: n[ORIGINS]. Is n[slot] what a record says that has this `origin`? */
+inline REAL where_from(INT origins, int slot, int origin, REAL d) {
+#if HAS_TEXTURE
+  return SELECT(((origins >> (ORIGIN_BITS * slot)) & ((1 << ORIGIN_BITS) - 1)) == origin, d, 0.0f);
+#else
+  return d;
+#endif
+}
+
+/* ROLE_* of n[slot]. */
+#define ROLE_OF_NUMBER(PREFIX, name, channels, role, coordinate) \
+  if (slot >= PREFIX##_##name && slot <= PREFIX##_##name##_last) return role;
+#define ROLE_IN_MODEL(name, PREFIX, type) \
+  case MODEL_##name: PREFIX##_NUMBERS(ROLE_OF_NUMBER) break;
+#define ROLE_IN_BSDF(name, PREFIX, type, variants) ROLE_IN_MODEL(name, PREFIX, type)
+__attribute__((always_inline)) inline int role_of(int model, int slot) {
+  switch (model) { BSDF_LIST(ROLE_IN_BSDF) MEDIUM_LIST(ROLE_IN_MODEL) PHASE_LIST(ROLE_IN_MODEL) }
+  return ROLE_FIXED;
+}
+
+/* d by n[slot] as d by its coordinate (shared/declaration.h). There is none by a logarithm of 0. */
+#define COORDINATE_OF_NUMBER(PREFIX, name, channels, role, coordinate)                          \
+  if (slot >= PREFIX##_##name && slot <= PREFIX##_##name##_last)                                \
+    return coordinate == COORDINATE_COSINE ? d * (1.0f - n[slot] * n[slot])                     \
+                                           : SELECT(n[slot] > 0.0f, d * n[slot], 0.0f);
+#define COORDINATE_IN_MODEL(name, PREFIX, type) \
+  case MODEL_##name: PREFIX##_NUMBERS(COORDINATE_OF_NUMBER) break;
+#define COORDINATE_IN_BSDF(name, PREFIX, type, variants) COORDINATE_IN_MODEL(name, PREFIX, type)
+__attribute__((always_inline)) inline REAL by_coordinate(int model, int slot, const REAL n[], REAL d) {
+  switch (model) { BSDF_LIST(COORDINATE_IN_BSDF) MEDIUM_LIST(COORDINATE_IN_MODEL) PHASE_LIST(COORDINATE_IN_MODEL) }
+  return d;
+}
+
+#endif

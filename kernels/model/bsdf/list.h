@@ -1,0 +1,32 @@
+/* The BSDFs. BSDF(name, PREFIX, type, variants): name.h beside this file declares PREFIX_NUMBERS, PREFIX_PARAMETERS,
+ * PREFIX_TRAITS and PREFIX_RANDOM and has the functions below; type: of the element in scene files; variants: the values of its
+ * parameter `distribution`, in the order of `variant`, or "".
+ *
+ * wi, wo: unit, leave the surface, in its frame (z: normal). n: the model's numbers. f, weight: CHANNELS values.
+ *   name_value(variant, n, wi, wo, f)                f |cos wo| [1/sr], for radiance: transmission holds 1 / eta^2
+ *   name_density(variant, n, wi, wo)                 of name_draw [1/sr]; 0 where BSDF_SMOOTH
+ *   name_draw(variant, n, wi, u, wo, weight, pdf, inverse_eta)
+ *                                                    wo from PREFIX_RANDOM uniform numbers u. weight: f |cos wo| / pdf
+ *                                                    without 1 / eta^2, which is the square of inverse_eta, 1 where it
+ *                                                    was reflected and nowhere else
+ *   name_outcome(variant, n, wi, wo, reflected)      what was decided when wo was drawn: wo, or a microfacet's normal
+ *   name_decision(variant, n, wi, outcome, reflected)  the density of that; lost samples count, so that it integrates to 1
+ *   name_edge(variant, n, wi, wo)                    what log f lacks for its derivative, where f jumps; 0: nothing
+ * and for the host:
+ *   name_numbers(parameters, n)                      over any scalar: differentiated for the chain rule
+ *   name_refusal(parameters)                         why such values cannot be rendered
+ *   name_obstacle(parameters, slot)                  why there is no derivative by parameters[slot]; empty: there is */
+#ifndef ITN_BSDF_LIST_H
+#define ITN_BSDF_LIST_H
+#include "model/bsdf/dielectric.h"
+#include "model/bsdf/diffuse.h"
+#include "model/bsdf/rough_conductor.h"
+#include "model/bsdf/rough_dielectric.h"
+
+#define BSDF_LIST(BSDF)                          \
+  BSDF(diffuse, DIFFUSE, "diffuse", "")          \
+  BSDF(dielectric, DIELECTRIC, "dielectric", "") \
+  BSDF(rough_dielectric, ROUGH_DIELECTRIC, "roughdielectric", "beckmann ggx") \
+  BSDF(rough_conductor, ROUGH_CONDUCTOR, "roughconductor", "beckmann ggx")
+
+#endif

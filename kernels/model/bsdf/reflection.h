@@ -1,0 +1,14 @@
+/* What BSDFs share that decide on a direction and nothing else: see list.h. */
+#ifndef ITN_BSDF_REFLECTION_H
+#define ITN_BSDF_REFLECTION_H
+#include "shared/declaration.h"
+
+/* The decision is the direction, and log f has no edge. */
+#define BSDF_DECIDES_DIRECTION(name)                                                                             \
+  MODEL3 name##_outcome(int variant, const REAL* n, REAL3 wi, REAL3 wo, REAL reflected) { return wo; }           \
+  MODEL name##_decision(int variant, const REAL* n, REAL3 wi, REAL3 outcome, REAL reflected) {                   \
+    return name##_density(variant, n, wi, outcome);                                                              \
+  }                                                                                                              \
+  MODEL name##_edge(int variant, const REAL* n, REAL3 wi, REAL3 wo) { return NUMBER(0); }
+
+#endif

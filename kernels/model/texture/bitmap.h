@@ -1,0 +1,41 @@
+/* Mitsuba's `bitmap`: nearest or bilinear, texel centres at half integers, row 0 at v = 0.
+ * Tests: tests/stage/diffuse_test.cpp */
+#ifndef ITN_BITMAP_H
+#define ITN_BITMAP_H
+
+#define BITMAP_COLOURS(COLOUR)
+
+#ifdef __OPENCL_VERSION__
+inline int wrap_texel(int i, int size, int wrap) {
+  if (wrap == TEXTURE_CLAMP) return clamp(i, 0, size - 1);
+  int period = wrap == TEXTURE_MIRROR ? 2 * size : size;
+  i = i % period;
+  if (i < 0) i += period;
+  return i < size ? i : period - 1 - i;
+}
+
+inline void texel(__global const TextureRecord* t, __global const float* texels, int x, int y, float weight,
+                  float rgb[3]) {
+  __global const float* p =
+      texels + t->offset + 3 * (wrap_texel(y, t->height, t->wrap) * t->width + wrap_texel(x, t->width, t->wrap));
+  UNROLL for (int c = 0; c < 3; ++c) rgb[c] += weight * p[c];
+}
+
+inline int bitmap_value(__global const TextureRecord* t, __global const float* texels, __global const float* number,
+                        float u, float v, float rgb[3]) {
+  const float x = u * t->width, y = v * t->height;
+  rgb[0] = rgb[1] = rgb[2] = 0.0f;
+  if (t->nearest) {
+    texel(t, texels, (int)floor(x), (int)floor(y), 1.0f, rgb);
+    return 0;
+  }
+  float left = floor(x - 0.5f), top = floor(y - 0.5f), a = x - 0.5f - left, b = y - 0.5f - top;
+  texel(t, texels, (int)left, (int)top, (1 - a) * (1 - b), rgb);
+  texel(t, texels, (int)left + 1, (int)top, a * (1 - b), rgb);
+  texel(t, texels, (int)left, (int)top + 1, (1 - a) * b, rgb);
+  texel(t, texels, (int)left + 1, (int)top + 1, a * b, rgb);
+  return 0;
+}
+#endif
+
+#endif

@@ -1,0 +1,18 @@
+/* Mitsuba's `checkerboard`: squares half a unit of u and v wide, color0 where both coordinates are in the first half of a unit
+ * or both in the second, color1 elsewhere. A border belongs to the first half, a whole number too.
+ * Tests: tests/model/checkerboard_test.cpp */
+#ifndef ITN_CHECKERBOARD_H
+#define ITN_CHECKERBOARD_H
+
+#define CHECKERBOARD_COLOURS(COLOUR) COLOUR(color0, REFLECTANCE, 0.4) COLOUR(color1, REFLECTANCE, 0.2)
+
+#ifdef __OPENCL_VERSION__
+inline int checkerboard_value(__global const TextureRecord* t, __global const float* texels,
+                              __global const float* number, float u, float v, float rgb[3]) {
+  const int colour = (u - floor(u) > 0.5f) == (v - floor(v) > 0.5f) ? 1 : 2;
+  UNROLL for (int c = 0; c < 3; ++c) rgb[c] = number[colour * t->numbers + c];
+  return colour;
+}
+#endif
+
+#endif

@@ -1,0 +1,120 @@
+/* Stage of surfaces that do not transmit: light is sampled, and the path is reflected. The same for all BSDFs without
+ * BSDF_TRANSMITS; `model` and `variant` are constants where this is inlined. */
+#ifndef ITN_STAGE_OPAQUE_H
+#define ITN_STAGE_OPAQUE_H
+#include "lib/connection.h"
+#include "lib/light_sampling.h"
+#include "stage/surface.h"
+
+/* What a stage knows of its BSDF where the paths have arrived. */
+typedef struct {
+  REAL n[MOST_SLOTS];
+  Frame frame; /* shading frame, on the side of arrival */
+  REAL3 wi;
+} Reflector;
+
+inline Reflector load_reflector(const Launch* launch, int model, const Surface* s, MASK back) {
+  Reflector r;
+  load_numbers(launch, model, s->first_number, s->texture, r.n);
+  r.frame = make_frame(scale3(s->frame, SELECT(back, -1.0f, 1.0f)));
+  r.wi = scale3(frame_to_local(&r.frame, s->direction), -1.0f);
+  return r;
+}
+
+#if LIGHT_SAMPLING
+/* Samples the light. weight: throughput of the path with its spectral weights, before the reflection; even: after it, of a
+ * BSDF whose value is a weight times its density. */
+inline void connect_reflector(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
+                              INT slots, MASK mask, const Surface* s, const Reflector* r, const Random* random, INT depth,
+                              const REAL throughput[], const REAL spectral[3]) {
+  const bool even = (bsdf_traits(model) & BSDF_EVEN) != 0;
+  const Scores scores = load_scores(job, pool, slots);
+  __global const EmitterRecord* emitter = launch->emitters + job->emitter;
+  REAL v[4];
+  draw(random, 1, v);
+  REAL3 to_light;
+  REAL pdf, light[3];
+  const MASK sampled = sample_light(launch, emitter, mask | !mask, v, &to_light, &pdf, light);
+  const REAL3 wo = frame_to_local(&r->frame, to_light);
+  const REAL bsdf_pdf = bsdf_density(model, variant, r->n, r->wi, wo);
+  REAL f[CHANNELS];
+  bsdf_value(model, variant, r->n, r->wi, wo, f);
+  REAL connection_weight[RADIANCE_CHANNELS];
+  MASK lit = (MASK)(0);
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+    const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
+    REAL value = (even ? bsdf_pdf : f[t]) / (pdf + bsdf_pdf) * LOAD(pool, REFRACTION_SCALE, slots);
+#if OPERATOR_SINGLE
+    value = SELECT(depth >= SCATTERED_ONCE, value, 0.0f);
+#endif
+    lit = lit | (value > 0.0f);
+    connection_weight[c] = throughput[t] * spectral[c] * value;
+  }
+  const Step step = bsdf_step(model, variant, r->n, s->first_number, r->wi, wo, mask);
+  ConnectionStart start = connection_start(mask);
+  start.model = model;
+  start.n = r->n;
+  start.surface = &step;
+  add_connection(launch, job, pool, slots, mask & sampled & lit,
+                 beside_surface(launch->primitives, s->primitive, s->position, s->normal, to_light), to_light,
+                 s->primitive, LOAD_INT(pool, MEDIUM, slots), connection_weight, light, &scores, &start);
+}
+#endif
+
+/* Light that arrives from `wo`, to the scores of the paths that go on. */
+inline void score_reflection(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
+                             INT slots, MASK mask, const Surface* s, const Reflector* r, REAL3 wo) {
+  Scores scores = load_scores(job, pool, slots);
+  const Step step = bsdf_step(model, variant, r->n, s->first_number, r->wi, wo, mask);
+  add_scores(job, &scores, model, r->n, &step, false);
+  store_scores(pool, slots, &scores);
+  sum_scores(launch, job, pool, slots, &scores, model, s->first_number, mask);
+}
+
+inline void opaque_stage(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
+                         INT slots, MASK valid) {
+  const int traits = bsdf_traits(model);
+  const Surface s = load_surface(launch, job, pool, slots, valid);
+  const Random random = load_random(job, pool, slots);
+  REAL u[4];
+  draw(&random, 0, u);
+  const REAL cos_i = -dot3(s.direction, s.frame);
+  const MASK reflects = valid & ((cos_i > 0.0f) | ((cos_i < 0.0f) & s.twosided));
+  const Reflector r = load_reflector(launch, model, &s, cos_i < 0.0f);
+
+  REAL3 wo;
+  REAL weight[CHANNELS], pdf, same_side;
+  bsdf_draw(model, variant, r.n, r.wi, u, &wo, weight, &pdf, &same_side);
+  REAL throughput[THROUGHPUT_CHANNELS], arriving[THROUGHPUT_CHANNELS], spectral[3];
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
+    arriving[c] = LOAD(pool, THROUGHPUT + c, slots);
+    throughput[c] = arriving[c] * weight[c];
+  }
+  channel_weights(pool, slots, (REAL)(1.0f), spectral);
+  const INT depth = LOAD_INT(pool, DEPTH, slots) + 1;
+  const REAL largest = brightest(throughput, spectral);
+  const MASK dies = roulette(job, plain_depth(depth), u[bsdf_random(model)], reflects, largest, throughput);
+  const MASK goes_on = reflects & !dies;
+  /* where a lost sample says nothing of the others, roulette comes first: paths that end here need no light */
+  const bool even = (traits & BSDF_EVEN) != 0;
+#if LIGHT_SAMPLING
+  if (!even && !(traits & BSDF_SMOOTH))
+    connect_reflector(model, variant, launch, job, pool, slots, reflects & (plain_depth(depth) < job->max_depth), &s, &r,
+                      &random, depth, arriving, spectral);
+#endif
+  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
+  STORE_INT(pool, EVENT, slots, random.event + 1);
+  STORE_INT(pool, DEPTH, slots, depth);
+  finish(launch, job, pool, slots, valid & !goes_on);
+#if LIGHT_SAMPLING
+  if (even)
+    connect_reflector(model, variant, launch, job, pool, slots, goes_on, &s, &r, &random, depth, throughput, spectral);
+  STORE(pool, LAST_PDF, slots, (traits & BSDF_SMOOTH) ? (REAL)(0.0f) : -pdf);
+#else
+  STORE(pool, LAST_PDF, slots, 0.0f);
+#endif
+  if (!(traits & BSDF_SMOOTH)) score_reflection(model, variant, launch, job, pool, slots, goes_on, &s, &r, wo);
+  leave_surface(launch, pool, slots, goes_on, &s, frame_to_world(&r.frame, wo));
+}
+
+#endif

@@ -1,0 +1,13 @@
+#include "runtime/base/fingerprint.h"
+
+#include <fmt/format.h>
+
+#include "runtime/base/file.h"
+
+namespace itn {
+
+std::string fingerprint_text(std::string_view bytes) { return fmt::format("{:016x}", fingerprint(bytes)); }
+
+std::string fingerprint_of(const std::string& file) { return fingerprint_text(read_file(file)); }
+
+}  // namespace itn

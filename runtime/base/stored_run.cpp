@@ -1,0 +1,64 @@
+#include "runtime/base/stored_run.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
+
+namespace itn {
+namespace {
+
+// Whatever the order of an object's members.
+bool same(const StoredRun::Json& a, const StoredRun::Json& b) { return nlohmann::json(a) == nlohmann::json(b); }
+
+}  // namespace
+
+StoredRun::StoredRun(std::string file, std::string schema, std::string job)
+    : file_(std::move(file)), schema_(std::move(schema)), job_(std::move(job)) {
+  if (!std::filesystem::exists(file_)) return;
+  stored_ = Json::parse(read_file(file_), nullptr, false);
+  const auto has = [&](const char* key) { return stored_.is_object() && stored_.contains(key); };
+  if (!has("schema") || stored_["schema"] != schema_ || !has("request") || !stored_["request"].is_object()) refuse();
+}
+
+void StoredRun::refuse() const {
+  throw InputError(fmt::format("{}: not {} by this version; remove its folder to begin anew", file_, job_));
+}
+
+StoredRun::Json StoredRun::before(const std::string& key) const {
+  return stored_.is_null() ? Json() : stored_.value(key, Json());
+}
+
+std::string StoredRun::first_difference(const Json& request) const {
+  const Json& before = stored_.at("request");
+  for (const auto& [key, value] : request.items())
+    if (!before.contains(key) || !same(before.at(key), value)) return key;
+  return "";
+}
+
+bool StoredRun::continues(const Json& request) const { return !stored_.is_null() && first_difference(request).empty(); }
+
+void StoredRun::require_same(const Json& request) const {
+  if (stored_.is_null()) return;
+  const std::string key = first_difference(request);
+  if (key.empty()) return;
+  throw UsageError(
+      fmt::format("{}: holds {} with another {} ({}, now {}); give another folder with -o, or remove this one",
+                  std::filesystem::path(file_).parent_path().string(), job_, key,
+                  stored_.at("request").value(key, Json()).dump(), request.at(key).dump()));
+}
+
+void StoredRun::write(const Json& request, const Json& record, int indent) const {
+  Json all{{"schema", schema_}, {"request", request}};
+  all.update(record);
+  write_file(file_, all.dump(indent) + "\n");
+}
+
+RunFolder::RunFolder(std::string folder, const std::string& file, std::string schema, std::string job)
+    : folder_(std::move(folder)), lock_(folder_), run_(this->file(file), std::move(schema), std::move(job)) {}
+
+std::string RunFolder::file(const std::string& name) const { return (std::filesystem::path(folder_) / name).string(); }
+
+}  // namespace itn

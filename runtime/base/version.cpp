@@ -1,0 +1,7 @@
+#include "runtime/base/version.h"
+
+namespace itn {
+
+const char* version() { return ITN_VERSION; }
+
+}  // namespace itn

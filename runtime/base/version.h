@@ -1,0 +1,9 @@
+// Which version this is: part of what results depend on.
+#pragma once
+
+namespace itn {
+
+// For instance "0.1.0".
+const char* version();
+
+}  // namespace itn

@@ -1,0 +1,191 @@
+#include "runtime/compile/derivative_data.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "kernels/model/models.h"
+#include "runtime/base/error.h"
+#include "runtime/compile/emitter.h"
+#include "runtime/scene/parameters.h"
+
+namespace itn {
+namespace {
+
+// The functions of kernels/model whose scores an instance of a model adds up, and those of its decisions.
+struct Functions {
+  std::vector<std::string> factors, decisions;
+};
+
+Functions functions_of(const Model& model, Owner owner, int variant) {
+  if (owner == Owner::phase) return {{"score_" + model.name}, {}};
+  if (owner == Owner::medium) return {{"score_" + model.name + "_scattering", "score_" + model.name + "_passage"}, {}};
+  const std::string name = fmt::format("score_{}_{}", model.name, variant);
+  return {{name}, {name + "_decision"}};
+}
+
+// Do the scores by a colour number not depend on other colours, so that one serves all channels where it is grey?
+bool stands_alone(const ScoreFunction& function, const Model& model, const DeclaredNumber& number) {
+  for (const std::string& input : function.inputs_of(number.slot, 0))
+    for (const DeclaredNumber& other : model.numbers) {
+      if (other.channels == 1 || other.slot == number.slot) continue;
+      for (int c = 0; c < other.channels; ++c)
+        if (input == fmt::format("n[{}]", other.slot + c)) return false;
+    }
+  return true;
+}
+
+class Builder {
+ public:
+  Builder(const Scene& scene, const JobRecord& job, LaunchData& launch) : scene_(scene), job_(job), launch_(launch) {}
+
+  // image: which derivative this is
+  void add(const Parameter& p, int image) {
+    if (is_of_light(p)) return add_light(p, image);
+    launch_.coloured_light |= p.component >= 0;  // where all components are equal, the derivatives are not
+    for (const int index : p.indices)
+      if (p.owner == Owner::texture)
+        add_textures(p, index, image);
+      else
+        add_instance(p, p.member, instance_of(p.owner, index), image);
+  }
+
+  DerivativeData data;
+
+ private:
+  // A model of the scene, and where its numbers begin.
+  struct Place {
+    const Model* model;
+    int variant, first;
+    std::vector<double> slots, numbers;
+    int origin = 0;  // as of ScoreRecord
+  };
+
+  void add_light(const Parameter& p, int image) {
+    DerivativeRecord record{{0, 0, 0}, static_cast<int>(launch_.emitters.size())};
+    const EmitterRecord light = launch_.emitters[static_cast<std::size_t>(job_.emitter)];
+    launch_.emitters.push_back(emitter_derivative(*scene_.environment, p, light, launch_.emitter_tables));
+    if (light.kind == EMITTER_SUNSKY) data.functions["derivative_sky_hosek_wilkie"] = {0};
+    data.derivatives.push_back(record);
+    data.parts.push_back({image, {-1, -1, -1}});
+    data.numbers.push_back({});
+  }
+
+  // A colour of a texture, wherever the BSDF has it.
+  void add_textures(const Parameter& p, int index, int image) {
+    const Bsdf& bsdf = scene_.bsdfs[static_cast<std::size_t>(index)];
+    for (std::size_t i = 0; i < bsdf.values.size(); ++i) {
+      const Texture& texture = bsdf.values[i];
+      for (std::size_t k = 0; texture.id == p.texture && k < texture.colours.size(); ++k) {
+        if (texture.model->colours[k].name != p.member) continue;
+        Place place = instance_of(Owner::bsdf, index);
+        place.slots = bsdf.showing(i, k).slots();
+        place.numbers = bsdf.model->to_numbers(place.slots);
+        place.origin = static_cast<int>(k) + 1;
+        add_instance(p, bsdf.model->parameters[i].name, place, image);
+      }
+    }
+  }
+
+  // One part for each number that the parameter, `member` of the model, moves.
+  void add_instance(const Parameter& p, const std::string& member, const Place& place, int image) {
+    const DeclaredParameter& declared = place.model->parameter(member);
+    const auto by = place.model->jacobian(place.slots);
+    for (const DeclaredNumber& number : place.model->numbers) {
+      if (place.origin > 0 && number.name != member) continue;
+      DerivativeRecord record{{0, 0, 0}, -1};
+      PartRecord part{image, {-1, -1, -1}};
+      bool moves = false;
+      for (int c = 0; c < 3; ++c) {
+        if (p.component >= 0 && p.component != c) continue;
+        const int slot = number.slot + (number.channels == 3 ? c : 0);
+        const int from = declared.slot + (declared.kind.channels == 3 ? c : 0);
+        record.factor[c] = static_cast<float>(by[static_cast<std::size_t>(slot)][static_cast<std::size_t>(from)]);
+        if (record.factor[c] == 0) continue;
+        part.score[c] = score(p.owner, place, number, c);
+        moves = true;
+      }
+      if (!moves) continue;
+      data.derivatives.push_back(record);
+      data.parts.push_back(part);
+      data.numbers.push_back({place.model, place.first, number.slot, number.channels == 3, place.origin});
+    }
+  }
+
+  // Index of the score that a number needs in a channel.
+  int score(Owner owner, const Place& place, const DeclaredNumber& number, int channel) {
+    const Functions functions = functions_of(*place.model, owner, place.variant);
+    bool one_for_all = true;  // channels
+    const auto value = [&](int c) { return place.numbers[static_cast<std::size_t>(number.slot + c)]; };
+    for (const std::string& name : functions.factors) {
+      const ScoreFunction& function = score_function(name);
+      one_for_all &= number.channels == 1
+                         ? function.same_in_all_channels(number.slot)
+                         : value(0) == value(1) && value(1) == value(2) && stands_alone(function, *place.model, number);
+      want(function, number, number.channels);
+    }
+    if (number.role == ROLE_DENSITY)
+      for (const std::string& name : functions.decisions) want(score_function(name), number, number.channels);
+    const int c = one_for_all ? 0 : channel;
+    const ScoreRecord r{place.model->id, number.slot + (number.channels == 3 ? c : 0), c, place.first, place.origin};
+    const auto same = [&](const ScoreRecord& o) {
+      return o.model == r.model && o.slot == r.slot && o.channel == r.channel && o.first == r.first &&
+             o.origin == r.origin;
+    };
+    const auto found = std::find_if(data.scores.begin(), data.scores.end(), same);
+    if (found != data.scores.end()) return static_cast<int>(found - data.scores.begin());
+    data.scores.push_back(r);
+    return static_cast<int>(data.scores.size()) - 1;
+  }
+
+  void want(const ScoreFunction& function, const DeclaredNumber& number, int channels) {
+    for (int c = 0; c < channels; ++c)
+      for (int of = 0; of < 3; ++of)
+        if (function.derivatives.count({number.slot + c, of}) > 0)
+          data.functions[function.name].insert(number.slot + c);
+  }
+
+  Place instance_of(Owner owner, int index) const {
+    const auto i = static_cast<std::size_t>(index);
+    const auto place = [](const Model& model, int variant, int first, const std::vector<double>& slots) {
+      return Place{&model, variant, first, slots, model.to_numbers(slots)};
+    };
+    const int base = job_.first_number;
+    const auto start = std::find_if(launch_.scenes.begin(), launch_.scenes.end(),
+                                    [&](const SceneStart& s) { return s.first_number == base; });
+    const MediumRecord* media = launch_.media.data() + start->first_medium;
+    const BsdfRecord* bsdfs = launch_.bsdfs.data() + start->first_bsdf;
+    if (owner == Owner::medium)
+      return place(*find_model(medium_models(), "homogeneous"), 0, media[i].first_number - base,
+                   scene_.media[i].slots());
+    if (owner == Owner::phase) {
+      const PhaseFunction& phase = scene_.media[i].phase;
+      return place(*phase.model, phase.variant, media[i].first_phase_number - base, phase.slots());
+    }
+    const Bsdf& bsdf = scene_.bsdfs[i];
+    return place(*bsdf.model, bsdf.variant, bsdfs[i].first_number - base, bsdf.slots());
+  }
+
+  const Scene& scene_;
+  const JobRecord& job_;
+  LaunchData& launch_;
+};
+
+}  // namespace
+
+DerivativeData derivative_data(const Scene& scene, const std::vector<std::string>& names, const JobRecord& job,
+                               LaunchData& launch) {
+  const std::vector<Parameter> parameters = list_parameters(scene);
+  Builder builder(scene, job, launch);
+  for (auto name = names.begin(); name != names.end(); ++name) {
+    const Parameter p = find_parameter(parameters, *name);
+    if (!p.not_differentiable.empty())
+      throw UsageError(fmt::format("parameter {} cannot be differentiated by: {}", p.name, p.not_differentiable));
+    if (std::find(names.begin(), name, *name) != name)
+      throw UsageError(fmt::format("parameter {}: named twice", *name));
+    builder.add(p, static_cast<int>(name - names.begin()));
+  }
+  return std::move(builder.data);
+}
+
+}  // namespace itn

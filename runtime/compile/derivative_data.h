@@ -1,0 +1,40 @@
+// Parameters by which an image is differentiated, as the records and the code that the device needs for it.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "kernels/shared/scene_layout.h"
+#include "runtime/compile/launch_data.h"
+#include "runtime/derivative/score_functions.h"
+#include "runtime/scene/scene.h"
+
+namespace itn {
+
+static_assert(sizeof(ScoreRecord) == 20 && sizeof(SumRecord) == 20 && sizeof(DerivativeRecord) == 16);
+
+// Which number a part of a derivative is by: n[slot] of the model whose numbers begin at `first` of the scene's.
+struct NumberOfPart {
+  const Model* model = nullptr;
+  int first = 0, slot = 0;
+  bool colour = false;  // n[slot + c] in channel c
+  int origin = 0;       // as of ScoreRecord
+  // Of n[slot + c], from n on.
+  int place(int c) const { return model->place_of_colour(slot + c, origin); }
+};
+
+struct DerivativeData {
+  std::vector<ScoreRecord> scores;            // what a path carries
+  std::vector<PartRecord> parts;              // of the derivatives, which are in the order of the names
+  std::vector<DerivativeRecord> derivatives;  // one a part
+  std::vector<NumberOfPart> numbers;          // one a part; by the light: without a model
+  int images() const { return parts.empty() ? 0 : parts.back().image + 1; }
+  ScoreRequest functions;  // the derivatives of the models that it takes
+};
+
+// names: as list_parameters gives them; job: of the scene, which `launch` has; the derivatives of its light
+// are appended there. Throws UsageError: a name that is unknown, not differentiable
+// (says why), or there twice.
+DerivativeData derivative_data(const Scene& scene, const std::vector<std::string>& names, const JobRecord& job,
+                               LaunchData& launch);
+
+}  // namespace itn

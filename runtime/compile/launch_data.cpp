@@ -1,0 +1,276 @@
+#include "runtime/compile/launch_data.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
+
+#include "kernels/model/models.h"
+#include "kernels/shared/baseline_layout.h"
+#include "runtime/base/colour.h"
+#include "runtime/compile/emitter.h"
+#include "runtime/compile/surfaces.h"
+
+namespace itn {
+namespace {
+
+void store(const Vec3& v, float out[3]) {
+  for (std::size_t k = 0; k < 3; ++k) out[k] = static_cast<float>(v[k]);
+}
+
+Vec3 apply(const Transform& t, const Vec3& v, double w) {
+  Vec3 r{};
+  for (std::size_t i = 0; i < 3; ++i)
+    r[i] = t.m[4 * i] * v[0] + t.m[4 * i + 1] * v[1] + t.m[4 * i + 2] * v[2] + t.m[4 * i + 3] * w;
+  return r;
+}
+
+// See CameraRecord. Mitsuba's sensors look along local +z with +y up and +x to the left; rays start on the near plane.
+CameraRecord camera_record(const Sensor& sensor, int first_medium) {
+  CameraRecord r{};
+  const double aspect = static_cast<double>(sensor.height) / sensor.width;
+  const double x = sensor.orthographic ? 1 : std::tan(sensor.fov_x / 2 * std::numbers::pi / 180), y = x * aspect;
+  const Vec3 along = apply(sensor.to_world, {0, 0, 1}, 0);
+  const Vec3 right = apply(sensor.to_world, {x, 0, 0}, 0), up = apply(sensor.to_world, {0, y, 0}, 0);
+  const double shift_a = 2 * sensor.principal_x, shift_b = 2 * sensor.principal_y;
+  Vec3 start = apply(sensor.to_world, {0, 0, sensor.near_clip}, 1);
+  const double spread = sensor.orthographic ? 1 : sensor.near_clip;
+  Vec3 centre = along;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double shift = shift_a * right[k] + shift_b * up[k];
+    start[k] += spread * shift;
+    if (!sensor.orthographic) centre[k] += shift;
+  }
+  store(start, r.origin_0);
+  store({spread * right[0], spread * right[1], spread * right[2]}, r.origin_a);
+  store({spread * up[0], spread * up[1], spread * up[2]}, r.origin_b);
+  store(centre, r.direction_0);
+  if (!sensor.orthographic) {
+    store(right, r.direction_a);
+    store(up, r.direction_b);
+  }
+  r.inverse_width = 1.0f / static_cast<float>(sensor.width);
+  r.inverse_height = 1.0f / static_cast<float>(sensor.height);
+  r.crop_x = sensor.crop_x;
+  r.crop_y = sensor.crop_y;
+  r.crop_width = sensor.crop_width;
+  r.filter = sensor.filter == FilterKind::box    ? FILTER_BOX
+             : sensor.filter == FilterKind::tent ? FILTER_TENT
+                                                 : FILTER_GAUSSIAN;
+  r.filter_size = static_cast<float>(sensor.filter == FilterKind::tent ? sensor.filter_radius : sensor.filter_stddev);
+  r.medium = sensor.medium < 0 ? -1 : first_medium + sensor.medium;
+  return r;
+}
+
+void append_bitmap(const Texture& texture, TextureRecord& r, LaunchData& data) {
+  const Bitmap& bitmap = *texture.bitmap;
+  const auto [known, is_new] = data.texels_of.try_emplace(&bitmap, static_cast<int>(data.texels.size()));
+  r.offset = known->second;
+  r.width = bitmap.width;
+  r.height = bitmap.height;
+  r.wrap = texture.wrap == Texture::Wrap::repeat   ? TEXTURE_REPEAT
+           : texture.wrap == Texture::Wrap::mirror ? TEXTURE_MIRROR
+                                                   : TEXTURE_CLAMP;
+  r.nearest = texture.nearest;
+  const std::size_t pixels = static_cast<std::size_t>(bitmap.width) * static_cast<std::size_t>(bitmap.height);
+  const std::size_t channels = static_cast<std::size_t>(bitmap.channels);
+  for (std::size_t i = 0; is_new && i < pixels; ++i)
+    for (std::size_t c = 0; c < 3; ++c) data.texels.push_back(bitmap.data[i * channels + std::min(c, channels - 1)]);
+  data.coloured |= channels > 1;
+}
+
+// Returns its index, -1 where it is constant. model: that of the number for which it stands
+int append_texture(const Texture& texture, const Model& model, LaunchData& data) {
+  if (texture.is_constant()) return -1;
+  TextureRecord r{};
+  r.kind = texture.model->id;
+  for (std::size_t k = 0; k < 6; ++k) r.to_uv[k] = static_cast<float>(texture.to_uv[k]);
+  r.numbers = model.number_slots;
+  if (texture.bitmap) append_bitmap(texture, r, data);
+  for (const Rgb& colour : texture.colours) data.coloured |= !grey(colour);
+  data.textures.push_back(r);
+  return static_cast<int>(data.textures.size()) - 1;
+}
+
+// Room in the array of numbers for those of a model; returns where it begins.
+int append_numbers(const Model& model, const std::vector<double>& slots, LaunchData& data) {
+  const std::vector<double> n = model.to_numbers(slots);
+  const int first = static_cast<int>(data.numbers.size());
+  for (const double number : n) data.numbers.push_back(static_cast<float>(number));
+  if (n.empty()) data.numbers.push_back(0);  // each has a place of its own
+  data.number_textures.resize(data.numbers.size(), -1);
+  return first;
+}
+
+// A texture takes the place of the number that its parameter is called after; behind the numbers come sets of them with
+// the textures' colours (TextureRecord).
+void append_textures(const Instance& instance, int first, LaunchData& data) {
+  const Model& model = *instance.model;
+  std::size_t sets = 0;
+  for (const Texture& texture : instance.values) sets = std::max(sets, texture.colours.size());
+  const auto room = sets * static_cast<std::size_t>(model.number_slots);
+  data.numbers.resize(data.numbers.size() + room);
+  data.number_textures.resize(data.numbers.size(), -1);
+  for (std::size_t i = 0; i < instance.values.size(); ++i) {
+    const Texture& texture = instance.values[i];
+    const int index = append_texture(texture, model, data);
+    if (index < 0) continue;
+    const DeclaredNumber& number = model.number_called(model.parameters[i].name);
+    data.number_textures[static_cast<std::size_t>(first + number.slot)] = index;
+    data.textured.insert({model.id, number.slot});
+    for (std::size_t k = 0; k < texture.colours.size(); ++k) {
+      const std::vector<double> n = model.to_numbers(instance.showing(i, k).slots());
+      for (int slot = number.slot; slot < number.slot + number.channels; ++slot)
+        data.numbers[static_cast<std::size_t>(first + model.place_of_colour(slot, static_cast<int>(k) + 1))] =
+            static_cast<float>(n[static_cast<std::size_t>(slot)]);
+    }
+  }
+}
+
+BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
+  BsdfRecord r{};
+  r.first_cell = data.cells;
+  if (!bsdf.model) return r;
+  for (std::size_t i = 0; i < bsdf.values.size(); ++i)
+    data.coloured |=
+        bsdf.model->parameters[i].kind.channels == 3 && bsdf.values[i].is_constant() && !grey(bsdf.values[i].value);
+  r.surface = surface_number(*bsdf.model, bsdf.variant);
+  r.twosided = bsdf.twosided ? -1 : 0;
+  r.first_number = append_numbers(*bsdf.model, bsdf.slots(), data);
+  append_textures(bsdf, r.first_number, data);
+  if (bsdf.model->traits & BSDF_BASELINE) data.cells += BASELINE_BOUNDARY_CELLS;
+  return r;
+}
+
+// The boundary that light connections out of a medium assume: a rough one around it.
+bool is_rough_boundary(const Bsdf& bsdf) { return bsdf.model && bsdf.model->id == MODEL_rough_dielectric; }
+
+MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
+  const Medium& medium = scene.media[static_cast<std::size_t>(index)];
+  MediumRecord r{};
+  r.first_number = append_numbers(*find_model(medium_models(), "homogeneous"), medium.slots(), data);
+  r.phase = medium.phase.model->id;
+  r.first_phase_number = append_numbers(*medium.phase.model, medium.phase.slots(), data);
+  for (const Shape& shape : scene.shapes) {
+    const Bsdf& bsdf = scene.bsdfs[static_cast<std::size_t>(shape.bsdf)];
+    if (!bsdf.model && (shape.interior == index || shape.exterior == index)) r.connection = CONNECTION_STRAIGHT;
+    if (is_rough_boundary(bsdf) && shape.interior == index && r.connection == CONNECTION_NONE) {
+      const std::vector<double> n = bsdf.model->to_numbers(bsdf.slots());
+      r.connection = CONNECTION_REFRACTED;
+      r.distribution = bsdf.variant;
+      r.alpha = static_cast<float>(n[ROUGH_DIELECTRIC_alpha]);
+      r.eta = static_cast<float>(n[ROUGH_DIELECTRIC_eta]);
+    }
+  }
+  r.first_cell = data.cells;
+  data.cells += BASELINE_MEDIUM_CELLS;
+  data.spectral |= !grey(medium.sigma_t);
+  data.coloured |= !grey(medium.albedo) || !grey(medium.sigma_t);
+  return r;
+}
+
+int append_record(const EmitterRecord& record, LaunchData& data) {
+  data.emitters.push_back(record);
+  return static_cast<int>(data.emitters.size()) - 1;
+}
+
+int append_light(const Emitter& light, LaunchData& data) {
+  const bool shared = light.kind == Emitter::Kind::envmap && !light.sampled_as;
+  const auto key = std::tuple(light.bitmap.get(), light.scale, light.to_world.m);
+  if (shared && data.emitter_of.count(key)) return data.emitter_of[key];
+  EmitterRecord record;
+  append_emitter(light, record, data.emitter_tables);
+  data.coloured_light |= light.kind != Emitter::Kind::constant || !grey(light.radiance);
+  const int index = append_record(record, data);
+  if (shared) data.emitter_of[key] = index;
+  return index;
+}
+
+}  // namespace
+
+JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData& data) {
+  JobRecord job{};
+  job.pixel_step = 1;
+  job.geometry = geometry;
+  const int first_medium = static_cast<int>(data.media.size()), first_bsdf = static_cast<int>(data.bsdfs.size());
+  job.first_shape = static_cast<int>(data.shapes.size());
+  job.first_number = static_cast<int>(data.numbers.size());
+  data.scenes.push_back({job.first_number, first_medium, first_bsdf});
+  const auto medium_index = [&](int medium) { return medium < 0 ? -1 : first_medium + medium; };
+  for (int m = 0; m < static_cast<int>(scene.media.size()); ++m) data.media.push_back(medium_record(scene, m, data));
+  for (const Bsdf& bsdf : scene.bsdfs) data.bsdfs.push_back(bsdf_record(bsdf, data));
+  for (const Shape& shape : scene.shapes)
+    data.shapes.push_back({first_bsdf + shape.bsdf, medium_index(shape.interior), medium_index(shape.exterior), 0});
+
+  job.camera = static_cast<int>(data.cameras.size());
+  const Sensor& camera = scene.sensors[static_cast<std::size_t>(sensor)];
+  data.cameras.push_back(camera_record(camera, first_medium));
+  data.pixels.push_back(camera.crop_width * camera.crop_height);
+
+  job.emitter = scene.environment ? append_light(*scene.environment, data) : append_record({}, data);
+
+  const int unlimited = 1 << 20;  // beyond any path: roulette ends them
+  job.max_depth = scene.integrator.max_depth < 0 ? unlimited : scene.integrator.max_depth;
+  job.rr_depth = scene.integrator.rr_depth;
+  job.hide_emitters = scene.integrator.hide_emitters;
+  std::fill_n(job.future_tint, 3, 1.0F);
+  return job;
+}
+
+JobRecord append_scene(const Scene& scene, int sensor, LaunchData& data) {
+  append_geometry(scene, data.geometry);
+  return append_scene(scene, sensor, static_cast<int>(data.geometry.records.size()) - 1, data);
+}
+
+void clear_scenes(LaunchData& data) {
+  LaunchData cleared;
+  cleared.geometry = std::move(data.geometry);
+  data = std::move(cleared);
+}
+
+std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
+  std::map<std::string, std::string> d = emitter_definitions(data.emitters);
+  const auto set = [&](const char* name, bool value) { d[name] = std::to_string(value); };
+  const std::vector<SurfaceKind> surfaces = surfaces_of(data);
+  // Is there a BSDF that has of the traits in `mask` just these?
+  const auto has = [&](int mask, int traits) {
+    return std::any_of(surfaces.begin(), surfaces.end(),
+                       [&](const SurfaceKind& s) { return (s.model->traits & mask) == traits; });
+  };
+  const bool null = std::any_of(data.bsdfs.begin(), data.bsdfs.end(),
+                                [](const BsdfRecord& bsdf) { return bsdf.surface == SURFACE_NULL; });
+  const bool rough = has(BSDF_TRANSMITS | BSDF_SMOOTH, BSDF_TRANSMITS);
+  const bool reflecting = has(BSDF_TRANSMITS | BSDF_SMOOTH, 0);
+  bool matched = false, refracted = false;
+  for (const MediumRecord& medium : data.media) {
+    matched |= medium.connection == CONNECTION_STRAIGHT;
+    refracted |= medium.connection == CONNECTION_REFRACTED;
+  }
+  bool smooth = false, round = false;
+  for (const PrimitiveRecord& primitive : data.geometry.primitives) {
+    smooth |= (primitive.flags & PRIMITIVE_SMOOTH) != 0;
+    round |= (primitive.flags & PRIMITIVE_ROUND) != 0;
+  }
+  const bool uneven_light = std::any_of(data.emitters.begin(), data.emitters.end(), [](const EmitterRecord& e) {
+    return e.kind == EMITTER_ENVMAP || e.kind == EMITTER_SUNSKY;
+  });
+  set("HAS_NULL", null);
+  set("HAS_MEDIUM", !data.media.empty());
+  set("HAS_TEXTURE", !data.textures.empty());
+  set("HAS_SMOOTH", smooth);
+  set("HAS_ROUND", round);
+  set("SPECTRAL", data.spectral);
+  const bool sun = std::any_of(data.emitters.begin(), data.emitters.end(),
+                               [](const EmitterRecord& e) { return e.kind == EMITTER_SUNSKY && e.sun_pdf > 0; });
+  const bool rough_sun = sun && rough;
+  const bool medium_light = (uneven_light && matched) || (sun && refracted);
+  set("ROUGH_LIGHT_SAMPLING", rough_sun);
+  set("MEDIUM_LIGHT_SAMPLING", medium_light);
+  set("LIGHT_SAMPLING", medium_light || rough_sun || (uneven_light && reflecting));
+  d["THROUGHPUT_CHANNELS"] = std::to_string(data.coloured ? 3 : 1);
+  d["RADIANCE_CHANNELS"] = std::to_string(data.coloured || data.coloured_light ? 3 : 1);
+  return d;
+}
+
+}  // namespace itn

@@ -1,0 +1,63 @@
+// Scenes as the records of kernels/shared: what one launch of the wavefront can work on.
+#pragma once
+#include <array>
+#include <map>
+#include <set>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "kernels/shared/emitter_layout.h"
+#include "kernels/shared/scene_layout.h"
+#include "runtime/compile/geometry.h"
+#include "runtime/scene/scene.h"
+
+namespace itn {
+
+static_assert(sizeof(CameraRecord) == 104 && sizeof(MediumRecord) == 32 && sizeof(ShapeRecord) == 16 &&
+              sizeof(BsdfRecord) == 16 && sizeof(TextureRecord) == 52 && sizeof(JobRecord) == 84 &&
+              sizeof(ChunkRecord) == 16);
+
+// Where the records of a scene begin; its job knows first_number.
+struct SceneStart {
+  int first_number = 0, first_medium = 0, first_bsdf = 0;
+};
+
+struct LaunchData {
+  std::vector<SceneStart> scenes;
+  Geometry geometry;
+  std::vector<CameraRecord> cameras;
+  std::vector<ShapeRecord> shapes;
+  std::vector<BsdfRecord> bsdfs;  // surface: as in compile/surfaces.h
+  std::vector<MediumRecord> media;
+  std::vector<float> numbers;              // of all models: kernels/shared/declaration.h
+  std::vector<int> number_textures;        // beside them
+  std::set<std::pair<int, int>> textured;  // model and slot of those that are somewhere
+  std::vector<EmitterRecord> emitters;
+  std::vector<float> emitter_tables;
+  // Environments are large, and scenes may share them: records by bitmap, scale and to_world.
+  std::map<std::tuple<const Bitmap*, double, std::array<double, 16>>, int> emitter_of;
+  std::vector<TextureRecord> textures;
+  std::vector<float> texels;
+  std::map<const Bitmap*, int> texels_of;  // where those of a bitmap begin: scenes may share it
+  std::vector<int> pixels;                 // of each camera's film
+  int cells = 0;                           // of the tables of expected futures
+  bool coloured = false;                   // some throughput or radiance differs between channels
+  bool coloured_light = false;             // some radiance or derivative of it does
+  bool spectral = false;                   // some medium's sigma_t does
+};
+
+// Appends a scene seen by one of its sensors; returns a job with everything but the pixels, samples and seed.
+JobRecord append_scene(const Scene& scene, int sensor, LaunchData& data);
+
+// The same where the scene's shapes are there already: those of data.geometry.records[geometry].
+JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData& data);
+
+// Forgets the scenes and keeps their geometries.
+void clear_scenes(LaunchData& data);
+
+// The definitions of a program that can work on the data: features that no scene uses are left out.
+std::map<std::string, std::string> feature_definitions(const LaunchData& data);
+
+}  // namespace itn

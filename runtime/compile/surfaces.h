@@ -1,0 +1,32 @@
+// Which models the scenes of a launch have, as the text that the program takes in the place of
+// kernels/scene/surfaces.h.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "runtime/compile/launch_data.h"
+
+namespace itn {
+
+// A BSDF and the value of its `distribution`: paths at surfaces of a kind wait in a queue of their own.
+struct SurfaceKind {
+  const Model* model = nullptr;
+  int variant = 0;
+};
+
+// The kinds that there may be; the number of a kind is its position here + 1.
+const std::vector<SurfaceKind>& surface_kinds();
+int surface_number(const Model& model, int variant);
+
+// Those that the launch has, in their order: the number of a kind in its program is its position here + 1.
+std::vector<SurfaceKind> surfaces_of(const LaunchData& data);
+
+// The launch's BSDFs with the numbers of its program in BsdfRecord::surface.
+std::vector<BsdfRecord> numbered_bsdfs(const LaunchData& data);
+
+// The stages of the program's queues (kernels/shared/path_state.h), by their kernels' names.
+std::vector<std::string> stages_of(const LaunchData& data);
+
+std::string surfaces_text(const LaunchData& data);
+
+}  // namespace itn

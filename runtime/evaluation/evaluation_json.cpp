@@ -1,0 +1,128 @@
+#include <cmath>
+
+#include "runtime/base/statistics.h"
+#include "runtime/evaluation/claims.h"
+#include "runtime/evaluation/paper.h"
+#include "runtime/evaluation/report.h"
+
+namespace itn {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+
+Json to_json(const Estimate& e) {
+  return {{"value", number(e.value)}, {"low", number(e.low)}, {"high", number(e.high)}};
+}
+
+// Also the single runs.
+Json to_json(const Runs& runs, Average how, const Resampling& resampling) {
+  Json json = to_json(estimate(runs, how, resampling));
+  json["runs"] = Json::array();
+  for (const Clustered& run : runs) json["runs"].push_back(number(average(run, how)));
+  return json;
+}
+
+Json table1(const Evaluation& e) {
+  Json table = Json::object();
+  for (const ParameterErrors& errors : e.errors) {
+    Json& subset = table[errors.name];
+    subset["images"] = errors.images;
+    subset["cells"] = errors.cells;
+    for (const auto& [who, squares] : errors.squares)
+      for (std::size_t p = 0; p < 3; ++p)
+        subset[who][parameter_names[p]] = to_json(squares[p], Average::root_of_mean, e.resampling);
+    if (e.kind("rn") && e.kind("itn"))
+      for (std::size_t p = 0; p < 3; ++p)
+        subset["itn/rn"][parameter_names[p]] = to_json(
+            ratio(errors.squares.at("itn")[p], errors.squares.at("rn")[p], Average::root_of_mean, e.resampling));
+  }
+  for (const auto& [subset, figures] : {std::pair{"training", &paper_training}, {"testing", &paper_testing}})
+    for (const auto& [kind, values] : *figures) table[subset]["paper"][kind] = values;
+  return table;
+}
+
+Json table2(const Evaluation& e) {
+  Json table{{"spp", e.spp}};
+  for (const bool training : {true, false}) {
+    Json& subset = table[training ? "training" : "testing"];
+    std::vector<std::string> all{"truth"};
+    for (const Kind& kind : e.kinds) all.push_back(kind.name);
+    for (const std::string& who : all)
+      subset[who] = {{"rmse", to_json(e.appearance(who, training, false), Average::root_of_mean, e.resampling)},
+                     {"1-ms_ssim", to_json(e.appearance(who, training, true), Average::mean, e.resampling)}};
+    for (const auto& [kind, values] : training ? paper_training_images : paper_testing_images)
+      subset["paper"][kind] = values;
+  }
+  Json& images = table["images"] = Json::array();
+  for (const RerenderedResult& r : e.rerendered) {
+    Json image{{"file", r.target.image.file}, {"split", split_name(r.target.image.split)}};
+    for (std::size_t p = 0; p < 3; ++p) {
+      const auto k = static_cast<Eigen::Index>(p);
+      image["limit"][parameter_names[p]] = {{"image", number(std::sqrt(r.bound.image[k]))},
+                                            {"with_prior", number(std::sqrt(r.bound.with_prior[k]))}};
+    }
+    const auto difference = [](const Difference& d) {
+      return Json{{"mean_square", number(d.mean_square)},
+                  {"seen_mean_square", number(d.seen_mean_square)},
+                  {"1-ms_ssim", number(d.structure)}};
+    };
+    image["truth"] = difference(r.truth);
+    image["runs"] = Json::array();
+    for (std::size_t run = 0; run < e.runs.size(); ++run) {
+      Json one = difference(r.difference[run]);
+      for (std::size_t p = 0; p < 3; ++p) one[parameter_names[p]] = as_array(r.predicted[run])[p];
+      image["runs"].push_back(one);
+    }
+    images.push_back(image);
+  }
+  return table;
+}
+
+Json table3(const Evaluation& e) {
+  Json table{{"images", e.synthesis_targets.size()},
+             {"iterations", e.synthesis_options.iterations},
+             {"spp", e.synthesis_options.spp},
+             {"learning_rate", e.synthesis_options.learning_rate},
+             {"recorded_spp", e.synthesis_options.recorded_spp}};
+  constexpr std::array<const char*, 4> names{"log_sigma_t", "albedo", "g", "loss"};
+  for (const SynthesisResult& s : e.syntheses)
+    for (const Synthesis::Record& record : s.records) {
+      Json medians{{"iteration", record.iteration}};
+      for (std::size_t what = 0; what < 4; ++what)
+        medians[names[what]] = number(median(e.synthesis_errors(record, what)));
+      table["medians"][s.start].push_back(medians);
+    }
+  for (std::size_t what = 0; what < 3; ++what) table["limit"][names[what]] = number(e.synthesis_limit(what));
+  if (e.synthesis("rn") && e.synthesis("itn"))
+    for (std::size_t what = 0; what < 4; ++what) {
+      const int reached = iterations_to_reach(e, what);
+      table["itn_reaches_rn_after"][names[what]] = reached < 0 ? Json() : Json(reached);
+    }
+  return table;
+}
+
+}  // namespace
+
+nlohmann::ordered_json to_json(const Evaluation& e) {
+  Json runs = Json::array(), claims = Json::array();
+  for (const EvaluatedRun& run : e.runs)
+    runs.push_back(
+        {{"path", run.path}, {"kind", run.kind}, {"fingerprint", run.fingerprint}, {"warnings", run.warnings}});
+  for (const Claim& c : claims_of(e))
+    claims.push_back(
+        {{"text", c.text}, {"verdict", verdict_words(c.verdict)}, {"ratio", to_json(c.estimate)}, {"bound", c.bound}});
+  Json json{{"schema", "itn.eval/1"},
+            {"data", {{"folder", e.folder}, {"hash", e.set.hash}, {"size", e.set.size}, {"spp", e.set.spp}}},
+            {"seed", e.resampling.seed},
+            {"runs", runs},
+            {"table1", table1(e)}};
+  if (!e.rerendered.empty()) json["table2"] = table2(e);
+  if (!e.syntheses.empty()) json["table3"] = table3(e);
+  json["claims"] = claims;
+  json["time"] = {{"total_s", e.seconds}};
+  return json;
+}
+
+}  // namespace itn

@@ -1,0 +1,138 @@
+// Table 1: predictions for all images, and their errors.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "network/dataset_examples.h"
+#include "network/loss.h"
+#include "runtime/base/error.h"
+#include "runtime/evaluation/evaluate.h"
+
+namespace itn {
+namespace {
+
+constexpr std::size_t at_once = 32;
+
+using Split = Manifest::Split;
+constexpr std::array<Split, 4> evaluated_splits{Split::train, Split::unseen_light, Split::unseen_shape,
+                                                Split::unseen_both};
+
+std::size_t count(const Manifest& set, Split split) {
+  return static_cast<std::size_t>(
+      std::count_if(set.images.begin(), set.images.end(), [&](const auto& image) { return image.split == split; }));
+}
+
+// done: called with every image.
+std::vector<DatasetMaterial> predict(EvaluatedRun& run, const DatasetImages& images,
+                                     const std::function<void()>& done) {
+  const DatasetExamples examples(images, run.network.description());
+  const std::size_t values = run.network.image_values(), outputs = run.network.description().outputs.size();
+  std::vector<DatasetMaterial> result;
+  std::vector<double> truth(outputs);
+  for (std::size_t first = 0; first < examples.count(); first += at_once) {
+    const std::size_t batch = std::min(at_once, examples.count() - first);
+    std::vector<float> input(batch * values);
+    for (std::size_t i = 0; i < batch; ++i)
+      examples.read(first + i, 0, std::span(input).subspan(i * values, values), truth);
+    const std::vector<double> parameters =
+        parameters_of(run.network.forward(input, static_cast<int>(batch)), run.network.description().outputs);
+    for (std::size_t i = 0; i < batch; ++i) {
+      const auto at = [&](std::size_t p) { return parameters[i * outputs + run.output[p]]; };
+      result.push_back({at(0), at(1), at(2)});
+      done();
+    }
+  }
+  return result;
+}
+
+// Mean and variance of the training's parameters.
+void describe_training(Evaluation& e) {
+  const std::vector<Manifest::Image>& images = e.splits.front().images;
+  const auto n = static_cast<double>(images.size());
+  for (std::size_t p = 0; p < 3; ++p) {
+    for (const Manifest::Image& image : images) e.constant[p] += parameter_of(image, parameter_names[p]) / n;
+    for (const Manifest::Image& image : images) {
+      const double difference = parameter_of(image, parameter_names[p]) - e.constant[p];
+      e.prior[p] += difference * difference / n;
+    }
+  }
+}
+
+ParameterErrors errors_of(const Evaluation& e, const std::string& name, const std::vector<Split>& splits) {
+  ParameterErrors result;
+  result.name = name;
+  std::vector<std::size_t> cells;
+  std::vector<const SplitPredictions*> parts;
+  for (const SplitPredictions& s : e.splits)
+    if (std::count(splits.begin(), splits.end(), s.split)) parts.push_back(&s);
+  for (const SplitPredictions* part : parts)
+    for (const Manifest::Image& image : part->images) cells.push_back(cell_of(e.set, image));
+  result.images = cells.size();
+  result.cells = std::set<std::size_t>(cells.begin(), cells.end()).size();
+  // predicted(part, image): the parameter that is said.
+  const auto squares = [&](std::size_t p, auto&& predicted) {
+    std::vector<double> values;
+    for (const SplitPredictions* part : parts)
+      for (std::size_t i = 0; i < part->images.size(); ++i) {
+        const double error = predicted(*part, i) - parameter_of(part->images[i], parameter_names[p]);
+        values.push_back(error * error);
+      }
+    return clustered(values, cells);
+  };
+  for (std::size_t p = 0; p < 3; ++p) {
+    for (const Kind& kind : e.kinds)
+      for (const std::size_t run : kind.runs)
+        result.squares[kind.name][p].push_back(squares(
+            p, [run, p](const SplitPredictions& part, std::size_t i) { return as_array(part.predicted[run][i])[p]; }));
+    result.squares["constant"][p] = {squares(p, [&](const SplitPredictions&, std::size_t) { return e.constant[p]; })};
+  }
+  return result;
+}
+
+}  // namespace
+
+Evaluation begin_evaluation(const EvaluationOptions& options) {
+  Evaluation e;
+  e.folder = options.data;
+  e.set = read_complete_manifest(options.data);
+  e.resampling.seed = options.seed;
+  e.spp = options.spp ? options.spp : std::max(2, e.set.spp);
+  for (const std::string& path : options.runs) e.runs.push_back(read_run(path, e.set));
+  e.kinds = kinds_of(e.runs);
+  return e;
+}
+
+void predict_splits(const EvaluationOptions& options, Evaluation& e, const std::atomic<bool>& cancel,
+                    const Fraction& progress) {
+  std::size_t images = 0, test_images = 0;
+  for (const Split split : evaluated_splits) {
+    images += count(e.set, split);
+    if (split != Split::train) test_images += count(e.set, split);
+  }
+  if (test_images == 0)
+    throw InputError(manifest_file(options.data) +
+                     ": has no images to test with (unseen_light, unseen_shape, unseen_both)");
+  const bool with_shapes = std::any_of(e.runs.begin(), e.runs.end(),
+                                       [](const EvaluatedRun& r) { return r.network.description().channels > 1; });
+  std::size_t done = 0;
+  for (const Split split : evaluated_splits) {
+    if (split != Split::train && count(e.set, split) == 0) continue;
+    DatasetImages read = read_images(options.data, e.set, split, with_shapes, cancel);
+    SplitPredictions result{split, read.images, {}};
+    for (EvaluatedRun& run : e.runs)
+      result.predicted.push_back(predict(run, read, [&] {
+        if (cancel) throw Interrupted();
+        ++done;
+        if (progress) progress(static_cast<double>(done) / static_cast<double>(images * e.runs.size()));
+      }));
+    e.splits.push_back(std::move(result));
+  }
+  describe_training(e);
+  e.errors.push_back(errors_of(e, "training", {Split::train}));
+  e.errors.push_back(errors_of(e, "testing", {Split::unseen_light, Split::unseen_shape, Split::unseen_both}));
+  for (const SplitPredictions& s : e.splits)
+    if (s.split != Split::train) e.errors.push_back(errors_of(e, split_name(s.split), {s.split}));
+}
+
+}  // namespace itn

@@ -1,0 +1,33 @@
+// Table 3's analysis by synthesis from one kind of start, stored in the report's folder (inversions_<start>.json) so
+// that it goes on where it was stopped. A file of another question is overwritten.
+#pragma once
+#include <string>
+
+#include "runtime/base/stored_run.h"
+#include "runtime/evaluation/evaluate.h"
+
+namespace itn {
+
+class StoredSynthesis {
+ public:
+  // start: one of those that choose_synthesis_targets() returned. renderer and e must outlive this. Throws InputError:
+  // the file is damaged.
+  StoredSynthesis(const EvaluationOptions& options, const Device& device, RenderedLoss& renderer, const Evaluation& e,
+                  const std::string& start);
+
+  bool finished() const { return synthesis_.finished(); }
+  double fraction() const { return static_cast<double>(synthesis_.iteration()) / iterations_; }
+  // One iteration or record; records are stored. Throws Interrupted: nothing has changed then, and store() keeps it.
+  void advance();
+  void store() const;
+  SynthesisResult result() const { return {start_, synthesis_.records()}; }
+
+ private:
+  std::string start_;
+  int iterations_;
+  StoredRun::Json request_;  // all that the numbers depend on
+  Synthesis synthesis_;
+  StoredRun stored_;
+};
+
+}  // namespace itn

@@ -1,0 +1,100 @@
+#include "runtime/inversion/stored_inversion.h"
+
+#include <cmath>
+#include <limits>
+
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
+#include "runtime/base/random.h"
+#include "runtime/inversion/inversion_outcome.h"
+#include "runtime/inversion/state_json.h"
+
+namespace itn {
+namespace {
+
+using Json = nlohmann::json;
+
+// JSON has no infinity: a standard error that is not known becomes null.
+Json number(double v) { return std::isfinite(v) ? Json(v) : Json(); }
+double number_from(const Json& v) { return v.is_null() ? std::numeric_limits<double>::infinity() : v.get<double>(); }
+
+Json stored(const StartedInversion& run) {
+  Json steps = Json::array();
+  for (const InversionStep& s : run.steps)
+    steps.push_back({s.spp, s.x, s.loss, number(s.loss_stderr), s.accepted, s.distance});
+  return {{"start", run.start}, {"state", run.state}, {"steps", steps}};
+}
+
+StartedInversion started_from(const Json& j) {
+  StartedInversion run{j.at("start").get<std::vector<double>>(), j.at("state").get<InversionState>(), {}};
+  for (const Json& s : j.at("steps"))
+    run.steps.push_back(
+        {static_cast<int>(run.steps.size()), s.at(0), s.at(1), s.at(2), number_from(s.at(3)), s.at(4), s.at(5)});
+  return run;
+}
+
+}  // namespace
+
+std::vector<std::vector<double>> inversion_starts(const std::vector<Coordinate>& coordinates,
+                                                  const std::vector<double>& first, int count, std::uint64_t seed) {
+  std::vector<std::vector<double>> result{first};
+  for (std::uint64_t k = 1; k < static_cast<std::uint64_t>(count); ++k) {
+    std::vector<double> x;
+    x.reserve(coordinates.size());
+    for (const Coordinate& c : coordinates) x.push_back(c.start(random_uniform(seed, k, x.size())));
+    result.push_back(std::move(x));
+  }
+  return result;
+}
+
+StoredInversion::StoredInversion(const std::string& folder, const StoredRun::Json& request, Inversion& inversion,
+                                 const std::vector<Coordinate>& coordinates, std::vector<std::vector<double>> starts)
+    : folder_(folder, "state.json", "itn.invert.state/2", "an inversion"),
+      request_(request),
+      inversion_(inversion),
+      coordinates_(coordinates),
+      starts_(std::move(starts)) {
+  check_writable(folder_.run().file());
+  folder_.run().require_same(request_);
+  try {
+    for (const StoredRun::Json& run : folder_.run().before("runs")) started_.push_back(started_from(run));
+  } catch (const Json::exception&) {
+    folder_.run().refuse();
+  }
+}
+
+bool StoredInversion::finished() const { return started_.size() == starts_.size() && started_.back().state.done; }
+
+const InversionStep& StoredInversion::advance() {
+  if (started_.empty() || started_.back().state.done) {
+    const std::vector<double>& start = starts_.at(started_.size());
+    started_.push_back({start, inversion_.start(start), {}});
+  }
+  StartedInversion& run = started_.back();
+  run.steps.push_back(inversion_.advance(run.state));
+  store();
+  return run.steps.back();
+}
+
+double StoredInversion::fraction(int most) const {
+  if (started_.empty()) return 0;
+  const double last = started_.back().state.done ? 1 : started_.back().state.iteration / static_cast<double>(most);
+  return (static_cast<double>(current()) + last) / static_cast<double>(starts_.size());
+}
+
+void StoredInversion::store() const {
+  Json runs = Json::array();
+  std::string lines;
+  for (std::size_t k = 0; k < started_.size(); ++k) {
+    runs.push_back(stored(started_[k]));
+    for (const InversionStep& step : started_[k].steps) {
+      StoredRun::Json line{{"start", k}};
+      line.update(to_json(step, coordinates_));
+      lines += line.dump() + "\n";
+    }
+  }
+  write_file(folder_.file("iterations.jsonl"), lines);
+  folder_.run().write(request_, {{"runs", runs}});
+}
+
+}  // namespace itn

@@ -1,0 +1,51 @@
+// Inversions from several starts, stored in a folder after every iteration (state.json, and iterations.jsonl to read
+// along), so that the same request goes on where it was stopped.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "runtime/base/stored_run.h"
+#include "runtime/inversion/inversion.h"
+
+namespace itn {
+
+// One start and how far it has come.
+struct StartedInversion {
+  std::vector<double> start;  // coordinates
+  InversionState state;
+  std::vector<InversionStep> steps;
+};
+
+// The coordinates where `count` inversions start: the first at `first`, the others at random.
+std::vector<std::vector<double>> inversion_starts(const std::vector<Coordinate>& coordinates,
+                                                  const std::vector<double>& first, int count, std::uint64_t seed);
+
+class StoredInversion {
+ public:
+  // request: all that the numbers depend on. inversion must outlive this. Throws UsageError: the folder holds an
+  // inversion of another request; InputError: it is damaged; ResultError: not writable or another process's.
+  StoredInversion(const std::string& folder, const StoredRun::Json& request, Inversion& inversion,
+                  const std::vector<Coordinate>& coordinates, std::vector<std::vector<double>> starts);
+
+  bool finished() const;
+  // The start whose iteration is next, or was last.
+  std::size_t current() const { return started_.size() - 1; }
+  // One iteration of the first start that is not done; it is stored. Throws Interrupted: nothing has changed then.
+  const InversionStep& advance();
+  // How much is done, if all took as many iterations as they may, `most`.
+  double fraction(int most) const;
+  const std::vector<StartedInversion>& started() const { return started_; }
+
+ private:
+  void store() const;
+
+  RunFolder folder_;
+  StoredRun::Json request_;
+  Inversion& inversion_;
+  const std::vector<Coordinate>& coordinates_;
+  std::vector<std::vector<double>> starts_;
+  std::vector<StartedInversion> started_;
+};
+
+}  // namespace itn

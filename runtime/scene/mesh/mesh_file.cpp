@@ -1,0 +1,54 @@
+#include "runtime/scene/mesh/mesh_file.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+
+#include "runtime/base/error.h"
+
+namespace itn {
+namespace {
+
+template <std::size_t size>
+void check_finite(const std::vector<std::array<float, size>>& values, const std::string& file, const char* what) {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    for (const float v : values[i])
+      if (!std::isfinite(v))
+        throw InputError(
+            fmt::format("{}: {} of vertex {} is {}; need finite numbers: mend the mesh", file, what, i, v));
+}
+
+Mesh read_by_extension(const std::string& file) {
+  std::string extension = std::filesystem::path(file).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".ply") return read_ply(file);
+  if (extension == ".obj") return read_obj(file);
+  if (extension == ".serialized") return read_serialized(file, 0);
+  return read_with_assimp(file);
+}
+
+}  // namespace
+
+void check_mesh(const Mesh& mesh, const std::string& file) {
+  if (mesh.triangle.empty()) throw InputError(file + ": the mesh is empty; need at least one triangle");
+  for (const auto& corners : mesh.triangle)
+    for (const std::uint32_t corner : corners)
+      if (corner >= mesh.position.size())
+        throw InputError(fmt::format("{}: a triangle refers to vertex {}; the mesh has {}: mend the mesh", file, corner,
+                                     mesh.position.size()));
+  check_finite(mesh.position, file, "position");
+  check_finite(mesh.normal, file, "normal");
+  check_finite(mesh.texcoord, file, "texture coordinate");
+}
+
+Mesh read_mesh(const std::string& file) {
+  Mesh mesh = read_by_extension(file);
+  check_mesh(mesh, file);
+  return mesh;
+}
+
+}  // namespace itn

@@ -1,0 +1,346 @@
+// PLY, ASCII and binary of both byte orders. Assimp reads it too, but crashes on truncated files and lets others pass.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "runtime/base/file.h"
+#include "runtime/scene/mesh/mesh_file.h"
+#include "runtime/scene/mesh/mesh_text.h"
+
+namespace itn {
+namespace {
+
+enum class Number { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
+
+Number parse_number_type(std::string_view word, const TextCursor& cursor) {
+  struct Name {
+    const char *plain, *sized;
+    Number type;
+  };
+  static const Name names[] = {{"char", "int8", Number::int8},        {"uchar", "uint8", Number::uint8},
+                               {"short", "int16", Number::int16},     {"ushort", "uint16", Number::uint16},
+                               {"int", "int32", Number::int32},       {"uint", "uint32", Number::uint32},
+                               {"float", "float32", Number::float32}, {"double", "float64", Number::float64}};
+  for (const Name& name : names)
+    if (word == name.plain || word == name.sized) return name.type;
+  cursor.fail(
+      fmt::format("unknown number type \"{}\" in the PLY header; need char, uchar, short, ushort, int, uint, "
+                  "float or double",
+                  word));
+}
+
+std::size_t size_of(Number type) {
+  switch (type) {
+    case Number::int8:
+    case Number::uint8:
+      return 1;
+    case Number::int16:
+    case Number::uint16:
+      return 2;
+    case Number::float64:
+      return 8;
+    default:
+      return 4;
+  }
+}
+
+struct Property {
+  std::string name;
+  Number type = Number::float32;
+  bool is_list = false;
+  Number count_type = Number::uint8;  // of a list
+};
+
+struct PlyElement {
+  std::string name;
+  std::size_t count = 0;
+  std::vector<Property> properties;
+};
+
+struct Header {
+  enum class Format { ascii, little_endian, big_endian } format = Format::ascii;
+  std::vector<PlyElement> elements;
+};
+
+Header parse_header(TextCursor& cursor) {
+  if (cursor.next_line() != "ply") cursor.fail("not a PLY file: the first line is not \"ply\"; export the mesh again");
+  Header header;
+  bool has_format = false;
+  while (true) {
+    if (cursor.at_end()) cursor.fail("the PLY header has no end_header: the file is truncated; export the mesh again");
+    std::string_view line = cursor.next_line();
+    const std::string_view keyword = take_word(line);
+    if (keyword == "end_header") break;
+    if (keyword == "comment" || keyword == "obj_info" || keyword.empty()) continue;
+    if (keyword == "format") {
+      const std::string_view format = take_word(line);
+      if (format == "ascii") {
+        header.format = Header::Format::ascii;
+      } else if (format == "binary_little_endian") {
+        header.format = Header::Format::little_endian;
+      } else if (format == "binary_big_endian") {
+        header.format = Header::Format::big_endian;
+      } else {
+        cursor.fail(
+            fmt::format("unknown PLY format \"{}\"; need ascii, binary_little_endian or binary_big_endian", format));
+      }
+      has_format = true;
+    } else if (keyword == "element") {
+      PlyElement element;
+      element.name = take_word(line);
+      const std::string_view count = take_word(line);
+      if (!parse_whole(count, element.count))
+        cursor.fail(fmt::format("element {}: \"{}\" is not a count; mend the PLY header", element.name, count));
+      header.elements.push_back(element);
+    } else if (keyword == "property") {
+      if (header.elements.empty()) cursor.fail("property before any element; mend the PLY header");
+      Property property;
+      std::string_view type = take_word(line);
+      if (type == "list") {
+        property.is_list = true;
+        property.count_type = parse_number_type(take_word(line), cursor);
+        type = take_word(line);
+      }
+      property.type = parse_number_type(type, cursor);
+      property.name = take_word(line);
+      header.elements.back().properties.push_back(property);
+    } else {
+      cursor.fail(
+          fmt::format("unknown keyword \"{}\" in the PLY header; need format, comment, element, property or "
+                      "end_header",
+                      keyword));
+    }
+  }
+  if (!has_format) cursor.fail("the PLY header has no format line; need for example \"format ascii 1.0\"");
+  return header;
+}
+
+// The numbers after the header, whatever the format.
+class Body {
+ public:
+  Body(std::string_view text, TextCursor& cursor, Header::Format format, std::string file)
+      : text_(text), cursor_(cursor), format_(format), file_(std::move(file)), position_(cursor.position()) {}
+
+  void begin(const PlyElement& element) {
+    // A row takes at least one byte a number (two in ASCII, with the separator): refuse absurd counts before
+    // reserving memory for them.
+    std::size_t least = 0;
+    for (const Property& p : element.properties)
+      least += format_ == Header::Format::ascii ? 2 : size_of(p.is_list ? p.count_type : p.type);
+    element_ = &element;
+    row_ = 0;
+    if (least > 0 && element.count > (text_.size() - position() + 1) / least) truncated();
+  }
+  void next_row() { ++row_; }
+
+  double next(Number type) {
+    if (format_ == Header::Format::ascii) {
+      const std::string_view word = cursor_.next_word();
+      if (word.empty()) truncated();
+      double value = 0;
+      if (!parse_whole(word, value))
+        cursor_.fail(fmt::format("{} {}: \"{}\" is not a number; mend the file", element_->name, row_, word));
+      return value;
+    }
+    const std::size_t size = size_of(type);
+    if (text_.size() - position_ < size) truncated();
+    unsigned char bytes[8];
+    std::memcpy(bytes, text_.data() + position_, size);
+    position_ += size;
+    if ((format_ == Header::Format::little_endian) != (std::endian::native == std::endian::little))
+      std::reverse(bytes, bytes + size);
+    switch (type) {
+      case Number::int8:
+        return as<std::int8_t>(bytes);
+      case Number::uint8:
+        return as<std::uint8_t>(bytes);
+      case Number::int16:
+        return as<std::int16_t>(bytes);
+      case Number::uint16:
+        return as<std::uint16_t>(bytes);
+      case Number::int32:
+        return as<std::int32_t>(bytes);
+      case Number::uint32:
+        return as<std::uint32_t>(bytes);
+      case Number::float32:
+        return as<float>(bytes);
+      case Number::float64:
+        return as<double>(bytes);
+    }
+    return 0;
+  }
+
+  // What must not be negative or fractional.
+  std::size_t next_index(Number type, const char* what) {
+    const double value = next(type);
+    if (!(value >= 0 && value < 4294967296.0 && value == std::floor(value)))
+      fail(fmt::format("{} {}: {} is {}; need an integer from 0", element_->name, row_, what, value));
+    return static_cast<std::size_t>(value);
+  }
+
+  [[noreturn]] void fail(const std::string& what) const {
+    if (format_ == Header::Format::ascii) cursor_.fail(what);
+    throw InputError(fmt::format("{}: byte {}: {}", file_, position_, what));
+  }
+
+ private:
+  template <class T>
+  static double as(const unsigned char* bytes) {
+    T value;
+    std::memcpy(&value, bytes, sizeof value);
+    return static_cast<double>(value);
+  }
+  std::size_t position() const { return format_ == Header::Format::ascii ? cursor_.position() : position_; }
+  [[noreturn]] void truncated() const {
+    throw InputError(
+        fmt::format("{}: truncated: the header promises {} of element {}, the file ends at {}; export the "
+                    "mesh again",
+                    file_, element_->count, element_->name,
+                    row_ == 0 ? "byte " + std::to_string(text_.size()) : "number " + std::to_string(row_)));
+  }
+
+  std::string_view text_;
+  TextCursor& cursor_;
+  Header::Format format_;
+  std::string file_;
+  std::size_t position_;
+  const PlyElement* element_ = nullptr;
+  std::size_t row_ = 0;
+};
+
+// Where each vertex property goes; -1: nowhere.
+struct VertexColumns {
+  bool has_normal = false, has_texcoord = false;
+  std::vector<int> target;  // 0..2 position, 3..5 normal, 6..7 texture coordinate
+};
+
+VertexColumns find_columns(const PlyElement& element, const std::string& file) {
+  VertexColumns columns;
+  bool found[8] = {};
+  for (const Property& property : element.properties) {
+    static const char* const names[][3] = {{"x", "", ""},           {"y", "", ""},          {"z", "", ""},
+                                           {"nx", "", ""},          {"ny", "", ""},         {"nz", "", ""},
+                                           {"u", "s", "texture_u"}, {"v", "t", "texture_v"}};
+    int target = -1;
+    for (int i = 0; i < 8; ++i)
+      for (const char* name : names[i])
+        if (!property.is_list && *name && property.name == name) target = i;
+    if (target >= 0) found[target] = true;
+    columns.target.push_back(target);
+  }
+  if (!(found[0] && found[1] && found[2]))
+    throw InputError(file + ": the vertices of the PLY file lack x, y or z; export the mesh again");
+  columns.has_normal = found[3] && found[4] && found[5];
+  columns.has_texcoord = found[6] && found[7];
+  return columns;
+}
+
+void read_vertices(Body& body, const PlyElement& element, const std::string& file, Mesh& mesh) {
+  const VertexColumns columns = find_columns(element, file);
+  mesh.position.reserve(element.count);
+  if (columns.has_normal) mesh.normal.reserve(element.count);
+  if (columns.has_texcoord) mesh.texcoord.reserve(element.count);
+  for (std::size_t row = 0; row < element.count; ++row, body.next_row()) {
+    float value[8] = {};
+    for (std::size_t i = 0; i < element.properties.size(); ++i) {
+      const Property& property = element.properties[i];
+      for (std::size_t n = property.is_list ? body.next_index(property.count_type, "the length of a list") : 1; n > 0;
+           --n) {
+        const double number = body.next(property.type);
+        if (columns.target[i] >= 0) value[columns.target[i]] = static_cast<float>(number);
+      }
+    }
+    mesh.position.push_back({value[0], value[1], value[2]});
+    if (columns.has_normal) mesh.normal.push_back({value[3], value[4], value[5]});
+    if (columns.has_texcoord) mesh.texcoord.push_back({value[6], value[7]});
+  }
+}
+
+void read_faces(Body& body, const PlyElement& element, const std::string& file, Mesh& mesh) {
+  bool has_corners = false;
+  for (const Property& p : element.properties)
+    has_corners = has_corners || (p.is_list && (p.name == "vertex_indices" || p.name == "vertex_index"));
+  if (!has_corners)
+    throw InputError(file + ": the faces of the PLY file have no list vertex_indices; export the mesh again");
+  mesh.triangle.reserve(element.count);
+  std::vector<std::uint32_t> corners;
+  for (std::size_t row = 0; row < element.count; ++row, body.next_row()) {
+    for (const Property& property : element.properties) {
+      const bool is_corners =
+          property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index");
+      std::size_t n = property.is_list ? body.next_index(property.count_type, "the length of a list") : 1;
+      if (!is_corners) {
+        for (; n > 0; --n) body.next(property.type);
+        continue;
+      }
+      if (n < 3) body.fail(fmt::format("face {} has {} corners; need 3 or more", row, n));
+      corners.clear();
+      for (; n > 0; --n) {
+        const std::size_t corner = body.next_index(property.type, "a vertex index");
+        if (corner >= mesh.position.size())
+          body.fail(fmt::format("face {}: vertex index {} is out of range; the mesh has {} vertices", row, corner,
+                                mesh.position.size()));
+        corners.push_back(static_cast<std::uint32_t>(corner));
+      }
+      for (std::size_t i = 2; i < corners.size(); ++i)
+        mesh.triangle.push_back({corners[0], corners[i - 1], corners[i]});
+    }
+  }
+}
+
+void skip(Body& body, const PlyElement& element) {
+  if (element.properties.empty()) return;  // nothing to read, however many the header promises
+  for (std::size_t row = 0; row < element.count; ++row, body.next_row())
+    for (const Property& property : element.properties)
+      for (std::size_t n = property.is_list ? body.next_index(property.count_type, "the length of a list") : 1; n > 0;
+           --n)
+        body.next(property.type);
+}
+
+}  // namespace
+
+Mesh read_ply(const std::string& file) {
+  const std::string text = read_file(file);
+  TextCursor cursor(text, file);
+  const Header header = parse_header(cursor);
+  Body body(text, cursor, header.format, file);
+  Mesh mesh;
+  for (const PlyElement& element : header.elements) {
+    body.begin(element);
+    if (element.name == "vertex")
+      read_vertices(body, element, file, mesh);
+    else if (element.name == "face")
+      read_faces(body, element, file, mesh);
+    else
+      skip(body, element);
+  }
+  return mesh;
+}
+
+void write_ply(const std::string& file, const Mesh& mesh) {
+  static_assert(std::endian::native == std::endian::little);
+  std::string bytes = "ply\nformat binary_little_endian 1.0\n";
+  bytes +=
+      fmt::format("element vertex {}\nproperty float x\nproperty float y\nproperty float z\n", mesh.position.size());
+  if (!mesh.normal.empty()) bytes += "property float nx\nproperty float ny\nproperty float nz\n";
+  if (!mesh.texcoord.empty()) bytes += "property float u\nproperty float v\n";
+  bytes += fmt::format("element face {}\nproperty list uchar uint vertex_indices\nend_header\n", mesh.triangle.size());
+  const auto append = [&](const auto& numbers) {
+    bytes.append(reinterpret_cast<const char*>(numbers.data()), sizeof numbers);
+  };
+  for (std::size_t i = 0; i < mesh.position.size(); ++i) {
+    append(mesh.position[i]);
+    if (!mesh.normal.empty()) append(mesh.normal[i]);
+    if (!mesh.texcoord.empty()) append(mesh.texcoord[i]);
+  }
+  for (const auto& triangle : mesh.triangle) {
+    bytes += '\3';
+    append(triangle);
+  }
+  write_file(file, bytes);
+}
+
+}  // namespace itn

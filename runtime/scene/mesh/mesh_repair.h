@@ -1,0 +1,27 @@
+// What a mesh must fulfil before rays meet it, and a data set's shape besides.
+#pragma once
+#include <cstddef>
+#include <string>
+
+#include "runtime/scene/scene.h"
+
+namespace itn {
+
+// Vertex normals weighted by the angles of the triangles at the vertex (Thürmer and Wüthrich 1998), over the vertices
+// as they are indexed: what Mitsuba shades a mesh without normals with.
+void compute_normals(Mesh& mesh);
+
+// Turns every triangle and normal around.
+void flip(Mesh& mesh);
+
+// Removes triangles without area; returns how many.
+std::size_t drop_degenerate(Mesh& mesh);
+
+// Removes vertices that no triangle has: far away, they would make the scene's rounding errors seem large.
+void drop_unused_vertices(Mesh& mesh);
+
+// Scales and moves a mesh such that its longest side is 1, its lowest point has z = 0, and the middle of its box stands
+// over the origin.
+void set_on_floor(Mesh& mesh);
+
+}  // namespace itn

@@ -1,0 +1,168 @@
+#include "runtime/scene/model.h"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <sstream>
+#include <stdexcept>
+
+#include "kernels/model/models.h"
+#include "runtime/derivative/dual.h"
+
+namespace itn {
+namespace {
+
+std::vector<std::string> words(const std::string& text) {
+  std::istringstream in(text);
+  std::vector<std::string> result{std::istream_iterator<std::string>(in), {}};
+  return result.empty() ? std::vector<std::string>{""} : result;
+}
+
+void declare(Model& model, const char* name, const ParameterKind& kind, double fallback, const char* unit) {
+  model.parameters.push_back({name, kind, fallback, unit, model.parameter_slots});
+  model.parameter_slots += kind.channels;
+}
+
+// The parameters as dual numbers, each moving along a direction of its own.
+template <std::size_t count>
+std::vector<Dual<count>> moving(const std::vector<double>& at) {
+  std::vector<Dual<count>> parameters;
+  parameters.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) parameters.push_back(Dual<count>::variable(at[i], i));
+  return parameters;
+}
+
+template <std::size_t count>
+std::vector<std::vector<double>> derivatives(const std::vector<Dual<count>>& numbers) {
+  std::vector<std::vector<double>> by;
+  by.reserve(numbers.size());
+  for (const Dual<count>& number : numbers) by.emplace_back(number.derivative.begin(), number.derivative.end());
+  return by;
+}
+
+// Expanded once a model: its conversion over doubles, and over dual numbers.
+// NOLINTNEXTLINE(bugprone-macro-parentheses): a term of the sum below
+#define ITN_COUNT_SLOTS(name, kind, fallback, unit) parameter_kind::kind.channels +
+#define ITN_PARAMETER_SLOTS(PREFIX) (PREFIX##_PARAMETERS(ITN_COUNT_SLOTS) 0)
+#define ITN_CONVERSIONS(name, PREFIX)                                               \
+  std::vector<double> name##_to_numbers(const std::vector<double>& parameters) {    \
+    std::vector<double> n(PREFIX##_SLOTS);                                          \
+    name##_numbers(parameters.data(), n.data());                                    \
+    return n;                                                                       \
+  }                                                                                 \
+  std::vector<std::vector<double>> name##_jacobian(const std::vector<double>& at) { \
+    const auto parameters = moving<ITN_PARAMETER_SLOTS(PREFIX)>(at);                \
+    std::vector<Dual<ITN_PARAMETER_SLOTS(PREFIX)>> n(PREFIX##_SLOTS);               \
+    name##_numbers(parameters.data(), n.data());                                    \
+    return derivatives(n);                                                          \
+  }
+#define ITN_BSDF_CONVERSIONS(name, PREFIX, type, variants) ITN_CONVERSIONS(name, PREFIX)
+#define ITN_MODEL_CONVERSIONS(name, PREFIX, type) ITN_CONVERSIONS(name, PREFIX)
+BSDF_LIST(ITN_BSDF_CONVERSIONS)
+MEDIUM_LIST(ITN_MODEL_CONVERSIONS)
+PHASE_LIST(ITN_MODEL_CONVERSIONS)
+
+#define ITN_MEAN_COSINE(name, PREFIX, type)                                      \
+  std::vector<double> name##_mean(const std::vector<double>& at) {               \
+    const auto parameters = moving<ITN_PARAMETER_SLOTS(PREFIX)>(at);             \
+    std::vector<Dual<ITN_PARAMETER_SLOTS(PREFIX)>> n(PREFIX##_SLOTS);            \
+    name##_numbers(parameters.data(), n.data());                                 \
+    const auto mean = name##_mean_cosine(n.data());                              \
+    std::vector<double> result{mean.value};                                      \
+    result.insert(result.end(), mean.derivative.begin(), mean.derivative.end()); \
+    return result;                                                               \
+  }
+PHASE_LIST(ITN_MEAN_COSINE)
+
+#define ITN_PARAMETER(name, kind, fallback, unit) declare(model, #name, parameter_kind::kind, fallback, unit);
+#define ITN_NUMBER(PREFIX, name, channels, role, coordinate) \
+  model.numbers.push_back({#name, PREFIX##_##name, channels, role, coordinate});
+#define ITN_MODEL(name_, PREFIX, type_)                                                                \
+  Model model;                                                                                         \
+  model.id = MODEL_##name_;                                                                            \
+  model.name = #name_;                                                                                 \
+  model.type = type_;                                                                                  \
+  model.variants = {""};                                                                               \
+  PREFIX##_PARAMETERS(ITN_PARAMETER) PREFIX##_NUMBERS(ITN_NUMBER) model.number_slots = PREFIX##_SLOTS; \
+  model.to_numbers = name_##_to_numbers;                                                               \
+  model.jacobian = name_##_jacobian;                                                                   \
+  model.obstacle = name_##_obstacle;
+#define ITN_BSDF_MODEL(name, PREFIX, type, variants_) \
+  {                                                   \
+    ITN_MODEL(name, PREFIX, type)                     \
+    model.variants = words(variants_);                \
+    model.traits = PREFIX##_TRAITS;                   \
+    model.refusal = name##_refusal;                   \
+    models.push_back(model);                          \
+  }
+#define ITN_PHASE_MODEL(name, PREFIX, type) \
+  {                                         \
+    ITN_MODEL(name, PREFIX, type)           \
+    model.mean_cosine = name##_mean;        \
+    models.push_back(model);                \
+  }
+#define ITN_MEDIUM_MODEL(name, PREFIX, type) \
+  {                                          \
+    ITN_MODEL(name, PREFIX, type)            \
+    models.push_back(model);                 \
+  }
+
+std::vector<Model> make_bsdf_models() {
+  std::vector<Model> models;
+  BSDF_LIST(ITN_BSDF_MODEL)
+  return models;
+}
+
+std::vector<Model> make_phase_models() {
+  std::vector<Model> models;
+  PHASE_LIST(ITN_PHASE_MODEL)
+  return models;
+}
+
+std::vector<Model> make_medium_models() {
+  std::vector<Model> models;
+  MEDIUM_LIST(ITN_MEDIUM_MODEL)
+  return models;
+}
+
+}  // namespace
+
+const DeclaredParameter& Model::parameter(const std::string& wanted) const {
+  for (const DeclaredParameter& p : parameters)
+    if (p.name == wanted) return p;
+  throw std::logic_error("model " + name + " has no parameter " + wanted);
+}
+
+const DeclaredNumber& Model::number_of(int slot) const {
+  for (const DeclaredNumber& n : numbers)
+    if (slot >= n.slot && slot < n.slot + n.channels) return n;
+  throw std::logic_error("model " + name + " has no number in slot " + std::to_string(slot));
+}
+
+const DeclaredNumber& Model::number_called(const std::string& wanted) const {
+  for (const DeclaredNumber& n : numbers)
+    if (n.name == wanted) return n;
+  throw std::logic_error("model " + name + " has no number " + wanted);
+}
+
+const std::vector<Model>& bsdf_models() {
+  static const std::vector<Model> all = make_bsdf_models();
+  return all;
+}
+
+const std::vector<Model>& phase_models() {
+  static const std::vector<Model> all = make_phase_models();
+  return all;
+}
+
+const std::vector<Model>& medium_models() {
+  static const std::vector<Model> all = make_medium_models();
+  return all;
+}
+
+const Model* find_model(const std::vector<Model>& models, const std::string& type) {
+  const auto found = std::find_if(models.begin(), models.end(), [&](const Model& m) { return m.type == type; });
+  return found == models.end() ? nullptr : &*found;
+}
+
+}  // namespace itn

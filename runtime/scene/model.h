@@ -1,0 +1,60 @@
+// The models of kernels/model as the host knows them: what each declares of itself, from the lists of their families.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "kernels/model/obstacle.h"
+#include "runtime/scene/parameter_kind.h"
+
+namespace itn {
+
+// What people set. slot: where its values begin among those of all parameters.
+struct DeclaredParameter {
+  std::string name;
+  ParameterKind kind;
+  double fallback = 0;
+  std::string unit;  // empty: a pure number
+  int slot = 0;
+};
+
+// What formulas take: n[slot], or n[slot + c] of a colour. role, coordinate: ROLE_* and COORDINATE_*.
+struct DeclaredNumber {
+  std::string name;
+  int slot = 0, channels = 1, role = 0, coordinate = 0;
+};
+
+struct Model {
+  int id = 0;                         // MODEL_* of kernels/model/models.h
+  std::string name, type;             // of its file and functions; of the element in scene files
+  std::vector<std::string> variants;  // values of `distribution`; one that is empty: there is no such parameter
+  int traits = 0;                     // of BSDFs: BSDF_*
+  std::vector<DeclaredParameter> parameters;
+  std::vector<DeclaredNumber> numbers;
+  int parameter_slots = 0, number_slots = 0;
+
+  // The arguments are the values of all parameters, slot after slot.
+  std::vector<double> (*to_numbers)(const std::vector<double>&) = nullptr;
+  std::vector<std::vector<double>> (*jacobian)(const std::vector<double>&) = nullptr;  // [number slot][parameter slot]
+  Refusal (*refusal)(const double*) = nullptr;            // why such values cannot be rendered
+  const char* (*obstacle)(const double*, int) = nullptr;  // why there is no derivative by a parameter's slot; or empty
+  // Of phase functions: the mean cosine, and its derivative by each parameter's slot.
+  std::vector<double> (*mean_cosine)(const std::vector<double>&) = nullptr;
+
+  // The parameter of that name. Throws std::logic_error: there is none.
+  const DeclaredParameter& parameter(const std::string& wanted) const;
+  // The number that n[slot] belongs to.
+  const DeclaredNumber& number_of(int slot) const;
+  // The number of that name, which a texture of the parameter takes the place of.
+  const DeclaredNumber& number_called(const std::string& wanted) const;
+  // Where, from n on, n[slot] is that shows the k-th colour of a texture, from 1 on; 0: n[slot] itself.
+  int place_of_colour(int slot, int k) const { return k * number_slots + slot; }
+};
+
+const std::vector<Model>& bsdf_models();  // without null, which has none
+const std::vector<Model>& phase_models();
+const std::vector<Model>& medium_models();
+
+// The model of that type, or null.
+const Model* find_model(const std::vector<Model>& models, const std::string& type);
+
+}  // namespace itn

@@ -1,0 +1,84 @@
+#include "runtime/scene/scene.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+namespace itn {
+
+void Texture::become(const TextureModel& of) {
+  model = &of;
+  colours.clear();
+  for (const DeclaredColour& c : of.colours) colours.push_back({c.fallback, c.fallback, c.fallback});
+}
+
+Texture make_bitmap(std::shared_ptr<const Bitmap> bitmap) {
+  Texture texture;
+  texture.become(*find_texture("bitmap"));
+  texture.bitmap = std::move(bitmap);
+  return texture;
+}
+
+void Instance::become(const Model& of, int its_variant) {
+  model = &of;
+  variant = its_variant;
+  values.clear();
+  for (const DeclaredParameter& p : of.parameters) {
+    Texture value;
+    value.value = {p.fallback, p.fallback, p.fallback};
+    values.push_back(value);
+  }
+}
+
+Texture& Instance::value(const std::string& name) {
+  const auto index = static_cast<std::size_t>(&model->parameter(name) - model->parameters.data());
+  return values.at(index);
+}
+
+const Texture& Instance::value(const std::string& name) const {
+  const auto index = static_cast<std::size_t>(&model->parameter(name) - model->parameters.data());
+  return values.at(index);
+}
+
+std::vector<double> Instance::slots() const {
+  std::vector<double> result;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const auto channels = static_cast<std::ptrdiff_t>(model->parameters[i].kind.channels);
+    result.insert(result.end(), values[i].value.begin(), values[i].value.begin() + channels);
+  }
+  return result;
+}
+
+Instance Instance::showing(std::size_t parameter, std::size_t colour) const {
+  Instance result = *this;
+  Texture constant;
+  constant.value = values.at(parameter).colours.at(colour);
+  result.values[parameter] = constant;
+  return result;
+}
+
+Bsdf make_bsdf(const std::string& type, const std::string& distribution) {
+  Bsdf bsdf;
+  if (type == "null") return bsdf;
+  const Model* model = find_model(bsdf_models(), type);
+  if (!model) throw std::logic_error("no BSDF " + type);
+  const auto& variants = model->variants;
+  const auto found = std::find(variants.begin(), variants.end(), distribution);
+  bsdf.become(*model, found == variants.end() ? 0 : static_cast<int>(found - variants.begin()));
+  return bsdf;
+}
+
+PhaseFunction Medium::isotropic() {
+  PhaseFunction phase;
+  phase.become(*find_model(phase_models(), "isotropic"));
+  return phase;
+}
+
+std::vector<double> Medium::slots() const {
+  std::vector<double> result(sigma_t.begin(), sigma_t.end());
+  result.insert(result.end(), albedo.begin(), albedo.end());
+  result.push_back(scale);
+  return result;
+}
+
+}  // namespace itn

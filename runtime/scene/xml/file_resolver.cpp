@@ -1,0 +1,33 @@
+#include "runtime/scene/xml/file_resolver.h"
+
+#include <algorithm>
+#include <filesystem>
+
+namespace itn {
+
+namespace fs = std::filesystem;
+
+std::string folder_of(const std::string& file) {
+  const std::string folder = fs::path(file).parent_path().string();
+  return folder.empty() ? "." : folder;
+}
+
+FileResolver::FileResolver(const std::string& scene_file) : folders_{folder_of(scene_file), "."} {}
+
+void FileResolver::prepend(const std::string& folder) { folders_.insert(folders_.begin(), folder); }
+
+void FileResolver::append(const std::string& folder) {
+  if (std::find(folders_.begin(), folders_.end(), folder) == folders_.end()) folders_.push_back(folder);
+}
+
+std::string FileResolver::find(const std::string& name) const {
+  std::error_code status;
+  if (fs::path(name).is_absolute()) return fs::exists(name, status) ? name : "";
+  for (const std::string& folder : folders_) {
+    const fs::path candidate = folder == "." ? fs::path(name) : fs::path(folder) / name;
+    if (fs::exists(candidate, status)) return candidate.string();
+  }
+  return "";
+}
+
+}  // namespace itn

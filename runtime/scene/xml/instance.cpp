@@ -1,0 +1,92 @@
+// Reading what models declare (kernels/shared/declaration.h).
+#include <fmt/core.h>
+
+#include <algorithm>
+
+#include "runtime/scene/xml/builder.h"
+#include "runtime/scene/xml/ior.h"
+#include "runtime/scene/xml/message.h"
+
+namespace itn {
+namespace {
+
+std::string range_of(const ParameterKind& kind) {
+  return fmt::format("{}{}, {}{}", kind.low_included ? '[' : '(', kind.low, kind.high, kind.high_included ? ']' : ')');
+}
+
+void check(Properties& properties, const DeclaredParameter& p, double value) {
+  const ParameterKind& k = p.kind;
+  const bool above = k.low_included ? value >= k.low : value > k.low;
+  const bool below = k.high_included ? value <= k.high : value < k.high;
+  if (!above || !below)
+    properties.fail_at(p.name, fmt::format("{} = {} is outside {}{}", p.name, to_text(value), range_of(k),
+                                           *k.meaning ? fmt::format("; it is {}", k.meaning) : ""));
+}
+
+double roughness(Properties& properties, const std::string& name, double fallback) {
+  const double alpha = properties.number(name, fallback);
+  if (!(alpha > 0))
+    properties.fail_at(name,
+                       name + " = " + to_text(alpha) + "; need more than 0: for a smooth boundary use dielectric");
+  if (alpha > 1) properties.fail_at(name, name + " = " + to_text(alpha) + "; need at most 1");
+  return alpha;
+}
+
+// alpha, or alpha_u and alpha_v where they are equal.
+double roughness(Properties& properties, double fallback) {
+  const bool two_axes = properties.has("alpha_u") || properties.has("alpha_v");
+  if (!two_axes) return roughness(properties, "alpha", fallback);
+  if (properties.has("alpha"))
+    properties.fail_at("alpha", "both alpha and alpha_u, alpha_v given; need one or the other");
+  if (!properties.has("alpha_u") || !properties.has("alpha_v"))
+    properties.fail_at("", "only one of alpha_u and alpha_v given; need both, or alpha");
+  const double u = roughness(properties, "alpha_u", fallback), v = roughness(properties, "alpha_v", fallback);
+  if (u != v)
+    properties.fail_at("alpha_v", "alpha_u = " + to_text(u) + " differs from alpha_v = " + to_text(v) +
+                                      "; need isotropic roughness: give alpha");
+  return u;
+}
+
+Texture read(Builder& builder, Properties& properties, const DeclaredParameter& p) {
+  Texture value;
+  const auto number = [&](double v) { value.value = {v, v, v}; };
+  switch (p.kind.reader) {
+    case ParameterKind::Reader::number:
+      number(properties.number(p.name, p.fallback));
+      check(properties, p, value.value[0]);
+      break;
+    case ParameterKind::Reader::colour:
+      value.value = properties.color(p.name, {{p.fallback, p.fallback, p.fallback}}).value;
+      for (const double v : value.value) check(properties, p, v);
+      break;
+    case ParameterKind::Reader::texture:
+      value = build_texture(builder, properties, p.name, p.fallback);
+      break;
+    case ParameterKind::Reader::interior_index:
+      number(parse_ior(properties, p.name, "bk7"));
+      break;
+    case ParameterKind::Reader::exterior_index:
+      number(parse_ior(properties, p.name, "air"));
+      break;
+    case ParameterKind::Reader::roughness:
+      number(roughness(properties, p.fallback));
+      break;
+  }
+  return value;
+}
+
+}  // namespace
+
+void read_parameters(Builder& builder, Properties& properties, Instance& instance) {
+  for (std::size_t i = 0; i < instance.values.size(); ++i)
+    instance.values[i] = read(builder, properties, instance.model->parameters[i]);
+}
+
+std::vector<std::string> types_of(const std::vector<Model>& models) {
+  std::vector<std::string> types;
+  types.reserve(models.size());
+  for (const Model& model : models) types.push_back(model.type);
+  return types;
+}
+
+}  // namespace itn

@@ -1,0 +1,18 @@
+// <transform> elements.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "runtime/scene/scene.h"
+#include "runtime/scene/xml/document.h"
+
+namespace itn {
+
+// Steps in document order, each applied after the ones before it. Throws InputError for a step that is not complete,
+// and for a transform that is not finite, or flattens space.
+Transform parse_transform(const Element& element);
+
+// A warning for each <rotate> in the element whose axis is not a unit vector.
+void warn_of_shears(const Element& element, std::vector<std::string>& warnings);
+
+}  // namespace itn

@@ -1,0 +1,37 @@
+// What a network knows of a scene beside the image: the shape as the camera sees it, and where light comes from.
+#pragma once
+#include <array>
+#include <optional>
+#include <string>
+
+#include "network/input.h"
+#include "runtime/scene/scene.h"
+
+namespace itn {
+
+// The shape that a medium is inside of.
+struct Body {
+  int shape = 0;
+  double longest_side = 1;  // of the box around it, along the axes [scene units]
+};
+
+// who: whose network it is, for messages: "--init rn". Throws UsageError: a medium inside of several shapes or none.
+Body body_of(const Scene& scene, int medium, const std::string& who);
+
+// For networks of six channels, which learnt from bodies whose longest side is one scene unit.
+class SceneView {
+ public:
+  // sensor: of the scene, as if it had size x size pixels. Throws UsageError: pixels that are no square or only a part
+  // of the film, shapes or light that the network cannot know.
+  SceneView(const Scene& scene, int sensor, int size, const Body& body, const std::string& who);
+  KnownScene known() const { return {shape_, light_}; }
+
+ private:
+  SeenShape shape_;
+  std::array<double, 3> light_;
+};
+
+// What a network that sees sigma_t [1/mm] means in 1 / scene unit: it learnt from bodies of another size.
+double sigma_t_in_scene(double sigma_t, const NetworkDescription& network, const Body& body);
+
+}  // namespace itn

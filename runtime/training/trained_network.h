@@ -1,0 +1,19 @@
+// The network that a training (training_run.h) left in its folder, RUN, for whoever uses it.
+#pragma once
+#include <string>
+
+#include "network/network.h"
+
+namespace itn {
+
+// The name of the network that ships with the program where a RUN is asked for.
+constexpr const char* shipped_run = "shipped";
+
+// The network of a RUN: RUN/network.safetensors, a file as it is, or the shipped one. Throws InputError: there is none,
+// or it cannot be read.
+Network network_of(const std::string& run);
+
+// Tells the networks of runs apart: 16 hexadecimal digits. Throws InputError: there is none.
+std::string network_fingerprint(const std::string& run);
+
+}  // namespace itn

@@ -1,0 +1,232 @@
+#include "runtime/training/training_run.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "network/network_file.h"
+#include "network/prediction.h"
+#include "network/threads.h"
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
+#include "runtime/base/version.h"
+#include "runtime/training/trained_network.h"
+
+namespace itn {
+namespace {
+
+using Json = StoredRun::Json;
+
+constexpr int batches_for_lambda = 8;
+
+// The sets to learn from: complete, of images of the same size and scale, each there once.
+std::vector<Manifest> read_sets(const TrainingRequest& request) {
+  if (request.kind == "rn" && request.lambda) throw UsageError("--lambda: rn has no image loss to weigh");
+  if (request.data.size() > 1 && request.kind != "rn")
+    throw UsageError(request.kind + ": its image loss needs one data set; only rn learns from several");
+  std::vector<Manifest> sets;
+  for (const std::string& folder : request.data) {
+    Manifest set = read_complete_manifest(folder);
+    for (std::size_t i = 0; i < sets.size(); ++i) {
+      if (set.hash == sets[i].hash) throw UsageError(fmt::format("{}: the same images as {}", folder, request.data[i]));
+      if (set.size != sets[i].size || set.mm_per_unit != sets[i].mm_per_unit)
+        throw UsageError(fmt::format(
+            "{}: {} pixels a side and {} mm a scene unit, {} has {} and {}; to be learnt from together they must agree",
+            folder, set.size, set.mm_per_unit, request.data[i], sets[i].size, sets[i].mm_per_unit));
+    }
+    sets.push_back(std::move(set));
+  }
+  return sets;
+}
+
+std::string joined_hashes(const std::vector<Manifest>& sets) {
+  std::string hashes;
+  for (const Manifest& set : sets) hashes += (hashes.empty() ? "" : " ") + set.hash;
+  return hashes;
+}
+
+DatasetImages read_images(const TrainingRequest& request, const std::vector<Manifest>& sets, Manifest::Split split,
+                          bool with_shapes, const std::atomic<bool>& cancel) {
+  DatasetImages images;
+  for (std::size_t i = 0; i < sets.size(); ++i)
+    append(images, itn::read_images(request.data[i], sets[i], split, with_shapes, cancel));
+  return images;
+}
+
+RunFolder open_folder(const std::string& folder) { return {folder, "run.json", "itn.run/1", "a training"}; }
+
+// All that the numbers depend on: training goes on only with the same.
+Json circumstances_of(const TrainingRequest& r, const std::vector<Manifest>& sets, int thread_count) {
+  const auto or_null = [](const auto& value) { return value ? Json(*value) : Json(); };
+  return {{"version", version()},
+          {"network", r.kind},
+          {"data", joined_hashes(sets)},
+          {"init", r.init.empty() ? "" : network_fingerprint(r.init)},
+          {"channels", or_null(r.channels)},
+          {"width", or_null(r.width)},
+          {"epochs", r.epochs},
+          {"batch", r.batch},
+          {"learning_rate", r.learning_rate},
+          {"seed", r.seed},
+          {"patience", r.patience},
+          {"weight_decay", r.weight_decay},
+          {"lambda", or_null(r.lambda)},
+          {"mirror", r.variation.mirrored},
+          {"noise", r.variation.noise},
+          {"threads", thread_count}};
+}
+
+TrainingOptions training_options(const TrainingRequest& r, const std::vector<Manifest>& sets) {
+  TrainingOptions options;
+  options.epochs = r.epochs;
+  options.batch = r.batch;
+  options.first_learning_rate = r.learning_rate;
+  options.last_learning_rate = r.learning_rate / 100;
+  options.seed = r.seed;
+  options.weight_decay = r.weight_decay;
+  options.patience = r.patience;
+  options.data = joined_hashes(sets);
+  return options;
+}
+
+// A new network, or `init`, that of request.init, with the data set's size of images.
+Network first_network(const TrainingRequest& request, const std::optional<Network>& init, const Manifest& manifest,
+                      const DatasetImages& training) {
+  if (!init) {
+    NetworkDescription description;
+    description.kind = request.kind;
+    description.channels = request.channels.value_or(description.channels);
+    description.width = request.width.value_or(description.width);
+    description.size = manifest.size;
+    description.outputs = output_ranges(training);
+    description.luminance = mean_luminance(training);
+    description.mm_per_unit = manifest.mm_per_unit;
+    Network network(description);
+    network.initialise(request.seed);
+    return network;
+  }
+  const auto check = [&](const char* name, const std::optional<int>& wanted, int is) {
+    if (wanted && *wanted != is)
+      throw UsageError(fmt::format("--{} {}: the network of --init has {}", name, *wanted, is));
+  };
+  check("channels", request.channels, init->description().channels);
+  check("width", request.width, init->description().width);
+  NetworkDescription description = init->description();
+  description.kind = request.kind;
+  description.size = manifest.size;
+  description.mm_per_unit = manifest.mm_per_unit;
+  Network network(description);
+  network.weights() = init->weights();
+  return network;
+}
+
+Json to_json(const EpochLosses& losses, bool has_image_loss) {
+  Json json{{"supervised", losses.supervised}};
+  if (has_image_loss) json["image"] = losses.image;
+  json["validation"] = losses.validation;
+  return json;
+}
+
+}  // namespace
+
+TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>& cancel)
+    : request_(request), sets_(read_sets(request)), folder_(open_folder(request.folder)), cancel_(cancel) {
+  request_.variation.seed = request.seed;
+  const Json before = folder_.run().before("request");
+  if (before.is_null() && std::filesystem::exists(file("network.safetensors")))
+    throw UsageError(request.folder + ": holds a network that itn train has not made; give another folder with -o");
+  const int thread_count = request.threads    ? *request.threads
+                           : before.is_null() ? threads()
+                                              : before.value("threads", 1);
+  set_threads(thread_count);
+  circumstances_ = circumstances_of(request, sets_, thread_count);
+  folder_.run().require_same(circumstances_);
+  std::optional<Network> init;
+  if (!request.init.empty()) init.emplace(network_of(request.init));
+  const int channels = init ? init->description().channels : request.channels.value_or(NetworkDescription().channels);
+  const bool with_shapes = channels > 1 || request.kind != "rn";
+  training_images_ = read_images(request, sets_, Manifest::Split::train, with_shapes, cancel);
+  validation_images_ = read_images(request, sets_, Manifest::Split::validation, with_shapes, cancel);
+  network_.emplace(first_network(request, init, sets_.front(), training_images_));
+  training_.emplace(training_images_, network_->description(), request_.variation);
+  validation_.emplace(validation_images_, network_->description());
+  TrainingOptions options = training_options(request, sets_);
+  if (request.kind != "rn") options.image_weight = prepare_image_loss(options, cancel);
+  trainer_.emplace(*network_, *training_, *validation_, options, image_loss_.loss.get());
+  if (std::filesystem::exists(file("checkpoint.safetensors")))
+    trainer_->read_checkpoint(file("checkpoint.safetensors"));
+  store_record();
+}
+
+// The image loss, and its weight: as given, as it was at the beginning, or such that both losses are of equal size.
+double TrainingRun::prepare_image_loss(const TrainingOptions& options, const std::atomic<bool>& cancel) {
+  const ImageLossOptions how{request_.kind, request_.device, request_.spp, request_.seed};
+  image_loss_ = make_image_loss(how, request_.data.front(), sets_.front(), training_images_, &cancel);
+  circumstances_["image_loss"] = image_loss_.circumstances;
+  folder_.run().require_same(circumstances_);
+  if (request_.lambda) return *request_.lambda;
+  if (const Json before = folder_.run().before("lambda"); before.is_number()) return before.get<double>();
+  return balanced_image_weight(*network_, *training_, options, *image_loss_.loss, batches_for_lambda);
+}
+
+double TrainingRun::fraction() const {
+  return static_cast<double>(trainer_->steps()) / (static_cast<double>(trainer_->steps_in_epoch()) * request_.epochs);
+}
+
+void TrainingRun::step() {
+  if (cancel_) throw Interrupted();
+  trainer_->step();
+  ++steps_;
+}
+
+Network TrainingRun::best() const {
+  Network best(network_->description());
+  best.weights() = trainer_->best_weights();
+  return best;
+}
+
+double TrainingRun::seconds() const {
+  const Trainer::Times& times = trainer_->times();
+  return times.network + times.image_loss + times.rest;
+}
+
+double TrainingRun::images_per_second() const { return steps_ > 0 ? steps_ * request_.batch / seconds() : 0; }
+
+Json TrainingRun::record() const {
+  Json json{{"request", circumstances_},
+            {"data_folders", request_.data},
+            {"lambda", has_image_loss() ? Json(trainer_->options().image_weight) : Json()},
+            {"complete", !errors_.empty()},
+            {"steps", trainer_->steps()},
+            {"epochs", trainer_->curve().size()}};
+  if (trainer_->curve().empty()) return json;
+  json["best_epoch"] = trainer_->best_epoch() + 1;
+  json["losses"] = to_json(trainer_->curve()[trainer_->best_epoch()], has_image_loss());
+  for (std::size_t i = 0; i < errors_.size(); ++i)
+    json["validation_rmse"][network_->description().outputs[i].name] = errors_[i];
+  return json;
+}
+
+void TrainingRun::store_record() const { folder_.run().write(circumstances_, record(), 2); }
+
+void TrainingRun::save() {
+  trainer_->write_checkpoint(file("checkpoint.safetensors"));
+  if (!trainer_->best_weights().empty()) write_network(file("network.safetensors"), best(), Precision::single);
+  std::string lines;
+  for (const EpochLosses& losses : trainer_->curve()) {
+    Json line{{"epoch", 1 + &losses - trainer_->curve().data()}};
+    line.update(to_json(losses, has_image_loss()));
+    lines += line.dump() + "\n";
+  }
+  write_file(file("curve.jsonl"), lines);
+  store_record();
+}
+
+std::vector<double> TrainingRun::conclude() {
+  Network network = best();
+  errors_ = root_mean_square_errors(predict(network, *validation_));
+  save();
+  return errors_;
+}
+
+}  // namespace itn

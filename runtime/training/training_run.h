@@ -1,0 +1,95 @@
+// A network's training on data sets, with its files in a folder: stopped at any moment and begun again with the same
+// request, it ends with the same bytes.
+//
+//   TrainingRun run(request, cancel);
+//   while (!run.finished()) {
+//     run.step();
+//     if (now and then) run.save();
+//   }
+//   run.conclude();
+//
+// The folder then holds network.safetensors (the best weights so far), curve.jsonl (a line an epoch), run.json (the
+// record) and checkpoint.safetensors.
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "network/dataset_examples.h"
+#include "network/network.h"
+#include "network/trainer.h"
+#include "runtime/base/stored_run.h"
+#include "runtime/training/rendered_image_loss.h"
+
+namespace itn {
+
+struct TrainingRequest {
+  std::vector<std::string> data;  // folders of complete data sets; several only for rn
+  std::string kind = "rn";        // rn; itn, ssn: also with the image loss
+  std::string folder;
+  std::string init;                           // RUN to start from (trained_network.h); empty: random weights
+  std::optional<int> channels, width;         // of a new network; default: NetworkDescription's
+  std::optional<int> threads;                 // of the network; default: as in the folder, else threads()
+  std::optional<double> lambda;               // weight of the image loss; default: both losses of equal size
+  DatasetExamples::Variation variation;       // its seed is `seed`
+  int epochs = 50, batch = 32, patience = 0;  // as TrainingOptions
+  double learning_rate = 1e-4;                // the first; the last is a hundredth of it
+  double weight_decay = 0;
+  std::uint64_t seed = 0;
+  std::string device;  // of the image loss, as for Device
+  int spp = 0;         // of the image loss; 0: 16
+};
+
+class TrainingRun {
+ public:
+  // Reads the data sets, and the checkpoint where the folder has one. cancel: polled, must outlive this. Throws
+  // UsageError: options that do not go together, a folder that holds another training; InputError: data sets, networks,
+  // a damaged folder; ResultError: a folder that is not writable or another process's; DeviceError; Interrupted.
+  TrainingRun(const TrainingRequest& request, const std::atomic<bool>& cancel);
+
+  bool finished() const { return trainer_->finished(); }
+  double fraction() const;
+  // One mini-batch. Throws Interrupted when *cancel is set, and what Trainer::step() throws; save() then stores what
+  // there is.
+  void step();
+  void save();
+  // Stores the end. Returns the root mean square error of each output over the validation images.
+  std::vector<double> conclude();
+
+  const Trainer& trainer() const { return *trainer_; }
+  const NetworkDescription& description() const { return network_->description(); }
+  Network best() const;  // after the first epoch
+  bool has_image_loss() const { return image_loss_.loss != nullptr; }
+  std::size_t training_count() const { return training_->count(); }
+  std::size_t validation_count() const { return validation_->count(); }
+  std::string file(const std::string& name) const { return folder_.file(name); }
+
+  // The steps of this object took [s], and how many images they saw in one.
+  double seconds() const;
+  double images_per_second() const;
+
+  // run.json's content: request, lambda, steps, losses and, once concluded, the validation's errors. It has no duration
+  // and no date.
+  StoredRun::Json record() const;
+
+ private:
+  double prepare_image_loss(const TrainingOptions& options, const std::atomic<bool>& cancel);
+  void store_record() const;
+
+  TrainingRequest request_;
+  std::vector<Manifest> sets_;
+  RunFolder folder_;
+  const std::atomic<bool>& cancel_;
+  StoredRun::Json circumstances_;  // all that the numbers depend on
+  DatasetImages training_images_, validation_images_;
+  std::optional<Network> network_;
+  std::optional<DatasetExamples> training_, validation_;
+  RenderedImageLoss image_loss_;
+  std::optional<Trainer> trainer_;
+  int steps_ = 0;               // of this object
+  std::vector<double> errors_;  // of the validation, once concluded
+};
+
+}  // namespace itn

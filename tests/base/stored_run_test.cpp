@@ -1,0 +1,70 @@
+// A folder's job goes on only as what it was begun as.
+#include "runtime/base/stored_run.h"
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
+#include "tests/support/temporary_folder.h"
+
+using namespace itn;
+using Catch::Contains;
+using Json = StoredRun::Json;
+
+namespace {
+
+const Json request{{"seed", 1}, {"files", {{"a", "0a"}, {"b", "0b"}}}};
+
+StoredRun open(const std::string& file) { return {file, "test/1", "a test"}; }
+
+}  // namespace
+
+TEST_CASE("a run that was stored goes on with the same request, in whatever order its keys stand") {
+  const TemporaryFolder folder;
+  const std::string file = folder / "run.json";
+  const StoredRun before = open(file);
+  CHECK_FALSE(before.continues(request));
+  CHECK(before.before("state").is_null());
+  CHECK_NOTHROW(before.require_same(request));
+  before.write(request, {{"state", {1, 2}}});
+  CHECK(read_file(file) == R"({"schema":"test/1","request":{"seed":1,"files":{"a":"0a","b":"0b"}},"state":[1,2]})"
+                           "\n");
+  const StoredRun after = open(file);
+  CHECK(after.before("state") == Json{1, 2});
+  for (const Json& same : {request, Json{{"files", {{"b", "0b"}, {"a", "0a"}}}, {"seed", 1}}, Json{{"seed", 1}}}) {
+    CHECK(after.continues(same));
+    CHECK_NOTHROW(after.require_same(same));
+  }
+}
+
+TEST_CASE("a run of another request is refused with what differs") {
+  const TemporaryFolder folder;
+  open(folder / "run.json").write(request, Json::object());
+  const StoredRun run = open(folder / "run.json");
+  CHECK_FALSE(run.continues({{"seed", 2}}));
+  CHECK_THROWS_AS(run.require_same({{"seed", 2}}), UsageError);
+  CHECK_THROWS_WITH(run.require_same({{"seed", 2}}), Contains("holds a test with another seed (1, now 2)"));
+  CHECK_THROWS_WITH(run.require_same({{"seed", 1}, {"device", "x"}}), Contains("another device (null, now \"x\")"));
+}
+
+TEST_CASE("what is no run of this version is refused by name") {
+  const TemporaryFolder folder;
+  for (const char* text : {"", "{", "[]", "1", "{}", R"({"schema":"test/1"})", R"({"schema":"test/1","request":1})",
+                           R"({"schema":"test/2","request":{}})", R"({"schema":["test/1"],"request":{}})"}) {
+    write_file(folder / "run.json", text);
+    CHECK_THROWS_AS(open(folder / "run.json"), InputError);
+    CHECK_THROWS_WITH(open(folder / "run.json"), Contains("run.json: not a test by this version"));
+  }
+}
+
+TEST_CASE("a run's folder is made, and has one writer") {
+  const TemporaryFolder folder;
+  {
+    const RunFolder run(folder / "deep/er", "run.json", "test/1", "a test");
+    CHECK(std::filesystem::is_directory(folder / "deep/er"));
+    CHECK(run.file("run.json") == run.run().file());
+    CHECK_THROWS_WITH(RunFolder(folder / "deep/er", "run.json", "test/1", "a test"), Contains("another process"));
+  }
+  CHECK_NOTHROW(RunFolder(folder / "deep/er", "run.json", "test/1", "a test"));
+}

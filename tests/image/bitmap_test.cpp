@@ -1,0 +1,84 @@
+#include "runtime/image/bitmap.h"
+
+#include <catch2/catch.hpp>
+
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
+#include "runtime/image/exr.h"
+#include "runtime/image/png.h"
+#include "runtime/image/srgb.h"
+#include "tests/support/temporary_folder.h"
+
+TEST_CASE("sRGB encoding and decoding are inverse and meet the standard's values") {
+  for (int i = 0; i <= 1000; ++i) {
+    const double x = i / 1000.0;
+    REQUIRE(itn::srgb_decode(itn::srgb_encode(x)) == Approx(x).margin(1e-7));
+  }
+  CHECK(itn::srgb_encode(0.2140411) == Approx(0.5).margin(1e-6));  // middle grey of the standard
+}
+
+TEST_CASE("a PNG comes back as linear values") {
+  const TemporaryFolder folder;
+  std::vector<std::uint8_t> rgb;
+  for (int i = 0; i < 256; ++i)
+    for (const int value : {i, 255 - i, 128}) rgb.push_back(static_cast<std::uint8_t>(value));
+  itn::write_png(folder / "a.png", 16, 16, rgb);
+  const itn::Bitmap linear = itn::read_bitmap(folder / "a.png"), raw = itn::read_bitmap(folder / "a.png", true);
+  REQUIRE(linear.width == 16);
+  REQUIRE(linear.height == 16);
+  REQUIRE(linear.channels == 3);
+  for (std::size_t i = 0; i < rgb.size(); ++i) {
+    REQUIRE(raw.data[i] == Approx(rgb[i] / 255.0).margin(1e-6));
+    REQUIRE(linear.data[i] == Approx(itn::srgb_decode(rgb[i] / 255.0)).margin(1e-6));
+  }
+}
+
+TEST_CASE("an EXR texture keeps its values and its channels' order") {
+  const TemporaryFolder folder;
+  itn::write_exr(folder / "a.exr", {2, 1, {"R", "G", "B"}, {1, 2, 3, 4, 5, 6}, {}});
+  CHECK(itn::read_bitmap(folder / "a.exr").data == std::vector<float>{1, 2, 3, 4, 5, 6});
+  itn::write_exr(folder / "y.exr", {2, 1, {"Y"}, {7, 8}, {}});
+  const itn::Bitmap grey = itn::read_bitmap(folder / "y.exr");
+  CHECK(grey.channels == 1);
+  CHECK(grey.data == std::vector<float>{7, 8});
+  itn::write_exr(folder / "depth.exr", {2, 1, {"depth"}, {7, 8}, {}});
+  CHECK_THROWS_WITH(itn::read_bitmap(folder / "depth.exr"), Catch::Contains("channels are depth; need R, G and B"));
+}
+
+TEST_CASE("BMP, TGA and PNM textures are decoded as PNG ones are") {
+  const TemporaryFolder folder;
+  const std::string red_blue("\xff\x00\x00\x00\x00\x80", 6), blue_red("\x00\x00\xff\x80\x00\x00", 6);  // RGB and BGR
+  itn::write_file(folder / "a.ppm", "P6\n2 1\n255\n" + red_blue);
+  itn::write_file(folder / "a.tga", std::string("\0\0\2\0\0\0\0\0\0\0\0\0\2\0\1\0\x18\0", 18) + blue_red);
+  const std::string header("BM\x3e\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\2\0\0\0\1\0\0\0\1\0\x18\0", 30);
+  itn::write_file(folder / "a.bmp", header + std::string(24, '\0') + blue_red + std::string(2, '\0'));
+  for (const std::string name : {"a.ppm", "a.tga", "a.bmp"}) {
+    INFO(name);
+    const itn::Bitmap bitmap = itn::read_bitmap(folder / name);
+    REQUIRE(bitmap.width == 2);
+    REQUIRE(bitmap.data.size() == 6);
+    CHECK(bitmap.data[0] == 1);
+    CHECK(bitmap.data[1] == 0);
+    CHECK(bitmap.data[3] == 0);
+    CHECK(bitmap.data[5] == Approx(itn::srgb_decode(128 / 255.0)));
+  }
+}
+
+TEST_CASE("an HDR texture keeps its values") {
+  const TemporaryFolder folder;
+  // Shared exponent: value = mantissa * 2^(exponent - 136).
+  itn::write_file(folder / "a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n" +
+                                        std::string("\x80\x40\x20\x81\x80\x00\x00\x83", 8));
+  CHECK(itn::read_bitmap(folder / "a.hdr").data == std::vector<float>{1, 0.5F, 0.25F, 4, 0, 0});
+}
+
+TEST_CASE("missing, foreign and truncated images are input errors") {
+  const TemporaryFolder folder;
+  CHECK_THROWS_AS(itn::read_bitmap(folder / "missing.png"), itn::InputError);
+  itn::write_file(folder / "text.png", "this is text");
+  CHECK_THROWS_WITH(itn::read_bitmap(folder / "text.png"), Catch::Contains("is no OpenEXR, PNG, JPEG"));
+  itn::write_png(folder / "a.png", 64, 64, std::vector<std::uint8_t>(3 * 64 * 64, 99));
+  const std::string bytes = itn::read_file(folder / "a.png");
+  itn::write_file(folder / "cut.png", bytes.substr(0, bytes.size() / 2));
+  CHECK_THROWS_AS(itn::read_bitmap(folder / "cut.png"), itn::InputError);
+}

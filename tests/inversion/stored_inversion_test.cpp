@@ -1,0 +1,93 @@
+// Inversions whose state is in a folder.
+#include "runtime/inversion/stored_inversion.h"
+
+#include <catch2/catch.hpp>
+
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
+#include "runtime/base/statistics.h"
+#include "tests/inversion/small_scene.h"
+#include "tests/support/temporary_folder.h"
+
+using namespace itn;
+using namespace itn::test;
+
+namespace {
+
+const StoredRun::Json request{{"seed", 5}};
+
+struct Small {
+  std::vector<TargetImage> targets{rendered_target(test::device(), fog_ball(4, 0.5, 0.5), 16, 7)};
+  ForwardModel model{test::device(), fog_ball(2, 0.7, 0.5), {"fog.sigma_t", "fog.albedo"}, {0}, RenderOptions()};
+  Inversion inversion;
+
+  explicit Small(InversionOptions::Method method) : inversion(model, targets, few(method)) {}
+
+  static InversionOptions few(InversionOptions::Method method) {
+    InversionOptions how;
+    how.method = method;
+    how.spp = 16;
+    how.iterations = 3;
+    return how;
+  }
+
+  StoredInversion open(const std::string& folder) {
+    return {folder, request, inversion, model.coordinates(),
+            inversion_starts(model.coordinates(), model.start(), 2, 1)};
+  }
+};
+
+}  // namespace
+
+TEST_CASE("inversions from two starts, stopped after any iteration, end with the same bytes") {
+  const auto method = GENERATE(InversionOptions::Method::adam, InversionOptions::Method::gauss_newton);
+  const TemporaryFolder folder;
+  Small small(method);
+  std::size_t iterations = 0;
+  {
+    StoredInversion whole = small.open(folder / "whole");
+    for (; !whole.finished(); ++iterations) whole.advance();
+    CHECK(whole.started().size() == 2);
+    CHECK(whole.fraction(3) == 1);
+  }
+  for (std::size_t i = 0; i < iterations; ++i) small.open(folder / "parts").advance();
+  CHECK(small.open(folder / "parts").finished());
+  for (const char* name : {"state.json", "iterations.jsonl"})
+    CHECK(read_file(folder / ("parts/" + std::string(name))) == read_file(folder / ("whole/" + std::string(name))));
+}
+
+TEST_CASE("a state that is damaged inside is refused by name") {
+  const TemporaryFolder folder;
+  Small small(InversionOptions::Method::adam);
+  small.open(folder / "fit").advance();
+  std::string state = read_file(folder / "fit/state.json");
+  state.replace(state.find("\"damping\""), 9, "\"dumping\"");
+  write_file(folder / "fit/state.json", state);
+  CHECK_THROWS_AS(small.open(folder / "fit"), InputError);
+  CHECK_THROWS_WITH(small.open(folder / "fit"), Catch::Contains("state.json: not an inversion"));
+}
+
+TEST_CASE("random starts are what the seed says, the first is the given one, and all lie in the parameters' ranges") {
+  const ForwardModel model(test::device(), fog_ball(2, 0.7, 0.5), {"fog.sigma_t", "fog.albedo"}, {0}, RenderOptions());
+  const std::vector<double> first = model.start();
+  const auto starts = inversion_starts(model.coordinates(), first, 20, 3);
+  REQUIRE(starts.size() == 20);
+  CHECK(starts[0] == first);
+  CHECK(starts == inversion_starts(model.coordinates(), first, 20, 3));
+  CHECK(starts[1] != inversion_starts(model.coordinates(), first, 2, 4)[1]);
+  for (std::size_t k = 1; k < starts.size(); ++k) {
+    CHECK(starts[k] != starts[k - 1]);
+    for (std::size_t p = 0; p < 2; ++p)
+      CHECK(model.coordinates()[p].parameter().contains(model.coordinates()[p].value(starts[k][p])));
+  }
+}
+
+TEST_CASE("a prior's interval holds 95 % of its normal distribution, and other parameters stay unknown") {
+  const ForwardModel model(test::device(), fog_ball(2, 0.7, 0.5), {"fog.sigma_t", "fog.albedo"}, {0}, RenderOptions());
+  Prior prior;
+  prior.add_interval(model.coordinates(), 1, 0.4, 0.8);
+  const double deviation = 1 / std::sqrt(prior.precision[1]);
+  for (const auto& [value, share] : {std::pair{0.4, 0.025}, {0.8, 0.975}})
+    CHECK(normal_cdf((model.coordinates()[1].of(value) - prior.mean[1]) / deviation) == Approx(share));
+  CHECK(prior.precision[0] == 0);
+}

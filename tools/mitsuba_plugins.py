@@ -1,0 +1,245 @@
+#!/usr/bin/env python3
+"""Writes docs/mitsuba-plugins.md: what becomes of each plugin of Mitsuba 3.9 here.
+
+    tools/mitsuba_plugins.py           writes the page
+    tools/mitsuba_plugins.py --check   exit code 1 where the page is not what the program does
+
+For each plugin a small scene is written and given to `itn parameters`: what is refused is asked of the program, not
+remembered. In what way a plugin differs stands in the list below.
+"""
+import argparse
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+import zlib
+
+POLARISATION = 'not planned: polarisation'
+CURVES = 'not planned: curves, distance fields and splats'
+SURFACES, MEDIA = 'planned, with the surfaces', 'planned, with media and lights'
+
+# tag -> (what it is called, the scene around it with %s for the element)
+AROUND = {
+    'sensor': ('Sensors', '%s'),
+    'film': ('Films', '<sensor type="perspective">%s</sensor>'),
+    'rfilter': ('Reconstruction filters',
+                '<sensor type="perspective"><film type="hdrfilm">%s</film></sensor>'),
+    'sampler': ('Samplers', '<sensor type="perspective">%s</sensor>'),
+    'integrator': ('Integrators', '%s'),
+    'shape': ('Shapes', '%s'),
+    'bsdf': ('Surfaces (bsdf)', '<shape type="sphere">%s</shape>'),
+    'texture': ('Textures', '<bsdf type="diffuse">%s</bsdf>'),
+    'spectrum': ('Spectra', '<emitter type="constant">%s</emitter>'),
+    'medium': ('Media', '%s'),
+    'phase': ('Phase functions', '<medium type="homogeneous">%s</medium>'),
+    'volume': ('Volumes', '<medium type="homogeneous">%s</medium>'),
+    'emitter': ('Emitters', '%s'),
+}
+LIGHT = '<emitter type="constant"/>'
+
+
+def rgb(name, value='0.5'):
+    return f'<rgb name="{name}" value="{value}"/>'
+
+
+def number(name, value):
+    return f'<float name="{name}" value="{value}"/>'
+
+
+def text(name, value):
+    return f'<string name="{name}" value="{value}"/>'
+
+
+ONE_PIXEL = ('<film type="hdrfilm"><integer name="width" value="1"/><integer name="height" value="1"/></film>')
+NEGATIVE = 'rendered as gaussian (stddev 0.5), with a warning'
+SOMETHING_ELSE = 'its nested integrator is rendered, or radiance, with a warning'
+MEDIA_TOO = 'media count, which it ignores in Mitsuba'
+DIFFUSE = '<bsdf type="diffuse"/>'
+VALUES = text('wavelengths', '400, 700') + text('values', '1, 2')
+
+# (tag, type, what it contains, how it differs, why it may be refused[, name attribute])
+PLUGINS = [
+    ('sensor', 'perspective', '', '', ''),
+    ('sensor', 'orthographic', '', '', ''),
+    ('sensor', 'thinlens', number('aperture_radius', 1), '', 'no aperture yet'),
+    ('sensor', 'radiancemeter', ONE_PIXEL, '', ''),
+    ('sensor', 'irradiancemeter', ONE_PIXEL, '', 'no sensors on shapes yet'),
+    ('sensor', 'distant', ONE_PIXEL, '', 'an orthographic sensor sees the same where its film covers the scene'),
+    ('sensor', 'batch', '<sensor type="perspective"/>', '', 'a scene may have several sensors; --sensor chooses'),
+    ('film', 'hdrfilm', '', 'always written as float32 OpenEXR; no alpha, no XYZ (with a warning)', ''),
+    ('film', 'specfilm', '', '', 'not planned: wavelengths beyond RGB'),
+    ('rfilter', 'box', '', '', ''),
+    ('rfilter', 'tent', '', '', ''),
+    ('rfilter', 'gaussian', '', '', ''),
+    ('rfilter', 'mitchell', '', NEGATIVE, ''),
+    ('rfilter', 'catmullrom', '', NEGATIVE, ''),
+    ('rfilter', 'lanczos', '', NEGATIVE, ''),
+    ('sampler', 'independent', '', '', ''),
+] + [('sampler', name, '', 'gives the number of samples, which are independent', '')
+     for name in ('stratified', 'multijitter', 'orthogonal', 'ldsampler')] + [
+    ('integrator', 'path', '', MEDIA_TOO, ''),
+    ('integrator', 'direct', '', 'max_depth 2; ' + MEDIA_TOO, ''),
+    ('integrator', 'direct_projective', '', 'max_depth 2; ' + MEDIA_TOO + '; no derivatives by visibility', ''),
+    ('integrator', 'volpath', '', '', ''),
+    ('integrator', 'volpathmis', '', '', ''),
+    ('integrator', 'ptracer', '', 'paths start at the camera; ' + MEDIA_TOO, ''),
+    ('integrator', 'prb', '', MEDIA_TOO, ''),
+    ('integrator', 'prb_basic', '', MEDIA_TOO, ''),
+    ('integrator', 'prb_projective', '', MEDIA_TOO + '; no derivatives by visibility', ''),
+    ('integrator', 'prbvolpath', '', '', ''),
+    ('integrator', 'volprim_rf_basic', '', '', CURVES),
+    ('integrator', 'aov', text('aovs', 'd:depth'), SOMETHING_ELSE, ''),
+    ('integrator', 'depth', '', SOMETHING_ELSE, ''),
+    ('integrator', 'moment', '', SOMETHING_ELSE + '; every image has its standard error anyway', ''),
+    ('integrator', 'stokes', '', SOMETHING_ELSE, ''),
+    ('shape', 'obj', text('filename', 't.obj'), '', ''),
+    ('shape', 'ply', text('filename', 't.ply'), 'no attributes of vertices and faces', ''),
+    ('shape', 'serialized', text('filename', 't.serialized'), '', 'planned'),
+    ('shape', 'sphere', '', '', ''),
+    ('shape', 'rectangle', '', '', ''),
+    ('shape', 'cube', '', '', ''),
+    ('shape', 'disk', '', '', ''),
+    ('shape', 'cylinder', '', '', 'planned'),
+    ('shape', 'shapegroup', '<shape type="sphere"/>', '', 'planned'),
+    ('shape', 'instance', '<shape type="shapegroup"><shape type="sphere"/></shape>', '', 'planned'),
+    ('shape', 'merge', '<shape type="sphere"/>', '', 'an optimisation of Mitsuba: list the shapes themselves'),
+] + [('shape', name, '', '', CURVES)
+     for name in ('bsplinecurve', 'linearcurve', 'sdfgrid', 'ellipsoids', 'ellipsoidsmesh')] + [
+    ('bsdf', 'diffuse', '', '', SURFACES),
+    ('bsdf', 'dielectric', '', '', SURFACES),
+    ('bsdf', 'thindielectric', '', '', SURFACES),
+    ('bsdf', 'roughdielectric', '', 'alpha is a number, the same along both axes', SURFACES),
+    ('bsdf', 'conductor', '', '', SURFACES),
+    ('bsdf', 'roughconductor', '', '', SURFACES),
+    ('bsdf', 'plastic', '', '', SURFACES),
+    ('bsdf', 'roughplastic', '', '', SURFACES),
+    ('bsdf', 'principled', '', '', SURFACES),
+    ('bsdf', 'principledthin', '', '', SURFACES),
+    ('bsdf', 'blendbsdf', number('weight', 0.5) + DIFFUSE + '<bsdf type="dielectric"/>', '', SURFACES),
+    ('bsdf', 'mask', DIFFUSE, '', SURFACES),
+    ('bsdf', 'twosided', DIFFUSE, 'around one surface, the same on both sides', SURFACES),
+    ('bsdf', 'bumpmap', DIFFUSE + '<texture type="bitmap" name="t">' + text('filename', 't.ppm') + '</texture>', '',
+     SURFACES),
+    ('bsdf', 'normalmap',
+     DIFFUSE + '<texture type="bitmap" name="normalmap">' + text('filename', 't.ppm') + '</texture>', '', SURFACES),
+    ('bsdf', 'null', '', '', SURFACES),
+    ('bsdf', 'measured', text('filename', 't.bsdf'), '', 'no measured surfaces of this format yet'),
+    ('bsdf', 'hair', '', '', CURVES),
+] + [('bsdf', name, '', '', POLARISATION)
+     for name in ('circular', 'polarizer', 'retarder', 'pplastic', 'measured_polarized')] + [
+    ('texture', 'bitmap', text('filename', 't.ppm'), '', '', 'reflectance'),
+    ('texture', 'checkerboard', '', 'its colours are colours, not textures', '', 'reflectance'),
+    ('texture', 'mesh_attribute', text('name', 'vertex_color'), '', SURFACES, 'reflectance'),
+    ('texture', 'volume', '<volume type="constvolume">' + number('value', 0.5) + '</volume>', '', MEDIA, 'reflectance'),
+    ('spectrum', 'uniform', number('value', 1), '', '', 'radiance'),
+    ('spectrum', 'srgb', rgb('color'), '', '', 'radiance'),
+    ('spectrum', 'd65', '', 'white, as in Mitsuba\'s rgb variants; around a texture it is refused', '', 'radiance'),
+    ('spectrum', 'regular', text('values', '1, 2'), 'integrated to linear sRGB; Mitsuba\'s rgb variants refuse it', '',
+     'radiance'),
+    ('spectrum', 'irregular', VALUES, 'integrated to linear sRGB; Mitsuba\'s rgb variants refuse it', '', 'radiance'),
+    ('spectrum', 'rawconstant', number('value', 1), '', '', 'radiance'),
+    ('spectrum', 'blackbody', number('temperature', 5000),
+     'integrated to linear sRGB; Mitsuba\'s rgb variants refuse it', '', 'radiance'),
+    ('medium', 'homogeneous', '', '', MEDIA),
+    ('medium', 'heterogeneous', '', '', MEDIA),
+    ('phase', 'isotropic', '', '', MEDIA),
+    ('phase', 'hg', '', '', MEDIA),
+    ('phase', 'rayleigh', '', '', MEDIA),
+    ('phase', 'blendphase', number('weight', 0.5) + '<phase type="isotropic"/><phase type="hg"/>', '', MEDIA),
+    ('phase', 'tabphase', text('values', '1, 2, 3'), '', MEDIA),
+    ('phase', 'sggx', '', '', 'no phase functions of microflakes yet'),
+    ('volume', 'constvolume', number('value', 0.5), 'where a colour may stand', MEDIA, 'albedo'),
+    ('volume', 'gridvolume', text('filename', 't.vol'), '', MEDIA, 'albedo'),
+    ('emitter', 'constant', '', 'one environment a scene', MEDIA),
+    ('emitter', 'envmap', text('filename', 't.ppm'), 'one environment a scene', MEDIA),
+    ('emitter', 'sunsky', '', 'one environment a scene', MEDIA),
+    ('emitter', 'timed_sunsky', '', '', 'the sun does not move: use sunsky'),
+    ('emitter', 'area', '', '', MEDIA),
+    ('emitter', 'point', '', '', MEDIA),
+    ('emitter', 'spot', '', '', MEDIA),
+    ('emitter', 'directional', '', '', MEDIA),
+    ('emitter', 'directionalarea', '', '', MEDIA),
+    ('emitter', 'projector', '', '', MEDIA),
+]
+
+
+def write_files(folder):
+    """Small files of the formats that plugins read: a tetrahedron, a picture, a grid."""
+    corners, faces = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]
+    with open(os.path.join(folder, 't.obj'), 'w') as file:
+        file.writelines('v %g %g %g\n' % corner for corner in corners)
+        file.writelines('f %d %d %d\n' % tuple(i + 1 for i in face) for face in faces)
+    with open(os.path.join(folder, 't.ply'), 'w') as file:
+        file.write('ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n'
+                   'element face 4\nproperty list uchar int vertex_indices\nend_header\n')
+        file.writelines('%g %g %g\n' % corner for corner in corners)
+        file.writelines('3 %d %d %d\n' % face for face in faces)
+    body = struct.pack('<I', 0x1000) + b't\0' + struct.pack('<QQ', 4, 4)
+    body += b''.join(struct.pack('<3f', *corner) for corner in corners)
+    body += b''.join(struct.pack('<3I', *face) for face in faces)
+    with open(os.path.join(folder, 't.serialized'), 'wb') as file:
+        file.write(struct.pack('<HH', 0x041C, 4) + zlib.compress(body) + struct.pack('<QI', 0, 1))
+    with open(os.path.join(folder, 't.ppm'), 'wb') as file:
+        file.write(b'P6\n2 2\n255\n' + bytes(range(100, 112)))
+    with open(os.path.join(folder, 't.vol'), 'wb') as file:
+        file.write(b'VOL\x03' + struct.pack('<5i6f8f', 1, 2, 2, 2, 1, 0, 0, 0, 1, 1, 1, *[0.5] * 8))
+
+
+def opens(itn, folder, tag, kind, content, name):
+    element = f'<{tag} type="{kind}"' + (f' name="{name}"' if name else '') + f'>{content}</{tag}>'
+    if (tag, kind) in (('emitter', 'area'), ('emitter', 'directionalarea')):
+        element = f'<shape type="rectangle">{element}</shape>'
+    body = AROUND[tag][1] % element
+    if '<sensor' not in body:
+        body += '<sensor type="perspective"/>'
+    if tag not in ('emitter', 'spectrum'):
+        body += LIGHT
+    file = os.path.join(folder, 'scene.xml')
+    with open(file, 'w') as scene:
+        scene.write(f'<scene version="3.0.0">{body}</scene>')
+    run = subprocess.run([itn, 'parameters', file, '--quiet'], capture_output=True, text=True)
+    if run.returncode not in (0, 3):
+        sys.exit(f'itn parameters {file}: exit code {run.returncode}\n{run.stderr}')
+    return run.returncode == 0
+
+
+def page(itn):
+    rows, counts = {}, {'works': 0, 'differs': 0, 'refused': 0}
+    with tempfile.TemporaryDirectory() as folder:
+        write_files(folder)
+        for tag, kind, content, differs, reason, *name in PLUGINS:
+            verdict = 'refused' if not opens(itn, folder, tag, kind, content, *(name or [''])) else \
+                'differs' if differs else 'works'
+            counts[verdict] += 1
+            remark = reason if verdict == 'refused' else differs
+            rows.setdefault(tag, []).append(f'| `{kind}` | {verdict} | {remark} |')
+    text = (f'# Plugins of Mitsuba 3.9\n\nOf {sum(counts.values())} plugins {counts["works"]} work, {counts["differs"]} '
+            f'work and differ in what the table says, and {counts["refused"]} are refused:\na scene that uses these ends '
+            'in an error that names all of them. "Works" means that the scene opens and renders what\nMitsuba\'s rgb '
+            'variants render, with Mitsuba\'s parameter names and defaults.\n\n`tools/mitsuba_plugins.py` writes this '
+            'page; `tools/open_scenes.py FOLDER` says which scenes of a folder open, and what the\nothers lack.\n')
+    for tag, (title, _) in AROUND.items():
+        text += f'\n## {title}\n\n| plugin | here | remark |\n|---|---|---|\n' + '\n'.join(rows[tag]) + '\n'
+    return text
+
+
+def main():
+    here = os.path.dirname(os.path.abspath(__file__))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--itn', default=os.path.join(here, '..', 'build', 'bin', 'itn'))
+    parser.add_argument('--check', action='store_true', help='write nothing; compare')
+    options = parser.parse_args()
+    file, text = os.path.join(here, '..', 'docs', 'mitsuba-plugins.md'), page(options.itn)
+    if options.check:
+        with open(file) as present:
+            if present.read() != text:
+                sys.exit('docs/mitsuba-plugins.md is not what the program does; run tools/mitsuba_plugins.py')
+        return
+    os.makedirs(os.path.dirname(file), exist_ok=True)
+    with open(file, 'w') as target:
+        target.write(text)
+
+
+if __name__ == '__main__':
+    main()
