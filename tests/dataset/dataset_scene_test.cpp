@@ -80,7 +80,7 @@ struct Ring {
                                                   {"sigma_t", "60"},
                                                   {"albedo", "0.7"},
                                                   {"g", "0.2"}});
-    return load_scene(std::string(ITN_SOURCE_DIR) + "/scenes/dataset/" + file, more);
+    return load_scene(ITN_SOURCE_DIR "/scenes/dataset/" + file, more);
   }
 };
 
@@ -101,7 +101,7 @@ TEST_CASE("scenes/dataset/scene.xml is the scene of a data set under sun and sky
 
 TEST_CASE("scenes/dataset/environment.xml is the scene of a data set in an environment, and renders the same image") {
   const Ring ring;
-  const std::string file = std::string(ITN_SOURCE_DIR) + "/scenes/gallery/studio.exr";
+  const std::string file = ITN_SOURCE_DIR "/scenes/gallery/studio.exr";
   const Scene made =
       dataset_scene(ring.set, ring.mesh, environment_light(read_environment(file), -35, 1.5), ring.material);
   const Scene loaded = ring.load("environment.xml", {{"map", file}, {"azimuth", "-35"}, {"scale", "1.5"}});

@@ -157,7 +157,7 @@ TEST_CASE("too little device memory: fewer paths at a time and the same bits, or
   INFO(tight.error);
   REQUIRE(tight.exit_code == 0);
   CHECK(itn::read_file(folder / "roomy.exr") == itn::read_file(folder / "tight.exr"));
-  const std::string large = std::string(ITN_SOURCE_DIR) + "/scenes/gallery/jade_knot.xml";  // some MiB of geometry
+  const std::string large = ITN_SOURCE_DIR "/scenes/gallery/jade_knot.xml";  // some MiB of geometry
   const Result failed =
       run_itn({"render", large, "-o", folder / "none.exr"}, {.environment = {{"ITN_MEMORY_LIMIT", "1"}}});
   CHECK(failed.exit_code == 4);

@@ -10,7 +10,7 @@ using nlohmann::json;
 
 const json& reference_data() {
   static const json file =
-      json::parse(std::ifstream(std::string(ITN_SOURCE_DIR) + "/tests/transport/data/transport.json"));
+      json::parse(std::ifstream(ITN_SOURCE_DIR "/tests/transport/data/transport.json"));
   return file;
 }
 

@@ -15,7 +15,7 @@ inline Device& device() {
   return shared;
 }
 
-inline std::string test_scene(const std::string& name) { return std::string(ITN_SOURCE_DIR) + "/scenes/test/" + name; }
+inline std::string test_scene(const std::string& name) { return ITN_SOURCE_DIR "/scenes/test/" + name; }
 
 using Definitions = std::map<std::string, std::string>;
 
