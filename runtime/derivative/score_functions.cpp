@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <deque>
+#include <functional>
+#include <mutex>
 #include <stdexcept>
 
 #include "kernels/model/models.h"
@@ -15,37 +18,41 @@
 namespace itn {
 namespace {
 
-// Declares the arguments of a function while its formula is recorded.
+// A function as its callers see it. Its formula waits until somebody asks for it: recording them all takes a tenth of a
+// second, and most programs need few of them or none.
+struct Declared {
+  std::string name, formula;
+  std::vector<std::string> arguments;  // as of ScoreFunction
+  int slots = 0;                       // of n, which scores are by
+  std::function<ScoreFunction(const Declared&)> record;
+};
+
+// Hands out a function's inputs while its formula is recorded.
 class Recorder {
  public:
-  Recorder(const std::string& name, const std::string& formula) {
-    function_.name = name;
-    function_.formula = formula;
+  explicit Recorder(const Declared& declared) : slots_(declared.slots) {
+    function_.name = declared.name;
+    function_.formula = declared.formula;
+    function_.arguments = declared.arguments;
   }
 
-  Recorded real(const std::string& name) {
-    function_.arguments.push_back("REAL " + name);
-    return input(name);
-  }
-  Vector3<Recorded> real3(const std::string& name) {
-    function_.arguments.push_back("REAL3 " + name);
-    return {input(name + ".x"), input(name + ".y"), input(name + ".z")};
-  }
+  Recorded real(const std::string& name) { return {function_.graph, function_.graph.input(name)}; }
+  Vector3<Recorded> real3(const std::string& name) { return {real(name + ".x"), real(name + ".y"), real(name + ".z")}; }
   std::vector<Recorded> reals(const std::string& name, int count) {
-    function_.arguments.push_back("const REAL* " + name);
     std::vector<Recorded> result;
     result.reserve(static_cast<std::size_t>(count));
-    for (int i = 0; i < count; ++i) result.push_back(input(fmt::format("{}[{}]", name, i)));
+    for (int i = 0; i < count; ++i) result.push_back(real(fmt::format("{}[{}]", name, i)));
     return result;
   }
+  // n of a model: at least one, since a model may have none
+  std::vector<Recorded> numbers() { return reals("n", std::max(slots_, 1)); }
 
-  // d log f / d n[slot] + d edge / d n[slot] of `slots` numbers; f: a channel each, or one for all
-  ScoreFunction scores(const std::vector<Recorded>& f, int slots, const Recorded& edge = 0) {
+  // d log f / d n[slot] + d edge / d n[slot]; f: a channel each, or one for all
+  ScoreFunction scores(const std::vector<Recorded>& f, const Recorded& edge = 0) {
     Graph& graph = function_.graph;
-    function_.arguments.emplace_back("REAL* d");
     for (const Recorded& value : f) function_.values.push_back(value.node_in(graph));
     const int edge_node = edge.node_in(graph);
-    for (int slot = 0; slot < slots; ++slot) {
+    for (int slot = 0; slot < slots_; ++slot) {
       Differentiator along(graph, {{graph.input(fmt::format("n[{}]", slot)), graph.number(1)}});
       for (int channel = 0; channel < 3; ++channel) {
         const int value = function_.values[f.size() == 1 ? 0 : static_cast<std::size_t>(channel)];
@@ -56,12 +63,11 @@ class Recorder {
     return std::move(function_);
   }
 
-  // df when each of `moving` has the tangent beside it; named d_<name>
-  ScoreFunction derivative(const Recorded& f, const std::string& name, const std::vector<Recorded>& moving,
+  // df when each of `moving` has the tangent beside it
+  ScoreFunction derivative(const Recorded& f, const std::vector<Recorded>& moving,
                            const std::vector<Recorded>& tangents) {
     Graph& graph = function_.graph;
     function_.values = {f.node_in(graph)};
-    function_.arguments.push_back("REAL* d_" + name);
     std::map<int, int> tangent;
     for (std::size_t i = 0; i < moving.size(); ++i) tangent[moving[i].node_in(graph)] = tangents[i].node_in(graph);
     function_.derivatives[{0, 0}] = Differentiator(graph, tangent).derivative(function_.values[0]);
@@ -69,64 +75,92 @@ class Recorder {
   }
 
  private:
-  Recorded input(const std::string& name) { return {function_.graph, function_.graph.input(name)}; }
-
+  int slots_;
   ScoreFunction function_;
 };
 
-// Numbers n of a model: at least one, since a model may have none.
-std::vector<Recorded> numbers(Recorder& r, int slots) { return r.reals("n", std::max(slots, 1)); }
-
 using RecordedVector = Vector3<Recorded>;
 
-// The functions of one variant of a BSDF; those of its model choose among them.
-#define ITN_BSDF_SCORES(model, PREFIX)                                                              \
-  ScoreFunction model##_score(int variant, const std::string& name) {                               \
-    Recorder r("score_" + name, #model "_value(n, wi, wo)");                                        \
-    const std::vector<Recorded> n = numbers(r, PREFIX##_SLOTS);                                     \
-    const RecordedVector wi = r.real3("wi"), wo = r.real3("wo");                                    \
-    std::vector<Recorded> f(3);                                                                     \
-    model##_value(variant, n.data(), wi, wo, f.data());                                             \
-    return r.scores(f, PREFIX##_SLOTS, model##_edge(variant, n.data(), wi, wo));                    \
-  }                                                                                                 \
-  ScoreFunction model##_decision_score(int variant, const std::string& name) {                      \
-    Recorder r("score_" + name + "_decision", #model "_decision(n, wi, outcome, reflected)");       \
-    const std::vector<Recorded> n = numbers(r, PREFIX##_SLOTS);                                     \
-    const RecordedVector wi = r.real3("wi"), outcome = r.real3("outcome");                          \
-    const Recorded reflected = r.real("reflected");                                                 \
-    return r.scores({model##_decision(variant, n.data(), wi, outcome, reflected)}, PREFIX##_SLOTS); \
-  }
-#define ITN_BSDF_SCORES_OF(name, PREFIX, type, variants) ITN_BSDF_SCORES(name, PREFIX)
-BSDF_LIST(ITN_BSDF_SCORES_OF)
+const std::vector<std::string> value_arguments{"const REAL* n", "REAL3 wi", "REAL3 wo", "REAL* d"};
+const std::vector<std::string> decision_arguments{"const REAL* n", "REAL3 wi", "REAL3 outcome", "REAL reflected",
+                                                  "REAL* d"};
 
-#define ITN_PHASE_SCORE(name, PREFIX, type)                            \
-  ScoreFunction name##_score() {                                       \
-    Recorder r("score_" #name, #name "_value(n, cosine)");             \
-    const std::vector<Recorded> n = numbers(r, PREFIX##_SLOTS);        \
-    const Recorded cosine = r.real("cosine");                          \
-    return r.scores({name##_value(n.data(), cosine)}, PREFIX##_SLOTS); \
+// The functions of one variant of a BSDF; those of its model choose among them.
+#define ITN_BSDF_SCORES(model, PREFIX, type, variants)                                                        \
+  Declared model##_score(int variant, const std::string& name) {                                              \
+    const auto record = [variant](const Declared& declared) {                                                 \
+      Recorder r(declared);                                                                                   \
+      const std::vector<Recorded> n = r.numbers();                                                            \
+      const RecordedVector wi = r.real3("wi"), wo = r.real3("wo");                                            \
+      std::vector<Recorded> f(3);                                                                             \
+      model##_value(variant, n.data(), wi, wo, f.data());                                                     \
+      return r.scores(f, model##_edge(variant, n.data(), wi, wo));                                            \
+    };                                                                                                        \
+    return {"score_" + name, #model "_value(n, wi, wo)", value_arguments, PREFIX##_SLOTS, record};            \
+  }                                                                                                           \
+  Declared model##_decision_score(int variant, const std::string& name) {                                     \
+    const auto record = [variant](const Declared& declared) {                                                 \
+      Recorder r(declared);                                                                                   \
+      const std::vector<Recorded> n = r.numbers();                                                            \
+      const RecordedVector wi = r.real3("wi"), outcome = r.real3("outcome");                                  \
+      const Recorded reflected = r.real("reflected");                                                         \
+      return r.scores({model##_decision(variant, n.data(), wi, outcome, reflected)});                         \
+    };                                                                                                        \
+    return {"score_" + name + "_decision", #model "_decision(n, wi, outcome, reflected)", decision_arguments, \
+            PREFIX##_SLOTS, record};                                                                          \
+  }
+BSDF_LIST(ITN_BSDF_SCORES)
+
+#define ITN_PHASE_SCORE(name, PREFIX, type)              \
+  Declared name##_score() {                              \
+    const auto record = [](const Declared& declared) {   \
+      Recorder r(declared);                              \
+      const std::vector<Recorded> n = r.numbers();       \
+      const Recorded cosine = r.real("cosine");          \
+      return r.scores({name##_value(n.data(), cosine)}); \
+    };                                                   \
+    return {"score_" #name,                              \
+            #name "_value(n, cosine)",                   \
+            {"const REAL* n", "REAL cosine", "REAL* d"}, \
+            PREFIX##_SLOTS,                              \
+            record};                                     \
   }
 PHASE_LIST(ITN_PHASE_SCORE)
 
-#define ITN_MEDIUM_SCORE(name, PREFIX, event)                                \
-  ScoreFunction name##_##event##_score() {                                   \
-    Recorder r("score_" #name "_" #event, #name "_" #event "(n, distance)"); \
-    const std::vector<Recorded> n = numbers(r, PREFIX##_SLOTS);              \
-    const Recorded distance = r.real("distance");                            \
-    std::vector<Recorded> f(3);                                              \
-    name##_##event(n.data(), distance, f.data());                            \
-    return r.scores(f, PREFIX##_SLOTS);                                      \
+#define ITN_MEDIUM_SCORE(name, PREFIX, event)              \
+  Declared name##_##event##_score() {                      \
+    const auto record = [](const Declared& declared) {     \
+      Recorder r(declared);                                \
+      const std::vector<Recorded> n = r.numbers();         \
+      const Recorded distance = r.real("distance");        \
+      std::vector<Recorded> f(3);                          \
+      name##_##event(n.data(), distance, f.data());        \
+      return r.scores(f);                                  \
+    };                                                     \
+    return {"score_" #name "_" #event,                     \
+            #name "_" #event "(n, distance)",              \
+            {"const REAL* n", "REAL distance", "REAL* d"}, \
+            PREFIX##_SLOTS,                                \
+            record};                                       \
   }
 #define ITN_MEDIUM_SCORES(name, PREFIX, type) \
   ITN_MEDIUM_SCORE(name, PREFIX, scattering) ITN_MEDIUM_SCORE(name, PREFIX, passage)
 MEDIUM_LIST(ITN_MEDIUM_SCORES)
 
-ScoreFunction sky_derivative() {
-  Recorder r("derivative_sky_hosek_wilkie", "sky_hosek_wilkie(k, cos_theta, gamma, one_minus_cos), k moving along d_k");
-  constexpr int coefficients = 10;
-  const std::vector<Recorded> k = r.reals("k", coefficients), d_k = r.reals("d_k", coefficients);
-  const Recorded cos_theta = r.real("cos_theta"), gamma = r.real("gamma"), one_minus_cos = r.real("one_minus_cos");
-  return r.derivative(sky_hosek_wilkie(k.data(), cos_theta, gamma, one_minus_cos), "radiance", k, d_k);
+Declared sky_derivative() {
+  const auto record = [](const Declared& declared) {
+    Recorder r(declared);
+    constexpr int coefficients = 10;
+    const std::vector<Recorded> k = r.reals("k", coefficients), d_k = r.reals("d_k", coefficients);
+    const Recorded cos_theta = r.real("cos_theta"), gamma = r.real("gamma"), one_minus_cos = r.real("one_minus_cos");
+    return r.derivative(sky_hosek_wilkie(k.data(), cos_theta, gamma, one_minus_cos), k, d_k);
+  };
+  return {
+      "derivative_sky_hosek_wilkie",
+      "sky_hosek_wilkie(k, cos_theta, gamma, one_minus_cos), k moving along d_k",
+      {"const REAL* k", "const REAL* d_k", "REAL cos_theta", "REAL gamma", "REAL one_minus_cos", "REAL* d_radiance"},
+      0,
+      record};
 }
 
 int variant_count(const std::string& name) {
@@ -137,42 +171,78 @@ int variant_count(const std::string& name) {
 
 std::string variant_name(const std::string& model, int variant) { return fmt::format("{}_{}", model, variant); }
 
-std::vector<ScoreFunction> record_all() {
-  std::vector<ScoreFunction> all;
-#define ITN_RECORD_BSDF(model, PREFIX, type, variants)                 \
-  for (int v = 0; v < variant_count(#model); ++v) {                    \
-    all.push_back(model##_score(v, variant_name(#model, v)));          \
-    all.push_back(model##_decision_score(v, variant_name(#model, v))); \
+// A function, and its recording from when it is first asked for.
+class Function {
+ public:
+  explicit Function(Declared of) : declared(std::move(of)) {}
+
+  const ScoreFunction& recorded() {
+    std::call_once(once_, [&] { recorded_ = declared.record(declared); });
+    return recorded_;
   }
-#define ITN_RECORD_PHASE(name, PREFIX, type) all.push_back(name##_score());
-#define ITN_RECORD_MEDIUM(name, PREFIX, type) \
-  all.push_back(name##_scattering_score());   \
-  all.push_back(name##_passage_score());
-  BSDF_LIST(ITN_RECORD_BSDF)
-  PHASE_LIST(ITN_RECORD_PHASE)
-  MEDIUM_LIST(ITN_RECORD_MEDIUM)
-  all.push_back(sky_derivative());
+
+  const Declared declared;
+
+ private:
+  std::once_flag once_;
+  ScoreFunction recorded_;
+};
+
+std::deque<Function> declare_all() {
+  std::deque<Function> all;
+#define ITN_DECLARE_BSDF(model, PREFIX, type, variants)                   \
+  for (int v = 0; v < variant_count(#model); ++v) {                       \
+    all.emplace_back(model##_score(v, variant_name(#model, v)));          \
+    all.emplace_back(model##_decision_score(v, variant_name(#model, v))); \
+  }
+#define ITN_DECLARE_PHASE(name, PREFIX, type) all.emplace_back(name##_score());
+#define ITN_DECLARE_MEDIUM(name, PREFIX, type) \
+  all.emplace_back(name##_scattering_score()); \
+  all.emplace_back(name##_passage_score());
+  BSDF_LIST(ITN_DECLARE_BSDF)
+  PHASE_LIST(ITN_DECLARE_PHASE)
+  MEDIUM_LIST(ITN_DECLARE_MEDIUM)
+  all.emplace_back(sky_derivative());
+  return all;
+}
+
+std::deque<Function>& all_functions() {
+  static std::deque<Function> all = declare_all();
   return all;
 }
 
 // The function of a model that calls that of its variant: variant is a constant wherever it is called.
 std::string choose_variant(const std::string& model, int variants, const std::string& suffix,
-                           const std::string& declared, const std::string& passed) {
-  std::string text = fmt::format("inline void score_{}{}(int variant, {}) {{\n", model, suffix, declared);
+                           const std::vector<std::string>& arguments) {
+  std::vector<std::string> passed;
+  for (const std::string& argument : arguments) passed.push_back(argument.substr(argument.rfind(' ') + 1));
+  std::string text =
+      fmt::format("inline void score_{}{}(int variant, {}) {{\n", model, suffix, fmt::join(arguments, ", "));
   for (int v = 0; v < variants; ++v)
-    text += fmt::format("  if (variant == {}) score_{}{}({});\n", v, variant_name(model, v), suffix, passed);
+    text += fmt::format("  if (variant == {}) score_{}{}({});\n", v, variant_name(model, v), suffix,
+                        fmt::join(passed, ", "));
   return text + "}\n\n";
 }
 
+bool is_score(const std::string& name) { return name.rfind("score_", 0) == 0; }
+
+// What "REAL* d_name" points to, the last of the arguments.
+std::string result_of(const std::vector<std::string>& arguments) { return arguments.back().substr(4); }
+
 std::vector<Output> outputs_of(const ScoreFunction& function, const std::set<int>& slots, int channels) {
-  if (function.name.rfind("score_", 0) != 0) {
-    const std::string& last = function.arguments.back();  // "REAL* d_name"
-    return {{last.substr(4), slots.empty() ? -1 : function.derivatives.at({0, 0})}};
-  }
+  if (!is_score(function.name)) return {{result_of(function.arguments), function.derivatives.at({0, 0})}};
   std::vector<Output> outputs;
   for (const auto& [at, node] : function.derivatives)
     if (at.second < channels)
       outputs.push_back({fmt::format("d[{}]", at.first * channels + at.second), slots.count(at.first) > 0 ? node : -1});
+  return outputs;
+}
+
+// Of a function of which nothing is asked for.
+std::vector<Output> zeros_of(const Declared& declared, int channels) {
+  if (!is_score(declared.name)) return {{result_of(declared.arguments), -1}};
+  std::vector<Output> outputs;
+  for (int i = 0; i < declared.slots * channels; ++i) outputs.push_back({fmt::format("d[{}]", i), -1});
   return outputs;
 }
 
@@ -196,14 +266,15 @@ std::set<std::string> ScoreFunction::inputs_of(int slot, int channel) const {
   return names;
 }
 
-const std::vector<ScoreFunction>& score_functions() {
-  static const std::vector<ScoreFunction> all = record_all();
-  return all;
+std::vector<std::string> score_function_names() {
+  std::vector<std::string> names;
+  for (const Function& function : all_functions()) names.push_back(function.declared.name);
+  return names;
 }
 
 const ScoreFunction& score_function(const std::string& name) {
-  for (const ScoreFunction& function : score_functions())
-    if (function.name == name) return function;
+  for (Function& function : all_functions())
+    if (function.declared.name == name) return function.recorded();
   throw std::invalid_argument("no score function " + name);
 }
 
@@ -217,19 +288,22 @@ std::string print_scores(const ScoreRequest& wanted, int channels) {
         throw std::invalid_argument(fmt::format("{} does not depend on n[{}]", name, slot));
   }
   std::string text;
-  for (const ScoreFunction& function : score_functions()) {
-    const auto asked = wanted.find(function.name);
-    const std::set<int> slots = asked == wanted.end() ? std::set<int>{} : asked->second;
-    text += fmt::format("/* {} */\n", function.formula) +
-            print_function(function.graph, function.name, function.arguments, outputs_of(function, slots, channels)) +
+  for (Function& function : all_functions()) {
+    const Declared& declared = function.declared;
+    const auto asked = wanted.find(declared.name);
+    const auto print = [&](const Graph& graph, const std::vector<Output>& outputs) {
+      return print_function(graph, declared.name, declared.arguments, outputs);
+    };
+    const bool needed = asked != wanted.end() && !asked->second.empty();
+    text += fmt::format("/* {} */\n", declared.formula) +
+            (needed ? print(function.recorded().graph, outputs_of(function.recorded(), asked->second, channels))
+                    : print({}, zeros_of(declared, channels))) +
             "\n";
   }
   for (const Model& model : bsdf_models()) {
     const int variants = static_cast<int>(model.variants.size());
-    text += choose_variant(model.name, variants, "", "const REAL* n, REAL3 wi, REAL3 wo, REAL* d", "n, wi, wo, d");
-    text += choose_variant(model.name, variants, "_decision",
-                           "const REAL* n, REAL3 wi, REAL3 outcome, REAL reflected, REAL* d",
-                           "n, wi, outcome, reflected, d");
+    text += choose_variant(model.name, variants, "", value_arguments) +
+            choose_variant(model.name, variants, "_decision", decision_arguments);
   }
   return text;
 }

@@ -28,16 +28,18 @@ struct ScoreFunction {
   std::set<std::string> inputs_of(int slot, int channel) const;
 };
 
-// Every function there is, from the lists of kernels/model. Signatures, meaning and use: README.md of this folder.
-const std::vector<ScoreFunction>& score_functions();
+// Of every function there is, from the lists of kernels/model. Signatures, meaning and use: README.md of this folder.
+std::vector<std::string> score_function_names();
+// Recorded when it is first asked for. Throws std::invalid_argument: there is none of that name.
 const ScoreFunction& score_function(const std::string& name);
 
 // Function -> the slots asked for; those of derivatives that are no score: {0}.
 using ScoreRequest = std::map<std::string, std::set<int>>;
 
-// OpenCL C of every function, so that callers need no #if: what is not asked for is set to 0 and costs nothing.
-// channels: of the throughput, 1 or 3; d[slot * channels + channel] is d log f[channel] / d n[slot]. To be read after
-// shared/portable.h. Throws std::invalid_argument for a function or a slot that is not there.
+// OpenCL C of every function, so that callers need no #if: what is not asked for is set to 0 and costs nothing, a
+// function of which nothing is asked for not even its recording. channels: of the throughput, 1 or 3; d[slot * channels
+// + channel] is d log f[channel] / d n[slot]. To be read after shared/portable.h. Throws std::invalid_argument for a
+// function or a slot that is not there.
 std::string print_scores(const ScoreRequest& wanted, int channels);
 
 }  // namespace itn
