@@ -15,7 +15,7 @@ constexpr int events = 1000;  // a path
 Scene endless_medium() {
   Scene scene;
   Medium& medium = scene.media.emplace_back();
-  medium.albedo = {1, 1, 1};
+  medium.set("albedo", 1);
   medium.phase.become(*find_model(phase_models(), "hg"));
   medium.phase.set("g", g);
   scene.bsdfs.emplace_back();  // null

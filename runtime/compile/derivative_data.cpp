@@ -155,9 +155,10 @@ class Builder {
                                     [&](const SceneStart& s) { return s.first_number == base; });
     const MediumRecord* media = launch_.media.data() + start->first_medium;
     const BsdfRecord* bsdfs = launch_.bsdfs.data() + start->first_bsdf;
-    if (owner == Owner::medium)
-      return place(*find_model(medium_models(), "homogeneous"), 0, media[i].first_number - base,
-                   scene_.media[i].slots());
+    if (owner == Owner::medium) {
+      const Medium& medium = scene_.media[i];
+      return place(*medium.model, medium.variant, media[i].first_number - base, medium.slots());
+    }
     if (owner == Owner::phase) {
       const PhaseFunction& phase = scene_.media[i].phase;
       return place(*phase.model, phase.variant, media[i].first_phase_number - base, phase.slots());

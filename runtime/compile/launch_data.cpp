@@ -149,7 +149,7 @@ bool is_rough_boundary(const Bsdf& bsdf) { return bsdf.model && bsdf.model->id =
 MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   const Medium& medium = scene.media[static_cast<std::size_t>(index)];
   MediumRecord r{};
-  r.first_number = append_numbers(*find_model(medium_models(), "homogeneous"), medium.slots(), data);
+  r.first_number = append_numbers(*medium.model, medium.slots(), data);
   r.phase = medium.phase.model->id;
   r.first_phase_number = append_numbers(*medium.phase.model, medium.phase.slots(), data);
   for (const Shape& shape : scene.shapes) {
@@ -165,8 +165,11 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   }
   r.first_cell = data.cells;
   data.cells += BASELINE_MEDIUM_CELLS;
-  data.spectral |= !grey(medium.sigma_t);
-  data.coloured |= !grey(medium.albedo) || !grey(medium.sigma_t);
+  for (std::size_t i = 0; i < medium.values.size(); ++i) {
+    if (grey(medium.values[i].value)) continue;
+    data.coloured = true;
+    data.spectral |= medium.model->number_called(medium.model->parameters[i].name).role == ROLE_DENSITY;
+  }
   return r;
 }
 

@@ -84,9 +84,8 @@ Scene dataset_scene(const Manifest& set, const std::shared_ptr<const Mesh>& shap
 
   Medium medium;
   medium.id = "medium";
-  const double sigma_t = material.sigma_t * set.mm_per_unit;
-  medium.sigma_t = {sigma_t, sigma_t, sigma_t};
-  medium.albedo = {material.albedo, material.albedo, material.albedo};
+  medium.set("sigma_t", material.sigma_t * set.mm_per_unit);
+  medium.set("albedo", material.albedo);
   medium.phase.become(*find_model(phase_models(), "hg"));
   medium.phase.id = "phase";
   medium.phase.set("g", material.g);

@@ -13,10 +13,9 @@ namespace itn {
 template <class Real, std::size_t N>
 using Numbers = std::array<Real, N>;
 
-// {sigma_t, scale, albedo, g} -> {reduced scattering, absorption} [1/scene unit]
-inline constexpr auto reduced_scattering_and_absorption = []<class Real>(const Numbers<Real, 4>& x) {
-  const Real sigma_t = x[0] * x[1];
-  return Numbers<Real, 2>{sigma_t * x[2] * (Real(1) - x[3]), sigma_t * (Real(1) - x[2])};
+// {sigma_t, albedo, mean cosine} -> {reduced scattering, absorption} [1/scene unit]
+inline constexpr auto reduced_scattering_and_absorption = []<class Real>(const Numbers<Real, 3>& x) {
+  return Numbers<Real, 2>{x[0] * x[1] * (Real(1) - x[2]), x[0] * (Real(1) - x[1])};
 };
 
 // Coordinates of an optimizer. {x} -> {e^x}: for numbers > 0.

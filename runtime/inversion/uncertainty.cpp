@@ -30,6 +30,25 @@ int unknown(const std::vector<Coordinate>& coordinates, Owner owner, const std::
   return -1;
 }
 
+// Reduced scattering and absorption are those of its numbers of these names; a medium without them has none.
+constexpr const char *const extinction = "sigma_t", *const single_scattering_albedo = "albedo";
+
+bool has_coefficients(const Medium& medium) {
+  const auto has = [&](const char* name) {
+    const auto& numbers = medium.model->numbers;
+    return std::any_of(numbers.begin(), numbers.end(), [&](const DeclaredNumber& n) { return n.name == name; });
+  };
+  return has(extinction) && has(single_scattering_albedo);
+}
+
+// The numbers of that name, a channel each.
+Rgb number_of(const Medium& medium, const char* name) {
+  const DeclaredNumber& number = medium.model->number_called(name);
+  const std::vector<double> n = medium.model->to_numbers(medium.slots());
+  const auto at = [&](int c) { return n[static_cast<std::size_t>(number.slot + (number.channels == 3 ? c : 0))]; };
+  return {at(0), at(1), at(2)};
+}
+
 // A parameter of a medium that reduced scattering and absorption depend on, and their derivatives by it.
 struct Influence {
   Owner owner;
@@ -42,14 +61,27 @@ std::pair<std::array<double, 2>, std::vector<Influence>> coefficients(const Medi
   const PhaseFunction& phase = medium.phase;
   const std::vector<double> mean = phase.model->mean_cosine(phase.slots());  // and its derivatives
   const auto chain = jacobian(reduced_scattering_and_absorption,
-                              std::array{medium.sigma_t[channel], medium.scale, medium.albedo[channel], mean[0]});
-  const auto by = [&](std::size_t k, double factor) {
-    return std::array{chain.by[0][k] * factor, chain.by[1][k] * factor};
+                              std::array{number_of(medium, extinction)[channel],
+                                         number_of(medium, single_scattering_albedo)[channel], mean[0]});
+  std::vector<Influence> influences;
+  // Moves the chain's arguments that fast.
+  const auto influence = [&](Owner owner, const std::string& parameter, const std::array<double, 3>& speed) {
+    std::array<double, 2> by{};
+    for (std::size_t quantity = 0; quantity < 2; ++quantity)
+      for (std::size_t k = 0; k < 3; ++k) by[quantity] += chain.by[quantity][k] * speed[k];
+    influences.push_back({owner, parameter, by});
   };
-  std::vector<Influence> influences{
-      {Owner::medium, "sigma_t", by(0, 1)}, {Owner::medium, "scale", by(1, 1)}, {Owner::medium, "albedo", by(2, 1)}};
+  const auto by_parameters = medium.model->jacobian(medium.slots());
+  const auto row = [&](const char* name) {
+    const DeclaredNumber& number = medium.model->number_called(name);
+    return by_parameters[static_cast<std::size_t>(number.slot) + (number.channels == 3 ? channel : 0)];
+  };
+  for (const DeclaredParameter& p : medium.model->parameters) {
+    const std::size_t slot = static_cast<std::size_t>(p.slot) + (p.kind.channels == 3 ? channel : 0);
+    influence(Owner::medium, p.name, {row(extinction)[slot], row(single_scattering_albedo)[slot], 0});
+  }
   for (const DeclaredParameter& p : phase.model->parameters)
-    influences.push_back({Owner::phase, p.name, by(3, mean[static_cast<std::size_t>(p.slot) + 1])});
+    influence(Owner::phase, p.name, {0, 0, mean[static_cast<std::size_t>(p.slot) + 1]});
   return {chain.value, influences};
 }
 
@@ -88,7 +120,9 @@ std::vector<Interval> transport_coefficients(const Scene& scene, const std::vect
   std::vector<Interval> result;
   for (std::size_t m = 0; m < scene.media.size(); ++m) {
     const Medium& medium = scene.media[m];
-    const int channels = grey(medium.sigma_t) && grey(medium.albedo) ? 1 : 3;
+    if (!has_coefficients(medium)) continue;
+    const bool one = grey(number_of(medium, extinction)) && grey(number_of(medium, single_scattering_albedo));
+    const int channels = one ? 1 : 3;
     for (int c = 0; c < channels; ++c) {
       const auto [values, influences] = coefficients(medium, static_cast<std::size_t>(c));
       for (std::size_t quantity = 0; quantity < 2; ++quantity) {

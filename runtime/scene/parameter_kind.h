@@ -7,6 +7,10 @@ namespace itn {
 
 constexpr double least_ior = 1e-3, greatest_ior = 1e3;  // indices of refraction that scenes may have
 
+// What a spectrum is of. Reflectances and indices of refraction are seen under daylight (D65), so that 1 at all
+// wavelengths is white; light is seen as it is, so that the same amount at all wavelengths is pinkish.
+enum class Quantity { reflectance, unbounded, emission };
+
 struct ParameterKind {
   enum class Reader { number, colour, texture, interior_index, exterior_index, roughness };
   int channels = 1;  // 3: a colour
@@ -15,6 +19,8 @@ struct ParameterKind {
   Reader reader = Reader::number;
   bool listed = true;        // is it a parameter of the scene's image, or fixed?
   const char* meaning = "";  // for messages
+  Quantity quantity = Quantity::reflectance;
+  bool by_component = false;  // given as <rgb>, it has the parameters .R .G .B even where the three are equal
 };
 
 // Named in the declarations of kernels/model.
@@ -23,8 +29,10 @@ constexpr double unbounded = std::numeric_limits<double>::infinity();
 using Reader = ParameterKind::Reader;
 constexpr ParameterKind REFLECTANCE{3, 0, 1, true, true, Reader::texture};
 constexpr ParameterKind TINT{3, 0, 1, true, true, Reader::colour, false};
-constexpr ParameterKind ALBEDO{3, 0, 1, true, true, Reader::colour};
-constexpr ParameterKind EXTINCTION{3, 0, unbounded, true, false, Reader::colour};
+constexpr ParameterKind ALBEDO{3,   0, 1, true, true, Reader::colour, true, "sigma_s / sigma_t", Quantity::reflectance,
+                               true};
+constexpr ParameterKind EXTINCTION{
+    3, 0, unbounded, true, false, Reader::colour, true, "per scene unit", Quantity::unbounded, true};
 constexpr ParameterKind COMPLEX_INDEX{3, 0, 1e3, true, true, Reader::colour, true, "a part of an index of refraction"};
 constexpr ParameterKind COSINE{1, -1, 1, false, false, Reader::number, true, "a mean cosine"};
 constexpr ParameterKind CONCENTRATION{1, 0, unbounded, false, false, Reader::number, true, "a concentration"};

@@ -62,27 +62,24 @@ class List {
     }
   }
 
-  // What a model declares. slots: all of its values; by_component: of each parameter; textured: too
-  void declared(const Model& model, const std::vector<double>& slots, const std::vector<bool>& by_component,
-                const std::vector<bool>& textured) {
+  // What its model declares.
+  void declared(const Instance& instance) {
+    const Model& model = *instance.model;
+    const std::vector<double> slots = instance.slots();
     for (std::size_t i = 0; i < model.parameters.size(); ++i) {
       const DeclaredParameter& p = model.parameters[i];
+      const Texture& of = instance.values[i];
       if (!p.kind.listed) continue;
       const Range range{p.kind.low, p.kind.high, p.kind.low_included, p.kind.high_included};
       const auto value = [&](int c) { return slots[static_cast<std::size_t>(p.slot + c)]; };
       const auto why_not = [&](double, int c) { return model.obstacle(slots.data(), p.slot + c); };
-      if (textured[i])
+      if (!of.is_constant())
         number(p.name, std::nan(""), range, textured_value, p.unit);
       else if (p.kind.channels == 3)
-        colour(p.name, {value(0), value(1), value(2)}, range, why_not, by_component[i], p.unit);
+        colour(p.name, {value(0), value(1), value(2)}, range, why_not, of.by_component, p.unit);
       else
         number(p.name, value(0), range, why_not(0, 0), p.unit);
     }
-  }
-  void declared(const Instance& instance) {
-    std::vector<bool> textured;
-    for (const Texture& value : instance.values) textured.push_back(!value.is_constant());
-    declared(*instance.model, instance.slots(), std::vector<bool>(textured.size()), textured);
   }
 
   std::vector<Parameter> parameters;
@@ -110,9 +107,8 @@ void add_textures(List& list, const Bsdf& bsdf, int index) {
 }
 
 void add(List& list, const Medium& m, int index) {
-  const Model& model = *find_model(medium_models(), "homogeneous");
   list.begin(Owner::medium, index, m.id);
-  list.declared(model, m.slots(), {m.sigma_t_is_rgb, m.albedo_is_rgb, false}, {false, false, false});
+  list.declared(m);
   list.begin(Owner::phase, index, m.phase.id);
   list.declared(m.phase);
 }
@@ -185,17 +181,10 @@ void set_texture(Bsdf& bsdf, const Parameter& p, double value) {
       if (texture.model->colours[k].name == p.member) set_colour(texture.colours[k], p, value);
 }
 
-void set_medium(Medium& medium, const Parameter& p, double value) {
-  if (p.member == "scale")
-    medium.scale = value;
-  else
-    set_colour(p.member == "sigma_t" ? medium.sigma_t : medium.albedo, p, value);
-}
-
 void set_number(Scene& scene, const Parameter& p, std::size_t index, double value) {
   switch (p.owner) {
     case Owner::medium:
-      return set_medium(scene.media.at(index), p, value);
+      return set_instance(scene.media.at(index), p, value);
     case Owner::phase:
       return set_instance(scene.media.at(index).phase, p, value);
     case Owner::bsdf:

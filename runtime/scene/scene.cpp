@@ -68,17 +68,9 @@ Bsdf make_bsdf(const std::string& type, const std::string& distribution) {
   return bsdf;
 }
 
-PhaseFunction Medium::isotropic() {
-  PhaseFunction phase;
+Medium::Medium() {
+  become(*find_model(medium_models(), "homogeneous"));
   phase.become(*find_model(phase_models(), "isotropic"));
-  return phase;
-}
-
-std::vector<double> Medium::slots() const {
-  std::vector<double> result(sigma_t.begin(), sigma_t.end());
-  result.insert(result.end(), albedo.begin(), albedo.end());
-  result.push_back(scale);
-  return result;
 }
 
 }  // namespace itn

@@ -57,6 +57,7 @@ struct Bitmap {
 // A value, which is constant or differs over a surface.
 struct Texture {
   Rgb value{0.5, 0.5, 0.5};             // when constant; a number: three times
+  bool by_component = false;            // a colour whose parameters are always .R .G .B (ParameterKind)
   const TextureModel* model = nullptr;  // null: constant
   std::string id;
   std::array<double, 6> to_uv{1, 0, 0, 0, 1, 0};  // row major 2x3: applied to (u, v, 1) before the lookup
@@ -90,7 +91,10 @@ struct Instance {
   const Texture& value(const std::string& name) const;
   // Of a parameter that is a number.
   double number(const std::string& name) const { return value(name).value[0]; }
-  void set(const std::string& name, double number) { value(name).value = {number, number, number}; }
+  // Of one that is a colour, the same everywhere.
+  const Rgb& colour(const std::string& name) const { return value(name).value; }
+  void set(const std::string& name, double number) { set(name, Rgb{number, number, number}); }
+  void set(const std::string& name, const Rgb& colour) { value(name).value = colour; }
   // All values, slot after slot of the model's parameters.
   std::vector<double> slots() const;
   // Itself where the texture of values[parameter] shows that of its colours.
@@ -106,18 +110,11 @@ Bsdf make_bsdf(const std::string& type, const std::string& distribution = "");
 
 using PhaseFunction = Instance;
 
-struct Medium {
-  std::string id;  // "homogeneous0" when the file gives none
-  Location where;
-  Rgb sigma_t{1, 1, 1};  // without scale [1/scene unit]
-  Rgb albedo{0.75, 0.75, 0.75};
-  bool sigma_t_is_rgb = false, albedo_is_rgb = false;  // given as <rgb>: parameters are then addressed by component
-  double scale = 1;
-  PhaseFunction phase = isotropic();  // its id: "hg0" when the file gives none
+// Its id: "homogeneous0" when the file gives none; that of the phase function likewise.
+struct Medium : Instance {
+  PhaseFunction phase;
 
-  static PhaseFunction isotropic();
-  // As those of Instance, by the declarations of the model `homogeneous`.
-  std::vector<double> slots() const;
+  Medium();  // homogeneous and isotropic, with Mitsuba's defaults
 };
 
 // World space. normal and texcoord are empty or one a vertex.

@@ -58,7 +58,7 @@ void set_network_start(Scene& scene, const std::vector<std::string>& parameters,
   if (guessed.empty()) return;
 
   Network network = network_of(run);
-  const Medium& medium = scene.media.at(static_cast<std::size_t>(guessed.front().indices.front()));
+  const auto index = static_cast<std::size_t>(guessed.front().indices.front());
   const std::string who = "--init " + run;
   const Body body = body_of(scene, guessed.front().indices.front(), who);
   std::optional<SceneView> view;
@@ -70,8 +70,10 @@ void set_network_start(Scene& scene, const std::vector<std::string>& parameters,
       throw UsageError(fmt::format("--init {}: the network does not guess {}; give --start {}=VALUE", run,
                                    parameter.name, parameter.name));
     double value = found->second;
-    if (parameter.is(Owner::medium, "sigma_t"))
-      value = sigma_t_in_scene(value, network.description(), body) / (medium.scale > 0 ? medium.scale : 1);
+    if (parameter.is(Owner::medium, "sigma_t")) {
+      const double scale = scene.media.at(index).number("scale");
+      value = sigma_t_in_scene(value, network.description(), body) / (scale > 0 ? scale : 1);
+    }
     set_parameter(scene, parameter, value);
   }
 }

@@ -29,7 +29,7 @@ void check_chain(const Chain& chain, const std::array<double, In>& at) {
 }  // namespace
 
 TEST_CASE("parameter chains: dual numbers equal central differences", "[derivative]") {
-  check_chain(reduced_scattering_and_absorption, std::array{3.0, 0.25, 0.8, 0.3});
+  check_chain(reduced_scattering_and_absorption, std::array{0.75, 0.8, 0.3});
   check_chain(from_log, std::array{-1.3});
   for (const double x : {-3.0, -1e-3, 0.0, 0.4, 6.0}) {
     check_chain(FromLogit{}, std::array{x});
@@ -38,11 +38,11 @@ TEST_CASE("parameter chains: dual numbers equal central differences", "[derivati
 }
 
 TEST_CASE("parameter chains: values at known points; far coordinates stay inside the range", "[derivative]") {
-  const auto j = jacobian(reduced_scattering_and_absorption, std::array{8.0, 0.5, 0.75, 0.5});
+  const auto j = jacobian(reduced_scattering_and_absorption, std::array{4.0, 0.75, 0.5});
   CHECK(j.value == std::array{1.5, 1.0});
   // only the albedo moves: reduced scattering at rate sigma_t (1 - g), absorption at rate -sigma_t
-  CHECK(j.by[0][2] == 2);
-  CHECK(j.by[1][2] == -4);
+  CHECK(j.by[0][1] == 2);
+  CHECK(j.by[1][1] == -4);
   for (const double x : {-800.0, 800.0}) {
     const auto edge = jacobian(FromLogit{-1, 1}, std::array{x});
     CHECK(edge.value[0] == (x < 0 ? -1 : 1));

@@ -12,8 +12,8 @@ const std::string medium_s = "<medium type=\"homogeneous\" id=\"s\"><float name=
 TEST_CASE("$name is filled by <default>, and by a definition instead when there is one") {
   SceneFolder folder;
   const std::string body = "<default name=\"s\" value=\"2\"/>\n" + medium_s;
-  CHECK(folder.load(body).media[0].sigma_t == Rgb{2, 2, 2});
-  CHECK(folder.load(body, {{"s", "5"}}).media[0].sigma_t == Rgb{5, 5, 5});
+  CHECK(folder.load(body).media[0].colour("sigma_t") == Rgb{2, 2, 2});
+  CHECK(folder.load(body, {{"s", "5"}}).media[0].colour("sigma_t") == Rgb{5, 5, 5});
 }
 
 TEST_CASE("the first <default> of a name holds, and one may use another") {
@@ -22,7 +22,7 @@ TEST_CASE("the first <default> of a name holds, and one may use another") {
       "<default name=\"a\" value=\"1\"/><default name=\"a\" value=\"3\"/>"
       "<default name=\"s\" value=\"$a.5\"/>" +
       medium_s);
-  CHECK(scene.media[0].sigma_t[0] == 1.5);
+  CHECK(scene.media[0].colour("sigma_t")[0] == 1.5);
 }
 
 TEST_CASE("a name that nothing defines is an error that says how to define it") {
@@ -43,7 +43,7 @@ TEST_CASE("an included scene's elements count as the including one's, and see it
   folder.write("part.xml", "<scene version=\"3.0.0\">" + medium_s + "</scene>");
   const Scene scene = folder.load("<default name=\"s\" value=\"7\"/><include filename=\"part.xml\"/>");
   REQUIRE(scene.media.size() == 1);
-  CHECK(scene.media[0].sigma_t[0] == 7);
+  CHECK(scene.media[0].colour("sigma_t")[0] == 7);
 }
 
 TEST_CASE("an error in an included file names that file") {

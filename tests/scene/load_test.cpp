@@ -38,8 +38,8 @@ TEST_CASE("a whole scene is read with Mitsuba's defaults") {
   CHECK(scene.media[0].id == "skin");
   CHECK(scene.media[0].phase.id == "hg0");
   CHECK(scene.media[0].phase.number("g") == 0.5);
-  CHECK(scene.media[0].sigma_t_is_rgb);
-  CHECK(scene.media[0].sigma_t == Rgb{1, 2, 3});
+  CHECK(scene.media[0].value("sigma_t").by_component);
+  CHECK(scene.media[0].colour("sigma_t") == Rgb{1, 2, 3});
   REQUIRE(scene.shapes.size() == 2);
   CHECK(scene.shapes[0].mesh->triangle.size() == 4);
   CHECK(scene.shapes[0].mesh->normal.size() == 4);

@@ -207,12 +207,12 @@ TEST_CASE("faulty textures are refused") {
 
 TEST_CASE("media that say nothing have Mitsuba's defaults") {
   const Medium m = load_medium("");
-  CHECK(m.sigma_t == Rgb{1, 1, 1});
-  CHECK(m.albedo == Rgb{0.75, 0.75, 0.75});
-  CHECK(m.scale == 1);
+  CHECK(m.colour("sigma_t") == Rgb{1, 1, 1});
+  CHECK(m.colour("albedo") == Rgb{0.75, 0.75, 0.75});
+  CHECK(m.number("scale") == 1);
   CHECK(m.phase.type() == "isotropic");
-  CHECK(!m.sigma_t_is_rgb);
-  CHECK(!m.albedo_is_rgb);
+  CHECK(!m.value("sigma_t").by_component);
+  CHECK(!m.value("albedo").by_component);
   const Medium hg = load_medium("<phase type=\"hg\"/>");
   CHECK(hg.phase.type() == "hg");
   CHECK(hg.phase.number("g") == 0.8);
@@ -224,24 +224,24 @@ TEST_CASE("every parameter of a medium arrives") {
                                "</phase>" + "<boolean name=\"sample_emitters\" value=\"false\"/>");
   CHECK(m.id == "m");
   CHECK(m.phase.id == "p");
-  CHECK(m.sigma_t == Rgb{1, 2, 3});  // without scale
-  CHECK(m.sigma_t_is_rgb);
-  CHECK(m.albedo == Rgb{0.25, 0.25, 0.25});
-  CHECK(!m.albedo_is_rgb);
-  CHECK(m.scale == 10);
+  CHECK(m.colour("sigma_t") == Rgb{1, 2, 3});  // without scale
+  CHECK(m.value("sigma_t").by_component);
+  CHECK(m.colour("albedo") == Rgb{0.25, 0.25, 0.25});
+  CHECK(!m.value("albedo").by_component);
+  CHECK(m.number("scale") == 10);
   CHECK(m.phase.number("g") == -0.5);
-  CHECK(load_medium("<integer name=\"sigma_t\" value=\"4\"/>").sigma_t == Rgb{4, 4, 4});
+  CHECK(load_medium("<integer name=\"sigma_t\" value=\"4\"/>").colour("sigma_t") == Rgb{4, 4, 4});
 }
 
 TEST_CASE("albedo 0 and 1, sigma_t 0 and g close to 1 are allowed") {
-  CHECK(load_medium(number("albedo", "0")).albedo[0] == 0);
-  CHECK(load_medium(number("albedo", "1")).albedo[0] == 1);
-  CHECK(load_medium(number("sigma_t", "0")).sigma_t[0] == 0);
+  CHECK(load_medium(number("albedo", "0")).colour("albedo")[0] == 0);
+  CHECK(load_medium(number("albedo", "1")).colour("albedo")[0] == 1);
+  CHECK(load_medium(number("sigma_t", "0")).colour("sigma_t")[0] == 0);
   CHECK(load_medium("<phase type=\"hg\">" + number("g", "0.9999") + "</phase>").phase.number("g") == 0.9999);
 }
 
 TEST_CASE("faulty media are refused") {
-  check_medium_error(number("sigma_t", "-1"), {"sigma_t = -1", "negative"});
+  check_medium_error(number("sigma_t", "-1"), {"sigma_t = -1", "[0, inf)", "per scene unit"});
   check_medium_error("<rgb name=\"sigma_t\" value=\"1 1 -2\"/>", {"sigma_t = -2"});
   check_medium_error(number("albedo", "1.01"), {"albedo = 1.01", "[0, 1]"});
   check_medium_error(number("albedo", "-0.5"), {"albedo = -0.5"});

@@ -19,7 +19,7 @@ itn::Scene scene_of_every_kind(itn::Emitter::Kind environment) {
   scene.media[0].phase.id = "haze";
   scene.media[1].id = "skin";
   scene.media[1].phase.id = "none";
-  scene.media[1].sigma_t_is_rgb = scene.media[1].albedo_is_rgb = true;
+  for (const char* name : {"sigma_t", "albedo"}) scene.media[1].value(name).by_component = true;
   for (const char* type : {"diffuse", "dielectric", "roughdielectric", "diffuse", "diffuse", "diffuse"})
     scene.bsdfs.push_back(itn::make_bsdf(type));
   const char* const ids[] = {"paint", "glass", "frost", "tiles", "wall", "floor"};
@@ -131,6 +131,6 @@ TEST_CASE("a colour listed as one number is set in all components, one listed by
   const auto all = itn::list_parameters(scene);
   itn::set_parameter(scene, itn::find_parameter(all, "fog.albedo"), 0.5);
   itn::set_parameter(scene, itn::find_parameter(all, "skin.albedo.G"), 0.4);
-  CHECK(scene.media[0].albedo == itn::Rgb{0.5, 0.5, 0.5});
-  CHECK(scene.media[1].albedo == itn::Rgb{0.75, 0.4, 0.75});
+  CHECK(scene.media[0].colour("albedo") == itn::Rgb{0.5, 0.5, 0.5});
+  CHECK(scene.media[1].colour("albedo") == itn::Rgb{0.75, 0.4, 0.75});
 }

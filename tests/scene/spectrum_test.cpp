@@ -91,8 +91,8 @@ TEST_CASE("a constvolume stands for its value") {
       "<medium type=\"homogeneous\"><volume name=\"albedo\" type=\"constvolume\"><rgb name=\"value\" value=\"0.1, 0.2, "
       "0.3\"/></volume><volume name=\"sigma_t\" type=\"constvolume\"><float name=\"value\" value=\"7\"/></volume>"
       "</medium>");
-  CHECK(scene.media.at(0).albedo == Rgb{0.1, 0.2, 0.3});
-  CHECK(scene.media[0].sigma_t == Rgb{7, 7, 7});
+  CHECK(scene.media.at(0).colour("albedo") == Rgb{0.1, 0.2, 0.3});
+  CHECK(scene.media[0].colour("sigma_t") == Rgb{7, 7, 7});
 }
 
 TEST_CASE("a spectrum plugin may be defined once and referred to") {

@@ -128,7 +128,7 @@ TEST_CASE("a camera in a medium starts its paths there") {
 
 TEST_CASE("heroes are drawn uniformly from the channels where sigma_t has colours") {
   Scene scene = camera_scene(FilterKind::box, false);
-  scene.media[0].sigma_t = {1, 2, 3};
+  scene.media[0].set("sigma_t", Rgb{1, 2, 3});
   for (const int width : widths) {
     PathBench bench(device(), scene, {.width = width});
     std::array<double, 3> count{};

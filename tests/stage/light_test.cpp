@@ -114,7 +114,7 @@ TEST_CASE("connections leave the mean of single scattering and of coloured sigma
     check_equal_means(lit_scene(bsdf_of("null"), 2, 80, 1), Start::medium, Operator::single);
   }
   Scene scene = lit_scene(bsdf_of("null"), 2, 80, 0.5);
-  scene.media[0].sigma_t = {1, 2, 4};
+  scene.media[0].set("sigma_t", Rgb{1, 2, 4});
   {
     INFO("colours, index-matched");
     check_equal_means(scene, Start::medium);

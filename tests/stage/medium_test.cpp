@@ -36,7 +36,7 @@ std::vector<Path> inside_sphere(std::size_t n) {
 
 Scene medium_scene(const std::string& kind, double sigma_t, double g) {
   Scene scene = sphere_scene(bsdf_of(kind), medium_of(sigma_t, 0.5, g));
-  scene.media[0].albedo = {0.9, 0.7, 0.5};
+  scene.media[0].set("albedo", Rgb{0.9, 0.7, 0.5});
   scene.integrator.max_depth = 7;
   scene.integrator.rr_depth = 4;
   return scene;
@@ -50,11 +50,11 @@ struct MediumCheck {
 MediumCheck check_event(const Scene& scene, const PathBench& bench, const std::vector<Path>& paths,
                         const std::vector<Path>& after, bool spectral, bool single) {
   MediumCheck check;
-  const Medium& medium = scene.media[0];
+  const Rgb sigma_t = scene.media[0].colour("sigma_t"), albedo = scene.media[0].colour("albedo");
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const Path &p = paths[i], &q = after[i];
     const auto u = bench.random(p, 0);
-    const double sigma = medium.sigma_t[static_cast<std::size_t>(spectral ? p.hero : 0)];
+    const double sigma = sigma_t[static_cast<std::size_t>(spectral ? p.hero : 0)];
     const double flight = -std::log(u[0]) / sigma, surface = closest(scene, p.position, p.direction, 1e-6).t;
     if (std::abs(flight - surface) < 1e-4) {
       ++check.undecided;
@@ -66,14 +66,14 @@ MediumCheck check_event(const Scene& scene, const PathBench& bench, const std::v
     if (spectral) {
       double sum = 0;
       for (std::size_t c = 0; c < 3; ++c) {
-        spectral_weight[c] *= std::exp((sigma - medium.sigma_t[c]) * d) * (meets ? 1 : medium.sigma_t[c] / sigma);
+        spectral_weight[c] *= std::exp((sigma - sigma_t[c]) * d) * (meets ? 1 : sigma_t[c] / sigma);
         sum += spectral_weight[c];
       }
       for (double& weight : spectral_weight) weight *= 3 / sum;
     }
     Rgb throughput = p.throughput;
     if (!meets)
-      for (std::size_t c = 0; c < 3; ++c) throughput[c] *= medium.albedo[c];
+      for (std::size_t c = 0; c < 3; ++c) throughput[c] *= albedo[c];
     const auto check_state = [&] {
       check.position = std::max(check.position, distance(q.position, along(p.position, d, p.direction)));
       for (std::size_t c = 0; c < 3; ++c) {
@@ -111,7 +111,8 @@ MediumCheck check_event(const Scene& scene, const PathBench& bench, const std::v
       for (double& t : throughput) t /= survival;
     ++check.scattered;
     double cosine, sine;
-    henyey_greenstein_sample((medium.phase.type() == "hg" ? medium.phase.number("g") : 0.0), u[1], &cosine, &sine);
+    henyey_greenstein_sample((scene.media[0].phase.type() == "hg" ? scene.media[0].phase.number("g") : 0.0), u[1],
+                             &cosine, &sine);
     Vector3<double> s, t;
     const Vector3<double> n{p.direction[0], p.direction[1], p.direction[2]};
     shading_frame(n, &s, &t);
@@ -155,7 +156,7 @@ TEST_CASE("stage medium flies, scatters and ends paths as the formulas say") {
 TEST_CASE("sigma_t with colours: flights with the hero's, weights by the densities of all kept") {
   for (const int width : widths) {
     Scene scene = medium_scene("null", 1, 0.3);
-    scene.media[0].sigma_t = {0.5, 1.5, 3};
+    scene.media[0].set("sigma_t", Rgb{0.5, 1.5, 3});
     PathBench bench(device(), scene, {.width = width});
     std::vector<Path> paths = inside_sphere(2001);
     for (std::size_t i = 0; i < paths.size(); ++i) {
@@ -249,8 +250,8 @@ TEST_CASE("a medium without extinction is crossed, albedo 0 ends paths") {
       bench.run(Queue::medium, paths);
       for (const Path& p : paths) REQUIRE(p.queue == Queue::null);
     }
-    scene.media[0].sigma_t = {1000, 1000, 1000};
-    scene.media[0].albedo = {0, 0, 0};
+    scene.media[0].set("sigma_t", 1000);
+    scene.media[0].set("albedo", 0);
     PathBench bench(device(), scene, {.width = width});
     std::vector<Path> paths = inside_sphere(100);
     for (Path& p : paths) p.depth = 0;

@@ -20,8 +20,8 @@ inline Bsdf bsdf_of(const std::string& type, double eta = 1.5, double alpha = 0.
 
 inline Medium medium_of(double sigma_t, double albedo, double g) {
   Medium medium;
-  medium.sigma_t = {sigma_t, sigma_t, sigma_t};
-  medium.albedo = {albedo, albedo, albedo};
+  medium.set("sigma_t", sigma_t);
+  medium.set("albedo", albedo);
   if (g == 0) return medium;
   medium.phase.become(*find_model(phase_models(), "hg"));
   medium.phase.set("g", g);

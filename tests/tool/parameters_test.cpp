@@ -37,7 +37,7 @@ TEST_CASE("a colour with equal components that was not given as rgb is one param
   scene.media[0].id = "fog";
   const auto all = itn::list_parameters(scene);
   CHECK(find(all, "fog.albedo").value == 0.75);
-  scene.media[0].albedo_is_rgb = true;
+  scene.media[0].value("albedo").by_component = true;
   CHECK(find(itn::list_parameters(scene), "fog.albedo.G").value == 0.75);
 }
 
@@ -57,13 +57,13 @@ TEST_CASE("numbers whose score single precision loses are not differentiable, an
   const auto reason = [&](const char* name) { return find(itn::list_parameters(scene), name).not_differentiable; };
   for (const char* name : {"fog.sigma_t", "fog.albedo", "fog.scale", "frost.alpha", "frost.int_ior", "frost.ext_ior"})
     CHECK(reason(name).empty());
-  scene.media[0].albedo = {1e-40, 1e-40, 1e-40};
+  scene.media[0].set("albedo", 1e-40);
   CHECK_THAT(reason("fog.albedo"), Catch::Contains("below 1e-30"));
-  scene.media[0].sigma_t = {1e-20, 1e-20, 1e-20};
-  scene.media[0].scale = 1e-20;
+  scene.media[0].set("sigma_t", 1e-20);
+  scene.media[0].set("scale", 1e-20);
   for (const char* name : {"fog.sigma_t", "fog.scale"}) CHECK_THAT(reason(name), Catch::Contains("below 1e-30"));
-  scene.media[0].sigma_t = {1e20, 1e20, 1e20};
-  scene.media[0].scale = 1e20;
+  scene.media[0].set("sigma_t", 1e20);
+  scene.media[0].set("scale", 1e20);
   for (const char* name : {"fog.sigma_t", "fog.scale"}) CHECK_THAT(reason(name), Catch::Contains("above 1e30"));
   scene.media[0].phase.become(*itn::find_model(itn::phase_models(), "hg"));
   scene.media[0].phase.id = "peak";
@@ -92,7 +92,7 @@ TEST_CASE("a colour's plain name stands for its components") {
   itn::Scene scene;
   scene.media.resize(1);
   scene.media[0].id = "skin";
-  scene.media[0].albedo = {0.9, 0.8, 0.7};
+  scene.media[0].set("albedo", Rgb{0.9, 0.8, 0.7});
   const auto all = itn::list_parameters(scene);
   CHECK(itn::by_component(all, {"skin.sigma_t", "skin.albedo=0.5,0.9", "skin.albedo.G", "none"}) ==
         std::vector<std::string>{"skin.sigma_t", "skin.albedo.R=0.5,0.9", "skin.albedo.G=0.5,0.9",

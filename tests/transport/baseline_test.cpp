@@ -92,8 +92,8 @@ TEST_CASE("baselines lower the variance of derivatives where paths scatter often
   };
   for (const auto& [name, sigma_t, least] : {Case{"null_constant", 20, 1.6}, Case{"rough_ggx", 10, 1.1}}) {
     Scene scene = load_scene(test_scene("mitsuba/" + std::string(name) + ".xml"));
-    scene.media[0].sigma_t = {sigma_t, sigma_t, sigma_t};
-    scene.media[0].albedo = {0.95, 0.95, 0.95};
+    scene.media[0].set("sigma_t", sigma_t);
+    scene.media[0].set("albedo", 0.95);
     const std::vector<std::string> parameters = quiet_parameters(scene);
     const Rendering plain = render(device(), scene, with(parameters, Baselines::off, 6)),
                     quiet = render(device(), scene, with(parameters, Baselines::on, 6));
@@ -113,8 +113,8 @@ TEST_CASE("a renderer given another material renders the bits of a new one, deri
   const RenderOptions options = with(quiet_parameters(scene), Baselines::automatic, 7);
   Renderer renderer(device(), scene, options);
   renderer.render(0, 2);
-  scene.media[0].sigma_t = {12, 12, 12};
-  scene.media[0].albedo = {0.97, 0.97, 0.97};
+  scene.media[0].set("sigma_t", 12);
+  scene.media[0].set("albedo", 0.97);
   renderer.replace(scene);
   const Rendering replaced = renderer.render(2, 2), anew = Renderer(device(), scene, options).render(2, 2);
   CHECK(replaced.mean == anew.mean);

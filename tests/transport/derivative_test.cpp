@@ -313,7 +313,7 @@ TEST_CASE("components of a grey colour: each channel has the derivative by its o
   options.baselines = Baselines::off;
   options.derivatives = {scene.media[0].id + ".sigma_t"};
   const Rendering grey = render(device(), scene, options);
-  scene.media[0].sigma_t_is_rgb = true;
+  scene.media[0].value("sigma_t").by_component = true;
   options.derivatives = {scene.media[0].id + ".sigma_t.G"};
   const Rendering green = render(device(), scene, options);
   const std::vector<float>&all = grey.derivatives[0].mean, &one = green.derivatives[0].mean;

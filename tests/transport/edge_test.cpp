@@ -109,14 +109,14 @@ TEST_CASE(
 TEST_CASE("the channels of a medium with RGB sigma_t look as with their sigma_t alone, however dense it is") {
   Scene scene = small_scene("rgb_sigma_t_null");
   const auto [scale, allowed] = GENERATE(std::pair{1e4, 0.0}, std::pair{1e9, 0.1});
-  scene.media[0].scale = scale;
+  scene.media[0].set("scale", scale);
   RenderOptions options;
   options.spp = 512;
   const Rendering together = render(device(), scene, options);
-  const Rgb sigma_t = scene.media[0].sigma_t;
+  const Rgb sigma_t = scene.media[0].colour("sigma_t");
   options.seed = 1;
   for (std::size_t c = 0; c < 3; ++c) {
-    scene.media[0].sigma_t = {sigma_t[c], sigma_t[c], sigma_t[c]};
+    scene.media[0].set("sigma_t", sigma_t[c]);
     const Rendering alone = render(device(), scene, options);
     const double difference = std::abs(together.mean_of_image[c] - alone.mean_of_image[c]),
                  error = std::hypot(together.stderr_of_mean[c], alone.stderr_of_mean[c]);

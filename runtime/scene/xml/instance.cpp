@@ -55,10 +55,13 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
       number(properties.number(p.name, p.fallback));
       check(properties, p, value.value[0]);
       break;
-    case ParameterKind::Reader::colour:
-      value.value = properties.color(p.name, {{p.fallback, p.fallback, p.fallback}}).value;
+    case ParameterKind::Reader::colour: {
+      const Color colour = properties.color(p.name, {{p.fallback, p.fallback, p.fallback}}, p.kind.quantity);
+      value.value = colour.value;
+      value.by_component = p.kind.by_component && colour.is_rgb;
       for (const double v : value.value) check(properties, p, v);
       break;
+    }
     case ParameterKind::Reader::texture:
       value = build_texture(builder, properties, p.name, p.fallback);
       break;

@@ -16,10 +16,6 @@ struct Spectrum {
   bool is_uniform() const { return wavelength.empty(); }
 };
 
-// What a spectrum is of. Reflectances and indices of refraction are seen under daylight (D65), so that 1 at all
-// wavelengths is white; light is seen as it is, so that the same amount at all wavelengths is pinkish.
-enum class Quantity { reflectance, unbounded, emission };
-
 // "0.5" or "400:0.1, 700:0.2". Throws InputError at `where`.
 Spectrum parse_spectrum(const std::string& text, const Location& where, const std::string& what);
 // A wavelength and a value a line, # for comments (.spd). Throws InputError.
