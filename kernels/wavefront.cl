@@ -60,6 +60,78 @@ inline INT pop_group(Pool* pool, int queue, MASK* valid) {
   return slot.integer;
 }
 
+/* The pool of this work-item: every slot free. */
+inline void open_own_pool(Pool* pool, __global float* storage) {
+  pool->stride = SLOTS + WIDTH;
+  pool->fields = storage + get_global_id(0) * (size_t)(FIELDS + QUEUES) * (SLOTS + WIDTH);
+  pool->items = (__global int*)(pool->fields + FIELDS * pool->stride);
+  for (int q = 0; q < QUEUES; ++q) pool->length[q] = 0;
+  for (int s = 0; s < SLOTS; ++s) pool->items[QUEUE_FREE * pool->stride + s] = s;
+  pool->length[QUEUE_FREE] = SLOTS;
+  for (int f = 0; f < FIELDS; ++f)
+    UNROLL for (int l = 0; l < WIDTH; ++l) pool->fields[f * pool->stride + SLOTS + l] = 0.0f;
+}
+
+/* The queue with the most slots, the latest stage of equally long ones; -1: all are empty. */
+inline int longest_queue(const Pool* pool, int* longest) {
+  int queue = -1;
+  *longest = 0;
+  for (int q = QUEUES - 1; q > QUEUE_FREE; --q)
+    if (pool->length[q] > *longest) {
+      *longest = pool->length[q];
+      queue = q;
+    }
+  return queue;
+}
+
+/* Starts the paths first ... of a job, up to `last`, in a group of free slots. Returns how many. */
+inline int start_paths(const Launch* launch, int job_index, Pool* pool, int first, int last) {
+  __global const JobRecord* job = launch->jobs + job_index;
+  const int count = min(min(pool->length[QUEUE_FREE], WIDTH), last - first);
+  MASK valid;
+  const INT slots = pop_group(pool, QUEUE_FREE, &valid);
+  /* slots that the last, partial group does not use go back */
+  push(pool, QUEUE_FREE, slots, valid & (LANE_INDEX >= count));
+  Lanes pixel, sample;
+  UNROLL for (int l = 0; l < WIDTH; ++l) {
+    const int path = min(first + l, last - 1), row = path / job->samples;
+    pixel.i[l] = job->first_pixel + row * job->pixel_step;
+    sample.i[l] = job->first_sample + path - row * job->samples;
+  }
+  generate_stage(launch, job_index, pool, slots, valid & (LANE_INDEX < count), pixel.integer, sample.integer);
+  return count;
+}
+
+/* Works off chunk c, then those of the same job that come from the counter. Returns the first that is of another job. */
+inline int trace_chunks(const Launch* launch, Pool* pool, __global const ChunkRecord* chunks, int chunk_count,
+                        __global int* next_chunk, int c) {
+  const int job_index = chunks[c].job;
+  int next = chunks[c].first, last = next + chunks[c].count;
+  bool same_job = true; /* chunk c is of this job, and has begun */
+  for (;;) {
+    if (next == last && same_job) { /* goes on with the pool full */
+      c = atomic_inc(next_chunk);
+      same_job = c < chunk_count && chunks[c].job == job_index;
+      if (same_job) {
+        next = chunks[c].first;
+        last = next + chunks[c].count;
+      }
+    }
+    /* a full group of some stage, latest stage first; else new paths; else what is left */
+    int longest;
+    const int queue = longest_queue(pool, &longest);
+    if (longest < GENERATE_BELOW && next < last && pool->length[QUEUE_FREE] > 0) {
+      next += start_paths(launch, job_index, pool, next, last);
+    } else if (queue >= 0) {
+      MASK valid;
+      const INT slots = pop_group(pool, queue, &valid);
+      run_stage(launch, launch->jobs + job_index, pool, queue, slots, valid);
+    } else {
+      return c;
+    }
+  }
+}
+
 __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void trace_paths(LAUNCH_PARAMETERS
                                                                          __global const ChunkRecord* restrict chunks,
                                                                          int chunk_count,
@@ -70,58 +142,9 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void trace_paths(LAUNCH_
   launch.gradient += get_global_id(0) * (size_t)(2 * GRADIENT_SETS * SUMS_OF_A_SET); /* each work-item sums on its own */
 #endif
   Pool pool;
-  pool.stride = SLOTS + WIDTH;
-  pool.fields = storage + get_global_id(0) * (size_t)(FIELDS + QUEUES) * (SLOTS + WIDTH);
-  pool.items = (__global int*)(pool.fields + FIELDS * pool.stride);
-  for (int q = 0; q < QUEUES; ++q) pool.length[q] = 0;
-  for (int s = 0; s < SLOTS; ++s) pool.items[QUEUE_FREE * pool.stride + s] = s;
-  pool.length[QUEUE_FREE] = SLOTS;
-  for (int f = 0; f < FIELDS; ++f)
-    UNROLL for (int l = 0; l < WIDTH; ++l) pool.fields[f * pool.stride + SLOTS + l] = 0.0f;
-
-  for (int c = atomic_inc(next_chunk); c < chunk_count;) {
-    const int job_index = chunks[c].job;
-    __global const JobRecord* job = jobs + job_index;
-    int next = chunks[c].first, last = next + chunks[c].count;
-    bool same_job = true; /* chunk c is of this job, and has begun */
-    for (;;) {
-      if (next == last && same_job) { /* goes on with the pool full */
-        c = atomic_inc(next_chunk);
-        same_job = c < chunk_count && chunks[c].job == job_index;
-        if (same_job) {
-          next = chunks[c].first;
-          last = next + chunks[c].count;
-        }
-      }
-      /* a full group of some stage, latest stage first; else new paths; else what is left */
-      int queue = -1, longest = 0;
-      for (int q = QUEUES - 1; q > QUEUE_FREE; --q)
-        if (pool.length[q] > longest) {
-          longest = pool.length[q];
-          queue = q;
-        }
-      MASK valid;
-      if (longest < GENERATE_BELOW && next < last && pool.length[QUEUE_FREE] > 0) {
-        int count = min(min(pool.length[QUEUE_FREE], WIDTH), last - next);
-        INT slots = pop_group(&pool, QUEUE_FREE, &valid);
-        /* slots that the last, partial group does not use go back */
-        push(&pool, QUEUE_FREE, slots, valid & (LANE_INDEX >= count));
-        Lanes pixel, sample;
-        UNROLL for (int l = 0; l < WIDTH; ++l) {
-          int path = min(next + l, last - 1), row = path / job->samples;
-          pixel.i[l] = job->first_pixel + row * job->pixel_step;
-          sample.i[l] = job->first_sample + path - row * job->samples;
-        }
-        next += count;
-        generate_stage(&launch, job_index, &pool, slots, valid & (LANE_INDEX < count), pixel.integer, sample.integer);
-      } else if (queue >= 0) {
-        INT slots = pop_group(&pool, queue, &valid);
-        run_stage(&launch, job, &pool, queue, slots, valid);
-      } else {
-        break;
-      }
-    }
-  }
+  open_own_pool(&pool, storage);
+  int c = atomic_inc(next_chunk);
+  while (c < chunk_count) c = trace_chunks(&launch, &pool, chunks, chunk_count, next_chunk, c);
 }
 
 #else

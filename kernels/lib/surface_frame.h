@@ -14,85 +14,100 @@ inline REAL3 beside_surface(__global const PrimitiveRecord* primitives, INT prim
   return add3(position, scale3(normal, SELECT(dot3(normal, direction) > 0.0f, offset, -offset)));
 }
 
+/* Three words of each lane's record, which begins at `at`. */
+inline REAL3 gather3(__global const float* record, INT at) {
+  return make3(GATHER(record, at), GATHER((record + 1), at), GATHER((record + 2), at));
+}
+
+#if HAS_ROUND
+/* The normal of curved primitives: along `out`, which leaves the centre or the axis. */
+inline void turn_out(MASK mask, INT flags, REAL3 out, REAL3* normal) {
+  const REAL inverse = SELECT((flags & PRIMITIVE_FLIPPED) != 0, -1.0f, 1.0f) / SQRT(dot3(out, out));
+  *normal = select3(mask, scale3(out, inverse), *normal);
+}
+
+/* normal: of the record, which holds a sphere's centre there, and the middle of a cylinder's first circle. Returns how far
+ * along a cylinder's axis the position is, in its lengths. */
+inline REAL curved_normal(__global const float* record, INT at, INT flags, REAL3 position, REAL3* normal) {
+  const MASK sphere = (flags & PRIMITIVE_SPHERE) != 0, cylinder = (flags & PRIMITIVE_CYLINDER) != 0;
+  if (ANY(sphere)) turn_out(sphere, flags, sub3(position, *normal), normal);
+  REAL along = (REAL)(0.0f);
+  if (ANY(cylinder)) {
+    const REAL3 from = sub3(position, *normal), dual = gather3(record + PRIMITIVE_AT_FRAME + 6, at);
+    along = dot3(from, dual);
+    turn_out(cylinder, flags, sub3(from, scale3(dual, along / dot3(dual, dual))), normal);
+  }
+  return along;
+}
+#endif
+
+#if HAS_SMOOTH
+/* Between the vertices' normals, where there are some. */
+inline REAL3 smooth_normal(__global const float* record, INT at, INT flags, REAL u, REAL v, REAL3 normal) {
+  MASK smooth = (flags & PRIMITIVE_SMOOTH) != 0;
+  if (!ANY(smooth)) return normal;
+  record += PRIMITIVE_AT_FRAME;
+  const REAL w = 1.0f - u - v;
+  const REAL3 a = gather3(record, at), b = gather3(record + 3, at), c = gather3(record + 6, at);
+  const REAL3 n = make3(w * a.x + u * b.x + v * c.x, w * a.y + u * b.y + v * c.y, w * a.z + u * b.z + v * c.z);
+  const REAL length2 = dot3(n, n);
+  smooth = smooth & (length2 > 0.0f);
+  return select3(smooth, scale3(n, 1.0f / SQRT(length2)), normal);
+}
+#endif
+
+#if HAS_TEXTURE
+#if HAS_ROUND
+/* Of spheres, disks and cylinders. along: as of curved_normal */
+inline void round_coordinates(__global const float* record, INT at, INT flags, REAL3 position, REAL3 normal, REAL along,
+                              REAL texture[2]) {
+  const MASK sphere = (flags & PRIMITIVE_SPHERE) != 0, cylinder = (flags & PRIMITIVE_CYLINDER) != 0,
+             disk = (flags & PRIMITIVE_DISK) != 0;
+  if (!ANY(sphere | disk | cylinder)) return;
+  record += PRIMITIVE_AT_FRAME;
+  /* A sphere's axes are a, b, c, a cylinder's a, b; a disk's centre is a and its coordinates b . x and c . x. */
+  const REAL3 a = gather3(record, at), b = gather3(record + 3, at), c = gather3(record + 6, at);
+  const REAL3 from = sub3(position, a);
+  const REAL x = SELECT(disk, dot3(from, b), dot3(normal, a)), y = SELECT(disk, dot3(from, c), dot3(normal, b));
+  const REAL sign = SELECT((sphere | cylinder) & ((flags & PRIMITIVE_FLIPPED) != 0), -1.0f, 1.0f);
+  REAL turn = atan2(y * sign, x * sign) * 0.15915494f;
+  turn += SELECT(turn < 0.0f, 1.0f, 0.0f);
+  const REAL polar = acos(clamp(dot3(normal, c) * sign, (REAL)(-1.0f), (REAL)(1.0f))) * 0.31830989f;
+  texture[0] = SELECT(sphere | cylinder, turn, SELECT(disk, SQRT(x * x + y * y), texture[0]));
+  texture[1] = SELECT(sphere, polar, SELECT(cylinder, along, SELECT(disk, turn, texture[1])));
+}
+#endif
+
+/* Between the vertices' coordinates. */
+inline void flat_coordinates(__global const float* record, INT at, REAL u, REAL v, REAL texture[2]) {
+  record += PRIMITIVE_AT_UV;
+  const REAL w = 1.0f - u - v;
+  texture[0] = w * GATHER(record, at) + u * GATHER((record + 2), at) + v * GATHER((record + 4), at);
+  texture[1] = w * GATHER((record + 1), at) + u * GATHER((record + 3), at) + v * GATHER((record + 5), at);
+}
+#endif
+
 /* u, v: as trace() returned them. position is used for round primitives only. Definitions HAS_SMOOTH (some mesh has vertex
  * normals), HAS_ROUND (spheres, disks or cylinders) and HAS_TEXTURE leave out what a scene does not need. */
 inline void surface_frame(__global const PrimitiveRecord* primitives, INT primitive, REAL u, REAL v, REAL3 position,
                           REAL3* normal, REAL3* shading, REAL texture[2]) {
   __global const float* record = (__global const float*)primitives;
-  INT at = primitive * (int)(sizeof(PrimitiveRecord) / sizeof(float));
-  *normal = make3(GATHER(record, at), GATHER((record + 1), at), GATHER((record + 2), at));
-  INT flags = GATHER_INT(((__global const int*)(record + PRIMITIVE_AT_FLAGS)), at);
+  const INT at = primitive * (int)(sizeof(PrimitiveRecord) / sizeof(float));
+  const INT flags = GATHER_INT(((__global const int*)(record + PRIMITIVE_AT_FLAGS)), at);
+  *normal = gather3(record, at);
 #if HAS_ROUND
-  MASK sphere = (flags & PRIMITIVE_SPHERE) != 0;
-  if (ANY(sphere)) {
-    REAL3 out = sub3(position, *normal); /* the record holds the centre */
-    REAL inverse = SELECT((flags & PRIMITIVE_FLIPPED) != 0, -1.0f, 1.0f) / SQRT(dot3(out, out));
-    normal->x = SELECT(sphere, out.x * inverse, normal->x);
-    normal->y = SELECT(sphere, out.y * inverse, normal->y);
-    normal->z = SELECT(sphere, out.z * inverse, normal->z);
-  }
-#endif
-#if HAS_ROUND
-  const MASK cylinder = (flags & PRIMITIVE_CYLINDER) != 0;
-  REAL along = (REAL)(0.0f); /* the axis, in its lengths */
-  if (ANY(cylinder)) {
-    const REAL3 from = sub3(position, *normal); /* the record holds the middle of the first circle */
-    const REAL3 dual = make3(GATHER((record + 18), at), GATHER((record + 19), at), GATHER((record + 20), at));
-    along = dot3(from, dual);
-    const REAL3 out = sub3(from, scale3(dual, along / dot3(dual, dual)));
-    const REAL inverse = SELECT((flags & PRIMITIVE_FLIPPED) != 0, -1.0f, 1.0f) / SQRT(dot3(out, out));
-    normal->x = SELECT(cylinder, out.x * inverse, normal->x);
-    normal->y = SELECT(cylinder, out.y * inverse, normal->y);
-    normal->z = SELECT(cylinder, out.z * inverse, normal->z);
-  }
+  const REAL along = curved_normal(record, at, flags, position, normal);
 #endif
   *shading = *normal;
 #if HAS_SMOOTH
-  MASK smooth = (flags & PRIMITIVE_SMOOTH) != 0;
-  if (ANY(smooth)) {
-    REAL w = 1.0f - u - v;
-    REAL3 n;
-    n.x = w * GATHER((record + 12), at) + u * GATHER((record + 15), at) + v * GATHER((record + 18), at);
-    n.y = w * GATHER((record + 13), at) + u * GATHER((record + 16), at) + v * GATHER((record + 19), at);
-    n.z = w * GATHER((record + 14), at) + u * GATHER((record + 17), at) + v * GATHER((record + 20), at);
-    REAL length2 = dot3(n, n);
-    smooth = smooth & (length2 > 0.0f);
-    REAL inverse = 1.0f / SQRT(length2);
-    shading->x = SELECT(smooth, n.x * inverse, normal->x);
-    shading->y = SELECT(smooth, n.y * inverse, normal->y);
-    shading->z = SELECT(smooth, n.z * inverse, normal->z);
-  }
+  *shading = smooth_normal(record, at, flags, u, v, *normal);
 #endif
-#if HAS_TEXTURE
-  REAL w0 = 1.0f - u - v;
-  texture[0] = w0 * GATHER((record + 4), at) + u * GATHER((record + 6), at) + v * GATHER((record + 8), at);
-  texture[1] = w0 * GATHER((record + 5), at) + u * GATHER((record + 7), at) + v * GATHER((record + 9), at);
-#if HAS_ROUND
-  MASK disk = (flags & PRIMITIVE_DISK) != 0, analytic = sphere | disk | cylinder;
-  if (ANY(analytic)) {
-    REAL3 a, b, c;
-    a.x = GATHER((record + 12), at);
-    a.y = GATHER((record + 13), at);
-    a.z = GATHER((record + 14), at);
-    b.x = GATHER((record + 15), at);
-    b.y = GATHER((record + 16), at);
-    b.z = GATHER((record + 17), at);
-    c.x = GATHER((record + 18), at);
-    c.y = GATHER((record + 19), at);
-    c.z = GATHER((record + 20), at);
-    /* A sphere's axes are a, b, c, a cylinder's a, b; a disk's centre is a and its coordinates b . x and c . x. */
-    REAL3 from = sub3(position, a);
-    REAL x = SELECT(disk, dot3(from, b), dot3(*normal, a)), y = SELECT(disk, dot3(from, c), dot3(*normal, b));
-    REAL sign = SELECT((sphere | cylinder) & ((flags & PRIMITIVE_FLIPPED) != 0), -1.0f, 1.0f);
-    REAL turn = atan2(y * sign, x * sign) * 0.15915494f;
-    turn += SELECT(turn < 0.0f, 1.0f, 0.0f);
-    REAL polar = acos(clamp(dot3(*normal, c) * sign, (REAL)(-1.0f), (REAL)(1.0f))) * 0.31830989f;
-    texture[0] = SELECT(sphere | cylinder, turn, SELECT(disk, SQRT(x * x + y * y), texture[0]));
-    texture[1] = SELECT(sphere, polar, SELECT(cylinder, along, SELECT(disk, turn, texture[1])));
-  }
-#endif
-#else
   texture[0] = texture[1] = (REAL)(0.0f);
+#if HAS_TEXTURE
+  flat_coordinates(record, at, u, v, texture);
+#if HAS_ROUND
+  round_coordinates(record, at, flags, position, *normal, along, texture);
+#endif
 #endif
 }
 

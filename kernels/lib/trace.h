@@ -349,8 +349,87 @@ inline MASK set_up_rays(__global const GeometryRecord* record, REAL3 origin, REA
   return finite & (!outside | (enter <= 1.000001f * leave));
 }
 
+/* One lane of RaySetup against the boxes of a node: rows of the planes that the ray enters and leaves through. */
+typedef struct {
+  float ix, iy, iz, shift_x, shift_y, shift_z; /* as in RaySetup */
+  int near_x, near_y, near_z, far_x, far_y, far_z;
+} Slabs;
+
+__attribute__((always_inline)) inline Slabs slabs_of_lane(const RaySetup* setup, int l) {
+  Slabs s;
+  s.ix = setup->ix.f[l];
+  s.iy = setup->iy.f[l];
+  s.iz = setup->iz.f[l];
+  s.shift_x = setup->shift_x.f[l];
+  s.shift_y = setup->shift_y.f[l];
+  s.shift_z = setup->shift_z.f[l];
+  s.near_x = NODE_LOW_X + (setup->ix.i[l] < 0);
+  s.near_y = NODE_LOW_Y + (setup->iy.i[l] < 0);
+  s.near_z = NODE_LOW_Z + (setup->iz.i[l] < 0);
+  s.far_x = NODE_LOW_X + NODE_HIGH_X - s.near_x;
+  s.far_y = NODE_LOW_Y + NODE_HIGH_Y - s.near_y;
+  s.far_z = NODE_LOW_Z + NODE_HIGH_Z - s.near_z;
+  return s;
+}
+
+/* Bits of the children of a node whose boxes the ray meets before `limit`, and where it enters each. */
+__attribute__((always_inline)) inline uint meet_boxes(__global const float* node, const Slabs* s, float limit,
+                                                      BoxLanes* enter_t) {
+  enter_t->v = larger_of(
+      larger_of(LOAD_BOX(node, s->near_x) * s->ix + s->shift_x, LOAD_BOX(node, s->near_y) * s->iy + s->shift_y),
+      larger_of(LOAD_BOX(node, s->near_z) * s->iz + s->shift_z, 0.0f));
+  const BoxFloat leave_t = smaller_of(
+      smaller_of(LOAD_BOX(node, s->far_x) * s->ix + s->shift_x, LOAD_BOX(node, s->far_y) * s->iy + s->shift_y),
+      smaller_of(LOAD_BOX(node, s->far_z) * s->iz + s->shift_z, limit));
+  return box_bits(enter_t->v <= leave_t);
+}
+
 /* Bits of a distance that is not negative sort as the distance does. */
 inline ulong stack_entry(float distance, int child) { return (ulong)as_uint(distance) << 32 | (uint)child; }
+
+/* The nearest of the children in `bits`, of which there are some; the others go to the stack. */
+__attribute__((always_inline)) inline int keep_children(__global const float* node, uint bits, const BoxLanes* enter_t,
+                                                        ulong stack[], int* size) {
+  __global const int* child = (__global const int*)(node + NODE_CHILD * BOX_WIDTH);
+  const int first = LOWEST_BIT(bits);
+  bits &= bits - 1;
+  if (!bits) return child[first];
+  ulong nearest = stack_entry(enter_t->f[first], child[first]);
+  FOR_EACH_LANE(l, bits) {
+    const ulong entry = stack_entry(enter_t->f[l], child[l]);
+    stack[(*size)++] = max(entry, nearest);
+    nearest = min(entry, nearest);
+  }
+  return (int)(uint)nearest;
+}
+
+/* What a walk from `setup`'s origin has found. */
+__attribute__((always_inline)) inline Hit hit_of(Surfaces surfaces, const RaySetup* setup, int l, Ray ray, Found* found) {
+  Hit hit;
+  hit.primitive = -1;
+  if (found->primitive < 0) return hit;
+  hit.primitive = found->primitive + (int)surfaces.record->first_primitive;
+  hit.t = max(found->t, 0.0f) + setup->start.f[l];
+  hit.front = found->front;
+  hit.u = found->u;
+  hit.v = found->v;
+  if (found->round) {
+    const float3 position = position_on_round(surfaces.primitives + hit.primitive, ray, found);
+    hit.x = position.x;
+    hit.y = position.y;
+    hit.z = position.z;
+  } else {
+    const REAL3 position = position_on_triangle(found->lane, (REAL)(found->u), (REAL)(found->v));
+    Lanes x, y, z;
+    x.real = position.x;
+    y.real = position.y;
+    z.real = position.z;
+    hit.x = x.f[0];
+    hit.y = y.f[0];
+    hit.z = z.f[0];
+  }
+  return hit;
+}
 
 /* Lane l's closest hit with a distance below t_max, or so little beyond that the position at t_max could be rounded to the
  * other side: what flies t_max without a hit surely stays on its side. skip: the primitive on which the ray starts, or -1:
@@ -358,24 +437,19 @@ inline ulong stack_entry(float distance, int child) { return (ulong)as_uint(dist
  * surface) or outside. onward: nothing behind the origin counts, however little. */
 inline Hit trace_lane(Surfaces surfaces, const RaySetup* setup, int l, float t_max, int skip, bool inside, bool onward) {
   __global const GeometryRecord* record = surfaces.record;
-  Hit hit;
-  hit.primitive = -1;
-  if (record->root == CHILD_NONE) return hit;
+  Hit none;
+  none.primitive = -1;
+  if (record->root == CHILD_NONE) return none;
   Ray ray;
   ray.origin = (float3)(setup->ox.f[l], setup->oy.f[l], setup->oz.f[l]);
   ray.direction = (float3)(setup->dx.f[l], setup->dy.f[l], setup->dz.f[l]);
   ray.side = onward ? 0.0f : inside ? 1.0f : -1.0f;
   ray.inside = inside;
   if (skip >= 0) skip -= (int)record->first_primitive;
-  const float ix = setup->ix.f[l], iy = setup->iy.f[l], iz = setup->iz.f[l];
-  const float shift_x = setup->shift_x.f[l], shift_y = setup->shift_y.f[l], shift_z = setup->shift_z.f[l];
+  const Slabs slabs = slabs_of_lane(setup, l);
   const Shear shear = {setup->kx.i[l],       setup->ky.i[l],       setup->kz.i[l],
                        setup->across_x.f[l], setup->across_y.f[l], setup->across_z.f[l],
                        setup->slope_x.f[l],  setup->slope_y.f[l],  setup->slope_z.f[l]};
-  const int near_x = NODE_LOW_X + (setup->ix.i[l] < 0), near_y = NODE_LOW_Y + (setup->iy.i[l] < 0),
-            near_z = NODE_LOW_Z + (setup->iz.i[l] < 0);
-  const int far_x = NODE_LOW_X + NODE_HIGH_X - near_x, far_y = NODE_LOW_Y + NODE_HIGH_Y - near_y,
-            far_z = NODE_LOW_Z + NODE_HIGH_Z - near_z;
   Found found;
   found.limit = t_max - setup->start.f[l];
   found.t = INFINITY;
@@ -388,28 +462,9 @@ inline Hit trace_lane(Surfaces surfaces, const RaySetup* setup, int l, float t_m
     if (CHILD_IS_NODE(current)) {
       __global const float* node = surfaces.nodes + (size_t)current * (NODE_ROWS * BOX_WIDTH);
       BoxLanes enter_t;
-      enter_t.v = larger_of(
-          larger_of(LOAD_BOX(node, near_x) * ix + shift_x, LOAD_BOX(node, near_y) * iy + shift_y),
-          larger_of(LOAD_BOX(node, near_z) * iz + shift_z, 0.0f));
-      const BoxFloat leave_t = smaller_of(
-          smaller_of(LOAD_BOX(node, far_x) * ix + shift_x, LOAD_BOX(node, far_y) * iy + shift_y),
-          smaller_of(LOAD_BOX(node, far_z) * iz + shift_z, found.limit));
-      uint bits = box_bits(enter_t.v <= leave_t);
+      const uint bits = meet_boxes(node, &slabs, found.limit, &enter_t);
       if (bits) {
-        __global const int* child = (__global const int*)(node + NODE_CHILD * BOX_WIDTH);
-        const int first = LOWEST_BIT(bits);
-        bits &= bits - 1;
-        current = child[first];
-        if (bits) {
-          /* Goes on with the nearest child, keeps the others. */
-          ulong nearest = stack_entry(enter_t.f[first], current);
-          FOR_EACH_LANE(l, bits) {
-            const ulong entry = stack_entry(enter_t.f[l], child[l]);
-            stack[size++] = max(entry, nearest);
-            nearest = min(entry, nearest);
-          }
-          current = (int)(uint)nearest;
-        }
+        current = keep_children(node, bits, &enter_t, stack, &size);
         continue;
       }
     } else {
@@ -420,31 +475,7 @@ inline Hit trace_lane(Surfaces surfaces, const RaySetup* setup, int l, float t_m
         meet_triangles(block, ray.side, &shear, skip, &found);
     }
     do {
-      if (size == 0) {
-        if (found.primitive >= 0) {
-          hit.primitive = found.primitive + (int)record->first_primitive;
-          hit.t = max(found.t, 0.0f) + setup->start.f[l];
-          hit.front = found.front;
-          hit.u = found.u;
-          hit.v = found.v;
-          if (found.round) {
-            const float3 position = position_on_round(surfaces.primitives + hit.primitive, ray, &found);
-            hit.x = position.x;
-            hit.y = position.y;
-            hit.z = position.z;
-          } else {
-            const REAL3 position = position_on_triangle(found.lane, (REAL)(found.u), (REAL)(found.v));
-            Lanes x, y, z;
-            x.real = position.x;
-            y.real = position.y;
-            z.real = position.z;
-            hit.x = x.f[0];
-            hit.y = y.f[0];
-            hit.z = z.f[0];
-          }
-        }
-        return hit;
-      }
+      if (size == 0) return hit_of(surfaces, setup, l, ray, &found);
       current = (int)(uint)stack[--size];
     } while (as_float((uint)(stack[size] >> 32)) >= found.limit);
   }

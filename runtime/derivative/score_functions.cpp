@@ -215,6 +215,7 @@ std::deque<Function>& all_functions() {
 std::string choose_variant(const std::string& model, int variants, const std::string& suffix,
                            const std::vector<std::string>& arguments) {
   std::vector<std::string> passed;
+  passed.reserve(arguments.size());
   for (const std::string& argument : arguments) passed.push_back(argument.substr(argument.rfind(' ') + 1));
   std::string text =
       fmt::format("inline void score_{}{}(int variant, {}) {{\n", model, suffix, fmt::join(arguments, ", "));
@@ -242,6 +243,7 @@ std::vector<Output> outputs_of(const ScoreFunction& function, const std::set<int
 std::vector<Output> zeros_of(const Declared& declared, int channels) {
   if (!is_score(declared.name)) return {{result_of(declared.arguments), -1}};
   std::vector<Output> outputs;
+  outputs.reserve(static_cast<std::size_t>(declared.slots * channels));
   for (int i = 0; i < declared.slots * channels; ++i) outputs.push_back({fmt::format("d[{}]", i), -1});
   return outputs;
 }
