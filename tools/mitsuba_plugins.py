@@ -58,6 +58,12 @@ MEDIA_TOO = 'media count, which it ignores in Mitsuba'
 DIFFUSE = '<bsdf type="diffuse"/>'
 VALUES = text('wavelengths', '400, 700') + text('values', '1, 2')
 
+
+def rows(tag, types, differs='', why=''):
+    """Plugins that need no content, alike in how they differ and why they may be refused."""
+    return [(tag, kind, '', differs, why) for kind in types.split()]
+
+
 # (tag, type, what it contains, how it differs, why it may be refused[, name attribute])
 PLUGINS = [
     ('sensor', 'perspective', '', '', ''),
@@ -69,43 +75,31 @@ PLUGINS = [
     ('sensor', 'batch', '<sensor type="perspective"/>', '', 'a scene may have several sensors; --sensor chooses'),
     ('film', 'hdrfilm', '', 'always written as float32 OpenEXR; no alpha, no XYZ (with a warning)', ''),
     ('film', 'specfilm', '', '', 'not planned: wavelengths beyond RGB'),
-    ('rfilter', 'box', '', '', ''),
-    ('rfilter', 'tent', '', '', ''),
-    ('rfilter', 'gaussian', '', '', ''),
-    ('rfilter', 'mitchell', '', NEGATIVE, ''),
-    ('rfilter', 'catmullrom', '', NEGATIVE, ''),
-    ('rfilter', 'lanczos', '', NEGATIVE, ''),
-    ('sampler', 'independent', '', '', ''),
-] + [('sampler', name, '', 'gives the number of samples, which are independent', '')
-     for name in ('stratified', 'multijitter', 'orthogonal', 'ldsampler')] + [
-    ('integrator', 'path', '', MEDIA_TOO, ''),
-    ('integrator', 'direct', '', 'max_depth 2; ' + MEDIA_TOO, ''),
-    ('integrator', 'direct_projective', '', 'max_depth 2; ' + MEDIA_TOO + '; no derivatives by visibility', ''),
-    ('integrator', 'volpath', '', '', ''),
-    ('integrator', 'volpathmis', '', '', ''),
-    ('integrator', 'ptracer', '', 'paths start at the camera; ' + MEDIA_TOO, ''),
-    ('integrator', 'prb', '', MEDIA_TOO, ''),
-    ('integrator', 'prb_basic', '', MEDIA_TOO, ''),
-    ('integrator', 'prb_projective', '', MEDIA_TOO + '; no derivatives by visibility', ''),
-    ('integrator', 'prbvolpath', '', '', ''),
-    ('integrator', 'volprim_rf_basic', '', '', CURVES),
+    *rows('rfilter', 'box tent gaussian'),
+    *rows('rfilter', 'mitchell catmullrom lanczos', NEGATIVE),
+    *rows('sampler', 'independent'),
+    *rows('sampler', 'stratified multijitter orthogonal ldsampler', 'gives the number of samples, which are independent'),
+    *rows('integrator', 'path', MEDIA_TOO),
+    *rows('integrator', 'direct', 'max_depth 2; ' + MEDIA_TOO),
+    *rows('integrator', 'direct_projective', 'max_depth 2; ' + MEDIA_TOO + '; no derivatives by visibility'),
+    *rows('integrator', 'volpath volpathmis'),
+    *rows('integrator', 'ptracer', 'paths start at the camera; ' + MEDIA_TOO),
+    *rows('integrator', 'prb prb_basic', MEDIA_TOO),
+    *rows('integrator', 'prb_projective', MEDIA_TOO + '; no derivatives by visibility'),
+    *rows('integrator', 'prbvolpath'),
+    *rows('integrator', 'volprim_rf_basic', '', CURVES),
     ('integrator', 'aov', text('aovs', 'd:depth'), SOMETHING_ELSE, ''),
-    ('integrator', 'depth', '', SOMETHING_ELSE, ''),
-    ('integrator', 'moment', '', SOMETHING_ELSE + '; every image has its standard error anyway', ''),
-    ('integrator', 'stokes', '', SOMETHING_ELSE, ''),
+    *rows('integrator', 'depth', SOMETHING_ELSE),
+    *rows('integrator', 'moment', SOMETHING_ELSE + '; every image has its standard error anyway'),
+    *rows('integrator', 'stokes', SOMETHING_ELSE),
     ('shape', 'obj', text('filename', 't.obj'), '', ''),
     ('shape', 'ply', text('filename', 't.ply'), 'no attributes of vertices and faces', ''),
-    ('shape', 'serialized', text('filename', 't.serialized'), '', 'planned'),
-    ('shape', 'sphere', '', '', ''),
-    ('shape', 'rectangle', '', '', ''),
-    ('shape', 'cube', '', '', ''),
-    ('shape', 'disk', '', '', ''),
-    ('shape', 'cylinder', '', '', 'planned'),
-    ('shape', 'shapegroup', '<shape type="sphere"/>', '', 'planned'),
-    ('shape', 'instance', '<shape type="shapegroup"><shape type="sphere"/></shape>', '', 'planned'),
+    ('shape', 'serialized', text('filename', 't.serialized'), '', ''),
+    *rows('shape', 'sphere rectangle cube disk cylinder'),
+    ('shape', 'shapegroup', '<shape type="sphere"/>', '', ''),
+    ('shape', 'instance', '<shape type="shapegroup"><shape type="sphere"/></shape>', '', ''),
     ('shape', 'merge', '<shape type="sphere"/>', '', 'an optimisation of Mitsuba: list the shapes themselves'),
-] + [('shape', name, '', '', CURVES)
-     for name in ('bsplinecurve', 'linearcurve', 'sdfgrid', 'ellipsoids', 'ellipsoidsmesh')] + [
+    *rows('shape', 'bsplinecurve linearcurve sdfgrid ellipsoids ellipsoidsmesh', '', CURVES),
     ('bsdf', 'diffuse', '', '', SURFACES),
     ('bsdf', 'dielectric', '', '', SURFACES),
     ('bsdf', 'thindielectric', '', '', SURFACES),

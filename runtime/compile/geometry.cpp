@@ -99,54 +99,45 @@ void add_mesh(const Shape& shape, int index, Surfaces& out) {
   }
 }
 
-void add_sphere(const Shape& shape, int index, Surfaces& out) {
-  Entry entry;
-  const Point center = to_float(shape.center);
-  const auto radius = static_cast<float>(shape.radius);
-  for (std::size_t k = 0; k < 3; ++k) {
-    entry.rows[BLOCK_CENTER + k] = center[k];
-    entry.box.low[k] = center[k] - radius;
-    entry.box.high[k] = center[k] + radius;
-  }
-  entry.rows[BLOCK_RADIUS] = radius;
+// What round primitives have in common; `entry` has its box. normal, frame: of the record.
+void add_round(const Shape& shape, int index, layout_uint kind, const Vec3& normal, const std::array<Vec3, 3>& frame,
+               Entry entry, Surfaces& out) {
   const float tolerance = tolerance_ratio * largest_coordinate(entry.box);
+  copy(shape.center, &entry.rows[BLOCK_CENTER]);
   entry.rows[BLOCK_TOLERANCE] = tolerance;
   PrimitiveRecord record{};
-  copy(shape.center, record.normal);
-  record.radius = radius;
+  copy(normal, record.normal);
+  record.radius = std::fabs(entry.rows[BLOCK_RADIUS]);
   record.offset = tolerance;
   record.shape = index;
-  record.flags = PRIMITIVE_SPHERE | (shape.flip_normals ? layout_uint{PRIMITIVE_FLIPPED} : 0u);
-  copy(normalize(shape.edge_u), record.frame);
-  copy(normalize(shape.edge_v), record.frame + 3);
-  copy(normalize(shape.axis), record.frame + 6);
+  record.flags = kind | (shape.flip_normals ? layout_uint{PRIMITIVE_FLIPPED} : 0u);
+  for (std::size_t k = 0; k < 3; ++k) copy(frame[k], record.frame + 3 * k);
   out.records.push_back(record);
   out.entries.push_back(entry);
   out.is_round.push_back(true);
 }
 
+void add_sphere(const Shape& shape, int index, Surfaces& out) {
+  Entry entry;
+  const Point center = to_float(shape.center);
+  const auto radius = static_cast<float>(shape.radius);
+  for (std::size_t k = 0; k < 3; ++k) {
+    entry.box.low[k] = center[k] - radius;
+    entry.box.high[k] = center[k] + radius;
+  }
+  entry.rows[BLOCK_RADIUS] = radius;
+  add_round(shape, index, PRIMITIVE_SPHERE, shape.center,
+            {normalize(shape.edge_u), normalize(shape.edge_v), normalize(shape.axis)}, entry, out);
+}
+
 void add_cylinder(const Shape& shape, int index, Surfaces& out) {
   const Vec3 dual = (1 / dot(shape.axis, shape.axis)) * shape.axis;
-  const auto radius = static_cast<float>(shape.radius);
   Entry entry;
   entry.box = box_of(shape);
-  copy(shape.center, &entry.rows[BLOCK_CENTER]);
   copy(dual, &entry.rows[BLOCK_DUAL_AXIS]);
-  entry.rows[BLOCK_RADIUS] = -radius;
-  const float tolerance = tolerance_ratio * largest_coordinate(entry.box);
-  entry.rows[BLOCK_TOLERANCE] = tolerance;
-  PrimitiveRecord record{};
-  copy(shape.center, record.normal);
-  record.radius = radius;
-  record.offset = tolerance;
-  record.shape = index;
-  record.flags = PRIMITIVE_CYLINDER | (shape.flip_normals ? layout_uint{PRIMITIVE_FLIPPED} : 0u);
-  copy(normalize(shape.edge_u), record.frame);
-  copy(normalize(shape.edge_v), record.frame + 3);
-  copy(dual, record.frame + 6);
-  out.records.push_back(record);
-  out.entries.push_back(entry);
-  out.is_round.push_back(true);
+  entry.rows[BLOCK_RADIUS] = -static_cast<float>(shape.radius);
+  add_round(shape, index, PRIMITIVE_CYLINDER, shape.center, {normalize(shape.edge_u), normalize(shape.edge_v), dual},
+            entry, out);
 }
 
 void add_disk(const Shape& shape, int index, Surfaces& out) {
@@ -163,22 +154,10 @@ void add_disk(const Shape& shape, int index, Surfaces& out) {
     entry.box.low[k] = static_cast<float>(shape.center[k] - extent);
     entry.box.high[k] = static_cast<float>(shape.center[k] + extent);
   }
-  copy(shape.center, &entry.rows[BLOCK_CENTER]);
   copy(dual_u, &entry.rows[BLOCK_DUAL_U]);
   copy(dual_v, &entry.rows[BLOCK_DUAL_V]);
-  const float tolerance = tolerance_ratio * largest_coordinate(entry.box);
-  entry.rows[BLOCK_TOLERANCE] = tolerance;
-  PrimitiveRecord record{};
-  copy((shape.flip_normals ? -1.0 : 1.0) * normal, record.normal);
-  record.offset = tolerance;
-  record.shape = index;
-  record.flags = PRIMITIVE_DISK | (shape.flip_normals ? layout_uint{PRIMITIVE_FLIPPED} : 0u);
-  copy(shape.center, record.frame);
-  copy(dual_u, record.frame + 3);
-  copy(dual_v, record.frame + 6);
-  out.records.push_back(record);
-  out.entries.push_back(entry);
-  out.is_round.push_back(true);
+  add_round(shape, index, PRIMITIVE_DISK, (shape.flip_normals ? -1.0 : 1.0) * normal, {shape.center, dual_u, dual_v},
+            entry, out);
 }
 
 // Writes trees into the flat arrays of one geometry.

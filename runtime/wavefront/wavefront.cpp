@@ -136,7 +136,7 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   stage_times_ = stage_times_of(data);
   const std::size_t queues = stages_.size();
 
-  upload_geometry(data.geometry);
+  buffers_.upload_geometry(device_, data.geometry);
   upload_records(data, derivatives);
 
   buffers_.visits = device.upload(std::vector<float>(1), "pilot's visits");
@@ -173,30 +173,8 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   buffers_.samples = samples.buffer;
 }
 
-void Wavefront::upload_geometry(const Geometry& g) {
-  buffers_.nodes = buffers_.leaves = buffers_.primitives = buffers_.grid =
-      buffers_.geometries = {};  // their memory first
-  buffers_.nodes = device_.upload(g.nodes, "hierarchy nodes");
-  buffers_.leaves = device_.upload(g.leaves, "hierarchy leaves");
-  buffers_.primitives = device_.upload(g.primitives, "primitives");
-  buffers_.grid = device_.upload(g.grid, "flight grid");
-  buffers_.geometries = device_.upload(g.records, "geometry records");
-}
-
 void Wavefront::upload_records(const LaunchData& data, const DerivativeData& derivatives) {
-  // Stages may read a whole model's numbers wherever one begins.
-  std::vector<float> numbers = data.numbers;
-  numbers.resize(numbers.size() + MOST_SLOTS);
-  buffers_.cameras = device_.upload(data.cameras, "cameras");
-  buffers_.shapes = device_.upload(data.shapes, "shapes");
-  buffers_.bsdfs = device_.upload(numbered_bsdfs(data), "BSDFs");
-  buffers_.media = device_.upload(data.media, "media");
-  buffers_.numbers = device_.upload(numbers, "numbers");
-  buffers_.number_textures = device_.upload(data.number_textures, "textures of numbers");
-  buffers_.emitters = device_.upload(data.emitters, "emitters");
-  buffers_.emitter_tables = device_.upload(data.emitter_tables, "emitter tables");
-  buffers_.textures = device_.upload(data.textures, "textures");
-  buffers_.texels = device_.upload(data.texels, "texels");
+  buffers_.upload_scenes(device_, data);
   buffers_.derivatives = device_.upload(derivatives.derivatives, "derivatives");
   pixels_ = data.pixels;
   cells_ = data.cells;
@@ -208,7 +186,7 @@ void Wavefront::upload_records(const LaunchData& data, const DerivativeData& der
 bool Wavefront::replace(const LaunchData& data, std::vector<JobRecord> jobs, const DerivativeData& derivatives,
                         bool new_geometry) {
   if (features(data, derivatives, baselines_, adjoint_) != features_) return false;
-  if (new_geometry) upload_geometry(data.geometry);
+  if (new_geometry) buffers_.upload_geometry(device_, data.geometry);
   upload_records(data, derivatives);
   jobs_ = std::move(jobs);
   return true;

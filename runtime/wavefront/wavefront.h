@@ -60,7 +60,6 @@ class Wavefront {
   std::uint64_t misplaced() const;
 
  private:
-  void upload_geometry(const Geometry& geometry);
   void upload_records(const LaunchData& data, const DerivativeData& derivatives);
   enum class Purpose { samples, pilot, replay };
   void trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose, std::size_t at = 0);

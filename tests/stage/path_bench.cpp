@@ -101,24 +101,8 @@ PathBench::PathBench(const Device& device, const Scene& scene, const Options& op
   fields_ = path_fields(definitions_);
   stages_ = stages_of(data_);
   for (const std::string& stage : stages_) queues_.push_back(queue_of_stage.at(stage));
-  const Geometry& g = data_.geometry;
-  std::vector<float> numbers = data_.numbers;
-  numbers.resize(numbers.size() + MOST_SLOTS);
-  buffers_.nodes = device.upload(g.nodes, "nodes");
-  buffers_.leaves = device.upload(g.leaves, "leaves");
-  buffers_.primitives = device.upload(g.primitives, "primitives");
-  buffers_.grid = device.upload(g.grid, "grid");
-  buffers_.geometries = device.upload(g.records, "geometries");
-  buffers_.cameras = device.upload(data_.cameras, "cameras");
-  buffers_.shapes = device.upload(data_.shapes, "shapes");
-  buffers_.bsdfs = device.upload(numbered_bsdfs(data_), "bsdfs");
-  buffers_.media = device.upload(data_.media, "media");
-  buffers_.numbers = device.upload(numbers, "numbers");
-  buffers_.number_textures = device.upload(data_.number_textures, "textures of numbers");
-  buffers_.emitters = device.upload(data_.emitters, "emitters");
-  buffers_.emitter_tables = device.upload(data_.emitter_tables, "tables");
-  buffers_.textures = device.upload(data_.textures, "textures");
-  buffers_.texels = device.upload(data_.texels, "texels");
+  buffers_.upload_geometry(device, data_.geometry);
+  buffers_.upload_scenes(device, data_);
   for (cl::Buffer* unused :
        {&buffers_.derivatives, &buffers_.futures, &buffers_.visits, &buffers_.pulls, &buffers_.gradient})
     *unused = device.upload(std::vector<float>{}, "unused");

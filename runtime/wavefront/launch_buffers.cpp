@@ -1,0 +1,33 @@
+#include "runtime/wavefront/launch_buffers.h"
+
+#include "kernels/model/models.h"
+#include "runtime/compile/surfaces.h"
+
+namespace itn {
+
+void LaunchBuffers::upload_geometry(const Device& device, const Geometry& geometry) {
+  nodes = leaves = primitives = grid = geometries = {};
+  nodes = device.upload(geometry.nodes, "hierarchy nodes");
+  leaves = device.upload(geometry.leaves, "hierarchy leaves");
+  primitives = device.upload(geometry.primitives, "primitives");
+  grid = device.upload(geometry.grid, "flight grid");
+  geometries = device.upload(geometry.records, "geometry records");
+}
+
+void LaunchBuffers::upload_scenes(const Device& device, const LaunchData& data) {
+  // Stages may read a whole model's numbers wherever one begins.
+  std::vector<float> padded = data.numbers;
+  padded.resize(padded.size() + MOST_SLOTS);
+  cameras = device.upload(data.cameras, "cameras");
+  shapes = device.upload(data.shapes, "shapes");
+  bsdfs = device.upload(numbered_bsdfs(data), "BSDFs");
+  media = device.upload(data.media, "media");
+  numbers = device.upload(padded, "numbers");
+  number_textures = device.upload(data.number_textures, "textures of numbers");
+  emitters = device.upload(data.emitters, "emitters");
+  emitter_tables = device.upload(data.emitter_tables, "emitter tables");
+  textures = device.upload(data.textures, "textures");
+  texels = device.upload(data.texels, "texels");
+}
+
+}  // namespace itn
