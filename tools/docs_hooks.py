@@ -141,9 +141,15 @@ def on_page_markdown(markdown, page, config, files):
     return markdown
 
 
+# MathML knows no space around the names of functions, and takes the bars of an absolute value for operators.
+FUNCTION = re.compile(r"<msup><mi>[a-z]{2,}</mi>.*?</msup>|<mi>[a-z]{2,}</mi>")
+
+
 def on_page_content(html, page, config, files):
     def formula(match):
         inline = match[2].startswith(r"\(")
         latex = match[2][2:-2].replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&")
-        return convert(latex, display="inline" if inline else "block")
+        mathml = convert(latex, display="inline" if inline else "block")
+        mathml = mathml.replace('<mo stretchy="false">&#x0007C;', '<mo stretchy="false" lspace="0" rspace="0">&#x0007C;')
+        return FUNCTION.sub(r'<mspace width="0.15em"/>\g<0><mspace width="0.15em"/>', mathml)
     return re.sub(r'<(span|div) class="arithmatex">(.*?)</\1>', formula, html, flags=re.S)

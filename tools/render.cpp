@@ -101,7 +101,9 @@ ExrImage to_exr(const Rendering& image, const Scene& scene, const Options& optio
                 {"seed", std::to_string(options.common.seed)},
                 {"operator", name_of(options.op)},
                 {"device", device.info().name + " (" + device.info().platform + ", " + device.info().driver + ")"},
-                {"version", std::string("itn ") + version()}};
+                {"version", std::string("itn ") + version()},
+                // OpenEXR's own name for it: readers that know "version" as a number of multi-part files hide the text.
+                {"software", std::string("itn ") + version()}};
   return exr;
 }
 

@@ -42,6 +42,7 @@ TEST_CASE("itn render writes image, standard error and what they were made from"
   CHECK(image.header.at("scene") == ball);
   CHECK(nlohmann::json::parse(image.header.at("parameters"))["skin.sigma_t"] == 25);
   CHECK_THAT(image.header.at("version"), Catch::StartsWith("itn "));
+  CHECK(image.header.at("software") == image.header.at("version"));
   CHECK(!image.header.at("device").empty());
   CHECK(itn::read_file(folder / "a.png").substr(1, 3) == "PNG");
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 2);
