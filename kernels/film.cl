@@ -1,4 +1,4 @@
-/* Film: sums of a pixel's samples and of their squares, in the order of the samples, carried on from launch to launch. */
+/* Film: sums of a pixel's samples and of their squares, in their order, carried on from launch to launch. */
 #include "lib/vector.h"
 
 /* *sum + *error = *sum + *error + b, with what rounding takes from the sum kept in the error (Knuth's TwoSum). */
@@ -9,9 +9,9 @@ inline void add_exactly(REAL* sum, REAL* error, REAL b) {
 }
 
 /* samples: from first_sample on [pixel][sample][image][channel], `step` floats a sample; sums:
- * [pixel][image][channel][sum, its error, sum of squares, its error], which start at 0 if fresh. A lane sums one value of one
- * pixel: every addition waits for the last. luminance: one channel, the luminance of three (Rec. 709). Squares are rounded
- * once each, below the noise they measure. */
+ * [pixel][image][channel][sum, its error, sum of squares, its error], which start at 0 if fresh. A lane sums one value
+ * of one pixel: every addition waits for the last. luminance: one channel, the luminance of three (Rec. 709). Squares
+ * are rounded once each, below the noise they measure. */
 __kernel void accumulate(__global const float* restrict samples, uint first_sample, int samples_a_pixel, int step,
                          int images, int channels, int luminance, int first_pixel, int pixels, int fresh,
                          __global float* restrict sums) {

@@ -15,13 +15,16 @@
 #define LAUNCH_PARAMETER(type, name) __global type *restrict name,
 #define LAUNCH_PARAMETERS LAUNCH_ARGUMENTS(LAUNCH_PARAMETER)
 #define LAUNCH_VALUE(type, name) name,
-#define LAUNCH {LAUNCH_ARGUMENTS(LAUNCH_VALUE)}
+#define LAUNCH \
+  { LAUNCH_ARGUMENTS(LAUNCH_VALUE) }
 
 /* Surfaces of one BSDF. */
-inline void surface_stage(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
-                          MASK valid) {
-  if (bsdf_traits(model) & BSDF_TRANSMITS) boundary_stage(model, variant, launch, job, pool, slots, valid);
-  else opaque_stage(model, variant, launch, job, pool, slots, valid);
+inline void surface_stage(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
+                          INT slots, MASK valid) {
+  if (bsdf_traits(model) & BSDF_TRANSMITS)
+    boundary_stage(model, variant, launch, job, pool, slots, valid);
+  else
+    opaque_stage(model, variant, launch, job, pool, slots, valid);
 }
 
 #if FUSED
@@ -41,9 +44,9 @@ inline void run_stage(const Launch* launch, __global const JobRecord* job, Pool*
 #if HAS_NULL
     case QUEUE_SURFACE: null_stage(launch, job, pool, slots, valid); break;
 #endif
-#define RUN_SURFACE(surface, name, variant)                                                                    \
-    case QUEUE_SURFACE + surface: surface_stage(MODEL_##name, variant, launch, job, pool, slots, valid); break;
-    SURFACE_LIST(RUN_SURFACE)
+#define RUN_SURFACE(surface, name, variant) \
+  case QUEUE_SURFACE + surface: surface_stage(MODEL_##name, variant, launch, job, pool, slots, valid); break;
+      SURFACE_LIST(RUN_SURFACE)
     default: break;
   }
 }
@@ -54,8 +57,7 @@ inline INT pop_group(Pool* pool, int queue, MASK* valid) {
   __global const int* items = pool->items + queue * pool->stride;
   pool->length[queue] = length - count;
   Lanes slot;
-  UNROLL for (int l = 0; l < WIDTH; ++l)
-    slot.i[l] = l < count ? items[length - count + l] : pool->stride - WIDTH + l;
+  UNROLL_FOR(int l = 0; l < WIDTH; ++l) slot.i[l] = l < count ? items[length - count + l] : pool->stride - WIDTH + l;
   *valid = LANE_INDEX < count;
   return slot.integer;
 }
@@ -69,7 +71,7 @@ inline void open_own_pool(Pool* pool, __global float* storage) {
   for (int s = 0; s < SLOTS; ++s) pool->items[QUEUE_FREE * pool->stride + s] = s;
   pool->length[QUEUE_FREE] = SLOTS;
   for (int f = 0; f < FIELDS; ++f)
-    UNROLL for (int l = 0; l < WIDTH; ++l) pool->fields[f * pool->stride + SLOTS + l] = 0.0f;
+    UNROLL_FOR(int l = 0; l < WIDTH; ++l) pool->fields[f * pool->stride + SLOTS + l] = 0.0f;
 }
 
 /* The queue with the most slots, the latest stage of equally long ones; -1: all are empty. */
@@ -93,7 +95,7 @@ inline int start_paths(const Launch* launch, int job_index, Pool* pool, int firs
   /* slots that the last, partial group does not use go back */
   push(pool, QUEUE_FREE, slots, valid & (LANE_INDEX >= count));
   Lanes pixel, sample;
-  UNROLL for (int l = 0; l < WIDTH; ++l) {
+  UNROLL_FOR(int l = 0; l < WIDTH; ++l) {
     const int path = min(first + l, last - 1), row = path / job->samples;
     pixel.i[l] = job->first_pixel + row * job->pixel_step;
     sample.i[l] = job->first_sample + path - row * job->samples;
@@ -102,7 +104,8 @@ inline int start_paths(const Launch* launch, int job_index, Pool* pool, int firs
   return count;
 }
 
-/* Works off chunk c, then those of the same job that come from the counter. Returns the first that is of another job. */
+/* Works off chunk c, then those of the same job that come from the counter. Returns the first that is of another job.
+ * */
 inline int trace_chunks(const Launch* launch, Pool* pool, __global const ChunkRecord* chunks, int chunk_count,
                         __global int* next_chunk, int c) {
   const int job_index = chunks[c].job;
@@ -132,14 +135,13 @@ inline int trace_chunks(const Launch* launch, Pool* pool, __global const ChunkRe
   }
 }
 
-__kernel __attribute__((reqd_work_group_size(1, 1, 1))) void trace_paths(LAUNCH_PARAMETERS
-                                                                         __global const ChunkRecord* restrict chunks,
-                                                                         int chunk_count,
-                                                                         __global int* restrict next_chunk,
-                                                                         __global float* restrict storage) {
+__kernel __attribute__((reqd_work_group_size(1, 1, 1))) void trace_paths(
+    LAUNCH_PARAMETERS __global const ChunkRecord* restrict chunks, int chunk_count, __global int* restrict next_chunk,
+    __global float* restrict storage) {
   Launch launch = LAUNCH;
 #if ADJOINT
-  launch.gradient += get_global_id(0) * (size_t)(2 * GRADIENT_SETS * SUMS_OF_A_SET); /* each work-item sums on its own */
+  launch.gradient +=
+      get_global_id(0) * (size_t)(2 * GRADIENT_SETS * SUMS_OF_A_SET); /* each work-item sums on its own */
 #endif
   Pool pool;
   open_own_pool(&pool, storage);
@@ -149,8 +151,8 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void trace_paths(LAUNCH_
 
 #else
 
-/* queues: items of both halves, [half][queue][stride]; lengths: [half][queue]. halves: bit q tells from which half stage q
- * reads; pushes go to the other. */
+/* queues: items of both halves, [half][queue][stride]; lengths: [half][queue]. halves: bit q tells from which half
+ * stage q reads; pushes go to the other. */
 inline Pool open_pool(__global float* storage, int slots, __global int* lengths, int push_half) {
   Pool pool;
   pool.stride = slots + WIDTH;
@@ -170,7 +172,8 @@ __kernel void fill_free_queue(__global float* restrict storage, int slots, __glo
   }
 }
 
-/* Starts paths next_path ... of the chunk table (flattened) in the free slots; lanes of different jobs one after the other. */
+/* Starts paths next_path ... of the chunk table (flattened) in the free slots; lanes of different jobs one after the
+ * other. */
 __kernel void generate(LAUNCH_PARAMETERS __global const ChunkRecord* restrict chunks, int chunk_count, int next_path,
                        int path_count, __global float* restrict storage, int slots, __global int* restrict lengths,
                        int from_half) {
@@ -178,8 +181,8 @@ __kernel void generate(LAUNCH_PARAMETERS __global const ChunkRecord* restrict ch
   Pool pool = open_pool(storage, slots, lengths, !from_half);
   int group = get_global_id(0) * WIDTH, length = lengths[from_half * QUEUES + QUEUE_FREE];
   if (group >= length) return;
-  __global const int* items = (__global const int*)(storage + FIELDS * pool.stride) +
-                              (from_half * QUEUES + QUEUE_FREE) * pool.stride;
+  __global const int* items =
+      (__global const int*)(storage + FIELDS * pool.stride) + (from_half * QUEUES + QUEUE_FREE) * pool.stride;
   const int starting = min(length - group, path_count - next_path - group); /* lanes that get a path */
   Lanes slot, pixel, sample, job_of;
   for (int l = 0; l < WIDTH; ++l) {
@@ -190,8 +193,10 @@ __kernel void generate(LAUNCH_PARAMETERS __global const ChunkRecord* restrict ch
     int low = 0, high = chunk_count - 1; /* last chunk that starts at or before the path */
     while (low < high) {
       int middle = (low + high + 1) / 2;
-      if (chunks[middle].start <= path) low = middle;
-      else high = middle - 1;
+      if (chunks[middle].start <= path)
+        low = middle;
+      else
+        high = middle - 1;
     }
     int in_job = chunks[low].first + path - chunks[low].start;
     __global const JobRecord* job = jobs + chunks[low].job;
@@ -231,7 +236,7 @@ inline Group take_group(const Pool* pool, __global const float* storage, __globa
   __global const int* items =
       (__global const int*)(storage + FIELDS * pool->stride) + (from_half * QUEUES + queue) * pool->stride;
   Lanes slot;
-  UNROLL for (int l = 0; l < WIDTH; ++l) slot.i[l] = group + l < length ? items[group + l] : pool->stride - WIDTH + l;
+  UNROLL_FOR(int l = 0; l < WIDTH; ++l) slot.i[l] = group + l < length ? items[group + l] : pool->stride - WIDTH + l;
   g.slots = slot.integer;
   g.valid = LANE_INDEX + group < length;
   g.job.integer = LOAD_INT(pool, JOB, g.slots);
@@ -249,20 +254,20 @@ inline int take_job(Group* g, const Pool* pool, INT* slots, MASK* valid) {
 }
 
 /* The kernel of a stage: run, over the groups of its queue. */
-#define STAGE(name, queue, run)                                                                                     \
-  __kernel void name(LAUNCH_PARAMETERS __global float* restrict storage, int slot_count,                            \
-                     __global int* restrict lengths, int from_half) {                                               \
-    const Launch all = LAUNCH;                                                                                      \
-    const Launch* launch = &all;                                                                                    \
-    Pool opened = open_pool(storage, slot_count, lengths, !from_half);                                              \
-    Pool* pool = &opened;                                                                                           \
-    Group group = take_group(pool, storage, lengths, from_half, queue);                                             \
-    while (group.left) {                                                                                            \
-      INT slots;                                                                                                    \
-      MASK valid;                                                                                                   \
-      __global const JobRecord* job = launch->jobs + take_job(&group, pool, &slots, &valid);                        \
-      run;                                                                                                          \
-    }                                                                                                               \
+#define STAGE(name, queue, run)                                                              \
+  __kernel void name(LAUNCH_PARAMETERS __global float* restrict storage, int slot_count,     \
+                     __global int* restrict lengths, int from_half) {                        \
+    const Launch all = LAUNCH;                                                               \
+    const Launch* launch = &all;                                                             \
+    Pool opened = open_pool(storage, slot_count, lengths, !from_half);                       \
+    Pool* pool = &opened;                                                                    \
+    Group group = take_group(pool, storage, lengths, from_half, queue);                      \
+    while (group.left) {                                                                     \
+      INT slots;                                                                             \
+      MASK valid;                                                                            \
+      __global const JobRecord* job = launch->jobs + take_job(&group, pool, &slots, &valid); \
+      run;                                                                                   \
+    }                                                                                        \
   }
 
 STAGE(ray, QUEUE_RAY, ray_stage(launch, job, pool, slots, valid))
@@ -276,8 +281,9 @@ STAGE(connect, QUEUE_CONNECT, connect_stage(launch, job, pool, slots, valid))
 #if HAS_NULL
 STAGE(null, QUEUE_SURFACE, null_stage(launch, job, pool, slots, valid))
 #endif
-#define STAGE_OF_SURFACE(surface, name, variant) \
-  STAGE(name##_##variant, QUEUE_SURFACE + surface, surface_stage(MODEL_##name, variant, launch, job, pool, slots, valid))
+#define STAGE_OF_SURFACE(surface, name, variant)   \
+  STAGE(name##_##variant, QUEUE_SURFACE + surface, \
+        surface_stage(MODEL_##name, variant, launch, job, pool, slots, valid))
 SURFACE_LIST(STAGE_OF_SURFACE)
 
 __kernel void reset_queue(__global int* restrict lengths, int queue, int half_index) {

@@ -4,9 +4,9 @@
  * goes straight to the number's sum: nothing is carried for the numbers, however many they are. With baselines
  * (lib/baseline.h), what is expected of decisions is taken off what it still gathers.
  *
- * Sums must not depend on the order of paths: they are integers, of products rounded once each. The host scales the pulls so
- * that a unit is 2^-42 of the sum of |pull * radiance| (runtime/gradient_renderer.cpp). Derivatives are d log f / d log
- * number, for g times 1 - g^2 (shared/declaration.h): of order 1, so that one scale suits all. */
+ * Sums must not depend on the order of paths: they are integers, of products rounded once each. The host scales the
+ * pulls so that a unit is 2^-42 of the sum of |pull * radiance| (runtime/gradient_renderer.cpp). Derivatives are d log
+ * f / d log number, for g times 1 - g^2 (shared/declaration.h): of order 1, so that one scale suits all. */
 #ifndef ITN_ADJOINT_H
 #define ITN_ADJOINT_H
 #include "lib/launch.h"
@@ -28,21 +28,22 @@ typedef struct {
 
 inline Pulled nothing_pulled(void) {
   Pulled p;
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) p.weight[c] = p.expected[c] = (REAL)(0.0f);
-  UNROLL for (int i = 0; i < (SUMS + 1) * RADIANCE_CHANNELS; ++i) p.sum[i] = (LONG)(0);
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) p.weight[c] = p.expected[c] = (REAL)(0.0f);
+  UNROLL_FOR(int i = 0; i < (SUMS + 1) * RADIANCE_CHANNELS; ++i) p.sum[i] = (LONG)(0);
   p.beyond = (MASK)(0);
   return p;
 }
 
 inline Pulled pulled(const REAL weight[]) {
   Pulled p = nothing_pulled();
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) p.weight[c] = weight[c];
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) p.weight[c] = weight[c];
   return p;
 }
 
-/* What is gathered from here on, less roulette's baselines from here on. baseline: those so far, a throughput channel each */
+/* What is gathered from here on, less roulette's baselines from here on. baseline: those so far, a throughput channel
+ * each */
 inline void pull_by_rest(Pulled* p, __global const JobRecord* job, const Pool* pool, INT slots, const REAL baseline[]) {
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     REAL rest = LOAD(pool, TOTAL + c, slots) - LOAD(pool, RADIANCE + c, slots);
 #if BASELINES
     const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
@@ -101,8 +102,8 @@ inline void add_pulled(const Launch* launch, __global const JobRecord* job, cons
   Lanes at;
   at.integer = gradient_set(launch, job, pool, slots) * SUMS_OF_A_SET + first * RADIANCE_CHANNELS;
   const uint bits = lane_bits(mask);
-  UNROLL for (int k = 0; k < SUMS; ++k)
-    UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+  UNROLL_FOR(int k = 0; k < SUMS; ++k)
+    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
       if (!is_summed(k, model, c)) continue;
       LongLanes sum;
       sum.integer = p->sum[k * RADIANCE_CHANNELS + c];
@@ -111,16 +112,16 @@ inline void add_pulled(const Launch* launch, __global const JobRecord* job, cons
   add_lost(launch, mask & p->beyond);
 }
 
-/* Of the light, whose derivative is a factor of what a path gathers beside it: change of the radiance by the logarithm of
- * parameter p. */
-inline void pull_light(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask, int p,
-                       const REAL change[RADIANCE_CHANNELS]) {
+/* Of the light, whose derivative is a factor of what a path gathers beside it: change of the radiance by the logarithm
+ * of parameter p. */
+inline void pull_light(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
+                       int p, const REAL change[RADIANCE_CHANNELS]) {
   const INT first = gradient_set(launch, job, pool, slots) * SUMS_OF_A_SET + FIRST_LIGHT_NUMBER + p * RADIANCE_CHANNELS;
   Lanes at;
   at.integer = first;
   const uint bits = lane_bits(mask);
   MASK beyond = (MASK)(0);
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     LongLanes sum;
     sum.integer = rounded(LOAD(pool, PULL + c, slots) * change[c], &beyond);
     FOR_EACH_LANE(l, bits) add_to_gradient(launch, at.i[l] + c, sum.i[l]);
@@ -136,11 +137,11 @@ inline void begin_replay(const Launch* launch, __global const JobRecord* job, Po
   if (!job->replay) return;
   const INT row = SELECT_INT(valid, (pixel - job->first_pixel) / job->pixel_step, 0);
   const INT output = SELECT_INT(valid, job->first_output + row * job->samples + sample - job->first_sample, 0);
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     STORE(pool, TOTAL + c, slots, GATHER((launch->samples + c), output * SAMPLE_SIZE));
     STORE(pool, PULL + c, slots, GATHER((launch->pulls + c), (job->first_pull + row) * RADIANCE_CHANNELS));
   }
-  UNROLL for (int c = 0; c < BASELINE_TOTALS; ++c)
+  UNROLL_FOR(int c = 0; c < BASELINE_TOTALS; ++c)
     STORE(pool, TOTAL_BASELINE + c, slots, GATHER((launch->samples + RADIANCE_CHANNELS + c), output * SAMPLE_SIZE));
 #endif
 }

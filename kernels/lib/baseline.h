@@ -3,12 +3,13 @@
  *   a free flight, the phase function, a rough boundary's normal and lobe:
  *                weight * V * score of the decision's density
  *   roulette:    (weight after - weight before) * V * score of the path so far
- * With V near what a path of weight 1 still gathers, the derivative's noise falls. V is a table that other paths have taught
- * (runtime/wavefront/baseline.h): in a medium by depth below the surface and cosine to its normal, at a rough boundary by the
- * cosine of arrival. kernels/README.md, "Quiet derivatives".
+ * With V near what a path of weight 1 still gathers, the derivative's noise falls. V is a table that other paths have
+ * taught (runtime/wavefront/baseline.h): in a medium by depth below the surface and cosine to its normal, at a rough
+ * boundary by the cosine of arrival. kernels/README.md, "Quiet derivatives".
  *
- * Gradients by replay (lib/adjoint.h) take the same off, turned round: an event's score meets all of roulette's terms after
- * it, as it meets all that is gathered after it, so that paths carry the sum of (weight after - weight before) * V alone. */
+ * Gradients by replay (lib/adjoint.h) take the same off, turned round: an event's score meets all of roulette's terms
+ * after it, as it meets all that is gathered after it, so that paths carry the sum of (weight after - weight before) *
+ * V alone. */
 #ifndef ITN_BASELINE_H
 #define ITN_BASELINE_H
 #include "lib/flight_grid.h"
@@ -16,21 +17,21 @@
 
 #define BASELINE_SCORES (BASELINES ? SCORES + ADJOINT : 0)
 
-/* Sums over the path's decisions so far: [score][throughput channel]; if ADJOINT over roulettes alone, for a score of 1. They
- * go beside the derivatives until the path's end: how many decisions a stage makes at a time depends on the schedule, and
- * must not change the order of additions. */
+/* Sums over the path's decisions so far: [score][throughput channel]; if ADJOINT over roulettes alone, for a score of
+ * 1. They go beside the derivatives until the path's end: how many decisions a stage makes at a time depends on the
+ * schedule, and must not change the order of additions. */
 typedef struct {
   REAL of[BASELINE_SCORES * THROUGHPUT_CHANNELS + 1];
 } Baseline;
 
 inline Baseline load_baseline(const Pool* pool, INT slots) {
   Baseline b;
-  UNROLL for (int i = 0; i < BASELINE_SCORES * THROUGHPUT_CHANNELS; ++i) b.of[i] = LOAD(pool, BASELINE + i, slots);
+  UNROLL_FOR(int i = 0; i < BASELINE_SCORES * THROUGHPUT_CHANNELS; ++i) b.of[i] = LOAD(pool, BASELINE + i, slots);
   return b;
 }
 
 inline void store_baseline(const Pool* pool, INT slots, const Baseline* b) {
-  UNROLL for (int i = 0; i < BASELINE_SCORES * THROUGHPUT_CHANNELS; ++i) STORE(pool, BASELINE + i, slots, b->of[i]);
+  UNROLL_FOR(int i = 0; i < BASELINE_SCORES * THROUGHPUT_CHANNELS; ++i) STORE(pool, BASELINE + i, slots, b->of[i]);
 }
 
 /* Where a path is below the nearest surface. */
@@ -40,7 +41,7 @@ typedef struct {
 } Depth;
 
 inline Depth depth_of(const FlightCell* cell, REAL sigma_t) {
-  const REAL square = dot3(cell->normal, cell->normal); /* 1/3 to 1 */
+  const REAL square = dot3(cell->normal, cell->normal);               /* 1/3 to 1 */
   const REAL scale = 2.4495f + square * (1.1547f * square - 2.6042f); /* 1 / sqrt to 1.5 % */
   Depth d;
   d.normal = scale3(cell->normal, scale);
@@ -63,7 +64,7 @@ inline INT boundary_state(INT first, REAL cosine) {
 
 /* V, a channel each. */
 __attribute__((always_inline)) inline void expected_future(const Launch* launch, INT state, REAL v[]) {
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) v[c] = GATHER((launch->futures + c), state * THROUGHPUT_CHANNELS);
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) v[c] = GATHER((launch->futures + c), state * THROUGHPUT_CHANNELS);
 }
 
 #if ADJOINT
@@ -72,7 +73,7 @@ inline void expect(Pulled* p, __global const JobRecord* job, const Pool* pool, I
                    const REAL weight[], const REAL v[]) {
   if (!job->replay) return;
   pull_by_rest(p, job, pool, slots, b->of);
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
     p->expected[c] = LOAD(pool, PULL + c, slots) * job->future_tint[c] * weight[t] * v[t];
   }
@@ -81,10 +82,10 @@ inline void expect(Pulled* p, __global const JobRecord* job, const Pool* pool, I
 /* step: what the decision adds to the scores of the model's numbers; no density depends on a factor alone. */
 inline void add_decision(__global const JobRecord* job, Baseline* b, int model, const REAL weight[], const REAL v[],
                          const Step* step) {
-  UNROLL for (int k = 0; k < BASELINE_SCORES; ++k) {
+  UNROLL_FOR(int k = 0; k < BASELINE_SCORES; ++k) {
     if (carried[k].model != model || role_of(model, carried[k].slot) != ROLE_DENSITY) continue;
     const REAL d = step_of(job, k, step);
-    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) b->of[k * THROUGHPUT_CHANNELS + c] += weight[c] * v[c] * d;
+    UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) b->of[k * THROUGHPUT_CHANNELS + c] += weight[c] * v[c] * d;
   }
 }
 #endif
@@ -110,7 +111,7 @@ inline void expect_turn(__global const JobRecord* job, const Pool* pool, INT slo
                         const REAL weight[], const REAL v[], MASK mask) {
 #if BASELINES && ADJOINT
   expect(&scores->pulled, job, pool, slots, b, weight, v);
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
     scores->pulled.weight[c] = SELECT(mask, scores->pulled.weight[c], 0.0f);
 #endif
 }
@@ -122,7 +123,7 @@ inline void add_turn(__global const JobRecord* job, Scores* scores, Baseline* b,
 #if BASELINES
   add_decision(job, b, model, weight, v, step);
 #endif
-  UNROLL for (int i = 0; i < MOST_SLOTS * CHANNELS; ++i) step->of[i] = SELECT(mask, step->of[i], 0.0f);
+  UNROLL_FOR(int i = 0; i < MOST_SLOTS * CHANNELS; ++i) step->of[i] = SELECT(mask, step->of[i], 0.0f);
 #endif
   add_scores(job, scores, model, n, step, true);
 }
@@ -135,11 +136,12 @@ inline void add_lobe(__global const JobRecord* job, const Pool* pool, INT slots,
 #if ADJOINT
   expect(&scores->pulled, job, pool, slots, &b, weight, v);
   if (!job->replay) return;
-  UNROLL for (int k = 0; k < SUMS; ++k)
-    UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+  UNROLL_FOR(int k = 0; k < SUMS; ++k)
+    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
       const int slot = summed[k].slot;
       if (!is_summed(k, model, c) || role_of(model, slot) != ROLE_DENSITY) continue;
-      const REAL own = where_from(step->origins, slot, summed[k].origin, step->of[slot * CHANNELS + (CHANNELS == 1 ? 0 : c)]);
+      const REAL own =
+          where_from(step->origins, slot, summed[k].origin, step->of[slot * CHANNELS + (CHANNELS == 1 ? 0 : c)]);
       const REAL d = by_coordinate(model, slot, n, own);
       pull(&scores->pulled, k, c, d, -scores->pulled.expected[c]);
     }
@@ -152,25 +154,25 @@ inline void add_lobe(__global const JobRecord* job, const Pool* pool, INT slots,
 
 /* change: of the weight, 0 where no roulette was played */
 inline void add_roulette(Baseline* b, const REAL change[], const REAL v[], const Scores* scores) {
-  UNROLL for (int k = 0; k < BASELINE_SCORES; ++k)
-    UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
+  UNROLL_FOR(int k = 0; k < BASELINE_SCORES; ++k)
+    UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c)
       b->of[k * THROUGHPUT_CHANNELS + c] += change[c] * v[c] * (ADJOINT ? (REAL)(1.0f) : scores->of[k]);
 }
 
-/* In a pilot: writes what the host learns the table from. event: of the random numbers, with one visit of each DECISION_*.
+/* In a pilot: writes what the host learns the table from. event: of the random numbers, with one visit of each
+ * DECISION_*.
  */
 inline void record_visit(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
-                         const Random* random, INT event, int decision, INT state, const REAL weight[],
-                         MASK mask) {
+                         const Random* random, INT event, int decision, INT state, const REAL weight[], MASK mask) {
   if (!BASELINES || !job->pilot) return;
-  const INT path = (AS_INT(random->pixel) - job->first_pixel) / job->pixel_step * job->samples + AS_INT(random->sample) -
-                   job->first_sample;
+  const INT path = (AS_INT(random->pixel) - job->first_pixel) / job->pixel_step * job->samples +
+                   AS_INT(random->sample) - job->first_sample;
   mask = mask & (event < BASELINE_EVENTS);
   Lanes at, value[BASELINE_VISIT_SIZE(THROUGHPUT_CHANNELS, RADIANCE_CHANNELS)];
   int size = 0;
   value[size++].integer = state + 1;
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) value[size++].real = weight[c];
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) value[size++].real = LOAD(pool, RADIANCE + c, slots);
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) value[size++].real = weight[c];
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) value[size++].real = LOAD(pool, RADIANCE + c, slots);
   at.integer = ((job->first_output + path) * BASELINE_VISITS + event * DECISIONS + decision) * size;
   const uint bits = lane_bits(mask);
   FOR_EACH_LANE(l, bits) {

@@ -11,7 +11,7 @@ typedef struct {
   REAL3 normal; /* of the plane, absolute values sum to 1 */
   REAL offset;  /* no surface in the ball where normal . x < offset */
   REAL radius;  /* of the ball around the centre */
-  REAL cone;    /* in the ball every surface's outward normal has normal . direction < 0 if that of the plane is < -cone */
+  REAL cone;    /* in the ball every surface's outward normal has normal . direction < 0 if the plane's is < -cone */
 } FlightCell;
 
 /* Without a grid: a cell of which nothing is known. The load rarely hits a near cache: ask early. */
@@ -40,8 +40,7 @@ __attribute__((always_inline)) inline FlightCell flight_cell(__global const uint
   const INT offset = (word >> 16) & 255, top = (word >> 24) & 255;
   const MASK plane = offset != FLIGHT_NO_PLANE;
   cell.radius = CAST_REAL(SELECT_INT(plane, FLIGHT_PLANE_RADIUS(top & 3), top)) * record->ball_step;
-  cell.offset =
-      SELECT(plane, CAST_REAL(offset) * (record->plane_range * (2.0f / 254)) - record->plane_range, 1e30f);
+  cell.offset = SELECT(plane, CAST_REAL(offset) * (record->plane_range * (2.0f / 254)) - record->plane_range, 1e30f);
   cell.cone = SELECT(plane & ((top >> 2) != FLIGHT_NO_CONE), CAST_REAL(top >> 2) * (1.0f / FLIGHT_NO_CONE), 2.0f);
   const REAL a = CAST_REAL(word & 255) * (2.0f / 255) - 1.0f, b = CAST_REAL((word >> 8) & 255) * (2.0f / 255) - 1.0f,
              c = 1.0f - fabs(a) - fabs(b);
@@ -53,8 +52,9 @@ __attribute__((always_inline)) inline FlightCell flight_cell(__global const uint
 /* How far a path inside a medium that travels along `direction` surely meets no surface: ahead of the cell's position
  * (way 1), or on its way to it (way -1), if it is inside where it comes that near. Unit direction.
  *
- * Inside, only surfaces that the path leaves through, direction . normal > 0, can be met: where every surface of the ball
- * faces the other way, the path goes on to the ball's end. So the flights that start on a surface are spared a test. */
+ * Inside, only surfaces that the path leaves through, direction . normal > 0, can be met: where every surface of the
+ * ball faces the other way, the path goes on to the ball's end. So the flights that start on a surface are spared a
+ * test. */
 inline REAL clear_distance(__global const GeometryRecord* record, const FlightCell* cell, REAL3 direction, float way) {
   /* To the end of the ball. */
   const REAL along = way * dot3(cell->from, direction);
@@ -68,9 +68,9 @@ inline REAL clear_distance(__global const GeometryRecord* record, const FlightCe
   return MAX(MIN(in_ball, in_front) - record->safety, (REAL)(0.0f));
 }
 
-/* Does a flight of `distance` surely end before any surface? start, end: the cells of its ends, the former inside a medium.
- * False is always a correct answer. Looks from both ends: the end's cell is the start's of the next flight, so it costs
- * no load. What the end's cell says holds once the flight is known to be clear up to there. */
+/* Does a flight of `distance` surely end before any surface? start, end: the cells of its ends, the former inside a
+ * medium. False is always a correct answer. Looks from both ends: the end's cell is the start's of the next flight, so
+ * it costs no load. What the end's cell says holds once the flight is known to be clear up to there. */
 inline MASK flight_is_clear(__global const GeometryRecord* record, const FlightCell* start, const FlightCell* end,
                             REAL3 direction, REAL distance) {
   return clear_distance(record, start, direction, 1.0f) >= distance - clear_distance(record, end, direction, -1.0f);

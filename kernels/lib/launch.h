@@ -50,21 +50,23 @@ inline void draw(const Random* r, uint stream, REAL u[4]) {
 }
 
 /* Weight of each throughput channel beyond the throughput: one-pass spectral MIS (balance heuristic over the channels
- * whose sigma_t could have been the hero's), 3 p_c / (p_0 + p_1 + p_2) for the densities p_c of the path with each channel's
- * sigma_t. Paths carry these weights: unlike the densities or their ratios they stay in [0, 3], however long the path. */
+ * whose sigma_t could have been the hero's), 3 p_c / (p_0 + p_1 + p_2) for the densities p_c of the path with each
+ * channel's sigma_t. Paths carry these weights: unlike the densities or their ratios they stay in [0, 3], however long
+ * the path. */
 #if SPECTRAL
-/* An event of the lanes in `mask`, with density `factor` of each channel, over any common one. Should none of the channels be
- * possible, which takes the underflow of the hero's own weight, all weights are 0 and roulette ends the path. */
+/* An event of the lanes in `mask`, with density `factor` of each channel, over any common one. Should none of the
+ * channels be possible, which takes the underflow of the hero's own weight, all weights are 0 and roulette ends the
+ * path. */
 inline void spectral_event(MASK mask, const REAL factor[3], REAL weight[3]) {
   REAL sum = (REAL)(0.0f);
-  UNROLL for (int c = 0; c < 3; ++c) sum += weight[c] * factor[c];
+  UNROLL_FOR(int c = 0; c < 3; ++c) sum += weight[c] * factor[c];
   const REAL inverse = 3.0f / MAX(sum, (REAL)(1e-30f));
-  UNROLL for (int c = 0; c < 3; ++c) weight[c] = SELECT(mask, weight[c] * factor[c] * inverse, weight[c]);
+  UNROLL_FOR(int c = 0; c < 3; ++c) weight[c] = SELECT(mask, weight[c] * factor[c] * inverse, weight[c]);
 }
 #endif
 
-/* The sigma_t for choices that the weights must not depend on: the same whatever the path's hero channel, or MIS weights
- * would not add up, nor baselines have mean zero. */
+/* The sigma_t for choices that the weights must not depend on: the same whatever the path's hero channel, or MIS
+ * weights would not add up, nor baselines have mean zero. */
 inline REAL mean_sigma_t(const REAL sigma_t[]) {
 #if SPECTRAL
   return (sigma_t[0] + sigma_t[1] + sigma_t[2]) * (1.0f / 3.0f);
@@ -76,7 +78,7 @@ inline REAL mean_sigma_t(const REAL sigma_t[]) {
 /* `scale` times the weights of paths between two stages. Without RGB sigma_t these are 1. */
 inline void channel_weights(const Pool* pool, INT slots, REAL scale, REAL weight[3]) {
 #if SPECTRAL
-  UNROLL for (int c = 0; c < 3; ++c) weight[c] = LOAD(pool, SPECTRAL_WEIGHT + c, slots) * scale;
+  UNROLL_FOR(int c = 0; c < 3; ++c) weight[c] = LOAD(pool, SPECTRAL_WEIGHT + c, slots) * scale;
 #else
   weight[0] = weight[1] = weight[2] = scale;
 #endif
@@ -97,7 +99,7 @@ inline MASK roulette(__global const JobRecord* job, INT depth, REAL u, MASK acti
   MASK plays = active & (depth > job->rr_depth);
   MASK dies = plays & (u >= survival);
   REAL raise = SELECT(plays & !dies, 1.0f / MAX(survival, (REAL)1e-20f), 1.0f);
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= raise;
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= raise;
   return (active & (largest <= 0.0f)) | dies | (active & (depth >= job->max_depth));
 }
 
@@ -124,15 +126,16 @@ inline void finish(const Launch* launch, __global const JobRecord* job, Pool* po
     int output = job->first_output +
                  (ints[PIXEL * pool->stride + s] - job->first_pixel) / job->pixel_step * job->samples +
                  ints[SAMPLE * pool->stride + s] - job->first_sample;
-    UNROLL for (int c = 0; c < RADIANCE_CHANNELS * (1 + DERIVATIVES); ++c)
+    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS * (1 + DERIVATIVES); ++c)
       launch->samples[output * SAMPLE_SIZE + c] = pool->fields[(RADIANCE + c) * pool->stride + s];
-    UNROLL for (int c = 0; c < BASELINE_TOTALS; ++c)
+    UNROLL_FOR(int c = 0; c < BASELINE_TOTALS; ++c)
       launch->samples[output * SAMPLE_SIZE + RADIANCE_CHANNELS + c] = pool->fields[(BASELINE + c) * pool->stride + s];
 #if BASELINES
-    UNROLL for (int p = 0; p < PARTS; ++p)
-      UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+    UNROLL_FOR(int p = 0; p < PARTS; ++p)
+      UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
         const PartRecord part = parts[p];
-        const int field = BASELINE + (THROUGHPUT_CHANNELS == 1 ? part.score[c] : part.score[c] * THROUGHPUT_CHANNELS + c);
+        const int field =
+            BASELINE + (THROUGHPUT_CHANNELS == 1 ? part.score[c] : part.score[c] * THROUGHPUT_CHANNELS + c);
         if (part.score[c] >= 0)
           launch->samples[output * SAMPLE_SIZE + (1 + part.image) * RADIANCE_CHANNELS + c] -=
               launch->derivatives[p].factor[c] * job->future_tint[c] * pool->fields[field * pool->stride + s];

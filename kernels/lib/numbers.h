@@ -1,5 +1,5 @@
-/* The numbers n of models, of each lane's own instance, and what their declarations say of them. All functions are given a
- * constant `model`, so that the lists fold to the lines of that model. */
+/* The numbers n of models, of each lane's own instance, and what their declarations say of them. All functions are
+ * given a constant `model`, so that the lists fold to the lines of that model. */
 #ifndef ITN_NUMBERS_H
 #define ITN_NUMBERS_H
 #include "lib/launch.h"
@@ -11,9 +11,9 @@
 #define ORIGIN_BITS 2
 typedef char OriginsOfAnyModelFit[ORIGINS * ORIGIN_BITS <= 32 ? 1 : -1];
 
-/* One number, of up to three channels; uv: where its texture is looked up. TEXTURED: does some instance have one there? */
-__attribute__((always_inline)) inline void load_number(const Launch* launch, int model, int slot, int channels, INT first,
-                                                       const REAL uv[2], REAL n[]) {
+/* One number, of up to three channels; uv: where its texture is looked up. TEXTURED: has some instance one there? */
+__attribute__((always_inline)) inline void load_number(const Launch* launch, int model, int slot, int channels,
+                                                       INT first, const REAL uv[2], REAL n[]) {
   const int loaded = channels == 3 ? CHANNELS : 1;
   n[slot] = GATHER((launch->numbers + slot), first);
   if (loaded == 3) {
@@ -27,18 +27,18 @@ __attribute__((always_inline)) inline void load_number(const Launch* launch, int
   u.real = uv[0];
   v.real = uv[1];
   origin.integer = (INT)(0);
-  UNROLL for (int c = 0; c < loaded; ++c) value[c].real = n[slot + c];
-  UNROLL for (int l = 0; l < WIDTH; ++l) {
+  UNROLL_FOR(int c = 0; c < loaded; ++c) value[c].real = n[slot + c];
+  UNROLL_FOR(int l = 0; l < WIDTH; ++l) {
     const int texture = launch->number_textures[at.i[l] + slot];
     if (texture < 0) continue;
     float rgb[3];
     origin.i[l] = texture_value(launch->textures + texture, launch->texels, launch->numbers + at.i[l] + slot, u.f[l],
                                 v.f[l], rgb);
-    UNROLL for (int c = 0; c < loaded; ++c) value[c].f[l] = rgb[c];
+    UNROLL_FOR(int c = 0; c < loaded; ++c) value[c].f[l] = rgb[c];
   }
-  UNROLL for (int c = 0; c < loaded; ++c) n[slot + c] = value[c].real;
+  UNROLL_FOR(int c = 0; c < loaded; ++c) n[slot + c] = value[c].real;
   INT origins = AS_INT(n[ORIGINS]);
-  UNROLL for (int c = 0; c < channels; ++c) origins |= origin.integer << (ORIGIN_BITS * (slot + c));
+  UNROLL_FOR(int c = 0; c < channels; ++c) origins |= origin.integer << (ORIGIN_BITS * (slot + c));
   n[ORIGINS] = AS_REAL(origins);
 #endif
 }
@@ -46,7 +46,8 @@ __attribute__((always_inline)) inline void load_number(const Launch* launch, int
 #define LOAD_NUMBER(PREFIX, name, channels, role, coordinate) \
   load_number(launch, model, PREFIX##_##name, channels, first, uv, n);
 #define LOAD_MODEL(name, PREFIX, type) \
-  case MODEL_##name: PREFIX##_NUMBERS(LOAD_NUMBER) break;
+  case MODEL_##name:                   \
+    PREFIX##_NUMBERS(LOAD_NUMBER) break;
 #define LOAD_BSDF(name, PREFIX, type, variants) LOAD_MODEL(name, PREFIX, type)
 __attribute__((always_inline)) inline void load_numbers(const Launch* launch, int model, INT first, const REAL uv[2],
                                                         REAL n[]) {
@@ -69,7 +70,8 @@ inline REAL where_from(INT origins, int slot, int origin, REAL d) {
 #define ROLE_OF_NUMBER(PREFIX, name, channels, role, coordinate) \
   if (slot >= PREFIX##_##name && slot <= PREFIX##_##name##_last) return role;
 #define ROLE_IN_MODEL(name, PREFIX, type) \
-  case MODEL_##name: PREFIX##_NUMBERS(ROLE_OF_NUMBER) break;
+  case MODEL_##name:                      \
+    PREFIX##_NUMBERS(ROLE_OF_NUMBER) break;
 #define ROLE_IN_BSDF(name, PREFIX, type, variants) ROLE_IN_MODEL(name, PREFIX, type)
 __attribute__((always_inline)) inline int role_of(int model, int slot) {
   switch (model) { BSDF_LIST(ROLE_IN_BSDF) MEDIUM_LIST(ROLE_IN_MODEL) PHASE_LIST(ROLE_IN_MODEL) }
@@ -77,12 +79,12 @@ __attribute__((always_inline)) inline int role_of(int model, int slot) {
 }
 
 /* d by n[slot] as d by its coordinate (shared/declaration.h). There is none by a logarithm of 0. */
-#define COORDINATE_OF_NUMBER(PREFIX, name, channels, role, coordinate)                          \
-  if (slot >= PREFIX##_##name && slot <= PREFIX##_##name##_last)                                \
-    return coordinate == COORDINATE_COSINE ? d * (1.0f - n[slot] * n[slot])                     \
-                                           : SELECT(n[slot] > 0.0f, d * n[slot], 0.0f);
+#define COORDINATE_OF_NUMBER(PREFIX, name, channels, role, coordinate) \
+  if (slot >= PREFIX##_##name && slot <= PREFIX##_##name##_last)       \
+    return coordinate == COORDINATE_COSINE ? d * (1.0f - n[slot] * n[slot]) : SELECT(n[slot] > 0.0f, d * n[slot], 0.0f);
 #define COORDINATE_IN_MODEL(name, PREFIX, type) \
-  case MODEL_##name: PREFIX##_NUMBERS(COORDINATE_OF_NUMBER) break;
+  case MODEL_##name:                            \
+    PREFIX##_NUMBERS(COORDINATE_OF_NUMBER) break;
 #define COORDINATE_IN_BSDF(name, PREFIX, type, variants) COORDINATE_IN_MODEL(name, PREFIX, type)
 __attribute__((always_inline)) inline REAL by_coordinate(int model, int slot, const REAL n[], REAL d) {
   switch (model) { BSDF_LIST(COORDINATE_IN_BSDF) MEDIUM_LIST(COORDINATE_IN_MODEL) PHASE_LIST(COORDINATE_IN_MODEL) }

@@ -19,8 +19,8 @@ inline Phase load_phase(const Launch* launch, INT medium) {
   Phase p;
   p.model = PHASE_COUNT == 1 ? (INT)(0) : GATHER_INT((media + FIELD_OF(MediumRecord, phase)), at);
   p.first = GATHER_INT((media + FIELD_OF(MediumRecord, first_phase_number)), at);
-  UNROLL for (int i = 0; i < MOST_SLOTS; ++i) p.n[i] = (REAL)(0.0f);
-  /* what a lane of another model reads is not used */
+  UNROLL_FOR(int i = 0; i < MOST_SLOTS; ++i) p.n[i] = (REAL)(0.0f);
+    /* what a lane of another model reads is not used */
 #define LOAD_PHASE(name, PREFIX) load_numbers(launch, MODEL_##name, p.first, nowhere, p.n);
   PHASES_OF_SCENE(LOAD_PHASE)
   return p;

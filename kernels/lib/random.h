@@ -33,7 +33,7 @@ inline void multiply_wide(UINT a, uint b, UINT* high, UINT* low) {
 
 /* Encrypts the 128-bit counter x[0..3] in place under the key (key0, key1). */
 __attribute__((always_inline)) inline void philox4x32_10(UINT x[4], uint key0, uint key1) {
-  UNROLL for (int i = 0; i < 10; ++i) {
+  UNROLL_FOR(int i = 0; i < 10; ++i) {
     UINT high0, low0, high1, low1;
     multiply_wide(x[0], 0xD2511F53u, &high0, &low0);
     multiply_wide(x[2], 0xCD9E8D57u, &high1, &low1);

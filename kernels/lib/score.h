@@ -1,6 +1,6 @@
-/* What a path carries to differentiate the image by scene parameters (score function, paper section 4): the score of each
- * ScoreRecord, the sum of d log f / d number over the factors f of its throughput so far. Sampling is held fixed. The
- * derivatives of the factors themselves are printed from kernels/model: derivative/score.h (runtime/derivative). */
+/* What a path carries to differentiate the image by scene parameters (score function, paper section 4): the score of
+ * each ScoreRecord, the sum of d log f / d number over the factors f of its throughput so far. Sampling is held fixed.
+ * The derivatives of the factors themselves are printed from kernels/model: derivative/score.h (runtime/derivative). */
 #ifndef ITN_SCORE_H
 #define ITN_SCORE_H
 #include "derivative/score.h"
@@ -17,7 +17,7 @@ typedef struct {
 
 inline Step no_step(INT first) {
   Step s;
-  UNROLL for (int i = 0; i < MOST_SLOTS * CHANNELS; ++i) s.of[i] = (REAL)(0.0f);
+  UNROLL_FOR(int i = 0; i < MOST_SLOTS * CHANNELS; ++i) s.of[i] = (REAL)(0.0f);
   s.first = first;
   s.origins = (INT)(0);
   return s;
@@ -25,7 +25,7 @@ inline Step no_step(INT first) {
 
 /* Adds d to the lanes in `mask`. */
 inline void add_step(Step* s, const REAL d[], MASK mask) {
-  UNROLL for (int i = 0; i < MOST_SLOTS * CHANNELS; ++i) s->of[i] += SELECT(mask, d[i], 0.0f);
+  UNROLL_FOR(int i = 0; i < MOST_SLOTS * CHANNELS; ++i) s->of[i] += SELECT(mask, d[i], 0.0f);
 }
 
 /* Known when the program is built: scores that are not asked for cost nothing. */
@@ -47,16 +47,16 @@ typedef struct {
 
 inline Scores no_scores(void) {
   Scores s;
-  UNROLL for (int k = 0; k < SCORES; ++k) s.of[k] = (REAL)(0.0f);
+  UNROLL_FOR(int k = 0; k < SCORES; ++k) s.of[k] = (REAL)(0.0f);
   return s;
 }
 
 inline Scores load_scores(__global const JobRecord* job, const Pool* pool, INT slots) {
   Scores s;
-  UNROLL for (int k = 0; k < SCORES; ++k) s.of[k] = LOAD(pool, SCORE + k, slots);
+  UNROLL_FOR(int k = 0; k < SCORES; ++k) s.of[k] = LOAD(pool, SCORE + k, slots);
 #if ADJOINT
   REAL baseline[BASELINE_TOTALS + 1];
-  UNROLL for (int c = 0; c < BASELINE_TOTALS; ++c) baseline[c] = LOAD(pool, BASELINE + c, slots);
+  UNROLL_FOR(int c = 0; c < BASELINE_TOTALS; ++c) baseline[c] = LOAD(pool, BASELINE + c, slots);
   s.pulled = nothing_pulled();
   pull_by_rest(&s.pulled, job, pool, slots, baseline);
 #endif
@@ -64,7 +64,7 @@ inline Scores load_scores(__global const JobRecord* job, const Pool* pool, INT s
 }
 
 inline void store_scores(const Pool* pool, INT slots, const Scores* s) {
-  UNROLL for (int k = 0; k < SCORES; ++k) STORE(pool, SCORE + k, slots, s->of[k]);
+  UNROLL_FOR(int k = 0; k < SCORES; ++k) STORE(pool, SCORE + k, slots, s->of[k]);
 }
 
 /* Replay: what the lanes in `mask` have added to the numbers of a model since load_scores. */
@@ -79,15 +79,16 @@ inline void sum_scores(const Launch* launch, __global const JobRecord* job, cons
  * what is expected is taken off? */
 inline void add_scores(__global const JobRecord* job, Scores* s, int model, const REAL n[], const Step* step,
                        bool decided) {
-  UNROLL for (int k = 0; k < SCORES; ++k)
+  UNROLL_FOR(int k = 0; k < SCORES; ++k)
     if (carried[k].model == model) s->of[k] += step_of(job, k, step);
 #if ADJOINT
   if (!job->replay) return;
-  UNROLL for (int k = 0; k < SUMS; ++k)
-    UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+  UNROLL_FOR(int k = 0; k < SUMS; ++k)
+    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
       if (!is_summed(k, model, c)) continue;
       const int slot = summed[k].slot;
-      const REAL own = where_from(step->origins, slot, summed[k].origin, step->of[slot * CHANNELS + (CHANNELS == 1 ? 0 : c)]);
+      const REAL own =
+          where_from(step->origins, slot, summed[k].origin, step->of[slot * CHANNELS + (CHANNELS == 1 ? 0 : c)]);
       const REAL d = by_coordinate(model, slot, n, own);
       const bool expects = decided && role_of(model, slot) == ROLE_DENSITY;
       pull(&s->pulled, k, c, d, expects ? s->pulled.weight[c] - s->pulled.expected[c] : s->pulled.weight[c]);
@@ -98,10 +99,10 @@ inline void add_scores(__global const JobRecord* job, Scores* s, int model, cons
 /* Adds radiance to the lanes in `mask`, and its derivatives. */
 inline void gather_radiance(const Launch* launch, Pool* pool, INT slots, MASK mask,
                             const REAL radiance[RADIANCE_CHANNELS], const Scores* s) {
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     const REAL x = SELECT(mask, radiance[c], 0.0f);
     STORE(pool, RADIANCE + c, slots, LOAD(pool, RADIANCE + c, slots) + x);
-    UNROLL for (int p = 0; p < PARTS; ++p) {
+    UNROLL_FOR(int p = 0; p < PARTS; ++p) {
       const int field = DERIVATIVE + parts[p].image * RADIANCE_CHANNELS + c;
       if (parts[p].score[c] >= 0)
         STORE(pool, field, slots,

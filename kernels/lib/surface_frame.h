@@ -4,8 +4,8 @@
 #include "lib/vector.h"
 #include "shared/geometry_layout.h"
 
-/* Where a path that goes on into `direction` starts: surely on its side of the surface, which the rounded position on the
- * surface is not (lib/trace.h). */
+/* Where a path that goes on into `direction` starts: surely on its side of the surface, which the rounded position on
+ * the surface is not (lib/trace.h). */
 inline REAL3 beside_surface(__global const PrimitiveRecord* primitives, INT primitive, REAL3 position, REAL3 normal,
                             REAL3 direction) {
   __global const float* record = (__global const float*)primitives;
@@ -26,8 +26,8 @@ inline void turn_out(MASK mask, INT flags, REAL3 out, REAL3* normal) {
   *normal = select3(mask, scale3(out, inverse), *normal);
 }
 
-/* normal: of the record, which holds a sphere's centre there, and the middle of a cylinder's first circle. Returns how far
- * along a cylinder's axis the position is, in its lengths. */
+/* normal: of the record, which holds a sphere's centre there, and the middle of a cylinder's first circle. Returns how
+ * far along a cylinder's axis the position is, in its lengths. */
 inline REAL curved_normal(__global const float* record, INT at, INT flags, REAL3 position, REAL3* normal) {
   const MASK sphere = (flags & PRIMITIVE_SPHERE) != 0, cylinder = (flags & PRIMITIVE_CYLINDER) != 0;
   if (ANY(sphere)) turn_out(sphere, flags, sub3(position, *normal), normal);
@@ -87,8 +87,8 @@ inline void flat_coordinates(__global const float* record, INT at, REAL u, REAL 
 }
 #endif
 
-/* u, v: as trace() returned them. position is used for round primitives only. Definitions HAS_SMOOTH (some mesh has vertex
- * normals), HAS_ROUND (spheres, disks or cylinders) and HAS_TEXTURE leave out what a scene does not need. */
+/* u, v: as trace() returned them. position is used for round primitives only. Definitions HAS_SMOOTH (some mesh has
+ * vertex normals), HAS_ROUND (spheres, disks or cylinders) and HAS_TEXTURE leave out what a scene does not need. */
 inline void surface_frame(__global const PrimitiveRecord* primitives, INT primitive, REAL u, REAL v, REAL3 position,
                           REAL3* normal, REAL3* shading, REAL texture[2]) {
   __global const float* record = (__global const float*)primitives;

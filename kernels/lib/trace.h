@@ -24,8 +24,8 @@ typedef struct {
 } Surfaces;
 
 typedef struct {
-  float t;    /* distance [units of the direction] */
-  float u, v; /* barycentric coordinates of a triangle's second and third vertex */
+  float t;       /* distance [units of the direction] */
+  float u, v;    /* barycentric coordinates of a triangle's second and third vertex */
   float x, y, z; /* position on the surface, more exact than origin + t * direction: go on beside_surface() */
   int primitive; /* index into Surfaces.primitives, -1: no hit; the other members are then undefined */
   int front;     /* 1: the ray enters, against the outward normal, 0: it leaves */
@@ -75,8 +75,8 @@ typedef struct {
   __global const float* lane; /* of the block */
 } Found;
 
-/* BOX_WIDTH pairs of a triangle and a ray; a member that all pairs share is broadcast. Vertices and origin are in the order
- * of Shear's axes. */
+/* BOX_WIDTH pairs of a triangle and a ray; a member that all pairs share is broadcast. Vertices and origin are in the
+ * order of Shear's axes. */
 typedef struct {
   BoxFloat u, v, w, det; /* edge functions and their sum */
   BoxFloat az, bz, cz;   /* depth of the vertices */
@@ -116,7 +116,7 @@ __attribute__((always_inline)) inline void meet_triangles(__global const float* 
                                                           int skip, Found* found) {
   const int axes[3] = {s->kx, s->ky, s->kz};
   BoxFloat vertex[9];
-  UNROLL for (int k = 0; k < 3; ++k) {
+  UNROLL_FOR(int k = 0; k < 3; ++k) {
     vertex[k] = LOAD_BOX(block + axes[k], BLOCK_A);
     vertex[3 + k] = LOAD_BOX(block + axes[k], BLOCK_B);
     vertex[6 + k] = LOAD_BOX(block + axes[k], BLOCK_C);
@@ -154,9 +154,9 @@ inline float meet_sphere(float3 from, Ray ray, float radius, float tolerance, bo
   *front = 0;
   *slack = 0.0f;
   if (starts_here) {
-    /* Beside the surface, on the side for which the direction leaves (beside_surface). The medium does not tell the side:
-     * glass may have none, and a sphere inside a medium, or turned inside out, has one on its outer side. Where the
-     * direction grazes so much that rounding decides its sign, the usual meaning of inside does. */
+    /* Beside the surface, on the side for which the direction leaves (beside_surface). The medium does not tell the
+     * side: glass may have none, and a sphere inside a medium, or turned inside out, has one on its outer side. Where
+     * the direction grazes so much that rounding decides its sign, the usual meaning of inside does. */
     const bool inward = fabs(b) < tolerance ? inside : b > 0.0f;
     return inward ? fmax(2.0f * b, tolerance) : -1.0f;
   }
@@ -176,11 +176,11 @@ inline float meet_sphere(float3 from, Ray ray, float radius, float tolerance, bo
   return b > 0.0f ? product / (b + s) : -1.0f;
 }
 
-/* Distance to a cylinder, negative or NaN when it is not met. from: the middle of its first circle to the ray's origin. In
- * the plane across the axis as in meet_sphere; but the ends are open, so that the far side may be met first.
+/* Distance to a cylinder, negative or NaN when it is not met. from: the middle of its first circle to the ray's origin.
+ * In the plane across the axis as in meet_sphere; but the ends are open, so that the far side may be met first.
  * dual: the axis over its squared length. */
-inline float meet_cylinder(float3 from, Ray ray, float3 dual, float radius, float tolerance, bool starts_here, int* front,
-                           float* slack) {
+inline float meet_cylinder(float3 from, Ray ray, float3 dual, float radius, float tolerance, bool starts_here,
+                           int* front, float* slack) {
   const float3 axis = normalize(dual);
   const float3 across = from - dot(from, axis) * axis, direction = ray.direction - dot(ray.direction, axis) * axis;
   const float a = dot(direction, direction);
@@ -289,13 +289,13 @@ inline float3 position_on_round(__global const PrimitiveRecord* primitive, Ray r
 
 /* What the walks of WIDTH rays need and depends on the rays and the bounds of the geometry alone. */
 typedef struct {
-  Lanes ox, oy, oz;    /* origin; of rays from outside where they meet the bounds: the tests' rounding errors grow with the
-                          origin's coordinates */
-  Lanes dx, dy, dz;    /* direction */
-  Lanes start;         /* distance from the ray's origin to this one */
-  Lanes ix, iy, iz;    /* inverse of the direction */
+  /* Origin; of rays from outside where they meet the bounds: the tests' rounding errors grow with its coordinates. */
+  Lanes ox, oy, oz;
+  Lanes dx, dy, dz;                /* direction */
+  Lanes start;                     /* distance from the ray's origin to this one */
+  Lanes ix, iy, iz;                /* inverse of the direction */
   Lanes shift_x, shift_y, shift_z; /* -origin times inverse */
-  Lanes kx, ky, kz;    /* as in Shear, the axes as offsets in a block */
+  Lanes kx, ky, kz;                /* as in Shear, the axes as offsets in a block */
   Lanes across_x, across_y, across_z, slope_x, slope_y, slope_z;
 } RaySetup;
 
@@ -305,8 +305,7 @@ inline REAL component(REAL3 v, INT axis) { return SELECT(axis == 0, v.x, SELECT(
 
 /* Returns which rays meet the bounds at all. */
 inline MASK set_up_rays(__global const GeometryRecord* record, REAL3 origin, REAL3 direction, RaySetup* s) {
-  const REAL3 inverse =
-      make3(clamped_inverse(direction.x), clamped_inverse(direction.y), clamped_inverse(direction.z));
+  const REAL3 inverse = make3(clamped_inverse(direction.x), clamped_inverse(direction.y), clamped_inverse(direction.z));
   const REAL x0 = (record->low[0] - origin.x) * inverse.x, x1 = (record->high[0] - origin.x) * inverse.x;
   const REAL y0 = (record->low[1] - origin.y) * inverse.y, y1 = (record->high[1] - origin.y) * inverse.y;
   const REAL z0 = (record->low[2] - origin.z) * inverse.z, z1 = (record->high[2] - origin.z) * inverse.z;
@@ -343,8 +342,8 @@ inline MASK set_up_rays(__global const GeometryRecord* record, REAL3 origin, REA
   s->slope_z.real = slope_z;
   s->slope_x.real = component(direction, kx) * slope_z;
   s->slope_y.real = component(direction, ky) * slope_z;
-  /* A ray that is not finite meets nothing: to comparisons with NaN even the empty boxes of a node are in the way, and their
-   * children lead anywhere. */
+  /* A ray that is not finite meets nothing: to comparisons with NaN even the empty boxes of a node are in the way, and
+   * their children lead anywhere. */
   const MASK finite = x + y + z + (ABS(origin.x) + ABS(origin.y) + ABS(origin.z)) < INFINITY;
   return finite & (!outside | (enter <= 1.000001f * leave));
 }
@@ -404,7 +403,8 @@ __attribute__((always_inline)) inline int keep_children(__global const float* no
 }
 
 /* What a walk from `setup`'s origin has found. */
-__attribute__((always_inline)) inline Hit hit_of(Surfaces surfaces, const RaySetup* setup, int l, Ray ray, Found* found) {
+__attribute__((always_inline)) inline Hit hit_of(Surfaces surfaces, const RaySetup* setup, int l, Ray ray,
+                                                 Found* found) {
   Hit hit;
   hit.primitive = -1;
   if (found->primitive < 0) return hit;
@@ -431,11 +431,12 @@ __attribute__((always_inline)) inline Hit hit_of(Surfaces surfaces, const RaySet
   return hit;
 }
 
-/* Lane l's closest hit with a distance below t_max, or so little beyond that the position at t_max could be rounded to the
- * other side: what flies t_max without a hit surely stays on its side. skip: the primitive on which the ray starts, or -1:
- * a flat one is not met again, of a sphere or cylinder only the far side is. inside: the path is inside (leaves through the next
- * surface) or outside. onward: nothing behind the origin counts, however little. */
-inline Hit trace_lane(Surfaces surfaces, const RaySetup* setup, int l, float t_max, int skip, bool inside, bool onward) {
+/* Lane l's closest hit with a distance below t_max, or so little beyond that the position at t_max could be rounded to
+ * the other side: what flies t_max without a hit surely stays on its side. skip: the primitive on which the ray starts,
+ * or -1: a flat one is not met again, of a sphere or cylinder only the far side is. inside: the path is inside (leaves
+ * through the next surface) or outside. onward: nothing behind the origin counts, however little. */
+inline Hit trace_lane(Surfaces surfaces, const RaySetup* setup, int l, float t_max, int skip, bool inside,
+                      bool onward) {
   __global const GeometryRecord* record = surfaces.record;
   Hit none;
   none.primitive = -1;
@@ -505,8 +506,7 @@ inline LaneHits trace_lanes(Surfaces surfaces, REAL3 origin, REAL3 direction, RE
   hits.v.real = (REAL)(0.0f);
   uint bits = lane_bits(mask & meets_bounds);
   FOR_EACH_LANE(l, bits) {
-    const Hit hit =
-        trace_lane(surfaces, &setup, l, hits.distance.f[l], from.i[l], in.i[l] != 0, ahead.i[l] != 0);
+    const Hit hit = trace_lane(surfaces, &setup, l, hits.distance.f[l], from.i[l], in.i[l] != 0, ahead.i[l] != 0);
     if (hit.primitive < 0) continue;
     hits.primitive.i[l] = hit.primitive;
     hits.distance.f[l] = hit.t;
@@ -524,7 +524,8 @@ inline Hit trace(Surfaces surfaces, float3 origin, float3 direction, float t_max
   RaySetup setup;
   const REAL3 o = make3((REAL)(origin.x), (REAL)(origin.y), (REAL)(origin.z)),
               d = make3((REAL)(direction.x), (REAL)(direction.y), (REAL)(direction.z));
-  if (ANY(set_up_rays(surfaces.record, o, d, &setup))) return trace_lane(surfaces, &setup, 0, t_max, skip, inside, false);
+  if (ANY(set_up_rays(surfaces.record, o, d, &setup)))
+    return trace_lane(surfaces, &setup, 0, t_max, skip, inside, false);
   Hit none;
   none.primitive = -1;
   return none;

@@ -1,7 +1,7 @@
-/* The closest surfaces along rays that start together and stay together, such as those of one pixel: the hierarchy is walked
- * once for all of them, and each triangle that the bundle may meet is tested against all of them at once. The same hits, bit
- * for bit, as trace_lanes finds, whose tests of the single ray decide here too; boxes and triangles are only left out where
- * a bound over the bundle says that no ray can meet them. */
+/* The closest surfaces along rays that start together and stay together, such as those of one pixel: the hierarchy is
+ * walked once for all of them, and each triangle that the bundle may meet is tested against all of them at once. The
+ * same hits, bit for bit, as trace_lanes finds, whose tests of the single ray decide here too; boxes and triangles are
+ * only left out where a bound over the bundle says that no ray can meet them. */
 #ifndef ITN_TRACE_COHERENT_H
 #define ITN_TRACE_COHERENT_H
 #include "lib/trace.h"
@@ -35,7 +35,7 @@ inline Range range_of(REAL v) {
 inline uint met_by_bundle(__global const float* block, const int axes[3], const float origin[3], Range slope_x,
                           Range slope_y, float margin) {
   BoxFloat low_x = INFINITY, high_x = -INFINITY, low_y = INFINITY, high_y = -INFINITY;
-  UNROLL for (int vertex = 0; vertex < 3; ++vertex) {
+  UNROLL_FOR(int vertex = 0; vertex < 3; ++vertex) {
     const BoxFloat x = LOAD_BOX(block + axes[0], 3 * vertex) - origin[0],
                    y = LOAD_BOX(block + axes[1], 3 * vertex) - origin[1],
                    z = LOAD_BOX(block + axes[2], 3 * vertex) - origin[2];
@@ -80,14 +80,14 @@ __attribute__((always_inline)) inline bool bundle_rays(__global const GeometryRe
   b->from[0] = x.f[first];
   b->from[1] = y.f[first];
   b->from[2] = z.f[first];
-  UNROLL for (int k = 0; k < 3; ++k) b->seen_from[k] = b->from[b->axes[k] / BOX_WIDTH];
+  UNROLL_FOR(int k = 0; k < 3; ++k) b->seen_from[k] = b->from[b->axes[k] / BOX_WIDTH];
   b->ix = range_of(SELECT(mask, setup->ix.real, sign_x));
   b->iy = range_of(SELECT(mask, setup->iy.real, sign_y));
   b->iz = range_of(SELECT(mask, setup->iz.real, sign_z));
   b->slope_x = range_of(SELECT(mask, setup->slope_x.real, setup->slope_x.f[first]));
   b->slope_y = range_of(SELECT(mask, setup->slope_y.real, setup->slope_y.f[first]));
   float extent = 0.0f;
-  UNROLL for (int k = 0; k < 3; ++k) {
+  UNROLL_FOR(int k = 0; k < 3; ++k) {
     const float low = fabs(record->low[k] - b->from[k]), high = fabs(record->high[k] - b->from[k]);
     extent += max(low, high) + fabs(b->from[k]);
   }
@@ -109,11 +109,15 @@ __attribute__((always_inline)) inline bool bundle_rays(__global const GeometryRe
 __attribute__((always_inline)) inline uint boxes_of_bundle(__global const float* node, const Bundle* b, float limit,
                                                            BoxLanes* enter_t) {
   const float* from = b->from;
-  const BoxFloat nx = LOAD_BOX(node, b->near_x) - (from[0] + b->wide_x), fx = LOAD_BOX(node, b->far_x) - (from[0] - b->wide_x),
-                 ny = LOAD_BOX(node, b->near_y) - (from[1] + b->wide_y), fy = LOAD_BOX(node, b->far_y) - (from[1] - b->wide_y),
-                 nz = LOAD_BOX(node, b->near_z) - (from[2] + b->wide_z), fz = LOAD_BOX(node, b->far_z) - (from[2] - b->wide_z);
-  enter_t->v = larger_of(larger_of(smaller_of(nx * b->ix.low, nx * b->ix.high), smaller_of(ny * b->iy.low, ny * b->iy.high)),
-                         larger_of(smaller_of(nz * b->iz.low, nz * b->iz.high), 0.0f));
+  const BoxFloat nx = LOAD_BOX(node, b->near_x) - (from[0] + b->wide_x),
+                 fx = LOAD_BOX(node, b->far_x) - (from[0] - b->wide_x),
+                 ny = LOAD_BOX(node, b->near_y) - (from[1] + b->wide_y),
+                 fy = LOAD_BOX(node, b->far_y) - (from[1] - b->wide_y),
+                 nz = LOAD_BOX(node, b->near_z) - (from[2] + b->wide_z),
+                 fz = LOAD_BOX(node, b->far_z) - (from[2] - b->wide_z);
+  enter_t->v =
+      larger_of(larger_of(smaller_of(nx * b->ix.low, nx * b->ix.high), smaller_of(ny * b->iy.low, ny * b->iy.high)),
+                larger_of(smaller_of(nz * b->iz.low, nz * b->iz.high), 0.0f));
   const BoxFloat leave_t =
       smaller_of(smaller_of(larger_of(fx * b->ix.low, fx * b->ix.high), larger_of(fy * b->iy.low, fy * b->iy.high)),
                  smaller_of(larger_of(fz * b->iz.low, fz * b->iz.high), limit));
@@ -160,7 +164,7 @@ __attribute__((always_inline)) inline void triangles_of_bundle(__global const fl
   const uint candidates = met_by_bundle(block, b->axes, b->seen_from, b->slope_x, b->slope_y, b->margin);
   FOR_EACH_LANE(l, candidates) {
     BoxFloat vertex[9];
-    UNROLL for (int k = 0; k < 3; ++k) {
+    UNROLL_FOR(int k = 0; k < 3; ++k) {
       vertex[k] = (BoxFloat)(block[b->axes[k] + BLOCK_A * BOX_WIDTH + l]);
       vertex[3 + k] = (BoxFloat)(block[b->axes[k] + BLOCK_B * BOX_WIDTH + l]);
       vertex[6 + k] = (BoxFloat)(block[b->axes[k] + BLOCK_C * BOX_WIDTH + l]);

@@ -8,7 +8,8 @@
  *   lane_mask(bits)                                   the opposite
  *   ANY(mask)                                         is any lane set?
  *   FOR_EACH_LANE(l, bits) { }                        loops over the set bits
- *   Lanes                                             a union to read and write single lanes: .real .integer .f[l] .i[l] */
+ *   Lanes                                             a union to read and write single lanes: .real .integer .f[l]
+ *                                                     .i[l] */
 #ifndef ITN_VECTOR_H
 #define ITN_VECTOR_H
 #include "shared/portable.h"
@@ -25,7 +26,7 @@
 #define EACH_(p, i) p[(i).s0], p[(i).s1], p[(i).s2], p[(i).s3], p[(i).s4], p[(i).s5], p[(i).s6], p[(i).s7]
 #elif WIDTH == 16
 #define LANE_INDEX ((int16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
-#define EACH_(p, i)                                                                                            \
+#define EACH_(p, i)                                                                                             \
   p[(i).s0], p[(i).s1], p[(i).s2], p[(i).s3], p[(i).s4], p[(i).s5], p[(i).s6], p[(i).s7], p[(i).s8], p[(i).s9], \
       p[(i).sa], p[(i).sb], p[(i).sc], p[(i).sd], p[(i).se], p[(i).sf]
 #else
@@ -59,7 +60,7 @@ inline void scatter_real(__global float* p, INT index, REAL value) {
   Lanes at, v;
   at.integer = index;
   v.real = value;
-  UNROLL for (int l = 0; l < WIDTH; ++l) p[at.i[l]] = v.f[l];
+  UNROLL_FOR(int l = 0; l < WIDTH; ++l) p[at.i[l]] = v.f[l];
 }
 #define SCATTER(p, index, value) scatter_real(p, index, value)
 #define SCATTER_INT(p, index, value) scatter_real((__global float*)(p), index, AS_REAL(value))
@@ -82,7 +83,7 @@ inline uint lane_bits(MASK mask) {
   Lanes m;
   m.integer = mask;
   uint bits = 0;
-  UNROLL for (int l = 0; l < WIDTH; ++l) bits |= m.i[l] ? 1u << l : 0u;
+  UNROLL_FOR(int l = 0; l < WIDTH; ++l) bits |= m.i[l] ? 1u << l : 0u;
   return bits;
 }
 #endif
@@ -94,7 +95,7 @@ inline REAL3 select3(MASK mask, REAL3 yes, REAL3 no) {
 }
 
 #define ANY(mask) (lane_bits(mask) != 0)
-#define LOWEST_BIT(bits) ((int)popcount(~(bits) & ((bits) - 1)))
+#define LOWEST_BIT(bits) ((int)popcount(~(bits) & ((bits)-1)))
 #define FOR_EACH_LANE(l, bits) \
   for (uint left_##l = (bits), l; left_##l && (l = (uint)LOWEST_BIT(left_##l), 1); left_##l &= left_##l - 1)
 

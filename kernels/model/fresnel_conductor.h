@@ -2,7 +2,8 @@
  *
  *   index of refraction eta + i k relative to the outside, eta >= 0, k >= 0; ci in [0, 1]: cosine of incidence
  *   with t = eta^2 - k^2 - si^2, q = sqrt(t^2 + 4 eta^2 k^2), a = sqrt((q + t) / 2):
- *   Rs = (q - 2 a ci + ci^2) / (q + 2 a ci + ci^2),  Rp = Rs (ci^2 q - 2 a ci si^2 + si^4) / (ci^2 q + 2 a ci si^2 + si^4)
+ *   Rs = (q - 2 a ci + ci^2) / (q + 2 a ci + ci^2)
+ *   Rp = Rs (ci^2 q - 2 a ci si^2 + si^4) / (ci^2 q + 2 a ci si^2 + si^4)
  *   F = (Rs + Rp) / 2
  *
  *   Born, Wolf, "Principles of Optics", 7th ed., 14.2 (reflection from metals)
@@ -17,7 +18,8 @@ MODEL fresnel_conductor(REAL ci, REAL eta, REAL k) {
   REAL q = SQRT(t * t + NUMBER(4) * eta * eta * k * k);
   /* (q + t) / 2 as a quotient where t is negative: no difference of large numbers. The least value keeps the root's
    * derivative finite; the reflectance does not feel it. */
-  REAL half_sum = SELECT(t > NUMBER(0), NUMBER(0.5) * (q + t), NUMBER(2) * eta * eta * k * k / MAX(q - t, NUMBER(1e-12)));
+  REAL half_sum =
+      SELECT(t > NUMBER(0), NUMBER(0.5) * (q + t), NUMBER(2) * eta * eta * k * k / MAX(q - t, NUMBER(1e-12)));
   REAL a = SQRT(MAX(half_sum, NUMBER(1e-12)));
   REAL p = NUMBER(2) * a * ci;
   REAL rs = (q + c2 - p) / (q + c2 + p);

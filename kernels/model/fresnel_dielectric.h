@@ -11,8 +11,8 @@
 #define ITN_FRESNEL_DIELECTRIC_H
 #include "shared/portable.h"
 
-/* Relative index as a ray sees it whose direction, leaving the surface, has the cosine cos_i to the outward normal; eta:
- * inside over outside. */
+/* Relative index as a ray sees it whose direction, leaving the surface, has the cosine cos_i to the outward normal;
+ * eta: inside over outside. */
 MODEL far_over_near(REAL eta, REAL cos_i) { return SELECT(cos_i > NUMBER(0), eta, NUMBER(1) / eta); }
 
 /* (eta ct)^2 = ci^2 + eta^2 - 1; <= 0: total internal reflection. This form is exact for equal indices. */

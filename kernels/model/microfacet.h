@@ -154,7 +154,7 @@ MODEL3 beckmann_visible_sample(REAL3 wi, REAL alpha, REAL u1, REAL u2) {
   REAL width = SQRT(width2);
   REAL least = SELECT(width2 + NUMBER(2) * k * width < NUMBER(0.5), NUMBER(0.7) * width, NUMBER(1e-3) * k);
   q = MAX(q, least - k);
-  UNROLL for (int i = 0; i < 2; ++i) {
+  UNROLL_FOR(int i = 0; i < 2; ++i) {
     /* S of |q|'s tail alone: no difference of large numbers at either end */
     MASK positive = q > NUMBER(0);
     REAL e = EXP(-q * q);

@@ -1,10 +1,10 @@
-/* Which models the scene at hand has: of one without surfaces and media. Programs get their own in the place of this file
- * (runtime/compile/surfaces.h). */
+/* Which models the scene at hand has: of one without surfaces and media. Programs get their own in the place of this
+ * file (runtime/compile/surfaces.h). */
 #ifndef ITN_SURFACES_H
 #define ITN_SURFACES_H
 
-#define SURFACES 0              /* beside null */
-#define SURFACE_LIST(SURFACE)   /* SURFACE(its number, from 1 on; name; variant) */
+#define SURFACES 0            /* beside null */
+#define SURFACE_LIST(SURFACE) /* SURFACE(its number, from 1 on; name; variant) */
 #define PHASE_COUNT 0
 #define PHASES_OF_SCENE(PHASE)  /* PHASE(name, PREFIX) */
 #define TEXTURED(model, slot) 0 /* does some instance have a texture in place of the number? */

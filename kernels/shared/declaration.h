@@ -1,12 +1,15 @@
-/* How models declare what they are made of. A model is one file in model/<family>/ and one line in that folder's list.h.
+/* How models declare what they are made of. A model is one file in model/<family>/ and one line in that folder's
+ * list.h.
  *
  *   PREFIX_NUMBERS(NUMBER)         what the formulas take, in the order of the array n that they get:
  *     NUMBER(PREFIX, name, channels, role, coordinate)
- *   PREFIX_PARAMETERS(PARAMETER)   what people set, by Mitsuba's names, in the order in which name_numbers() takes them:
+ *   PREFIX_PARAMETERS(PARAMETER)   what people set, by Mitsuba's names, in the order in which name_numbers() takes
+ *                                  them:
  *     PARAMETER(name, kind, fallback, unit)     kind: a kind of runtime/scene/parameter_kind.h
  *
- * Both lists expand to everything that knows the model: reading and checking of scenes, `itn parameters`, packing, loading on
- * the device, scores, gradients. A colour has three slots in n, of which a grey program (CHANNELS 1) loads the first. */
+ * Both lists expand to everything that knows the model: reading and checking of scenes, `itn parameters`, packing,
+ * loading on the device, scores, gradients. A colour has three slots in n, of which a grey program (CHANNELS 1) loads
+ * the first. */
 #ifndef ITN_DECLARATION_H
 #define ITN_DECLARATION_H
 #include "shared/portable.h"
@@ -25,7 +28,7 @@
 
 /* Slots of a model's numbers: n[PREFIX_name], or n[PREFIX_name + c] of a colour. */
 #define DECLARE_SLOT(PREFIX, name, channels, role, coordinate) \
-  PREFIX##_##name, PREFIX##_##name##_last = PREFIX##_##name + (channels) - 1,
+  PREFIX##_##name, PREFIX##_##name##_last = PREFIX##_##name + (channels)-1,
 
 /* Roles of a number:
  *   ROLE_FACTOR    a factor of the throughput alone: no density that is sampled depends on it
@@ -41,7 +44,8 @@ enum { COORDINATE_LOG, COORDINATE_COSINE };
 
 /* Traits of BSDFs.
  *   BSDF_TRANSMITS   a boundary that light passes: wi and wo are on either side, and no twosided one is needed
- *   BSDF_SMOOTH      its directions are chosen, not drawn from a density: light is not sampled, nothing is differentiated
+ *   BSDF_SMOOTH      its directions are chosen, not drawn from a density: light is not sampled, nothing is
+ *                    differentiated
  *   BSDF_EVEN        a sample's weight depends on wi alone, so that roulette can be played before light is sampled
  *   BSDF_BASELINE    its decisions quiet derivatives */
 #define BSDF_TRANSMITS 1

@@ -1,14 +1,11 @@
 /* How surfaces lie in memory: the same for host and device. A scene's geometry is four arrays and one GeometryRecord;
- * several geometries can share the arrays, each with its own record (the first_... members). The arrays:
+ * several geometries can share the arrays, each with its own record (the first_... members).
  *
- * - nodes: inner nodes of the bounding volume hierarchy, NODE_ROWS rows of BOX_WIDTH floats (bounds of each child; the
- *   last row holds ints, the child's code);
- *
- * - leaves: blocks of up to BOX_WIDTH primitives, BLOCK_ROWS rows of BOX_WIDTH floats;
- *
- * - primitives: a PrimitiveRecord for each triangle, sphere, disk and cylinder;
- *
- * - grid: which flights surely meet no surface (lib/flight_grid.h). */
+ *   nodes        inner nodes of the bounding volume hierarchy: NODE_ROWS rows of BOX_WIDTH floats, bounds of each
+ *                child; the last row holds ints, the children's codes
+ *   leaves       blocks of up to BOX_WIDTH primitives: BLOCK_ROWS rows of BOX_WIDTH floats
+ *   primitives   a PrimitiveRecord for each triangle, sphere, disk and cylinder
+ *   grid         which flights surely meet no surface (lib/flight_grid.h) */
 #ifndef ITN_GEOMETRY_LAYOUT_H
 #define ITN_GEOMETRY_LAYOUT_H
 
@@ -78,8 +75,8 @@ typedef struct LAYOUT_ALIGNED {
 /* Places of PrimitiveRecord's members, in 4-byte words. */
 enum { PRIMITIVE_AT_UV = 4, PRIMITIVE_AT_SHAPE = 10, PRIMITIVE_AT_FLAGS, PRIMITIVE_AT_FRAME, PRIMITIVE_AT_OFFSET = 21 };
 
-/* A word of the flight grid (runtime/compile/flight_grid.h): octahedral normal, offset of the plane, and a byte that holds the
- * radius of the ball where there is no plane, else one of four radii and the cone. */
+/* A word of the flight grid (runtime/compile/flight_grid.h): octahedral normal, offset of the plane, and a byte that
+ * holds the radius of the ball where there is no plane, else one of four radii and the cone. */
 #define FLIGHT_NO_PLANE 255
 #define FLIGHT_PLANE_RADIUS(i) (((i) + 2) * ((i) + 3) / 2) /* steps: 3, 6, 10, 15 */
 #define FLIGHT_NO_CONE 63

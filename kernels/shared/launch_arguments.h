@@ -1,38 +1,38 @@
-/* What every kernel of the wavefront gets of the scene, in the order of its arguments: ARGUMENT(type, name), global arrays.
- * Kernels, the struct that stages read (lib/launch.h) and the host (runtime/wavefront) expand this one list. */
+/* What every kernel of the wavefront gets of the scene, in the order of its arguments: ARGUMENT(type, name), global
+ * arrays. Kernels, the struct that stages read (lib/launch.h) and the host (runtime/wavefront) expand this one list. */
 #ifndef ITN_LAUNCH_ARGUMENTS_H
 #define ITN_LAUNCH_ARGUMENTS_H
 
 /* Stay as long as the geometry does. */
-#define GEOMETRY_ARGUMENTS(ARGUMENT)             \
-  ARGUMENT(const float, nodes)                   \
-  ARGUMENT(const float, leaves)                  \
-  ARGUMENT(const PrimitiveRecord, primitives)    \
-  ARGUMENT(const uint, grid)                     \
+#define GEOMETRY_ARGUMENTS(ARGUMENT)          \
+  ARGUMENT(const float, nodes)                \
+  ARGUMENT(const float, leaves)               \
+  ARGUMENT(const PrimitiveRecord, primitives) \
+  ARGUMENT(const uint, grid)                  \
   ARGUMENT(const GeometryRecord, geometries)
 
 /* number_textures: beside `numbers`, the texture that takes a number's place, -1: none.
  * futures: [cell][throughput channel] (lib/baseline.h); visits: of a pilot; pulls, gradient: lib/adjoint.h.
- * samples: SAMPLE_SIZE floats each. misplaced: one count, arrivals at surfaces from the side where the path cannot be. */
-#define LAUNCH_ARGUMENTS(ARGUMENT)               \
-  GEOMETRY_ARGUMENTS(ARGUMENT)                   \
-  ARGUMENT(const JobRecord, jobs)                \
-  ARGUMENT(const CameraRecord, cameras)          \
-  ARGUMENT(const ShapeRecord, shapes)            \
-  ARGUMENT(const BsdfRecord, bsdfs)              \
-  ARGUMENT(const MediumRecord, media)            \
-  ARGUMENT(const float, numbers)                 \
-  ARGUMENT(const int, number_textures)           \
-  ARGUMENT(const EmitterRecord, emitters)        \
-  ARGUMENT(const float, emitter_tables)          \
-  ARGUMENT(const TextureRecord, textures)        \
-  ARGUMENT(const float, texels)                  \
-  ARGUMENT(const DerivativeRecord, derivatives)  \
-  ARGUMENT(const float, futures)                 \
-  ARGUMENT(float, visits)                        \
-  ARGUMENT(const float, pulls)                   \
-  ARGUMENT(uint, gradient)                       \
-  ARGUMENT(float, samples)                       \
+ * samples: SAMPLE_SIZE floats each. misplaced: one count, arrivals at surfaces from the wrong side. */
+#define LAUNCH_ARGUMENTS(ARGUMENT)              \
+  GEOMETRY_ARGUMENTS(ARGUMENT)                  \
+  ARGUMENT(const JobRecord, jobs)               \
+  ARGUMENT(const CameraRecord, cameras)         \
+  ARGUMENT(const ShapeRecord, shapes)           \
+  ARGUMENT(const BsdfRecord, bsdfs)             \
+  ARGUMENT(const MediumRecord, media)           \
+  ARGUMENT(const float, numbers)                \
+  ARGUMENT(const int, number_textures)          \
+  ARGUMENT(const EmitterRecord, emitters)       \
+  ARGUMENT(const float, emitter_tables)         \
+  ARGUMENT(const TextureRecord, textures)       \
+  ARGUMENT(const float, texels)                 \
+  ARGUMENT(const DerivativeRecord, derivatives) \
+  ARGUMENT(const float, futures)                \
+  ARGUMENT(float, visits)                       \
+  ARGUMENT(const float, pulls)                  \
+  ARGUMENT(uint, gradient)                      \
+  ARGUMENT(float, samples)                      \
   ARGUMENT(uint, misplaced)
 
 #endif

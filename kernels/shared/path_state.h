@@ -16,8 +16,8 @@
  *   DEPTH             scatterings so far, surfaces and media, index-matched boundaries not counted
  *   MEDIUM            current medium, -1: vacuum
  *   SKIP              primitive the path stands on, -1: none
- *   PASSED            1: it went straight on through SKIP, an index-matched boundary, and looks ahead only: with tolerances
- *                     for where it stands, a body thinner than these would be entered and left for ever
+ *   PASSED            1: it went straight on through SKIP, an index-matched boundary, and looks ahead only: with
+ *                     tolerances for where it stands, a body thinner than these would be entered and left for ever
  *   HIT               primitive it has arrived at
  *   HIT_PLACE         barycentric (triangle), phase etc.: see trace.h
  *   LAST_PDF          see light_sampling.h
@@ -25,43 +25,44 @@
  *   PULL              what its derivatives are weighed with
  *   TOTAL_BASELINE    what BASELINE ends as
  *   SPECTRAL_WEIGHT, HERO   see lib/launch.h
- *   ARRIVAL           waiting in QUEUE_CONNECT: direction of travel before the scattering; on arrival at a boundary: where the
- *                     last flight began
+ *   ARRIVAL           waiting in QUEUE_CONNECT: direction of travel before the scattering; on arrival at a boundary:
+ *                     where the last flight began
  *   CHANCE            waiting in QUEUE_CONNECT: the probability with which it got there */
-#define PATH_STATE(FIELD)                                                                    \
-  FIELD(POSITION, 3)                                                                         \
-  FIELD(DIRECTION, 3)                                                                        \
-  FIELD(THROUGHPUT, THROUGHPUT_CHANNELS)                                                     \
-  FIELD(RADIANCE, RADIANCE_CHANNELS)                                                         \
-  FIELD(DERIVATIVE, DERIVATIVES * RADIANCE_CHANNELS)                                         \
-  FIELD(SCORE, SCORES)                                                                       \
-  FIELD(BASELINE, BASELINES * (SCORES + ADJOINT) * THROUGHPUT_CHANNELS)                      \
-  FIELD(REFRACTION_SCALE, 1)                                                                 \
-  FIELD(PIXEL, 1)                                                                            \
-  FIELD(SAMPLE, 1)                                                                           \
-  FIELD(EVENT, 1)                                                                            \
-  FIELD(DEPTH, 1)                                                                            \
-  FIELD(MEDIUM, 1)                                                                           \
-  FIELD(SKIP, 1)                                                                             \
-  FIELD(PASSED, 1)                                                                           \
-  FIELD(HIT, 1)                                                                              \
-  FIELD(HIT_PLACE, 2)                                                                        \
-  FIELD(LAST_PDF, 1)                                                                         \
-  FIELD(JOB, 1)                                                                              \
-  FIELD(TOTAL, ADJOINT * RADIANCE_CHANNELS)                                                  \
-  FIELD(PULL, ADJOINT * RADIANCE_CHANNELS)                                                   \
-  FIELD(TOTAL_BASELINE, ADJOINT * BASELINES * THROUGHPUT_CHANNELS)                           \
-  FIELD(SPECTRAL_WEIGHT, 3 * SPECTRAL)                                                       \
-  FIELD(HERO, SPECTRAL)                                                                      \
-  FIELD(ARRIVAL, 3 * MEDIUM_LIGHT_SAMPLING)                                                  \
+#define PATH_STATE(FIELD)                                             \
+  FIELD(POSITION, 3)                                                  \
+  FIELD(DIRECTION, 3)                                                 \
+  FIELD(THROUGHPUT, THROUGHPUT_CHANNELS)                              \
+  FIELD(RADIANCE, RADIANCE_CHANNELS)                                  \
+  FIELD(DERIVATIVE, DERIVATIVES* RADIANCE_CHANNELS)                   \
+  FIELD(SCORE, SCORES)                                                \
+  FIELD(BASELINE, BASELINES*(SCORES + ADJOINT) * THROUGHPUT_CHANNELS) \
+  FIELD(REFRACTION_SCALE, 1)                                          \
+  FIELD(PIXEL, 1)                                                     \
+  FIELD(SAMPLE, 1)                                                    \
+  FIELD(EVENT, 1)                                                     \
+  FIELD(DEPTH, 1)                                                     \
+  FIELD(MEDIUM, 1)                                                    \
+  FIELD(SKIP, 1)                                                      \
+  FIELD(PASSED, 1)                                                    \
+  FIELD(HIT, 1)                                                       \
+  FIELD(HIT_PLACE, 2)                                                 \
+  FIELD(LAST_PDF, 1)                                                  \
+  FIELD(JOB, 1)                                                       \
+  FIELD(TOTAL, ADJOINT* RADIANCE_CHANNELS)                            \
+  FIELD(PULL, ADJOINT* RADIANCE_CHANNELS)                             \
+  FIELD(TOTAL_BASELINE, ADJOINT* BASELINES* THROUGHPUT_CHANNELS)      \
+  FIELD(SPECTRAL_WEIGHT, 3 * SPECTRAL)                                \
+  FIELD(HERO, SPECTRAL)                                               \
+  FIELD(ARRIVAL, 3 * MEDIUM_LIGHT_SAMPLING)                           \
   FIELD(CHANCE, MEDIUM_LIGHT_SAMPLING)
 
 #ifdef __OPENCL_VERSION__
-#define NUMBER_FIELD(name, size) name, LAST_OF_##name = name + (size) - 1,
+#define NUMBER_FIELD(name, size) name, LAST_OF_##name = name + (size)-1,
 enum { PATH_STATE(NUMBER_FIELD) FIELDS };
 #endif
 
-/* In the OPERATOR_SINGLE build DEPTH also holds, above the count of scatterings, whether the path has scattered in a medium. */
+/* In the OPERATOR_SINGLE build DEPTH also holds, above the count of scatterings, whether the path has scattered in a
+ * medium. */
 #define SCATTERED_ONCE 0x1000000
 
 /* QUEUE(NAME, stage). Those of surfaces come last: QUEUE_SURFACE, then one for each kind of surface that the scene has

@@ -1,7 +1,7 @@
 /* The common subset of OpenCL C 1.2 and C++ in which model formulas are written once.
  *
- * A formula is a function over REAL that uses + - * /, comparisons, SELECT, SQRT, EXP, LOG, ABS, MIN, MAX; samplers also
- * use sin_cos_2pi. It compiles as
+ * A formula is a function over REAL that uses + - * /, comparisons, SELECT, SQRT, EXP, LOG, ABS, MIN, MAX; samplers
+ * also use sin_cos_2pi. It compiles as
  *   OpenCL C, WIDTH 1        REAL = float        GPUs and regression tests
  *   OpenCL C, WIDTH 4, 8, 16 REAL = floatN       CPUs: N paths a work-item
  *   C++                      REAL = any scalar   double (reference), dual numbers, a recorder (derivatives)
@@ -15,6 +15,7 @@
 
 /* Before a short loop: PoCL unrolls none by itself, and leaves arrays in memory that would fit into registers. */
 #define UNROLL _Pragma("unroll")
+#define UNROLL_FOR UNROLL for
 #define JOIN_(a, b) a##b
 #define JOIN(a, b) JOIN_(a, b)
 #if WIDTH == 1
@@ -66,14 +67,15 @@ struct Vector3 {
   Real x, y, z;
 };
 #define UNROLL
+#define UNROLL_FOR for
 #define REAL3 Vector3<REAL>
-#define MODEL       \
+#define MODEL           \
   template <class REAL> \
   inline REAL
-#define MODEL3      \
+#define MODEL3          \
   template <class REAL> \
   inline Vector3<REAL>
-#define MODEL_VOID  \
+#define MODEL_VOID      \
   template <class REAL> \
   inline void
 #define MASK auto
@@ -129,8 +131,6 @@ MODEL dot3(REAL3 a, REAL3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 MODEL3 add3(REAL3 a, REAL3 b) { return make3(a.x + b.x, a.y + b.y, a.z + b.z); }
 MODEL3 sub3(REAL3 a, REAL3 b) { return make3(a.x - b.x, a.y - b.y, a.z - b.z); }
 MODEL3 scale3(REAL3 a, REAL s) { return make3(a.x * s, a.y * s, a.z * s); }
-MODEL3 cross3(REAL3 a, REAL3 b) {
-  return make3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-}
+MODEL3 cross3(REAL3 a, REAL3 b) { return make3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x); }
 
 #endif

@@ -1,5 +1,6 @@
 /* What the device knows of a scene beside geometry (geometry_layout.h) and light (emitter_layout.h): plain records, the
- * same bytes on host and device. Indices are absolute positions in the arrays of a launch, which may hold several scenes. */
+ * same bytes on host and device. Indices are absolute positions in the arrays of a launch, which may hold several
+ * scenes. */
 #ifndef ITN_SCENE_LAYOUT_H
 #define ITN_SCENE_LAYOUT_H
 
@@ -19,7 +20,8 @@ enum { FILTER_BOX, FILTER_TENT, FILTER_GAUSSIAN };
 
 enum { CONNECTION_NONE, CONNECTION_STRAIGHT, CONNECTION_REFRACTED };
 
-/* Its numbers are n = numbers + first_number of the launch, those of its phase function numbers + first_phase_number. */
+/* Its numbers are n = numbers + first_number of the launch, those of its phase function numbers + first_phase_number.
+ * */
 typedef struct {
   int first_number;
   int phase, first_phase_number; /* MODEL_* of model/models.h */
@@ -46,15 +48,15 @@ typedef struct {
 /* Texels are float rgb, row 0 at v = 0, in one array for all textures. */
 enum { TEXTURE_REPEAT, TEXTURE_MIRROR, TEXTURE_CLAMP };
 
-/* A texture of a number stands for it. A number that is textured by colours has sets of its model's numbers behind its own:
- * colour k, from 1 on, of the texture of number[0] is number[k * numbers]. */
+/* A texture of a number stands for it. A number that is textured by colours has sets of its model's numbers behind its
+ * own: colour k, from 1 on, of the texture of number[0] is number[k * numbers]. */
 typedef struct {
   int kind; /* TEXTURE_* of model/texture/list.h */
   float to_uv[6];
-  int numbers; /* of the model */
+  int numbers;               /* of the model */
   int offset, width, height; /* bitmap */
-  int wrap;    /* TEXTURE_REPEAT ... */
-  int nearest; /* else bilinear */
+  int wrap;                  /* TEXTURE_REPEAT ... */
+  int nearest;               /* else bilinear */
 } TextureRecord;
 
 /* A number of a scene that factors of a path's throughput depend on: the path carries its score, the sum of
@@ -66,8 +68,8 @@ typedef struct {
   int origin;  /* where the number shows: 0: as it is; k: where it is colour k of a texture */
 } ScoreRecord;
 
-/* Gradients by replay are by numbers[first + slot] of every n of a model: which slots are summed, and in which channel of the
- * throughput; -1: in all. */
+/* Gradients by replay are by numbers[first + slot] of every n of a model: which slots are summed, and in which channel
+ * of the throughput; -1: in all. */
 typedef struct {
   int model, slot, channel;
   int origin; /* as of ScoreRecord */
@@ -75,8 +77,8 @@ typedef struct {
 } SumRecord;
 
 /* A derivative of the image is a sum of parts, one for each medium, BSDF or light that the parameter is a number of:
- * d f / d parameter = f * factor[c] * score[c] in channel c, or for a parameter of the light f / radiance * d radiance /
- * d parameter. A PartRecord is known when the program is built, a DerivativeRecord changes with the scene. */
+ * d f / d parameter = f * factor[c] * score[c] in channel c, or for a parameter of the light f / radiance * d radiance
+ * / d parameter. A PartRecord is known when the program is built, a DerivativeRecord changes with the scene. */
 typedef struct {
   int image;    /* which derivative it is a part of */
   int score[3]; /* -1: the channel does not depend on it */
@@ -84,7 +86,7 @@ typedef struct {
 
 typedef struct {
   float factor[3]; /* d number / d parameter */
-  int emitter; /* of the light: the emitter record of d radiance / d parameter (lib/emission.h); else -1 */
+  int emitter;     /* of the light: the emitter record of d radiance / d parameter (lib/emission.h); else -1 */
 } DerivativeRecord;
 
 /* One image with one set of parameters. */
@@ -92,19 +94,21 @@ typedef struct {
   int camera, geometry, emitter;
   int first_shape;  /* shape k of the geometry is shapes[first_shape + k] */
   int first_number; /* of the scene, for ScoreRecord */
-  int max_depth;   /* a path with k scatterings counts if k < max_depth */
+  int max_depth;    /* a path with k scatterings counts if k < max_depth */
   int rr_depth;
   int hide_emitters; /* 1: a path that has not scattered sees no light, as in Mitsuba */
-  int first_pixel;  /* of this launch */
-  int pixel_step;   /* from a pixel of this launch to the next */
-  int first_sample; /* of this launch */
-  int samples;      /* a pixel in this launch */
-  int first_output; /* sample s of pixel p is written at first_output + (p - first_pixel) / pixel_step * samples + s - first_sample */
+  int first_pixel;   /* of this launch */
+  int pixel_step;    /* from a pixel of this launch to the next */
+  int first_sample;  /* of this launch */
+  int samples;       /* a pixel in this launch */
+  /* Sample s of pixel p is written at first_output + (p - first_pixel) / pixel_step * samples + s - first_sample. */
+  int first_output;
   unsigned int seed_low, seed_high;
   float future_tint[3]; /* of the expected futures, where a throughput channel stands for several of radiance */
   int pilot;            /* 1: paths tell what they visit */
   int replay;           /* 1: paths are traced again for the gradient (lib/adjoint.h); the samples are theirs already */
-  int first_pull;       /* replay: pixel p's weights of derivatives are at first_pull + (p - first_pixel) / pixel_step, one a channel */
+  /* Replay: pixel p's weights of derivatives are at first_pull + (p - first_pixel) / pixel_step, one a channel. */
+  int first_pull;
 } JobRecord;
 
 /* Gradients (lib/adjoint.h) are summed in sets of pixels of their own, whose spread tells their noise, as
@@ -116,8 +120,9 @@ typedef struct {
 /* A run of paths of one job that one pool works off: the unit of load balancing. */
 typedef struct {
   int job;
-  int first, count; /* path i of the job: pixel first_pixel + i / samples * pixel_step, sample first_sample + i % samples */
-  int start;        /* paths in the chunks before this one */
+  int first,
+      count; /* path i of the job: pixel first_pixel + i / samples * pixel_step, sample first_sample + i % samples */
+  int start; /* paths in the chunks before this one */
 } ChunkRecord;
 
 #endif

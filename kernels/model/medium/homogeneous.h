@@ -10,12 +10,12 @@
 #include "model/obstacle.h"
 #include "shared/declaration.h"
 
-#define HOMOGENEOUS_NUMBERS(NUMBER)                                    \
-  NUMBER(HOMOGENEOUS, sigma_t, 3, ROLE_DENSITY, COORDINATE_LOG)        \
+#define HOMOGENEOUS_NUMBERS(NUMBER)                             \
+  NUMBER(HOMOGENEOUS, sigma_t, 3, ROLE_DENSITY, COORDINATE_LOG) \
   NUMBER(HOMOGENEOUS, albedo, 3, ROLE_FACTOR, COORDINATE_LOG)
-#define HOMOGENEOUS_PARAMETERS(PARAMETER)              \
-  PARAMETER(sigma_t, EXTINCTION, 1, "1/scene unit")    \
-  PARAMETER(albedo, ALBEDO, 0.75, "")                  \
+#define HOMOGENEOUS_PARAMETERS(PARAMETER)           \
+  PARAMETER(sigma_t, EXTINCTION, 1, "1/scene unit") \
+  PARAMETER(albedo, ALBEDO, 0.75, "")               \
   PARAMETER(scale, NON_NEGATIVE, 1, "")
 enum { HOMOGENEOUS_NUMBERS(DECLARE_SLOT) HOMOGENEOUS_SLOTS };
 
@@ -26,7 +26,8 @@ MODEL medium_free_flight(REAL sigma_t, REAL distance) { return sigma_t * medium_
 /* Distance to the next collision, u uniform in (0, 1); infinite for sigma_t = 0. */
 MODEL medium_free_flight_sample(REAL sigma_t, REAL u) { return -LOG(u) / sigma_t; }
 
-/* Factors of a path's throughput, a channel each: of a flight that ends in a scattering, and of one that reaches a surface. */
+/* Factors of a path's throughput, a channel each: of a flight that ends in a scattering, and of one that reaches a
+ * surface. */
 MODEL_VOID homogeneous_scattering(const REAL* n, REAL distance, REAL* f) {
   for (int c = 0; c < CHANNELS; ++c)
     f[c] = medium_free_flight(n[HOMOGENEOUS_sigma_t + c], distance) * n[HOMOGENEOUS_albedo + c];

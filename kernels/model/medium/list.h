@@ -2,7 +2,8 @@
  * (shared/declaration.h); type: of the element in scene files.
  *
  * f: CHANNELS values; n: the model's numbers.
- *   name_scattering(n, distance, f)    what a flight that ends in a scattering multiplies throughput by, density included
+ *   name_scattering(n, distance, f)    what a flight that ends in a scattering multiplies throughput by, density
+ *                                      included
  *   name_passage(n, distance, f)       transmittance of a flight that reaches a surface, or of a connection
  * and for the host:
  *   name_numbers(parameters, n)        over any scalar: differentiated for the chain rule

@@ -3,8 +3,8 @@
  *   p(c; g) = (1 - g^2) / (4 pi (1 + g^2 - 2 g c)^(3/2))
  *
  * c: cosine of the angle between the directions of travel before and after the scattering, so c = 1 is straight on
- * (many texts use the angle between two directions that leave the vertex, which is -c). A c that rounding has put beyond
- * +-1 counts as +-1. g in (-1, 1): mean of c; 0: isotropic. The sampler is exact: its density is p.
+ * (many texts use the angle between two directions that leave the vertex, which is -c). A c that rounding has put
+ * beyond +-1 counts as +-1. g in (-1, 1): mean of c; 0: isotropic. The sampler is exact: its density is p.
  *   Henyey, Greenstein 1941, "Diffuse radiation in the galaxy", doi:10.1086/144246
  * Tests: tests/model/phase_henyey_greenstein_test.cpp */
 #ifndef ITN_PHASE_HENYEY_GREENSTEIN_H

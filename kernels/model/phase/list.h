@@ -14,8 +14,8 @@
 #include "model/phase/isotropic.h"
 #include "model/phase/vmf.h"
 
-#define PHASE_LIST(PHASE)                  \
-  PHASE(isotropic, ISOTROPIC, "isotropic") \
+#define PHASE_LIST(PHASE)                           \
+  PHASE(isotropic, ISOTROPIC, "isotropic")          \
   PHASE(henyey_greenstein, HENYEY_GREENSTEIN, "hg") \
   PHASE(vmf, VMF, "vmf")
 

@@ -3,8 +3,8 @@
  *   p(c; kappa) = kappa exp(kappa (c - 1)) / (2 pi (1 - exp(-2 kappa)))
  *
  * c: cosine of the angle between the directions of travel before and after the scattering, so c = 1 is straight on.
- * kappa > 0: concentration; near 0 isotropic. Its mean cosine is coth kappa - 1 / kappa. This form neither overflows for
- * large kappa nor divides 0 by 0 for small ones. The sampler is exact: its density is p.
+ * kappa > 0: concentration; near 0 isotropic. Its mean cosine is coth kappa - 1 / kappa. This form neither overflows
+ * for large kappa nor divides 0 by 0 for small ones. The sampler is exact: its density is p.
  *   Fisher 1953, "Dispersion on a sphere", doi:10.1098/rspa.1953.0064; Ulrich 1984 for the sampler
  * Tests: tests/model/phase_vmf_test.cpp */
 #ifndef ITN_PHASE_VMF_H

@@ -18,7 +18,7 @@ inline void texel(__global const TextureRecord* t, __global const float* texels,
                   float rgb[3]) {
   __global const float* p =
       texels + t->offset + 3 * (wrap_texel(y, t->height, t->wrap) * t->width + wrap_texel(x, t->width, t->wrap));
-  UNROLL for (int c = 0; c < 3; ++c) rgb[c] += weight * p[c];
+  UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] += weight * p[c];
 }
 
 inline int bitmap_value(__global const TextureRecord* t, __global const float* texels, __global const float* number,

@@ -1,5 +1,5 @@
-/* Mitsuba's `checkerboard`: squares half a unit of u and v wide, color0 where both coordinates are in the first half of a unit
- * or both in the second, color1 elsewhere. A border belongs to the first half, a whole number too.
+/* Mitsuba's `checkerboard`: squares half a unit of u and v wide, color0 where both coordinates are in the first half of
+ * a unit or both in the second, color1 elsewhere. A border belongs to the first half, a whole number too.
  * Tests: tests/model/checkerboard_test.cpp */
 #ifndef ITN_CHECKERBOARD_H
 #define ITN_CHECKERBOARD_H
@@ -10,7 +10,7 @@
 inline int checkerboard_value(__global const TextureRecord* t, __global const float* texels,
                               __global const float* number, float u, float v, float rgb[3]) {
   const int colour = (u - floor(u) > 0.5f) == (v - floor(v) > 0.5f) ? 1 : 2;
-  UNROLL for (int c = 0; c < 3; ++c) rgb[c] = number[colour * t->numbers + c];
+  UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = number[colour * t->numbers + c];
   return colour;
 }
 #endif
