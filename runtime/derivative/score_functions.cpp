@@ -18,8 +18,8 @@
 namespace itn {
 namespace {
 
-// A function as its callers see it. Its formula waits until somebody asks for it: recording them all takes a tenth of a
-// second, and most programs need few of them or none.
+// A function as its callers see it. Its formula waits until somebody asks for it: most programs need few of them or
+// none, and the time to record them all grows with the models.
 struct Declared {
   std::string name, formula;
   std::vector<std::string> arguments;  // as of ScoreFunction
