@@ -99,7 +99,7 @@ std::map<std::string, std::string> features(const LaunchData& data, const Deriva
   result["PART_RECORDS"] += "{0,{0,0,0}}";
   result["LIGHT_NUMBERS"] = std::to_string(adjoint ? derivatives.derivatives.size() : 0);
   const bool by_light = std::any_of(derivatives.derivatives.begin(), derivatives.derivatives.end(),
-                                    [](const DerivativeRecord& d) { return d.emitter >= 0; });
+                                    [](const DerivativeRecord& d) { return is_of_light(d); });
   result["HAS_LIGHT_DERIVATIVES"] = std::to_string(by_light);
   return result;
 }
@@ -194,6 +194,7 @@ void Wavefront::upload_records(const LaunchData& data, const DerivativeData& der
   buffers_.numbers = device_.upload(numbers, "numbers");
   buffers_.number_textures = device_.upload(data.number_textures, "textures of numbers");
   buffers_.emitters = device_.upload(data.emitters, "emitters");
+  buffers_.lights = device_.upload(data.lights, "lights");
   buffers_.emitter_tables = device_.upload(data.emitter_tables, "emitter tables");
   buffers_.textures = device_.upload(data.textures, "textures");
   buffers_.texels = device_.upload(data.texels, "texels");

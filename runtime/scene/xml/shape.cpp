@@ -251,6 +251,7 @@ Shape make_shape(Builder& builder, const Element& element) {
     shape.bsdf = default_bsdf(builder, shape);
   if (const Element* medium = properties.object("medium", "interior")) shape.interior = build_medium(builder, *medium);
   if (const Element* medium = properties.object("medium", "exterior")) shape.exterior = build_medium(builder, *medium);
+  if (const Element* emitter = properties.object("emitter")) shape.light = build_shape_light(builder, *emitter);
   properties.number("silhouette_sampling_weight", 1);  // how Mitsuba samples edges: not used here
   properties.finish();
   check_texture(builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)], shape, loaded.mesh, properties.title());
