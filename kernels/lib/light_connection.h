@@ -16,7 +16,7 @@
 #define CHANCE_FLOOR 0.02f
 #define CHANCE_SCALE 0.25f
 #define CHANCE_ANYWHERE 0.12f
-#define CHANCE_OF_LIGHTS 0.5f
+#define CHANCE_OF_LIGHTS 1.0f
 /* Probability of trying a connection from a scattering vertex, proportional to what is expected of it: throughput, phase
  * function towards the sun's middle (refracted at the nearest surface), and transmittance over the least distance to a
  * surface. Rays are what a connection costs; a vertex deep inside, or one whose light arrives from behind, rarely pays for

@@ -188,18 +188,17 @@ int append_light(const Emitter& light, LaunchData& data) {
   return index;
 }
 
-// The largest offset of a shape's surfaces.
-double offset_of(const Geometry& geometry, const GeometryRecord& record, int shape) {
+// How far in front of a shape that shines connections with it end: beyond the tolerance in which rays meet surfaces,
+// and the offset with which they begin beside others.
+double distance_in_front(const Geometry& geometry, const GeometryRecord& record) {
   float offset = 0;
-  for (std::size_t i = record.first_primitive; i < geometry.primitives.size(); ++i) {
-    const PrimitiveRecord& primitive = geometry.primitives[i];
-    if (primitive.shape == shape) offset = std::max(offset, primitive.offset);
-  }
-  return static_cast<double>(offset);
+  for (std::size_t i = record.first_primitive; i < geometry.primitives.size(); ++i)
+    offset = std::max(offset, geometry.primitives[i].offset);
+  return 4 * static_cast<double>(offset);
 }
 
-// How often each of the scene's lights is sampled: half by what it is expected to bring, half alike, since that is no more
-// than a guess.
+// How often each of the scene's lights is sampled: half by what it is expected to bring, half alike, since that is no
+// more than a guess.
 void share_out(const std::vector<double>& expected, std::size_t first, std::vector<LightRecord>& lights) {
   double sum = 0;
   for (const double e : expected) sum += e;
@@ -238,15 +237,15 @@ void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
       data.emitter_tables.insert(data.emitter_tables.end(), surfaces->table.begin(), surfaces->table.end());
     }
     data.lights.push_back(r);
-    expected.push_back(expected_irradiance(light, surfaces, vector(geometry.low), vector(geometry.high)));
+    const Light& like = scene.lights_sampled_as.empty() ? light : scene.lights_sampled_as[i];
+    expected.push_back(expected_irradiance(like, surfaces, vector(geometry.low), vector(geometry.high)));
   };
   for (std::size_t i = 0; i < scene.lights.size(); ++i)
     if (!(scene.lights[i].model->traits & LIGHT_ON_SHAPE)) append(static_cast<int>(i), nullptr);
   for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
     if (scene.shapes[i].light < 0) continue;
     data.shapes[static_cast<std::size_t>(job.first_shape) + i].light = static_cast<int>(data.lights.size());
-    const LightSurfaces surfaces =
-        light_surfaces(scene.shapes[i], offset_of(data.geometry, geometry, static_cast<int>(i)));
+    const LightSurfaces surfaces = light_surfaces(scene.shapes[i], distance_in_front(data.geometry, geometry));
     append(scene.shapes[i].light, &surfaces);
   }
   share_out(expected, first, data.lights);

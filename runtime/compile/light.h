@@ -10,9 +10,9 @@ namespace itn {
 struct LightSurfaces {
   std::vector<float> table;  // as light_layout.h says
   int count = 0;
-  double area = 0;        // [scene unit^2]
-  Vec3 middle{0, 0, 0};   // of its surfaces by area
-  Vec3 normal{0, 0, 0};   // mean of its surfaces by area: near 0 where they look everywhere
+  double area = 0;       // [scene unit^2]
+  Vec3 middle{0, 0, 0};  // of its surfaces by area
+  Vec3 normal{0, 0, 0};  // mean of its surfaces by area: near 0 where they look everywhere
 };
 
 // offset: how far in front of the surface connections end [scene unit].

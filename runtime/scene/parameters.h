@@ -22,8 +22,8 @@ struct Parameter {
   Owner owner = Owner::medium;
   std::string member;   // its name without the owner's id and without .R .G .B: "sigma_t"
   std::string texture;  // Owner::texture: its id; member is one of its colours
-  // Of the media (phase functions: theirs), BSDFs (textures: those that have them) or lights in the scene, several where
-  // they share it. Of the environment: meaningless.
+  // Of the media (phase functions: theirs), BSDFs (textures: those that have them) or lights in the scene, several
+  // where they share it. Of the environment: meaningless.
   std::vector<int> indices{0};
   int component = -1;  // of a colour; -1: all
 

@@ -183,6 +183,7 @@ struct Scene {
   std::vector<Bsdf> bsdfs;
   std::vector<Medium> media;
   std::vector<Light> lights;
+  std::vector<Light> lights_sampled_as;  // in whose proportions lights are drawn; empty: these. Changes no mean.
   std::optional<Emitter> environment;
   std::vector<std::string> warnings;
 };

@@ -119,8 +119,8 @@ PathBench::PathBench(const Device& device, const Scene& scene, const Options& op
   buffers_.emitter_tables = device.upload(data_.emitter_tables, "tables");
   buffers_.textures = device.upload(data_.textures, "textures");
   buffers_.texels = device.upload(data_.texels, "texels");
-  for (cl::Buffer* unused :
-       {&buffers_.derivatives, &buffers_.futures, &buffers_.visits, &buffers_.pulls, &buffers_.gradient})
+  for (cl::Buffer* unused : {&buffers_.derivatives, &buffers_.lights, &buffers_.futures, &buffers_.visits,
+                             &buffers_.pulls, &buffers_.gradient})
     *unused = device.upload(std::vector<float>{}, "unused");
   buffers_.misplaced = device.upload(std::vector<cl_uint>{0}, "misplaced");
 }

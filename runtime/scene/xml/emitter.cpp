@@ -133,7 +133,8 @@ void read_emitter(Builder& builder, const Element& element) {
   Properties properties = builder.properties(element);
   if (const Model* model = find_model(light_models(), properties.type())) {
     if (model->traits & LIGHT_ON_SHAPE)
-      fail(element.where, fmt::format("emitter \"{}\" belongs into a <shape>, which is what shines", properties.type()));
+      fail(element.where,
+           fmt::format("emitter \"{}\" belongs into a <shape>, which is what shines", properties.type()));
     read_light(builder, element, *model);
     return;
   }

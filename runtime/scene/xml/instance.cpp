@@ -61,7 +61,8 @@ Vec3 direction(Properties& properties, const std::string& name) {
   const bool given = properties.has(name);
   if (given && properties.has("to_world"))
     properties.fail_at(name, fmt::format("both {} and to_world given; need one or the other", name));
-  const Vec3 d = given ? properties.vector(name, {0, 0, 1}) : transform_vector(properties.transform("to_world"), {0, 0, 1});
+  const Vec3 d =
+      given ? properties.vector(name, {0, 0, 1}) : transform_vector(properties.transform("to_world"), {0, 0, 1});
   if (!(length(d) > 0)) properties.fail_at(given ? name : "to_world", "it gives no direction; need one that is not 0");
   return normalize(d);
 }
