@@ -41,7 +41,7 @@ struct GradientRenderer::State {
     const std::vector<Parameter> all = list_parameters(scene);
     for (std::size_t p = 0; p < derivatives.parts.size(); ++p) {
       DerivativeRecord& record = derivatives.derivatives[p];
-      if (record.emitter < 0) continue;
+      if (!is_of_light(record)) continue;
       const std::string& name = options.derivatives[static_cast<std::size_t>(derivatives.parts[p].image)];
       const auto value = static_cast<float>(find_parameter(all, name).value);
       std::fill_n(record.factor, 3, value > 0 ? value : 1);
@@ -104,7 +104,7 @@ struct GradientRenderer::State {
     for (std::size_t p = 0; p < derivatives.parts.size(); ++p) {
       const PartRecord& part = derivatives.parts[p];
       const DerivativeRecord& derivative = derivatives.derivatives[p];
-      const bool of_light = derivative.emitter >= 0;
+      const bool of_light = is_of_light(derivative);
       for (std::size_t c = 0; c < channels(); ++c) {
         const auto factor = static_cast<double>(derivative.factor[c]);
         if (factor == 0) continue;

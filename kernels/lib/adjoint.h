@@ -68,7 +68,7 @@ inline void pull(Pulled* p, int k, int channel, REAL d, REAL weight) {
 /* Is summed[k] of the model, and summed in this channel of the radiance? */
 inline bool is_summed(int k, int model, int channel) {
   const int own = summed[k].channel;
-  return summed[k].model == model && (own < 0 || THROUGHPUT_CHANNELS == 1 || own == channel);
+  return summed[k].model == model && ((own < 0) | (THROUGHPUT_CHANNELS == 1) | (own == channel));
 }
 
 inline void add_to_gradient(const Launch* launch, int number, long x) {

@@ -5,6 +5,7 @@
 #include "lib/bsdf.h"
 #include "lib/emission.h"
 #include "lib/homogeneous.h"
+#include "lib/light_sampling.h"
 #include "lib/phase_score.h"
 
 /* Where a connection begins, and the factors that its own path has there: a passage through a medium, a change of direction
@@ -86,18 +87,20 @@ inline void pass_medium(const Launch* launch, __global const JobRecord* job, Obs
 }
 #endif
 
-/* Follows connections to the light around the scene: from `from` in `medium`, standing on primitive `skip`, towards `to`. */
+/* Follows connections: from `from` in `medium`, standing on primitive `skip`, towards `to` over `distance`; FAR_AWAY: out of
+ * the scene. */
 inline Obstacles follow_connection(const Launch* launch, __global const JobRecord* job, MASK mask, REAL3 from, REAL3 to,
-                                   INT skip, INT medium) {
+                                   REAL distance, INT skip, INT medium) {
   const Surfaces surfaces = job_surfaces(launch, job);
   Obstacles way;
-  Lanes ox, oy, oz, dx, dy, dz, stands_on, in;
+  Lanes ox, oy, oz, dx, dy, dz, left, stands_on, in;
   ox.real = from.x;
   oy.real = from.y;
   oz.real = from.z;
   dx.real = to.x;
   dy.real = to.y;
   dz.real = to.z;
+  left.real = distance;
   stands_on.integer = skip;
   in.integer = medium;
   UNROLL for (int k = 0; k < PASSAGES; ++k) way.through[k].real = (REAL)(0.0f);
@@ -106,14 +109,18 @@ inline Obstacles follow_connection(const Launch* launch, __global const JobRecor
   way.reached = 0;
   MASK passed = (MASK)(0); /* a boundary: nothing behind counts, or thin bodies would be passed again and again */
   while (bits) {
-    const LaneHits hits = trace_lanes(surfaces, make3(ox.real, oy.real, oz.real), to, (REAL)(INFINITY),
-                                      stands_on.integer, in.integer >= 0, passed, mask);
+    const LaneHits hits = trace_lanes(surfaces, make3(ox.real, oy.real, oz.real), to,
+                                      HAS_LIGHTS ? left.real : (REAL)(INFINITY), stands_on.integer, in.integer >= 0, passed, mask);
     passed = mask;
     uint next = 0;
     FOR_EACH_LANE(l, bits) {
       const int at = hits.primitive.i[l], current = in.i[l];
       if (at < 0) { /* nothing opaque or refractive in the way */
-        if (current < 0) way.reached |= 1u << l;
+        const bool ends = HAS_LIGHTS && left.f[l] < FAR_AWAY;
+        if (current < 0 || ends) way.reached |= 1u << l;
+#if HAS_MEDIUM && HAS_LIGHTS
+        if (current >= 0 && ends) pass_medium(launch, job, &way, l, current, left.f[l]);
+#endif
         continue;
       }
       __global const PrimitiveRecord* primitive = launch->primitives + at;
@@ -134,6 +141,9 @@ inline Obstacles follow_connection(const Launch* launch, __global const JobRecor
 #endif
       if (shape->interior != shape->exterior) in.i[l] = facing < 0.0f ? shape->interior : shape->exterior;
       stands_on.i[l] = at;
+#if HAS_LIGHTS
+      if (left.f[l] < FAR_AWAY) left.f[l] -= hits.distance.f[l];
+#endif
       next |= 1u << l;
     }
     bits = next;
@@ -142,14 +152,14 @@ inline Obstacles follow_connection(const Launch* launch, __global const JobRecor
   return way;
 }
 
-/* Adds weight * light, dimmed on the way, to the radiance of the lanes in `mask`: from `from` in `medium` towards `to`.
- * light: the radiance from there; scores: of the path so far; start: of where the connection begins. */
+/* Adds weight times the light, dimmed on the way, to the radiance of the lanes in `mask`: from `from` in `medium`.
+ * scores: of the path so far; start: of where the connection begins. */
 inline void add_connection(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK mask,
-                           REAL3 from, REAL3 to, INT skip, INT medium, const REAL weight[RADIANCE_CHANNELS],
-                           const REAL light[3], const Scores* scores, const ConnectionStart* start) {
+                           REAL3 from, const LightSample* light, INT skip, INT medium,
+                           const REAL weight[RADIANCE_CHANNELS], const Scores* scores, const ConnectionStart* start) {
   REAL arriving[RADIANCE_CHANNELS], dimmed[RADIANCE_CHANNELS];
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) arriving[c] = weight[c] * light[c];
-  const Obstacles way = follow_connection(launch, job, mask, from, to, skip, medium);
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) arriving[c] = weight[c] * light->rgb[c];
+  const Obstacles way = follow_connection(launch, job, mask, from, light->source.direction, light->distance, skip, medium);
   if (!way.reached) return;
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
     const REAL transmittance = EXP(-way.depth[THROUGHPUT_CHANNELS == 1 ? 0 : c].real);
@@ -170,7 +180,7 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
 #if ADJOINT
   if (job->replay) pull_connection(launch, job, pool, slots, lit, arriving, start, way.through);
 #endif
-  gather_light_derivatives(launch, job, pool, slots, lit, dimmed, to);
+  gather_light_derivatives(launch, job, pool, slots, lit, dimmed, &light->source);
 }
 
 #endif

@@ -10,6 +10,7 @@
 #include "model/models.h"
 #include "shared/baseline_layout.h"
 #include "shared/launch_arguments.h"
+#include "shared/light_layout.h"
 #include "shared/scene_layout.h"
 
 #define LAUNCH_MEMBER(type, name) __global type* name;

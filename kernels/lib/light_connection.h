@@ -16,6 +16,7 @@
 #define CHANCE_FLOOR 0.02f
 #define CHANCE_SCALE 0.25f
 #define CHANCE_ANYWHERE 0.12f
+#define CHANCE_OF_LIGHTS 1.0f
 /* Probability of trying a connection from a scattering vertex, proportional to what is expected of it: throughput, phase
  * function towards the sun's middle (refracted at the nearest surface), and transmittance over the least distance to a
  * surface. Rays are what a connection costs; a vertex deep inside, or one whose light arrives from behind, rarely pays for
@@ -26,6 +27,9 @@ inline REAL connection_chance(const Launch* launch, __global const JobRecord* jo
   const REAL distance = surface_distance(launch->geometries + job->geometry, cell);
   const REAL3 normal = surface_normal_guess(cell);
   REAL expected = CHANCE_ANYWHERE * EXP(-sigma_t * distance);
+#if HAS_LIGHTS
+  if (job->lights > 0) expected = CHANCE_OF_LIGHTS * EXP(-sigma_t * distance);
+#endif
 #if HAS_SUN
   __global const EmitterRecord* emitter = launch->emitters + job->emitter;
   __global const float* sun = emitter->sun_direction;

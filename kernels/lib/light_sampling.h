@@ -1,6 +1,7 @@
-/* Light sampled at a vertex: which light, in which direction, with which density. The escape stage weighs what it finds
- * by chance against the same density (MIS, balance heuristic).
+/* Light sampled at a vertex: which light, in which direction, with which density. Stages that find light by chance weigh it
+ * against the same density (MIS, balance heuristic).
  *
+ *   lights of the scene (lib/light.h) with probability light_share of the job, else the light around it:
  *   at surfaces       the sun with probability sun_share(), else the sky (or environment map)
  *   in media          the sun alone where there is one: the phase function finds the sky by itself (kernels/README.md)
  *
@@ -10,6 +11,7 @@
 #define ITN_LIGHT_SAMPLING_H
 #include "lib/emitter.h"
 #include "lib/launch.h"
+#include "lib/light.h"
 
 inline void emitter_radiance(const Launch* launch, __global const EmitterRecord* emitter, REAL3 direction,
                              REAL rgb[3]) {
@@ -32,43 +34,100 @@ inline REAL sun_share(__global const EmitterRecord* emitter, MASK at_surface) {
 #endif
 }
 
-/* Density of the sampled light directions [1/sr]. */
-inline REAL light_sampling_pdf(const Launch* launch, __global const EmitterRecord* emitter, REAL3 direction,
-                               MASK at_surface) {
+/* Density of the sampled directions of the light around the scene [1/sr]. */
+inline REAL light_sampling_pdf(const Launch* launch, __global const JobRecord* job, REAL3 direction, MASK at_surface) {
+  __global const EmitterRecord* emitter = launch->emitters + job->emitter;
   REAL share = sun_share(emitter, at_surface);
   REAL pdf = (REAL)(0.0f);
 #if HAS_SUN
   pdf = SELECT(emitter_in_sun(emitter, direction), share * emitter->sun_pdf, 0.0f);
 #endif
   if (ANY(share < 1.0f)) pdf += (1.0f - share) * sky_pdf(emitter, launch->emitter_tables, direction);
+#if HAS_LIGHTS
+  pdf *= 1.0f - job->light_share;
+#endif
   return pdf;
 }
 
-/* Draws a direction; *pdf > 0; rgb: radiance of all light from there. Returns which lanes got one: rounding can put a
- * direction on the rim of the sun's disc just outside it, where the density is 0. */
-inline MASK sample_light(const Launch* launch, __global const EmitterRecord* emitter, MASK at_surface, const REAL u[3],
-                         REAL3* direction, REAL* pdf, REAL rgb[3]) {
+/* A direction to the light around the scene; u[2] decides between sun and sky. Returns which lanes got one: rounding can put
+ * a direction on the rim of the sun's disc just outside it, where the density is 0. */
+inline MASK sample_light_around(const Launch* launch, __global const JobRecord* job, MASK at_surface, const REAL u[],
+                                LightSample* s) {
+  __global const EmitterRecord* emitter = launch->emitters + job->emitter;
   REAL share = sun_share(emitter, at_surface);
   MASK sun = u[2] < share;
+  REAL3 direction;
 #if HAS_SUN
   REAL ignored[3];
-  sun_sample(emitter, launch->emitter_tables, u[0], u[1], direction, ignored);
+  sun_sample(emitter, launch->emitter_tables, u[0], u[1], &direction, ignored);
 #endif
   if (ANY(!sun)) {
     REAL3 sky;
     REAL sky_density, sky_rgb[3];
     sky_sample(emitter, launch->emitter_tables, u[0], u[1], &sky, &sky_density, sky_rgb);
 #if HAS_SUN
-    *direction = select3(sun, *direction, sky);
+    direction = select3(sun, direction, sky);
 #else
-    *direction = sky;
+    direction = sky;
 #endif
   }
-  emitter_radiance(launch, emitter, *direction, rgb);
-  const REAL density = light_sampling_pdf(launch, emitter, *direction, at_surface);
+  emitter_radiance(launch, emitter, direction, s->rgb);
+  const REAL density = light_sampling_pdf(launch, job, direction, at_surface);
   const MASK possible = density > 0.0f;
-  *pdf = SELECT(possible, density, 1.0f);
+  s->source = light_around(direction);
+  s->distance = (REAL)(FAR_AWAY);
+  s->pdf = SELECT(possible, density, 1.0f);
+  s->by_chance = (REAL)(1.0f);
   return possible;
+}
+
+#if HAS_LIGHTS
+/* One of the lights of the scene, chosen by `choice`, uniform in [0, 1), and a point on it where it is a shape. Returns for
+ * which lanes it brings something. */
+inline MASK sample_light_of_scene(const Launch* launch, __global const JobRecord* job, REAL3 from, const REAL u[],
+                                  REAL choice, LightSample* s) {
+  const INT light = pick_light(launch, job, choice);
+  REAL3 on, normal;
+  sample_light_surface(launch, light, u[0], u[1], u[3], &on, &normal);
+  MASK on_shape;
+  light_arrives(launch, light, from, on, normal, &s->source.direction, &s->distance, &s->source.share, &on_shape);
+  s->source.index = light;
+  light_colour(launch, light, s->rgb);
+  UNROLL for (int c = 0; c < 3; ++c) s->rgb[c] *= s->source.share;
+  s->by_chance = SELECT(on_shape, 1.0f, 0.0f);
+  s->pdf = SELECT(on_shape, light_surface_pdf(launch, job, light, s->distance, -dot3(s->source.direction, normal)),
+                  job->light_share * GATHER(LIGHT_MEMBER(launch, share), light * LIGHT_WORDS));
+  return (s->source.share > 0.0f) & (s->pdf > 0.0f) & (s->pdf < 1e30f);
+}
+#endif
+
+/* Light for the vertex at `from`. Returns which lanes got some. What u[2] decides it leaves uniform. */
+inline MASK sample_light(const Launch* launch, __global const JobRecord* job, MASK at_surface, REAL3 from, REAL u[],
+                         LightSample* s) {
+#if HAS_LIGHTS
+  const float share = job->light_share;
+  const MASK of_scene = u[2] < share;
+  const REAL choice = fmin(u[2] / fmax(share, 1e-9f), (REAL)(0.99999994f));
+  u[2] = fmin(SELECT(of_scene, choice, (u[2] - share) / fmax(1.0f - share, 1e-9f)), (REAL)(0.99999994f));
+  MASK found = (MASK)(0);
+  if (ANY(!of_scene)) found = !of_scene & sample_light_around(launch, job, at_surface, u, s);
+  if (ANY(of_scene)) {
+    LightSample own;
+    const MASK arrives = of_scene & sample_light_of_scene(launch, job, from, u, choice, &own);
+    if (!ANY(!of_scene)) *s = own;
+    s->source.index = SELECT_INT(of_scene, own.source.index, s->source.index);
+    s->source.share = SELECT(of_scene, own.source.share, s->source.share);
+    s->source.direction = select3(of_scene, own.source.direction, s->source.direction);
+    s->distance = SELECT(of_scene, own.distance, s->distance);
+    s->pdf = SELECT(arrives, own.pdf, SELECT(of_scene, 1.0f, s->pdf));
+    s->by_chance = SELECT(of_scene, own.by_chance, s->by_chance);
+    UNROLL for (int c = 0; c < 3; ++c) s->rgb[c] = SELECT(of_scene, own.rgb[c], s->rgb[c]);
+    found = found | arrives;
+  }
+  return found;
+#else
+  return sample_light_around(launch, job, at_surface, u, s);
+#endif
 }
 
 #endif

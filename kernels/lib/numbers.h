@@ -54,7 +54,7 @@ __attribute__((always_inline)) inline void load_numbers(const Launch* launch, in
 #if HAS_TEXTURE
   n[ORIGINS] = (REAL)(0.0f);
 #endif
-  switch (model) { BSDF_LIST(LOAD_BSDF) MEDIUM_LIST(LOAD_MODEL) PHASE_LIST(LOAD_MODEL) }
+  switch (model) { BSDF_LIST(LOAD_BSDF) MEDIUM_LIST(LOAD_MODEL) PHASE_LIST(LOAD_MODEL) LIGHT_LIST(LOAD_MODEL) }
 }
 
 /* origins: n[ORIGINS]. Is n[slot] what a record says that has this `origin`? */
@@ -74,7 +74,7 @@ inline REAL where_from(INT origins, int slot, int origin, REAL d) {
     PREFIX##_NUMBERS(ROLE_OF_NUMBER) break;
 #define ROLE_IN_BSDF(name, PREFIX, type, variants) ROLE_IN_MODEL(name, PREFIX, type)
 __attribute__((always_inline)) inline int role_of(int model, int slot) {
-  switch (model) { BSDF_LIST(ROLE_IN_BSDF) MEDIUM_LIST(ROLE_IN_MODEL) PHASE_LIST(ROLE_IN_MODEL) }
+  switch (model) { BSDF_LIST(ROLE_IN_BSDF) MEDIUM_LIST(ROLE_IN_MODEL) PHASE_LIST(ROLE_IN_MODEL) LIGHT_LIST(ROLE_IN_MODEL) }
   return ROLE_FIXED;
 }
 
@@ -87,7 +87,7 @@ __attribute__((always_inline)) inline int role_of(int model, int slot) {
     PREFIX##_NUMBERS(COORDINATE_OF_NUMBER) break;
 #define COORDINATE_IN_BSDF(name, PREFIX, type, variants) COORDINATE_IN_MODEL(name, PREFIX, type)
 __attribute__((always_inline)) inline REAL by_coordinate(int model, int slot, const REAL n[], REAL d) {
-  switch (model) { BSDF_LIST(COORDINATE_IN_BSDF) MEDIUM_LIST(COORDINATE_IN_MODEL) PHASE_LIST(COORDINATE_IN_MODEL) }
+  switch (model) { BSDF_LIST(COORDINATE_IN_BSDF) MEDIUM_LIST(COORDINATE_IN_MODEL) PHASE_LIST(COORDINATE_IN_MODEL) LIGHT_LIST(COORDINATE_IN_MODEL) }
   return d;
 }
 

@@ -7,6 +7,7 @@
 #define SURFACE_LIST(SURFACE) /* SURFACE(its number, from 1 on; name; variant) */
 #define PHASE_COUNT 0
 #define PHASES_OF_SCENE(PHASE)  /* PHASE(name, PREFIX) */
+#define LIGHTS_OF_SCENE(LIGHT)  /* LIGHT(name, PREFIX) */
 #define TEXTURED(model, slot) 0 /* does some instance have a texture in place of the number? */
 
 #endif

@@ -53,4 +53,11 @@ enum { COORDINATE_LOG, COORDINATE_COSINE };
 #define BSDF_EVEN 4
 #define BSDF_BASELINE 8
 
+/* Traits of lights.
+ *   LIGHT_ON_SHAPE   it is the surface of a shape, which paths find by chance, too */
+#define LIGHT_ON_SHAPE 1
+
+/* A distance that leads out of every scene [scene unit]. */
+#define FAR_AWAY 1e30f
+
 #endif

@@ -24,6 +24,7 @@
   ARGUMENT(const float, numbers)                \
   ARGUMENT(const int, number_textures)          \
   ARGUMENT(const EmitterRecord, emitters)       \
+  ARGUMENT(const LightRecord, lights)           \
   ARGUMENT(const float, emitter_tables)         \
   ARGUMENT(const TextureRecord, textures)       \
   ARGUMENT(const float, texels)                 \

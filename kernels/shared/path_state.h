@@ -27,6 +27,8 @@
  *   SPECTRAL_WEIGHT, HERO   see lib/launch.h
  *   ARRIVAL           waiting in QUEUE_CONNECT: direction of travel before the scattering; on arrival at a boundary:
  *                     where the last flight began
+ *   ORIGIN            where the path last changed its direction
+ *   RIVAL             what LAST_PDF was divided by for the sun's sake (stage/boundary.h)
  *   CHANCE            waiting in QUEUE_CONNECT: the probability with which it got there */
 #define PATH_STATE(FIELD)                                             \
   FIELD(POSITION, 3)                                                  \
@@ -54,7 +56,9 @@
   FIELD(SPECTRAL_WEIGHT, 3 * SPECTRAL)                                \
   FIELD(HERO, SPECTRAL)                                               \
   FIELD(ARRIVAL, 3 * MEDIUM_LIGHT_SAMPLING)                           \
-  FIELD(CHANCE, MEDIUM_LIGHT_SAMPLING)
+  FIELD(CHANCE, MEDIUM_LIGHT_SAMPLING)                                \
+  FIELD(ORIGIN, 3 * HAS_AREA_LIGHTS * LIGHT_SAMPLING)                 \
+  FIELD(RIVAL, HAS_AREA_LIGHTS * ROUGH_LIGHT_SAMPLING)
 
 #ifdef __OPENCL_VERSION__
 #define NUMBER_FIELD(name, size) name, LAST_OF_##name = name + (size)-1,

@@ -41,10 +41,10 @@ inline REAL rival_density(REAL connection, REAL by_phase, MASK mask) {
 /* Densities of the connections through the boundary (connect.h) over those of phase function and flight: of the sampled
  * direction to the sun and of the path's own. 0 where the segment did not begin at a scattering vertex. */
 inline void rival_densities(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
-                            MASK at_boundary, const Surface* s, REAL3 light, REAL3 direction, REAL* rival,
+                            MASK at_boundary, const Surface* s, const LightSource* light, REAL3 direction, REAL* rival,
                             REAL* own_rival) {
   *rival = *own_rival = (REAL)(0.0f);
-#if MEDIUM_LIGHT_SAMPLING
+#if MEDIUM_LIGHT_SAMPLING && HAS_SUN
   const REAL last_pdf = LOAD(pool, LAST_PDF, slots);
   const INT medium = SELECT_INT(at_boundary, LOAD_INT(pool, MEDIUM, slots), -1); /* idle lanes hold anything */
   const INT at = max(medium, 0) * (int)(sizeof(MediumRecord) / sizeof(float));
@@ -60,27 +60,27 @@ inline void rival_densities(const Launch* launch, __global const JobRecord* job,
       last_pdf * medium_transmittance(mean_sigma_t(inside.n + HOMOGENEOUS_sigma_t), SQRT(dot3(segment, segment)));
   const FlightCell cell = flight_cell(launch->grid, launch->geometries + job->geometry, vertex);
   const REAL3 guess = surface_normal_guess(&cell);
-  *rival = rival_density(refracted_pdf(&boundary, guess, light, s->direction), by_phase, from_medium);
+  *rival = rival_density(refracted_pdf(&boundary, guess, light->direction, s->direction), by_phase,
+                         from_medium & (light->index < 0));
   const MASK finds_sun = from_medium & emitter_in_sun(launch->emitters + job->emitter, direction);
   if (ANY(finds_sun))
     *own_rival = rival_density(refracted_pdf(&boundary, guess, direction, s->direction), by_phase, finds_sun);
 #endif
 }
 
-/* The sun sampled where the path meets the boundary. Three ways lead from a scattering vertex x over the exit y to the
+/* Light sampled where the path meets the boundary. Three ways lead from a scattering vertex x over the exit y to the
  * sun in direction o, weighed by the balance heuristic: the phase function and the flight bring the path to y and (A)
  * the sun is sampled there or (B) the BSDF finds it; or (C) o and the direction of the segment are drawn at x
- * (connect.h). What A and B share cancels; `rival` is C's density over theirs. Returns LAST_PDF for the BSDF's own
- * direction, of density pdf. */
-inline REAL sample_sun_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
+ * (connect.h). What A and B share cancels; `rival` is C's density over theirs. To lights of the scene lead A and B alone.
+ * Returns LAST_PDF for the BSDF's own direction, of density pdf. */
+inline REAL sample_light_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
                                    INT slots, MASK at_boundary, const Surface* s, const Reflector* r, const Random* random,
                                    REAL3 direction, REAL pdf) {
   REAL u[4];
   draw(random, 1, u);
-  REAL3 light;
-  REAL light_pdf, rgb[3];
-  const MASK sampled =
-      sample_light(launch, launch->emitters + job->emitter, (MASK)(0), u, &light, &light_pdf, rgb);
+  LightSample sample;
+  const MASK sampled = sample_light(launch, job, (MASK)(0), s->position, u, &sample);
+  const REAL3 light = sample.source.direction;
   const REAL3 wo = frame_to_local(&r->frame, light);
   REAL f[CHANNELS];
   bsdf_value(model, variant, r->n, r->wi, wo, f);
@@ -93,13 +93,13 @@ inline REAL sample_sun_at_boundary(int model, int variant, const Launch* launch,
   mask = mask & (depth >= SCATTERED_ONCE);
 #endif
   REAL rival, own_rival;
-  rival_densities(launch, job, pool, slots, at_boundary, s, light, direction, &rival, &own_rival);
-  const REAL mis = light_pdf / (light_pdf * (1.0f + rival) + bsdf_pdf);
+  rival_densities(launch, job, pool, slots, at_boundary, s, &sample.source, direction, &rival, &own_rival);
+  const REAL mis = sample.pdf / (sample.pdf * (1.0f + rival) + sample.by_chance * bsdf_pdf);
   REAL weight[3], connection_weight[RADIANCE_CHANNELS];
   channel_weights(pool, slots, (REAL)(1.0f), weight);
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
     const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
-    const REAL scale = LOAD(pool, REFRACTION_SCALE, slots) * f[t] * mis / light_pdf;
+    const REAL scale = LOAD(pool, REFRACTION_SCALE, slots) * f[t] * mis / sample.pdf;
     connection_weight[c] = weight[c] * scale * LOAD(pool, THROUGHPUT + t, slots);
   }
   const Scores scores = load_scores(job, pool, slots);
@@ -109,8 +109,9 @@ inline REAL sample_sun_at_boundary(int model, int variant, const Launch* launch,
   start.n = r->n;
   start.surface = &step;
   add_connection(launch, job, pool, slots, mask,
-                 beside_surface(launch->primitives, s->primitive, s->position, s->normal, light), light, s->primitive,
-                 s->exterior, connection_weight, rgb, &scores, &start);
+                 beside_surface(launch->primitives, s->primitive, s->position, s->normal, light), &sample, s->primitive,
+                 s->exterior, connection_weight, &scores, &start);
+  begin_segment(pool, slots, s->position, 1.0f + own_rival, at_boundary);
   return MAX(pdf / (1.0f + own_rival), (REAL)(1e-30f)); /* not 0: that would say that the sun was not sampled */
 }
 #endif
@@ -144,6 +145,7 @@ inline void boundary_stage(int model, int variant, const Launch* launch, __globa
                            INT slots, MASK valid) {
   const bool smooth = (bsdf_traits(model) & BSDF_SMOOTH) != 0;
   const Surface s = load_surface(launch, job, pool, slots, valid);
+  gather_emission(launch, job, pool, slots, valid, &s);
   const Random random = load_random(job, pool, slots);
   REAL u[4];
   draw(&random, 0, u);
@@ -155,7 +157,7 @@ inline void boundary_stage(int model, int variant, const Launch* launch, __globa
   const REAL3 direction = frame_to_world(&r.frame, wo);
 #if ROUGH_LIGHT_SAMPLING
   if (!smooth)
-    pdf = sample_sun_at_boundary(model, variant, launch, job, pool, slots, scatters, &s, &r, &random, direction, pdf);
+    pdf = sample_light_at_boundary(model, variant, launch, job, pool, slots, scatters, &s, &r, &random, direction, pdf);
 #else
   pdf = (REAL)(0.0f);
 #endif

@@ -29,7 +29,7 @@ inline LitVertex load_lit_vertex(const Launch* launch, const Pool* pool, INT slo
   return x;
 }
 
-#if ROUGH_LIGHT_SAMPLING
+#if ROUGH_LIGHT_SAMPLING && HAS_SUN
 /* Where a connection leaves the medium through a rough boundary. */
 typedef struct {
   LaneHits hits;
@@ -76,8 +76,8 @@ inline Exit find_exit(const Launch* launch, __global const JobRecord* job, const
 
 /* What an exit through surfaces of one BSDF brings. */
 inline void connect_through(int surface, int model, int variant, const Launch* launch, __global const JobRecord* job,
-                            Pool* pool, INT slots, const LitVertex* x, const Exit* e, REAL3 light, REAL light_pdf,
-                            const REAL rgb[3], const Scores* scores) {
+                            Pool* pool, INT slots, const LitVertex* x, const Exit* e, const LightSample* sample,
+                            const Scores* scores) {
   const int traits = bsdf_traits(model);
   if (!(traits & BSDF_TRANSMITS) || (traits & BSDF_SMOOTH)) return;
   const MASK here = e->found & (e->surface == surface);
@@ -90,7 +90,7 @@ inline void connect_through(int surface, int model, int variant, const Launch* l
   const REAL cosine = dot3(x->arrival, e->inward);
   const REAL phase = phase_value(&x->phase, cosine);
   const REAL by_phase = phase * medium_transmittance(sigma, e->hits.distance.real);
-  const REAL other = light_pdf + bsdf_density(model, variant, n, e->wi, e->wo);
+  const REAL light_pdf = sample->pdf, other = light_pdf + bsdf_density(model, variant, n, e->wi, e->wo);
   const REAL mis = x->chance * e->density * light_pdf / (x->chance * e->density * light_pdf + by_phase * other);
   REAL connection_weight[RADIANCE_CHANNELS];
   MASK lit = (MASK)(0);
@@ -107,23 +107,23 @@ inline void connect_through(int surface, int model, int variant, const Launch* l
   const Step at_exit = bsdf_step(model, variant, n, e->first_number, e->wi, e->wo, here);
   const ConnectionStart start = {&x->inside, &passage, &x->phase, cosine, model, n, &at_exit, here};
   add_connection(launch, job, pool, slots, here & lit,
-                 beside_surface(launch->primitives, e->primitive, e->position, e->normal, light), light, e->primitive,
-                 e->exterior, connection_weight, rgb, scores, &start);
+                 beside_surface(launch->primitives, e->primitive, e->position, e->normal, sample->source.direction),
+                 sample, e->primitive, e->exterior, connection_weight, scores, &start);
 }
 #endif
 
 /* Straight through index-matched boundaries. */
 inline void connect_straight(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK straight,
-                             const LitVertex* x, REAL3 light, REAL light_pdf, const REAL rgb[3], const Scores* scores) {
-  const REAL cosine = dot3(x->arrival, light);
+                             const LitVertex* x, const LightSample* light, const Scores* scores) {
+  const REAL cosine = dot3(x->arrival, light->source.direction);
   const REAL phase = phase_value(&x->phase, cosine);
-  const REAL value = x->chance * phase / (x->chance * light_pdf + phase);
+  const REAL value = x->chance * phase / (x->chance * light->pdf + light->by_chance * phase);
   REAL connection_weight[RADIANCE_CHANNELS];
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) connection_weight[c] = x->weight[c] * value;
   ConnectionStart start = connection_start(straight);
   start.phase = &x->phase;
   start.cosine = cosine;
-  add_connection(launch, job, pool, slots, straight, x->position, light, (INT)(-1), x->medium, connection_weight, rgb, scores,
+  add_connection(launch, job, pool, slots, straight, x->position, light, (INT)(-1), x->medium, connection_weight, scores,
                  &start);
 }
 
@@ -134,25 +134,26 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
   draw(&random, 1, u);
   const LitVertex x = load_lit_vertex(launch, pool, slots, valid);
   const Scores scores = load_scores(job, pool, slots);
-  REAL3 light;
-  REAL light_pdf, rgb[3];
-  const MASK sampled = valid & sample_light(launch, launch->emitters + job->emitter, (MASK)(0), u, &light, &light_pdf, rgb);
+  LightSample light;
+  const MASK sampled = valid & sample_light(launch, job, (MASK)(0), x.position, u, &light);
   MASK straight = sampled;
 #if ROUGH_LIGHT_SAMPLING
   const INT connection = GATHER_INT(((__global const int*)launch->media + FIELD_OF(MediumRecord, connection)),
                                     x.medium * (int)(sizeof(MediumRecord) / sizeof(float)));
   straight = sampled & (connection == CONNECTION_STRAIGHT);
+#if HAS_SUN
   /* the boundary is one more scattering */
-  const MASK refracted = sampled & (connection == CONNECTION_REFRACTED) &
+  const MASK refracted = sampled & (light.source.index < 0) & (connection == CONNECTION_REFRACTED) &
                          (plain_depth(LOAD_INT(pool, DEPTH, slots)) + 1 < job->max_depth);
   if (ANY(refracted)) {
-    const Exit exit = find_exit(launch, job, &x, light, u, refracted);
+    const Exit exit = find_exit(launch, job, &x, light.source.direction, u, refracted);
 #define CONNECT_THROUGH(surface, name, variant) \
-  connect_through(surface, MODEL_##name, variant, launch, job, pool, slots, &x, &exit, light, light_pdf, rgb, &scores);
+  connect_through(surface, MODEL_##name, variant, launch, job, pool, slots, &x, &exit, &light, &scores);
     SURFACE_LIST(CONNECT_THROUGH)
   }
 #endif
-  if (ANY(straight)) connect_straight(launch, job, pool, slots, straight, &x, light, light_pdf, rgb, &scores);
+#endif
+  if (ANY(straight)) connect_straight(launch, job, pool, slots, straight, &x, &light, &scores);
   Scores onward = load_scores(job, pool, slots);
   add_phase(job, &onward, &x.phase, dot3(x.arrival, load3(pool, DIRECTION, slots)), valid);
   store_scores(pool, slots, &onward);

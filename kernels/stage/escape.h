@@ -14,7 +14,7 @@ inline void escape_stage(const Launch* launch, __global const JobRecord* job, Po
   REAL scale = LOAD(pool, REFRACTION_SCALE, slots);
 #if LIGHT_SAMPLING
   REAL last_pdf = LOAD(pool, LAST_PDF, slots);
-  REAL light_pdf = light_sampling_pdf(launch, emitter, direction, last_pdf < 0.0f);
+  REAL light_pdf = light_sampling_pdf(launch, job, direction, last_pdf < 0.0f);
   scale *= SELECT(last_pdf == 0.0f, 1.0f, ABS(last_pdf) / (ABS(last_pdf) + light_pdf));
 #endif
   if (job->hide_emitters) scale = SELECT(LOAD_INT(pool, DEPTH, slots) > 0, scale, 0.0f);
@@ -29,7 +29,8 @@ inline void escape_stage(const Launch* launch, __global const JobRecord* job, Po
   }
   const Scores scores = load_scores(job, pool, slots);
   gather_radiance(launch, pool, slots, valid, light, &scores);
-  gather_light_derivatives(launch, job, pool, slots, valid, weight, direction);
+  const LightSource source = light_around(direction);
+  gather_light_derivatives(launch, job, pool, slots, valid, weight, &source);
   finish(launch, job, pool, slots, valid);
 }
 

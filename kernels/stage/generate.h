@@ -74,6 +74,7 @@ inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
   UNROLL for (int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_WEIGHT + c, slots, 1.0f);
   STORE_INT(pool, HERO, slots, CAST_INT(u[2] * 3.0f));
 #endif
+  begin_segment(pool, slots, o, (REAL)(1.0f), (MASK)(-1));
   begin_replay(launch, job, pool, slots, valid, pixel, sample);
 #if FUSED && WIDTH == BOX_WIDTH && !HAS_ROUND
   /* Samples of a pixel come together here. */

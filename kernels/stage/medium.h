@@ -39,6 +39,10 @@ typedef struct {
   REAL last_pdf, chance;
   REAL3 vertex; /* where the last flight began; direction of arrival for waiting lanes */
 #endif
+#if HAS_AREA_LIGHTS && LIGHT_SAMPLING
+  REAL3 origin; /* where the direction began */
+  REAL rival;
+#endif
 } Walk;
 
 /* One event: a flight, and the scattering at its end. */
@@ -89,6 +93,10 @@ inline Walk load_walk(const Launch* launch, __global const JobRecord* job, const
   w.last_pdf = LOAD(pool, LAST_PDF, slots);
   w.chance = (REAL)(1.0f);
   w.vertex = w.position;
+#endif
+#if HAS_AREA_LIGHTS && LIGHT_SAMPLING
+  w.origin = load3(pool, ORIGIN, slots);
+  w.rival = ROUGH_LIGHT_SAMPLING ? LOAD(pool, RIVAL, slots) : (REAL)(1.0f);
 #endif
   return w;
 }
@@ -222,6 +230,10 @@ inline void turn(const Launch* launch, __global const JobRecord* job, const Pool
   REAL3 turned = frame_to_world(&frame, make3(sine * c, sine * s, cosine));
   turned = scale3(turned, 1.5f - 0.5f * dot3(turned, turned)); /* stays unit over thousands of turns */
   w->direction = select3(w->alive, turned, w->direction);
+#if HAS_AREA_LIGHTS && LIGHT_SAMPLING
+  w->origin = select3(w->alive, w->position, w->origin);
+  w->rival = SELECT(w->alive, 1.0f, w->rival);
+#endif
 #if MEDIUM_LIGHT_SAMPLING
   w->last_pdf = SELECT(w->alive, SELECT(w->connectable, phase_value(&w->phase, cosine) / w->chance, 0.0f), w->last_pdf);
   w->alive = w->alive & !connects; /* connected before the path goes on, so contributions keep their order */
@@ -247,6 +259,9 @@ inline void store_walk(const Launch* launch, __global const JobRecord* job, Pool
   STORE(pool, HIT_PLACE + 1, slots, w->hit_v);
 #if SPECTRAL
   UNROLL for (int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_WEIGHT + c, slots, w->weight[c]);
+#endif
+#if HAS_AREA_LIGHTS && LIGHT_SAMPLING
+  begin_segment(pool, slots, w->origin, w->rival, valid);
 #endif
   finish(launch, job, pool, slots, w->dead);
   push_surface(launch, job, pool, slots, w->arrived, w->hit_primitive);

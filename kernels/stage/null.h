@@ -1,11 +1,12 @@
 /* Stage null: an index-matched boundary; the path goes straight on in the medium of the other side. */
 #ifndef ITN_STAGE_NULL_H
 #define ITN_STAGE_NULL_H
-#include "stage/surface.h"
+#include "stage/emission.h"
 
 #if HAS_NULL
 inline void null_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
   Surface s = load_surface(launch, job, pool, slots, valid);
+  gather_emission(launch, job, pool, slots, valid, &s);
   leave_surface(launch, pool, slots, valid, &s, s.direction);
   STORE_INT(pool, PASSED, slots, 1);
 }

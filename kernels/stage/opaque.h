@@ -4,7 +4,7 @@
 #define ITN_STAGE_OPAQUE_H
 #include "lib/connection.h"
 #include "lib/light_sampling.h"
-#include "stage/surface.h"
+#include "stage/emission.h"
 
 /* What a stage knows of its BSDF where the paths have arrived. */
 typedef struct {
@@ -29,12 +29,11 @@ inline void connect_reflector(int model, int variant, const Launch* launch, __gl
                               const REAL throughput[], const REAL spectral[3]) {
   const bool even = (bsdf_traits(model) & BSDF_EVEN) != 0;
   const Scores scores = load_scores(job, pool, slots);
-  __global const EmitterRecord* emitter = launch->emitters + job->emitter;
   REAL v[4];
   draw(random, 1, v);
-  REAL3 to_light;
-  REAL pdf, light[3];
-  const MASK sampled = sample_light(launch, emitter, mask | !mask, v, &to_light, &pdf, light);
+  LightSample light;
+  const MASK sampled = sample_light(launch, job, mask | !mask, s->position, v, &light);
+  const REAL3 to_light = light.source.direction;
   const REAL3 wo = frame_to_local(&r->frame, to_light);
   const REAL bsdf_pdf = bsdf_density(model, variant, r->n, r->wi, wo);
   REAL f[CHANNELS];
@@ -43,7 +42,7 @@ inline void connect_reflector(int model, int variant, const Launch* launch, __gl
   MASK lit = (MASK)(0);
   UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
     const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
-    REAL value = (even ? bsdf_pdf : f[t]) / (pdf + bsdf_pdf) * LOAD(pool, REFRACTION_SCALE, slots);
+    REAL value = (even ? bsdf_pdf : f[t]) / (light.pdf + light.by_chance * bsdf_pdf) * LOAD(pool, REFRACTION_SCALE, slots);
 #if OPERATOR_SINGLE
     value = SELECT(depth >= SCATTERED_ONCE, value, 0.0f);
 #endif
@@ -56,8 +55,8 @@ inline void connect_reflector(int model, int variant, const Launch* launch, __gl
   start.n = r->n;
   start.surface = &step;
   add_connection(launch, job, pool, slots, mask & sampled & lit,
-                 beside_surface(launch->primitives, s->primitive, s->position, s->normal, to_light), to_light,
-                 s->primitive, LOAD_INT(pool, MEDIUM, slots), connection_weight, light, &scores, &start);
+                 beside_surface(launch->primitives, s->primitive, s->position, s->normal, to_light), &light,
+                 s->primitive, LOAD_INT(pool, MEDIUM, slots), connection_weight, &scores, &start);
 }
 #endif
 
@@ -75,6 +74,7 @@ inline void opaque_stage(int model, int variant, const Launch* launch, __global 
                          INT slots, MASK valid) {
   const int traits = bsdf_traits(model);
   const Surface s = load_surface(launch, job, pool, slots, valid);
+  gather_emission(launch, job, pool, slots, valid, &s);
   const Random random = load_random(job, pool, slots);
   REAL u[4];
   draw(&random, 0, u);
@@ -113,6 +113,7 @@ inline void opaque_stage(int model, int variant, const Launch* launch, __global 
 #else
   STORE(pool, LAST_PDF, slots, 0.0f);
 #endif
+  begin_segment(pool, slots, s.position, (REAL)(1.0f), goes_on);
   if (!(traits & BSDF_SMOOTH)) score_reflection(model, variant, launch, job, pool, slots, goes_on, &s, &r, wo);
   leave_surface(launch, pool, slots, goes_on, &s, frame_to_world(&r.frame, wo));
 }

@@ -3,6 +3,16 @@
 #define ITN_STAGE_RAY_H
 #include "lib/launch.h"
 
+/* The path has changed its direction here, with LAST_PDF divided by `rival`. */
+inline void begin_segment(Pool* pool, INT slots, REAL3 position, REAL rival, MASK mask) {
+#if HAS_AREA_LIGHTS && LIGHT_SAMPLING
+  store3(pool, ORIGIN, slots, select3(mask, position, load3(pool, ORIGIN, slots)));
+#if ROUGH_LIGHT_SAMPLING
+  STORE(pool, RIVAL, slots, SELECT(mask, rival, LOAD(pool, RIVAL, slots)));
+#endif
+#endif
+}
+
 /* Where the rays have led. */
 inline void arrive(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                    const LaneHits* hits) {

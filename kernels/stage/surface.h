@@ -15,6 +15,9 @@ typedef struct {
   INT primitive, first_number, first_cell; /* of the BSDF */
   MASK twosided;
   INT interior, exterior; /* media */
+#if HAS_AREA_LIGHTS
+  INT light; /* of the launch, -1: the shape is none */
+#endif
   MASK misplaced; /* logically on the side it cannot come from: a position off by rounding, or shapes that overlap; the
                      boundary is passed as if it were not there, and the path is on its logical side again */
 } Surface;
@@ -27,7 +30,7 @@ inline Surface load_surface(const Launch* launch, __global const JobRecord* job,
   s.primitive = SELECT_INT(valid, LOAD_INT(pool, HIT, slots), 0);
   surface_frame(launch->primitives, s.primitive, LOAD(pool, HIT_PLACE, slots), LOAD(pool, HIT_PLACE + 1, slots), s.position,
                 &s.normal, &s.frame, s.texture);
-  Lanes primitive, first_number, first_cell, twosided, interior, exterior;
+  Lanes primitive, first_number, first_cell, twosided, interior, exterior, light;
   primitive.integer = s.primitive;
   UNROLL for (int l = 0; l < WIDTH; ++l) {
     __global const ShapeRecord* shape = launch->shapes + job->first_shape + launch->primitives[primitive.i[l]].shape;
@@ -37,12 +40,16 @@ inline Surface load_surface(const Launch* launch, __global const JobRecord* job,
     twosided.i[l] = bsdf->twosided;
     interior.i[l] = shape->interior;
     exterior.i[l] = shape->exterior;
+    light.i[l] = shape->light;
   }
   s.first_number = first_number.integer;
   s.first_cell = first_cell.integer;
   s.twosided = twosided.integer != 0;
   s.interior = interior.integer;
   s.exterior = exterior.integer;
+#if HAS_AREA_LIGHTS
+  s.light = light.integer;
+#endif
   s.front = dot3(s.direction, s.normal) < 0.0f;
   INT medium = LOAD_INT(pool, MEDIUM, slots);
   s.misplaced = valid & (interior.integer != exterior.integer) &

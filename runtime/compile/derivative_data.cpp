@@ -41,11 +41,13 @@ class Builder {
 
   // image: which derivative this is
   void add(const Parameter& p, int image) {
-    if (is_of_light(p)) return add_light(p, image);
+    if (p.owner == Owner::environment) return add_environment(p, image);
     launch_.coloured_light |= p.component >= 0;  // where all components are equal, the derivatives are not
     for (const int index : p.indices)
       if (p.owner == Owner::texture)
         add_textures(p, index, image);
+      else if (p.owner == Owner::light)
+        add_light(p, index, image);
       else
         add_instance(p, p.member, instance_of(p.owner, index), image);
   }
@@ -61,14 +63,30 @@ class Builder {
     int origin = 0;  // as of ScoreRecord
   };
 
-  void add_light(const Parameter& p, int image) {
-    DerivativeRecord record{{0, 0, 0}, static_cast<int>(launch_.emitters.size())};
-    const EmitterRecord light = launch_.emitters[static_cast<std::size_t>(job_.emitter)];
-    launch_.emitters.push_back(emitter_derivative(*scene_.environment, p, light, launch_.emitter_tables));
-    if (light.kind == EMITTER_SUNSKY) data.functions["derivative_sky_hosek_wilkie"] = {0};
+  // Radiance enters linearly: no path carries a score for it.
+  void add_light_part(const DerivativeRecord& record, int image) {
     data.derivatives.push_back(record);
     data.parts.push_back({image, {-1, -1, -1}});
     data.numbers.push_back({});
+  }
+
+  void add_light(const Parameter& p, int index, int image) {
+    const Light& light = scene_.lights[static_cast<std::size_t>(index)];
+    const auto by = light.model->jacobian(light.slots());
+    const DeclaredParameter& declared = light.model->parameter(p.member);
+    DerivativeRecord record{{0, 0, 0}, -1, start().light_numbers[static_cast<std::size_t>(index)], {0, 0, 0}};
+    for (std::size_t c = 0; c < 3; ++c)  // the colour is what the first numbers are
+      if (p.component < 0 || p.component == static_cast<int>(c))
+        record.colour[c] = static_cast<float>(by[c][static_cast<std::size_t>(declared.slot) + c]);
+    add_light_part(record, image);
+  }
+
+  void add_environment(const Parameter& p, int image) {
+    DerivativeRecord record{{0, 0, 0}, static_cast<int>(launch_.emitters.size()), -1, {0, 0, 0}};
+    const EmitterRecord light = launch_.emitters[static_cast<std::size_t>(job_.emitter)];
+    launch_.emitters.push_back(emitter_derivative(*scene_.environment, p, light, launch_.emitter_tables));
+    if (light.kind == EMITTER_SUNSKY) data.functions["derivative_sky_hosek_wilkie"] = {0};
+    add_light_part(record, image);
   }
 
   // A colour of a texture, wherever the BSDF has it.
@@ -93,7 +111,7 @@ class Builder {
     const auto by = place.model->jacobian(place.slots);
     for (const DeclaredNumber& number : place.model->numbers) {
       if (place.origin > 0 && number.name != member) continue;
-      DerivativeRecord record{{0, 0, 0}, -1};
+      DerivativeRecord record{{0, 0, 0}, -1, -1, {0, 0, 0}};
       PartRecord part{image, {-1, -1, -1}};
       bool moves = false;
       for (int c = 0; c < 3; ++c) {
@@ -145,16 +163,19 @@ class Builder {
           data.functions[function.name].insert(number.slot + c);
   }
 
+  const SceneStart& start() const {
+    return *std::find_if(launch_.scenes.begin(), launch_.scenes.end(),
+                         [&](const SceneStart& s) { return s.first_number == job_.first_number; });
+  }
+
   Place instance_of(Owner owner, int index) const {
     const auto i = static_cast<std::size_t>(index);
     const auto place = [](const Model& model, int variant, int first, const std::vector<double>& slots) {
       return Place{&model, variant, first, slots, model.to_numbers(slots)};
     };
     const int base = job_.first_number;
-    const auto start = std::find_if(launch_.scenes.begin(), launch_.scenes.end(),
-                                    [&](const SceneStart& s) { return s.first_number == base; });
-    const MediumRecord* media = launch_.media.data() + start->first_medium;
-    const BsdfRecord* bsdfs = launch_.bsdfs.data() + start->first_bsdf;
+    const MediumRecord* media = launch_.media.data() + start().first_medium;
+    const BsdfRecord* bsdfs = launch_.bsdfs.data() + start().first_bsdf;
     if (owner == Owner::medium) {
       const Medium& medium = scene_.media[i];
       return place(*medium.model, medium.variant, media[i].first_number - base, medium.slots());

@@ -10,7 +10,7 @@
 
 namespace itn {
 
-static_assert(sizeof(ScoreRecord) == 20 && sizeof(SumRecord) == 20 && sizeof(DerivativeRecord) == 16);
+static_assert(sizeof(ScoreRecord) == 20 && sizeof(SumRecord) == 20 && sizeof(DerivativeRecord) == 32);
 
 // Which number a part of a derivative is by: n[slot] of the model whose numbers begin at `first` of the scene's.
 struct NumberOfPart {
@@ -21,6 +21,9 @@ struct NumberOfPart {
   // Of n[slot + c], from n on.
   int place(int c) const { return model->place_of_colour(slot + c, origin); }
 };
+
+// Is it by a light or the environment, rather than by what a path's throughput depends on?
+inline bool is_of_light(const DerivativeRecord& derivative) { return derivative.emitter >= 0 || derivative.light >= 0; }
 
 struct DerivativeData {
   std::vector<ScoreRecord> scores;            // what a path carries

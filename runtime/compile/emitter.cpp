@@ -56,27 +56,6 @@ void append_constant(const Emitter& emitter, EmitterRecord& record) {
   record.sky_weight = static_cast<float>(4 * pi * luminance(emitter.radiance));
 }
 
-// Cumulative distribution over n cells (uniform when all weights are 0), n + 1 multiples of 2^-24: the grid of the
-// random numbers, so that a cell's probability is the difference of its bounds exactly. Every cell with a weight can be
-// drawn.
-void append_cumulative(const double* weight, std::size_t n, std::vector<float>& tables) {
-  constexpr double grid = 0x1p24, least = 4 / grid;
-  double total = 0, raised = 0;
-  for (std::size_t i = 0; i < n; ++i) total += weight[i];
-  const auto share = [&](std::size_t i) {
-    if (!(total > 0)) return 1.0;
-    return weight[i] > 0 ? std::max(weight[i] / total, least) : 0.0;
-  };
-  for (std::size_t i = 0; i < n; ++i) raised += share(i);
-  double sum = 0;
-  tables.push_back(0);
-  for (std::size_t i = 0; i < n; ++i) {
-    sum += share(i);
-    tables.push_back(static_cast<float>(std::min(std::round(sum / raised * grid), grid) / grid));
-  }
-  tables.back() = 1;
-}
-
 // weight: the light of each cell, row by row.
 int append_sampling(const std::vector<double>& weight, std::size_t rows, std::size_t columns,
                     std::vector<float>& tables) {
@@ -248,6 +227,24 @@ ClearSky derivative_of(const SunSky& sunsky, const Parameter& p) {
 }
 
 }  // namespace
+
+void append_cumulative(const double* weight, std::size_t n, std::vector<float>& tables) {
+  constexpr double grid = 0x1p24, least = 4 / grid;
+  double total = 0, raised = 0;
+  for (std::size_t i = 0; i < n; ++i) total += weight[i];
+  const auto share = [&](std::size_t i) {
+    if (!(total > 0)) return 1.0;
+    return weight[i] > 0 ? std::max(weight[i] / total, least) : 0.0;
+  };
+  for (std::size_t i = 0; i < n; ++i) raised += share(i);
+  double sum = 0;
+  tables.push_back(0);
+  for (std::size_t i = 0; i < n; ++i) {
+    sum += share(i);
+    tables.push_back(static_cast<float>(std::min(std::round(sum / raised * grid), grid) / grid));
+  }
+  tables.back() = 1;
+}
 
 EmitterRecord emitter_derivative(const Emitter& emitter, const Parameter& p, const EmitterRecord& record,
                                  std::vector<float>& tables) {

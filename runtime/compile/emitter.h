@@ -18,6 +18,11 @@ void append_emitter(const Emitter& emitter, EmitterRecord& record, std::vector<f
 EmitterRecord emitter_derivative(const Emitter& emitter, const Parameter& parameter, const EmitterRecord& record,
                                  std::vector<float>& tables);
 
+// Appends a cumulative distribution over n cells (uniform when all weights are 0): n + 1 multiples of 2^-24, the grid
+// of the random numbers, so that a cell's probability is the difference of its bounds exactly. Every cell with a weight
+// can be drawn.
+void append_cumulative(const double* weight, std::size_t n, std::vector<float>& tables);
+
 // The definitions with which kernels/lib/emitter.h serves all of these records.
 std::map<std::string, std::string> emitter_definitions(const std::vector<EmitterRecord>& records);
 

@@ -10,6 +10,7 @@
 #include "kernels/shared/baseline_layout.h"
 #include "runtime/base/colour.h"
 #include "runtime/compile/emitter.h"
+#include "runtime/compile/light.h"
 #include "runtime/compile/surfaces.h"
 
 namespace itn {
@@ -190,6 +191,78 @@ int append_light(const Emitter& light, LaunchData& data) {
   return index;
 }
 
+// How far in front of a shape that shines connections with it end: beyond the tolerance in which rays meet surfaces,
+// and the offset with which they begin beside others.
+double distance_in_front(const Geometry& geometry, const GeometryRecord& record) {
+  float offset = 0;
+  for (std::size_t i = record.first_primitive; i < geometry.primitives.size(); ++i)
+    offset = std::max(offset, geometry.primitives[i].offset);
+  return 4 * static_cast<double>(offset);
+}
+
+// How often each of the scene's lights is sampled: half by what it is expected to bring, half alike, since that is no
+// more than a guess.
+void share_out(const std::vector<double>& expected, std::size_t first, std::vector<LightRecord>& lights) {
+  double sum = 0;
+  for (const double e : expected) sum += e;
+  const auto count = static_cast<double>(expected.size());
+  double from = 0;
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    LightRecord& light = lights[first + i];
+    light.from = static_cast<float>(from);
+    from = i + 1 == expected.size() ? 1 : from + 0.5 / count + 0.5 * (sum > 0 ? expected[i] / sum : 1 / count);
+    light.share = static_cast<float>(from) - light.from;
+  }
+}
+
+// Lights by themselves, then each shape that shines.
+void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
+  std::vector<int>& numbers = data.scenes.back().light_numbers;
+  for (const Light& light : scene.lights) {
+    numbers.push_back(append_numbers(*light.model, light.slots(), data));
+    const std::vector<double> n = light.model->to_numbers(light.slots());
+    data.coloured_light |= !grey({n[0], n[1], n[2]});
+  }
+  const GeometryRecord& geometry = data.geometry.records[static_cast<std::size_t>(job.geometry)];
+  const auto vector = [](const float v[3]) { return Vec3{v[0], v[1], v[2]}; };
+  const std::size_t first = data.lights.size();
+  std::vector<double> expected;
+  const auto append = [&](int index, const LightSurfaces* surfaces) {
+    const auto i = static_cast<std::size_t>(index);
+    const Light& light = scene.lights[i];
+    LightRecord r{};
+    r.model = light.model->id;
+    r.first_number = numbers[i];
+    if (surfaces) {
+      r.table = static_cast<int>(data.emitter_tables.size());
+      r.surfaces = surfaces->count;
+      r.inverse_area = static_cast<float>(1 / surfaces->area);
+      data.emitter_tables.insert(data.emitter_tables.end(), surfaces->table.begin(), surfaces->table.end());
+    }
+    data.lights.push_back(r);
+    const Light& like = scene.lights_sampled_as.empty() ? light : scene.lights_sampled_as[i];
+    expected.push_back(expected_irradiance(like, surfaces, vector(geometry.low), vector(geometry.high)));
+  };
+  for (std::size_t i = 0; i < scene.lights.size(); ++i)
+    if (!(scene.lights[i].model->traits & LIGHT_ON_SHAPE)) append(static_cast<int>(i), nullptr);
+  for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
+    if (scene.shapes[i].light < 0) continue;
+    data.shapes[static_cast<std::size_t>(job.first_shape) + i].light = static_cast<int>(data.lights.size());
+    const LightSurfaces surfaces = light_surfaces(scene.shapes[i], distance_in_front(data.geometry, geometry));
+    append(scene.shapes[i].light, &surfaces);
+  }
+  share_out(expected, first, data.lights);
+  job.first_light = static_cast<int>(first);
+  job.lights = static_cast<int>(expected.size());
+  if (expected.empty()) return;
+  double sum = 0;
+  for (const double e : expected) sum += e;
+  const EmitterRecord& around = data.emitters[static_cast<std::size_t>(job.emitter)];
+  const bool sampled = around.kind == EMITTER_ENVMAP || around.kind == EMITTER_SUNSKY;
+  const double rest = sampled ? static_cast<double>(around.sun_weight + around.sky_weight) : 0;
+  job.light_share = rest > 0 ? static_cast<float>(std::clamp(sum / (sum + rest), 0.1, 0.9)) : 1.0F;
+}
+
 }  // namespace
 
 JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData& data) {
@@ -199,12 +272,12 @@ JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData&
   const int first_medium = static_cast<int>(data.media.size()), first_bsdf = static_cast<int>(data.bsdfs.size());
   job.first_shape = static_cast<int>(data.shapes.size());
   job.first_number = static_cast<int>(data.numbers.size());
-  data.scenes.push_back({job.first_number, first_medium, first_bsdf});
+  data.scenes.push_back({job.first_number, first_medium, first_bsdf, {}});
   const auto medium_index = [&](int medium) { return medium < 0 ? -1 : first_medium + medium; };
   for (int m = 0; m < static_cast<int>(scene.media.size()); ++m) data.media.push_back(medium_record(scene, m, data));
   for (const Bsdf& bsdf : scene.bsdfs) data.bsdfs.push_back(bsdf_record(bsdf, data));
   for (const Shape& shape : scene.shapes)
-    data.shapes.push_back({first_bsdf + shape.bsdf, medium_index(shape.interior), medium_index(shape.exterior), 0});
+    data.shapes.push_back({first_bsdf + shape.bsdf, medium_index(shape.interior), medium_index(shape.exterior), -1});
 
   job.camera = static_cast<int>(data.cameras.size());
   const Sensor& camera = scene.sensors[static_cast<std::size_t>(sensor)];
@@ -212,6 +285,8 @@ JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData&
   data.pixels.push_back(camera.crop_width * camera.crop_height);
 
   job.emitter = scene.environment ? append_light(*scene.environment, data) : append_record({}, data);
+
+  append_lights(scene, job, data);
 
   const int unlimited = 1 << 20;  // beyond any path: roulette ends them
   job.max_depth = scene.integrator.max_depth < 0 ? unlimited : scene.integrator.max_depth;
@@ -266,11 +341,15 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   set("SPECTRAL", data.spectral);
   const bool sun = std::any_of(data.emitters.begin(), data.emitters.end(),
                                [](const EmitterRecord& e) { return e.kind == EMITTER_SUNSKY && e.sun_pdf > 0; });
-  const bool rough_sun = sun && rough;
-  const bool medium_light = (uneven_light && matched) || (sun && refracted);
-  set("ROUGH_LIGHT_SAMPLING", rough_sun);
+  const bool lights = !data.lights.empty();
+  const bool rough_light = (sun || lights) && rough;
+  const bool medium_light = ((uneven_light || lights) && matched) || (sun && refracted);
+  set("HAS_LIGHTS", lights);
+  set("HAS_AREA_LIGHTS",
+      std::any_of(data.shapes.begin(), data.shapes.end(), [](const ShapeRecord& s) { return s.light >= 0; }));
+  set("ROUGH_LIGHT_SAMPLING", rough_light);
   set("MEDIUM_LIGHT_SAMPLING", medium_light);
-  set("LIGHT_SAMPLING", medium_light || rough_sun || (uneven_light && reflecting));
+  set("LIGHT_SAMPLING", medium_light || rough_light || ((uneven_light || lights) && reflecting));
   d["THROUGHPUT_CHANNELS"] = std::to_string(data.coloured ? 3 : 1);
   d["RADIANCE_CHANNELS"] = std::to_string(data.coloured || data.coloured_light ? 3 : 1);
   return d;

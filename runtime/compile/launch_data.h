@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kernels/shared/emitter_layout.h"
+#include "kernels/shared/light_layout.h"
 #include "kernels/shared/scene_layout.h"
 #include "runtime/compile/geometry.h"
 #include "runtime/scene/scene.h"
@@ -16,12 +17,13 @@
 namespace itn {
 
 static_assert(sizeof(CameraRecord) == 104 && sizeof(MediumRecord) == 32 && sizeof(ShapeRecord) == 16 &&
-              sizeof(BsdfRecord) == 16 && sizeof(TextureRecord) == 52 && sizeof(JobRecord) == 84 &&
+              sizeof(BsdfRecord) == 16 && sizeof(TextureRecord) == 52 && sizeof(JobRecord) == 96 &&
               sizeof(ChunkRecord) == 16);
 
 // Where the records of a scene begin; its job knows first_number.
 struct SceneStart {
   int first_number = 0, first_medium = 0, first_bsdf = 0;
+  std::vector<int> light_numbers;  // of each of its lights
 };
 
 struct LaunchData {
@@ -35,7 +37,8 @@ struct LaunchData {
   std::vector<int> number_textures;        // beside them
   std::set<std::pair<int, int>> textured;  // model and slot of those that are somewhere
   std::vector<EmitterRecord> emitters;
-  std::vector<float> emitter_tables;
+  std::vector<LightRecord> lights;
+  std::vector<float> emitter_tables;  // of both
   // Environments are large, and scenes may share them: records by bitmap, scale and to_world.
   std::map<std::tuple<const Bitmap*, double, std::array<double, 16>>, int> emitter_of;
   std::vector<TextureRecord> textures;

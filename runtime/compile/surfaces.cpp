@@ -77,12 +77,16 @@ std::string surfaces_text(const LaunchData& data) {
     phases += fmt::format(" PHASE({}, {})", phase.name, capitals(phase.name));
     ++phase_count;
   }
+  std::string lights;
+  for (const Model& light : light_models())
+    if (std::any_of(data.lights.begin(), data.lights.end(), [&](const LightRecord& l) { return l.model == light.id; }))
+      lights += fmt::format(" LIGHT({}, {})", light.name, capitals(light.name));
   for (const auto& [model, slot] : data.textured)
     textured += fmt::format(" || ((model) == {} && (slot) == {})", model, slot);
   return fmt::format(
       "#define SURFACES {}\n#define SURFACE_LIST(SURFACE){}\n#define PHASE_COUNT {}\n#define PHASES_OF_SCENE(PHASE){}\n"
-      "#define TEXTURED(model, slot) (false{})\n",
-      kinds.size(), surfaces, phase_count, phases, textured);
+      "#define LIGHTS_OF_SCENE(LIGHT){}\n#define TEXTURED(model, slot) (false{})\n",
+      kinds.size(), surfaces, phase_count, phases, lights, textured);
 }
 
 }  // namespace itn

@@ -47,7 +47,7 @@ Scene load_scene(const std::string& file, const std::map<std::string, std::strin
 
   if (builder.scene.sensors.empty())
     fail(document.root->where, "the scene has no sensor; need <sensor type=\"perspective\">");
-  if (!builder.scene.environment)
+  if (!builder.scene.environment && builder.scene.lights.empty())
     builder.warn(document.root->where,
                  "the scene has no emitter: the image will be black; add <emitter type=\"constant\"/>");
   builder.scene.warnings.insert(builder.scene.warnings.end(), report.warnings().begin(), report.warnings().end());

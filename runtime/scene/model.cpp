@@ -61,6 +61,7 @@ std::vector<std::vector<double>> derivatives(const std::vector<Dual<count>>& num
 BSDF_LIST(ITN_BSDF_CONVERSIONS)
 MEDIUM_LIST(ITN_MODEL_CONVERSIONS)
 PHASE_LIST(ITN_MODEL_CONVERSIONS)
+LIGHT_LIST(ITN_MODEL_CONVERSIONS)
 
 #define ITN_MEAN_COSINE(name, PREFIX, type)                                      \
   std::vector<double> name##_mean(const std::vector<double>& at) {               \
@@ -73,6 +74,19 @@ PHASE_LIST(ITN_MODEL_CONVERSIONS)
     return result;                                                               \
   }
 PHASE_LIST(ITN_MEAN_COSINE)
+
+Vector3<double> vector3(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
+
+#define ITN_ARRIVES(name, PREFIX, type)                                                                     \
+  Arrival name##_arrival(const std::vector<double>& n, const std::array<double, 3>& from,                   \
+                         const std::array<double, 3>& on, const std::array<double, 3>& normal) {            \
+    Vector3<double> towards{};                                                                              \
+    Arrival a;                                                                                              \
+    name##_arrives(n.data(), vector3(from), vector3(on), vector3(normal), &towards, &a.distance, &a.share); \
+    a.towards = {towards.x, towards.y, towards.z};                                                          \
+    return a;                                                                                               \
+  }
+LIGHT_LIST(ITN_ARRIVES)
 
 #define ITN_PARAMETER(name, kind, fallback, unit) declare(model, #name, parameter_kind::kind, fallback, unit);
 #define ITN_NUMBER(PREFIX, name, channels, role, coordinate) \
@@ -101,6 +115,13 @@ PHASE_LIST(ITN_MEAN_COSINE)
     model.mean_cosine = name##_mean;        \
     models.push_back(model);                \
   }
+#define ITN_LIGHT_MODEL(name, PREFIX, type) \
+  {                                         \
+    ITN_MODEL(name, PREFIX, type)           \
+    model.traits = PREFIX##_TRAITS;         \
+    model.arrives = name##_arrival;         \
+    models.push_back(model);                \
+  }
 #define ITN_MEDIUM_MODEL(name, PREFIX, type) \
   {                                          \
     ITN_MODEL(name, PREFIX, type)            \
@@ -122,6 +143,12 @@ std::vector<Model> make_phase_models() {
 std::vector<Model> make_medium_models() {
   std::vector<Model> models;
   MEDIUM_LIST(ITN_MEDIUM_MODEL)
+  return models;
+}
+
+std::vector<Model> make_light_models() {
+  std::vector<Model> models;
+  LIGHT_LIST(ITN_LIGHT_MODEL)
   return models;
 }
 
@@ -157,6 +184,11 @@ const std::vector<Model>& phase_models() {
 
 const std::vector<Model>& medium_models() {
   static const std::vector<Model> all = make_medium_models();
+  return all;
+}
+
+const std::vector<Model>& light_models() {
+  static const std::vector<Model> all = make_light_models();
   return all;
 }
 

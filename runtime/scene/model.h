@@ -1,5 +1,6 @@
 // The models of kernels/model as the host knows them: what each declares of itself, from the lists of their families.
 #pragma once
+#include <array>
 #include <string>
 #include <vector>
 
@@ -23,11 +24,17 @@ struct DeclaredNumber {
   int slot = 0, channels = 1, role = 0, coordinate = 0;
 };
 
+// What a light brings to a point (kernels/model/light/list.h).
+struct Arrival {
+  std::array<double, 3> towards{0, 0, 0};
+  double distance = 0, share = 0;
+};
+
 struct Model {
   int id = 0;                         // MODEL_* of kernels/model/models.h
   std::string name, type;             // of its file and functions; of the element in scene files
   std::vector<std::string> variants;  // values of `distribution`; one that is empty: there is no such parameter
-  int traits = 0;                     // of BSDFs: BSDF_*
+  int traits = 0;                     // of BSDFs: BSDF_*; of lights: LIGHT_*
   std::vector<DeclaredParameter> parameters;
   std::vector<DeclaredNumber> numbers;
   int parameter_slots = 0, number_slots = 0;
@@ -39,6 +46,10 @@ struct Model {
   const char* (*obstacle)(const double*, int) = nullptr;  // why there is no derivative by a parameter's slot; or empty
   // Of phase functions: the mean cosine, and its derivative by each parameter's slot.
   std::vector<double> (*mean_cosine)(const std::vector<double>&) = nullptr;
+
+  // Of lights; the arguments are the numbers, the point, and a point of the light's surface with its normal.
+  Arrival (*arrives)(const std::vector<double>&, const std::array<double, 3>&, const std::array<double, 3>&,
+                     const std::array<double, 3>&) = nullptr;
 
   // The parameter of that name. Throws std::logic_error: there is none.
   const DeclaredParameter& parameter(const std::string& wanted) const;
@@ -53,6 +64,7 @@ struct Model {
 const std::vector<Model>& bsdf_models();  // without null, which has none
 const std::vector<Model>& phase_models();
 const std::vector<Model>& medium_models();
+const std::vector<Model>& light_models();  // of lights with a place in the scene
 
 // The model of that type, or null.
 const Model* find_model(const std::vector<Model>& models, const std::string& type);

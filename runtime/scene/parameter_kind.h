@@ -12,7 +12,19 @@ constexpr double least_ior = 1e-3, greatest_ior = 1e3;  // indices of refraction
 enum class Quantity { reflectance, unbounded, emission };
 
 struct ParameterKind {
-  enum class Reader { number, colour, texture, interior_index, exterior_index, roughness };
+  enum class Reader {
+    number,
+    colour,
+    texture,
+    interior_index,
+    exterior_index,
+    roughness,
+    position,
+    origin,
+    axis,
+    direction,
+    beam
+  };
   int channels = 1;  // 3: a colour
   double low = 0, high = 0;
   bool low_included = true, high_included = true;
@@ -33,6 +45,13 @@ constexpr ParameterKind ALBEDO{3,   0, 1, true, true, Reader::colour, true, "sig
                                true};
 constexpr ParameterKind EXTINCTION{
     3, 0, unbounded, true, false, Reader::colour, true, "per scene unit", Quantity::unbounded, true};
+constexpr ParameterKind EMISSION{3, 0, unbounded, true, false, Reader::colour, true, "", Quantity::emission};
+constexpr ParameterKind POSITION{3, -unbounded, unbounded, false, false, Reader::position, false};
+constexpr ParameterKind ORIGIN{3, -unbounded, unbounded, false, false, Reader::origin, false};
+constexpr ParameterKind AXIS{3, -1, 1, true, true, Reader::axis, false};
+constexpr ParameterKind DIRECTION{3, -1, 1, true, true, Reader::direction, false};
+constexpr ParameterKind HALF_ANGLE{1, 0, 180, false, true, Reader::number, false, "an angle in degrees"};
+constexpr ParameterKind BEAM{1, 0, 180, true, true, Reader::beam, false, "an angle in degrees"};
 constexpr ParameterKind COMPLEX_INDEX{3, 0, 1e3, true, true, Reader::colour, true, "a part of an index of refraction"};
 constexpr ParameterKind COSINE{1, -1, 1, false, false, Reader::number, true, "a mean cosine"};
 constexpr ParameterKind CONCENTRATION{1, 0, unbounded, false, false, Reader::number, true, "a concentration"};

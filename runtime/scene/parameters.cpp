@@ -114,7 +114,7 @@ void add(List& list, const Medium& m, int index) {
 }
 
 void add(List& list, const Emitter& e) {
-  list.begin(Owner::light, 0, e.id);
+  list.begin(Owner::environment, 0, e.id);
   switch (e.kind) {
     case Emitter::Kind::constant:
       return list.colour("radiance", e.radiance, non_negative, always);
@@ -160,7 +160,7 @@ void set_colour(Rgb& colour, const Parameter& p, double value) {
     if (p.component < 0 || p.component == c) colour[static_cast<std::size_t>(c)] = value;
 }
 
-void set_light(Emitter& light, const Parameter& p, double value) {
+void set_environment(Emitter& light, const Parameter& p, double value) {
   if (p.member == "radiance") return set_colour(light.radiance, p, value);
   if (p.member == "albedo") return set_colour(light.sunsky.albedo, p, value);
   if (p.member == "turbidity") light.sunsky.turbidity = value;
@@ -192,7 +192,9 @@ void set_number(Scene& scene, const Parameter& p, std::size_t index, double valu
     case Owner::texture:
       return set_texture(scene.bsdfs.at(index), p, value);
     case Owner::light:
-      return set_light(scene.environment.value(), p, value);
+      return set_instance(scene.lights.at(index), p, value);
+    case Owner::environment:
+      return set_environment(scene.environment.value(), p, value);
   }
 }
 
@@ -211,11 +213,15 @@ std::vector<Parameter> list_parameters(const Scene& scene) {
     list.declared(scene.bsdfs[i]);
     add_textures(list, scene.bsdfs[i], static_cast<int>(i));
   }
+  for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+    list.begin(Owner::light, static_cast<int>(i), scene.lights[i].id);
+    list.declared(scene.lights[i]);
+  }
   if (scene.environment) add(list, *scene.environment);
   return each_once(list.parameters);
 }
 
-bool is_of_light(const Parameter& p) { return p.owner == Owner::light; }
+bool is_of_light(const Parameter& p) { return p.owner == Owner::light || p.owner == Owner::environment; }
 
 void set_parameter(Scene& scene, const Parameter& p, double value) {
   if (!p.contains(value))

@@ -9,7 +9,7 @@
 namespace itn {
 
 // What a parameter belongs to.
-enum class Owner { medium, phase, bsdf, texture, light };
+enum class Owner { medium, phase, bsdf, texture, light, environment };
 
 struct Parameter {
   std::string name;  // <id>.<parameter>, with .R .G .B where the components differ or were given as <rgb>
@@ -22,8 +22,8 @@ struct Parameter {
   Owner owner = Owner::medium;
   std::string member;   // its name without the owner's id and without .R .G .B: "sigma_t"
   std::string texture;  // Owner::texture: its id; member is one of its colours
-  // Of the media (phase functions: theirs) or BSDFs (textures: those that have them) in the scene, several where they
-  // share it. Of the light: meaningless.
+  // Of the media (phase functions: theirs), BSDFs (textures: those that have them) or lights in the scene, several
+  // where they share it. Of the environment: meaningless.
   std::vector<int> indices{0};
   int component = -1;  // of a colour; -1: all
 
@@ -35,7 +35,7 @@ struct Parameter {
   std::string range() const;  // "[0, 1]", "(-1, 1)", "[0, inf)"
 };
 
-// Of the light around the scene, which media and surfaces do not change.
+// Of a light or the environment, which media and surfaces do not change.
 bool is_of_light(const Parameter& parameter);
 
 // The listed parameter of that name. Throws UsageError: not there (names those that are).
@@ -49,7 +49,7 @@ std::vector<std::string> by_component(const std::vector<Parameter>& parameters, 
 // listed, or a copy. Throws UsageError: outside of the range (names it), or a texture.
 void set_parameter(Scene& scene, const Parameter& parameter, double value);
 
-// Media, phase functions, BSDFs with their textures, then the environment, in the order of the scene.
+// Media, phase functions, BSDFs with their textures, lights, then the environment, in the order of the scene.
 std::vector<Parameter> list_parameters(const Scene& scene);
 
 }  // namespace itn

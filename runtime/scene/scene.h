@@ -137,6 +137,7 @@ struct Shape {
   bool flip_normals = false;         // sphere, disk, cylinder (meshes are already turned)
   int bsdf = -1;                     // index into Scene::bsdfs; always valid after loading
   int interior = -1, exterior = -1;  // index into Scene::media, -1: vacuum
+  int light = -1;                    // index into Scene::lights, -1: it does not shine
 };
 
 struct SunSky {
@@ -148,6 +149,10 @@ struct SunSky {
   bool complex_sun = false;
 };
 
+// With a place in the scene: by itself, or the surface of the shapes that name it.
+using Light = Instance;
+
+// Around the scene.
 struct Emitter {
   std::string id;
   Location where;
@@ -174,6 +179,8 @@ struct Scene {
   std::vector<Shape> shapes;
   std::vector<Bsdf> bsdfs;
   std::vector<Medium> media;
+  std::vector<Light> lights;
+  std::vector<Light> lights_sampled_as;  // in whose proportions lights are drawn; empty: these. Changes no mean.
   std::optional<Emitter> environment;
   std::vector<std::string> warnings;
 };

@@ -25,6 +25,7 @@ void LaunchBuffers::upload_scenes(const Device& device, const LaunchData& data) 
   numbers = device.upload(padded, "numbers");
   number_textures = device.upload(data.number_textures, "textures of numbers");
   emitters = device.upload(data.emitters, "emitters");
+  lights = device.upload(data.lights, "lights");
   emitter_tables = device.upload(data.emitter_tables, "emitter tables");
   textures = device.upload(data.textures, "textures");
   texels = device.upload(data.texels, "texels");

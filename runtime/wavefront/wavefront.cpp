@@ -99,7 +99,7 @@ std::map<std::string, std::string> features(const LaunchData& data, const Deriva
   result["PART_RECORDS"] += "{0,{0,0,0}}";
   result["LIGHT_NUMBERS"] = std::to_string(adjoint ? derivatives.derivatives.size() : 0);
   const bool by_light = std::any_of(derivatives.derivatives.begin(), derivatives.derivatives.end(),
-                                    [](const DerivativeRecord& d) { return d.emitter >= 0; });
+                                    [](const DerivativeRecord& d) { return is_of_light(d); });
   result["HAS_LIGHT_DERIVATIVES"] = std::to_string(by_light);
   return result;
 }

@@ -30,6 +30,8 @@ const LaneFunction connection{
      {"ROUGH_LIGHT_SAMPLING", "1"},
      {"LIGHT_SAMPLING", "1"},
      {"HAS_SUN", "1"},
+     {"HAS_LIGHTS", "0"},
+     {"HAS_AREA_LIGHTS", "0"},
      {"HAS_MEDIUM", "1"},
      {"SPECTRAL", "0"},
      {"SCORES", "0"},

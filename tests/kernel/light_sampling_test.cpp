@@ -6,6 +6,7 @@
 #include <numbers>
 #include <random>
 
+#include "kernels/shared/scene_layout.h"
 #include "runtime/compile/emitter.h"
 #include "runtime/device/device.h"
 
@@ -18,18 +19,18 @@ struct Sample {
   std::array<float, 3> rgb;
 };
 
-struct Light {
+struct SunLight {
   EmitterRecord record{};
   std::vector<float> tables;
 };
 
-Light sun_of(double elevation, double azimuth, double aperture) {
+SunLight sun_of(double elevation, double azimuth, double aperture) {
   Emitter emitter;
   emitter.kind = Emitter::Kind::sunsky;
   emitter.sunsky.sun_direction = {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
                                   std::sin(elevation)};
   emitter.sunsky.sun_aperture = aperture;
-  Light light;
+  SunLight light;
   append_emitter(emitter, light.record, light.tables);
   return light;
 }
@@ -43,6 +44,9 @@ class Sampler {
                                                         {"LIGHT_SAMPLING", "1"},
                                                         {"MEDIUM_LIGHT_SAMPLING", "1"},
                                                         {"HAS_SUN", "1"},
+                                                        {"HAS_LIGHTS", "0"},
+                                                        {"HAS_AREA_LIGHTS", "0"},
+                                                        {"ROUGH_LIGHT_SAMPLING", "0"},
                                                         {"SPECTRAL", "0"},
                                                         {"SCORES", "0"},
                                                         {"DERIVATIVES", "0"},
@@ -57,18 +61,20 @@ class Sampler {
   }
 
   // u: three numbers a sample, as the three columns that the kernel reads; as many samples as a multiple of the width.
-  std::vector<Sample> sample(const Light& light, bool at_surface, const std::vector<float>& u) const {
+  std::vector<Sample> sample(const SunLight& light, bool at_surface, const std::vector<float>& u) const {
     const std::size_t n = u.size() / 3;
     std::vector<float> out(4 * n);
-    const cl::Buffer record = device_.upload(std::vector<EmitterRecord>{light.record}, "record"),
+    const cl::Buffer job = device_.upload(std::vector<JobRecord>(1), "job"),
+                     record = device_.upload(std::vector<EmitterRecord>{light.record}, "record"),
                      tables = device_.upload(light.tables, "tables"), in = device_.upload(u, "u"),
                      to = device_.upload(out, "out");
     cl::Kernel kernel(program_, "sample");
-    kernel.setArg(0, record);
-    kernel.setArg(1, tables);
-    kernel.setArg(2, static_cast<cl_int>(at_surface));
-    kernel.setArg(3, in);
-    kernel.setArg(4, to);
+    kernel.setArg(0, job);
+    kernel.setArg(1, record);
+    kernel.setArg(2, tables);
+    kernel.setArg(3, static_cast<cl_int>(at_surface));
+    kernel.setArg(4, in);
+    kernel.setArg(5, to);
     device_.launch(kernel, n / static_cast<std::size_t>(width_), 1);
     device_.finish();
     device_.download(to, out);
@@ -103,7 +109,7 @@ TEST_CASE("a sun direction that rounds to outside the disc brings no light, not 
     for (const double aperture : {0.2, 0.5358, 8.0, 60.0})
       for (const double elevation : {0.9, 1.1, 1.3, std::numbers::pi / 2})
         for (const double azimuth : {0.3, 2.5, 4.4}) {
-          const Light light = sun_of(elevation, azimuth, aperture);
+          const SunLight light = sun_of(elevation, azimuth, aperture);
           for (const bool at_surface : {false, true}) {
             std::size_t wrong = 0;
             for (const Sample& s : sampler.sample(light, at_surface, u)) {

@@ -57,6 +57,9 @@ std::vector<Case> cases() {
       {"max_depth", false},
       {"hide_emitters", false},
       {"dielectric_constant", false},
+      {"lights_medium", true},
+      {"lights_rough", false},
+      {"lights_surfaces", false},
   };
 }
 

@@ -65,6 +65,16 @@ TEST_CASE("radiance times the derivative by it is the image of a constant light"
   }
 }
 
+TEST_CASE("colours times the derivatives by them add up to the image of several lights", "[transport]") {
+  for (const char* name : {"lights_medium", "lights_surfaces", "lights_rough"}) {
+    INFO(name);
+    const Scene scene = scene_of(name);
+    std::vector<Parameter> linear = light_parameters(scene);
+    std::erase_if(linear, [](const Parameter& p) { return p.member == "turbidity" || p.member == "albedo"; });
+    check_linear(differentiated(scene, linear), linear);
+  }
+}
+
 TEST_CASE("a component of the radiance changes its own channel only", "[transport]") {
   const Scene scene = scene_of("null_constant");
   const auto parameters = light_parameters(scene);

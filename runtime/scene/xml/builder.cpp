@@ -57,6 +57,10 @@ int build_medium(Builder& builder, const Element& element) {
   return build_once(builder, element, builder.medium_of, builder.scene.media, read_medium);
 }
 
+int build_shape_light(Builder& builder, const Element& element) {
+  return build_once(builder, element, builder.light_of, builder.scene.lights, read_shape_light);
+}
+
 void build_emitter(Builder& builder, const Element& element) {
   build_or_examine(builder, element, [&] { read_emitter(builder, element); });
 }

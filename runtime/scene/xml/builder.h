@@ -22,7 +22,7 @@ class Builder {
   Scene scene;
   std::optional<FilmSize> film_size;                                    // instead of the scene's
   bool open = false;                                                    // LoadOptions
-  std::map<const Element*, int> bsdf_of, medium_of;                     // indices of what is built already
+  std::map<const Element*, int> bsdf_of, medium_of, light_of;           // indices of what is built already
   std::map<const Element*, std::vector<Shape>> shapes_of_group;         // of each <shape type="shapegroup">
   std::size_t copied_triangles = 0;                                     // of instances
   std::map<std::string, std::shared_ptr<const Bitmap>> bitmap_of_file;  // key: path, and "raw" or "srgb"
@@ -36,6 +36,7 @@ class Builder {
 int build_bsdf(Builder& builder, const Element& element);    // index into scene.bsdfs
 int build_medium(Builder& builder, const Element& element);  // index into scene.media
 void build_emitter(Builder& builder, const Element& element);
+int build_shape_light(Builder& builder, const Element& element);  // <emitter> of a shape: index into scene.lights
 void build_shape(Builder& builder, const Element& element);
 Shape make_shape(Builder& builder, const Element& element);  // no group, no instance; not yet in the scene
 const std::vector<Shape>& shapes_of_group(Builder& builder, const Element& element);
@@ -55,6 +56,7 @@ void build_sampler(Builder& builder, const Element& element, Sensor& sensor);
 int read_bsdf(Builder& builder, const Element& element);
 int read_medium(Builder& builder, const Element& element);
 void read_emitter(Builder& builder, const Element& element);
+int read_shape_light(Builder& builder, const Element& element);
 void read_shape(Builder& builder, const Element& element);
 void read_sensor(Builder& builder, const Element& element);
 void read_integrator(Builder& builder, const Element& element);

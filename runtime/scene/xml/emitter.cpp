@@ -1,5 +1,6 @@
 #include <fmt/core.h>
 
+#include "kernels/shared/declaration.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
@@ -93,10 +94,50 @@ void build_sunsky(Builder& builder, Properties& properties, Emitter& emitter) {
   if (sky.sun_direction[2] < 0) builder.warn(emitter.where, "emitter \"sunsky\": the sun is below the horizon");
 }
 
+// Those of lights of a trait's value.
+std::vector<std::string> light_types(bool on_shape) {
+  std::vector<std::string> types;
+  for (const Model& model : light_models())
+    if (((model.traits & LIGHT_ON_SHAPE) != 0) == on_shape) types.push_back(model.type);
+  return types;
+}
+
+int read_light(Builder& builder, const Element& element, const Model& model) {
+  Properties properties = builder.properties(element);
+  Light light;
+  light.become(model);
+  light.id = element.id;
+  light.where = element.where;
+  read_parameters(builder, properties, light);
+  properties.number("sampling_weight", 1);  // how often Mitsuba samples it: changes no expected value
+  properties.finish();
+  builder.scene.lights.push_back(light);
+  return static_cast<int>(builder.scene.lights.size()) - 1;
+}
+
+std::vector<std::string> emitter_types() {
+  std::vector<std::string> types = {"constant", "envmap", "sunsky"};
+  for (const std::string& type : light_types(false)) types.push_back(type);
+  return types;
+}
+
 }  // namespace
+
+int read_shape_light(Builder& builder, const Element& element) {
+  const Model* model = find_model(light_models(), element.attribute("type"));
+  if (!model || !(model->traits & LIGHT_ON_SHAPE)) fail_type(element, light_types(true));
+  return read_light(builder, element, *model);
+}
 
 void read_emitter(Builder& builder, const Element& element) {
   Properties properties = builder.properties(element);
+  if (const Model* model = find_model(light_models(), properties.type())) {
+    if (model->traits & LIGHT_ON_SHAPE)
+      fail(element.where,
+           fmt::format("emitter \"{}\" belongs into a <shape>, which is what shines", properties.type()));
+    read_light(builder, element, *model);
+    return;
+  }
   Emitter emitter;
   emitter.id = element.id;
   emitter.where = element.where;
@@ -107,7 +148,7 @@ void read_emitter(Builder& builder, const Element& element) {
   } else if (properties.type() == "sunsky") {
     build_sunsky(builder, properties, emitter);
   } else {
-    fail_type(element, {"constant", "envmap", "sunsky"});
+    fail_type(element, emitter_types());
   }
   properties.number("sampling_weight", 1);  // how often Mitsuba samples it: changes no expected value
   properties.finish();

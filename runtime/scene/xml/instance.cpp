@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/ior.h"
 #include "runtime/scene/xml/message.h"
@@ -47,6 +48,25 @@ double roughness(Properties& properties, double fallback) {
   return u;
 }
 
+// `name`, or where to_world moves the origin.
+Vec3 position(Properties& properties, const std::string& name) {
+  if (!properties.has(name)) return transform_point(properties.transform("to_world"), {0, 0, 0});
+  if (properties.has("to_world"))
+    properties.fail_at(name, fmt::format("both {} and to_world given; need one or the other", name));
+  return properties.vector(name, {0, 0, 0});
+}
+
+// `name`, or where to_world turns the z axis; of length 1.
+Vec3 direction(Properties& properties, const std::string& name) {
+  const bool given = properties.has(name);
+  if (given && properties.has("to_world"))
+    properties.fail_at(name, fmt::format("both {} and to_world given; need one or the other", name));
+  const Vec3 d =
+      given ? properties.vector(name, {0, 0, 1}) : transform_vector(properties.transform("to_world"), {0, 0, 1});
+  if (!(length(d) > 0)) properties.fail_at(given ? name : "to_world", "it gives no direction; need one that is not 0");
+  return normalize(d);
+}
+
 Texture read(Builder& builder, Properties& properties, const DeclaredParameter& p) {
   Texture value;
   const auto number = [&](double v) { value.value = {v, v, v}; };
@@ -62,6 +82,22 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
       for (const double v : value.value) check(properties, p, v);
       break;
     }
+    case ParameterKind::Reader::position:
+      value.value = position(properties, p.name);
+      break;
+    case ParameterKind::Reader::origin:
+      value.value = transform_point(properties.transform("to_world"), {0, 0, 0});
+      break;
+    case ParameterKind::Reader::axis:
+      value.value = normalize(transform_vector(properties.transform("to_world"), {0, 0, 1}));
+      break;
+    case ParameterKind::Reader::direction:
+      value.value = direction(properties, p.name);
+      break;
+    case ParameterKind::Reader::beam:  // by default three quarters of the cone
+      number(properties.number(p.name, 0.75 * properties.number("cutoff_angle", 20)));
+      check(properties, p, value.value[0]);
+      break;
     case ParameterKind::Reader::texture:
       value = build_texture(builder, properties, p.name, p.fallback);
       break;

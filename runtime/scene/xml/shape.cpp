@@ -207,8 +207,10 @@ void check_texture(const Bsdf& bsdf, const Shape& shape, const Mesh& mesh, const
     fail(shape.where, title + " has a texture on its surface but no texture coordinates; export the mesh with them");
 }
 
+// As in Mitsuba: grey, and black where it shines.
 int default_bsdf(Builder& builder, const Shape& shape) {
   Bsdf bsdf = make_bsdf("diffuse");
+  if (shape.light >= 0) bsdf.set("reflectance", 0);
   bsdf.id = shape.id + "_bsdf";
   bsdf.where = shape.where;
   builder.scene.bsdfs.push_back(bsdf);
@@ -245,6 +247,7 @@ Shape make_shape(Builder& builder, const Element& element) {
   } else {
     fail_type(element, types);
   }
+  if (const Element* emitter = properties.object("emitter")) shape.light = build_shape_light(builder, *emitter);
   if (const Element* bsdf = properties.object("bsdf"))
     shape.bsdf = build_bsdf(builder, *bsdf);
   else

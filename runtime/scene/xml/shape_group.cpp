@@ -39,6 +39,8 @@ const std::vector<Shape>& shapes_of_group(Builder& builder, const Element& eleme
       fail(child->where, "<shape type=" + quote(type) +
                              "> in a shapegroup; need plain shapes: groups cannot be nested, as in Mitsuba");
     shapes.push_back(make_shape(builder, *child));
+    if (shapes.back().light >= 0)
+      fail(child->where, "an emitter in a shapegroup; need shapes that do not shine there, as in Mitsuba");
   }
   properties.finish();
   return builder.shapes_of_group[&element] = std::move(shapes);

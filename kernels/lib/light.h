@@ -1,0 +1,128 @@
+/* The lights that have a place in the scene: model/light/list.h expanded for those that the scene has (LIGHTS_OF_SCENE of the
+ * program, runtime/compile/surfaces.h), and the points of those that are shapes. */
+#ifndef ITN_LIGHT_H
+#define ITN_LIGHT_H
+#include "lib/numbers.h"
+#include "shared/light_layout.h"
+
+/* Where light comes from: a light of the scene, or around it. */
+typedef struct {
+  INT index;  /* of the launch's lights; -1: around the scene, from `direction` */
+  REAL share; /* times its colour it is what arrives */
+  REAL3 direction; /* unit, towards the light */
+} LightSource;
+
+inline LightSource light_around(REAL3 direction) {
+  LightSource source = {(INT)(-1), (REAL)(0.0f), direction};
+  return source;
+}
+
+/* Light drawn for a vertex. */
+typedef struct {
+  LightSource source; /* its direction */
+  REAL distance;      /* FAR_AWAY: no end */
+  REAL pdf;           /* > 0: density of the direction [1/sr]; of lights without extent, the probability of the light */
+  REAL by_chance;     /* 1: other techniques find it, too; 0: it has no extent */
+  REAL rgb[3];        /* radiance from there; without extent, irradiance at right angles */
+} LightSample;
+
+#if HAS_LIGHTS
+#define LIGHT_WORDS ((int)(sizeof(LightRecord) / sizeof(float)))
+#define LIGHT_MEMBER(launch, member) ((__global const float*)(launch)->lights + FIELD_OF(LightRecord, member))
+#define LIGHT_MEMBER_INT(launch, member) ((__global const int*)(launch)->lights + FIELD_OF(LightRecord, member))
+
+/* The light of the job in whose part of [0, 1) u lies. */
+inline INT pick_light(const Launch* launch, __global const JobRecord* job, REAL u) {
+  int step = 1;
+  while (2 * step < job->lights) step *= 2;
+  INT light = (INT)(0);
+  for (; step > 0; step /= 2) {
+    const INT next = min(light + step, (INT)(job->lights - 1));
+    light = SELECT_INT(GATHER(LIGHT_MEMBER(launch, from), (next + job->first_light) * LIGHT_WORDS) <= u, next, light);
+  }
+  return light + job->first_light;
+}
+
+inline REAL3 gather_vector(__global const float* from, INT at) {
+  return make3(GATHER(from, at), GATHER((from + 1), at), GATHER((from + 2), at));
+}
+
+/* A point of each lane's light, uniform over its area, and the normal of its front there; anything where it is no shape. */
+inline void sample_light_surface(const Launch* launch, INT light, REAL u0, REAL u1, REAL u2, REAL3* on, REAL3* normal) {
+  Lanes surfaces, table, u, row;
+  surfaces.integer = GATHER_INT(LIGHT_MEMBER_INT(launch, surfaces), light * LIGHT_WORDS);
+  table.integer = GATHER_INT(LIGHT_MEMBER_INT(launch, table), light * LIGHT_WORDS);
+  u.real = u2;
+  UNROLL for (int l = 0; l < WIDTH; ++l) {
+    int low = 0, high = max(surfaces.i[l] - 1, 0); /* the last whose share begins at or before u */
+    while (low < high) {
+      const int middle = (low + high + 1) / 2;
+      if (launch->emitter_tables[table.i[l] + middle] <= u.f[l]) low = middle;
+      else high = middle - 1;
+    }
+    row.i[l] = surfaces.i[l] == 0 ? 0 : table.i[l] + surfaces.i[l] + 1 + low * LIGHT_SURFACE_SIZE;
+  }
+  __global const float* tables = launch->emitter_tables;
+  const REAL3 place = gather_vector(tables + LIGHT_SURFACE_PLACE, row.integer);
+  const REAL3 du = gather_vector(tables + LIGHT_SURFACE_U, row.integer);
+  const REAL3 dv = gather_vector(tables + LIGHT_SURFACE_V, row.integer);
+  const REAL3 dw = gather_vector(tables + LIGHT_SURFACE_W, row.integer);
+  REAL sine, cosine, root = SQRT(u0);
+  sin_cos_2pi(u1, &sine, &cosine);
+  REAL s = 1.0f - root, t = u1 * root;
+  REAL3 offset = add3(scale3(du, s), scale3(dv, t));
+  *normal = dw;
+#if HAS_ROUND
+  const INT kind = CAST_INT(GATHER((tables + LIGHT_SURFACE_KIND), row.integer));
+  const REAL side = GATHER((tables + LIGHT_SURFACE_SIDE), row.integer), radius = SQRT(dot3(du, du));
+  const REAL3 across = add3(scale3(du, cosine), scale3(dv, sine)), around = uniform_sphere(u0, u1);
+  offset = select3(kind == LIGHT_DISK, scale3(across, root), offset);
+  offset = select3(kind == LIGHT_CYLINDER, add3(across, scale3(dw, u0)), offset);
+  offset = select3(kind == LIGHT_SPHERE, scale3(around, radius), offset);
+  *normal = select3(kind == LIGHT_CYLINDER, scale3(across, side / radius), *normal);
+  *normal = select3(kind == LIGHT_SPHERE, scale3(around, side), *normal);
+#endif
+  /* connections end in front of the surface, and do not meet it */
+  *on = add3(add3(place, offset), scale3(*normal, GATHER((tables + LIGHT_SURFACE_OFFSET), row.integer)));
+}
+
+/* The colour of each lane's light. */
+inline void light_colour(const Launch* launch, INT light, REAL rgb[3]) {
+  const INT first = GATHER_INT(LIGHT_MEMBER_INT(launch, first_number), light * LIGHT_WORDS);
+  UNROLL for (int c = 0; c < 3; ++c) rgb[c] = GATHER((launch->numbers + c), first);
+}
+
+/* What each lane's light brings to `from`: see model/light/list.h. */
+inline void light_arrives(const Launch* launch, INT light, REAL3 from, REAL3 on, REAL3 normal, REAL3* towards,
+                          REAL* distance, REAL* share, MASK* on_shape) {
+  const REAL nowhere[2] = {(REAL)(0.0f), (REAL)(0.0f)};
+  const INT model = GATHER_INT(LIGHT_MEMBER_INT(launch, model), light * LIGHT_WORDS);
+  const INT first = GATHER_INT(LIGHT_MEMBER_INT(launch, first_number), light * LIGHT_WORDS);
+  *towards = make3((REAL)(0.0f), (REAL)(0.0f), (REAL)(1.0f));
+  *distance = *share = (REAL)(0.0f);
+  *on_shape = (MASK)(0);
+#define LIGHT_ARRIVES(name, PREFIX)                                             \
+  {                                                                             \
+    REAL n[MOST_SLOTS], own_distance, own_share;                                \
+    REAL3 own_towards;                                                          \
+    load_numbers(launch, MODEL_##name, first, nowhere, n);                      \
+    name##_arrives(n, from, on, normal, &own_towards, &own_distance, &own_share); \
+    const MASK is = model == MODEL_##name;                                      \
+    *towards = select3(is, own_towards, *towards);                              \
+    *distance = SELECT(is, own_distance, *distance);                            \
+    *share = SELECT(is, own_share, *share);                                     \
+    if (PREFIX##_TRAITS & LIGHT_ON_SHAPE) *on_shape = *on_shape | is;           \
+  }
+  LIGHTS_OF_SCENE(LIGHT_ARRIVES)
+}
+
+/* Density [1/sr] with which a point of the front of a light that is a shape is drawn, seen from `distance` under an angle of
+ * that cosine. */
+inline REAL light_surface_pdf(const Launch* launch, __global const JobRecord* job, INT light, REAL distance, REAL cosine) {
+  const INT at = light * LIGHT_WORDS;
+  return job->light_share * GATHER(LIGHT_MEMBER(launch, share), at) * GATHER(LIGHT_MEMBER(launch, inverse_area), at) *
+         distance * distance / MAX(cosine, (REAL)(1e-9f));
+}
+#endif
+
+#endif

@@ -1,0 +1,43 @@
+/* What the surface that a path has arrived at shines, where it is a light. */
+#ifndef ITN_STAGE_EMISSION_H
+#define ITN_STAGE_EMISSION_H
+#include "lib/emission.h"
+#include "lib/light_sampling.h"
+#include "lib/score.h"
+#include "stage/surface.h"
+
+inline void gather_emission(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
+                            const Surface* s) {
+#if HAS_AREA_LIGHTS
+  MASK shines = valid & (s->light >= 0) & s->front;
+  if (job->hide_emitters) shines = shines & (LOAD_INT(pool, DEPTH, slots) > 0);
+#if OPERATOR_SINGLE
+  shines = shines & (LOAD_INT(pool, DEPTH, slots) >= SCATTERED_ONCE);
+#endif
+  if (!ANY(shines)) return;
+  const LightSource source = {SELECT_INT(shines, s->light, job->first_light), (REAL)(1.0f), s->direction};
+  REAL scale = LOAD(pool, REFRACTION_SCALE, slots);
+#if LIGHT_SAMPLING
+  /* against having sampled it where the path came from */
+  REAL own = ABS(LOAD(pool, LAST_PDF, slots));
+#if ROUGH_LIGHT_SAMPLING
+  own *= LOAD(pool, RIVAL, slots);
+#endif
+  const REAL3 way = sub3(s->position, load3(pool, ORIGIN, slots));
+  const REAL pdf = light_surface_pdf(launch, job, source.index, SQRT(dot3(way, way)), -dot3(s->direction, s->normal));
+  scale *= SELECT(own == 0.0f, 1.0f, own / (own + pdf));
+#endif
+  REAL weight[3], rgb[3];
+  channel_weights(pool, slots, scale, weight);
+  light_colour(launch, source.index, rgb);
+  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+    weight[c] *= LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
+    rgb[c] *= weight[c];
+  }
+  const Scores scores = load_scores(job, pool, slots);
+  gather_radiance(launch, pool, slots, shines, rgb, &scores);
+  gather_light_derivatives(launch, job, pool, slots, shines, weight, &source);
+#endif
+}
+
+#endif
