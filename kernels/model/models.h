@@ -16,5 +16,7 @@ typedef union {
   BSDF_LIST(ROOM_BSDF) MEDIUM_LIST(ROOM_MODEL) PHASE_LIST(ROOM_MODEL)
 } NumbersOfAnyModel;
 #define MOST_SLOTS ((int)sizeof(NumbersOfAnyModel))
+/* Numbers that a texture may stand for are in the first slots of their model. */
+#define TEXTURED_SLOTS 16
 
 #endif

@@ -159,17 +159,14 @@ inline void boundary_stage(int model, int variant, const Launch* launch, __globa
 #else
   pdf = (REAL)(0.0f);
 #endif
-  if (!smooth) {
-    Scores scores = load_scores(job, pool, slots);
-    decide_at_boundary(model, variant, launch, job, pool, slots, &s, &r, &random, wo, inverse_eta == 1.0f, scatters,
-                       &scores);
-    MASK found = (MASK)(0);
-    UNROLL for (int c = 0; c < CHANNELS; ++c) found = found | (weight[c] > 0.0f);
-    const Step step = bsdf_step(model, variant, r.n, s.first_number, r.wi, wo, scatters & found);
-    add_scores(job, &scores, model, r.n, &step, false);
-    store_scores(pool, slots, &scores);
-    sum_scores(launch, job, pool, slots, &scores, model, s.first_number, valid);
-  }
+  Scores scores = load_scores(job, pool, slots);
+  decide_at_boundary(model, variant, launch, job, pool, slots, &s, &r, &random, wo, inverse_eta == 1.0f, scatters, &scores);
+  MASK found = (MASK)(0);
+  UNROLL for (int c = 0; c < CHANNELS; ++c) found = found | (weight[c] > 0.0f);
+  const Step step = bsdf_sample_step(model, variant, r.n, s.first_number, r.wi, wo, pdf, scatters & found);
+  add_scores(job, &scores, model, r.n, &step, false);
+  store_scores(pool, slots, &scores);
+  sum_scores(launch, job, pool, slots, &scores, model, s.first_number, valid);
   scatter_at_boundary(launch, job, pool, slots, valid, &s, &random, u[bsdf_random(model)], direction, weight, pdf,
                       inverse_eta);
 }

@@ -63,9 +63,9 @@ inline void connect_reflector(int model, int variant, const Launch* launch, __gl
 
 /* Light that arrives from `wo`, to the scores of the paths that go on. */
 inline void score_reflection(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
-                             INT slots, MASK mask, const Surface* s, const Reflector* r, REAL3 wo) {
+                             INT slots, MASK mask, const Surface* s, const Reflector* r, REAL3 wo, REAL pdf) {
   Scores scores = load_scores(job, pool, slots);
-  const Step step = bsdf_step(model, variant, r->n, s->first_number, r->wi, wo, mask);
+  const Step step = bsdf_sample_step(model, variant, r->n, s->first_number, r->wi, wo, pdf, mask);
   add_scores(job, &scores, model, r->n, &step, false);
   store_scores(pool, slots, &scores);
   sum_scores(launch, job, pool, slots, &scores, model, s->first_number, mask);
@@ -113,7 +113,7 @@ inline void opaque_stage(int model, int variant, const Launch* launch, __global 
 #else
   STORE(pool, LAST_PDF, slots, 0.0f);
 #endif
-  if (!(traits & BSDF_SMOOTH)) score_reflection(model, variant, launch, job, pool, slots, goes_on, &s, &r, wo);
+  score_reflection(model, variant, launch, job, pool, slots, goes_on, &s, &r, wo, pdf);
   leave_surface(launch, pool, slots, goes_on, &s, frame_to_world(&r.frame, wo));
 }
 

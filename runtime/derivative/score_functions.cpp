@@ -89,6 +89,14 @@ using RecordedVector = Vector3<Recorded>;
     model##_value(variant, n.data(), wi, wo, f.data());                                             \
     return r.scores(f, PREFIX##_SLOTS, model##_edge(variant, n.data(), wi, wo));                    \
   }                                                                                                 \
+  ScoreFunction model##_chosen_score(int variant, const std::string& name) {                        \
+    Recorder r("score_" + name + "_chosen", #model "_chosen(n, wi, wo)");                           \
+    const std::vector<Recorded> n = numbers(r, PREFIX##_SLOTS);                                     \
+    const RecordedVector wi = r.real3("wi"), wo = r.real3("wo");                                    \
+    std::vector<Recorded> f(3);                                                                     \
+    model##_chosen(variant, n.data(), wi, wo, f.data());                                            \
+    return r.scores(f, PREFIX##_SLOTS);                                                             \
+  }                                                                                                 \
   ScoreFunction model##_decision_score(int variant, const std::string& name) {                      \
     Recorder r("score_" + name + "_decision", #model "_decision(n, wi, outcome, reflected)");       \
     const std::vector<Recorded> n = numbers(r, PREFIX##_SLOTS);                                     \
@@ -142,6 +150,7 @@ std::vector<ScoreFunction> record_all() {
 #define ITN_RECORD_BSDF(model, PREFIX, type, variants)                 \
   for (int v = 0; v < variant_count(#model); ++v) {                    \
     all.push_back(model##_score(v, variant_name(#model, v)));          \
+    all.push_back(model##_chosen_score(v, variant_name(#model, v)));   \
     all.push_back(model##_decision_score(v, variant_name(#model, v))); \
   }
 #define ITN_RECORD_PHASE(name, PREFIX, type) all.push_back(name##_score());
@@ -227,6 +236,7 @@ std::string print_scores(const ScoreRequest& wanted, int channels) {
   for (const Model& model : bsdf_models()) {
     const int variants = static_cast<int>(model.variants.size());
     text += choose_variant(model.name, variants, "", "const REAL* n, REAL3 wi, REAL3 wo, REAL* d", "n, wi, wo, d");
+    text += choose_variant(model.name, variants, "_chosen", "const REAL* n, REAL3 wi, REAL3 wo, REAL* d", "n, wi, wo, d");
     text += choose_variant(model.name, variants, "_decision",
                            "const REAL* n, REAL3 wi, REAL3 outcome, REAL reflected, REAL* d",
                            "n, wi, outcome, reflected, d");

@@ -8,7 +8,7 @@ namespace itn {
 constexpr double least_ior = 1e-3, greatest_ior = 1e3;  // indices of refraction that scenes may have
 
 struct ParameterKind {
-  enum class Reader { number, colour, texture, interior_index, exterior_index, roughness };
+  enum class Reader { number, flag, colour, texture, index, metal, roughness };
   int channels = 1;  // 3: a colour
   double low = 0, high = 0;
   bool low_included = true, high_included = true;
@@ -25,13 +25,13 @@ constexpr ParameterKind REFLECTANCE{3, 0, 1, true, true, Reader::texture};
 constexpr ParameterKind TINT{3, 0, 1, true, true, Reader::colour, false};
 constexpr ParameterKind ALBEDO{3, 0, 1, true, true, Reader::colour};
 constexpr ParameterKind EXTINCTION{3, 0, unbounded, true, false, Reader::colour};
-constexpr ParameterKind COMPLEX_INDEX{3, 0, 1e3, true, true, Reader::colour, true, "a part of an index of refraction"};
+constexpr ParameterKind METAL_INDEX{3, 0, 1e3, true, true, Reader::metal, true, "a part of an index of refraction"};
 constexpr ParameterKind COSINE{1, -1, 1, false, false, Reader::number, true, "a mean cosine"};
 constexpr ParameterKind CONCENTRATION{1, 0, unbounded, false, false, Reader::number, true, "a concentration"};
 constexpr ParameterKind NON_NEGATIVE{1, 0, unbounded, true, false};
 constexpr ParameterKind ROUGHNESS{1, 0, 1, false, true, Reader::roughness};
-constexpr ParameterKind INTERIOR_INDEX{1, least_ior, greatest_ior, true, true, Reader::interior_index};
-constexpr ParameterKind EXTERIOR_INDEX{1, least_ior, greatest_ior, true, true, Reader::exterior_index};
+constexpr ParameterKind INDEX{1, least_ior, greatest_ior, true, true, Reader::index};
+constexpr ParameterKind FLAG{1, 0, 1, true, true, Reader::flag, false};
 }  // namespace parameter_kind
 
 }  // namespace itn

@@ -42,9 +42,10 @@ MODEL_VOID diffuse_draw(int variant, const REAL* n, REAL3 wi, const REAL* u, REA
 }
 
 BSDF_DECIDES_DIRECTION(diffuse)
+BSDF_DRAWS_ALL(diffuse)
 
 #ifndef __OPENCL_VERSION__
-MODEL_VOID diffuse_numbers(const REAL* parameters, REAL* n) {
+MODEL_VOID diffuse_numbers(int variant, const REAL* parameters, REAL* n) {
   for (int c = 0; c < 3; ++c) n[c] = parameters[c];
 }
 inline Refusal diffuse_refusal(const double*) { return {}; }

@@ -11,7 +11,7 @@
 #define ITN_ROUGH_CONDUCTOR_H
 #include "model/bsdf/reflection.h"
 #include "model/fresnel_conductor.h"
-#include "model/microfacet.h"
+#include "model/microfacet_reflection.h"
 #include "model/obstacle.h"
 
 #define ROUGH_CONDUCTOR_NUMBERS(NUMBER)                              \
@@ -21,8 +21,8 @@
   NUMBER(ROUGH_CONDUCTOR, specular_reflectance, 3, ROLE_FACTOR, COORDINATE_LOG)
 #define ROUGH_CONDUCTOR_PARAMETERS(PARAMETER) \
   PARAMETER(alpha, ROUGHNESS, 0.1, "")        \
-  PARAMETER(eta, COMPLEX_INDEX, 0, "")        \
-  PARAMETER(k, COMPLEX_INDEX, 1, "")          \
+  PARAMETER(eta, METAL_INDEX, 0, "")        \
+  PARAMETER(k, METAL_INDEX, 1, "")          \
   PARAMETER(specular_reflectance, REFLECTANCE, 1, "")
 #define ROUGH_CONDUCTOR_TRAITS 0
 #define ROUGH_CONDUCTOR_RANDOM 2
@@ -33,32 +33,21 @@ MODEL rough_conductor_reflectance(const REAL* n, int c, REAL cosine) {
          fresnel_conductor(cosine, n[ROUGH_CONDUCTOR_eta + c], n[ROUGH_CONDUCTOR_k + c]);
 }
 
-MODEL3 rough_conductor_half(REAL3 wi, REAL3 wo) {
-  REAL3 sum = add3(wi, wo);
-  return scale3(sum, NUMBER(1) / SQRT(MAX(dot3(sum, sum), NUMBER(1e-20))));
-}
-
 MODEL rough_conductor_density(int variant, const REAL* n, REAL3 wi, REAL3 wo) {
-  REAL3 h = rough_conductor_half(wi, wo);
-  MASK possible = (wi.z > NUMBER(0)) & (wo.z > NUMBER(0));
-  REAL density = microfacet_normals(variant, h, n[ROUGH_CONDUCTOR_alpha]) *
-                 microfacet_shadowing(variant, wi, n[ROUGH_CONDUCTOR_alpha]) / (NUMBER(4) * MAX(wi.z, NUMBER(1e-9)));
-  return SELECT(possible, density, NUMBER(0));
+  return reflection_density(variant, n[ROUGH_CONDUCTOR_alpha], wi, wo);
 }
 
 MODEL_VOID rough_conductor_value(int variant, const REAL* n, REAL3 wi, REAL3 wo, REAL* f) {
   REAL value = rough_conductor_density(variant, n, wi, wo) * microfacet_shadowing(variant, wo, n[ROUGH_CONDUCTOR_alpha]);
-  REAL cosine = MIN(ABS(dot3(wi, rough_conductor_half(wi, wo))), NUMBER(1));
+  REAL cosine = reflection_cosine(wi, wo);
   UNROLL for (int c = 0; c < CHANNELS; ++c) f[c] = value * rough_conductor_reflectance(n, c, cosine);
 }
 
 /* A visible normal m, and the mirror image of wi at it: f / pdf = F G1(wo), 0 where that is below the surface. */
 MODEL_VOID rough_conductor_draw(int variant, const REAL* n, REAL3 wi, const REAL* u, REAL3* wo, REAL* weight, REAL* pdf,
                                 REAL* inverse_eta) {
-  REAL3 up = make3(wi.x, wi.y, MAX(wi.z, NUMBER(1e-9)));
-  REAL3 m = microfacet_visible_sample(variant, up, n[ROUGH_CONDUCTOR_alpha], u[0], u[1]);
-  REAL cosine = dot3(wi, m);
-  *wo = sub3(scale3(m, NUMBER(2) * cosine), wi);
+  REAL cosine;
+  *wo = reflection_sample(variant, n[ROUGH_CONDUCTOR_alpha], wi, u[0], u[1], &cosine);
   *pdf = rough_conductor_density(variant, n, wi, *wo);
   *inverse_eta = NUMBER(1);
   REAL seen = SELECT((*pdf > NUMBER(0)) & (cosine > NUMBER(0)), microfacet_shadowing(variant, *wo, n[ROUGH_CONDUCTOR_alpha]),
@@ -68,9 +57,10 @@ MODEL_VOID rough_conductor_draw(int variant, const REAL* n, REAL3 wi, const REAL
 }
 
 BSDF_DECIDES_DIRECTION(rough_conductor)
+BSDF_DRAWS_ALL(rough_conductor)
 
 #ifndef __OPENCL_VERSION__
-MODEL_VOID rough_conductor_numbers(const REAL* parameters, REAL* n) {
+MODEL_VOID rough_conductor_numbers(int variant, const REAL* parameters, REAL* n) {
   n[ROUGH_CONDUCTOR_alpha] = larger(parameters[0], REAL(least_alpha));
   for (int c = 0; c < 9; ++c) n[ROUGH_CONDUCTOR_eta + c] = parameters[1 + c];
 }

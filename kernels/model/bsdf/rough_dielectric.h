@@ -27,8 +27,8 @@
   NUMBER(ROUGH_DIELECTRIC, specular_transmittance, 3, ROLE_FIXED, COORDINATE_LOG)
 #define ROUGH_DIELECTRIC_PARAMETERS(PARAMETER)      \
   PARAMETER(alpha, ROUGHNESS, 0.1, "")              \
-  PARAMETER(int_ior, INTERIOR_INDEX, 1.5046, "")    \
-  PARAMETER(ext_ior, EXTERIOR_INDEX, 1.000277, "")  \
+  PARAMETER(int_ior, INDEX, 1.5046, "")    \
+  PARAMETER(ext_ior, INDEX, 1.000277, "")  \
   PARAMETER(specular_reflectance, TINT, 1, "")      \
   PARAMETER(specular_transmittance, TINT, 1, "")
 #define ROUGH_DIELECTRIC_TRAITS (BSDF_TRANSMITS | BSDF_BASELINE)
@@ -158,8 +158,10 @@ MODEL rough_dielectric_edge(int variant, const REAL* n, REAL3 wi, REAL3 wo) {
   return rough_dielectric_ggx_edge(far_over_near(n[ROUGH_DIELECTRIC_eta], wi.z), wi, wo);
 }
 
+BSDF_DRAWS_ALL(rough_dielectric)
+
 #ifndef __OPENCL_VERSION__
-MODEL_VOID rough_dielectric_numbers(const REAL* parameters, REAL* n) {
+MODEL_VOID rough_dielectric_numbers(int variant, const REAL* parameters, REAL* n) {
   n[ROUGH_DIELECTRIC_alpha] = larger(parameters[0], REAL(least_alpha));
   n[ROUGH_DIELECTRIC_eta] = parameters[1] / parameters[2];
   for (int k = 0; k < 6; ++k) n[ROUGH_DIELECTRIC_specular_reflectance + k] = parameters[3 + k];

@@ -6,6 +6,7 @@
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/ior.h"
 #include "runtime/scene/xml/message.h"
+#include "runtime/scene/xml/metal.h"
 
 namespace itn {
 namespace {
@@ -55,6 +56,9 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
       number(properties.number(p.name, p.fallback));
       check(properties, p, value.value[0]);
       break;
+    case ParameterKind::Reader::flag:
+      number(properties.boolean(p.name, p.fallback != 0) ? 1 : 0);
+      break;
     case ParameterKind::Reader::colour:
       value.value = properties.color(p.name, {{p.fallback, p.fallback, p.fallback}}).value;
       for (const double v : value.value) check(properties, p, v);
@@ -62,11 +66,12 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
     case ParameterKind::Reader::texture:
       value = build_texture(builder, properties, p.name, p.fallback);
       break;
-    case ParameterKind::Reader::interior_index:
-      number(parse_ior(properties, p.name, "bk7"));
+    case ParameterKind::Reader::index:
+      number(parse_ior(properties, p.name, p.fallback));
       break;
-    case ParameterKind::Reader::exterior_index:
-      number(parse_ior(properties, p.name, "air"));
+    case ParameterKind::Reader::metal:
+      value.value = parse_metal(properties, p.name, p.fallback);
+      for (const double v : value.value) check(properties, p, v);
       break;
     case ParameterKind::Reader::roughness:
       number(roughness(properties, p.fallback));
