@@ -9,6 +9,7 @@
  *
  * which spreads the angles near grazing ones, where T changes most. Within 1e-3 of T beyond mu = 1/64 (2e-3 for GGX with
  * alpha 1), mostly 3e-4, for alpha from 0.01 and indices 1.1 to 2.2. Mitsuba 3's "roughplastic" interpolates between 64 angles.
+ * Both integrals are smooth in alpha and index, so that the chain rule can be run through them.
  *   Walter, Marschner, Li, Torrance 2007, "Microfacet models for refraction through rough surfaces"
  * Tests: tests/model/plastics_test.cpp */
 #ifndef ITN_ROUGH_TRANSMITTANCE_H
@@ -93,17 +94,40 @@ MODEL rough_transmittance_integral(int distribution, REAL alpha, REAL eta, REAL 
   });
 }
 
-/* The same of reflection. */
-MODEL rough_reflectance_integral(int distribution, REAL alpha, REAL eta, REAL mu) {
-  return mean_over_visible_normals<32, 16>(distribution, alpha, mu, [&](const REAL3& wi, const REAL3& m) {
-    const REAL ci = dot3(wi, m);
-    const REAL3 wo = sub3(scale3(m, NUMBER(2) * ci), wi);
-    return wo.z > NUMBER(0) ? fresnel_dielectric(MIN(ci, NUMBER(1)), eta) * microfacet_shadowing(distribution, wo, alpha)
-                            : NUMBER(0);
-  });
+/* Of diffuse light: 1 / pi times the integral over facets m and azimuths about m of D(m) G1(wi) G1(wo), wi: with the cosine ci at
+ * the facet, wo: its mirror image. Times ci and reflectance of the facet, integrated over ci, it is the light that is mirrored.
+ * So the edge of total reflection lies at the end of an integral over ci: a kink inside would spoil its derivatives. */
+template <class REAL>
+inline REAL mirrored_back(int distribution, REAL alpha, REAL ci) {
+  constexpr int facets = 24, azimuths = 12;
+  static const GaussLegendre<facets> of_facets;
+  static const GaussLegendre<azimuths> of_azimuths;
+  const REAL si = SQRT(MAX(NUMBER(1) - ci * ci, NUMBER(1e-12)));
+  REAL sum = NUMBER(0);
+  for (int i = 0; i < facets; ++i) {
+    const double u = of_facets.node[static_cast<std::size_t>(i)];
+    const double slope2 = distribution == MICROFACET_GGX ? u / (1 - u) : -std::log(1 - u);
+    const REAL tangent2 = alpha * alpha * NUMBER(slope2);
+    const REAL cosine = NUMBER(1) / SQRT(NUMBER(1) + tangent2), sine = SQRT(tangent2) * cosine;
+    /* both directions are above the surface where |cos azimuth| < bound */
+    const REAL bound = MIN(ci * cosine / (si * sine), NUMBER(1));
+    for (int j = 0; j < azimuths; ++j) {
+      const double angle = PI_ * (of_azimuths.node[static_cast<std::size_t>(j)] - 0.5);
+      const REAL x = bound * NUMBER(std::sin(angle));
+      const REAL arc = bound * NUMBER(std::cos(angle) * PI_ * of_azimuths.weight[static_cast<std::size_t>(j)]) /
+                       SQRT(NUMBER(1) - x * x);
+      const REAL in_plane = ci * cosine + si * sine * x, out_plane = ci * cosine - si * sine * x;
+      const REAL3 wi = make3(SQRT(MAX(NUMBER(1) - in_plane * in_plane, NUMBER(0))), NUMBER(0), in_plane);
+      const REAL3 wo = make3(SQRT(MAX(NUMBER(1) - out_plane * out_plane, NUMBER(0))), NUMBER(0), out_plane);
+      const REAL seen = distribution == MICROFACET_GGX ? ggx_shadowing(wi, alpha) : beckmann_shadowing_exact(wi, alpha);
+      sum += NUMBER(of_facets.weight[static_cast<std::size_t>(i)] * 2 / PI_) * arc / cosine * seen *
+             microfacet_shadowing(distribution, wo, alpha);
+    }
+  }
+  return sum;
 }
 
-/* The coefficients c of T. eta: inside over outside */
+/* The coefficients c of T. eta > 1: inside over outside */
 MODEL_VOID rough_transmittance_coefficients(int distribution, REAL alpha, REAL eta, REAL* c) {
   constexpr int knots = ROUGH_TRANSMITTANCE_KNOTS;
   const REAL a = rough_transmittance_spread(alpha);
@@ -116,16 +140,28 @@ MODEL_VOID rough_transmittance_coefficients(int distribution, REAL alpha, REAL e
   }
 }
 
-/* R: twice the mean over 64 cosines from 0 to 1 of the cosine times what is reflected from inside, which is how Mitsuba 3 sums
- * it: 1 to 2 % below the integral, and so that the base is as bright as there. */
+/* R: what is mirrored back, less what is let out, which is that times 1 - F, over the cosine outside; eta > 1: inside over
+ * outside. Mitsuba 3 takes the mean over 64 cosines from 0 to 1, both ends included, for the integral: 1 to 2 % less. So does
+ * this, that the base be as bright as there. */
 MODEL rough_trapped(int distribution, REAL alpha, REAL eta) {
-  constexpr int angles = 64;
-  REAL sum = NUMBER(0);
-  for (int i = 1; i < angles; ++i) {
-    const REAL mu = NUMBER(i / (angles - 1.0));
-    sum += mu * rough_reflectance_integral(distribution, alpha, NUMBER(1) / eta, mu);
+  constexpr int angles = 16;
+  static const GaussLegendre<angles> rule;
+  REAL mirrored = NUMBER(0), let_out = NUMBER(0);
+  for (int i = 0; i < angles; ++i) {
+    const REAL c = NUMBER(rule.node[static_cast<std::size_t>(i)]);
+    const REAL weight = NUMBER(rule.weight[static_cast<std::size_t>(i)]) * c;
+    mirrored += weight * mirrored_back(distribution, alpha, c);
+    const REAL ci = SQRT(NUMBER(1) - (NUMBER(1) - c * c) / (eta * eta));
+    let_out += weight / (eta * eta) * (NUMBER(1) - fresnel_dielectric(c, eta)) * mirrored_back(distribution, alpha, ci);
   }
-  return NUMBER(2.0 / angles) * sum;
+  const REAL upright = mean_over_visible_normals<24, 12>(distribution, alpha, NUMBER(1), [&](const REAL3& wi, const REAL3& m) {
+    const REAL ci = dot3(wi, m);
+    const REAL3 wo = sub3(scale3(m, NUMBER(2) * ci), wi);
+    return wo.z > NUMBER(0)
+               ? fresnel_dielectric(MIN(ci, NUMBER(1)), NUMBER(1) / eta) * microfacet_shadowing(distribution, wo, alpha)
+               : NUMBER(0);
+  });
+  return (NUMBER(63) * (mirrored - let_out) + upright) / NUMBER(64);
 }
 #endif
 

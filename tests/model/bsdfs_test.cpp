@@ -217,20 +217,22 @@ TEST_CASE("the scores of every BSDF are the derivatives of its values by its par
         for (const DeclaredParameter& p : model.parameters)
           for (int c = 0; c < p.kind.channels && p.kind.listed; ++c) {
             const auto slot = static_cast<std::size_t>(p.slot + c);
-            const double h = 1e-5 * at[slot];
-            std::vector<double> low = at, high = at;
-            low[slot] -= h;
-            high[slot] += h;
-            const std::vector<double> n_low = model.to_numbers(variant, low), n_high = model.to_numbers(variant, high);
+            // of fourth order, from points at -2, -1, 1 and 2 steps
+            const double h = 1e-3 * at[slot];
+            std::vector<std::vector<double>> moved;
+            for (const int k : {-2, -1, 1, 2}) {
+              std::vector<double> there = at;
+              there[slot] += k * h;
+              moved.push_back(model.to_numbers(variant, there));
+            }
             double worst = 0;
             for (std::size_t i = 0; i < u.size(); i += 4) {
               const Direction wi = direction(std::acos(u[i]), 6.28 * u[i + 1]);
               const Direction wo = chosen ? Direction{-wi.x, -wi.y, wi.z} : direction(std::acos(u[i + 2]), 6.28 * u[i + 3]);
               const auto function = chosen ? bsdf.chosen : bsdf.value;
-              double f_low[3], f_high[3];
-              function(variant, n_low.data(), wi, wo, f_low);
-              function(variant, n_high.data(), wi, wo, f_high);
-              if (!(f_low[c] > 1e-6)) continue;
+              double f[4][3];
+              for (std::size_t k = 0; k < 4; ++k) function(variant, moved[k].data(), wi, wo, f[k]);
+              if (!(f[0][c] > 1e-6)) continue;
               std::map<std::string, double> inputs{{"wi.x", wi.x}, {"wi.y", wi.y}, {"wi.z", wi.z},
                                                    {"wo.x", wo.x}, {"wo.y", wo.y}, {"wo.z", wo.z}};
               for (std::size_t k = 0; k < n.size(); ++k) inputs["n[" + std::to_string(k) + "]"] = n[k];
@@ -241,17 +243,20 @@ TEST_CASE("the scores of every BSDF are the derivatives of its values by its par
               for (const auto& [place, node] : score.derivatives)
                 if (place.second == c)
                   sum += value[static_cast<std::size_t>(node)] * by[static_cast<std::size_t>(place.first)][slot];
-              const double difference = std::log(f_high[c] / f_low[c]) / (2 * h);
+              const double difference = (8 * std::log(f[2][c] / f[1][c]) - std::log(f[3][c] / f[0][c])) / (12 * h);
               worst = std::max(worst, std::abs(sum - difference) / (1 + std::abs(difference)));
             }
+            // Beckmann's G1 jumps by 6e-5 where its fit ends, which differences of what the host integrates see
+            const bool jumps = model.type == "roughplastic" && variant == 0;
             CAPTURE(model.name, variant, chosen, p.name, c);
-            CHECK(worst < 1e-5);
+            CHECK(worst < (jumps ? 1e-3 : 1e-5));
           }
       }
 }
 
-// Mitsuba 3.9.1, variant scalar_rgb; made by bsdfs_mitsuba.py. Roughplastic interpolates between 64 angles there, and the
-// numbers that it integrates are in single precision, from coarser rules.
+// Mitsuba 3.9.1, variant scalar_rgb; made by bsdfs_mitsuba.py. What a rough coating lets pass, T, is interpolated in both, with
+// errors of up to 1e-3: in values up to 0.2 %; in densities, where 1 - T >= 0.04 is the coating's share, up to 2 %. At alpha 0.02
+// Mitsuba's sum over 64 angles, which makes 1 / (1 - R), is up to 0.3 % off beside the edge of total reflection.
 TEST_CASE("values and densities equal Mitsuba's", "[model]") {
   struct Row {
     const char* type;
@@ -282,6 +287,6 @@ TEST_CASE("values and densities equal Mitsuba's", "[model]") {
     const bool interpolates = type.rfind("roughplastic", 0) == 0;
     CAPTURE(type, off[0], off[1]);
     CHECK(off[0] < (interpolates ? 4e-3 : 3e-5));
-    CHECK(off[1] < (interpolates ? 4e-3 : 3e-5));
+    CHECK(off[1] < (interpolates ? 2e-2 : 3e-5));
   }
 }

@@ -57,6 +57,8 @@ std::vector<Case> cases() {
       {"max_depth", false},
       {"hide_emitters", false},
       {"dielectric_constant", false},
+      {"mirrors", false},
+      {"plastics", false},
   };
 }
 

@@ -99,7 +99,8 @@ MODEL_VOID rough_plastic_numbers(int variant, const REAL* parameters, REAL* n) {
   rough_transmittance_coefficients(variant, n[ROUGH_PLASTIC_alpha], n[ROUGH_PLASTIC_eta], n + ROUGH_PLASTIC_t0);
 }
 inline Refusal rough_plastic_refusal(const double* parameters) {
-  return equal_indices_refusal(parameters[7], parameters[8]);
+  if (parameters[7] > parameters[8]) return {};
+  return {"int_ior", "is not above ext_ior:", parameters[7], "need the denser material inside"};
 }
 inline const char* rough_plastic_obstacle(const double* parameters, int slot) {
   if (slot < 6) return unless_zero(parameters[slot]);
