@@ -8,7 +8,7 @@ namespace itn {
 constexpr double least_ior = 1e-3, greatest_ior = 1e3;  // indices of refraction that scenes may have
 
 struct ParameterKind {
-  enum class Reader { number, flag, colour, texture, index, metal, roughness };
+  enum class Reader { number, flag, colour, texture, index, metal, roughness, roughness_texture };
   int channels = 1;  // 3: a colour
   double low = 0, high = 0;
   bool low_included = true, high_included = true;
@@ -30,6 +30,7 @@ constexpr ParameterKind COSINE{1, -1, 1, false, false, Reader::number, true, "a 
 constexpr ParameterKind CONCENTRATION{1, 0, unbounded, false, false, Reader::number, true, "a concentration"};
 constexpr ParameterKind NON_NEGATIVE{1, 0, unbounded, true, false};
 constexpr ParameterKind ROUGHNESS{1, 0, 1, false, true, Reader::roughness};
+constexpr ParameterKind ROUGHNESS_TEXTURE{1, 0, 1, false, true, Reader::roughness_texture};
 constexpr ParameterKind INDEX{1, least_ior, greatest_ior, true, true, Reader::index};
 constexpr ParameterKind FLAG{1, 0, 1, true, true, Reader::flag, false};
 }  // namespace parameter_kind

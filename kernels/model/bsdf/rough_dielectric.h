@@ -26,7 +26,7 @@
   NUMBER(ROUGH_DIELECTRIC, specular_reflectance, 3, ROLE_FIXED, COORDINATE_LOG) \
   NUMBER(ROUGH_DIELECTRIC, specular_transmittance, 3, ROLE_FIXED, COORDINATE_LOG)
 #define ROUGH_DIELECTRIC_PARAMETERS(PARAMETER)      \
-  PARAMETER(alpha, ROUGHNESS, 0.1, "")              \
+  PARAMETER(alpha, ROUGHNESS_TEXTURE, 0.1, "")      \
   PARAMETER(int_ior, INDEX, 1.5046, "")    \
   PARAMETER(ext_ior, INDEX, 1.000277, "")  \
   PARAMETER(specular_reflectance, TINT, 1, "")      \

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "kernels/model/obstacle.h"
+#include "runtime/base/colour.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/ior.h"
 #include "runtime/scene/xml/message.h"
@@ -48,6 +50,23 @@ double roughness(Properties& properties, double fallback) {
   return u;
 }
 
+// One number of each colour, as Mitsuba takes it: the mean of a colour, the luminance of a pixel; not below the least alpha.
+void make_roughness(Texture& texture) {
+  for (Rgb& colour : texture.colours) colour.fill(std::max((colour[0] + colour[1] + colour[2]) / 3, least_alpha));
+  if (!texture.bitmap) return;
+  auto grey = std::make_shared<Bitmap>(*texture.bitmap);
+  const auto channels = static_cast<std::size_t>(grey->channels);
+  const std::size_t pixels = grey->data.size() / channels;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const auto at = [&](std::size_t c) { return static_cast<double>(grey->data[i * channels + std::min(c, channels - 1)]); };
+    const double value = channels == 1 ? at(0) : luminance({at(0), at(1), at(2)});
+    grey->data[i] = static_cast<float>(std::max(value, least_alpha));
+  }
+  grey->data.resize(pixels);
+  grey->channels = 1;
+  texture.bitmap = grey;
+}
+
 Texture read(Builder& builder, Properties& properties, const DeclaredParameter& p) {
   Texture value;
   const auto number = [&](double v) { value.value = {v, v, v}; };
@@ -73,6 +92,14 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
       value.value = parse_metal(properties, p.name, p.fallback);
       for (const double v : value.value) check(properties, p, v);
       break;
+    case ParameterKind::Reader::roughness_texture:
+      if (properties.is_object(p.name) && !properties.is_spectrum(p.name)) {
+        value = build_texture(builder, properties, p.name, p.fallback);
+        value.value.fill(p.fallback);
+        make_roughness(value);
+        break;
+      }
+      [[fallthrough]];
     case ParameterKind::Reader::roughness:
       number(roughness(properties, p.fallback));
       break;
