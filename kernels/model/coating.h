@@ -2,11 +2,12 @@
  *
  *   f |cos wo| = T(wi) T(wo) |wo.z| / (pi eta^2) r / (1 - R (nonlinear ? r : 1)) [1/sr]
  *
- * T: share of the light that the coating lets pass, at the angles outside; eta: index inside over outside; r: reflectance of
- * the base; R, `trapped`: share of diffuse light from inside that the coating reflects back to the base.
+ * T: share of the light that the coating lets pass, at the angles outside; eta: index inside over outside; r:
+ * reflectance of the base; R, `trapped`: share of diffuse light from inside that the coating reflects back to the
+ * base.
  *
- * A sample is of the coating with probability (1 - T) s / ((1 - T) s + T r), s: the coating's factor specular_reflectance, both
- * the mean of their channels where the path is.
+ * A sample is of the coating with probability (1 - T) s / ((1 - T) s + T r), s: the coating's factor
+ * specular_reflectance, both the mean of their channels where the path is.
  * Tests: tests/model/plastics_test.cpp */
 #ifndef ITN_COATING_H
 #define ITN_COATING_H
@@ -33,9 +34,10 @@ MODEL coating_choice(const REAL* specular, const REAL* diffuse, REAL passes) {
 }
 
 #ifndef __OPENCL_VERSION__
-/* Share of diffuse light that a smooth interface reflects; eta: far over near index. Fits, as in Mitsuba, so that values agree:
+/* Share of diffuse light that a smooth interface reflects; eta: far over near index. Fits, as in Mitsuba, so that
+ * values agree:
  *   eta < 1: Egan, Hilgeman 1973, within 0.1 % for 1/eta < 1.5, 0.6 % for 1/eta < 2, 10 % for 1/eta < 5
- *   else: d'Eon, Irving 2011, "A quantized-diffusion model for rendering translucent materials", within 0.2 % for eta < 10 */
+ *   else: d'Eon, Irving 2011, "A quantized-diffusion model for rendering translucent materials", within 0.2 % below 10 */
 MODEL fresnel_diffuse_reflectance(REAL eta) {
   REAL inside = NUMBER(-1.4399) * eta * eta + NUMBER(0.7099) * eta + NUMBER(0.6681) + NUMBER(0.0636) / eta;
   REAL x = NUMBER(1) / eta;

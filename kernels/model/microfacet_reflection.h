@@ -2,7 +2,8 @@
  *
  *   density of a mirror image at a visible normal  D(h) G1(wi) / (4 wi.z) [1/sr],  h ~ wi + wo
  *
- * 0 unless both directions are above the surface. wi, wo: unit, leave the surface, in its frame. D and G1: microfacet.h.
+ * 0 unless both directions are above the surface. wi, wo: unit, leave the surface, in its frame. D and G1:
+ * microfacet.h.
  *   Walter, Marschner, Li, Torrance 2007, "Microfacet models for refraction through rough surfaces"
  * Tests: tests/model/bsdfs_test.cpp, through the BSDFs that have it */
 #ifndef ITN_MICROFACET_REFLECTION_H

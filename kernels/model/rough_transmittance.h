@@ -7,9 +7,9 @@
  *
  *   x = (1 + a) mu / (mu + a) in [0, 1],  a = 0.1 + 2 alpha,
  *
- * which spreads the angles near grazing ones, where T changes most. Within 1e-3 of T beyond mu = 1/64 (2e-3 for GGX with
- * alpha 1), mostly 3e-4, for alpha from 0.01 and indices 1.1 to 2.2. Mitsuba 3's "roughplastic" interpolates between 64 angles.
- * Both integrals are smooth in alpha and index, so that the chain rule can be run through them.
+ * which spreads the angles near grazing ones, where T changes most. Within 1e-3 of T beyond mu = 1/64 (2e-3 for GGX
+ * with alpha 1), mostly 3e-4, for alpha from 0.01 and indices 1.1 to 2.2. Mitsuba 3's "roughplastic" interpolates
+ * between 64 angles. Both integrals are smooth in alpha and index, so that the chain rule can be run through them.
  *   Walter, Marschner, Li, Torrance 2007, "Microfacet models for refraction through rough surfaces"
  * Tests: tests/model/plastics_test.cpp */
 #ifndef ITN_ROUGH_TRANSMITTANCE_H
@@ -61,8 +61,9 @@ struct GaussLegendre {
   }
 };
 
-/* The mean of what(wi, m) over the visible normals m of wi = (sine, 0, mu), whatever the sign of m.y: along one random number
- * of the sampler by Gauss, along the other by half a period: GGX turns evenly, Beckmann's slopes across are symmetric. */
+/* The mean of what(wi, m) over the visible normals m of wi = (sine, 0, mu), whatever the sign of m.y: along one
+ * random number of the sampler by Gauss, along the other by half a period: GGX turns evenly, Beckmann's slopes
+ * across are symmetric. */
 template <int along, int across, class REAL, class What>
 inline REAL mean_over_visible_normals(int distribution, REAL alpha, REAL mu, const What& what) {
   static const GaussLegendre<along> first;
@@ -94,9 +95,10 @@ MODEL rough_transmittance_integral(int distribution, REAL alpha, REAL eta, REAL 
   });
 }
 
-/* Of diffuse light: 1 / pi times the integral over facets m and azimuths about m of D(m) G1(wi) G1(wo), wi: with the cosine ci at
- * the facet, wo: its mirror image. Times ci and reflectance of the facet, integrated over ci, it is the light that is mirrored.
- * So the edge of total reflection lies at the end of an integral over ci: a kink inside would spoil its derivatives. */
+/* Of diffuse light: 1 / pi times the integral over facets m and azimuths about m of D(m) G1(wi) G1(wo), wi: with the
+ * cosine ci at the facet, wo: its mirror image. Times ci and reflectance of the facet, integrated over ci, it is the
+ * light that is mirrored. So the edge of total reflection lies at the end of an integral over ci: a kink inside
+ * would spoil its derivatives. */
 template <class REAL>
 inline REAL mirrored_back(int distribution, REAL alpha, REAL ci) {
   constexpr int facets = 24, azimuths = 12;
@@ -140,9 +142,9 @@ MODEL_VOID rough_transmittance_coefficients(int distribution, REAL alpha, REAL e
   }
 }
 
-/* R: what is mirrored back, less what is let out, which is that times 1 - F, over the cosine outside; eta > 1: inside over
- * outside. Mitsuba 3 takes the mean over 64 cosines from 0 to 1, both ends included, for the integral: 1 to 2 % less. So does
- * this, that the base be as bright as there. */
+/* R: what is mirrored back, less what is let out, which is that times 1 - F, over the cosine outside; eta > 1:
+ * inside over outside. Mitsuba 3 takes the mean over 64 cosines from 0 to 1, both ends included, for the integral: 1
+ * to 2 % less. So does this, that the base be as bright as there. */
 MODEL rough_trapped(int distribution, REAL alpha, REAL eta) {
   constexpr int angles = 16;
   static const GaussLegendre<angles> rule;
@@ -154,13 +156,12 @@ MODEL rough_trapped(int distribution, REAL alpha, REAL eta) {
     const REAL ci = SQRT(NUMBER(1) - (NUMBER(1) - c * c) / (eta * eta));
     let_out += weight / (eta * eta) * (NUMBER(1) - fresnel_dielectric(c, eta)) * mirrored_back(distribution, alpha, ci);
   }
-  const REAL upright = mean_over_visible_normals<24, 12>(distribution, alpha, NUMBER(1), [&](const REAL3& wi, const REAL3& m) {
-    const REAL ci = dot3(wi, m);
+  const auto reflected = [&](const REAL3& wi, const REAL3& m) {
+    const REAL ci = dot3(wi, m), f = fresnel_dielectric(MIN(ci, NUMBER(1)), NUMBER(1) / eta);
     const REAL3 wo = sub3(scale3(m, NUMBER(2) * ci), wi);
-    return wo.z > NUMBER(0)
-               ? fresnel_dielectric(MIN(ci, NUMBER(1)), NUMBER(1) / eta) * microfacet_shadowing(distribution, wo, alpha)
-               : NUMBER(0);
-  });
+    return wo.z > NUMBER(0) ? f * microfacet_shadowing(distribution, wo, alpha) : NUMBER(0);
+  };
+  const REAL upright = mean_over_visible_normals<24, 12>(distribution, alpha, NUMBER(1), reflected);
   return (NUMBER(63) * (mirrored - let_out) + upright) / NUMBER(64);
 }
 #endif

@@ -160,7 +160,8 @@ inline void boundary_stage(int model, int variant, const Launch* launch, __globa
   pdf = (REAL)(0.0f);
 #endif
   Scores scores = load_scores(job, pool, slots);
-  decide_at_boundary(model, variant, launch, job, pool, slots, &s, &r, &random, wo, inverse_eta == 1.0f, scatters, &scores);
+  decide_at_boundary(model, variant, launch, job, pool, slots, &s, &r, &random, wo, inverse_eta == 1.0f, scatters,
+                     &scores);
   MASK found = (MASK)(0);
   UNROLL for (int c = 0; c < CHANNELS; ++c) found = found | (weight[c] > 0.0f);
   const Step step = bsdf_sample_step(model, variant, r.n, s.first_number, r.wi, wo, pdf, scatters & found);

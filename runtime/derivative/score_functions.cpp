@@ -236,7 +236,8 @@ std::string print_scores(const ScoreRequest& wanted, int channels) {
   for (const Model& model : bsdf_models()) {
     const int variants = static_cast<int>(model.variants.size());
     text += choose_variant(model.name, variants, "", "const REAL* n, REAL3 wi, REAL3 wo, REAL* d", "n, wi, wo, d");
-    text += choose_variant(model.name, variants, "_chosen", "const REAL* n, REAL3 wi, REAL3 wo, REAL* d", "n, wi, wo, d");
+    text +=
+        choose_variant(model.name, variants, "_chosen", "const REAL* n, REAL3 wi, REAL3 wo, REAL* d", "n, wi, wo, d");
     text += choose_variant(model.name, variants, "_decision",
                            "const REAL* n, REAL3 wi, REAL3 outcome, REAL reflected, REAL* d",
                            "n, wi, outcome, reflected, d");

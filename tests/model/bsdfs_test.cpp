@@ -34,13 +34,14 @@ struct BsdfUnderTest {
 
 std::vector<BsdfUnderTest> all_bsdfs() {
   std::vector<BsdfUnderTest> all;
-#define ITN_BSDF_UNDER_TEST(name, PREFIX, type, variants)                                                              \
-  all.push_back({find_model(bsdf_models(), type),                                                                      \
-                 [](int v, const double* n, Direction wi, Direction wo, double* f) { name##_value(v, n, wi, wo, f); }, \
-                 [](int v, const double* n, Direction wi, Direction wo) { return name##_density(v, n, wi, wo); },      \
-                 [](int v, const double* n, Direction wi, Direction wo, double* f) { name##_chosen(v, n, wi, wo, f); }, \
-                 [](int v, const double* n, Direction wi, const double* u, Direction* wo, double* weight, double* pdf, \
-                    double* scale) { name##_draw(v, n, wi, u, wo, weight, pdf, scale); }});
+#define ITN_BSDF_UNDER_TEST(name, PREFIX, type, variants)                                                     \
+  all.push_back(                                                                                              \
+      {find_model(bsdf_models(), type),                                                                       \
+       [](int v, const double* n, Direction wi, Direction wo, double* f) { name##_value(v, n, wi, wo, f); },  \
+       [](int v, const double* n, Direction wi, Direction wo) { return name##_density(v, n, wi, wo); },       \
+       [](int v, const double* n, Direction wi, Direction wo, double* f) { name##_chosen(v, n, wi, wo, f); }, \
+       [](int v, const double* n, Direction wi, const double* u, Direction* wo, double* weight, double* pdf,  \
+          double* scale) { name##_draw(v, n, wi, u, wo, weight, pdf, scale); }});
   BSDF_LIST(ITN_BSDF_UNDER_TEST)
   return all;
 }
@@ -228,7 +229,8 @@ TEST_CASE("the scores of every BSDF are the derivatives of its values by its par
             double worst = 0;
             for (std::size_t i = 0; i < u.size(); i += 4) {
               const Direction wi = direction(std::acos(u[i]), 6.28 * u[i + 1]);
-              const Direction wo = chosen ? Direction{-wi.x, -wi.y, wi.z} : direction(std::acos(u[i + 2]), 6.28 * u[i + 3]);
+              const Direction wo =
+                  chosen ? Direction{-wi.x, -wi.y, wi.z} : direction(std::acos(u[i + 2]), 6.28 * u[i + 3]);
               const auto function = chosen ? bsdf.chosen : bsdf.value;
               double f[4][3];
               for (std::size_t k = 0; k < 4; ++k) function(variant, moved[k].data(), wi, wo, f[k]);
@@ -254,9 +256,10 @@ TEST_CASE("the scores of every BSDF are the derivatives of its values by its par
       }
 }
 
-// Mitsuba 3.9.1, variant scalar_rgb; made by bsdfs_mitsuba.py. What a rough coating lets pass, T, is interpolated in both, with
-// errors of up to 1e-3: in values up to 0.2 %; in densities, where 1 - T >= 0.04 is the coating's share, up to 2 %. At alpha 0.02
-// Mitsuba's sum over 64 angles, which makes 1 / (1 - R), is up to 0.3 % off beside the edge of total reflection.
+// Mitsuba 3.9.1, variant scalar_rgb; made by bsdfs_mitsuba.py. What a rough coating lets pass, T, is interpolated in
+// both, with errors of up to 1e-3: in values up to 0.2 %; in densities, where 1 - T >= 0.04 is the coating's share, up
+// to 2 %. At alpha 0.02 Mitsuba's sum over 64 angles, which makes 1 / (1 - R), is up to 0.3 % off beside the edge of
+// total reflection.
 TEST_CASE("values and densities equal Mitsuba's", "[model]") {
   struct Row {
     const char* type;

@@ -32,7 +32,8 @@ TEST_CASE("what a rough coating lets pass: the polynomial is near the integral",
   }
 }
 
-TEST_CASE("what a nearly smooth coating lets pass is 1 - F; what it keeps inside is the diffuse reflectance", "[model]") {
+TEST_CASE("what a nearly smooth coating lets pass is 1 - F; what it keeps inside is the diffuse reflectance",
+          "[model]") {
   const int distribution = GENERATE(MICROFACET_BECKMANN, MICROFACET_GGX);
   for (const double eta : {1.3, 1.49, 1.9}) {
     for (const double mu : {0.05, 0.2, 0.5, 0.9, 1.0})
@@ -47,7 +48,9 @@ TEST_CASE("what a nearly smooth coating lets pass is 1 - F; what it keeps inside
 TEST_CASE("a rough coating's integrals do not depend on how finely they are summed", "[model]") {
   const int distribution = GENERATE(MICROFACET_BECKMANN, MICROFACET_GGX);
   const double alpha = GENERATE(0.05, 0.3, 1.0), mu = GENERATE(0.02, 0.3, 0.9);
-  const auto seen = [&](const auto& wi, const auto& m) { return 1 - fresnel_dielectric(std::min(dot3(wi, m), 1.0), 1.49); };
+  const auto seen = [&](const auto& wi, const auto& m) {
+    return 1 - fresnel_dielectric(std::min(dot3(wi, m), 1.0), 1.49);
+  };
   const double coarse = mean_over_visible_normals<24, 12>(distribution, alpha, mu, seen);
   const double fine = mean_over_visible_normals<96, 64>(distribution, alpha, mu, seen);
   CHECK(coarse == Approx(fine).margin(3e-4));

@@ -78,7 +78,8 @@ TEST_CASE("conductors and plastics that say nothing have Mitsuba's defaults") {
   }
   CHECK(load_bsdf("<bsdf type=\"roughplastic\"/>").number("alpha") == 0.1);
   CHECK(load_bsdf("<bsdf type=\"plastic\"/>").number("nonlinear") == 0);
-  CHECK(load_bsdf("<bsdf type=\"plastic\"><boolean name=\"nonlinear\" value=\"true\"/></bsdf>").number("nonlinear") == 1);
+  CHECK(load_bsdf("<bsdf type=\"plastic\"><boolean name=\"nonlinear\" value=\"true\"/></bsdf>").number("nonlinear") ==
+        1);
   CHECK(load_bsdf("<bsdf type=\"thindielectric\"/>").number("int_ior") == 1.5046);
 }
 
@@ -91,7 +92,8 @@ TEST_CASE("metals have Mitsuba's names") {
                               "<rgb name=\"eta\" value=\"1 2 3\"/></bsdf>");
   CHECK(none.value("eta").value == Rgb{1, 2, 3});
   check_bsdf_error("conductor", text("material", "Gold"), {"\"material\"", "unknown metal \"Gold\""});
-  check_bsdf_error("conductor", "<rgb name=\"k\" value=\"1 2 3\"/>" + text("material", "Au"), {"\"k\"", "one or the other"});
+  check_bsdf_error("conductor", "<rgb name=\"k\" value=\"1 2 3\"/>" + text("material", "Au"),
+                   {"\"k\"", "one or the other"});
   check_bsdf_error("roughplastic", number("int_ior", "1"), {"int_ior", "not above ext_ior"});
 }
 

@@ -59,6 +59,7 @@ std::vector<Case> cases() {
       {"dielectric_constant", false},
       {"mirrors", false},
       {"plastics", false},
+      {"rough_textures", false},
   };
 }
 

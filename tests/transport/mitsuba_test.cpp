@@ -46,6 +46,7 @@ const MitsubaScene scenes[] = {
     {"rough_conductor", 1024},
     {"rough_ggx", 1024},
     {"rough_shading_normals", 1024},
+    {"rough_textures", 1024},
     {"sunsky_null_floor", 2048},
     {"sunsky_rough_floor", 2048},
 };

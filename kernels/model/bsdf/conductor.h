@@ -1,7 +1,7 @@
 /* Smooth metal: a mirror of reflectance F specular_reflectance.
  *
- * F: of a conductor of index eta + i k, a channel each (fresnel_conductor.h). wi, wo: unit, leave the surface, in its frame.
- * Agrees with Mitsuba 3's "conductor".
+ * F: of a conductor of index eta + i k, a channel each (fresnel_conductor.h). wi, wo: unit, leave the surface, in
+ * its frame. Agrees with Mitsuba 3's "conductor".
  * Tests: tests/model/bsdfs_test.cpp */
 #ifndef ITN_CONDUCTOR_H
 #define ITN_CONDUCTOR_H

@@ -1,6 +1,7 @@
 /* Smooth plastic: a diffuse base under a smooth dielectric coating, which reflects as a mirror.
  *
- *   mirror  F(wi) specular_reflectance;  base: coating.h with T = 1 - F and R the diffuse reflectance of the smooth interface
+ *   mirror  F(wi) specular_reflectance
+ *   base    coating.h with T = 1 - F and R the diffuse reflectance of the smooth interface
  *
  * wi, wo: unit, leave the surface, in its frame. Agrees with Mitsuba 3's "plastic".
  * Tests: tests/model/plastics_test.cpp, bsdfs_test.cpp */

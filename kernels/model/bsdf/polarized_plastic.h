@@ -1,9 +1,10 @@
-/* Mitsuba 3's "pplastic" without polarisation, as its rgb variants render it: a rough coating over a diffuse base, simply added.
+/* Mitsuba 3's "pplastic" without polarisation, as its rgb variants render it: a rough coating over a diffuse base,
+ * simply added.
  *
  *   f |cos wo| = F(wi.h) D G / (4 wi.z) specular_reflectance + (1 - F(wi)) (1 - F(wo)) wo.z / pi diffuse_reflectance
  *
- * [1/sr]; 0 unless both directions are above the surface. h ~ wi + wo, G = G1(wi) G1(wo); wi, wo: unit, leave the surface, in
- * its frame. D, G1: microfacet.h; the variants are the distributions.
+ * [1/sr]; 0 unless both directions are above the surface. h ~ wi + wo, G = G1(wi) G1(wo); wi, wo: unit, leave the
+ * surface, in its frame. D, G1: microfacet.h; the variants are the distributions.
  *   Baek, Jeon, Tong, Kim 2018, "Simultaneous acquisition of polarimetric SVBRDF and normals"
  * Tests: tests/model/plastics_test.cpp, bsdfs_test.cpp */
 #ifndef ITN_POLARIZED_PLASTIC_H

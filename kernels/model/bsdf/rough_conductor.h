@@ -6,7 +6,7 @@
  * specular_reflectance. wi, wo: unit, leave the surface, in its frame. alpha > 0, D and G1: microfacet.h; the variants are
  * the distributions. Agrees with Mitsuba 3's "roughconductor" (visible normals, isotropic).
  *   Walter, Marschner, Li, Torrance 2007, "Microfacet models for refraction through rough surfaces"
- * Tests: tests/model/rough_conductor_test.cpp */
+ * Tests: tests/model/bsdfs_test.cpp */
 #ifndef ITN_ROUGH_CONDUCTOR_H
 #define ITN_ROUGH_CONDUCTOR_H
 #include "model/bsdf/reflection.h"

@@ -3,8 +3,8 @@
  *   coating  F D G / (4 wi.z) specular_reflectance,  h ~ wi + wo,  G = G1(wi) G1(wo)
  *   base     coating.h with T and R of the rough interface (rough_transmittance.h)
  *
- * f |cos wo| is their sum [1/sr]; 0 unless both directions are above the surface. wi, wo: unit, leave the surface, in its frame.
- * D, G1: microfacet.h; the variants are the distributions. Agrees with Mitsuba 3's "roughplastic".
+ * f |cos wo| is their sum [1/sr]; 0 unless both directions are above the surface. wi, wo: unit, leave the surface,
+ * in its frame. D, G1: microfacet.h; the variants are the distributions. Agrees with Mitsuba 3's "roughplastic".
  *   Walter, Marschner, Li, Torrance 2007, "Microfacet models for refraction through rough surfaces"
  * Tests: tests/model/plastics_test.cpp, bsdfs_test.cpp */
 #ifndef ITN_ROUGH_PLASTIC_H

@@ -1,10 +1,10 @@
-/* Thin pane of a dielectric: light is reflected or passes straight on. With F the reflectance of one of its two sides, what goes
- * to and fro between them sums up to
+/* Thin pane of a dielectric: light is reflected or passes straight on. With F the reflectance of one of its two
+ * sides, what goes to and fro between them sums up to
  *
  *   reflected  2 F / (1 + F) specular_reflectance,  passed  (1 - F) / (1 + F) specular_transmittance
  *
- * wi, wo: unit, leave the surface, in its frame; wi on either side. eta > 0: refractive index of the pane over that around it.
- * Agrees with Mitsuba 3's "thindielectric".
+ * wi, wo: unit, leave the surface, in its frame; wi on either side. eta > 0: refractive index of the pane over that
+ * around it. Agrees with Mitsuba 3's "thindielectric".
  * Tests: tests/model/bsdfs_test.cpp */
 #ifndef ITN_THIN_DIELECTRIC_H
 #define ITN_THIN_DIELECTRIC_H

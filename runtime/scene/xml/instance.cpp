@@ -50,7 +50,8 @@ double roughness(Properties& properties, double fallback) {
   return u;
 }
 
-// One number of each colour, as Mitsuba takes it: the mean of a colour, the luminance of a pixel; not below the least alpha.
+// One number of each colour, as Mitsuba takes it: the mean of a colour, the luminance of a pixel; not below the least
+// alpha.
 void make_roughness(Texture& texture) {
   for (Rgb& colour : texture.colours) colour.fill(std::max((colour[0] + colour[1] + colour[2]) / 3, least_alpha));
   if (!texture.bitmap) return;
@@ -58,7 +59,9 @@ void make_roughness(Texture& texture) {
   const auto channels = static_cast<std::size_t>(grey->channels);
   const std::size_t pixels = grey->data.size() / channels;
   for (std::size_t i = 0; i < pixels; ++i) {
-    const auto at = [&](std::size_t c) { return static_cast<double>(grey->data[i * channels + std::min(c, channels - 1)]); };
+    const auto at = [&](std::size_t c) {
+      return static_cast<double>(grey->data[i * channels + std::min(c, channels - 1)]);
+    };
     const double value = channels == 1 ? at(0) : luminance({at(0), at(1), at(2)});
     grey->data[i] = static_cast<float>(std::max(value, least_alpha));
   }
