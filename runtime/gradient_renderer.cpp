@@ -69,8 +69,11 @@ struct GradientRenderer::State {
     const bool by_channel = part.colour && wavefront->throughput_channels() == 3;
     const auto at = static_cast<std::size_t>(part.first + part.place(by_channel ? static_cast<int>(channel) : 0));
     const float value = data.numbers[at];
-    const bool cosine = part.model->number_of(part.slot).coordinate == COORDINATE_COSINE;
-    return {at * channels() + channel, static_cast<double>(cosine ? 1 - value * value : value)};
+    const int coordinate = part.model->number_of(part.slot).coordinate;
+    const float scale = coordinate == COORDINATE_ITSELF   ? 1
+                        : coordinate == COORDINATE_COSINE ? 1 - value * value
+                                                          : value;
+    return {at * channels() + channel, static_cast<double>(scale)};
   }
 
   // Of each group and pixel the weight of a sample in each channel of radiance.

@@ -54,6 +54,7 @@ def text(name, value):
 ONE_PIXEL = ('<film type="hdrfilm"><integer name="width" value="1"/><integer name="height" value="1"/></film>')
 NEGATIVE = 'rendered as gaussian (stddev 0.5), with a warning'
 SOMETHING_ELSE = 'its nested integrator is rendered, or radiance, with a warning'
+ONE_ALPHA = 'alpha is the same along both axes'
 MEDIA_TOO = 'media count, which it ignores in Mitsuba'
 DIFFUSE = '<bsdf type="diffuse"/>'
 VALUES = text('wavelengths', '400, 700') + text('values', '1, 2')
@@ -102,12 +103,13 @@ PLUGINS = [
     *rows('shape', 'bsplinecurve linearcurve sdfgrid ellipsoids ellipsoidsmesh', '', CURVES),
     ('bsdf', 'diffuse', '', '', SURFACES),
     ('bsdf', 'dielectric', '', '', SURFACES),
-    ('bsdf', 'thindielectric', '', '', SURFACES),
-    ('bsdf', 'roughdielectric', '', 'alpha is a number, the same along both axes', SURFACES),
-    ('bsdf', 'conductor', '', '', SURFACES),
-    ('bsdf', 'roughconductor', '', '', SURFACES),
+    ('bsdf', 'thindielectric', '', 'what passes it counts in max_depth, as in path; in volpath it does not', SURFACES),
+    ('bsdf', 'roughdielectric', '', ONE_ALPHA, SURFACES),
+    ('bsdf', 'conductor', '', 'eta and k are colours, not textures', SURFACES),
+    ('bsdf', 'roughconductor', '', ONE_ALPHA + '; eta and k are colours, not textures', SURFACES),
     ('bsdf', 'plastic', '', '', SURFACES),
-    ('bsdf', 'roughplastic', '', '', SURFACES),
+    ('bsdf', 'roughplastic', '', 'int_ior must be above ext_ior', SURFACES),
+    ('bsdf', 'pplastic', '', ONE_ALPHA, SURFACES),
     ('bsdf', 'principled', '', '', SURFACES),
     ('bsdf', 'principledthin', '', '', SURFACES),
     ('bsdf', 'blendbsdf', number('weight', 0.5) + DIFFUSE + '<bsdf type="dielectric"/>', '', SURFACES),
@@ -121,7 +123,7 @@ PLUGINS = [
     ('bsdf', 'measured', text('filename', 't.bsdf'), '', 'no measured surfaces of this format yet'),
     ('bsdf', 'hair', '', '', CURVES),
 ] + [('bsdf', name, '', '', POLARISATION)
-     for name in ('circular', 'polarizer', 'retarder', 'pplastic', 'measured_polarized')] + [
+     for name in ('circular', 'polarizer', 'retarder', 'measured_polarized')] + [
     ('texture', 'bitmap', text('filename', 't.ppm'), '', '', 'reflectance'),
     ('texture', 'checkerboard', '', 'its colours are colours, not textures', '', 'reflectance'),
     ('texture', 'mesh_attribute', text('name', 'vertex_color'), '', SURFACES, 'reflectance'),

@@ -44,19 +44,29 @@ BSDF_DISPATCH void bsdf_draw(int model, int variant, const REAL n[], REAL3 wi, c
 }
 #undef BSDF_CASE
 
-/* Of the value, to step. first: of the numbers */
+/* What an event adds to the scores of the numbers. first: of the numbers; a BSDF_CASE writes d log f / d n to d. */
+#define BSDF_STEP(CASES)                                                     \
+  Step step = no_step(first);                                                \
+  if (HAS_TEXTURE) step.origins = AS_INT(n[ORIGINS]);                        \
+  REAL d[MOST_SLOTS * CHANNELS];                                             \
+  UNROLL_FOR(int i = 0; i < MOST_SLOTS * CHANNELS; ++i) d[i] = (REAL)(0.0f); \
+  switch (model) { CASES }                                                   \
+  add_step(&step, d, mask);                                                  \
+  return step;
+
+/* Of the value. */
 #define BSDF_CASE(name, PREFIX, type, variants) \
   case MODEL_##name: score_##name(variant, n, wi, wo, d); break;
 BSDF_DISPATCH Step bsdf_step(int model, int variant, const REAL n[], INT first, REAL3 wi, REAL3 wo, MASK mask) {
-  Step step = no_step(first);
-#if HAS_TEXTURE
-  step.origins = AS_INT(n[ORIGINS]);
-#endif
-  REAL d[MOST_SLOTS * CHANNELS];
-  UNROLL for (int i = 0; i < MOST_SLOTS * CHANNELS; ++i) d[i] = (REAL)(0.0f);
-  switch (model) { BSDF_LIST(BSDF_CASE) }
-  add_step(&step, d, mask);
-  return step;
+  BSDF_STEP(BSDF_LIST(BSDF_CASE))
+}
+#undef BSDF_CASE
+
+/* Of the share of the light from a chosen direction. */
+#define BSDF_CASE(name, PREFIX, type, variants) \
+  case MODEL_##name: score_##name##_chosen(variant, n, wi, wo, d); break;
+BSDF_DISPATCH Step bsdf_chosen_step(int model, int variant, const REAL n[], INT first, REAL3 wi, REAL3 wo, MASK mask) {
+  BSDF_STEP(BSDF_LIST(BSDF_CASE))
 }
 #undef BSDF_CASE
 
@@ -67,16 +77,22 @@ BSDF_DISPATCH Step bsdf_step(int model, int variant, const REAL n[], INT first, 
     break;
 BSDF_DISPATCH Step bsdf_decision_step(int model, int variant, const REAL n[], INT first, REAL3 wi, REAL3 wo,
                                       REAL reflected, MASK mask) {
-  Step step = no_step(first);
-#if HAS_TEXTURE
-  step.origins = AS_INT(n[ORIGINS]);
-#endif
-  REAL d[MOST_SLOTS * CHANNELS];
-  UNROLL for (int i = 0; i < MOST_SLOTS * CHANNELS; ++i) d[i] = (REAL)(0.0f);
-  switch (model) { BSDF_LIST(BSDF_CASE) }
-  add_step(&step, d, mask);
-  return step;
+  BSDF_STEP(BSDF_LIST(BSDF_CASE))
 }
 #undef BSDF_CASE
+#undef BSDF_STEP
+
+/* Of what weighs a sample of bsdf_draw: pdf, as it said, is 0 where wo was chosen. */
+BSDF_DISPATCH Step bsdf_sample_step(int model, int variant, const REAL n[], INT first, REAL3 wi, REAL3 wo, REAL pdf,
+                                    MASK mask) {
+  const int traits = bsdf_traits(model);
+  if (traits & BSDF_SMOOTH) return bsdf_chosen_step(model, variant, n, first, wi, wo, mask);
+  if (!(traits & BSDF_PARTLY_SMOOTH)) return bsdf_step(model, variant, n, first, wi, wo, mask);
+  const MASK chosen = pdf == 0.0f;
+  Step step = bsdf_step(model, variant, n, first, wi, wo, mask & !chosen);
+  const Step other = bsdf_chosen_step(model, variant, n, first, wi, wo, mask & chosen);
+  UNROLL_FOR(int i = 0; i < MOST_SLOTS * CHANNELS; ++i) step.of[i] += other.of[i];
+  return step;
+}
 
 #endif

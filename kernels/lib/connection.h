@@ -38,7 +38,7 @@ inline void add_connection_start(__global const JobRecord* job, Scores* scores, 
 inline void pull_connection(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
                             const REAL arriving[], const ConnectionStart* start, const Lanes through[]) {
   REAL weight[RADIANCE_CHANNELS];
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) weight[c] = arriving[c] * LOAD(pool, PULL + c, slots);
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) weight[c] = arriving[c] * LOAD(pool, PULL + c, slots);
   Scores own = no_scores();
   own.pulled = pulled(weight);
   add_connection_start(job, &own, start);
@@ -77,9 +77,9 @@ inline bool is_of_extinction(int k) {
 inline void pass_medium(const Launch* launch, __global const JobRecord* job, Obstacles* way, int lane, int medium,
                         float distance) {
   const int first = launch->media[medium].first_number;
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c)
     way->depth[c].f[lane] += launch->numbers[first + HOMOGENEOUS_sigma_t + c] * distance;
-  UNROLL for (int k = 0; k < SCORES; ++k)
+  UNROLL_FOR(int k = 0; k < SCORES; ++k)
     if (is_of_extinction(k) && first - job->first_number == carried[k].first) way->through[k].f[lane] += distance;
 #if ADJOINT
   way->through[medium].f[lane] += distance;
@@ -103,14 +103,15 @@ inline Obstacles follow_connection(const Launch* launch, __global const JobRecor
   left.real = distance;
   stands_on.integer = skip;
   in.integer = medium;
-  UNROLL for (int k = 0; k < PASSAGES; ++k) way.through[k].real = (REAL)(0.0f);
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) way.depth[c].real = (REAL)(0.0f);
+  UNROLL_FOR(int k = 0; k < PASSAGES; ++k) way.through[k].real = (REAL)(0.0f);
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way.depth[c].real = (REAL)(0.0f);
   uint bits = lane_bits(mask);
   way.reached = 0;
   MASK passed = (MASK)(0); /* a boundary: nothing behind counts, or thin bodies would be passed again and again */
   while (bits) {
-    const LaneHits hits = trace_lanes(surfaces, make3(ox.real, oy.real, oz.real), to,
-                                      HAS_LIGHTS ? left.real : (REAL)(INFINITY), stands_on.integer, in.integer >= 0, passed, mask);
+    const LaneHits hits =
+        trace_lanes(surfaces, make3(ox.real, oy.real, oz.real), to, HAS_LIGHTS ? left.real : (REAL)(INFINITY),
+                    stands_on.integer, in.integer >= 0, passed, mask);
     passed = mask;
     uint next = 0;
     FOR_EACH_LANE(l, bits) {
@@ -158,20 +159,21 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
                            REAL3 from, const LightSample* light, INT skip, INT medium,
                            const REAL weight[RADIANCE_CHANNELS], const Scores* scores, const ConnectionStart* start) {
   REAL arriving[RADIANCE_CHANNELS], dimmed[RADIANCE_CHANNELS];
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) arriving[c] = weight[c] * light->rgb[c];
-  const Obstacles way = follow_connection(launch, job, mask, from, light->source.direction, light->distance, skip, medium);
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) arriving[c] = weight[c] * light->rgb[c];
+  const Obstacles way =
+      follow_connection(launch, job, mask, from, light->source.direction, light->distance, skip, medium);
   if (!way.reached) return;
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     const REAL transmittance = EXP(-way.depth[THROUGHPUT_CHANNELS == 1 ? 0 : c].real);
     arriving[c] *= transmittance;
     dimmed[c] = weight[c] * transmittance;
   }
   Scores there = *scores;
   add_connection_start(job, &there, start);
-  UNROLL for (int k = 0; k < SCORES; ++k) {
+  UNROLL_FOR(int k = 0; k < SCORES; ++k) {
     if (!is_of_extinction(k)) continue;
     REAL d[MOST_SLOTS * CHANNELS], ones[MOST_SLOTS]; /* the same whatever sigma_t is */
-    UNROLL for (int i = 0; i < MOST_SLOTS; ++i) ones[i] = (REAL)(1.0f);
+    UNROLL_FOR(int i = 0; i < MOST_SLOTS; ++i) ones[i] = (REAL)(1.0f);
     score_homogeneous_passage(ones, way.through[k].real, d);
     there.of[k] += d[carried[k].slot * CHANNELS + (CHANNELS == 1 ? 0 : carried[k].channel)];
   }

@@ -17,9 +17,9 @@
 inline void clear_sky_derivative(__global const EmitterRecord* record, __global const EmitterRecord* moving, REAL3 d,
                                  REAL rgb[3]) {
   const SkyAngles angles = sky_angles(record, d);
-  UNROLL for (int c = 0; c < 3; ++c) {
+  UNROLL_FOR(int c = 0; c < 3; ++c) {
     REAL k[SKY_COEFFICIENTS], d_k[SKY_COEFFICIENTS], d_radiance;
-    UNROLL for (int i = 0; i < SKY_COEFFICIENTS; ++i) {
+    UNROLL_FOR(int i = 0; i < SKY_COEFFICIENTS; ++i) {
       k[i] = record->sky[c * SKY_COEFFICIENTS + i];
       d_k[i] = moving->sky[c * SKY_COEFFICIENTS + i];
     }
@@ -37,7 +37,7 @@ inline void emitter_derivative(__global const EmitterRecord* record, __global co
     REAL sun[3];
     clear_sky_derivative(record, moving, emitter_to_local(record, direction), rgb);
     emitter_sun_radiance(moving, tables, direction, sun);
-    UNROLL for (int c = 0; c < 3; ++c) rgb[c] += sun[c];
+    UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] += sun[c];
     return;
   }
 #endif
@@ -65,15 +65,15 @@ inline void gather_light_derivatives(const Launch* launch, __global const JobRec
       emitter_derivative(launch->emitters + job->emitter, launch->emitters + moving, launch->emitter_tables,
                          source->direction, rgb);
     else
-      UNROLL for (int c = 0; c < 3; ++c) rgb[c] = source->share * launch->derivatives[p].colour[c];
+      UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = source->share * launch->derivatives[p].colour[c];
 #if HAS_LIGHTS
-    UNROLL for (int c = 0; c < 3; ++c) rgb[c] = SELECT(numbers == light, rgb[c], 0.0f);
+    UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = SELECT(numbers == light, rgb[c], 0.0f);
 #endif
 #if ADJOINT
-    UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) rgb[c] *= weight[c] * launch->derivatives[p].factor[c];
+    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) rgb[c] *= weight[c] * launch->derivatives[p].factor[c];
     pull_light(launch, job, pool, slots, mask, p, rgb);
 #else
-    UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
       const int field = DERIVATIVE + parts[p].image * RADIANCE_CHANNELS + c;
       STORE(pool, field, slots, LOAD(pool, field, slots) + SELECT(mask, weight[c] * rgb[c], 0.0f));
     }

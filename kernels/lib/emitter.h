@@ -72,7 +72,7 @@ inline void envmap_cell(__global const EmitterRecord* record, REAL3 direction, I
   REAL x = angle_of(d.x, -d.z) * (float)(0.5 / PI_) - 0.5f / width;
   x = (x - floor(x)) * width;
   const REAL y = angle_of(sqrt(d.x * d.x + d.z * d.z), d.y) * (float)(1 / PI_) * (height - 1);
-  *column = clamp(CAST_INT(x), (INT)0, (INT)(width - 1));  /* idle lanes may hold any direction */
+  *column = clamp(CAST_INT(x), (INT)0, (INT)(width - 1)); /* idle lanes may hold any direction */
   *row = clamp(CAST_INT(y), (INT)0, (INT)(height - 2));
   *across = x - CAST_REAL(*column);
   *down = y - CAST_REAL(*row);
@@ -85,10 +85,11 @@ inline void envmap_radiance(__global const EmitterRecord* record, __global const
   envmap_cell(record, direction, &row, &column, &down, &across);
   const int stride = 3 * (record->width + 1);
   const INT at = record->pixels + row * stride + column * 3;
-  UNROLL for (int c = 0; c < 3; ++c) {
+  UNROLL_FOR(int c = 0; c < 3; ++c) {
     const REAL a = GATHER(tables, at + c), b = GATHER(tables, at + (c + 3));
     const REAL e = GATHER(tables, at + (c + stride)), f = GATHER(tables, at + (c + stride + 3));
-    rgb[c] = record->radiance[c] * ((1 - down) * ((1 - across) * a + across * b) + down * ((1 - across) * e + across * f));
+    rgb[c] =
+        record->radiance[c] * ((1 - down) * ((1 - across) * a + across * b) + down * ((1 - across) * e + across * f));
   }
 }
 
@@ -112,8 +113,7 @@ inline REAL envmap_pdf(__global const EmitterRecord* record, __global const floa
   REAL down, across, top, increase;
   envmap_cell(record, direction, &row, &column, &down, &across);
   envmap_row_bounds(record, row, &top, &increase);
-  const REAL probability =
-      cell_probability(tables, record->sampling, record->height - 1, record->width, row, column);
+  const REAL probability = cell_probability(tables, record->sampling, record->height - 1, record->width, row, column);
   return envmap_density(record, probability, increase);
 }
 
@@ -155,9 +155,9 @@ inline SkyAngles sky_angles(__global const EmitterRecord* record, REAL3 d) {
 /* d: in the local frame */
 inline void clear_sky_radiance(__global const EmitterRecord* record, REAL3 d, REAL rgb[3]) {
   const SkyAngles angles = sky_angles(record, d);
-  UNROLL for (int c = 0; c < 3; ++c) {
+  UNROLL_FOR(int c = 0; c < 3; ++c) {
     REAL k[SKY_COEFFICIENTS];
-    UNROLL for (int i = 0; i < SKY_COEFFICIENTS; ++i) k[i] = record->sky[c * SKY_COEFFICIENTS + i];
+    UNROLL_FOR(int i = 0; i < SKY_COEFFICIENTS; ++i) k[i] = record->sky[c * SKY_COEFFICIENTS + i];
     const REAL radiance = sky_hosek_wilkie(k, angles.cos_theta, angles.gamma, angles.one_minus_cos);
     rgb[c] = SELECT(d.z < 0, 0, radiance);
   }
@@ -198,7 +198,7 @@ inline REAL3 clear_sky_sample(__global const EmitterRecord* record, __global con
  * and to the disc's centre. */
 inline void sun_disc(__global const EmitterRecord* record, __global const float* tables, REAL z, REAL chord2,
                      REAL rgb[3]) {
-  UNROLL for (int c = 0; c < 3; ++c) rgb[c] = SELECT(z < 0, 0, record->sun_radiance[c]);
+  UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = SELECT(z < 0, 0, record->sun_radiance[c]);
 #if HAS_COMPLEX_SUN
   if (!record->complex_sun) return;
   const float omc = record->sun_one_minus_cos;
@@ -208,7 +208,8 @@ inline void sun_disc(__global const EmitterRecord* record, __global const float*
   const REAL elevation = angle_of(up, sqrt(fmax((REAL)0, (1 - up) * (1 + up))));
   /* knots at elevations (pi/2) (i / 45)^3; rounding to the wrong side of one is harmless, the curve is smooth there */
   const REAL share = elevation * (float)(2 / PI_);
-  const INT knot = clamp(CAST_INT(exp(log(fmax(share, (REAL)1e-20f)) * (1.0f / 3)) * (SUN_KNOTS - 1)), (INT)0, (INT)(SUN_KNOTS - 2));
+  const INT knot =
+      clamp(CAST_INT(exp(log(fmax(share, (REAL)1e-20f)) * (1.0f / 3)) * (SUN_KNOTS - 1)), (INT)0, (INT)(SUN_KNOTS - 2));
   const REAL i = CAST_REAL(knot);
   const float cube = 1.0f / ((SUN_KNOTS - 1) * (SUN_KNOTS - 1) * (SUN_KNOTS - 1));
   const REAL steps = 3 * i * (i + 1) + 1; /* (i + 1)^3 - i^3 */
@@ -217,9 +218,9 @@ inline void sun_disc(__global const EmitterRecord* record, __global const float*
   const REAL from = (1 + 2 * t) * (1 - t) * (1 - t), to = t * t * (3 - 2 * t);
   const REAL slope_from = width * t * (1 - t) * (1 - t), slope_to = -width * t * t * (1 - t);
   const int stride = 3 * SUN_POWERS * 2;
-  UNROLL for (int c = 0; c < 3; ++c) {
+  UNROLL_FOR(int c = 0; c < 3; ++c) {
     REAL sum = 0;
-    UNROLL for (int power = SUN_POWERS - 1; power >= 0; --power) {
+    UNROLL_FOR(int power = SUN_POWERS - 1; power >= 0; --power) {
       const INT at = record->sun_table + knot * stride + (c * SUN_POWERS + power) * 2;
       sum = sum * mu + (from * GATHER(tables, at) + slope_from * GATHER(tables, at + 1) +
                         to * GATHER(tables, at + stride) + slope_to * GATHER(tables, at + (stride + 1)));
@@ -245,7 +246,7 @@ inline void emitter_sky_radiance(__global const EmitterRecord* record, __global 
     return;
   }
 #endif
-  UNROLL for (int c = 0; c < 3; ++c) rgb[c] = record->radiance[c];
+  UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = record->radiance[c];
 }
 
 /* Squared distance of two unit vectors, the direction and the one to the disc's centre: has digits where the cosine of a
@@ -264,7 +265,7 @@ inline MASK emitter_in_sun(__global const EmitterRecord* record, REAL3 direction
 /* The radiance of the sun's disc, 0 outside; gives emitter_in_sun. */
 inline MASK emitter_sun_radiance(__global const EmitterRecord* record, __global const float* tables, REAL3 direction,
                                  REAL rgb[3]) {
-  UNROLL for (int c = 0; c < 3; ++c) rgb[c] = 0;
+  UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = 0;
 #if HAS_SUN
   if (record->kind == EMITTER_SUNSKY) {
     const REAL chord2 = sun_chord2(record, direction);
@@ -272,7 +273,7 @@ inline MASK emitter_sun_radiance(__global const EmitterRecord* record, __global 
     if (ANY(inside)) {
       REAL disc[3];
       sun_disc(record, tables, emitter_to_local(record, direction).z, chord2, disc);
-      UNROLL for (int c = 0; c < 3; ++c) rgb[c] = SELECT(inside, disc[c], 0);
+      UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = SELECT(inside, disc[c], 0);
     }
     return inside;
   }
@@ -283,7 +284,7 @@ inline MASK emitter_sun_radiance(__global const EmitterRecord* record, __global 
 /* A direction uniform in the sun's cone, with density record->sun_pdf. */
 inline void sun_sample(__global const EmitterRecord* record, __global const float* tables, REAL u0, REAL u1,
                        REAL3* direction, REAL rgb[3]) {
-  UNROLL for (int c = 0; c < 3; ++c) rgb[c] = 0;
+  UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = 0;
   *direction = make3((REAL)0, (REAL)0, (REAL)1);
 #if HAS_SUN
   if (record->kind == EMITTER_SUNSKY) {

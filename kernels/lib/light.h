@@ -7,8 +7,8 @@
 
 /* Where light comes from: a light of the scene, or around it. */
 typedef struct {
-  INT index;  /* of the launch's lights; -1: around the scene, from `direction` */
-  REAL share; /* times its colour it is what arrives */
+  INT index;       /* of the launch's lights; -1: around the scene, from `direction` */
+  REAL share;      /* times its colour it is what arrives */
   REAL3 direction; /* unit, towards the light */
 } LightSource;
 
@@ -53,12 +53,14 @@ inline void sample_light_surface(const Launch* launch, INT light, REAL u0, REAL 
   surfaces.integer = GATHER_INT(LIGHT_MEMBER_INT(launch, surfaces), light * LIGHT_WORDS);
   table.integer = GATHER_INT(LIGHT_MEMBER_INT(launch, table), light * LIGHT_WORDS);
   u.real = u2;
-  UNROLL for (int l = 0; l < WIDTH; ++l) {
+  UNROLL_FOR(int l = 0; l < WIDTH; ++l) {
     int low = 0, high = max(surfaces.i[l] - 1, 0); /* the last whose share begins at or before u */
     while (low < high) {
       const int middle = (low + high + 1) / 2;
-      if (launch->emitter_tables[table.i[l] + middle] <= u.f[l]) low = middle;
-      else high = middle - 1;
+      if (launch->emitter_tables[table.i[l] + middle] <= u.f[l])
+        low = middle;
+      else
+        high = middle - 1;
     }
     row.i[l] = surfaces.i[l] == 0 ? 0 : table.i[l] + surfaces.i[l] + 1 + low * LIGHT_SURFACE_SIZE;
   }
@@ -89,7 +91,7 @@ inline void sample_light_surface(const Launch* launch, INT light, REAL u0, REAL 
 /* The colour of each lane's light. */
 inline void light_colour(const Launch* launch, INT light, REAL rgb[3]) {
   const INT first = GATHER_INT(LIGHT_MEMBER_INT(launch, first_number), light * LIGHT_WORDS);
-  UNROLL for (int c = 0; c < 3; ++c) rgb[c] = GATHER((launch->numbers + c), first);
+  UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = GATHER((launch->numbers + c), first);
 }
 
 /* What each lane's light brings to `from`: see model/light/list.h. */
@@ -101,24 +103,25 @@ inline void light_arrives(const Launch* launch, INT light, REAL3 from, REAL3 on,
   *towards = make3((REAL)(0.0f), (REAL)(0.0f), (REAL)(1.0f));
   *distance = *share = (REAL)(0.0f);
   *on_shape = (MASK)(0);
-#define LIGHT_ARRIVES(name, PREFIX)                                             \
-  {                                                                             \
-    REAL n[MOST_SLOTS], own_distance, own_share;                                \
-    REAL3 own_towards;                                                          \
-    load_numbers(launch, MODEL_##name, first, nowhere, n);                      \
+#define LIGHT_ARRIVES(name, PREFIX)                                               \
+  {                                                                               \
+    REAL n[MOST_SLOTS], own_distance, own_share;                                  \
+    REAL3 own_towards;                                                            \
+    load_numbers(launch, MODEL_##name, first, nowhere, n);                        \
     name##_arrives(n, from, on, normal, &own_towards, &own_distance, &own_share); \
-    const MASK is = model == MODEL_##name;                                      \
-    *towards = select3(is, own_towards, *towards);                              \
-    *distance = SELECT(is, own_distance, *distance);                            \
-    *share = SELECT(is, own_share, *share);                                     \
-    if (PREFIX##_TRAITS & LIGHT_ON_SHAPE) *on_shape = *on_shape | is;           \
+    const MASK is = model == MODEL_##name;                                        \
+    *towards = select3(is, own_towards, *towards);                                \
+    *distance = SELECT(is, own_distance, *distance);                              \
+    *share = SELECT(is, own_share, *share);                                       \
+    if (PREFIX##_TRAITS & LIGHT_ON_SHAPE) *on_shape = *on_shape | is;             \
   }
   LIGHTS_OF_SCENE(LIGHT_ARRIVES)
 }
 
 /* Density [1/sr] with which a point of the front of a light that is a shape is drawn, seen from `distance` under an angle of
  * that cosine. */
-inline REAL light_surface_pdf(const Launch* launch, __global const JobRecord* job, INT light, REAL distance, REAL cosine) {
+inline REAL light_surface_pdf(const Launch* launch, __global const JobRecord* job, INT light, REAL distance,
+                              REAL cosine) {
   const INT at = light * LIGHT_WORDS;
   return job->light_share * GATHER(LIGHT_MEMBER(launch, share), at) * GATHER(LIGHT_MEMBER(launch, inverse_area), at) *
          distance * distance / MAX(cosine, (REAL)(1e-9f));

@@ -41,8 +41,7 @@ inline REAL connection_chance(const Launch* launch, __global const JobRecord* jo
       GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, connection)), at) == CONNECTION_REFRACTED;
   const REAL inverse_eta = SELECT(refracted, 1.0f / GATHER((media + FIELD_OF(MediumRecord, eta)), at), 1.0f);
   const REAL cosine = SQRT(MAX(1.0f - (1.0f - facing * facing) * inverse_eta * inverse_eta, (REAL)(0.0f)));
-  towards = add3(scale3(towards, inverse_eta),
-                 scale3(normal, SELECT(refracted, cosine - facing * inverse_eta, 0.0f)));
+  towards = add3(scale3(towards, inverse_eta), scale3(normal, SELECT(refracted, cosine - facing * inverse_eta, 0.0f)));
 #endif
   /* cosine between the connection and the normal of the surface through which it leaves */
   const REAL along = MAX(dot3(towards, normal), (REAL)(0.25f));

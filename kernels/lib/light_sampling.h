@@ -19,7 +19,7 @@ inline void emitter_radiance(const Launch* launch, __global const EmitterRecord*
 #if HAS_SUN
   REAL sun[3];
   MASK inside = emitter_sun_radiance(emitter, launch->emitter_tables, direction, sun);
-  UNROLL for (int c = 0; c < 3; ++c) rgb[c] += SELECT(inside, sun[c], 0.0f);
+  UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] += SELECT(inside, sun[c], 0.0f);
 #endif
 }
 
@@ -93,7 +93,7 @@ inline MASK sample_light_of_scene(const Launch* launch, __global const JobRecord
   light_arrives(launch, light, from, on, normal, &s->source.direction, &s->distance, &s->source.share, &on_shape);
   s->source.index = light;
   light_colour(launch, light, s->rgb);
-  UNROLL for (int c = 0; c < 3; ++c) s->rgb[c] *= s->source.share;
+  UNROLL_FOR(int c = 0; c < 3; ++c) s->rgb[c] *= s->source.share;
   s->by_chance = SELECT(on_shape, 1.0f, 0.0f);
   s->pdf = SELECT(on_shape, light_surface_pdf(launch, job, light, s->distance, -dot3(s->source.direction, normal)),
                   job->light_share * GATHER(LIGHT_MEMBER(launch, share), light * LIGHT_WORDS));
@@ -121,7 +121,7 @@ inline MASK sample_light(const Launch* launch, __global const JobRecord* job, MA
     s->distance = SELECT(of_scene, own.distance, s->distance);
     s->pdf = SELECT(arrives, own.pdf, SELECT(of_scene, 1.0f, s->pdf));
     s->by_chance = SELECT(of_scene, own.by_chance, s->by_chance);
-    UNROLL for (int c = 0; c < 3; ++c) s->rgb[c] = SELECT(of_scene, own.rgb[c], s->rgb[c]);
+    UNROLL_FOR(int c = 0; c < 3; ++c) s->rgb[c] = SELECT(of_scene, own.rgb[c], s->rgb[c]);
     found = found | arrives;
   }
   return found;

@@ -6,10 +6,10 @@
 #include "lib/texture.h"
 #include "scene/surfaces.h"
 
-/* Which colours of textures the numbers are: two bits a slot, in the place behind them; 0: not one of a texture. */
+/* Which colours of textures the numbers are: two bits a slot, in the place behind them; 0: not one of a texture. Numbers that
+ * a texture may stand for are declared before all others, in the slots that have bits. */
 #define ORIGINS (MOST_SLOTS - 1)
 #define ORIGIN_BITS 2
-typedef char OriginsOfAnyModelFit[ORIGINS * ORIGIN_BITS <= 32 ? 1 : -1];
 
 /* One number, of up to three channels; uv: where its texture is looked up. TEXTURED: has some instance one there? */
 __attribute__((always_inline)) inline void load_number(const Launch* launch, int model, int slot, int channels,
@@ -60,6 +60,7 @@ __attribute__((always_inline)) inline void load_numbers(const Launch* launch, in
 /* origins: n[ORIGINS]. Is n[slot] what a record says that has this `origin`? */
 inline REAL where_from(INT origins, int slot, int origin, REAL d) {
 #if HAS_TEXTURE
+  if (slot >= TEXTURED_SLOTS) return origin == 0 ? d : (REAL)(0.0f);
   return SELECT(((origins >> (ORIGIN_BITS * slot)) & ((1 << ORIGIN_BITS) - 1)) == origin, d, 0.0f);
 #else
   return d;
@@ -74,20 +75,27 @@ inline REAL where_from(INT origins, int slot, int origin, REAL d) {
     PREFIX##_NUMBERS(ROLE_OF_NUMBER) break;
 #define ROLE_IN_BSDF(name, PREFIX, type, variants) ROLE_IN_MODEL(name, PREFIX, type)
 __attribute__((always_inline)) inline int role_of(int model, int slot) {
-  switch (model) { BSDF_LIST(ROLE_IN_BSDF) MEDIUM_LIST(ROLE_IN_MODEL) PHASE_LIST(ROLE_IN_MODEL) LIGHT_LIST(ROLE_IN_MODEL) }
+  switch (model) {
+    BSDF_LIST(ROLE_IN_BSDF) MEDIUM_LIST(ROLE_IN_MODEL) PHASE_LIST(ROLE_IN_MODEL) LIGHT_LIST(ROLE_IN_MODEL)
+  }
   return ROLE_FIXED;
 }
 
 /* d by n[slot] as d by its coordinate (shared/declaration.h). There is none by a logarithm of 0. */
-#define COORDINATE_OF_NUMBER(PREFIX, name, channels, role, coordinate) \
-  if (slot >= PREFIX##_##name && slot <= PREFIX##_##name##_last)       \
-    return coordinate == COORDINATE_COSINE ? d * (1.0f - n[slot] * n[slot]) : SELECT(n[slot] > 0.0f, d * n[slot], 0.0f);
+#define COORDINATE_OF_NUMBER(PREFIX, name, channels, role, coordinate)        \
+  if (slot >= PREFIX##_##name && slot <= PREFIX##_##name##_last)              \
+    return coordinate == COORDINATE_ITSELF   ? d                              \
+           : coordinate == COORDINATE_COSINE ? d * (1.0f - n[slot] * n[slot]) \
+                                             : SELECT(n[slot] > 0.0f, d * n[slot], 0.0f);
 #define COORDINATE_IN_MODEL(name, PREFIX, type) \
   case MODEL_##name:                            \
     PREFIX##_NUMBERS(COORDINATE_OF_NUMBER) break;
 #define COORDINATE_IN_BSDF(name, PREFIX, type, variants) COORDINATE_IN_MODEL(name, PREFIX, type)
 __attribute__((always_inline)) inline REAL by_coordinate(int model, int slot, const REAL n[], REAL d) {
-  switch (model) { BSDF_LIST(COORDINATE_IN_BSDF) MEDIUM_LIST(COORDINATE_IN_MODEL) PHASE_LIST(COORDINATE_IN_MODEL) LIGHT_LIST(COORDINATE_IN_MODEL) }
+  switch (model) {
+    BSDF_LIST(COORDINATE_IN_BSDF)
+    MEDIUM_LIST(COORDINATE_IN_MODEL) PHASE_LIST(COORDINATE_IN_MODEL) LIGHT_LIST(COORDINATE_IN_MODEL)
+  }
   return d;
 }
 

@@ -8,7 +8,10 @@
 
 #define NUMBER_BSDF(name, PREFIX, type, variants) MODEL_##name,
 #define NUMBER_MODEL(name, PREFIX, type) MODEL_##name,
-enum { MODEL_none, MEDIUM_LIST(NUMBER_MODEL) PHASE_LIST(NUMBER_MODEL) BSDF_LIST(NUMBER_BSDF) LIGHT_LIST(NUMBER_MODEL) MODELS };
+enum {
+  MODEL_none,
+  MEDIUM_LIST(NUMBER_MODEL) PHASE_LIST(NUMBER_MODEL) BSDF_LIST(NUMBER_BSDF) LIGHT_LIST(NUMBER_MODEL) MODELS
+};
 
 /* Room for the numbers of any one model. */
 #define ROOM_BSDF(name, PREFIX, type, variants) char name[PREFIX##_SLOTS + 1];
@@ -17,5 +20,7 @@ typedef union {
   BSDF_LIST(ROOM_BSDF) MEDIUM_LIST(ROOM_MODEL) PHASE_LIST(ROOM_MODEL) LIGHT_LIST(ROOM_MODEL)
 } NumbersOfAnyModel;
 #define MOST_SLOTS ((int)sizeof(NumbersOfAnyModel))
+/* Numbers that a texture may stand for are in the first slots of their model. */
+#define TEXTURED_SLOTS 16
 
 #endif

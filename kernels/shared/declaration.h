@@ -31,7 +31,7 @@
   PREFIX##_##name, PREFIX##_##name##_last = PREFIX##_##name + (channels)-1,
 
 /* Roles of a number:
- *   ROLE_FACTOR    a factor of the throughput alone: no density that is sampled depends on it
+ *   ROLE_FACTOR    a factor of the throughput; no score of a density that is sampled is asked for by it
  *   ROLE_DENSITY   sampled densities depend on it, and their score quiets derivatives (lib/baseline.h)
  *   ROLE_INDEX     sampled densities depend on it, but with a score of infinite variance (at the critical angle)
  *   ROLE_FIXED     nothing is differentiated by it */
@@ -39,19 +39,23 @@ enum { ROLE_FACTOR, ROLE_DENSITY, ROLE_INDEX, ROLE_FIXED };
 
 /* What gradients by replay are taken by (lib/adjoint.h), so that all are of order 1: d coordinate = d number / scale.
  *   COORDINATE_LOG      scale: the number, which is positive
- *   COORDINATE_COSINE   scale: 1 - number^2, of a number in (-1, 1) */
-enum { COORDINATE_LOG, COORDINATE_COSINE };
+ *   COORDINATE_COSINE   scale: 1 - number^2, of a number in (-1, 1)
+ *   COORDINATE_ITSELF   scale: 1, of a number of either sign and of order 1 */
+enum { COORDINATE_LOG, COORDINATE_COSINE, COORDINATE_ITSELF };
 
 /* Traits of BSDFs.
  *   BSDF_TRANSMITS   a boundary that light passes: wi and wo are on either side, and no twosided one is needed
- *   BSDF_SMOOTH      its directions are chosen, not drawn from a density: light is not sampled, nothing is
- *                    differentiated
+ *   BSDF_SMOOTH      all its directions are chosen, not drawn from a density: light is not sampled
+ *   BSDF_PARTLY_SMOOTH   some of its directions are chosen: light is sampled for the others
+ *   BSDF_THIN        it has no inside: its shapes need not be closed
  *   BSDF_EVEN        a sample's weight depends on wi alone, so that roulette can be played before light is sampled
  *   BSDF_BASELINE    its decisions quiet derivatives */
 #define BSDF_TRANSMITS 1
 #define BSDF_SMOOTH 2
 #define BSDF_EVEN 4
 #define BSDF_BASELINE 8
+#define BSDF_PARTLY_SMOOTH 16
+#define BSDF_THIN 32
 
 /* Traits of lights.
  *   LIGHT_ON_SHAPE   it is the surface of a shape, which paths find by chance, too */

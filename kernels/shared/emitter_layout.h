@@ -24,26 +24,27 @@
 /* Offsets count floats in emitter_tables. local = to_local * world (row major); z is up for sunsky, y for an envmap. */
 typedef struct {
   int kind;
-  int pixels;         /* envmap: rgb, row 0 on top, width + 1 columns: the last repeats the first */
-  int width, height;  /* envmap */
-  int sampling;       /* envmap, sky: cumulative rows (rows + 1), then cumulative columns, row by row (columns + 1 each) */
-  int sun_table;      /* sun with limb darkening: [knot][channel][power][value, slope] */
-  int complex_sun;    /* 0 or 1 */
+  int pixels;        /* envmap: rgb, row 0 on top, width + 1 columns: the last repeats the first */
+  int width, height; /* envmap */
+  int sampling;    /* envmap, sky: cumulative rows (rows + 1), then cumulative columns, row by row (columns + 1 each) */
+  int sun_table;   /* sun with limb darkening: [knot][channel][power][value, slope] */
+  int complex_sun; /* 0 or 1 */
   int unused;
   float to_local[9];
-  float radiance[3];            /* constant; envmap: what its pixels are multiplied by */
+  float radiance[3]; /* constant; envmap: what its pixels are multiplied by */
   float sky[3 * SKY_COEFFICIENTS];
-  float sun_radiance[3];        /* without limb darkening */
-  float sun_direction[3];       /* world, unit, towards the sun */
-  float sun_tangent[3];         /* world; tangent, bitangent and direction are orthonormal */
+  float sun_radiance[3];  /* without limb darkening */
+  float sun_direction[3]; /* world, unit, towards the sun */
+  float sun_tangent[3];   /* world; tangent, bitangent and direction are orthonormal */
   float sun_bitangent[3];
-  float sun_local[3];           /* sun_direction in the local frame */
+  float sun_local[3];                     /* sun_direction in the local frame */
   float sun_azimuth_cos, sun_azimuth_sin; /* of sun_local: (1, 0) when the sun stands in the zenith */
-  float sun_cos;                /* of the half angle */
-  float sun_one_minus_cos;      /* 1 - sun_cos, computed without cancellation */
-  float sun_chord2;             /* |d - s|^2 <= sun_chord2 inside the disc: 2 (1 - sun_cos) */
-  float sun_pdf;                /* 1 / solid angle [1/sr]; 0 without a sun */
-  float sun_weight, sky_weight; /* luminance integrated over the sphere of directions: shares for choosing between them */
+  float sun_cos;                          /* of the half angle */
+  float sun_one_minus_cos;                /* 1 - sun_cos, computed without cancellation */
+  float sun_chord2;                       /* |d - s|^2 <= sun_chord2 inside the disc: 2 (1 - sun_cos) */
+  float sun_pdf;                          /* 1 / solid angle [1/sr]; 0 without a sun */
+  float sun_weight,
+      sky_weight; /* luminance integrated over the sphere of directions: shares for choosing between them */
 } EmitterRecord;
 
 typedef char emitter_record_is_292_bytes[sizeof(EmitterRecord) == 292 ? 1 : -1];

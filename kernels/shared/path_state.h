@@ -58,7 +58,7 @@
   FIELD(ARRIVAL, 3 * MEDIUM_LIGHT_SAMPLING)                           \
   FIELD(CHANCE, MEDIUM_LIGHT_SAMPLING)                                \
   FIELD(ORIGIN, 3 * HAS_AREA_LIGHTS * LIGHT_SAMPLING)                 \
-  FIELD(RIVAL, HAS_AREA_LIGHTS * ROUGH_LIGHT_SAMPLING)
+  FIELD(RIVAL, HAS_AREA_LIGHTS* ROUGH_LIGHT_SAMPLING)
 
 #ifdef __OPENCL_VERSION__
 #define NUMBER_FIELD(name, size) name, LAST_OF_##name = name + (size)-1,

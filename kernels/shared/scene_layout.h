@@ -86,19 +86,19 @@ typedef struct {
 
 typedef struct {
   float factor[3]; /* d number / d parameter */
-  int emitter; /* of the light around the scene: the record of d radiance / d parameter (lib/emission.h); else -1 */
-  int light;   /* of a light of the scene: where its numbers begin; else -1 */
+  int emitter;     /* of the light around the scene: the record of d radiance / d parameter (lib/emission.h); else -1 */
+  int light;       /* of a light of the scene: where its numbers begin; else -1 */
   float colour[3]; /* d its colour / d parameter */
 } DerivativeRecord;
 
 /* One image with one set of parameters. */
 typedef struct {
   int camera, geometry, emitter;
-  int first_shape;  /* shape k of the geometry is shapes[first_shape + k] */
-  int first_number; /* of the scene, for ScoreRecord */
+  int first_shape;         /* shape k of the geometry is shapes[first_shape + k] */
+  int first_number;        /* of the scene, for ScoreRecord */
   int first_light, lights; /* of the scene */
-  float light_share; /* with which one of these is sampled, and not the light around the scene */
-  int max_depth;   /* a path with k scatterings counts if k < max_depth */
+  float light_share;       /* with which one of these is sampled, and not the light around the scene */
+  int max_depth;           /* a path with k scatterings counts if k < max_depth */
   int rr_depth;
   int hide_emitters; /* 1: a path that has not scattered sees no light, as in Mitsuba */
   int first_pixel;   /* of this launch */

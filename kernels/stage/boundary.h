@@ -15,14 +15,14 @@ inline void scatter_at_boundary(const Launch* launch, __global const JobRecord* 
                                 REAL inverse_eta) {
   REAL throughput[THROUGHPUT_CHANNELS];
   MASK real = valid & !s->misplaced;
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c)
     throughput[c] = LOAD(pool, THROUGHPUT + c, slots) * SELECT(real, weight[c], 1.0f);
   INT depth = LOAD_INT(pool, DEPTH, slots) + SELECT_INT(real, 1, 0);
   REAL weights[3];
   channel_weights(pool, slots, (REAL)(1.0f), weights);
   const REAL largest = brightest(throughput, weights);
   MASK dies = roulette(job, plain_depth(depth), u, real, largest, throughput);
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
   STORE_INT(pool, DEPTH, slots, depth);
   STORE_INT(pool, EVENT, slots, random->event + 1);
   REAL scale = SELECT(real, inverse_eta * inverse_eta, 1.0f);
@@ -73,9 +73,9 @@ inline void rival_densities(const Launch* launch, __global const JobRecord* job,
  * the sun is sampled there or (B) the BSDF finds it; or (C) o and the direction of the segment are drawn at x
  * (connect.h). What A and B share cancels; `rival` is C's density over theirs. To lights of the scene lead A and B alone.
  * Returns LAST_PDF for the BSDF's own direction, of density pdf. */
-inline REAL sample_light_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
-                                   INT slots, MASK at_boundary, const Surface* s, const Reflector* r, const Random* random,
-                                   REAL3 direction, REAL pdf) {
+inline REAL sample_light_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job,
+                                     Pool* pool, INT slots, MASK at_boundary, const Surface* s, const Reflector* r,
+                                     const Random* random, REAL3 direction, REAL pdf) {
   REAL u[4];
   draw(random, 1, u);
   LightSample sample;
@@ -87,7 +87,7 @@ inline REAL sample_light_at_boundary(int model, int variant, const Launch* launc
   const REAL bsdf_pdf = bsdf_density(model, variant, r->n, r->wi, wo);
   const INT depth = LOAD_INT(pool, DEPTH, slots) + 1;
   MASK lit = (MASK)(0);
-  UNROLL for (int c = 0; c < CHANNELS; ++c) lit = lit | (f[c] > 0.0f);
+  UNROLL_FOR(int c = 0; c < CHANNELS; ++c) lit = lit | (f[c] > 0.0f);
   MASK mask = at_boundary & sampled & (plain_depth(depth) < job->max_depth) & lit & (dot3(light, s->normal) > 0.0f);
 #if OPERATOR_SINGLE
   mask = mask & (depth >= SCATTERED_ONCE);
@@ -97,7 +97,7 @@ inline REAL sample_light_at_boundary(int model, int variant, const Launch* launc
   const REAL mis = sample.pdf / (sample.pdf * (1.0f + rival) + sample.by_chance * bsdf_pdf);
   REAL weight[3], connection_weight[RADIANCE_CHANNELS];
   channel_weights(pool, slots, (REAL)(1.0f), weight);
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
     const REAL scale = LOAD(pool, REFRACTION_SCALE, slots) * f[t] * mis / sample.pdf;
     connection_weight[c] = weight[c] * scale * LOAD(pool, THROUGHPUT + t, slots);
@@ -119,7 +119,7 @@ inline REAL sample_light_at_boundary(int model, int variant, const Launch* launc
 /* Is some score by a number on which the densities that the model samples depend? */
 inline bool decides(int model) {
   if (ADJOINT) return true;
-  UNROLL for (int k = 0; k < SCORES; ++k)
+  UNROLL_FOR(int k = 0; k < SCORES; ++k)
     if (carried[k].model == model && role_of(model, carried[k].slot) == ROLE_DENSITY) return true;
   return false;
 }
@@ -133,10 +133,11 @@ inline void decide_at_boundary(int model, int variant, const Launch* launch, __g
   const INT state = boundary_state(s->first_cell, r->wi.z);
   REAL weight[3], total[THROUGHPUT_CHANNELS], future[THROUGHPUT_CHANNELS];
   channel_weights(pool, slots, LOAD(pool, REFRACTION_SCALE, slots), weight);
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) total[c] = LOAD(pool, THROUGHPUT + c, slots) * weight[c];
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) total[c] = LOAD(pool, THROUGHPUT + c, slots) * weight[c];
   record_visit(launch, job, pool, slots, random, random->event, DECISION_FLIGHT, state, total, mask);
   expected_future(launch, state, future);
-  const Step step = bsdf_decision_step(model, variant, r->n, s->first_number, r->wi, wo, SELECT(reflected, 1.0f, 0.0f), mask);
+  const Step step =
+      bsdf_decision_step(model, variant, r->n, s->first_number, r->wi, wo, SELECT(reflected, 1.0f, 0.0f), mask);
   add_lobe(job, pool, slots, scores, model, r->n, &step, total, future);
 #endif
 }
@@ -161,17 +162,15 @@ inline void boundary_stage(int model, int variant, const Launch* launch, __globa
 #else
   pdf = (REAL)(0.0f);
 #endif
-  if (!smooth) {
-    Scores scores = load_scores(job, pool, slots);
-    decide_at_boundary(model, variant, launch, job, pool, slots, &s, &r, &random, wo, inverse_eta == 1.0f, scatters,
-                       &scores);
-    MASK found = (MASK)(0);
-    UNROLL for (int c = 0; c < CHANNELS; ++c) found = found | (weight[c] > 0.0f);
-    const Step step = bsdf_step(model, variant, r.n, s.first_number, r.wi, wo, scatters & found);
-    add_scores(job, &scores, model, r.n, &step, false);
-    store_scores(pool, slots, &scores);
-    sum_scores(launch, job, pool, slots, &scores, model, s.first_number, valid);
-  }
+  Scores scores = load_scores(job, pool, slots);
+  decide_at_boundary(model, variant, launch, job, pool, slots, &s, &r, &random, wo, inverse_eta == 1.0f, scatters,
+                     &scores);
+  MASK found = (MASK)(0);
+  UNROLL_FOR(int c = 0; c < CHANNELS; ++c) found = found | (weight[c] > 0.0f);
+  const Step step = bsdf_sample_step(model, variant, r.n, s.first_number, r.wi, wo, pdf, scatters & found);
+  add_scores(job, &scores, model, r.n, &step, false);
+  store_scores(pool, slots, &scores);
+  sum_scores(launch, job, pool, slots, &scores, model, s.first_number, valid);
   scatter_at_boundary(launch, job, pool, slots, valid, &s, &random, u[bsdf_random(model)], direction, weight, pdf,
                       inverse_eta);
 }

@@ -24,7 +24,7 @@ inline LitVertex load_lit_vertex(const Launch* launch, const Pool* pool, INT slo
   x.phase = load_phase(launch, x.medium);
   x.chance = LOAD(pool, CHANCE, slots);
   channel_weights(pool, slots, LOAD(pool, REFRACTION_SCALE, slots) / x.chance, x.weight);
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c)
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
     x.weight[c] *= LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
   return x;
 }
@@ -44,21 +44,21 @@ typedef struct {
 inline Exit find_exit(const Launch* launch, __global const JobRecord* job, const LitVertex* x, REAL3 light,
                       const REAL u[4], MASK refracted) {
   Exit e;
-  const AssumedBoundary boundary =
-      assumed_boundary(launch, x->medium * (int)(sizeof(MediumRecord) / sizeof(float)));
+  const AssumedBoundary boundary = assumed_boundary(launch, x->medium * (int)(sizeof(MediumRecord) / sizeof(float)));
   const FlightCell cell = flight_cell(launch->grid, launch->geometries + job->geometry, x->position);
   e.density = sample_refracted(&boundary, surface_normal_guess(&cell), light, u[2], u[3], &e.inward);
-  e.hits = trace_lanes(job_surfaces(launch, job), x->position, e.inward, (REAL)(INFINITY), (INT)(-1), refracted, (MASK)(0),
-                       refracted & (e.density > 0.0f));
+  e.hits = trace_lanes(job_surfaces(launch, job), x->position, e.inward, (REAL)(INFINITY), (INT)(-1), refracted,
+                       (MASK)(0), refracted & (e.density > 0.0f));
   e.found = refracted & (e.hits.primitive.integer >= 0);
   e.primitive = SELECT_INT(e.found, e.hits.primitive.integer, 0);
   e.position = make3(e.hits.x.real, e.hits.y.real, e.hits.z.real);
   REAL3 shading;
-  surface_frame(launch->primitives, e.primitive, e.hits.u.real, e.hits.v.real, e.position, &e.normal, &shading, e.texture);
+  surface_frame(launch->primitives, e.primitive, e.hits.u.real, e.hits.v.real, e.position, &e.normal, &shading,
+                e.texture);
   Lanes primitive, first_number, exterior, surface, inside;
   primitive.integer = e.primitive;
   inside.integer = x->medium;
-  UNROLL for (int l = 0; l < WIDTH; ++l) {
+  UNROLL_FOR(int l = 0; l < WIDTH; ++l) {
     __global const ShapeRecord* shape = launch->shapes + job->first_shape + launch->primitives[primitive.i[l]].shape;
     first_number.i[l] = launch->bsdfs[shape->bsdf].first_number;
     exterior.i[l] = shape->exterior;
@@ -70,7 +70,8 @@ inline Exit find_exit(const Launch* launch, __global const JobRecord* job, const
   const Frame frame = make_frame(shading);
   e.wi = scale3(frame_to_local(&frame, e.inward), -1.0f);
   e.wo = frame_to_local(&frame, light);
-  e.found = e.found & (e.wi.z < 0.0f) & (e.wo.z > 0.0f) & (dot3(light, e.normal) > 0.0f) & (dot3(e.inward, e.normal) > 0.0f);
+  e.found =
+      e.found & (e.wi.z < 0.0f) & (e.wo.z > 0.0f) & (dot3(light, e.normal) > 0.0f) & (dot3(e.inward, e.normal) > 0.0f);
   return e;
 }
 
@@ -94,13 +95,13 @@ inline void connect_through(int surface, int model, int variant, const Launch* l
   const REAL mis = x->chance * e->density * light_pdf / (x->chance * e->density * light_pdf + by_phase * other);
   REAL connection_weight[RADIANCE_CHANNELS];
   MASK lit = (MASK)(0);
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
     REAL value = f[t];
     value *= phase * mis / (e->density * light_pdf);
     lit = lit | (value > 0.0f);
-    connection_weight[c] = x->weight[c] * value *
-                           medium_transmittance(x->inside.n[HOMOGENEOUS_sigma_t + t], e->hits.distance.real);
+    connection_weight[c] =
+        x->weight[c] * value * medium_transmittance(x->inside.n[HOMOGENEOUS_sigma_t + t], e->hits.distance.real);
   }
   Step passage = no_step(x->inside.first);
   step_passage(&passage, x->inside.n, e->hits.distance.real, here);
@@ -119,12 +120,12 @@ inline void connect_straight(const Launch* launch, __global const JobRecord* job
   const REAL phase = phase_value(&x->phase, cosine);
   const REAL value = x->chance * phase / (x->chance * light->pdf + light->by_chance * phase);
   REAL connection_weight[RADIANCE_CHANNELS];
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) connection_weight[c] = x->weight[c] * value;
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) connection_weight[c] = x->weight[c] * value;
   ConnectionStart start = connection_start(straight);
   start.phase = &x->phase;
   start.cosine = cosine;
-  add_connection(launch, job, pool, slots, straight, x->position, light, (INT)(-1), x->medium, connection_weight, scores,
-                 &start);
+  add_connection(launch, job, pool, slots, straight, x->position, light, (INT)(-1), x->medium, connection_weight,
+                 scores, &start);
 }
 
 inline void connect_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {

@@ -30,7 +30,7 @@ inline void gather_emission(const Launch* launch, __global const JobRecord* job,
   REAL weight[3], rgb[3];
   channel_weights(pool, slots, scale, weight);
   light_colour(launch, source.index, rgb);
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     weight[c] *= LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
     rgb[c] *= weight[c];
   }

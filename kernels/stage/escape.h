@@ -23,7 +23,7 @@ inline void escape_stage(const Launch* launch, __global const JobRecord* job, Po
 #endif
   REAL weight[3];
   channel_weights(pool, slots, scale, weight);
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     weight[c] *= LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
     light[c] *= weight[c];
   }

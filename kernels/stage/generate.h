@@ -39,7 +39,7 @@ inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
   draw(&random, 0, u);
   Lanes p, row, column;
   p.integer = pixel;
-  UNROLL for (int l = 0; l < WIDTH; ++l) {
+  UNROLL_FOR(int l = 0; l < WIDTH; ++l) {
     row.i[l] = p.i[l] / camera->crop_width;
     column.i[l] = p.i[l] - row.i[l] * camera->crop_width;
   }
@@ -58,8 +58,8 @@ inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
   store3(pool, POSITION, slots, o);
   d = scale3(d, 1.0f / SQRT(dot3(d, d)));
   store3(pool, DIRECTION, slots, d);
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, 1.0f);
-  UNROLL for (int c = RADIANCE; c < REFRACTION_SCALE; ++c) STORE(pool, c, slots, 0.0f); /* derivatives and scores too */
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, 1.0f);
+  UNROLL_FOR(int c = RADIANCE; c < REFRACTION_SCALE; ++c) STORE(pool, c, slots, 0.0f); /* derivatives and scores too */
   STORE(pool, REFRACTION_SCALE, slots, 1.0f);
   STORE_INT(pool, PIXEL, slots, pixel);
   STORE_INT(pool, SAMPLE, slots, sample);
@@ -71,7 +71,7 @@ inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
   STORE(pool, LAST_PDF, slots, 0.0f);
   STORE_INT(pool, JOB, slots, job_index);
 #if SPECTRAL
-  UNROLL for (int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_WEIGHT + c, slots, 1.0f);
+  UNROLL_FOR(int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_WEIGHT + c, slots, 1.0f);
   STORE_INT(pool, HERO, slots, CAST_INT(u[2] * 3.0f));
 #endif
   begin_segment(pool, slots, o, (REAL)(1.0f), (MASK)(-1));

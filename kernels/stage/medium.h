@@ -64,14 +64,14 @@ inline Walk load_walk(const Launch* launch, __global const JobRecord* job, const
   w.random = load_random(job, pool, slots);
   w.position = load3(pool, POSITION, slots);
   w.direction = load3(pool, DIRECTION, slots);
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) w.throughput[c] = LOAD(pool, THROUGHPUT + c, slots);
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) w.throughput[c] = LOAD(pool, THROUGHPUT + c, slots);
   w.depth = LOAD_INT(pool, DEPTH, slots);
   w.skip = LOAD_INT(pool, SKIP, slots);
   w.passed = LOAD_INT(pool, PASSED, slots) != 0;
   w.weight[0] = w.weight[1] = w.weight[2] = (REAL)(1.0f);
   const REAL* sigma_t = w.medium.n + HOMOGENEOUS_sigma_t;
 #if SPECTRAL
-  UNROLL for (int c = 0; c < 3; ++c) w.weight[c] = LOAD(pool, SPECTRAL_WEIGHT + c, slots);
+  UNROLL_FOR(int c = 0; c < 3; ++c) w.weight[c] = LOAD(pool, SPECTRAL_WEIGHT + c, slots);
   const INT hero = LOAD_INT(pool, HERO, slots);
   w.sigma = SELECT(hero == 0, sigma_t[0], SELECT(hero == 1, sigma_t[1], sigma_t[2]));
 #else
@@ -144,7 +144,7 @@ inline void weigh_flight(Walk* w, const Event* e, REAL mean_free_path) {
   const REAL* sigma_t = w->medium.n + HOMOGENEOUS_sigma_t;
   const REAL drawn = SELECT(e->distance > e->flight, 0.0f, e->distance);
   REAL factor[3];
-  UNROLL for (int c = 0; c < 3; ++c)
+  UNROLL_FOR(int c = 0; c < 3; ++c)
     factor[c] = EXP((w->sigma - sigma_t[c]) * drawn) *
                 SELECT(e->scatters, MIN(sigma_t[c] * mean_free_path, (REAL)(1e30f)), 1.0f);
   spectral_event(e->meets | e->scatters, factor, w->weight);
@@ -153,7 +153,7 @@ inline void weigh_flight(Walk* w, const Event* e, REAL mean_free_path) {
 
 /* Throughput with all its factors. */
 inline void weigh(const Walk* w, REAL total[]) {
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) total[c] = w->throughput[c] * w->refraction_scale * w->weight[c];
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) total[c] = w->throughput[c] * w->refraction_scale * w->weight[c];
 }
 
 /* The flight, to scores and baselines. Weighed as after the flight: then the means are zero over the mixture of the hero
@@ -174,7 +174,7 @@ inline void survive(const Launch* launch, __global const JobRecord* job, const P
                     REAL total[], REAL future[]) {
   w->skip = SELECT_INT(e->scatters, -1, w->skip);
   w->depth += SELECT_INT(e->scatters, 1, 0);
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c)
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c)
     w->throughput[c] *= SELECT(e->scatters, w->medium.n[HOMOGENEOUS_albedo + c], 1.0f);
   const REAL largest = brightest(w->throughput, w->weight);
 #if OPERATOR_SINGLE
@@ -193,7 +193,7 @@ inline void survive(const Launch* launch, __global const JobRecord* job, const P
   expected_future(launch, state, future);
   REAL change[THROUGHPUT_CHANNELS], raised[THROUGHPUT_CHANNELS];
   weigh(w, raised);
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
     change[c] = SELECT(may_go_on, SELECT(w->alive, raised[c], 0.0f) - total[c], 0.0f);
     total[c] = raised[c];
   }
@@ -209,7 +209,8 @@ inline MASK choose_connections(const Launch* launch, __global const JobRecord* j
                                           mean_sigma_t(w->medium.n + HOMOGENEOUS_sigma_t), &w->phase);
   w->chance = SELECT(w->alive, expected, w->chance);
   const MASK connects = w->alive & w->connectable & (u[2] < w->chance);
-  u[2] = SELECT(w->connectable, SELECT(u[2] < w->chance, u[2] / w->chance, (u[2] - w->chance) / (1.0f - w->chance)), u[2]);
+  u[2] =
+      SELECT(w->connectable, SELECT(u[2] < w->chance, u[2] / w->chance, (u[2] - w->chance) / (1.0f - w->chance)), u[2]);
   w->vertex = select3(connects, w->direction, w->vertex);
   w->waiting = w->waiting | connects;
   return connects;
@@ -246,7 +247,7 @@ inline void store_walk(const Launch* launch, __global const JobRecord* job, Pool
                        const Walk* w) {
   store3(pool, POSITION, slots, w->position);
   store3(pool, DIRECTION, slots, w->direction);
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, w->throughput[c]);
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, w->throughput[c]);
   store_scores(pool, slots, &w->scores);
   sum_scores(launch, job, pool, slots, &w->scores, MODEL_homogeneous, w->medium.first, valid);
   sum_phase(launch, job, pool, slots, &w->scores, &w->phase, valid);
@@ -258,7 +259,7 @@ inline void store_walk(const Launch* launch, __global const JobRecord* job, Pool
   STORE(pool, HIT_PLACE, slots, w->hit_u);
   STORE(pool, HIT_PLACE + 1, slots, w->hit_v);
 #if SPECTRAL
-  UNROLL for (int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_WEIGHT + c, slots, w->weight[c]);
+  UNROLL_FOR(int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_WEIGHT + c, slots, w->weight[c]);
 #endif
 #if HAS_AREA_LIGHTS && LIGHT_SAMPLING
   begin_segment(pool, slots, w->origin, w->rival, valid);

@@ -25,8 +25,8 @@ inline Reflector load_reflector(const Launch* launch, int model, const Surface* 
 /* Samples the light. weight: throughput of the path with its spectral weights, before the reflection; even: after it, of a
  * BSDF whose value is a weight times its density. */
 inline void connect_reflector(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
-                              INT slots, MASK mask, const Surface* s, const Reflector* r, const Random* random, INT depth,
-                              const REAL throughput[], const REAL spectral[3]) {
+                              INT slots, MASK mask, const Surface* s, const Reflector* r, const Random* random,
+                              INT depth, const REAL throughput[], const REAL spectral[3]) {
   const bool even = (bsdf_traits(model) & BSDF_EVEN) != 0;
   const Scores scores = load_scores(job, pool, slots);
   REAL v[4];
@@ -40,9 +40,10 @@ inline void connect_reflector(int model, int variant, const Launch* launch, __gl
   bsdf_value(model, variant, r->n, r->wi, wo, f);
   REAL connection_weight[RADIANCE_CHANNELS];
   MASK lit = (MASK)(0);
-  UNROLL for (int c = 0; c < RADIANCE_CHANNELS; ++c) {
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
-    REAL value = (even ? bsdf_pdf : f[t]) / (light.pdf + light.by_chance * bsdf_pdf) * LOAD(pool, REFRACTION_SCALE, slots);
+    REAL value =
+        (even ? bsdf_pdf : f[t]) / (light.pdf + light.by_chance * bsdf_pdf) * LOAD(pool, REFRACTION_SCALE, slots);
 #if OPERATOR_SINGLE
     value = SELECT(depth >= SCATTERED_ONCE, value, 0.0f);
 #endif
@@ -62,9 +63,9 @@ inline void connect_reflector(int model, int variant, const Launch* launch, __gl
 
 /* Light that arrives from `wo`, to the scores of the paths that go on. */
 inline void score_reflection(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
-                             INT slots, MASK mask, const Surface* s, const Reflector* r, REAL3 wo) {
+                             INT slots, MASK mask, const Surface* s, const Reflector* r, REAL3 wo, REAL pdf) {
   Scores scores = load_scores(job, pool, slots);
-  const Step step = bsdf_step(model, variant, r->n, s->first_number, r->wi, wo, mask);
+  const Step step = bsdf_sample_step(model, variant, r->n, s->first_number, r->wi, wo, pdf, mask);
   add_scores(job, &scores, model, r->n, &step, false);
   store_scores(pool, slots, &scores);
   sum_scores(launch, job, pool, slots, &scores, model, s->first_number, mask);
@@ -86,7 +87,7 @@ inline void opaque_stage(int model, int variant, const Launch* launch, __global 
   REAL weight[CHANNELS], pdf, same_side;
   bsdf_draw(model, variant, r.n, r.wi, u, &wo, weight, &pdf, &same_side);
   REAL throughput[THROUGHPUT_CHANNELS], arriving[THROUGHPUT_CHANNELS], spectral[3];
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
     arriving[c] = LOAD(pool, THROUGHPUT + c, slots);
     throughput[c] = arriving[c] * weight[c];
   }
@@ -99,10 +100,10 @@ inline void opaque_stage(int model, int variant, const Launch* launch, __global 
   const bool even = (traits & BSDF_EVEN) != 0;
 #if LIGHT_SAMPLING
   if (!even && !(traits & BSDF_SMOOTH))
-    connect_reflector(model, variant, launch, job, pool, slots, reflects & (plain_depth(depth) < job->max_depth), &s, &r,
-                      &random, depth, arriving, spectral);
+    connect_reflector(model, variant, launch, job, pool, slots, reflects & (plain_depth(depth) < job->max_depth), &s,
+                      &r, &random, depth, arriving, spectral);
 #endif
-  UNROLL for (int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
   STORE_INT(pool, EVENT, slots, random.event + 1);
   STORE_INT(pool, DEPTH, slots, depth);
   finish(launch, job, pool, slots, valid & !goes_on);
@@ -114,7 +115,7 @@ inline void opaque_stage(int model, int variant, const Launch* launch, __global 
   STORE(pool, LAST_PDF, slots, 0.0f);
 #endif
   begin_segment(pool, slots, s.position, (REAL)(1.0f), goes_on);
-  if (!(traits & BSDF_SMOOTH)) score_reflection(model, variant, launch, job, pool, slots, goes_on, &s, &r, wo);
+  score_reflection(model, variant, launch, job, pool, slots, goes_on, &s, &r, wo, pdf);
   leave_surface(launch, pool, slots, goes_on, &s, frame_to_world(&r.frame, wo));
 }
 

@@ -7,11 +7,11 @@
 #include "stage/ray.h"
 
 typedef struct {
-  REAL3 position, direction; /* direction of travel on arrival */
-  REAL3 normal;              /* geometric, unit, outward */
-  REAL3 frame;               /* shading normal, unit */
-  REAL texture[2];           /* coordinates */
-  MASK front;                /* arrives from outside */
+  REAL3 position, direction;               /* direction of travel on arrival */
+  REAL3 normal;                            /* geometric, unit, outward */
+  REAL3 frame;                             /* shading normal, unit */
+  REAL texture[2];                         /* coordinates */
+  MASK front;                              /* arrives from outside */
   INT primitive, first_number, first_cell; /* of the BSDF */
   MASK twosided;
   INT interior, exterior; /* media */
@@ -28,11 +28,11 @@ inline Surface load_surface(const Launch* launch, __global const JobRecord* job,
   s.position = load3(pool, POSITION, slots);
   s.direction = load3(pool, DIRECTION, slots);
   s.primitive = SELECT_INT(valid, LOAD_INT(pool, HIT, slots), 0);
-  surface_frame(launch->primitives, s.primitive, LOAD(pool, HIT_PLACE, slots), LOAD(pool, HIT_PLACE + 1, slots), s.position,
-                &s.normal, &s.frame, s.texture);
+  surface_frame(launch->primitives, s.primitive, LOAD(pool, HIT_PLACE, slots), LOAD(pool, HIT_PLACE + 1, slots),
+                s.position, &s.normal, &s.frame, s.texture);
   Lanes primitive, first_number, first_cell, twosided, interior, exterior, light;
   primitive.integer = s.primitive;
-  UNROLL for (int l = 0; l < WIDTH; ++l) {
+  UNROLL_FOR(int l = 0; l < WIDTH; ++l) {
     __global const ShapeRecord* shape = launch->shapes + job->first_shape + launch->primitives[primitive.i[l]].shape;
     __global const BsdfRecord* bsdf = launch->bsdfs + shape->bsdf;
     first_number.i[l] = bsdf->first_number;

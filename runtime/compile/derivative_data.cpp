@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "kernels/model/models.h"
+#include "runtime/base/colour.h"
 #include "runtime/base/error.h"
 #include "runtime/compile/emitter.h"
 #include "runtime/scene/parameters.h"
@@ -21,7 +22,7 @@ Functions functions_of(const Model& model, Owner owner, int variant) {
   if (owner == Owner::phase) return {{"score_" + model.name}, {}};
   if (owner == Owner::medium) return {{"score_" + model.name + "_scattering", "score_" + model.name + "_passage"}, {}};
   const std::string name = fmt::format("score_{}_{}", model.name, variant);
-  return {{name}, {name + "_decision"}};
+  return {{name, name + "_chosen"}, {name + "_decision"}};
 }
 
 // Do the scores by a colour number not depend on other colours, so that one serves all channels where it is grey?
@@ -60,7 +61,8 @@ class Builder {
     const Model* model;
     int variant, first;
     std::vector<double> slots, numbers;
-    int origin = 0;  // as of ScoreRecord
+    int origin = 0;     // as of ScoreRecord
+    bool grey = false;  // all of its colours, everywhere on its surfaces
   };
 
   // Radiance enters linearly: no path carries a score for it.
@@ -72,7 +74,7 @@ class Builder {
 
   void add_light(const Parameter& p, int index, int image) {
     const Light& light = scene_.lights[static_cast<std::size_t>(index)];
-    const auto by = light.model->jacobian(light.slots());
+    const auto by = light.model->jacobian(light.variant, light.slots());
     const DeclaredParameter& declared = light.model->parameter(p.member);
     DerivativeRecord record{{0, 0, 0}, -1, start().light_numbers[static_cast<std::size_t>(index)], {0, 0, 0}};
     for (std::size_t c = 0; c < 3; ++c)  // the colour is what the first numbers are
@@ -98,7 +100,7 @@ class Builder {
         if (texture.model->colours[k].name != p.member) continue;
         Place place = instance_of(Owner::bsdf, index);
         place.slots = bsdf.showing(i, k).slots();
-        place.numbers = bsdf.model->to_numbers(place.slots);
+        place.numbers = bsdf.model->to_numbers(bsdf.variant, place.slots);
         place.origin = static_cast<int>(k) + 1;
         add_instance(p, bsdf.model->parameters[i].name, place, image);
       }
@@ -108,7 +110,7 @@ class Builder {
   // One part for each number that the parameter, `member` of the model, moves.
   void add_instance(const Parameter& p, const std::string& member, const Place& place, int image) {
     const DeclaredParameter& declared = place.model->parameter(member);
-    const auto by = place.model->jacobian(place.slots);
+    const auto by = place.model->jacobian(place.variant, place.slots);
     for (const DeclaredNumber& number : place.model->numbers) {
       if (place.origin > 0 && number.name != member) continue;
       DerivativeRecord record{{0, 0, 0}, -1, -1, {0, 0, 0}};
@@ -134,11 +136,14 @@ class Builder {
   int score(Owner owner, const Place& place, const DeclaredNumber& number, int channel) {
     const Functions functions = functions_of(*place.model, owner, place.variant);
     bool one_for_all = true;  // channels
+    const auto in_all_channels = [&](const ScoreFunction& function) {
+      return place.grey || function.same_in_all_channels(number.slot);
+    };
     const auto value = [&](int c) { return place.numbers[static_cast<std::size_t>(number.slot + c)]; };
     for (const std::string& name : functions.factors) {
       const ScoreFunction& function = score_function(name);
       one_for_all &= number.channels == 1
-                         ? function.same_in_all_channels(number.slot)
+                         ? in_all_channels(function)
                          : value(0) == value(1) && value(1) == value(2) && stands_alone(function, *place.model, number);
       want(function, number, number.channels);
     }
@@ -171,7 +176,7 @@ class Builder {
   Place instance_of(Owner owner, int index) const {
     const auto i = static_cast<std::size_t>(index);
     const auto place = [](const Model& model, int variant, int first, const std::vector<double>& slots) {
-      return Place{&model, variant, first, slots, model.to_numbers(slots)};
+      return Place{&model, variant, first, slots, model.to_numbers(variant, slots)};
     };
     const int base = job_.first_number;
     const MediumRecord* media = launch_.media.data() + start().first_medium;
@@ -185,7 +190,10 @@ class Builder {
       return place(*phase.model, phase.variant, media[i].first_phase_number - base, phase.slots());
     }
     const Bsdf& bsdf = scene_.bsdfs[i];
-    return place(*bsdf.model, bsdf.variant, bsdfs[i].first_number - base, bsdf.slots());
+    Place of_bsdf = place(*bsdf.model, bsdf.variant, bsdfs[i].first_number - base, bsdf.slots());
+    of_bsdf.grey = std::all_of(bsdf.values.begin(), bsdf.values.end(),
+                               [](const Texture& value) { return value.is_constant() && grey(value.value); });
+    return of_bsdf;
   }
 
   const Scene& scene_;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 #include <set>
+#include <stdexcept>
 
 #include "kernels/model/models.h"
 #include "kernels/shared/baseline_layout.h"
@@ -95,8 +96,8 @@ int append_texture(const Texture& texture, const Model& model, LaunchData& data)
 }
 
 // Room in the array of numbers for those of a model; returns where it begins.
-int append_numbers(const Model& model, const std::vector<double>& slots, LaunchData& data) {
-  const std::vector<double> n = model.to_numbers(slots);
+int append_numbers(const Model& model, int variant, const std::vector<double>& slots, LaunchData& data) {
+  const std::vector<double> n = model.to_numbers(variant, slots);
   const int first = static_cast<int>(data.numbers.size());
   for (const double number : n) data.numbers.push_back(static_cast<float>(number));
   if (n.empty()) data.numbers.push_back(0);  // each has a place of its own
@@ -118,10 +119,12 @@ void append_textures(const Instance& instance, int first, LaunchData& data) {
     const int index = append_texture(texture, model, data);
     if (index < 0) continue;
     const DeclaredNumber& number = model.number_called(model.parameters[i].name);
+    if (number.slot + number.channels > TEXTURED_SLOTS)
+      throw std::logic_error("model " + model.name + ": " + number.name + " must be declared earlier to be textured");
     data.number_textures[static_cast<std::size_t>(first + number.slot)] = index;
     data.textured.insert({model.id, number.slot});
     for (std::size_t k = 0; k < texture.colours.size(); ++k) {
-      const std::vector<double> n = model.to_numbers(instance.showing(i, k).slots());
+      const std::vector<double> n = model.to_numbers(instance.variant, instance.showing(i, k).slots());
       for (int slot = number.slot; slot < number.slot + number.channels; ++slot)
         data.numbers[static_cast<std::size_t>(first + model.place_of_colour(slot, static_cast<int>(k) + 1))] =
             static_cast<float>(n[static_cast<std::size_t>(slot)]);
@@ -138,7 +141,7 @@ BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
         bsdf.model->parameters[i].kind.channels == 3 && bsdf.values[i].is_constant() && !grey(bsdf.values[i].value);
   r.surface = surface_number(*bsdf.model, bsdf.variant);
   r.twosided = bsdf.twosided ? -1 : 0;
-  r.first_number = append_numbers(*bsdf.model, bsdf.slots(), data);
+  r.first_number = append_numbers(*bsdf.model, bsdf.variant, bsdf.slots(), data);
   append_textures(bsdf, r.first_number, data);
   if (bsdf.model->traits & BSDF_BASELINE) data.cells += BASELINE_BOUNDARY_CELLS;
   return r;
@@ -150,14 +153,14 @@ bool is_rough_boundary(const Bsdf& bsdf) { return bsdf.model && bsdf.model->id =
 MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   const Medium& medium = scene.media[static_cast<std::size_t>(index)];
   MediumRecord r{};
-  r.first_number = append_numbers(*medium.model, medium.slots(), data);
+  r.first_number = append_numbers(*medium.model, medium.variant, medium.slots(), data);
   r.phase = medium.phase.model->id;
-  r.first_phase_number = append_numbers(*medium.phase.model, medium.phase.slots(), data);
+  r.first_phase_number = append_numbers(*medium.phase.model, medium.phase.variant, medium.phase.slots(), data);
   for (const Shape& shape : scene.shapes) {
     const Bsdf& bsdf = scene.bsdfs[static_cast<std::size_t>(shape.bsdf)];
     if (!bsdf.model && (shape.interior == index || shape.exterior == index)) r.connection = CONNECTION_STRAIGHT;
     if (is_rough_boundary(bsdf) && shape.interior == index && r.connection == CONNECTION_NONE) {
-      const std::vector<double> n = bsdf.model->to_numbers(bsdf.slots());
+      const std::vector<double> n = bsdf.model->to_numbers(bsdf.variant, bsdf.slots());
       r.connection = CONNECTION_REFRACTED;
       r.distribution = bsdf.variant;
       r.alpha = static_cast<float>(n[ROUGH_DIELECTRIC_alpha]);
@@ -219,8 +222,8 @@ void share_out(const std::vector<double>& expected, std::size_t first, std::vect
 void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
   std::vector<int>& numbers = data.scenes.back().light_numbers;
   for (const Light& light : scene.lights) {
-    numbers.push_back(append_numbers(*light.model, light.slots(), data));
-    const std::vector<double> n = light.model->to_numbers(light.slots());
+    numbers.push_back(append_numbers(*light.model, light.variant, light.slots(), data));
+    const std::vector<double> n = light.model->to_numbers(light.variant, light.slots());
     data.coloured_light |= !grey({n[0], n[1], n[2]});
   }
   const GeometryRecord& geometry = data.geometry.records[static_cast<std::size_t>(job.geometry)];

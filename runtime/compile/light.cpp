@@ -94,7 +94,7 @@ LightSurfaces light_surfaces(const Shape& shape, double offset) {
 }
 
 double expected_irradiance(const Light& light, const LightSurfaces* surfaces, const Vec3& low, const Vec3& high) {
-  const std::vector<double> n = light.model->to_numbers(light.slots());
+  const std::vector<double> n = light.model->to_numbers(light.variant, light.slots());
   const double brightness = luminance(Rgb{n[0], n[1], n[2]}), size = length(high - low);
   double sum = 0;
   constexpr int steps = 3;

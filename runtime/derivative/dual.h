@@ -52,6 +52,8 @@ struct Dual {
     return chain(e, a, e);
   }
   friend Dual log(const Dual& a) { return chain(std::log(a.value), a, 1 / a.value); }
+  friend Dual sin(const Dual& a) { return chain(std::sin(a.value), a, std::cos(a.value)); }
+  friend Dual cos(const Dual& a) { return chain(std::cos(a.value), a, -std::sin(a.value)); }
   friend Dual fabs(const Dual& a) { return a.value < 0 ? -a : a; }
 
   friend bool operator<(const Dual& a, const Dual& b) { return a.value < b.value; }

@@ -86,28 +86,39 @@ const std::vector<std::string> decision_arguments{"const REAL* n", "REAL3 wi", "
                                                   "REAL* d"};
 
 // The functions of one variant of a BSDF; those of its model choose among them.
-#define ITN_BSDF_SCORES(model, PREFIX, type, variants)                                                        \
-  Declared model##_score(int variant, const std::string& name) {                                              \
-    const auto record = [variant](const Declared& declared) {                                                 \
-      Recorder r(declared);                                                                                   \
-      const std::vector<Recorded> n = r.numbers();                                                            \
-      const RecordedVector wi = r.real3("wi"), wo = r.real3("wo");                                            \
-      std::vector<Recorded> f(3);                                                                             \
-      model##_value(variant, n.data(), wi, wo, f.data());                                                     \
-      return r.scores(f, model##_edge(variant, n.data(), wi, wo));                                            \
-    };                                                                                                        \
-    return {"score_" + name, #model "_value(n, wi, wo)", value_arguments, PREFIX##_SLOTS, record};            \
-  }                                                                                                           \
-  Declared model##_decision_score(int variant, const std::string& name) {                                     \
-    const auto record = [variant](const Declared& declared) {                                                 \
-      Recorder r(declared);                                                                                   \
-      const std::vector<Recorded> n = r.numbers();                                                            \
-      const RecordedVector wi = r.real3("wi"), outcome = r.real3("outcome");                                  \
-      const Recorded reflected = r.real("reflected");                                                         \
-      return r.scores({model##_decision(variant, n.data(), wi, outcome, reflected)});                         \
-    };                                                                                                        \
-    return {"score_" + name + "_decision", #model "_decision(n, wi, outcome, reflected)", decision_arguments, \
-            PREFIX##_SLOTS, record};                                                                          \
+#define ITN_BSDF_SCORES(model, PREFIX, type, variants)                                                          \
+  Declared model##_score(int variant, const std::string& name) {                                                \
+    const auto record = [variant](const Declared& declared) {                                                   \
+      Recorder r(declared);                                                                                     \
+      const std::vector<Recorded> n = r.numbers();                                                              \
+      const RecordedVector wi = r.real3("wi"), wo = r.real3("wo");                                              \
+      std::vector<Recorded> f(3);                                                                               \
+      model##_value(variant, n.data(), wi, wo, f.data());                                                       \
+      return r.scores(f, model##_edge(variant, n.data(), wi, wo));                                              \
+    };                                                                                                          \
+    return {"score_" + name, #model "_value(n, wi, wo)", value_arguments, PREFIX##_SLOTS, record};              \
+  }                                                                                                             \
+  Declared model##_chosen_score(int variant, const std::string& name) {                                         \
+    const auto record = [variant](const Declared& declared) {                                                   \
+      Recorder r(declared);                                                                                     \
+      const std::vector<Recorded> n = r.numbers();                                                              \
+      const RecordedVector wi = r.real3("wi"), wo = r.real3("wo");                                              \
+      std::vector<Recorded> f(3);                                                                               \
+      model##_chosen(variant, n.data(), wi, wo, f.data());                                                      \
+      return r.scores(f);                                                                                       \
+    };                                                                                                          \
+    return {"score_" + name + "_chosen", #model "_chosen(n, wi, wo)", value_arguments, PREFIX##_SLOTS, record}; \
+  }                                                                                                             \
+  Declared model##_decision_score(int variant, const std::string& name) {                                       \
+    const auto record = [variant](const Declared& declared) {                                                   \
+      Recorder r(declared);                                                                                     \
+      const std::vector<Recorded> n = r.numbers();                                                              \
+      const RecordedVector wi = r.real3("wi"), outcome = r.real3("outcome");                                    \
+      const Recorded reflected = r.real("reflected");                                                           \
+      return r.scores({model##_decision(variant, n.data(), wi, outcome, reflected)});                           \
+    };                                                                                                          \
+    return {"score_" + name + "_decision", #model "_decision(n, wi, outcome, reflected)", decision_arguments,   \
+            PREFIX##_SLOTS, record};                                                                            \
   }
 BSDF_LIST(ITN_BSDF_SCORES)
 
@@ -193,6 +204,7 @@ std::deque<Function> declare_all() {
 #define ITN_DECLARE_BSDF(model, PREFIX, type, variants)                   \
   for (int v = 0; v < variant_count(#model); ++v) {                       \
     all.emplace_back(model##_score(v, variant_name(#model, v)));          \
+    all.emplace_back(model##_chosen_score(v, variant_name(#model, v)));   \
     all.emplace_back(model##_decision_score(v, variant_name(#model, v))); \
   }
 #define ITN_DECLARE_PHASE(name, PREFIX, type) all.emplace_back(name##_score());
@@ -305,6 +317,7 @@ std::string print_scores(const ScoreRequest& wanted, int channels) {
   for (const Model& model : bsdf_models()) {
     const int variants = static_cast<int>(model.variants.size());
     text += choose_variant(model.name, variants, "", value_arguments) +
+            choose_variant(model.name, variants, "_chosen", value_arguments) +
             choose_variant(model.name, variants, "_decision", decision_arguments);
   }
   return text;

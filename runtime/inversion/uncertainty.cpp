@@ -44,7 +44,7 @@ bool has_coefficients(const Medium& medium) {
 // The numbers of that name, a channel each.
 Rgb number_of(const Medium& medium, const char* name) {
   const DeclaredNumber& number = medium.model->number_called(name);
-  const std::vector<double> n = medium.model->to_numbers(medium.slots());
+  const std::vector<double> n = medium.model->to_numbers(medium.variant, medium.slots());
   const auto at = [&](int c) { return n[static_cast<std::size_t>(number.slot + (number.channels == 3 ? c : 0))]; };
   return {at(0), at(1), at(2)};
 }
@@ -71,7 +71,7 @@ std::pair<std::array<double, 2>, std::vector<Influence>> coefficients(const Medi
       for (std::size_t k = 0; k < 3; ++k) by[quantity] += chain.by[quantity][k] * speed[k];
     influences.push_back({owner, parameter, by});
   };
-  const auto by_parameters = medium.model->jacobian(medium.slots());
+  const auto by_parameters = medium.model->jacobian(medium.variant, medium.slots());
   const auto row = [&](const char* name) {
     const DeclaredNumber& number = medium.model->number_called(name);
     return by_parameters[static_cast<std::size_t>(number.slot) + (number.channels == 3 ? channel : 0)];

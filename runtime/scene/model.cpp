@@ -44,20 +44,22 @@ std::vector<std::vector<double>> derivatives(const std::vector<Dual<count>>& num
 // NOLINTNEXTLINE(bugprone-macro-parentheses): a term of the sum below
 #define ITN_COUNT_SLOTS(name, kind, fallback, unit) parameter_kind::kind.channels +
 #define ITN_PARAMETER_SLOTS(PREFIX) (PREFIX##_PARAMETERS(ITN_COUNT_SLOTS) 0)
-#define ITN_CONVERSIONS(name, PREFIX)                                               \
-  std::vector<double> name##_to_numbers(const std::vector<double>& parameters) {    \
-    std::vector<double> n(PREFIX##_SLOTS);                                          \
-    name##_numbers(parameters.data(), n.data());                                    \
-    return n;                                                                       \
-  }                                                                                 \
-  std::vector<std::vector<double>> name##_jacobian(const std::vector<double>& at) { \
-    const auto parameters = moving<ITN_PARAMETER_SLOTS(PREFIX)>(at);                \
-    std::vector<Dual<ITN_PARAMETER_SLOTS(PREFIX)>> n(PREFIX##_SLOTS);               \
-    name##_numbers(parameters.data(), n.data());                                    \
-    return derivatives(n);                                                          \
+// passed: the arguments of name_numbers before the parameters
+#define ITN_CONVERSIONS(name, PREFIX, passed)                                                                     \
+  std::vector<double> name##_to_numbers([[maybe_unused]] int variant, const std::vector<double>& parameters) {    \
+    std::vector<double> n(PREFIX##_SLOTS);                                                                        \
+    name##_numbers(passed parameters.data(), n.data());                                                           \
+    return n;                                                                                                     \
+  }                                                                                                               \
+  std::vector<std::vector<double>> name##_jacobian([[maybe_unused]] int variant, const std::vector<double>& at) { \
+    const auto parameters = moving<ITN_PARAMETER_SLOTS(PREFIX)>(at);                                              \
+    std::vector<Dual<ITN_PARAMETER_SLOTS(PREFIX)>> n(PREFIX##_SLOTS);                                             \
+    name##_numbers(passed parameters.data(), n.data());                                                           \
+    return derivatives(n);                                                                                        \
   }
-#define ITN_BSDF_CONVERSIONS(name, PREFIX, type, variants) ITN_CONVERSIONS(name, PREFIX)
-#define ITN_MODEL_CONVERSIONS(name, PREFIX, type) ITN_CONVERSIONS(name, PREFIX)
+#define ITN_VARIANT variant,
+#define ITN_BSDF_CONVERSIONS(name, PREFIX, type, variants) ITN_CONVERSIONS(name, PREFIX, ITN_VARIANT)
+#define ITN_MODEL_CONVERSIONS(name, PREFIX, type) ITN_CONVERSIONS(name, PREFIX, )
 BSDF_LIST(ITN_BSDF_CONVERSIONS)
 MEDIUM_LIST(ITN_MODEL_CONVERSIONS)
 PHASE_LIST(ITN_MODEL_CONVERSIONS)

@@ -39,9 +39,10 @@ struct Model {
   std::vector<DeclaredNumber> numbers;
   int parameter_slots = 0, number_slots = 0;
 
-  // The arguments are the values of all parameters, slot after slot.
-  std::vector<double> (*to_numbers)(const std::vector<double>&) = nullptr;
-  std::vector<std::vector<double>> (*jacobian)(const std::vector<double>&) = nullptr;  // [number slot][parameter slot]
+  // Of a variant, from the values of all parameters, slot after slot.
+  std::vector<double> (*to_numbers)(int variant, const std::vector<double>&) = nullptr;
+  // [number slot][parameter slot]
+  std::vector<std::vector<double>> (*jacobian)(int variant, const std::vector<double>&) = nullptr;
   Refusal (*refusal)(const double*) = nullptr;            // why such values cannot be rendered
   const char* (*obstacle)(const double*, int) = nullptr;  // why there is no derivative by a parameter's slot; or empty
   // Of phase functions: the mean cosine, and its derivative by each parameter's slot.

@@ -14,11 +14,13 @@ enum class Quantity { reflectance, unbounded, emission };
 struct ParameterKind {
   enum class Reader {
     number,
+    flag,
     colour,
     texture,
-    interior_index,
-    exterior_index,
+    index,
+    metal,
     roughness,
+    roughness_texture,
     position,
     origin,
     axis,
@@ -52,13 +54,14 @@ constexpr ParameterKind AXIS{3, -1, 1, true, true, Reader::axis, false};
 constexpr ParameterKind DIRECTION{3, -1, 1, true, true, Reader::direction, false};
 constexpr ParameterKind HALF_ANGLE{1, 0, 180, false, true, Reader::number, false, "an angle in degrees"};
 constexpr ParameterKind BEAM{1, 0, 180, true, true, Reader::beam, false, "an angle in degrees"};
-constexpr ParameterKind COMPLEX_INDEX{3, 0, 1e3, true, true, Reader::colour, true, "a part of an index of refraction"};
+constexpr ParameterKind METAL_INDEX{3, 0, 1e3, true, true, Reader::metal, true, "a part of an index of refraction"};
 constexpr ParameterKind COSINE{1, -1, 1, false, false, Reader::number, true, "a mean cosine"};
 constexpr ParameterKind CONCENTRATION{1, 0, unbounded, false, false, Reader::number, true, "a concentration"};
 constexpr ParameterKind NON_NEGATIVE{1, 0, unbounded, true, false};
 constexpr ParameterKind ROUGHNESS{1, 0, 1, false, true, Reader::roughness};
-constexpr ParameterKind INTERIOR_INDEX{1, least_ior, greatest_ior, true, true, Reader::interior_index};
-constexpr ParameterKind EXTERIOR_INDEX{1, least_ior, greatest_ior, true, true, Reader::exterior_index};
+constexpr ParameterKind ROUGHNESS_TEXTURE{1, 0, 1, false, true, Reader::roughness_texture};
+constexpr ParameterKind INDEX{1, least_ior, greatest_ior, true, true, Reader::index};
+constexpr ParameterKind FLAG{1, 0, 1, true, true, Reader::flag, false};
 }  // namespace parameter_kind
 
 }  // namespace itn

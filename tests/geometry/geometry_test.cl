@@ -37,11 +37,11 @@ inline float3 random_direction(uint* state) {
   return (float3)(r * cos(phi), r * sin(phi), z);
 }
 
-// Random walks inside one closed mesh: scatters with mean free path `mean`, reflects at the surface. Counts segments and what
-// must not happen: no surface before infinity, or a front face.
-__kernel void walk(__global const float* nodes, __global const float* leaves, __global const PrimitiveRecord* primitives,
-                   __global const GeometryRecord* record, float x, float y, float z, float mean, int segments, uint seed,
-                   __global uint* counts) {
+// Random walks inside one closed mesh: scatters with mean free path `mean`, reflects at the surface. Counts segments
+// and what must not happen: no surface before infinity, or a front face.
+__kernel void walk(__global const float* nodes, __global const float* leaves,
+                   __global const PrimitiveRecord* primitives, __global const GeometryRecord* record, float x, float y,
+                   float z, float mean, int segments, uint seed, __global uint* counts) {
   const Surfaces surfaces = surfaces_of(nodes, leaves, primitives, record);
   uint state = seed + (uint)get_global_id(0) * 0x9E3779B9u;
   uint escaped = 0, front = 0, surface = 0;
@@ -94,7 +94,8 @@ __kernel void walk(__global const float* nodes, __global const float* leaves, __
 // The rays of paths that enter the medium, scatter with an albedo, and start again where they entered when absorbed.
 __kernel void record_paths(__global const float* nodes, __global const float* leaves,
                            __global const PrimitiveRecord* primitives, __global const GeometryRecord* record, float x,
-                           float y, float z, float mean, float albedo, int segments, uint seed, __global TestRay* rays) {
+                           float y, float z, float mean, float albedo, int segments, uint seed,
+                           __global TestRay* rays) {
   const Surfaces surfaces = surfaces_of(nodes, leaves, primitives, record);
   uint state = seed + (uint)get_global_id(0) * 0x9E3779B9u;
   float3 p = (float3)(x, y, z), d = random_direction(&state), entry = p, n = d;
@@ -132,7 +133,7 @@ __kernel void record_paths(__global const float* nodes, __global const float* le
 __kernel void fly(__global const uint* grid, __global const GeometryRecord* record, __global const float* rays,
                   __global int* clear, __global float* distance, int n) {
   const INT at = (int)get_global_id(0) * WIDTH + LANE_INDEX;
-#define COMPONENT(k) GATHER((rays + (k) * n), at)
+#define COMPONENT(k) GATHER((rays + (k)*n), at)
   const REAL3 o = make3(COMPONENT(0), COMPONENT(1), COMPONENT(2)), d = make3(COMPONENT(3), COMPONENT(4), COMPONENT(5));
   const REAL flight = COMPONENT(6);
   const FlightCell cell = flight_cell(grid, record, o), end = flight_cell(grid, record, add3(o, scale3(d, flight)));

@@ -1,6 +1,6 @@
 // Runs kernels/lib/emitter.h alone: one work-item a group of WIDTH lanes; arrays hold one component after another.
-#include "lib/vector.h"
 #include "lib/emitter.h"
+#include "lib/vector.h"
 
 #if WIDTH == 1
 #define LOAD(p, at) p[at]
@@ -10,8 +10,8 @@
 #define STORE(p, at, v) JOIN(vstore, WIDTH)(v, 0, p + at)
 #endif
 
-__kernel void evaluate(__global const EmitterRecord* record, __global const float* tables, __global const float* direction,
-                       __global float* out) {
+__kernel void evaluate(__global const EmitterRecord* record, __global const float* tables,
+                       __global const float* direction, __global float* out) {
   const size_t n = get_global_size(0) * WIDTH, at = get_global_id(0) * WIDTH;
   REAL3 d;
   d.x = LOAD(direction, at);

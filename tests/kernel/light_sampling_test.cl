@@ -1,9 +1,9 @@
-// Runs sample_light of kernels/lib/light_sampling.h alone: one work-item a group of WIDTH lanes; arrays hold one component
-// after another.
+// Runs sample_light of kernels/lib/light_sampling.h alone: one work-item a group of WIDTH lanes; arrays hold one
+// component after another.
 #include "lib/light_sampling.h"
 
-__kernel void sample(__global const JobRecord* job, __global const EmitterRecord* record, __global const float* tables, int at_surface,
-                     __global const float* u, __global float* out) {
+__kernel void sample(__global const JobRecord* job, __global const EmitterRecord* record, __global const float* tables,
+                     int at_surface, __global const float* u, __global float* out) {
   const int n = (int)get_global_size(0) * WIDTH;
   const INT at = LANE_INDEX + (int)get_global_id(0) * WIDTH;
   Launch launch;

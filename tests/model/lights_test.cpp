@@ -24,7 +24,7 @@ Light light_of(const std::string& type) {
 }
 
 Arrival arrival(const Light& light, const Vec3& from, const Vec3& on = {}, const Vec3& normal = {}) {
-  return light.model->arrives(light.model->to_numbers(light.slots()), from, on, normal);
+  return light.model->arrives(light.model->to_numbers(light.variant, light.slots()), from, on, normal);
 }
 
 // What goes through a sphere of that radius about the light's position, for a colour of 1.
@@ -50,9 +50,9 @@ TEST_CASE("every light's first three numbers are its colour, and nothing else mo
     Light light;
     light.become(model);
     light.values.front().value = {0.25, 0.5, 2};
-    const std::vector<double> n = model.to_numbers(light.slots());
+    const std::vector<double> n = model.to_numbers(0, light.slots());
     CHECK(std::vector<double>(n.begin(), n.begin() + 3) == std::vector<double>{0.25, 0.5, 2});
-    const auto by = model.jacobian(light.slots());
+    const auto by = model.jacobian(0, light.slots());
     for (std::size_t c = 0; c < 3; ++c)
       for (std::size_t p = 0; p < by[c].size(); ++p) CHECK(by[c][p] == (p == c ? 1 : 0));
   }

@@ -51,7 +51,7 @@ const double shares[] = {0.02, 0.3, 0.5, 0.75, 0.96};
 TEST_CASE("every phase function integrates to 1 and has the mean cosine that it says", "[model]") {
   for (const PhaseUnderTest& phase : all_phases())
     for (const double share : shares) {
-      const std::vector<double> n = phase.model->to_numbers(parameters_at(*phase.model, share));
+      const std::vector<double> n = phase.model->to_numbers(0, parameters_at(*phase.model, share));
       CAPTURE(phase.model->name, share, n);
       const Grid grid{-1, 1, 0, 1, 4096, 1};
       const auto density = [&](double c, double) { return 2 * PI_ * phase.value(n.data(), c); };
@@ -66,7 +66,7 @@ TEST_CASE("every phase function's samples follow it (chi-square), with sine and 
   constexpr std::size_t count = 1 << 16;
   for (const PhaseUnderTest& phase : all_phases())
     for (const double share : shares) {
-      const std::vector<double> n = phase.model->to_numbers(parameters_at(*phase.model, share));
+      const std::vector<double> n = phase.model->to_numbers(0, parameters_at(*phase.model, share));
       LaneFunction call{{"model/phase/list.h"}, {"u"}, {"c", "s", "value"}, "REAL n[8] = {"};
       for (std::size_t i = 0; i < 8; ++i) call.body += "(REAL)(" + std::to_string(i < n.size() ? n[i] : 0.0) + "f), ";
       call.body += "};\n" + phase.model->name + "_draw(n, u, &c, &s);\nvalue = " + phase.model->name + "_value(n, c);";

@@ -63,6 +63,40 @@ TEST_CASE("every parameter of a rough dielectric arrives") {
             .number("alpha") == 0.2);
 }
 
+TEST_CASE("conductors and plastics that say nothing have Mitsuba's defaults") {
+  for (const char* type : {"conductor", "roughconductor"}) {
+    const Bsdf mirror = load_bsdf("<bsdf type=\"" + std::string(type) + "\"/>");
+    CHECK(mirror.value("eta").value == Rgb{0, 0, 0});
+    CHECK(mirror.value("k").value == Rgb{1, 1, 1});
+    CHECK(mirror.value("specular_reflectance").value == Rgb{1, 1, 1});
+  }
+  for (const char* type : {"plastic", "roughplastic", "pplastic"}) {
+    const Bsdf plastic = load_bsdf("<bsdf type=\"" + std::string(type) + "\"/>");
+    CHECK(plastic.value("diffuse_reflectance").value == Rgb{0.5, 0.5, 0.5});
+    CHECK(plastic.number("int_ior") == 1.49);
+    CHECK(plastic.number("ext_ior") == 1.000277);
+  }
+  CHECK(load_bsdf("<bsdf type=\"roughplastic\"/>").number("alpha") == 0.1);
+  CHECK(load_bsdf("<bsdf type=\"plastic\"/>").number("nonlinear") == 0);
+  CHECK(load_bsdf("<bsdf type=\"plastic\"><boolean name=\"nonlinear\" value=\"true\"/></bsdf>").number("nonlinear") ==
+        1);
+  CHECK(load_bsdf("<bsdf type=\"thindielectric\"/>").number("int_ior") == 1.5046);
+}
+
+TEST_CASE("metals have Mitsuba's names") {
+  // Mitsuba 3.9.1, scalar_rgb
+  const Bsdf gold = load_bsdf("<bsdf type=\"conductor\">" + text("material", "Au") + "</bsdf>");
+  CHECK(gold.value("eta").value[2] == Approx(1.442045));
+  CHECK(gold.value("k").value[0] == Approx(3.982997));
+  const Bsdf none = load_bsdf("<bsdf type=\"roughconductor\">" + text("material", "none") +
+                              "<rgb name=\"eta\" value=\"1 2 3\"/></bsdf>");
+  CHECK(none.value("eta").value == Rgb{1, 2, 3});
+  check_bsdf_error("conductor", text("material", "Gold"), {"\"material\"", "unknown metal \"Gold\""});
+  check_bsdf_error("conductor", "<rgb name=\"k\" value=\"1 2 3\"/>" + text("material", "Au"),
+                   {"\"k\"", "one or the other"});
+  check_bsdf_error("roughplastic", number("int_ior", "1"), {"int_ior", "not above ext_ior"});
+}
+
 TEST_CASE("refractive indices have Mitsuba's names") {
   // Spot checks of the table: Mitsuba 3.9.1's values.
   const std::pair<const char*, double> cases[] = {

@@ -60,6 +60,9 @@ std::vector<Case> cases() {
       {"lights_medium", true},
       {"lights_rough", false},
       {"lights_surfaces", false},
+      {"mirrors", false},
+      {"plastics", false},
+      {"rough_textures", false},
   };
 }
 

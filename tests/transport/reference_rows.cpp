@@ -9,8 +9,7 @@ namespace itn::test {
 using nlohmann::json;
 
 const json& reference_data() {
-  static const json file =
-      json::parse(std::ifstream(ITN_SOURCE_DIR "/tests/transport/data/transport.json"));
+  static const json file = json::parse(std::ifstream(ITN_SOURCE_DIR "/tests/transport/data/transport.json"));
   return file;
 }
 

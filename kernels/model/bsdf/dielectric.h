@@ -10,14 +10,14 @@
 #include "model/obstacle.h"
 
 /* eta: inside over outside */
-#define DIELECTRIC_NUMBERS(NUMBER)                               \
-  NUMBER(DIELECTRIC, eta, 1, ROLE_FIXED, COORDINATE_LOG)         \
+#define DIELECTRIC_NUMBERS(NUMBER)                                        \
+  NUMBER(DIELECTRIC, eta, 1, ROLE_FIXED, COORDINATE_LOG)                  \
   NUMBER(DIELECTRIC, specular_reflectance, 3, ROLE_FIXED, COORDINATE_LOG) \
   NUMBER(DIELECTRIC, specular_transmittance, 3, ROLE_FIXED, COORDINATE_LOG)
-#define DIELECTRIC_PARAMETERS(PARAMETER)            \
-  PARAMETER(int_ior, INTERIOR_INDEX, 1.5046, "")    \
-  PARAMETER(ext_ior, EXTERIOR_INDEX, 1.000277, "")  \
-  PARAMETER(specular_reflectance, TINT, 1, "")      \
+#define DIELECTRIC_PARAMETERS(PARAMETER)       \
+  PARAMETER(int_ior, INDEX, 1.5046, "")        \
+  PARAMETER(ext_ior, INDEX, 1.000277, "")      \
+  PARAMETER(specular_reflectance, TINT, 1, "") \
   PARAMETER(specular_transmittance, TINT, 1, "")
 #define DIELECTRIC_TRAITS (BSDF_TRANSMITS | BSDF_SMOOTH)
 #define DIELECTRIC_RANDOM 3
@@ -34,11 +34,12 @@ MODEL_VOID dielectric_sample(REAL eta, REAL3 wi, REAL u, REAL3* wo, REAL* weight
   *reflected = mirror;
 }
 
-MODEL_VOID dielectric_value(int variant, const REAL* n, REAL3 wi, REAL3 wo, REAL* f) {
-  UNROLL for (int c = 0; c < CHANNELS; ++c) f[c] = NUMBER(0);
+MODEL_VOID dielectric_chosen(int variant, const REAL* n, REAL3 wi, REAL3 wo, REAL* f) {
+  REAL reflected = fresnel_dielectric(ABS(wi.z), far_over_near(n[DIELECTRIC_eta], wi.z));
+  UNROLL_FOR(int c = 0; c < CHANNELS; ++c)
+    f[c] = SELECT(wi.z * wo.z > NUMBER(0), reflected * n[DIELECTRIC_specular_reflectance + c],
+                  (NUMBER(1) - reflected) * n[DIELECTRIC_specular_transmittance + c]);
 }
-
-MODEL dielectric_density(int variant, const REAL* n, REAL3 wi, REAL3 wo) { return NUMBER(0); }
 
 MODEL_VOID dielectric_draw(int variant, const REAL* n, REAL3 wi, const REAL* u, REAL3* wo, REAL* weight, REAL* pdf,
                            REAL* inverse_eta) {
@@ -47,14 +48,15 @@ MODEL_VOID dielectric_draw(int variant, const REAL* n, REAL3 wi, const REAL* u, 
   dielectric_sample(eta, wi, u[0], wo, &squared, &reflected);
   *pdf = NUMBER(0);
   *inverse_eta = SELECT(reflected, NUMBER(1), NUMBER(1) / eta);
-  UNROLL for (int c = 0; c < CHANNELS; ++c)
+  UNROLL_FOR(int c = 0; c < CHANNELS; ++c)
     weight[c] = SELECT(reflected, n[DIELECTRIC_specular_reflectance + c], n[DIELECTRIC_specular_transmittance + c]);
 }
 
+BSDF_CHOOSES_ALL(dielectric)
 BSDF_DECIDES_DIRECTION(dielectric)
 
 #ifndef __OPENCL_VERSION__
-MODEL_VOID dielectric_numbers(const REAL* parameters, REAL* n) {
+MODEL_VOID dielectric_numbers(int variant, const REAL* parameters, REAL* n) {
   n[DIELECTRIC_eta] = parameters[0] / parameters[1];
   for (int k = 0; k < 6; ++k) n[DIELECTRIC_specular_reflectance + k] = parameters[2 + k];
 }

@@ -28,7 +28,7 @@ MODEL3 diffuse_sample(REAL u1, REAL u2) {
 }
 
 MODEL_VOID diffuse_value(int variant, const REAL* n, REAL3 wi, REAL3 wo, REAL* f) {
-  UNROLL for (int c = 0; c < CHANNELS; ++c) f[c] = diffuse_eval(n[DIFFUSE_reflectance + c], wo);
+  UNROLL_FOR(int c = 0; c < CHANNELS; ++c) f[c] = diffuse_eval(n[DIFFUSE_reflectance + c], wo);
 }
 
 MODEL diffuse_density(int variant, const REAL* n, REAL3 wi, REAL3 wo) { return diffuse_pdf(wo); }
@@ -38,13 +38,14 @@ MODEL_VOID diffuse_draw(int variant, const REAL* n, REAL3 wi, const REAL* u, REA
   *wo = diffuse_sample(u[0], u[1]);
   *pdf = diffuse_pdf(*wo);
   *inverse_eta = NUMBER(1);
-  UNROLL for (int c = 0; c < CHANNELS; ++c) weight[c] = n[DIFFUSE_reflectance + c];
+  UNROLL_FOR(int c = 0; c < CHANNELS; ++c) weight[c] = n[DIFFUSE_reflectance + c];
 }
 
 BSDF_DECIDES_DIRECTION(diffuse)
+BSDF_DRAWS_ALL(diffuse)
 
 #ifndef __OPENCL_VERSION__
-MODEL_VOID diffuse_numbers(const REAL* parameters, REAL* n) {
+MODEL_VOID diffuse_numbers(int variant, const REAL* parameters, REAL* n) {
   for (int c = 0; c < 3; ++c) n[c] = parameters[c];
 }
 inline Refusal diffuse_refusal(const double*) { return {}; }

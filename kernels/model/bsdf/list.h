@@ -4,29 +4,42 @@
  *
  * wi, wo: unit, leave the surface, in its frame (z: normal). n: the model's numbers. f, weight: CHANNELS values.
  *   name_value(variant, n, wi, wo, f)                f |cos wo| [1/sr], for radiance: transmission holds 1 / eta^2
- *   name_density(variant, n, wi, wo)                 of name_draw [1/sr]; 0 where BSDF_SMOOTH
+ *   name_density(variant, n, wi, wo)                 of name_draw [1/sr]; of both without what is chosen
  *   name_draw(variant, n, wi, u, wo, weight, pdf, inverse_eta)
  *                                                    wo from PREFIX_RANDOM uniform numbers u. weight: f |cos wo| / pdf
  *                                                    without 1 / eta^2, which is the square of inverse_eta, 1 where it
- *                                                    was reflected and nowhere else
+ *                                                    was reflected and nowhere else. pdf: 0 where wo was chosen, and its
+ *                                                    weight is then over the probability of that choice
+ *   name_chosen(variant, n, wi, wo, f)               BSDF_SMOOTH and BSDF_PARTLY_SMOOTH: the share of the light from the
+ *                                                    chosen direction wo that goes to wi, without 1 / eta^2
  *   name_outcome(variant, n, wi, wo, reflected)      what was decided when wo was drawn: wo, or a microfacet's normal
  *   name_decision(variant, n, wi, outcome, reflected)  the density of that; lost samples count, so that it integrates to 1
  *   name_edge(variant, n, wi, wo)                    what log f lacks for its derivative, where f jumps; 0: nothing
  * and for the host:
- *   name_numbers(parameters, n)                      over any scalar: differentiated for the chain rule
+ *   name_numbers(variant, parameters, n)             over any scalar: differentiated for the chain rule
  *   name_refusal(parameters)                         why such values cannot be rendered
  *   name_obstacle(parameters, slot)                  why there is no derivative by parameters[slot]; empty: there is */
 #ifndef ITN_BSDF_LIST_H
 #define ITN_BSDF_LIST_H
+#include "model/bsdf/conductor.h"
 #include "model/bsdf/dielectric.h"
 #include "model/bsdf/diffuse.h"
+#include "model/bsdf/plastic.h"
+#include "model/bsdf/polarized_plastic.h"
 #include "model/bsdf/rough_conductor.h"
 #include "model/bsdf/rough_dielectric.h"
+#include "model/bsdf/rough_plastic.h"
+#include "model/bsdf/thin_dielectric.h"
 
-#define BSDF_LIST(BSDF)                          \
-  BSDF(diffuse, DIFFUSE, "diffuse", "")          \
-  BSDF(dielectric, DIELECTRIC, "dielectric", "") \
+#define BSDF_LIST(BSDF)                                                       \
+  BSDF(diffuse, DIFFUSE, "diffuse", "")                                       \
+  BSDF(dielectric, DIELECTRIC, "dielectric", "")                              \
   BSDF(rough_dielectric, ROUGH_DIELECTRIC, "roughdielectric", "beckmann ggx") \
-  BSDF(rough_conductor, ROUGH_CONDUCTOR, "roughconductor", "beckmann ggx")
+  BSDF(rough_conductor, ROUGH_CONDUCTOR, "roughconductor", "beckmann ggx")    \
+  BSDF(conductor, CONDUCTOR, "conductor", "")                                 \
+  BSDF(plastic, PLASTIC, "plastic", "")                                       \
+  BSDF(rough_plastic, ROUGH_PLASTIC, "roughplastic", "beckmann ggx")          \
+  BSDF(polarized_plastic, POLARIZED_PLASTIC, "pplastic", "beckmann ggx")      \
+  BSDF(thin_dielectric, THIN_DIELECTRIC, "thindielectric", "")
 
 #endif

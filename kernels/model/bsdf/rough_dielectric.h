@@ -25,11 +25,11 @@
   NUMBER(ROUGH_DIELECTRIC, eta, 1, ROLE_INDEX, COORDINATE_LOG)                  \
   NUMBER(ROUGH_DIELECTRIC, specular_reflectance, 3, ROLE_FIXED, COORDINATE_LOG) \
   NUMBER(ROUGH_DIELECTRIC, specular_transmittance, 3, ROLE_FIXED, COORDINATE_LOG)
-#define ROUGH_DIELECTRIC_PARAMETERS(PARAMETER)      \
-  PARAMETER(alpha, ROUGHNESS, 0.1, "")              \
-  PARAMETER(int_ior, INTERIOR_INDEX, 1.5046, "")    \
-  PARAMETER(ext_ior, EXTERIOR_INDEX, 1.000277, "")  \
-  PARAMETER(specular_reflectance, TINT, 1, "")      \
+#define ROUGH_DIELECTRIC_PARAMETERS(PARAMETER) \
+  PARAMETER(alpha, ROUGHNESS_TEXTURE, 0.1, "") \
+  PARAMETER(int_ior, INDEX, 1.5046, "")        \
+  PARAMETER(ext_ior, INDEX, 1.000277, "")      \
+  PARAMETER(specular_reflectance, TINT, 1, "") \
   PARAMETER(specular_transmittance, TINT, 1, "")
 #define ROUGH_DIELECTRIC_TRAITS (BSDF_TRANSMITS | BSDF_BASELINE)
 #define ROUGH_DIELECTRIC_RANDOM 3
@@ -116,32 +116,32 @@ MODEL3 rough_dielectric_normal(REAL eta, REAL3 wi, REAL3 wo, REAL reflected) {
  * Its integral over m and sum over both is 1: no sample is lost here. */
 MODEL rough_dielectric_choice(int distribution, REAL alpha, REAL eta, REAL3 wi, REAL3 m, REAL reflected) {
   REAL f = fresnel_dielectric(MIN(ABS(dot3(wi, m)), NUMBER(1)), eta);
-  return microfacet_visible_density(distribution, wi, m, alpha) *
-         SELECT(reflected > NUMBER(0.5), f, NUMBER(1) - f);
+  return microfacet_visible_density(distribution, wi, m, alpha) * SELECT(reflected > NUMBER(0.5), f, NUMBER(1) - f);
 }
 
 MODEL rough_dielectric_tint(const REAL* n, int c, MASK reflected) {
-  return SELECT(reflected, n[ROUGH_DIELECTRIC_specular_reflectance + c], n[ROUGH_DIELECTRIC_specular_transmittance + c]);
+  return SELECT(reflected, n[ROUGH_DIELECTRIC_specular_reflectance + c],
+                n[ROUGH_DIELECTRIC_specular_transmittance + c]);
 }
 
 MODEL_VOID rough_dielectric_value(int variant, const REAL* n, REAL3 wi, REAL3 wo, REAL* f) {
   REAL eta = far_over_near(n[ROUGH_DIELECTRIC_eta], wi.z);
   REAL value = rough_dielectric_eval(variant, n[ROUGH_DIELECTRIC_alpha], eta, wi, wo);
-  UNROLL for (int c = 0; c < CHANNELS; ++c) f[c] = value * rough_dielectric_tint(n, c, wi.z * wo.z > NUMBER(0));
+  UNROLL_FOR(int c = 0; c < CHANNELS; ++c) f[c] = value * rough_dielectric_tint(n, c, wi.z * wo.z > NUMBER(0));
 }
 
 MODEL rough_dielectric_density(int variant, const REAL* n, REAL3 wi, REAL3 wo) {
   return rough_dielectric_pdf(variant, n[ROUGH_DIELECTRIC_alpha], far_over_near(n[ROUGH_DIELECTRIC_eta], wi.z), wi, wo);
 }
 
-MODEL_VOID rough_dielectric_draw(int variant, const REAL* n, REAL3 wi, const REAL* u, REAL3* wo, REAL* weight, REAL* pdf,
-                                 REAL* inverse_eta) {
+MODEL_VOID rough_dielectric_draw(int variant, const REAL* n, REAL3 wi, const REAL* u, REAL3* wo, REAL* weight,
+                                 REAL* pdf, REAL* inverse_eta) {
   REAL eta = far_over_near(n[ROUGH_DIELECTRIC_eta], wi.z), value;
   MASK reflected = wi.z > NUMBER(0);
   rough_dielectric_sample(variant, n[ROUGH_DIELECTRIC_alpha], eta, wi, u[0], u[1], u[2], wo, &value, pdf, &reflected);
   value *= SELECT(reflected, NUMBER(1), eta * eta);
   *inverse_eta = SELECT(reflected, NUMBER(1), NUMBER(1) / eta);
-  UNROLL for (int c = 0; c < CHANNELS; ++c) weight[c] = value * rough_dielectric_tint(n, c, reflected);
+  UNROLL_FOR(int c = 0; c < CHANNELS; ++c) weight[c] = value * rough_dielectric_tint(n, c, reflected);
 }
 
 MODEL3 rough_dielectric_outcome(int variant, const REAL* n, REAL3 wi, REAL3 wo, REAL reflected) {
@@ -158,15 +158,18 @@ MODEL rough_dielectric_edge(int variant, const REAL* n, REAL3 wi, REAL3 wo) {
   return rough_dielectric_ggx_edge(far_over_near(n[ROUGH_DIELECTRIC_eta], wi.z), wi, wo);
 }
 
+BSDF_DRAWS_ALL(rough_dielectric)
+
 #ifndef __OPENCL_VERSION__
-MODEL_VOID rough_dielectric_numbers(const REAL* parameters, REAL* n) {
+MODEL_VOID rough_dielectric_numbers(int variant, const REAL* parameters, REAL* n) {
   n[ROUGH_DIELECTRIC_alpha] = larger(parameters[0], REAL(least_alpha));
   n[ROUGH_DIELECTRIC_eta] = parameters[1] / parameters[2];
   for (int k = 0; k < 6; ++k) n[ROUGH_DIELECTRIC_specular_reflectance + k] = parameters[3 + k];
 }
 inline Refusal rough_dielectric_refusal(const double* parameters) {
   if (parameters[1] != parameters[2]) return {};
-  return {"int_ior", "and ext_ior are both", parameters[1], "need different ones: for an index-matched boundary use null"};
+  return {"int_ior", "and ext_ior are both", parameters[1],
+          "need different ones: for an index-matched boundary use null"};
 }
 inline const char* rough_dielectric_obstacle(const double* parameters, int slot) {
   if (slot > 2) return "a tint, by which the renderer does not differentiate";

@@ -17,9 +17,9 @@
 #include "model/light/point.h"
 #include "model/light/spot.h"
 
-#define LIGHT_LIST(LIGHT)          \
-  LIGHT(point, POINT, "point")     \
-  LIGHT(spot, SPOT, "spot")        \
+#define LIGHT_LIST(LIGHT)                        \
+  LIGHT(point, POINT, "point")                   \
+  LIGHT(spot, SPOT, "spot")                      \
   LIGHT(directional, DIRECTIONAL, "directional") \
   LIGHT(area, AREA, "area")
 

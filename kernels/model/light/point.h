@@ -9,13 +9,13 @@
 #include "model/obstacle.h"
 #include "shared/declaration.h"
 
-#define POINT_NUMBERS(NUMBER)                                      \
-  NUMBER(POINT, intensity, 3, ROLE_FACTOR, COORDINATE_LOG)         \
-  NUMBER(POINT, position_x, 1, ROLE_FIXED, COORDINATE_LOG)         \
-  NUMBER(POINT, position_y, 1, ROLE_FIXED, COORDINATE_LOG)         \
+#define POINT_NUMBERS(NUMBER)                              \
+  NUMBER(POINT, intensity, 3, ROLE_FACTOR, COORDINATE_LOG) \
+  NUMBER(POINT, position_x, 1, ROLE_FIXED, COORDINATE_LOG) \
+  NUMBER(POINT, position_y, 1, ROLE_FIXED, COORDINATE_LOG) \
   NUMBER(POINT, position_z, 1, ROLE_FIXED, COORDINATE_LOG)
-#define POINT_PARAMETERS(PARAMETER)        \
-  PARAMETER(intensity, EMISSION, 1, "")    \
+#define POINT_PARAMETERS(PARAMETER)     \
+  PARAMETER(intensity, EMISSION, 1, "") \
   PARAMETER(position, POSITION, 0, "scene unit")
 #define POINT_TRAITS 0
 enum { POINT_NUMBERS(DECLARE_SLOT) POINT_SLOTS };
@@ -27,7 +27,8 @@ MODEL_VOID point_direction(REAL3 from, REAL3 to, REAL3* towards, REAL* distance)
   *towards = scale3(d, NUMBER(1) / *distance);
 }
 
-MODEL_VOID point_arrives(const REAL* n, REAL3 from, REAL3 on, REAL3 normal, REAL3* towards, REAL* distance, REAL* share) {
+MODEL_VOID point_arrives(const REAL* n, REAL3 from, REAL3 on, REAL3 normal, REAL3* towards, REAL* distance,
+                         REAL* share) {
   point_direction(from, make3(n[POINT_position_x], n[POINT_position_y], n[POINT_position_z]), towards, distance);
   *share = NUMBER(1) / (*distance * *distance);
 }

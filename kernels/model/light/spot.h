@@ -10,26 +10,27 @@
 #include "model/angle.h"
 #include "model/light/point.h"
 
-#define SPOT_NUMBERS(NUMBER)                                       \
-  NUMBER(SPOT, intensity, 3, ROLE_FACTOR, COORDINATE_LOG)          \
-  NUMBER(SPOT, position_x, 1, ROLE_FIXED, COORDINATE_LOG)          \
-  NUMBER(SPOT, position_y, 1, ROLE_FIXED, COORDINATE_LOG)          \
-  NUMBER(SPOT, position_z, 1, ROLE_FIXED, COORDINATE_LOG)          \
-  NUMBER(SPOT, axis_x, 1, ROLE_FIXED, COORDINATE_LOG)              \
-  NUMBER(SPOT, axis_y, 1, ROLE_FIXED, COORDINATE_LOG)              \
-  NUMBER(SPOT, axis_z, 1, ROLE_FIXED, COORDINATE_LOG)              \
-  NUMBER(SPOT, cutoff, 1, ROLE_FIXED, COORDINATE_LOG)              \
+#define SPOT_NUMBERS(NUMBER)                              \
+  NUMBER(SPOT, intensity, 3, ROLE_FACTOR, COORDINATE_LOG) \
+  NUMBER(SPOT, position_x, 1, ROLE_FIXED, COORDINATE_LOG) \
+  NUMBER(SPOT, position_y, 1, ROLE_FIXED, COORDINATE_LOG) \
+  NUMBER(SPOT, position_z, 1, ROLE_FIXED, COORDINATE_LOG) \
+  NUMBER(SPOT, axis_x, 1, ROLE_FIXED, COORDINATE_LOG)     \
+  NUMBER(SPOT, axis_y, 1, ROLE_FIXED, COORDINATE_LOG)     \
+  NUMBER(SPOT, axis_z, 1, ROLE_FIXED, COORDINATE_LOG)     \
+  NUMBER(SPOT, cutoff, 1, ROLE_FIXED, COORDINATE_LOG)     \
   NUMBER(SPOT, steepness, 1, ROLE_FIXED, COORDINATE_LOG)
-#define SPOT_PARAMETERS(PARAMETER)              \
-  PARAMETER(intensity, EMISSION, 1, "")         \
-  PARAMETER(position, ORIGIN, 0, "scene unit")  \
-  PARAMETER(axis, AXIS, 0, "")                  \
+#define SPOT_PARAMETERS(PARAMETER)                  \
+  PARAMETER(intensity, EMISSION, 1, "")             \
+  PARAMETER(position, ORIGIN, 0, "scene unit")      \
+  PARAMETER(axis, AXIS, 0, "")                      \
   PARAMETER(cutoff_angle, HALF_ANGLE, 20, "degree") \
   PARAMETER(beam_width, BEAM, 15, "degree")
 #define SPOT_TRAITS 0
 enum { SPOT_NUMBERS(DECLARE_SLOT) SPOT_SLOTS };
 
-MODEL_VOID spot_arrives(const REAL* n, REAL3 from, REAL3 on, REAL3 normal, REAL3* towards, REAL* distance, REAL* share) {
+MODEL_VOID spot_arrives(const REAL* n, REAL3 from, REAL3 on, REAL3 normal, REAL3* towards, REAL* distance,
+                        REAL* share) {
   point_direction(from, make3(n[SPOT_position_x], n[SPOT_position_y], n[SPOT_position_z]), towards, distance);
   REAL angle = angle_between(scale3(*towards, NUMBER(-1)), make3(n[SPOT_axis_x], n[SPOT_axis_y], n[SPOT_axis_z]));
   REAL inside = MIN(MAX((n[SPOT_cutoff] - angle) * n[SPOT_steepness], NUMBER(0)), NUMBER(1));

@@ -3,10 +3,13 @@
 
 #include <algorithm>
 
+#include "kernels/model/obstacle.h"
+#include "runtime/base/colour.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/ior.h"
 #include "runtime/scene/xml/message.h"
+#include "runtime/scene/xml/metal.h"
 
 namespace itn {
 namespace {
@@ -67,6 +70,26 @@ Vec3 direction(Properties& properties, const std::string& name) {
   return normalize(d);
 }
 
+// One number of each colour, as Mitsuba takes it: the mean of a colour, the luminance of a pixel; not below the least
+// alpha.
+void make_roughness(Texture& texture) {
+  for (Rgb& colour : texture.colours) colour.fill(std::max((colour[0] + colour[1] + colour[2]) / 3, least_alpha));
+  if (!texture.bitmap) return;
+  auto grey = std::make_shared<Bitmap>(*texture.bitmap);
+  const auto channels = static_cast<std::size_t>(grey->channels);
+  const std::size_t pixels = grey->data.size() / channels;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const auto at = [&](std::size_t c) {
+      return static_cast<double>(grey->data[i * channels + std::min(c, channels - 1)]);
+    };
+    const double value = channels == 1 ? at(0) : luminance({at(0), at(1), at(2)});
+    grey->data[i] = static_cast<float>(std::max(value, least_alpha));
+  }
+  grey->data.resize(pixels);
+  grey->channels = 1;
+  texture.bitmap = grey;
+}
+
 Texture read(Builder& builder, Properties& properties, const DeclaredParameter& p) {
   Texture value;
   const auto number = [&](double v) { value.value = {v, v, v}; };
@@ -74,6 +97,9 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
     case ParameterKind::Reader::number:
       number(properties.number(p.name, p.fallback));
       check(properties, p, value.value[0]);
+      break;
+    case ParameterKind::Reader::flag:
+      number(properties.boolean(p.name, p.fallback != 0) ? 1 : 0);
       break;
     case ParameterKind::Reader::colour: {
       const Color colour = properties.color(p.name, {{p.fallback, p.fallback, p.fallback}}, p.kind.quantity);
@@ -101,12 +127,21 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
     case ParameterKind::Reader::texture:
       value = build_texture(builder, properties, p.name, p.fallback);
       break;
-    case ParameterKind::Reader::interior_index:
-      number(parse_ior(properties, p.name, "bk7"));
+    case ParameterKind::Reader::index:
+      number(parse_ior(properties, p.name, p.fallback));
       break;
-    case ParameterKind::Reader::exterior_index:
-      number(parse_ior(properties, p.name, "air"));
+    case ParameterKind::Reader::metal:
+      value.value = parse_metal(properties, p.name, p.fallback);
+      for (const double v : value.value) check(properties, p, v);
       break;
+    case ParameterKind::Reader::roughness_texture:
+      if (properties.is_object(p.name) && !properties.is_spectrum(p.name)) {
+        value = build_texture(builder, properties, p.name, p.fallback);
+        value.value.fill(p.fallback);
+        make_roughness(value);
+        break;
+      }
+      [[fallthrough]];
     case ParameterKind::Reader::roughness:
       number(roughness(properties, p.fallback));
       break;

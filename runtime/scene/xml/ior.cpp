@@ -22,12 +22,13 @@ const std::map<std::string, double> index_of_refraction = {
 
 }  // namespace
 
-double parse_ior(Properties& properties, const std::string& name, const std::string& fallback) {
-  bool is_text = !properties.has(name);
+double parse_ior(Properties& properties, const std::string& name, double fallback) {
+  if (!properties.has(name)) return fallback;
+  bool is_text = false;
   for (const auto& child : properties.element().children)
     is_text = is_text || (child->attribute("name") == name && child->tag == "string");
   if (is_text) {
-    const std::string material = lower_case(properties.text(name, fallback));
+    const std::string material = lower_case(properties.text(name));
     const auto found = index_of_refraction.find(material);
     if (found != index_of_refraction.end()) return found->second;
     std::vector<std::string> names;

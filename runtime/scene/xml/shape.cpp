@@ -172,7 +172,7 @@ void check_boundary(Builder& builder, const Shape& shape, LoadedMesh& loaded, co
   const bool is_mesh = shape.kind == Shape::Kind::mesh;
   if (shape.interior == shape.exterior) {
     const Model* bsdf = builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)].model;
-    if (!bsdf || !(bsdf->traits & BSDF_TRANSMITS)) return;
+    if (!bsdf || !(bsdf->traits & BSDF_TRANSMITS) || (bsdf->traits & BSDF_THIN)) return;
     Topology found = is_mesh ? topology(loaded.mesh) : Topology{};
     if (loaded.flip) found.volume = -found.volume;
     if (const std::string fault = is_mesh ? fault_of(found) : fault_of(shape); !fault.empty())

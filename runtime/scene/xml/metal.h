@@ -1,0 +1,12 @@
+// Indices of refraction of metals by name.
+#pragma once
+#include <string>
+
+#include "runtime/scene/xml/properties.h"
+
+namespace itn {
+
+// The parameter `name`, eta or k, of a metal: as given, or that of `material`; without either the fallback.
+Rgb parse_metal(Properties& properties, const std::string& name, double fallback);
+
+}  // namespace itn
