@@ -92,7 +92,7 @@ TEST_CASE("a colour's plain name stands for its components") {
   itn::Scene scene;
   scene.media.resize(1);
   scene.media[0].id = "skin";
-  scene.media[0].set("albedo", Rgb{0.9, 0.8, 0.7});
+  scene.media[0].set("albedo", itn::Rgb{0.9, 0.8, 0.7});
   const auto all = itn::list_parameters(scene);
   CHECK(itn::by_component(all, {"skin.sigma_t", "skin.albedo=0.5,0.9", "skin.albedo.G", "none"}) ==
         std::vector<std::string>{"skin.sigma_t", "skin.albedo.R=0.5,0.9", "skin.albedo.G=0.5,0.9",
