@@ -87,6 +87,19 @@ inline void pass_medium(const Launch* launch, __global const JobRecord* job, Obs
 }
 #endif
 
+/* Moves o, a point on an index-matched boundary, to the side to which the direction d leads. Returns the cosine between d and the
+ * outward normal. */
+inline float pass_boundary(__global const PrimitiveRecord* primitive, float3 d, float3* o) {
+  float3 normal = (float3)(primitive->normal[0], primitive->normal[1], primitive->normal[2]);
+  const bool curved = primitive->flags & PRIMITIVE_CURVED;
+  if (curved) normal = out_of_curved(primitive, *o);
+  float facing = dot(d, normal);
+  if (curved && (primitive->flags & PRIMITIVE_FLIPPED)) facing = -facing;
+  const float offset = curved ? 0.0f : copysign(primitive->offset, facing);
+  *o = (float3)(o->x + offset * normal.x, o->y + offset * normal.y, o->z + offset * normal.z);
+  return facing;
+}
+
 /* Follows connections: from `from` in `medium`, standing on primitive `skip`, towards `to` over `distance`; FAR_AWAY: out of
  * the scene. */
 inline Obstacles follow_connection(const Launch* launch, __global const JobRecord* job, MASK mask, REAL3 from, REAL3 to,
@@ -127,16 +140,11 @@ inline Obstacles follow_connection(const Launch* launch, __global const JobRecor
       __global const PrimitiveRecord* primitive = launch->primitives + at;
       __global const ShapeRecord* shape = launch->shapes + job->first_shape + primitive->shape;
       if (launch->bsdfs[shape->bsdf].surface != SURFACE_NULL) continue;
-      const float3 o = (float3)(hits.x.f[l], hits.y.f[l], hits.z.f[l]), d = (float3)(dx.f[l], dy.f[l], dz.f[l]);
-      float3 normal = (float3)(primitive->normal[0], primitive->normal[1], primitive->normal[2]);
-      const bool curved = primitive->flags & PRIMITIVE_CURVED;
-      if (curved) normal = out_of_curved(primitive, o);
-      float facing = dot(d, normal);
-      if (curved && (primitive->flags & PRIMITIVE_FLIPPED)) facing = -facing;
-      const float offset = curved ? 0.0f : copysign(primitive->offset, facing);
-      ox.f[l] = o.x + offset * normal.x;
-      oy.f[l] = o.y + offset * normal.y;
-      oz.f[l] = o.z + offset * normal.z;
+      float3 o = (float3)(hits.x.f[l], hits.y.f[l], hits.z.f[l]);
+      const float facing = pass_boundary(primitive, (float3)(dx.f[l], dy.f[l], dz.f[l]), &o);
+      ox.f[l] = o.x;
+      oy.f[l] = o.y;
+      oz.f[l] = o.z;
 #if HAS_MEDIUM
       if (current >= 0) pass_medium(launch, job, &way, l, current, hits.distance.f[l]);
 #endif

@@ -25,6 +25,11 @@ inline void sample_filter(int filter, float size, REAL u, REAL v, REAL* x, REAL*
   }
 }
 
+/* v0 + a va + b vb: see CameraRecord. */
+inline REAL3 on_camera(__global const float* v0, __global const float* va, __global const float* vb, REAL a, REAL b) {
+  return make3(v0[0] + a * va[0] + b * vb[0], v0[1] + a * va[1] + b * vb[1], v0[2] + a * va[2] + b * vb[2]);
+}
+
 inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT slots, MASK valid, INT pixel,
                            INT sample) {
   __global const JobRecord* job = launch->jobs + job_index;
@@ -48,13 +53,8 @@ inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
   REAL x = CAST_REAL(column.integer + camera->crop_x) + 0.5f + dx;
   REAL y = CAST_REAL(row.integer + camera->crop_y) + 0.5f + dy;
   REAL a = 1.0f - 2.0f * x * camera->inverse_width, b = 1.0f - 2.0f * y * camera->inverse_height;
-  REAL3 o, d;
-  o.x = camera->origin_0[0] + a * camera->origin_a[0] + b * camera->origin_b[0];
-  o.y = camera->origin_0[1] + a * camera->origin_a[1] + b * camera->origin_b[1];
-  o.z = camera->origin_0[2] + a * camera->origin_a[2] + b * camera->origin_b[2];
-  d.x = camera->direction_0[0] + a * camera->direction_a[0] + b * camera->direction_b[0];
-  d.y = camera->direction_0[1] + a * camera->direction_a[1] + b * camera->direction_b[1];
-  d.z = camera->direction_0[2] + a * camera->direction_a[2] + b * camera->direction_b[2];
+  const REAL3 o = on_camera(camera->origin_0, camera->origin_a, camera->origin_b, a, b);
+  REAL3 d = on_camera(camera->direction_0, camera->direction_a, camera->direction_b, a, b);
   store3(pool, POSITION, slots, o);
   d = scale3(d, 1.0f / SQRT(dot3(d, d)));
   store3(pool, DIRECTION, slots, d);

@@ -31,6 +31,12 @@ itn::Scene scene_of_every_kind(itn::Emitter::Kind environment) {
     scene.bsdfs[i].value("reflectance").id = "board";
     scene.bsdfs[i].value("reflectance").colours[1] = {0.1, 0.2, 0.3};
   }
+  scene.lights.resize(2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    scene.lights[i].become(*itn::find_model(itn::light_models(), i == 0 ? "spot" : "directional"));
+    scene.lights[i].id = i == 0 ? "lamp" : "window";
+  }
+  scene.lights[0].value("intensity").value = {0.1, 0.2, 0.3};
   scene.environment.emplace();
   scene.environment->id = "light";
   scene.environment->kind = environment;
@@ -56,7 +62,7 @@ TEST_CASE("a parameter that is set has the value, and every other keeps its own"
     for (std::size_t i = 0; i < before.size(); ++i) {
       if (std::isnan(before[i].value)) continue;  // a texture
       INFO(before[i].name);
-      members.insert((before[i].owner == itn::Owner::light ? "light " : "") + before[i].member);
+      members.insert((itn::is_of_light(before[i]) ? "light " : "") + before[i].member);
       for (const double value : inside(before[i])) {
         itn::Scene changed = scene;
         itn::set_parameter(changed, before[i], value);
@@ -72,7 +78,8 @@ TEST_CASE("a parameter that is set has the value, and every other keeps its own"
   }
   CHECK(members == std::set<std::string>{"sigma_t", "albedo", "scale", "g", "alpha", "int_ior", "ext_ior",
                                          "reflectance", "color0", "color1", "light radiance", "light scale",
-                                         "light turbidity", "light albedo", "light sun_scale", "light sky_scale"});
+                                         "light turbidity", "light albedo", "light sun_scale", "light sky_scale",
+                                         "light intensity", "light irradiance"});
 }
 
 TEST_CASE("a value outside of the range is refused with the range, and the scene stays as it was") {

@@ -191,6 +191,22 @@ TEST_CASE("media inside and outside arrive") {
   CHECK(scene.media.at(static_cast<std::size_t>(scene.shapes[0].exterior)).id == "homogeneous1");
 }
 
+TEST_CASE("a shape that shines is black where it has no BSDF of its own, and names its light") {
+  const Scene scene = SceneFolder().load(
+      "<shape type=\"sphere\"/><shape type=\"sphere\"><emitter type=\"area\" id=\"bulb\"><rgb name=\"radiance\" "
+      "value=\"1 2 3\"/></emitter></shape><emitter type=\"point\"><point name=\"position\" value=\"4 0 0\"/></emitter>");
+  REQUIRE(scene.lights.size() == 2);
+  CHECK(scene.shapes[0].light == -1);
+  const Shape& bulb = scene.shapes[1];
+  REQUIRE(bulb.light >= 0);
+  const Light& light = scene.lights[static_cast<std::size_t>(bulb.light)];
+  CHECK(light.id == "bulb");
+  CHECK(light.value("radiance").value == Rgb{1, 2, 3});
+  CHECK(scene.lights[static_cast<std::size_t>(1 - bulb.light)].value("position").value == Rgb{4, 0, 0});
+  CHECK(scene.bsdfs[static_cast<std::size_t>(bulb.bsdf)].number("reflectance") == 0);
+  CHECK(scene.bsdfs[static_cast<std::size_t>(scene.shapes[0].bsdf)].number("reflectance") == 0.5);
+}
+
 TEST_CASE("faulty shapes are refused") {
   SceneFolder folder;
   folder.check_error("<shape type=\"sphere\">\n<float name=\"radius\" value=\"0\"/></shape>", 3, {"radius = 0"});
@@ -198,8 +214,8 @@ TEST_CASE("faulty shapes are refused") {
   folder.check_error("<shape type=\"sphere\">\n<medium type=\"homogeneous\"/></shape>", 3, {"name=\"interior\""});
   folder.check_error("<shape type=\"sphere\">\n<bsdf type=\"null\"/><bsdf type=\"null\"/></shape>", 3,
                      {"more than one <bsdf>"});
-  folder.check_error("<shape type=\"sphere\">\n<emitter type=\"area\"/></shape>", 3,
-                     {"<emitter type=\"area\">", "<bsdf>"});
+  folder.check_error("<shape type=\"sphere\">\n<emitter type=\"point\"/></shape>", 3, {"\"point\"", "\"area\""});
+  folder.check_error("<emitter type=\"area\"/>", 2, {"\"area\"", "belongs into a <shape>"});
   folder.check_error(
       "<shape type=\"cube\">\n" + to_world("<scale value=\"1e30\"/><scale value=\"1e30\"/>") + "</shape>", 3,
       {"single precision"});
