@@ -84,6 +84,21 @@ std::string numbers_text(const std::vector<double>& n) {
   return text + "};\n";
 }
 
+// Draws from three uniform numbers: wo, weights, density and inverse index.
+LaneFunction drawing(const Model& model, int variant, const std::vector<double>& n, const Direction& wi) {
+  LaneFunction call{{"model/bsdf/list.h"},
+                    {"u0", "u1", "u2"},
+                    {"x", "y", "z", "weight0", "weight2", "pdf", "scale"},
+                    numbers_text(n)};
+  call.body += "const REAL u[3] = {u0, u1, u2};\nREAL3 wo;\nREAL weight[3];\n";
+  call.body += "const REAL3 wi = make3((REAL)(" + std::to_string(wi.x) + "f), (REAL)(" + std::to_string(wi.y) +
+               "f), (REAL)(" + std::to_string(wi.z) + "f));\n";
+  call.body += model.name + "_draw(" + std::to_string(variant) +
+               ", n, wi, u, &wo, weight, &pdf, &scale);\nx = wo.x; y = wo.y; z = wo.z; weight0 = weight[0]; weight2 = "
+               "weight[2];";
+  return call;
+}
+
 }  // namespace
 
 TEST_CASE("every BSDF's samples follow its density (chi-square), and weigh value over density", "[model][stat]") {
@@ -93,17 +108,7 @@ TEST_CASE("every BSDF's samples follow its density (chi-square), and weigh value
     for (int variant = 0; variant < static_cast<int>(bsdf.model->variants.size()); ++variant) {
       const std::vector<double> n = bsdf.model->to_numbers(variant, some_parameters(*bsdf.model));
       const Direction wi = direction(theta, 0.7);
-      LaneFunction call{{"model/bsdf/list.h"},
-                        {"u0", "u1", "u2"},
-                        {"x", "y", "z", "weight0", "weight2", "pdf", "scale"},
-                        numbers_text(n)};
-      call.body += "const REAL u[3] = {u0, u1, u2};\nREAL3 wo;\nREAL weight[3];\n";
-      call.body += "const REAL3 wi = make3((REAL)(" + std::to_string(wi.x) + "f), (REAL)(" + std::to_string(wi.y) +
-                   "f), (REAL)(" + std::to_string(wi.z) + "f));\n";
-      call.body +=
-          bsdf.model->name + "_draw(" + std::to_string(variant) +
-          ", n, wi, u, &wo, weight, &pdf, &scale);\nx = wo.x; y = wo.y; z = wo.z; weight0 = weight[0]; weight2 = "
-          "weight[2];";
+      const LaneFunction call = drawing(*bsdf.model, variant, n, wi);
       const Columns out =
           run_lanes(call, 16, {uniform_numbers(count, 1), uniform_numbers(count, 2), uniform_numbers(count, 3)});
       std::vector<Point> samples;
@@ -128,6 +133,23 @@ TEST_CASE("every BSDF's samples follow its density (chi-square), and weigh value
       CAPTURE(bsdf.model->name, variant, theta, result.statistic, result.degrees_of_freedom, off);
       CHECK(result.p_value > significance);
       CHECK(off < count / 1000);  // single precision near grazing directions
+    }
+}
+
+TEST_CASE("every BSDF draws the same one path and sixteen at a time", "[model]") {
+  constexpr std::size_t count = 2048;
+  const Columns u{uniform_numbers(count, 4), uniform_numbers(count, 5), uniform_numbers(count, 6)};
+  for (const BsdfUnderTest& bsdf : all_bsdfs())
+    for (int variant = 0; variant < static_cast<int>(bsdf.model->variants.size()); ++variant) {
+      const std::vector<double> n = bsdf.model->to_numbers(variant, some_parameters(*bsdf.model));
+      const LaneFunction call = drawing(*bsdf.model, variant, n, direction(0.8, 0.7));
+      const Columns narrow = run_lanes(call, 1, u), wide = run_lanes(call, 16, u);
+      std::size_t off = 0;
+      for (std::size_t k = 0; k < narrow.size(); ++k)
+        for (std::size_t i = 0; i < count; ++i)
+          off += !(std::abs(narrow[k][i] - wide[k][i]) <= 1e-3 * (1e-2 + std::abs(wide[k][i])));
+      CAPTURE(bsdf.model->name, variant, off);
+      CHECK(off < count / 200);  // choices that tip over by rounding
     }
 }
 

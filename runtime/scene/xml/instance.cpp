@@ -74,6 +74,8 @@ Vec3 direction(Properties& properties, const std::string& name) {
 // alpha.
 void make_roughness(Texture& texture) {
   for (Rgb& colour : texture.colours) colour.fill(std::max((colour[0] + colour[1] + colour[2]) / 3, least_alpha));
+  // Mitsuba 3.9.1 exchanges a checkerboard's two colours where it takes numbers from it, not colours: half a unit of u.
+  if (texture.model->type == "checkerboard") texture.to_uv[2] += 0.5;
   if (!texture.bitmap) return;
   auto grey = std::make_shared<Bitmap>(*texture.bitmap);
   const auto channels = static_cast<std::size_t>(grey->channels);
