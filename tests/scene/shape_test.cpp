@@ -194,7 +194,8 @@ TEST_CASE("media inside and outside arrive") {
 TEST_CASE("a shape that shines is black where it has no BSDF of its own, and names its light") {
   const Scene scene = SceneFolder().load(
       "<shape type=\"sphere\"/><shape type=\"sphere\"><emitter type=\"area\" id=\"bulb\"><rgb name=\"radiance\" "
-      "value=\"1 2 3\"/></emitter></shape><emitter type=\"point\"><point name=\"position\" value=\"4 0 0\"/></emitter>");
+      "value=\"1 2 3\"/></emitter></shape><emitter type=\"point\"><point name=\"position\" value=\"4 0 "
+      "0\"/></emitter>");
   REQUIRE(scene.lights.size() == 2);
   CHECK(scene.shapes[0].light == -1);
   const Shape& bulb = scene.shapes[1];
