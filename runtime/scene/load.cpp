@@ -1,5 +1,8 @@
 #include "runtime/scene/load.h"
 
+#include <algorithm>
+
+#include "kernels/shared/declaration.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
 #include "runtime/scene/xml/transform.h"
@@ -31,6 +34,18 @@ void build_scene(Builder& builder) {
   root.finish();
 }
 
+// A light that is a shape may stand by itself, but for a shape to refer to it.
+void check_lights(const Scene& scene) {
+  for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+    const Light& light = scene.lights[i];
+    const bool used = std::any_of(scene.shapes.begin(), scene.shapes.end(),
+                                  [&](const Shape& s) { return s.light == static_cast<int>(i); });
+    if ((light.model->traits & LIGHT_ON_SHAPE) != 0 && !used)
+      fail(light.where, "emitter " + quote(light.type()) +
+                            " belongs into a <shape>, which is what shines, or needs one that refers to it by its id");
+  }
+}
+
 }  // namespace
 
 Scene load_scene(const std::string& file, const std::map<std::string, std::string>& definitions,
@@ -44,6 +59,7 @@ Scene load_scene(const std::string& file, const std::map<std::string, std::strin
   warn_of_shears(*document.root, builder.scene.warnings);
   report.attempt([&] { build_scene(builder); });
   report.raise();
+  check_lights(builder.scene);
 
   if (builder.scene.sensors.empty())
     fail(document.root->where, "the scene has no sensor; need <sensor type=\"perspective\">");

@@ -132,9 +132,10 @@ int read_shape_light(Builder& builder, const Element& element) {
 void read_emitter(Builder& builder, const Element& element) {
   Properties properties = builder.properties(element);
   if (const Model* model = find_model(light_models(), properties.type())) {
-    if (model->traits & LIGHT_ON_SHAPE)
-      fail(element.where,
-           fmt::format("emitter \"{}\" belongs into a <shape>, which is what shines", properties.type()));
+    if (model->traits & LIGHT_ON_SHAPE) {
+      build_shape_light(builder, element);  // a shape refers to it
+      return;
+    }
     read_light(builder, element, *model);
     return;
   }
