@@ -103,7 +103,7 @@ PLUGINS = [
     *rows('shape', 'bsplinecurve linearcurve sdfgrid ellipsoids ellipsoidsmesh', '', CURVES),
     ('bsdf', 'diffuse', '', '', SURFACES),
     ('bsdf', 'dielectric', '', '', SURFACES),
-    ('bsdf', 'thindielectric', '', 'what passes it counts in max_depth, as in path; in volpath it does not', SURFACES),
+    ('bsdf', 'thindielectric', '', 'what passes it does not count in max_depth, as in volpath; in path it does', SURFACES),
     ('bsdf', 'roughdielectric', '', ONE_ALPHA, SURFACES),
     ('bsdf', 'conductor', '', 'eta and k are colours, not textures', SURFACES),
     ('bsdf', 'roughconductor', '', ONE_ALPHA + '; eta and k are colours, not textures', SURFACES),

@@ -9,15 +9,16 @@
 
 /* The path goes on, is reflected or refracted into direction d, or ends by roulette. weight: f cos / p of the sample without
  * the factor of radiance; pdf: LAST_PDF of d; inverse_eta: near over far index where the path is refracted. Radiance scales
- * by inverse_eta^2 on the way (basic radiance is conserved); roulette does not see this factor, as in Mitsuba. */
+ * by inverse_eta^2 on the way (basic radiance is conserved); roulette does not see this factor, as in Mitsuba.
+ * straight: through a thin pane, which counts no more than an index-matched boundary. */
 inline void scatter_at_boundary(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                                 const Surface* s, const Random* random, REAL u, REAL3 d, const REAL weight[], REAL pdf,
-                                REAL inverse_eta) {
+                                REAL inverse_eta, MASK straight) {
   REAL throughput[THROUGHPUT_CHANNELS];
   MASK real = valid & !s->misplaced;
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c)
     throughput[c] = LOAD(pool, THROUGHPUT + c, slots) * SELECT(real, weight[c], 1.0f);
-  INT depth = LOAD_INT(pool, DEPTH, slots) + SELECT_INT(real, 1, 0);
+  INT depth = LOAD_INT(pool, DEPTH, slots) + SELECT_INT(real & !straight, 1, 0);
   REAL weights[3];
   channel_weights(pool, slots, (REAL)(1.0f), weights);
   const REAL largest = brightest(throughput, weights);
@@ -171,8 +172,9 @@ inline void boundary_stage(int model, int variant, const Launch* launch, __globa
   add_scores(job, &scores, model, r.n, &step, false);
   store_scores(pool, slots, &scores);
   sum_scores(launch, job, pool, slots, &scores, model, s.first_number, valid);
+  const MASK straight = (bsdf_traits(model) & BSDF_THIN) ? r.wi.z * wo.z < 0.0f : (MASK)(0);
   scatter_at_boundary(launch, job, pool, slots, valid, &s, &random, u[bsdf_random(model)], direction, weight, pdf,
-                      inverse_eta);
+                      inverse_eta, straight);
 }
 
 #endif
