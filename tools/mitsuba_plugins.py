@@ -153,7 +153,7 @@ PLUGINS = [
     ('emitter', 'timed_sunsky', '', '', 'the sun does not move: use sunsky'),
     ('emitter', 'area', '', 'no texture; its front is that of the surface, not of interpolated normals', MEDIA),
     ('emitter', 'point', '', '', MEDIA),
-    ('emitter', 'spot', '', 'no texture', MEDIA),
+    ('emitter', 'spot', '', '', MEDIA),
     ('emitter', 'directional', '', '', MEDIA),
     ('emitter', 'directionalarea', '', '', MEDIA),
     ('emitter', 'projector', '', '', MEDIA),

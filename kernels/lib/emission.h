@@ -65,7 +65,7 @@ inline void gather_light_derivatives(const Launch* launch, __global const JobRec
       emitter_derivative(launch->emitters + job->emitter, launch->emitters + moving, launch->emitter_tables,
                          source->direction, rgb);
     else
-      UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = source->share * launch->derivatives[p].colour[c];
+      UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = source->share[c] * launch->derivatives[p].colour[c];
 #if HAS_LIGHTS
     UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = SELECT(numbers == light, rgb[c], 0.0f);
 #endif

@@ -8,12 +8,12 @@
 /* Where light comes from: a light of the scene, or around it. */
 typedef struct {
   INT index;       /* of the launch's lights; -1: around the scene, from `direction` */
-  REAL share;      /* times its colour it is what arrives */
+  REAL share[3];   /* times its colour it is what arrives */
   REAL3 direction; /* unit, towards the light */
 } LightSource;
 
 inline LightSource light_around(REAL3 direction) {
-  LightSource source = {(INT)(-1), (REAL)(0.0f), direction};
+  LightSource source = {(INT)(-1), {(REAL)(0.0f), (REAL)(0.0f), (REAL)(0.0f)}, direction};
   return source;
 }
 
@@ -94,26 +94,50 @@ inline void light_colour(const Launch* launch, INT light, REAL rgb[3]) {
   UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = GATHER((launch->numbers + c), first);
 }
 
+/* What tints a light at (u, v) of its picture: first: of its numbers. */
+inline void light_tint(const Launch* launch, INT first, const REAL uv[2], REAL rgb[3]) {
+  UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = GATHER((launch->numbers + 3 + c), first);
+#if HAS_TEXTURE
+  Lanes at, u, v, value[3];
+  at.integer = first;
+  u.real = uv[0];
+  v.real = uv[1];
+  UNROLL_FOR(int c = 0; c < 3; ++c) value[c].real = rgb[c];
+  UNROLL_FOR(int l = 0; l < WIDTH; ++l) {
+    const int texture = launch->number_textures[at.i[l] + 3];
+    if (texture < 0) continue;
+    float tint[3];
+    texture_value(launch->textures + texture, launch->texels, launch->numbers + at.i[l] + 3, u.f[l], v.f[l], tint);
+    UNROLL_FOR(int c = 0; c < 3; ++c) value[c].f[l] = tint[c];
+  }
+  UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = value[c].real;
+#endif
+}
+
 /* What each lane's light brings to `from`: see model/light/list.h. */
 inline void light_arrives(const Launch* launch, INT light, REAL3 from, REAL3 on, REAL3 normal, REAL3* towards,
-                          REAL* distance, REAL* share, MASK* on_shape) {
+                          REAL* distance, REAL share[3], MASK* on_shape) {
   const REAL nowhere[2] = {(REAL)(0.0f), (REAL)(0.0f)};
   const INT model = GATHER_INT(LIGHT_MEMBER_INT(launch, model), light * LIGHT_WORDS);
   const INT first = GATHER_INT(LIGHT_MEMBER_INT(launch, first_number), light * LIGHT_WORDS);
   *towards = make3((REAL)(0.0f), (REAL)(0.0f), (REAL)(1.0f));
-  *distance = *share = (REAL)(0.0f);
+  *distance = share[0] = share[1] = share[2] = (REAL)(0.0f);
   *on_shape = (MASK)(0);
-#define LIGHT_ARRIVES(name, PREFIX)                                               \
-  {                                                                               \
-    REAL n[MOST_SLOTS], own_distance, own_share;                                  \
-    REAL3 own_towards;                                                            \
-    load_numbers(launch, MODEL_##name, first, nowhere, n);                        \
-    name##_arrives(n, from, on, normal, &own_towards, &own_distance, &own_share); \
-    const MASK is = model == MODEL_##name;                                        \
-    *towards = select3(is, own_towards, *towards);                                \
-    *distance = SELECT(is, own_distance, *distance);                              \
-    *share = SELECT(is, own_share, *share);                                       \
-    if (PREFIX##_TRAITS & LIGHT_ON_SHAPE) *on_shape = *on_shape | is;             \
+#define LIGHT_ARRIVES(name, PREFIX)                                                         \
+  {                                                                                         \
+    REAL n[MOST_SLOTS], own_distance, own_share, uv[2], tint[3];                            \
+    REAL3 own_towards;                                                                      \
+    load_numbers(launch, MODEL_##name, first, nowhere, n);                                  \
+    name##_arrives(n, from, on, normal, &own_towards, &own_distance, &own_share, uv);       \
+    const MASK is = model == MODEL_##name;                                                  \
+    *towards = select3(is, own_towards, *towards);                                          \
+    *distance = SELECT(is, own_distance, *distance);                                        \
+    if (PREFIX##_TRAITS & LIGHT_TINTED)                                                     \
+      light_tint(launch, SELECT_INT(is, first, 0), uv, tint);                               \
+    else                                                                                    \
+      tint[0] = tint[1] = tint[2] = (REAL)(1.0f);                                           \
+    UNROLL_FOR(int c = 0; c < 3; ++c) share[c] = SELECT(is, own_share * tint[c], share[c]); \
+    if (PREFIX##_TRAITS & LIGHT_ON_SHAPE) *on_shape = *on_shape | is;                       \
   }
   LIGHTS_OF_SCENE(LIGHT_ARRIVES)
 }

@@ -90,14 +90,15 @@ inline MASK sample_light_of_scene(const Launch* launch, __global const JobRecord
   REAL3 on, normal;
   sample_light_surface(launch, light, u[0], u[1], u[3], &on, &normal);
   MASK on_shape;
-  light_arrives(launch, light, from, on, normal, &s->source.direction, &s->distance, &s->source.share, &on_shape);
+  light_arrives(launch, light, from, on, normal, &s->source.direction, &s->distance, s->source.share, &on_shape);
   s->source.index = light;
   light_colour(launch, light, s->rgb);
-  UNROLL_FOR(int c = 0; c < 3; ++c) s->rgb[c] *= s->source.share;
+  UNROLL_FOR(int c = 0; c < 3; ++c) s->rgb[c] *= s->source.share[c];
   s->by_chance = SELECT(on_shape, 1.0f, 0.0f);
   s->pdf = SELECT(on_shape, light_surface_pdf(launch, job, light, s->distance, -dot3(s->source.direction, normal)),
                   job->light_share * GATHER(LIGHT_MEMBER(launch, share), light * LIGHT_WORDS));
-  return (s->source.share > 0.0f) & (s->pdf > 0.0f) & (s->pdf < 1e30f);
+  const REAL brings = MAX(s->source.share[0], MAX(s->source.share[1], s->source.share[2]));
+  return (brings > 0.0f) & (s->pdf > 0.0f) & (s->pdf < 1e30f);
 }
 #endif
 
@@ -116,7 +117,7 @@ inline MASK sample_light(const Launch* launch, __global const JobRecord* job, MA
     const MASK arrives = of_scene & sample_light_of_scene(launch, job, from, u, choice, &own);
     if (!ANY(!of_scene)) *s = own;
     s->source.index = SELECT_INT(of_scene, own.source.index, s->source.index);
-    s->source.share = SELECT(of_scene, own.source.share, s->source.share);
+    UNROLL_FOR(int c = 0; c < 3; ++c) s->source.share[c] = SELECT(of_scene, own.source.share[c], s->source.share[c]);
     s->source.direction = select3(of_scene, own.source.direction, s->source.direction);
     s->distance = SELECT(of_scene, own.distance, s->distance);
     s->pdf = SELECT(arrives, own.pdf, SELECT(of_scene, 1.0f, s->pdf));

@@ -58,8 +58,10 @@ enum { COORDINATE_LOG, COORDINATE_COSINE, COORDINATE_ITSELF };
 #define BSDF_THIN 32
 
 /* Traits of lights.
- *   LIGHT_ON_SHAPE   it is the surface of a shape, which paths find by chance, too */
+ *   LIGHT_ON_SHAPE   it is the surface of a shape, which paths find by chance, too
+ *   LIGHT_TINTED     its three numbers behind the colour are another colour, or a texture, that multiplies what arrives */
 #define LIGHT_ON_SHAPE 1
+#define LIGHT_TINTED 2
 
 /* A distance that leads out of every scene [scene unit]. */
 #define FAR_AWAY 1e30f

@@ -15,7 +15,8 @@ inline void gather_emission(const Launch* launch, __global const JobRecord* job,
   shines = shines & (LOAD_INT(pool, DEPTH, slots) >= SCATTERED_ONCE);
 #endif
   if (!ANY(shines)) return;
-  const LightSource source = {SELECT_INT(shines, s->light, job->first_light), (REAL)(1.0f), s->direction};
+  const LightSource source = {
+      SELECT_INT(shines, s->light, job->first_light), {(REAL)(1.0f), (REAL)(1.0f), (REAL)(1.0f)}, s->direction};
   REAL scale = LOAD(pool, REFRACTION_SCALE, slots);
 #if LIGHT_SAMPLING
   /* against having sampled it where the path came from */

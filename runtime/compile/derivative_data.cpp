@@ -79,7 +79,8 @@ class Builder {
     DerivativeRecord record{{0, 0, 0}, -1, start().light_numbers[static_cast<std::size_t>(index)], {0, 0, 0}};
     for (std::size_t c = 0; c < 3; ++c)  // the colour is what the first numbers are
       if (p.component < 0 || p.component == static_cast<int>(c))
-        record.colour[c] = static_cast<float>(by[c][static_cast<std::size_t>(declared.slot) + c]);
+        record.colour[c] =
+            static_cast<float>(by[c][static_cast<std::size_t>(declared.slot) + (declared.kind.channels == 3 ? c : 0)]);
     add_light_part(record, image);
   }
 

@@ -223,8 +223,10 @@ void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
   std::vector<int>& numbers = data.scenes.back().light_numbers;
   for (const Light& light : scene.lights) {
     numbers.push_back(append_numbers(*light.model, light.variant, light.slots(), data));
+    append_textures(light, numbers.back(), data);
     const std::vector<double> n = light.model->to_numbers(light.variant, light.slots());
-    data.coloured_light |= !grey({n[0], n[1], n[2]});
+    for (std::size_t c = 0; c < (light.model->traits & LIGHT_TINTED ? 6U : 3U); c += 3)
+      data.coloured_light |= !grey({n[c], n[c + 1], n[c + 2]});
   }
   const GeometryRecord& geometry = data.geometry.records[static_cast<std::size_t>(job.geometry)];
   const auto vector = [](const float v[3]) { return Vec3{v[0], v[1], v[2]}; };

@@ -79,14 +79,15 @@ PHASE_LIST(ITN_MEAN_COSINE)
 
 Vector3<double> vector3(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
 
-#define ITN_ARRIVES(name, PREFIX, type)                                                                     \
-  Arrival name##_arrival(const std::vector<double>& n, const std::array<double, 3>& from,                   \
-                         const std::array<double, 3>& on, const std::array<double, 3>& normal) {            \
-    Vector3<double> towards{};                                                                              \
-    Arrival a;                                                                                              \
-    name##_arrives(n.data(), vector3(from), vector3(on), vector3(normal), &towards, &a.distance, &a.share); \
-    a.towards = {towards.x, towards.y, towards.z};                                                          \
-    return a;                                                                                               \
+#define ITN_ARRIVES(name, PREFIX, type)                                                                    \
+  Arrival name##_arrival(const std::vector<double>& n, const std::array<double, 3>& from,                  \
+                         const std::array<double, 3>& on, const std::array<double, 3>& normal) {           \
+    Vector3<double> towards{};                                                                             \
+    Arrival a;                                                                                             \
+    name##_arrives(n.data(), vector3(from), vector3(on), vector3(normal), &towards, &a.distance, &a.share, \
+                   a.uv.data());                                                                           \
+    a.towards = {towards.x, towards.y, towards.z};                                                         \
+    return a;                                                                                              \
   }
 LIGHT_LIST(ITN_ARRIVES)
 

@@ -28,6 +28,7 @@ struct DeclaredNumber {
 struct Arrival {
   std::array<double, 3> towards{0, 0, 0};
   double distance = 0, share = 0;
+  std::array<double, 2> uv{0, 0};
 };
 
 struct Model {

@@ -23,7 +23,12 @@ struct ParameterKind {
     roughness_texture,
     position,
     origin,
-    axis,
+    axis_x,
+    axis_y,
+    axis_z,
+    light_texture,
+    aspect,
+    field_of_view,
     direction,
     beam
   };
@@ -50,7 +55,12 @@ constexpr ParameterKind EXTINCTION{
 constexpr ParameterKind EMISSION{3, 0, unbounded, true, false, Reader::colour, true, "", Quantity::emission};
 constexpr ParameterKind POSITION{3, -unbounded, unbounded, false, false, Reader::position, false};
 constexpr ParameterKind ORIGIN{3, -unbounded, unbounded, false, false, Reader::origin, false};
-constexpr ParameterKind AXIS{3, -1, 1, true, true, Reader::axis, false};
+constexpr ParameterKind AXIS_X{3, -1, 1, true, true, Reader::axis_x, false};
+constexpr ParameterKind AXIS_Y{3, -1, 1, true, true, Reader::axis_y, false};
+constexpr ParameterKind AXIS_Z{3, -1, 1, true, true, Reader::axis_z, false};
+constexpr ParameterKind LIGHT_TINT{3, 0, unbounded, true, false, Reader::light_texture, false};
+constexpr ParameterKind FIELD_OF_VIEW{1, 0, 180, false, false, Reader::field_of_view, false, "an angle in degrees"};
+constexpr ParameterKind PICTURE_ASPECT{1, 0, unbounded, false, false, Reader::aspect, false};
 constexpr ParameterKind DIRECTION{3, -1, 1, true, true, Reader::direction, false};
 constexpr ParameterKind HALF_ANGLE{1, 0, 180, false, true, Reader::number, false, "an angle in degrees"};
 constexpr ParameterKind BEAM{1, 0, 180, true, true, Reader::beam, false, "an angle in degrees"};

@@ -51,10 +51,13 @@ TEST_CASE("every light's first three numbers are its colour, and nothing else mo
     light.become(model);
     light.values.front().value = {0.25, 0.5, 2};
     const std::vector<double> n = model.to_numbers(0, light.slots());
-    CHECK(std::vector<double>(n.begin(), n.begin() + 3) == std::vector<double>{0.25, 0.5, 2});
+    const DeclaredParameter& colour = model.parameters.front();
+    const bool grey = colour.kind.channels == 1;  // one number for all three
+    CHECK(std::vector<double>(n.begin(), n.begin() + 3) ==
+          (grey ? std::vector<double>(3, 0.25) : std::vector<double>{0.25, 0.5, 2}));
     const auto by = model.jacobian(0, light.slots());
     for (std::size_t c = 0; c < 3; ++c)
-      for (std::size_t p = 0; p < by[c].size(); ++p) CHECK(by[c][p] == (p == c ? 1 : 0));
+      for (std::size_t p = 0; p < by[c].size(); ++p) CHECK(by[c][p] == (p == (grey ? 0 : c) ? 1 : 0));
   }
 }
 
@@ -80,6 +83,23 @@ TEST_CASE("a spot sends out the integral of its profile, about its axis alone", 
     CHECK(arrival(light, {0, 0, 2}).share == Approx(0.25));
     CHECK(arrival(light, {0, 0, -2}).share == 0);
   }
+}
+
+TEST_CASE("a projector's picture covers its field of view, and is as bright everywhere on a wall at right angles") {
+  Light light = light_of("projector");
+  light.value("left").value = {1, 0, 0};
+  light.value("up").value = {0, 1, 0};
+  light.value("axis").value = {0, 0, 1};
+  light.set("fov", 90);
+  light.set("aspect", 2);
+  for (const Vec3& on : {Vec3{0, 0, 3}, Vec3{2.9, 0, 3}, Vec3{-2.9, 1.4, 3}}) {
+    const Arrival a = arrival(light, on);
+    const double cosine = 3 / a.distance;  // at the wall
+    CHECK(a.share * cosine == Approx(pi / 9).epsilon(1e-9));
+    CHECK(a.uv[0] == Approx(0.5 - on[0] / 6));
+    CHECK(a.uv[1] == Approx(0.5 - on[1] / 3));
+  }
+  for (const Vec3& dark : {Vec3{3.1, 0, 3}, Vec3{0, 1.6, 3}, Vec3{0, 0, -3}}) CHECK(arrival(light, dark).share == 0);
 }
 
 TEST_CASE("directional light arrives alike everywhere, against its direction, from beyond every scene", "[model]") {

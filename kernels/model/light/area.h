@@ -10,8 +10,8 @@
 #define AREA_TRAITS LIGHT_ON_SHAPE
 enum { AREA_NUMBERS(DECLARE_SLOT) AREA_SLOTS };
 
-MODEL_VOID area_arrives(const REAL* n, REAL3 from, REAL3 on, REAL3 normal, REAL3* towards, REAL* distance,
-                        REAL* share) {
+MODEL_VOID area_arrives(const REAL* n, REAL3 from, REAL3 on, REAL3 normal, REAL3* towards, REAL* distance, REAL* share,
+                        REAL* uv) {
   point_direction(from, on, towards, distance);
   *share = SELECT(dot3(*towards, normal) < NUMBER(0), NUMBER(1), NUMBER(0));
 }

@@ -18,7 +18,7 @@
 enum { DIRECTIONAL_NUMBERS(DECLARE_SLOT) DIRECTIONAL_SLOTS };
 
 MODEL_VOID directional_arrives(const REAL* n, REAL3 from, REAL3 on, REAL3 normal, REAL3* towards, REAL* distance,
-                               REAL* share) {
+                               REAL* share, REAL* uv) {
   *towards = make3(-n[DIRECTIONAL_direction_x], -n[DIRECTIONAL_direction_y], -n[DIRECTIONAL_direction_z]);
   *distance = NUMBER(FAR_AWAY);
   *share = NUMBER(1);

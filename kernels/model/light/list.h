@@ -3,10 +3,11 @@
  * type: of the element in scene files.
  *
  * The first three numbers are the light's colour, in which what arrives is linear. n: the model's numbers.
- *   name_arrives(n, from, on, normal, towards, distance, share)
+ *   name_arrives(n, from, on, normal, towards, distance, share, uv)
  *       what reaches the point `from`. towards: unit, to the light; distance [scene unit], FAR_AWAY: from infinity; share:
  *       times the colour it is radiance [1] where LIGHT_ON_SHAPE, else irradiance at right angles. on, normal: a point of
- *       the light's surface, where LIGHT_ON_SHAPE
+ *       the light's surface, where LIGHT_ON_SHAPE; uv: where LIGHT_TINTED, the place in the picture that multiplies the
+ *       share, which the three numbers behind the colour are or stand for
  * and for the host:
  *   name_numbers(parameters, n)        over any scalar: differentiated for the chain rule
  *   name_obstacle(parameters, slot)    why there is no derivative by parameters[slot]; empty: there is */
@@ -15,12 +16,14 @@
 #include "model/light/area.h"
 #include "model/light/directional.h"
 #include "model/light/point.h"
+#include "model/light/projector.h"
 #include "model/light/spot.h"
 
 #define LIGHT_LIST(LIGHT)                        \
   LIGHT(point, POINT, "point")                   \
   LIGHT(spot, SPOT, "spot")                      \
   LIGHT(directional, DIRECTIONAL, "directional") \
+  LIGHT(projector, PROJECTOR, "projector")       \
   LIGHT(area, AREA, "area")
 
 #endif

@@ -18,6 +18,11 @@
   PARAMETER(intensity, EMISSION, 1, "") \
   PARAMETER(position, POSITION, 0, "scene unit")
 #define POINT_TRAITS 0
+/* Numbers of an axis. */
+#define LIGHT_AXIS(NUMBER, PREFIX, axis)                  \
+  NUMBER(PREFIX, axis##_x, 1, ROLE_FIXED, COORDINATE_LOG) \
+  NUMBER(PREFIX, axis##_y, 1, ROLE_FIXED, COORDINATE_LOG) \
+  NUMBER(PREFIX, axis##_z, 1, ROLE_FIXED, COORDINATE_LOG)
 enum { POINT_NUMBERS(DECLARE_SLOT) POINT_SLOTS };
 
 /* From `from` to `to`: the unit direction and the distance. A point on itself gets some direction. */
@@ -27,10 +32,16 @@ MODEL_VOID point_direction(REAL3 from, REAL3 to, REAL3* towards, REAL* distance)
   *towards = scale3(d, NUMBER(1) / *distance);
 }
 
-MODEL_VOID point_arrives(const REAL* n, REAL3 from, REAL3 on, REAL3 normal, REAL3* towards, REAL* distance,
-                         REAL* share) {
+MODEL_VOID point_arrives(const REAL* n, REAL3 from, REAL3 on, REAL3 normal, REAL3* towards, REAL* distance, REAL* share,
+                         REAL* uv) {
   point_direction(from, make3(n[POINT_position_x], n[POINT_position_y], n[POINT_position_z]), towards, distance);
   *share = NUMBER(1) / (*distance * *distance);
+}
+
+/* The vector v in the frame of the numbers axes[0..8]: x, y and z axis. */
+MODEL3 light_local(const REAL* axes, REAL3 v) {
+  return make3(dot3(v, make3(axes[0], axes[1], axes[2])), dot3(v, make3(axes[3], axes[4], axes[5])),
+               dot3(v, make3(axes[6], axes[7], axes[8])));
 }
 
 #ifndef __OPENCL_VERSION__

@@ -73,6 +73,10 @@ std::vector<std::string> types_of(const std::vector<Model>& models);
 // The parameter `name`: a colour in [0, 1], or a texture.
 Texture build_texture(Builder& builder, Properties& owner, const std::string& name, double fallback);
 
+// Horizontal field of view [degree] from fov, fov_axis and focal_length, as of Mitsuba's cameras; aspect: width over
+// height.
+double parse_fov(Properties& properties, double aspect);
+
 // The image that the parameter `name` names; files are read once. `raw`: 8-bit values are linear, not sRGB.
 std::shared_ptr<const Bitmap> load_bitmap(Builder& builder, Properties& owner, const std::string& name, bool raw);
 

@@ -59,6 +59,34 @@ Vec3 position(Properties& properties, const std::string& name) {
   return properties.vector(name, {0, 0, 0});
 }
 
+// Where to_world turns a unit vector; of length 1.
+Vec3 axis(Properties& properties, const Vec3& of) {
+  const Vec3 turned = transform_vector(properties.transform("to_world"), of);
+  if (!(length(turned) > 0))
+    properties.fail_at("to_world", "it gives no direction; need a matrix that can be inverted");
+  return normalize(turned);
+}
+
+// A texture of any values from 0 on, or a colour of light.
+Texture light_texture(Builder& builder, Properties& properties, const std::string& name, double fallback) {
+  Texture texture;
+  if (properties.is_object(name) && !properties.is_spectrum(name)) {
+    const Element* element = properties.object("texture", name);
+    if (!element) properties.fail_at(name, quote(name) + " is no texture and no colour; need one of them");
+    return build_texture(builder, *element);
+  }
+  texture.value = properties.color(name, {{fallback, fallback, fallback}}, Quantity::emission).value;
+  for (const double v : texture.value)
+    if (v < 0) properties.fail_at(name, name + " = " + to_text(v) + " is negative; need 0 or more");
+  return texture;
+}
+
+// Width over height of the picture that is thrown; of a colour: 1.
+double picture_aspect(Builder& builder, Properties& properties) {
+  const Texture picture = light_texture(builder, properties, "irradiance", 1);
+  return picture.bitmap ? static_cast<double>(picture.bitmap->width) / picture.bitmap->height : 1;
+}
+
 // `name`, or where to_world turns the z axis; of length 1.
 Vec3 direction(Properties& properties, const std::string& name) {
   const bool given = properties.has(name);
@@ -116,8 +144,23 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
     case ParameterKind::Reader::origin:
       value.value = transform_point(properties.transform("to_world"), {0, 0, 0});
       break;
-    case ParameterKind::Reader::axis:
-      value.value = normalize(transform_vector(properties.transform("to_world"), {0, 0, 1}));
+    case ParameterKind::Reader::axis_x:
+      value.value = axis(properties, {1, 0, 0});
+      break;
+    case ParameterKind::Reader::axis_y:
+      value.value = axis(properties, {0, 1, 0});
+      break;
+    case ParameterKind::Reader::axis_z:
+      value.value = axis(properties, {0, 0, 1});
+      break;
+    case ParameterKind::Reader::light_texture:
+      value = light_texture(builder, properties, p.name, p.fallback);
+      break;
+    case ParameterKind::Reader::aspect:
+      number(picture_aspect(builder, properties));
+      break;
+    case ParameterKind::Reader::field_of_view:
+      number(parse_fov(properties, picture_aspect(builder, properties)));
       break;
     case ParameterKind::Reader::direction:
       value.value = direction(properties, p.name);

@@ -20,6 +20,8 @@ double fov_along_x(double fov, const std::string& axis, double aspect) {
   return 2 * degrees(std::atan(half * aspect));
 }
 
+}  // namespace
+
 double parse_fov(Properties& properties, double aspect) {
   const std::string axis = properties.choice("fov_axis", {"x", "y", "diagonal", "smaller", "larger"});
   if (properties.has("fov")) {
@@ -40,6 +42,8 @@ double parse_fov(Properties& properties, double aspect) {
   const double diagonal = std::sqrt(36.0 * 36.0 + 24.0 * 24.0);
   return fov_along_x(2 * degrees(std::atan(diagonal / (2 * focal_length))), "diagonal", aspect);
 }
+
+namespace {
 
 int dimension(Properties& properties, const std::string& name, long fallback, long lowest, long highest) {
   const long value = properties.integer(name, fallback);
