@@ -10,6 +10,7 @@
  *   name_obstacle(parameters, slot)    why there is no derivative by parameters[slot]; empty: there is */
 #ifndef ITN_PHASE_LIST_H
 #define ITN_PHASE_LIST_H
+#include "model/phase/draine.h"
 #include "model/phase/henyey_greenstein.h"
 #include "model/phase/isotropic.h"
 #include "model/phase/rayleigh.h"
@@ -19,6 +20,7 @@
   PHASE(isotropic, ISOTROPIC, "isotropic")          \
   PHASE(henyey_greenstein, HENYEY_GREENSTEIN, "hg") \
   PHASE(vmf, VMF, "vmf")                            \
-  PHASE(rayleigh, RAYLEIGH, "rayleigh")
+  PHASE(rayleigh, RAYLEIGH, "rayleigh")             \
+  PHASE(draine, DRAINE, "draine")
 
 #endif
