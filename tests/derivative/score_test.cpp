@@ -6,6 +6,7 @@
 #include "kernels/model/bsdf/diffuse.h"
 #include "kernels/model/bsdf/rough_dielectric.h"
 #include "kernels/model/medium/homogeneous.h"
+#include "kernels/model/phase/draine.h"
 #include "kernels/model/phase/henyey_greenstein.h"
 #include "kernels/model/sky_hosek_wilkie.h"
 #include "runtime/derivative/dual.h"
@@ -41,6 +42,13 @@ Columns henyey_greenstein_inputs() {
   Columns in{uniform_numbers(n, 2, -0.99, 0.99), uniform_numbers(n, 1, -1, 1)};
   for (std::size_t i = 0; i < n; i += 100) in[1][i] = i % 200 ? 1.f : -1.f;  // straight on, straight back
   for (std::size_t i = 50; i < n; i += 100) in[0][i] = 1e-6f * static_cast<float>(i) / n;
+  return in;
+}
+
+Columns draine_inputs() {
+  Columns in = henyey_greenstein_inputs();
+  in.insert(in.begin() + 1, uniform_numbers(n, 3, -7, 7));
+  for (float& alpha : in[1]) alpha = std::exp(alpha);
   return in;
 }
 
@@ -149,6 +157,12 @@ struct HenyeyGreenstein : NoEdge {
   template <class Real>
   static Real f(const Real* x, int) {
     return henyey_greenstein(x[1], x[0]);
+  }
+};
+struct Draine : NoEdge {
+  template <class Real>
+  static Real f(const Real* x, int) {
+    return draine(x[2], x[0], x[1]);
   }
 };
 struct Scattering : NoEdge {
@@ -294,6 +308,10 @@ void check_scores(const std::string& name, const Columns& in) {
 
 TEST_CASE("score of Henyey-Greenstein: graph, dual numbers, differences and device agree", "[derivative]") {
   check_scores<HenyeyGreenstein>("score_henyey_greenstein", henyey_greenstein_inputs());
+}
+
+TEST_CASE("scores of Draine's phase function: graph, dual numbers, differences and device agree", "[derivative]") {
+  check_scores<Draine>("score_draine", draine_inputs());
 }
 
 TEST_CASE("scores of the homogeneous medium: graph, dual numbers, differences and device agree", "[derivative]") {

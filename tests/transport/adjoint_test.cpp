@@ -96,6 +96,12 @@ TEST_CASE("replayed paths give the gradient of derivative images from the same s
     by_some.derivatives = parameters;
     check_same(scene, by_some, 8);
   }
+  Scene dust = scene_of("rayleigh");
+  for (Medium& medium : dust.media) {
+    medium.phase.become(*find_model(phase_models(), "draine"));
+    medium.phase.set("alpha", 5);
+  }
+  check_same(dust, by_all(dust), 8);
   for (const char* name : {"sunsky_rough_floor", "rgb_sigma_t"}) {
     INFO(name << " without baselines");
     const Scene scene = scene_of(name);

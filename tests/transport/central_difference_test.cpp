@@ -35,6 +35,17 @@ std::function<void(Scene&)> painted(const Rgb& colour) {
   };
 }
 
+// Draine's phase function in every medium, once forward, once backward.
+void dusty(Scene& scene) {
+  double g = 0.5;
+  for (Medium& medium : scene.media) {
+    medium.phase.become(*find_model(phase_models(), "draine"));
+    medium.phase.set("g", g);
+    medium.phase.set("alpha", 3);
+    g = -g;
+  }
+}
+
 std::vector<Case> cases() {
   return {
       {"null_constant", true, Operator::full, {}, true},
@@ -43,6 +54,7 @@ std::vector<Case> cases() {
       {"rough_ggx", true},
       {"rough_beckmann", false},
       {"rough_shading_normals", false},
+      {"rayleigh, Draine's phase function", true, Operator::full, dusty},
       {"rgb_albedo", false},
       {"rgb_sigma_t", false},
       {"rgb_sigma_t_null, grey floor", true, Operator::full, painted({0.5, 0.5, 0.5})},

@@ -42,6 +42,7 @@ const MitsubaScene scenes[] = {
     {"opaque_neighbours", 1024},
     {"orthographic", 1024},
     {"plastics", 1024},
+    {"rayleigh", 1024},
     {"rgb_albedo", 1024},
     {"rgb_sigma_t", 1024},
     {"rgb_sigma_t_null", 2048},

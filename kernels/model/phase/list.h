@@ -10,13 +10,17 @@
  *   name_obstacle(parameters, slot)    why there is no derivative by parameters[slot]; empty: there is */
 #ifndef ITN_PHASE_LIST_H
 #define ITN_PHASE_LIST_H
+#include "model/phase/draine.h"
 #include "model/phase/henyey_greenstein.h"
 #include "model/phase/isotropic.h"
+#include "model/phase/rayleigh.h"
 #include "model/phase/vmf.h"
 
 #define PHASE_LIST(PHASE)                           \
   PHASE(isotropic, ISOTROPIC, "isotropic")          \
   PHASE(henyey_greenstein, HENYEY_GREENSTEIN, "hg") \
-  PHASE(vmf, VMF, "vmf")
+  PHASE(vmf, VMF, "vmf")                            \
+  PHASE(rayleigh, RAYLEIGH, "rayleigh")             \
+  PHASE(draine, DRAINE, "draine")
 
 #endif
