@@ -30,6 +30,12 @@ MODEL3 anisotropic_visible_sample(int distribution, REAL3 wi, REAL alpha_u, REAL
   return scale3(m, NUMBER(1) / SQRT(dot3(m, m)));
 }
 
+/* Density of the normals that anisotropic_visible_sample draws, as microfacet_visible_density. */
+MODEL anisotropic_visible_density(int distribution, REAL3 wi, REAL3 m, REAL alpha_u, REAL alpha_v) {
+  REAL shrink = alpha_v / alpha_u;
+  return microfacet_visible_density(distribution, along_x(wi, alpha_u / alpha_v), along_x(m, shrink), alpha_v) * shrink;
+}
+
 /* As reflection_density and reflection_sample of microfacet_reflection.h. */
 MODEL anisotropic_reflection_density(int distribution, REAL alpha_u, REAL alpha_v, REAL3 wi, REAL3 wo) {
   REAL3 h = reflection_half(wi, wo);

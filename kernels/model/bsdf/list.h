@@ -29,19 +29,21 @@
 #include "model/bsdf/rough_conductor.h"
 #include "model/bsdf/rough_conductor_anisotropic.h"
 #include "model/bsdf/rough_dielectric.h"
+#include "model/bsdf/rough_dielectric_anisotropic.h"
 #include "model/bsdf/rough_plastic.h"
 #include "model/bsdf/thin_dielectric.h"
 
-#define BSDF_LIST(BSDF)                                                                            \
-  BSDF(diffuse, DIFFUSE, "diffuse", "")                                                            \
-  BSDF(dielectric, DIELECTRIC, "dielectric", "")                                                   \
-  BSDF(rough_dielectric, ROUGH_DIELECTRIC, "roughdielectric", "beckmann ggx")                      \
-  BSDF(rough_conductor, ROUGH_CONDUCTOR, "roughconductor", "beckmann ggx")                         \
-  BSDF(rough_conductor_anisotropic, ROUGH_CONDUCTOR_ANISOTROPIC, "roughconductor", "beckmann ggx") \
-  BSDF(conductor, CONDUCTOR, "conductor", "")                                                      \
-  BSDF(plastic, PLASTIC, "plastic", "")                                                            \
-  BSDF(rough_plastic, ROUGH_PLASTIC, "roughplastic", "beckmann ggx")                               \
-  BSDF(polarized_plastic, POLARIZED_PLASTIC, "pplastic", "beckmann ggx")                           \
+#define BSDF_LIST(BSDF)                                                                               \
+  BSDF(diffuse, DIFFUSE, "diffuse", "")                                                               \
+  BSDF(dielectric, DIELECTRIC, "dielectric", "")                                                      \
+  BSDF(rough_dielectric, ROUGH_DIELECTRIC, "roughdielectric", "beckmann ggx")                         \
+  BSDF(rough_dielectric_anisotropic, ROUGH_DIELECTRIC_ANISOTROPIC, "roughdielectric", "beckmann ggx") \
+  BSDF(rough_conductor, ROUGH_CONDUCTOR, "roughconductor", "beckmann ggx")                            \
+  BSDF(rough_conductor_anisotropic, ROUGH_CONDUCTOR_ANISOTROPIC, "roughconductor", "beckmann ggx")    \
+  BSDF(conductor, CONDUCTOR, "conductor", "")                                                         \
+  BSDF(plastic, PLASTIC, "plastic", "")                                                               \
+  BSDF(rough_plastic, ROUGH_PLASTIC, "roughplastic", "beckmann ggx")                                  \
+  BSDF(polarized_plastic, POLARIZED_PLASTIC, "pplastic", "beckmann ggx")                              \
   BSDF(thin_dielectric, THIN_DIELECTRIC, "thindielectric", "")
 
 #endif
