@@ -166,11 +166,12 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
       const std::vector<double> n = bsdf.model->to_numbers(bsdf.variant, bsdf.slots());
       r.connection = CONNECTION_REFRACTED;
       r.distribution = bsdf.variant;
+      const auto number = [&](const char* name) {
+        return n[static_cast<std::size_t>(bsdf.model->number_called(name).slot)];
+      };
       const bool anisotropic = (bsdf.model->traits & BSDF_ANISOTROPIC) != 0;
-      r.alpha = static_cast<float>(
-          anisotropic ? std::sqrt(n[ROUGH_DIELECTRIC_ANISOTROPIC_alpha_u] * n[ROUGH_DIELECTRIC_ANISOTROPIC_alpha_v])
-                      : n[ROUGH_DIELECTRIC_alpha]);
-      r.eta = static_cast<float>(n[anisotropic ? ROUGH_DIELECTRIC_ANISOTROPIC_eta : ROUGH_DIELECTRIC_eta]);
+      r.alpha = static_cast<float>(anisotropic ? std::sqrt(number("alpha_u") * number("alpha_v")) : number("alpha"));
+      r.eta = static_cast<float>(number("eta"));
     }
   }
   r.first_cell = data.cells;

@@ -40,6 +40,8 @@ def drawn(kind, variant, slots, bsdf, cosines=(0.97, 0.6, 0.25, 0.08)):
                 break
         anywhere = interaction(random.uniform(0.05, 1), random.uniform(0, 2 * math.pi)).wi
         for wo in (sample.wo, anywhere):
+            if bsdf.pdf(CONTEXT, si, wo) == 0:
+                continue  # below 1e-20, which Mitsuba makes 0
             row(kind, variant, slots, si, wo, bsdf.eval(CONTEXT, si, wo), bsdf.pdf(CONTEXT, si, wo))
 
 
