@@ -1,4 +1,5 @@
 // BSDFs, textures, media and phase functions.
+#include "kernels/shared/declaration.h"
 #include "runtime/image/bitmap.h"
 #include "runtime/image/exr.h"
 #include "runtime/image/png.h"
