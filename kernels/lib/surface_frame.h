@@ -1,7 +1,7 @@
 /* Geometric normal, shading normal and texture coordinates at a hit, from the primitive's record. */
 #ifndef ITN_SURFACE_FRAME_H
 #define ITN_SURFACE_FRAME_H
-#include "lib/vector.h"
+#include "lib/frame.h"
 #include "shared/geometry_layout.h"
 
 /* Where a path that goes on into `direction` starts: surely on its side of the surface, which the rounded position on
@@ -86,6 +86,28 @@ inline void flat_coordinates(__global const float* record, INT at, REAL u, REAL 
   texture[1] = w * GATHER((record + 1), at) + u * GATHER((record + 3), at) + v * GATHER((record + 5), at);
 }
 #endif
+
+/* Where the first texture coordinate grows, the second staying the same: dp/du, as in Mitsuba; of any length, and not 0
+ * but at a sphere's poles and a disk's centre. normal: geometric. */
+inline REAL3 surface_tangent(__global const PrimitiveRecord* primitives, INT primitive, REAL3 position, REAL3 normal) {
+  __global const float* record = (__global const float*)primitives;
+  const INT at = primitive * (int)(sizeof(PrimitiveRecord) / sizeof(float));
+  const Frame frame = make_frame(normal);
+  const REAL3 flat = make3(GATHER((record + PRIMITIVE_AT_TANGENT), at), GATHER((record + PRIMITIVE_AT_TANGENT + 1), at),
+                           (REAL)(0.0f));
+  REAL3 tangent = frame_to_world(&frame, flat);
+#if HAS_ROUND
+  const INT flags = GATHER_INT(((__global const int*)(record + PRIMITIVE_AT_FLAGS)), at);
+  const MASK curved = (flags & PRIMITIVE_CURVED) != 0, disk = (flags & PRIMITIVE_DISK) != 0;
+  if (ANY(curved)) { /* around the axis */
+    const REAL3 axis = gather3(record + PRIMITIVE_AT_FRAME + 6, at);
+    tangent = select3(curved, cross3(axis, normal), tangent);
+  }
+  if (ANY(disk)) /* away from the centre */
+    tangent = select3(disk, sub3(position, gather3(record + PRIMITIVE_AT_FRAME, at)), tangent);
+#endif
+  return tangent;
+}
 
 /* u, v: as trace() returned them. position is used for round primitives only. Definitions HAS_SMOOTH (some mesh has
  * vertex normals), HAS_ROUND (spheres, disks or cylinders) and HAS_TEXTURE leave out what a scene does not need. */

@@ -49,13 +49,16 @@ enum { COORDINATE_LOG, COORDINATE_COSINE, COORDINATE_ITSELF };
  *   BSDF_PARTLY_SMOOTH   some of its directions are chosen: light is sampled for the others
  *   BSDF_THIN        it has no inside: its shapes need not be closed
  *   BSDF_EVEN        a sample's weight depends on wi alone, so that roulette can be played before light is sampled
- *   BSDF_BASELINE    its decisions quiet derivatives */
+ *   BSDF_BASELINE    its decisions quiet derivatives
+ *   BSDF_ANISOTROPIC   the x axis of its frame follows the first texture coordinate. Scene files mean it by the type that
+ *                    it shares with an isotropic one, where they give two alphas that differ */
 #define BSDF_TRANSMITS 1
 #define BSDF_SMOOTH 2
 #define BSDF_EVEN 4
 #define BSDF_BASELINE 8
 #define BSDF_PARTLY_SMOOTH 16
 #define BSDF_THIN 32
+#define BSDF_ANISOTROPIC 64
 
 /* Traits of lights.
  *   LIGHT_ON_SHAPE   it is the surface of a shape, which paths find by chance, too

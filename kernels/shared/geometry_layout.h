@@ -69,11 +69,11 @@ typedef struct LAYOUT_ALIGNED {
   float frame[9];    /* PRIMITIVE_SMOOTH: vertex normals; sphere: local x, y, z axes; disk: centre, dual u, dual v;
                         cylinder: local x, y axes, and the axis over its squared length */
   float offset;      /* how far beside the surface rays start [scene unit] */
-  float unused[2];
+  float tangent[2];  /* triangle: dp/du in the frame around its normal (model/shading_frame.h), of length 1 */
 } PrimitiveRecord;
 
 /* Places of PrimitiveRecord's members, in 4-byte words. */
-enum { PRIMITIVE_AT_UV = 4, PRIMITIVE_AT_SHAPE = 10, PRIMITIVE_AT_FLAGS, PRIMITIVE_AT_FRAME, PRIMITIVE_AT_OFFSET = 21 };
+enum { PRIMITIVE_AT_UV = 4, PRIMITIVE_AT_SHAPE = 10, PRIMITIVE_AT_FLAGS, PRIMITIVE_AT_FRAME, PRIMITIVE_AT_OFFSET = 21, PRIMITIVE_AT_TANGENT };
 
 /* A word of the flight grid (runtime/compile/flight_grid.h): octahedral normal, offset of the plane, and a byte that
  * holds the radius of the ball where there is no plane, else one of four radii and the cone. */

@@ -35,6 +35,7 @@ typedef struct {
   LaneHits hits;
   INT primitive, first_number, exterior, surface;
   REAL3 position, normal, inward; /* inward: direction of the connection inside */
+  REAL3 shading;                  /* normal */
   REAL3 wi, wo;
   REAL texture[2];
   REAL density; /* with which `inward` was drawn */
@@ -52,8 +53,7 @@ inline Exit find_exit(const Launch* launch, __global const JobRecord* job, const
   e.found = refracted & (e.hits.primitive.integer >= 0);
   e.primitive = SELECT_INT(e.found, e.hits.primitive.integer, 0);
   e.position = make3(e.hits.x.real, e.hits.y.real, e.hits.z.real);
-  REAL3 shading;
-  surface_frame(launch->primitives, e.primitive, e.hits.u.real, e.hits.v.real, e.position, &e.normal, &shading,
+  surface_frame(launch->primitives, e.primitive, e.hits.u.real, e.hits.v.real, e.position, &e.normal, &e.shading,
                 e.texture);
   Lanes primitive, first_number, exterior, surface, inside;
   primitive.integer = e.primitive;
@@ -67,7 +67,7 @@ inline Exit find_exit(const Launch* launch, __global const JobRecord* job, const
   e.first_number = first_number.integer;
   e.exterior = exterior.integer;
   e.surface = surface.integer;
-  const Frame frame = make_frame(shading);
+  const Frame frame = make_frame(e.shading);
   e.wi = scale3(frame_to_local(&frame, e.inward), -1.0f);
   e.wo = frame_to_local(&frame, light);
   e.found =
@@ -85,13 +85,20 @@ inline void connect_through(int surface, int model, int variant, const Launch* l
   if (!ANY(here)) return;
   REAL n[MOST_SLOTS], f[CHANNELS];
   load_numbers(launch, model, e->first_number, e->texture, n);
-  bsdf_value(model, variant, n, e->wi, e->wo, f);
+  REAL3 wi = e->wi, wo = e->wo;
+  if (traits & BSDF_ANISOTROPIC) {
+    const Frame frame =
+        make_frame_along(e->shading, surface_tangent(launch->primitives, e->primitive, e->position, e->normal));
+    wi = scale3(frame_to_local(&frame, e->inward), -1.0f);
+    wo = frame_to_local(&frame, sample->source.direction);
+  }
+  bsdf_value(model, variant, n, wi, wo, f);
   const REAL sigma = mean_sigma_t(x->inside.n + HOMOGENEOUS_sigma_t);
   /* against reaching the exit by the phase function, there then sampling the sun or the BSDF (boundary.h) */
   const REAL cosine = dot3(x->arrival, e->inward);
   const REAL phase = phase_value(&x->phase, cosine);
   const REAL by_phase = phase * medium_transmittance(sigma, e->hits.distance.real);
-  const REAL light_pdf = sample->pdf, other = light_pdf + bsdf_density(model, variant, n, e->wi, e->wo);
+  const REAL light_pdf = sample->pdf, other = light_pdf + bsdf_density(model, variant, n, wi, wo);
   const REAL mis = x->chance * e->density * light_pdf / (x->chance * e->density * light_pdf + by_phase * other);
   REAL connection_weight[RADIANCE_CHANNELS];
   MASK lit = (MASK)(0);
@@ -105,7 +112,7 @@ inline void connect_through(int surface, int model, int variant, const Launch* l
   }
   Step passage = no_step(x->inside.first);
   step_passage(&passage, x->inside.n, e->hits.distance.real, here);
-  const Step at_exit = bsdf_step(model, variant, n, e->first_number, e->wi, e->wo, here);
+  const Step at_exit = bsdf_step(model, variant, n, e->first_number, wi, wo, here);
   const ConnectionStart start = {&x->inside, &passage, &x->phase, cosine, model, n, &at_exit, here};
   add_connection(launch, job, pool, slots, here & lit,
                  beside_surface(launch->primitives, e->primitive, e->position, e->normal, sample->source.direction),

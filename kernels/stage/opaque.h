@@ -16,7 +16,11 @@ typedef struct {
 inline Reflector load_reflector(const Launch* launch, int model, const Surface* s, MASK back) {
   Reflector r;
   load_numbers(launch, model, s->first_number, s->texture, r.n);
-  r.frame = make_frame(scale3(s->frame, SELECT(back, -1.0f, 1.0f)));
+  const REAL3 normal = scale3(s->frame, SELECT(back, -1.0f, 1.0f));
+  if (bsdf_traits(model) & BSDF_ANISOTROPIC)
+    r.frame = make_frame_along(normal, surface_tangent(launch->primitives, s->primitive, s->position, s->normal));
+  else
+    r.frame = make_frame(normal);
   r.wi = scale3(frame_to_local(&r.frame, s->direction), -1.0f);
   return r;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "kernels/model/shading_frame.h"
 #include "runtime/base/error.h"
 #include "runtime/compile/bvh.h"
 #include "runtime/compile/flight_grid.h"
@@ -52,6 +53,22 @@ void copy(const Vec3& from, float* to) {
   for (std::size_t k = 0; k < 3; ++k) to[k] = static_cast<float>(from[k]);
 }
 
+// Where the first texture coordinate grows on a triangle, in the frame that the device makes around its normal, whose
+// first axis it is, as in Mitsuba, where the coordinates do not tell. e1, e2: the edges from the first vertex
+void store_tangent(const Vec3& e1, const Vec3& e2, PrimitiveRecord& record) {
+  const float* uv = record.uv;
+  const double du1 = static_cast<double>(uv[2]) - uv[0], dv1 = static_cast<double>(uv[3]) - uv[1];
+  const double du2 = static_cast<double>(uv[4]) - uv[0], dv2 = static_cast<double>(uv[5]) - uv[1];
+  const double determinant = du1 * dv2 - du2 * dv1;
+  const Vec3 tangent = (determinant < 0 ? -1.0 : 1.0) * (dv2 * e1 - dv1 * e2);
+  Vector3<double> s{}, t{};
+  shading_frame(Vector3<double>{record.normal[0], record.normal[1], record.normal[2]}, &s, &t);
+  const double x = dot(tangent, {s.x, s.y, s.z}), y = dot(tangent, {t.x, t.y, t.z}), size = std::hypot(x, y);
+  const bool told = determinant != 0 && size > 0;
+  record.tangent[0] = told ? static_cast<float>(x / size) : 1;
+  record.tangent[1] = told ? static_cast<float>(y / size) : 0;
+}
+
 void add_mesh(const Shape& shape, int index, Surfaces& out) {
   const Mesh& mesh = *shape.mesh;
   Box bounds;
@@ -89,6 +106,7 @@ void add_mesh(const Shape& shape, int index, Surfaces& out) {
       record.uv[2] = record.uv[5] = 1;  // the barycentric coordinates, as in Mitsuba
     else
       for (std::size_t j = 0; j < 3; ++j) std::copy_n(mesh.texcoord[triangle[j]].begin(), 2, record.uv + 2 * j);
+    store_tangent(e0, -1.0 * e2, record);
     if (!mesh.normal.empty()) {
       record.flags = PRIMITIVE_SMOOTH;
       for (std::size_t j = 0; j < 3; ++j) std::copy_n(mesh.normal[triangle[j]].begin(), 3, record.frame + 3 * j);

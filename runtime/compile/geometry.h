@@ -13,7 +13,8 @@ static_assert(offsetof(PrimitiveRecord, uv) == 4 * PRIMITIVE_AT_UV &&
               offsetof(PrimitiveRecord, shape) == 4 * PRIMITIVE_AT_SHAPE &&
               offsetof(PrimitiveRecord, flags) == 4 * PRIMITIVE_AT_FLAGS &&
               offsetof(PrimitiveRecord, frame) == 4 * PRIMITIVE_AT_FRAME &&
-              offsetof(PrimitiveRecord, offset) == 4 * PRIMITIVE_AT_OFFSET);
+              offsetof(PrimitiveRecord, offset) == 4 * PRIMITIVE_AT_OFFSET &&
+              offsetof(PrimitiveRecord, tangent) == 4 * PRIMITIVE_AT_TANGENT);
 
 // One or more geometries in shared arrays, see geometry_layout.h.
 struct Geometry {

@@ -148,7 +148,10 @@ BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
 }
 
 // The boundary that light connections out of a medium assume: a rough one around it.
-bool is_rough_boundary(const Bsdf& bsdf) { return bsdf.model && bsdf.model->id == MODEL_rough_dielectric; }
+bool is_rough_boundary(const Bsdf& bsdf) {
+  return bsdf.model &&
+         (bsdf.model->id == MODEL_rough_dielectric || bsdf.model->id == MODEL_rough_dielectric_anisotropic);
+}
 
 MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   const Medium& medium = scene.media[static_cast<std::size_t>(index)];
@@ -163,8 +166,12 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
       const std::vector<double> n = bsdf.model->to_numbers(bsdf.variant, bsdf.slots());
       r.connection = CONNECTION_REFRACTED;
       r.distribution = bsdf.variant;
-      r.alpha = static_cast<float>(n[ROUGH_DIELECTRIC_alpha]);
-      r.eta = static_cast<float>(n[ROUGH_DIELECTRIC_eta]);
+      const auto number = [&](const char* name) {
+        return n[static_cast<std::size_t>(bsdf.model->number_called(name).slot)];
+      };
+      const bool anisotropic = (bsdf.model->traits & BSDF_ANISOTROPIC) != 0;
+      r.alpha = static_cast<float>(anisotropic ? std::sqrt(number("alpha_u") * number("alpha_v")) : number("alpha"));
+      r.eta = static_cast<float>(number("eta"));
     }
   }
   r.first_cell = data.cells;

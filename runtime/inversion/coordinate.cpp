@@ -28,7 +28,7 @@ auto evaluate(const Parameter& p, bool logarithmic, double x, Call&& call) {
 
 Coordinate::Coordinate(const Parameter& parameter) : parameter_(parameter) {
   // Below it the image does not change with alpha.
-  const double low = parameter.member == "alpha" ? least_alpha : parameter.low;
+  const double low = parameter.member.rfind("alpha", 0) == 0 ? least_alpha : parameter.low;
   logarithmic_ = low > 0 || !std::isfinite(parameter.high);
   least_ = !logarithmic_ ? -logit_edge : low > 0 ? std::log(low) + log_edge : -largest_log;
   most_ = !logarithmic_                   ? logit_edge

@@ -200,4 +200,10 @@ const Model* find_model(const std::vector<Model>& models, const std::string& typ
   return found == models.end() ? nullptr : &*found;
 }
 
+const Model* find_anisotropic(const Model& model) {
+  for (const Model& other : bsdf_models())
+    if ((other.traits & BSDF_ANISOTROPIC) && other.type == model.type) return &other;
+  return nullptr;
+}
+
 }  // namespace itn

@@ -68,7 +68,9 @@ const std::vector<Model>& phase_models();
 const std::vector<Model>& medium_models();
 const std::vector<Model>& light_models();  // of lights with a place in the scene
 
-// The model of that type, or null.
+// The first model of that type, or null.
 const Model* find_model(const std::vector<Model>& models, const std::string& type);
+// The BSDF of the same type whose roughness differs along two axes (BSDF_ANISOTROPIC), or null.
+const Model* find_anisotropic(const Model& model);
 
 }  // namespace itn

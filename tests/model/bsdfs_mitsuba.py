@@ -36,10 +36,12 @@ def drawn(kind, variant, slots, bsdf, cosines=(0.97, 0.6, 0.25, 0.08)):
         si = interaction(cosine, random.uniform(0, 2 * math.pi))
         while True:
             sample, weight = bsdf.sample(CONTEXT, si, random.random(), mi.Point2f(random.random(), random.random()))
-            if weight[0] > 0 and sample.pdf > 1e-3 and sample.wo.z > 0.02 and bsdf.pdf(CONTEXT, si, sample.wo) > 0:
+            if weight[0] > 0 and sample.pdf > 1e-3 and abs(sample.wo.z) > 0.02 and bsdf.pdf(CONTEXT, si, sample.wo) > 0:
                 break
         anywhere = interaction(random.uniform(0.05, 1), random.uniform(0, 2 * math.pi)).wi
         for wo in (sample.wo, anywhere):
+            if bsdf.pdf(CONTEXT, si, wo) == 0:
+                continue  # below 1e-20, which Mitsuba makes 0
             row(kind, variant, slots, si, wo, bsdf.eval(CONTEXT, si, wo), bsdf.pdf(CONTEXT, si, wo))
 
 
@@ -82,6 +84,20 @@ def main():
         chosen("thindielectric", specular + diffuse + [ior, 1],
                mi.load_dict({"type": "thindielectric", "int_ior": ior, "ext_ior": 1.0, **tints}),
                (0.97, -0.6, 0.25, -0.08))
+
+    index = {name: {"type": "rgb", "value": value} for name, value in (("eta", eta), ("k", k))}
+    rough = {"specular_reflectance": tints["specular_reflectance"], **index}
+    for variant, name in enumerate(DISTRIBUTIONS):
+        for alpha_u, alpha_v in ((0.05, 0.3), (0.4, 0.1), (0.8, 0.02)):
+            slots = [alpha_u, alpha_v] + eta + k + specular
+            drawn("roughconductor", variant, slots,
+                  mi.load_dict({"type": "roughconductor", "distribution": name, "alpha_u": alpha_u, "alpha_v": alpha_v,
+                                **rough}))
+            for ior in (1.5, 0.7):
+                slots = [alpha_u, alpha_v, ior, 1] + specular + diffuse
+                drawn("roughdielectric", variant, slots,
+                      mi.load_dict({"type": "roughdielectric", "distribution": name, "alpha_u": alpha_u,
+                                    "alpha_v": alpha_v, "int_ior": ior, "ext_ior": 1.0, **tints}), (0.97, -0.6, 0.25))
 
 
 if __name__ == "__main__":

@@ -32,11 +32,15 @@ struct BsdfUnderTest {
                double* inverse_eta);
 };
 
+const Model* find_named(const std::string& name) {
+  return &*std::find_if(bsdf_models().begin(), bsdf_models().end(), [&](const Model& m) { return m.name == name; });
+}
+
 std::vector<BsdfUnderTest> all_bsdfs() {
   std::vector<BsdfUnderTest> all;
 #define ITN_BSDF_UNDER_TEST(name, PREFIX, type, variants)                                                     \
   all.push_back(                                                                                              \
-      {find_model(bsdf_models(), type),                                                                       \
+      {find_named(#name),                                                                                     \
        [](int v, const double* n, Direction wi, Direction wo, double* f) { name##_value(v, n, wi, wo, f); },  \
        [](int v, const double* n, Direction wi, Direction wo) { return name##_density(v, n, wi, wo); },       \
        [](int v, const double* n, Direction wi, Direction wo, double* f) { name##_chosen(v, n, wi, wo, f); }, \
@@ -67,6 +71,8 @@ std::vector<double> some_parameters(const Model& model) {
     for (int c = 0; c < p.kind.channels; ++c) {
       const double top = std::min(p.kind.high, 4.0);
       slots.push_back(p.name == "alpha"     ? 0.35
+                      : p.name == "alpha_u" ? 0.6
+                      : p.name == "alpha_v" ? 0.2
                       : p.name == "ext_ior" ? 1.0
                       : p.name == "int_ior" ? 1.45
                                             : p.kind.low + (top - p.kind.low) * (0.5 + 0.2 * c));
@@ -297,7 +303,8 @@ TEST_CASE("values and densities equal Mitsuba's", "[model]") {
   std::map<std::string, std::array<double, 2>> worst;  // by type and variant: of values, of densities
   for (const Row& r : rows)
     for (const BsdfUnderTest& bsdf : all_bsdfs()) {
-      if (bsdf.model->type != r.type) continue;
+      if (bsdf.model->type != r.type || static_cast<std::size_t>(bsdf.model->parameter_slots) != r.parameters.size())
+        continue;
       const std::vector<double> n = bsdf.model->to_numbers(r.variant, r.parameters);
       double f[3];
       (r.pdf < 0 ? bsdf.chosen : bsdf.value)(r.variant, n.data(), r.wi, r.wo, f);

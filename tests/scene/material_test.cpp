@@ -1,4 +1,5 @@
 // BSDFs, textures, media and phase functions.
+#include "kernels/shared/declaration.h"
 #include "runtime/image/bitmap.h"
 #include "runtime/image/exr.h"
 #include "runtime/image/png.h"
@@ -44,6 +45,23 @@ TEST_CASE("bsdfs that say nothing have Mitsuba's defaults") {
   CHECK(rough.type() == "roughdielectric");
   CHECK(rough.model->variants[static_cast<std::size_t>(rough.variant)] == "beckmann");
   CHECK(rough.number("alpha") == 0.1);
+}
+
+TEST_CASE("two alphas that differ make a surface anisotropic") {
+  const std::string checks = "<texture type=\"checkerboard\" name=\"alpha_v\"/>";
+  for (const std::string type : {"roughconductor", "roughdielectric"}) {
+    const auto load = [&](const std::string& content) {
+      return load_bsdf("<bsdf type=\"" + type + "\">" + content + "</bsdf>");
+    };
+    const Bsdf b = load(number("alpha_u", "0.1") + number("alpha_v", "0.4") + text("distribution", "ggx"));
+    CHECK(b.type() == type);
+    CHECK(b.variant == 1);
+    CHECK((b.model->traits & BSDF_ANISOTROPIC) != 0);
+    CHECK(b.number("alpha_u") == 0.1);
+    CHECK(b.number("alpha_v") == 0.4);
+    CHECK(!load(number("alpha_u", "0.1") + checks).value("alpha_v").is_constant());
+    CHECK((load(number("alpha_u", "0.2") + number("alpha_v", "0.2")).model->traits & BSDF_ANISOTROPIC) == 0);
+  }
 }
 
 TEST_CASE("every parameter of a rough dielectric arrives") {
@@ -192,8 +210,9 @@ TEST_CASE("faulty bsdfs are refused") {
   check_bsdf_error("roughdielectric", number("alpha", "0"), {"alpha = 0", "dielectric"});
   check_bsdf_error("roughdielectric", number("alpha", "-0.1"), {"alpha = -0.1"});
   check_bsdf_error("roughdielectric", number("alpha", "1.5"), {"alpha = 1.5", "at most 1"});
-  check_bsdf_error("roughdielectric", number("alpha_u", "0.1") + number("alpha_v", "0.2"),
+  check_bsdf_error("roughplastic", number("alpha_u", "0.1") + number("alpha_v", "0.2"),
                    {"alpha_u = 0.1", "alpha_v = 0.2"});
+  check_bsdf_error("roughconductor", number("alpha_u", "0.1") + number("alpha_v", "1.2"), {"alpha_v = 1.2"});
   check_bsdf_error("roughdielectric", number("alpha", "0.1") + number("alpha_u", "0.2"), {"both"});
   SceneFolder().check_error("<bsdf type=\"roughdielectric\">\n" + number("alpha_u", "0.2") + "</bsdf>", 2,
                             {"only one"});

@@ -2,7 +2,7 @@
  * PREFIX_TRAITS and PREFIX_RANDOM and has the functions below; type: of the element in scene files; variants: the values of its
  * parameter `distribution`, in the order of `variant`, or "".
  *
- * wi, wo: unit, leave the surface, in its frame (z: normal). n: the model's numbers. f, weight: CHANNELS values.
+ * wi, wo: unit, leave the surface, in its frame (z: normal; x and y: any, but for BSDF_ANISOTROPIC). n: the model's numbers. f, weight: CHANNELS values.
  *   name_value(variant, n, wi, wo, f)                f |cos wo| [1/sr], for radiance: transmission holds 1 / eta^2
  *   name_density(variant, n, wi, wo)                 of name_draw [1/sr]; of both without what is chosen
  *   name_draw(variant, n, wi, u, wo, weight, pdf, inverse_eta)
@@ -27,19 +27,23 @@
 #include "model/bsdf/plastic.h"
 #include "model/bsdf/polarized_plastic.h"
 #include "model/bsdf/rough_conductor.h"
+#include "model/bsdf/rough_conductor_anisotropic.h"
 #include "model/bsdf/rough_dielectric.h"
+#include "model/bsdf/rough_dielectric_anisotropic.h"
 #include "model/bsdf/rough_plastic.h"
 #include "model/bsdf/thin_dielectric.h"
 
-#define BSDF_LIST(BSDF)                                                       \
-  BSDF(diffuse, DIFFUSE, "diffuse", "")                                       \
-  BSDF(dielectric, DIELECTRIC, "dielectric", "")                              \
-  BSDF(rough_dielectric, ROUGH_DIELECTRIC, "roughdielectric", "beckmann ggx") \
-  BSDF(rough_conductor, ROUGH_CONDUCTOR, "roughconductor", "beckmann ggx")    \
-  BSDF(conductor, CONDUCTOR, "conductor", "")                                 \
-  BSDF(plastic, PLASTIC, "plastic", "")                                       \
-  BSDF(rough_plastic, ROUGH_PLASTIC, "roughplastic", "beckmann ggx")          \
-  BSDF(polarized_plastic, POLARIZED_PLASTIC, "pplastic", "beckmann ggx")      \
+#define BSDF_LIST(BSDF)                                                                               \
+  BSDF(diffuse, DIFFUSE, "diffuse", "")                                                               \
+  BSDF(dielectric, DIELECTRIC, "dielectric", "")                                                      \
+  BSDF(rough_dielectric, ROUGH_DIELECTRIC, "roughdielectric", "beckmann ggx")                         \
+  BSDF(rough_dielectric_anisotropic, ROUGH_DIELECTRIC_ANISOTROPIC, "roughdielectric", "beckmann ggx") \
+  BSDF(rough_conductor, ROUGH_CONDUCTOR, "roughconductor", "beckmann ggx")                            \
+  BSDF(rough_conductor_anisotropic, ROUGH_CONDUCTOR_ANISOTROPIC, "roughconductor", "beckmann ggx")    \
+  BSDF(conductor, CONDUCTOR, "conductor", "")                                                         \
+  BSDF(plastic, PLASTIC, "plastic", "")                                                               \
+  BSDF(rough_plastic, ROUGH_PLASTIC, "roughplastic", "beckmann ggx")                                  \
+  BSDF(polarized_plastic, POLARIZED_PLASTIC, "pplastic", "beckmann ggx")                              \
   BSDF(thin_dielectric, THIN_DIELECTRIC, "thindielectric", "")
 
 #endif

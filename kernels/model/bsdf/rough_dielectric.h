@@ -35,22 +35,30 @@
 #define ROUGH_DIELECTRIC_RANDOM 3
 enum { ROUGH_DIELECTRIC_NUMBERS(DECLARE_SLOT) ROUGH_DIELECTRIC_SLOTS };
 
-/* What value and density share: the density of wo without G1(wo), that is Dv(h) |dh/dwo| F, or 1 - F for transmission.
- * 0 where G = 0 whatever G1 is. */
-MODEL rough_dielectric_half(int distribution, REAL alpha, REAL eta, REAL3 wi, REAL3 wo) {
-  MASK reflected = wi.z * wo.z > NUMBER(0);
-  REAL3 sum = add3(wi, scale3(wo, SELECT(reflected, NUMBER(1), eta)));
+/* The normal of the microfacet that takes wo to wi. */
+MODEL3 rough_dielectric_facet(REAL eta, REAL3 wi, REAL3 wo) {
+  REAL3 sum = add3(wi, scale3(wo, SELECT(wi.z * wo.z > NUMBER(0), NUMBER(1), eta)));
   REAL scale = NUMBER(1) / SQRT(MAX(dot3(sum, sum), NUMBER(1e-20)));
-  REAL3 h = scale3(sum, SELECT(sum.z < NUMBER(0), -scale, scale));
+  return scale3(sum, SELECT(sum.z < NUMBER(0), -scale, scale));
+}
+
+/* What value and density share: the density of wo without G1(wo), that is Dv(h) |dh/dwo| F, or 1 - F for transmission.
+ * 0 where G = 0 whatever G1 is. h: rough_dielectric_facet; seen: D(h) G1(wi) */
+MODEL rough_dielectric_lobe(REAL eta, REAL3 wi, REAL3 wo, REAL3 h, REAL seen) {
+  MASK reflected = wi.z * wo.z > NUMBER(0);
   REAL ci = dot3(wi, h), co = dot3(wo, h);
   MASK possible = (ci * wi.z > NUMBER(0)) & (co * wo.z > NUMBER(0));
   REAL f = fresnel_dielectric(MIN(ABS(ci), NUMBER(1)), eta);
   REAL d = ci + eta * co;
   REAL jacobian =
       SELECT(reflected, NUMBER(0.25) * f, (NUMBER(1) - f) * eta * eta * ABS(ci * co) / MAX(d * d, NUMBER(1e-20)));
-  REAL result =
-      microfacet_normals(distribution, h, alpha) * microfacet_shadowing(distribution, wi, alpha) * jacobian / ABS(wi.z);
-  return SELECT(possible, result, NUMBER(0));
+  return SELECT(possible, seen * jacobian / ABS(wi.z), NUMBER(0));
+}
+
+MODEL rough_dielectric_half(int distribution, REAL alpha, REAL eta, REAL3 wi, REAL3 wo) {
+  REAL3 h = rough_dielectric_facet(eta, wi, wo);
+  REAL seen = microfacet_normals(distribution, h, alpha) * microfacet_shadowing(distribution, wi, alpha);
+  return rough_dielectric_lobe(eta, wi, wo, h, seen);
 }
 
 /* What d log f / d eta lacks for GGX. D of upright microfacets (h.z = 0) is not 0, so transmission jumps to 0 at the cone of
@@ -78,6 +86,23 @@ MODEL rough_dielectric_pdf(int distribution, REAL alpha, REAL eta, REAL3 wi, REA
   return rough_dielectric_half(distribution, alpha, eta, wi, wo);
 }
 
+/* Reflection, if u0 < F, or transmission at the normal m. up: wi, on the side of m; *along_wi: 1, or 1 / eta for
+ * transmission; *jacobian: |dm/dout| times F, or 1 - F; *possible: is `out` on its side of the surface? */
+MODEL_VOID rough_dielectric_scatter(REAL eta, REAL3 up, REAL3 m, REAL u0, REAL3* out, REAL* along_wi, REAL* jacobian,
+                                    MASK* reflected, MASK* possible) {
+  REAL ci = dot3(up, m);
+  REAL f, ct;
+  fresnel_dielectric_refract(MIN(ABS(ci), NUMBER(1)), eta, &f, &ct);
+  MASK mirror = u0 < f;
+  *along_wi = SELECT(mirror, NUMBER(1), NUMBER(1) / eta);
+  REAL along_m = SELECT(mirror, NUMBER(2) * ci, ci * *along_wi - ct);
+  *out = sub3(scale3(m, along_m), scale3(up, *along_wi));
+  *possible = (ci > NUMBER(0)) & (up.z > NUMBER(0)) & (SELECT(mirror, out->z, -out->z) > NUMBER(0));
+  REAL d = ci - eta * ct;
+  *jacobian = SELECT(mirror, NUMBER(0.25) * f, (NUMBER(1) - f) * eta * eta * ci * ct / MAX(d * d, NUMBER(1e-20)));
+  *reflected = mirror;
+}
+
 /* Draws a visible normal with u1, u2 and then reflection, if u0 < F, or transmission.
  *
  * *weight = f |wo.z| / pdf = G1(wo), over eta^2 for transmission. 0 if wo comes out on the wrong side, which single
@@ -85,24 +110,16 @@ MODEL rough_dielectric_pdf(int distribution, REAL alpha, REAL eta, REAL3 wi, REA
 MODEL_VOID rough_dielectric_sample(int distribution, REAL alpha, REAL eta, REAL3 wi, REAL u0, REAL u1, REAL u2,
                                    REAL3* wo, REAL* weight, REAL* pdf, MASK* reflected) {
   REAL side = SELECT(wi.z < NUMBER(0), NUMBER(-1), NUMBER(1));
-  REAL3 up = make3(wi.x, wi.y, side * wi.z);
+  REAL3 up = make3(wi.x, wi.y, side * wi.z), out;
   REAL3 m = microfacet_visible_sample(distribution, up, alpha, u1, u2);
-  REAL ci = dot3(up, m);
-  REAL f, ct;
-  fresnel_dielectric_refract(MIN(ABS(ci), NUMBER(1)), eta, &f, &ct);
-  MASK mirror = u0 < f;
-  REAL along_wi = SELECT(mirror, NUMBER(1), NUMBER(1) / eta);
-  REAL along_m = SELECT(mirror, NUMBER(2) * ci, ci * along_wi - ct);
-  REAL3 out = sub3(scale3(m, along_m), scale3(up, along_wi));
-  MASK possible = (ci > NUMBER(0)) & (up.z > NUMBER(0)) & (SELECT(mirror, out.z, -out.z) > NUMBER(0));
+  REAL along_wi, jacobian;
+  MASK possible = up.z > NUMBER(0);
+  rough_dielectric_scatter(eta, up, m, u0, &out, &along_wi, &jacobian, reflected, &possible);
   *weight = SELECT(possible, microfacet_shadowing(distribution, out, alpha) * along_wi * along_wi, NUMBER(0));
-  REAL d = ci - eta * ct;
-  REAL jacobian = SELECT(mirror, NUMBER(0.25) * f, (NUMBER(1) - f) * eta * eta * ci * ct / MAX(d * d, NUMBER(1e-20)));
   REAL density =
       microfacet_normals(distribution, m, alpha) * microfacet_shadowing(distribution, up, alpha) * jacobian / up.z;
   *pdf = SELECT(possible, density, NUMBER(0));
   *wo = make3(out.x, out.y, side * out.z);
-  *reflected = mirror;
 }
 
 /* The microfacet normal m that rough_dielectric_sample drew when it gave wo, lost samples included; m.wi >= 0. */

@@ -20,7 +20,7 @@ std::vector<std::string> bsdf_types() {
 std::vector<std::string> opaque_types() {
   std::vector<std::string> types;
   for (const Model& model : bsdf_models())
-    if (!(model.traits & BSDF_TRANSMITS)) types.push_back(quote(model.type));
+    if (!(model.traits & (BSDF_TRANSMITS | BSDF_ANISOTROPIC))) types.push_back(quote(model.type));
   return types;
 }
 
@@ -38,7 +38,17 @@ Bsdf build_twosided(Builder& builder, Properties& properties, const Element& ele
   return bsdf;
 }
 
-Bsdf build_model(Builder& builder, Properties& properties, const Model& model) {
+// Are there two alphas, and are they not one and the same number? What else may be wrong with them is found by reading.
+bool is_anisotropic(Properties& properties) {
+  if (!properties.has("alpha_u") || !properties.has("alpha_v") || properties.has("alpha")) return false;
+  const auto is_number = [&](const char* name) { return !properties.is_object(name) || properties.is_spectrum(name); };
+  return !is_number("alpha_u") || !is_number("alpha_v") || properties.number("alpha_u") != properties.number("alpha_v");
+}
+
+// of: the first of its type
+Bsdf build_model(Builder& builder, Properties& properties, const Model& of) {
+  const Model* anisotropic = find_anisotropic(of);
+  const Model& model = anisotropic && is_anisotropic(properties) ? *anisotropic : of;
   Bsdf bsdf;
   bsdf.become(model);
   read_parameters(builder, properties, bsdf);

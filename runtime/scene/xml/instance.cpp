@@ -36,7 +36,7 @@ double roughness(Properties& properties, const std::string& name, double fallbac
   return alpha;
 }
 
-// alpha, or alpha_u and alpha_v where they are equal.
+// alpha, or alpha_u and alpha_v where they are equal: else the model is another one, or there is none.
 double roughness(Properties& properties, double fallback) {
   const bool two_axes = properties.has("alpha_u") || properties.has("alpha_v");
   if (!two_axes) return roughness(properties, "alpha", fallback);
@@ -188,7 +188,7 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
       }
       [[fallthrough]];
     case ParameterKind::Reader::roughness:
-      number(roughness(properties, p.fallback));
+      number(p.name == "alpha" ? roughness(properties, p.fallback) : roughness(properties, p.name, p.fallback));
       break;
   }
   return value;
@@ -204,7 +204,8 @@ void read_parameters(Builder& builder, Properties& properties, Instance& instanc
 std::vector<std::string> types_of(const std::vector<Model>& models) {
   std::vector<std::string> types;
   types.reserve(models.size());
-  for (const Model& model : models) types.push_back(model.type);
+  for (const Model& model : models)
+    if (std::find(types.begin(), types.end(), model.type) == types.end()) types.push_back(model.type);
   return types;
 }
 
