@@ -93,8 +93,8 @@ inline REAL3 surface_tangent(__global const PrimitiveRecord* primitives, INT pri
   __global const float* record = (__global const float*)primitives;
   const INT at = primitive * (int)(sizeof(PrimitiveRecord) / sizeof(float));
   const Frame frame = make_frame(normal);
-  const REAL3 flat = make3(GATHER((record + PRIMITIVE_AT_TANGENT), at), GATHER((record + PRIMITIVE_AT_TANGENT + 1), at),
-                           (REAL)(0.0f));
+  const REAL3 flat =
+      make3(GATHER((record + PRIMITIVE_AT_TANGENT), at), GATHER((record + PRIMITIVE_AT_TANGENT + 1), at), (REAL)(0.0f));
   REAL3 tangent = frame_to_world(&frame, flat);
 #if HAS_ROUND
   const INT flags = GATHER_INT(((__global const int*)(record + PRIMITIVE_AT_FLAGS)), at);

@@ -73,7 +73,14 @@ typedef struct LAYOUT_ALIGNED {
 } PrimitiveRecord;
 
 /* Places of PrimitiveRecord's members, in 4-byte words. */
-enum { PRIMITIVE_AT_UV = 4, PRIMITIVE_AT_SHAPE = 10, PRIMITIVE_AT_FLAGS, PRIMITIVE_AT_FRAME, PRIMITIVE_AT_OFFSET = 21, PRIMITIVE_AT_TANGENT };
+enum {
+  PRIMITIVE_AT_UV = 4,
+  PRIMITIVE_AT_SHAPE = 10,
+  PRIMITIVE_AT_FLAGS,
+  PRIMITIVE_AT_FRAME,
+  PRIMITIVE_AT_OFFSET = 21,
+  PRIMITIVE_AT_TANGENT
+};
 
 /* A word of the flight grid (runtime/compile/flight_grid.h): octahedral normal, offset of the plane, and a byte that
  * holds the radius of the ball where there is no plane, else one of four radii and the cone. */
