@@ -24,7 +24,7 @@ struct MitsubaScene {
 
 // Samples enough for a pixel's mean to be near normal; more where few paths carry most of the light.
 const MitsubaScene scenes[] = {
-    {"anisotropic", 1024},
+    {"anisotropic", 4096},
     {"camera_inside", 1024},
     {"checkerboard", 1024},
     {"cylinder_instances", 1024},
