@@ -92,6 +92,18 @@ TEST_CASE("one lane and 4, 8 and 16 render the same image within the standard er
     }
 }
 
+TEST_CASE("one lane renders lights of the scene and all surfaces as 16 do", "[transport]") {
+  for (const char* name : {"lights_rough", "lights_surfaces", "anisotropic", "plastics", "mirrors"}) {
+    INFO(name);
+    RenderOptions narrow, wide;
+    narrow.width = 1;
+    wide.width = 16;
+    const Rendering a = image_of(name, narrow), same = image_of(name, wide);
+    for (std::size_t c = 0; c < 3; ++c)
+      CHECK(std::abs(a.mean_of_image[c] - same.mean_of_image[c]) < a.stderr_of_mean[c]);
+  }
+}
+
 TEST_CASE("derivative images do not change a bit of the image", "[transport]") {
   for (const char* name : scenes) {
     INFO(name);
