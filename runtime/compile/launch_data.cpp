@@ -319,6 +319,31 @@ void clear_scenes(LaunchData& data) {
   data = std::move(cleared);
 }
 
+namespace {
+
+// Slots for the numbers of any model that the data has, and one behind them. Media always count: stages that end
+// connections name theirs, be there one or not.
+int most_slots(const LaunchData& data) {
+  int most = 0;
+  const auto count = [&](const std::vector<Model>& models, const auto& is_there) {
+    for (const Model& model : models)
+      if (is_there(model)) most = std::max(most, model.number_slots);
+  };
+  for (const SurfaceKind& surface : surfaces_of(data)) most = std::max(most, surface.model->number_slots);
+  count(medium_models(), [](const Model&) { return true; });
+  count(phase_models(), [&](const Model& model) {
+    return std::any_of(data.media.begin(), data.media.end(),
+                       [&](const MediumRecord& m) { return m.phase == model.id; });
+  });
+  count(light_models(), [&](const Model& model) {
+    return std::any_of(data.lights.begin(), data.lights.end(),
+                       [&](const LightRecord& l) { return l.model == model.id; });
+  });
+  return most + 1;
+}
+
+}  // namespace
+
 std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   std::map<std::string, std::string> d = emitter_definitions(data.emitters);
   const auto set = [&](const char* name, bool value) { d[name] = std::to_string(value); };
@@ -362,6 +387,7 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   set("ROUGH_LIGHT_SAMPLING", rough_light);
   set("MEDIUM_LIGHT_SAMPLING", medium_light);
   set("LIGHT_SAMPLING", medium_light || rough_light || ((uneven_light || lights) && reflecting));
+  d["MOST_SLOTS"] = std::to_string(most_slots(data));
   d["THROUGHPUT_CHANNELS"] = std::to_string(data.coloured ? 3 : 1);
   d["RADIANCE_CHANNELS"] = std::to_string(data.coloured || data.coloured_light ? 3 : 1);
   return d;
