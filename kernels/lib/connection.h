@@ -4,15 +4,15 @@
 #define ITN_CONNECTION_H
 #include "lib/bsdf.h"
 #include "lib/emission.h"
-#include "lib/homogeneous.h"
 #include "lib/light_sampling.h"
+#include "lib/medium.h"
 #include "lib/phase_score.h"
 
 /* Where a connection begins, and the factors that its own path has there: a passage through a medium, a change of direction
  * by its phase function, a surface. Those of which `medium`, `phase` or `surface` is null are not there. */
 typedef struct {
-  const Homogeneous* medium;
-  const Step* passage;
+  const Medium* medium;
+  REAL passage; /* thickness */
   const Phase* phase;
   REAL cosine;
   int model; /* of the surface's BSDF; MODEL_none */
@@ -22,12 +22,12 @@ typedef struct {
 } ConnectionStart;
 
 inline ConnectionStart connection_start(MASK mask) {
-  ConnectionStart s = {0, 0, 0, (REAL)(0.0f), MODEL_none, 0, 0, mask};
+  ConnectionStart s = {0, (REAL)(0.0f), 0, (REAL)(0.0f), MODEL_none, 0, 0, mask};
   return s;
 }
 
 inline void add_connection_start(__global const JobRecord* job, Scores* scores, const ConnectionStart* start) {
-  if (start->passage) add_scores(job, scores, MODEL_homogeneous, start->medium->n, start->passage, true);
+  if (start->medium) add_passage(job, scores, start->medium, start->passage, start->mask);
   if (start->phase) add_phase(job, scores, start->phase, start->cosine, start->mask);
   if (start->surface) add_scores(job, scores, start->model, start->n, start->surface, false);
 }
@@ -42,18 +42,16 @@ inline void pull_connection(const Launch* launch, __global const JobRecord* job,
   Scores own = no_scores();
   own.pulled = pulled(weight);
   add_connection_start(job, &own, start);
-  if (start->passage) sum_scores(launch, job, pool, slots, &own, MODEL_homogeneous, start->passage->first, mask);
+  if (start->medium) sum_medium(launch, job, pool, slots, &own, start->medium, mask);
   if (start->phase) sum_phase(launch, job, pool, slots, &own, start->phase, mask);
   if (start->surface) sum_scores(launch, job, pool, slots, &own, start->model, start->surface->first, mask);
   for (int m = 0; m < MEDIA; ++m) {
     const MASK passes = mask & (through[m].real > 0.0f);
     if (!ANY(passes)) continue;
-    const Homogeneous medium = load_homogeneous(launch, (INT)(m));
-    Step step = no_step(medium.first);
-    step_passage(&step, medium.n, through[m].real, passes);
+    const Medium medium = load_medium(launch, (INT)(m));
     own.pulled = pulled(weight);
-    add_scores(job, &own, MODEL_homogeneous, medium.n, &step, true);
-    sum_scores(launch, job, pool, slots, &own, MODEL_homogeneous, medium.first, passes);
+    add_passage(job, &own, &medium, through[m].real, passes);
+    sum_medium(launch, job, pool, slots, &own, &medium, passes);
   }
 }
 #else
@@ -67,18 +65,13 @@ typedef struct {
   uint reached;                     /* lanes that nothing blocks */
 } Obstacles;
 
-/* Is carried[k] a score by sigma_t of a medium? */
-inline bool is_of_extinction(int k) {
-  return carried[k].model == MODEL_homogeneous && carried[k].slot <= HOMOGENEOUS_sigma_t_last;
-}
-
 #if HAS_MEDIUM
 /* A lane has passed `distance` in a medium. */
 inline void pass_medium(const Launch* launch, __global const JobRecord* job, Obstacles* way, int lane, int medium,
                         float distance) {
   const int first = launch->media[medium].first_number;
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c)
-    way->depth[c].f[lane] += launch->numbers[first + HOMOGENEOUS_sigma_t + c] * distance;
+    way->depth[c].f[lane] += launch->numbers[first + MEDIUM_sigma_t + c] * distance;
   UNROLL_FOR(int k = 0; k < SCORES; ++k)
     if (is_of_extinction(k) && first - job->first_number == carried[k].first) way->through[k].f[lane] += distance;
 #if ADJOINT
@@ -179,11 +172,7 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
   Scores there = *scores;
   add_connection_start(job, &there, start);
   UNROLL_FOR(int k = 0; k < SCORES; ++k) {
-    if (!is_of_extinction(k)) continue;
-    REAL d[MOST_SLOTS * CHANNELS], ones[MOST_SLOTS]; /* the same whatever sigma_t is */
-    UNROLL_FOR(int i = 0; i < MOST_SLOTS; ++i) ones[i] = (REAL)(1.0f);
-    score_homogeneous_passage(ones, way.through[k].real, d);
-    there.of[k] += d[carried[k].slot * CHANNELS + (CHANNELS == 1 ? 0 : carried[k].channel)];
+    if (is_of_extinction(k)) there.of[k] += score_of_passage(k, way.through[k].real);
   }
   const MASK lit = lane_mask(way.reached);
   gather_radiance(launch, pool, slots, lit, arriving, &there);

@@ -5,6 +5,8 @@
 
 #define SURFACES 0            /* beside null */
 #define SURFACE_LIST(SURFACE) /* SURFACE(its number, from 1 on; name; variant) */
+#define MEDIUM_COUNT 0
+#define MEDIA_OF_SCENE(MEDIUM) /* MEDIUM(name, PREFIX) */
 #define PHASE_COUNT 0
 #define PHASES_OF_SCENE(PHASE)  /* PHASE(name, PREFIX) */
 #define LIGHTS_OF_SCENE(LIGHT)  /* LIGHT(name, PREFIX) */

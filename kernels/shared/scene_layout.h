@@ -23,8 +23,8 @@ enum { CONNECTION_NONE, CONNECTION_STRAIGHT, CONNECTION_REFRACTED };
 /* Its numbers are n = numbers + first_number of the launch, those of its phase function numbers + first_phase_number.
  * */
 typedef struct {
-  int first_number;
-  int phase, first_phase_number; /* MODEL_* of model/models.h */
+  int model, first_number; /* MODEL_* of model/models.h */
+  int phase, first_phase_number;
   int connection;                /* CONNECTION_*: how light reaches its scattering vertices */
   int distribution;              /* refracted: MICROFACET_* of the boundary that the guess assumes */
   float alpha, eta;              /* refracted: of that boundary, eta inside over outside */

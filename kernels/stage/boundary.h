@@ -4,7 +4,6 @@
 #define ITN_STAGE_BOUNDARY_H
 #include "lib/connection.h"
 #include "lib/light_connection.h"
-#include "model/medium/homogeneous.h"
 #include "stage/opaque.h"
 
 /* The path goes on, is reflected or refracted into direction d, or ends by roulette. weight: f cos / p of the sample without
@@ -55,10 +54,10 @@ inline void rival_densities(const Launch* launch, __global const JobRecord* job,
                            (GATHER_INT((media + FIELD_OF(MediumRecord, connection)), at) == CONNECTION_REFRACTED);
   if (!ANY(from_medium)) return;
   const AssumedBoundary boundary = assumed_boundary(launch, at);
-  const Homogeneous inside = load_homogeneous(launch, max(medium, 0));
+  const Medium inside = load_medium(launch, max(medium, 0));
   const REAL3 vertex = load3(pool, ARRIVAL, slots), segment = sub3(s->position, vertex);
   const REAL by_phase =
-      last_pdf * medium_transmittance(mean_sigma_t(inside.n + HOMOGENEOUS_sigma_t), SQRT(dot3(segment, segment)));
+      last_pdf * medium_transmittance(typical_sigma_t(&inside), SQRT(dot3(segment, segment)));
   const FlightCell cell = flight_cell(launch->grid, launch->geometries + job->geometry, vertex);
   const REAL3 guess = surface_normal_guess(&cell);
   *rival = rival_density(refracted_pdf(&boundary, guess, light->direction, s->direction), by_phase,

@@ -11,7 +11,7 @@ typedef struct {
   REAL3 position, arrival; /* arrival: direction of travel before the scattering */
   REAL chance;             /* with which it got here */
   REAL weight[3];          /* throughput with all its factors, over chance */
-  Homogeneous inside;
+  Medium inside;
   Phase phase;
 } LitVertex;
 
@@ -20,7 +20,7 @@ inline LitVertex load_lit_vertex(const Launch* launch, const Pool* pool, INT slo
   x.position = load3(pool, POSITION, slots);
   x.arrival = load3(pool, ARRIVAL, slots);
   x.medium = SELECT_INT(valid, LOAD_INT(pool, MEDIUM, slots), 0);
-  x.inside = load_homogeneous(launch, x.medium);
+  x.inside = load_medium(launch, x.medium);
   x.phase = load_phase(launch, x.medium);
   x.chance = LOAD(pool, CHANCE, slots);
   channel_weights(pool, slots, LOAD(pool, REFRACTION_SCALE, slots) / x.chance, x.weight);
@@ -93,7 +93,7 @@ inline void connect_through(int surface, int model, int variant, const Launch* l
     wo = frame_to_local(&frame, sample->source.direction);
   }
   bsdf_value(model, variant, n, wi, wo, f);
-  const REAL sigma = mean_sigma_t(x->inside.n + HOMOGENEOUS_sigma_t);
+  const REAL sigma = typical_sigma_t(&x->inside);
   /* against reaching the exit by the phase function, there then sampling the sun or the BSDF (boundary.h) */
   const REAL cosine = dot3(x->arrival, e->inward);
   const REAL phase = phase_value(&x->phase, cosine);
@@ -108,12 +108,10 @@ inline void connect_through(int surface, int model, int variant, const Launch* l
     value *= phase * mis / (e->density * light_pdf);
     lit = lit | (value > 0.0f);
     connection_weight[c] =
-        x->weight[c] * value * medium_transmittance(x->inside.n[HOMOGENEOUS_sigma_t + t], e->hits.distance.real);
+        x->weight[c] * value * medium_transmittance(x->inside.n[MEDIUM_sigma_t + t], e->hits.distance.real);
   }
-  Step passage = no_step(x->inside.first);
-  step_passage(&passage, x->inside.n, e->hits.distance.real, here);
   const Step at_exit = bsdf_step(model, variant, n, e->first_number, wi, wo, here);
-  const ConnectionStart start = {&x->inside, &passage, &x->phase, cosine, model, n, &at_exit, here};
+  const ConnectionStart start = {&x->inside, e->hits.distance.real, &x->phase, cosine, model, n, &at_exit, here};
   add_connection(launch, job, pool, slots, here & lit,
                  beside_surface(launch->primitives, e->primitive, e->position, e->normal, sample->source.direction),
                  sample, e->primitive, e->exterior, connection_weight, scores, &start);

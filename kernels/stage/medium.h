@@ -1,12 +1,13 @@
-/* Stage medium: free flights and scatterings in a homogeneous medium until the path meets a surface, ends, or waits for
- * a light connection. Several events a state load: a lane keeps scattering while enough of its group do. */
+/* Stage medium: free flights and scatterings in a medium until the path meets a surface, ends, or waits for a light
+ * connection. Several events a state load: a lane keeps scattering while enough of its group do. What a medium is like
+ * stands in lib/medium.h. */
 #ifndef ITN_STAGE_MEDIUM_H
 #define ITN_STAGE_MEDIUM_H
 #include "lib/baseline.h"
 #include "lib/frame.h"
-#include "lib/homogeneous.h"
 #include "lib/launch.h"
 #include "lib/light_connection.h"
+#include "lib/medium.h"
 #include "lib/phase_score.h"
 #include "stage/ray.h"
 
@@ -14,7 +15,7 @@
 /* Paths between two events in a medium. */
 typedef struct {
   INT index; /* of the medium */
-  Homogeneous medium;
+  Medium medium;
   Phase phase;
   INT first_cell; /* of the medium's table of expected futures */
   Random random;
@@ -57,7 +58,7 @@ typedef struct {
 inline Walk load_walk(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK valid) {
   Walk w;
   w.index = SELECT_INT(valid, LOAD_INT(pool, MEDIUM, slots), 0);
-  w.medium = load_homogeneous(launch, w.index);
+  w.medium = load_medium(launch, w.index);
   w.phase = load_phase(launch, w.index);
   const INT at = w.index * (int)(sizeof(MediumRecord) / sizeof(float));
   w.first_cell = GATHER_INT(((__global const int*)launch->media + FIELD_OF(MediumRecord, first_cell)), at);
@@ -69,7 +70,7 @@ inline Walk load_walk(const Launch* launch, __global const JobRecord* job, const
   w.skip = LOAD_INT(pool, SKIP, slots);
   w.passed = LOAD_INT(pool, PASSED, slots) != 0;
   w.weight[0] = w.weight[1] = w.weight[2] = (REAL)(1.0f);
-  const REAL* sigma_t = w.medium.n + HOMOGENEOUS_sigma_t;
+  const REAL* sigma_t = w.medium.n + MEDIUM_sigma_t;
 #if SPECTRAL
   UNROLL_FOR(int c = 0; c < 3; ++c) w.weight[c] = LOAD(pool, SPECTRAL_WEIGHT + c, slots);
   const INT hero = LOAD_INT(pool, HERO, slots);
@@ -85,7 +86,7 @@ inline Walk load_walk(const Launch* launch, __global const JobRecord* job, const
   w.hit_primitive = (INT)(-1);
   w.hit_u = w.hit_v = (REAL)(0.0f);
   w.cell = flight_cell(launch->grid, launch->geometries + job->geometry, w.position);
-  w.below = depth_of(&w.cell, mean_sigma_t(sigma_t));
+  w.below = depth_of(&w.cell, typical_sigma_t(&w.medium));
 #if MEDIUM_LIGHT_SAMPLING
   w.connectable =
       GATHER_INT(((__global const int*)launch->media + FIELD_OF(MediumRecord, connection)), at) != CONNECTION_NONE;
@@ -108,7 +109,7 @@ inline Event fly(const Launch* launch, __global const JobRecord* job, Walk* w, R
   e.flies = w->alive;
   draw(&w->random, 0, e.u);
   w->random.event += SELECT_INT(w->alive, 1, 0);
-  e.flight = -LOG(e.u[0]) * mean_free_path;
+  e.flight = medium_flight(e.u[0], mean_free_path);
   e.distance = e.flight;
   e.there = add3(w->position, scale3(w->direction, e.flight));
   e.end = flight_cell(launch->grid, geometry, e.there);
@@ -136,21 +137,6 @@ inline Event fly(const Launch* launch, __global const JobRecord* job, Walk* w, R
   return e;
 }
 
-#if SPECTRAL
-/* The flight's density with each channel's sigma_t over that with the hero's. A surface that is met a tolerance beyond the
- * flight's end is met with any sigma_t: 1. Else sigma times distance is below 17, and where sigma_t[c] is 1e30 times sigma,
- * the exponential is 0. */
-inline void weigh_flight(Walk* w, const Event* e, REAL mean_free_path) {
-  const REAL* sigma_t = w->medium.n + HOMOGENEOUS_sigma_t;
-  const REAL drawn = SELECT(e->distance > e->flight, 0.0f, e->distance);
-  REAL factor[3];
-  UNROLL_FOR(int c = 0; c < 3; ++c)
-    factor[c] = EXP((w->sigma - sigma_t[c]) * drawn) *
-                SELECT(e->scatters, MIN(sigma_t[c] * mean_free_path, (REAL)(1e30f)), 1.0f);
-  spectral_event(e->meets | e->scatters, factor, w->weight);
-}
-#endif
-
 /* Throughput with all its factors. */
 inline void weigh(const Walk* w, REAL total[]) {
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) total[c] = w->throughput[c] * w->refraction_scale * w->weight[c];
@@ -160,13 +146,11 @@ inline void weigh(const Walk* w, REAL total[]) {
  * channels' densities too. state: before the flight */
 inline void score_flight(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Walk* w,
                          const Event* e, INT state) {
-  Step step = no_step(w->medium.first);
-  step_passage(&step, w->medium.n, e->distance, e->meets);
-  step_scattering(&step, w->medium.n, e->distance, e->scatters);
   REAL total[THROUGHPUT_CHANNELS];
   weigh(w, total);
   record_visit(launch, job, pool, slots, &w->random, w->random.event - 1, DECISION_FLIGHT, state, total, e->flies);
-  add_flight(launch, job, pool, slots, &w->scores, &w->baseline, MODEL_homogeneous, w->medium.n, &step, total, state);
+  add_medium_flight(launch, job, pool, slots, &w->scores, &w->baseline, &w->medium, e->distance, e->meets, e->scatters,
+                    total, state);
 }
 
 /* Albedo and roulette at the flight's end. `alive` is who goes on. total: of these; future: expected before the turn */
@@ -175,7 +159,7 @@ inline void survive(const Launch* launch, __global const JobRecord* job, const P
   w->skip = SELECT_INT(e->scatters, -1, w->skip);
   w->depth += SELECT_INT(e->scatters, 1, 0);
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c)
-    w->throughput[c] *= SELECT(e->scatters, w->medium.n[HOMOGENEOUS_albedo + c], 1.0f);
+    w->throughput[c] *= SELECT(e->scatters, w->medium.n[MEDIUM_albedo + c], 1.0f);
   const REAL largest = brightest(w->throughput, w->weight);
 #if OPERATOR_SINGLE
   const MASK again = e->scatters & (w->depth >= SCATTERED_ONCE);
@@ -206,7 +190,7 @@ inline void survive(const Launch* launch, __global const JobRecord* job, const P
 inline MASK choose_connections(const Launch* launch, __global const JobRecord* job, Walk* w, REAL u[4]) {
   const REAL expected = connection_chance(launch, job, w->index * (int)(sizeof(MediumRecord) / sizeof(float)), &w->cell,
                                           w->direction, brightest(w->throughput, w->weight),
-                                          mean_sigma_t(w->medium.n + HOMOGENEOUS_sigma_t), &w->phase);
+                                          typical_sigma_t(&w->medium), &w->phase);
   w->chance = SELECT(w->alive, expected, w->chance);
   const MASK connects = w->alive & w->connectable & (u[2] < w->chance);
   u[2] =
@@ -249,7 +233,7 @@ inline void store_walk(const Launch* launch, __global const JobRecord* job, Pool
   store3(pool, DIRECTION, slots, w->direction);
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, w->throughput[c]);
   store_scores(pool, slots, &w->scores);
-  sum_scores(launch, job, pool, slots, &w->scores, MODEL_homogeneous, w->medium.first, valid);
+  sum_medium(launch, job, pool, slots, &w->scores, &w->medium, valid);
   sum_phase(launch, job, pool, slots, &w->scores, &w->phase, valid);
   store_baseline(pool, slots, &w->baseline);
   STORE_INT(pool, EVENT, slots, w->random.event);
@@ -285,10 +269,10 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     const INT state = medium_state(w.first_cell, DECISION_FLIGHT, &w.below, dot3(w.below.normal, w.direction));
     Event e = fly(launch, job, &w, mean_free_path);
 #if SPECTRAL
-    weigh_flight(&w, &e, mean_free_path);
+    weigh_medium_flight(&w.medium, w.sigma, mean_free_path, e.flight, e.distance, e.meets, e.scatters, w.weight);
 #endif
     w.cell = e.end; /* who met a surface needs none */
-    w.below = depth_of(&w.cell, mean_sigma_t(w.medium.n + HOMOGENEOUS_sigma_t));
+    w.below = depth_of(&w.cell, typical_sigma_t(&w.medium));
     score_flight(launch, job, pool, slots, &w, &e, state);
     REAL total[THROUGHPUT_CHANNELS], future[THROUGHPUT_CHANNELS];
     survive(launch, job, pool, slots, &w, &e, total, future);

@@ -156,6 +156,7 @@ bool is_rough_boundary(const Bsdf& bsdf) {
 MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   const Medium& medium = scene.media[static_cast<std::size_t>(index)];
   MediumRecord r{};
+  r.model = medium.model->id;
   r.first_number = append_numbers(*medium.model, medium.variant, medium.slots(), data);
   r.phase = medium.phase.model->id;
   r.first_phase_number = append_numbers(*medium.phase.model, medium.phase.variant, medium.phase.slots(), data);

@@ -16,7 +16,7 @@
 
 namespace itn {
 
-static_assert(sizeof(CameraRecord) == 104 && sizeof(MediumRecord) == 32 && sizeof(ShapeRecord) == 16 &&
+static_assert(sizeof(CameraRecord) == 104 && sizeof(MediumRecord) == 36 && sizeof(ShapeRecord) == 16 &&
               sizeof(BsdfRecord) == 16 && sizeof(TextureRecord) == 52 && sizeof(JobRecord) == 96 &&
               sizeof(ChunkRecord) == 16);
 

@@ -70,7 +70,14 @@ std::string surfaces_text(const LaunchData& data) {
   const std::vector<SurfaceKind> kinds = surfaces_of(data);
   for (std::size_t k = 0; k < kinds.size(); ++k)
     surfaces += fmt::format(" SURFACE({}, {}, {})", k + 1, kinds[k].model->name, kinds[k].variant);
-  int phase_count = 0;
+  std::string media;
+  int medium_count = 0, phase_count = 0;
+  for (const Model& medium : medium_models()) {
+    const auto has = [&](const MediumRecord& m) { return m.model == medium.id; };
+    if (std::none_of(data.media.begin(), data.media.end(), has)) continue;
+    media += fmt::format(" MEDIUM({}, {})", medium.name, capitals(medium.name));
+    ++medium_count;
+  }
   for (const Model& phase : phase_models()) {
     const auto has = [&](const MediumRecord& m) { return m.phase == phase.id; };
     if (std::none_of(data.media.begin(), data.media.end(), has)) continue;
@@ -84,9 +91,10 @@ std::string surfaces_text(const LaunchData& data) {
   for (const auto& [model, slot] : data.textured)
     textured += fmt::format(" || ((model) == {} && (slot) == {})", model, slot);
   return fmt::format(
-      "#define SURFACES {}\n#define SURFACE_LIST(SURFACE){}\n#define PHASE_COUNT {}\n#define PHASES_OF_SCENE(PHASE){}\n"
+      "#define SURFACES {}\n#define SURFACE_LIST(SURFACE){}\n#define MEDIUM_COUNT {}\n#define MEDIA_OF_SCENE(MEDIUM){}\n"
+      "#define PHASE_COUNT {}\n#define PHASES_OF_SCENE(PHASE){}\n"
       "#define LIGHTS_OF_SCENE(LIGHT){}\n#define TEXTURED(model, slot) (false{})\n",
-      kinds.size(), surfaces, phase_count, phases, lights, textured);
+      kinds.size(), surfaces, medium_count, media, phase_count, phases, lights, textured);
 }
 
 }  // namespace itn
