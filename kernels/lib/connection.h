@@ -12,7 +12,7 @@
  * by its phase function, a surface. Those of which `medium`, `phase` or `surface` is null are not there. */
 typedef struct {
   const Medium* medium;
-  REAL passage; /* thickness */
+  REAL passage[FIELD_CHANNELS]; /* thickness */
   const Phase* phase;
   REAL cosine;
   int model; /* of the surface's BSDF; MODEL_none */
@@ -22,7 +22,14 @@ typedef struct {
 } ConnectionStart;
 
 inline ConnectionStart connection_start(MASK mask) {
-  ConnectionStart s = {0, (REAL)(0.0f), 0, (REAL)(0.0f), MODEL_none, 0, 0, mask};
+  ConnectionStart s;
+  s.medium = 0;
+  s.phase = 0;
+  s.cosine = (REAL)(0.0f);
+  s.model = MODEL_none;
+  s.n = 0;
+  s.surface = 0;
+  s.mask = mask;
   return s;
 }
 
@@ -33,8 +40,8 @@ inline void add_connection_start(__global const JobRecord* job, Scores* scores, 
 }
 
 #if ADJOINT
-#define PASSAGES MEDIA
-/* A connection's own factors weigh what it brings, and nothing else. through: distance in each medium on the way */
+#define PASSAGES (MEDIA * FIELD_CHANNELS)
+/* A connection's own factors weigh what it brings, and nothing else. through: thickness of each medium on the way, FIELD_CHANNELS each */
 inline void pull_connection(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
                             const REAL arriving[], const ConnectionStart* start, const Lanes through[]) {
   REAL weight[RADIANCE_CHANNELS];
@@ -46,11 +53,16 @@ inline void pull_connection(const Launch* launch, __global const JobRecord* job,
   if (start->phase) sum_phase(launch, job, pool, slots, &own, start->phase, mask);
   if (start->surface) sum_scores(launch, job, pool, slots, &own, start->model, start->surface->first, mask);
   for (int m = 0; m < MEDIA; ++m) {
-    const MASK passes = mask & (through[m].real > 0.0f);
+    REAL thickness[FIELD_CHANNELS];
+    MASK passes = (MASK)(0);
+    UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c) {
+      thickness[c] = through[m * FIELD_CHANNELS + c].real;
+      passes = passes | (mask & (thickness[c] > 0.0f));
+    }
     if (!ANY(passes)) continue;
     const Medium medium = load_medium(launch, (INT)(m));
     own.pulled = pulled(weight);
-    add_passage(job, &own, &medium, through[m].real, passes);
+    add_passage(job, &own, &medium, thickness, passes);
     sum_medium(launch, job, pool, slots, &own, &medium, passes);
   }
 }
@@ -61,7 +73,10 @@ inline void pull_connection(const Launch* launch, __global const JobRecord* job,
 /* What lies between the connection and the light. */
 typedef struct {
   Lanes depth[THROUGHPUT_CHANNELS]; /* optical */
-  Lanes through[PASSAGES + 1];      /* distance in the medium of each score of sigma_t, or of each medium */
+#if HAS_FIELDS
+  REAL dimming[THROUGHPUT_CHANNELS]; /* transmittance of media with fields */
+#endif
+  Lanes through[PASSAGES + 1];      /* thickness of the medium of each score of sigma_t, or of each medium */
   uint reached;                     /* lanes that nothing blocks */
 } Obstacles;
 
@@ -75,9 +90,56 @@ inline void pass_medium(const Launch* launch, __global const JobRecord* job, Obs
   UNROLL_FOR(int k = 0; k < SCORES; ++k)
     if (is_of_extinction(k) && first - job->first_number == carried[k].first) way->through[k].f[lane] += distance;
 #if ADJOINT
-  way->through[medium].f[lane] += distance;
+  UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c) way->through[medium * FIELD_CHANNELS + c].f[lane] += distance;
 #endif
 }
+#endif
+
+#if HAS_FIELDS
+/* The next way of a connection through a medium with a field, a lane each. */
+typedef struct {
+  Lanes x, y, z, distance, medium;
+  uint lanes;
+} FieldPassage;
+
+/* Lanes of a connection in `direction` pass it. segment: how many ways there were before */
+inline void pass_fields(const Launch* launch, __global const JobRecord* job, Obstacles* way, const Random* random,
+                        int segment, REAL3 direction, const FieldPassage* p) {
+  const MASK mask = lane_mask(p->lanes);
+  const REAL3 from = make3(p->x.real, p->y.real, p->z.real);
+  const INT index = SELECT_INT(mask, p->medium.integer, 0);
+  const Medium medium = load_medium(launch, index);
+  REAL through[THROUGHPUT_CHANNELS], thickness[FIELD_CHANNELS];
+  medium_dimming(launch, &medium, random, segment, from, direction, p->distance.real, mask, through);
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way->dimming[c] *= SELECT(mask, through[c], 1.0f);
+  medium_thickness(launch, &medium, random, segment + 1, from, direction, p->distance.real, mask, thickness);
+  UNROLL_FOR(int k = 0; k < SCORES; ++k)
+    if (is_of_extinction(k))
+      way->through[k].real += SELECT(mask & (medium.first - job->first_number == carried[k].first),
+                                     thickness[FIELD_CHANNELS == 3 ? carried[k].channel : 0], 0.0f);
+#if ADJOINT
+  Lanes own[FIELD_CHANNELS];
+  UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c) own[c].real = thickness[c];
+  FOR_EACH_LANE(l, p->lanes)
+    UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c)
+      way->through[p->medium.i[l] * FIELD_CHANNELS + c].f[l] += own[c].f[l];
+#endif
+}
+
+/* Does the medium have a field? Then the way is passed later, with those of all lanes. */
+inline bool passes_field(const Launch* launch, FieldPassage* p, int lane, int medium, float3 from, float distance) {
+  if (launch->media[medium].field < 0) return false;
+  p->lanes |= 1u << lane;
+  p->x.f[lane] = from.x;
+  p->y.f[lane] = from.y;
+  p->z.f[lane] = from.z;
+  p->distance.f[lane] = distance;
+  p->medium.i[lane] = medium;
+  return true;
+}
+#define PASSES_FIELD(...) passes_field(__VA_ARGS__)
+#else
+#define PASSES_FIELD(...) false
 #endif
 
 /* Moves o, a point on an index-matched boundary, to the side to which the direction d leads. Returns the cosine between d and the
@@ -95,8 +157,8 @@ inline float pass_boundary(__global const PrimitiveRecord* primitive, float3 d, 
 
 /* Follows connections: from `from` in `medium`, standing on primitive `skip`, towards `to` over `distance`; FAR_AWAY: out of
  * the scene. */
-inline Obstacles follow_connection(const Launch* launch, __global const JobRecord* job, MASK mask, REAL3 from, REAL3 to,
-                                   REAL distance, INT skip, INT medium) {
+inline Obstacles follow_connection(const Launch* launch, __global const JobRecord* job, const Random* random, MASK mask,
+                                   REAL3 from, REAL3 to, REAL distance, INT skip, INT medium) {
   const Surfaces surfaces = job_surfaces(launch, job);
   Obstacles way;
   Lanes ox, oy, oz, dx, dy, dz, left, stands_on, in;
@@ -111,6 +173,12 @@ inline Obstacles follow_connection(const Launch* launch, __global const JobRecor
   in.integer = medium;
   UNROLL_FOR(int k = 0; k < PASSAGES; ++k) way.through[k].real = (REAL)(0.0f);
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way.depth[c].real = (REAL)(0.0f);
+#if HAS_FIELDS
+  FieldPassage fields;
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way.dimming[c] = (REAL)(1.0f);
+  fields.x.real = fields.y.real = fields.z.real = fields.distance.real = (REAL)(0.0f);
+  int segment = 0;
+#endif
   uint bits = lane_bits(mask);
   way.reached = 0;
   MASK passed = (MASK)(0); /* a boundary: nothing behind counts, or thin bodies would be passed again and again */
@@ -120,27 +188,35 @@ inline Obstacles follow_connection(const Launch* launch, __global const JobRecor
                     stands_on.integer, in.integer >= 0, passed, mask);
     passed = mask;
     uint next = 0;
+#if HAS_FIELDS
+    fields.lanes = 0;
+    ++segment;
+#endif
     FOR_EACH_LANE(l, bits) {
       const int at = hits.primitive.i[l], current = in.i[l];
       if (at < 0) { /* nothing opaque or refractive in the way */
         const bool ends = HAS_LIGHTS && left.f[l] < FAR_AWAY;
         if (current < 0 || ends) way.reached |= 1u << l;
 #if HAS_MEDIUM && HAS_LIGHTS
-        if (current >= 0 && ends) pass_medium(launch, job, &way, l, current, left.f[l]);
+        if (current >= 0 && ends &&
+            !PASSES_FIELD(launch, &fields, l, current, (float3)(ox.f[l], oy.f[l], oz.f[l]), left.f[l]))
+          pass_medium(launch, job, &way, l, current, left.f[l]);
 #endif
         continue;
       }
       __global const PrimitiveRecord* primitive = launch->primitives + at;
       __global const ShapeRecord* shape = launch->shapes + job->first_shape + primitive->shape;
       if (launch->bsdfs[shape->bsdf].surface != SURFACE_NULL) continue;
+#if HAS_MEDIUM
+      if (current >= 0 && !PASSES_FIELD(launch, &fields, l, current, (float3)(ox.f[l], oy.f[l], oz.f[l]),
+                                        hits.distance.f[l]))
+        pass_medium(launch, job, &way, l, current, hits.distance.f[l]);
+#endif
       float3 o = (float3)(hits.x.f[l], hits.y.f[l], hits.z.f[l]);
       const float facing = pass_boundary(primitive, (float3)(dx.f[l], dy.f[l], dz.f[l]), &o);
       ox.f[l] = o.x;
       oy.f[l] = o.y;
       oz.f[l] = o.z;
-#if HAS_MEDIUM
-      if (current >= 0) pass_medium(launch, job, &way, l, current, hits.distance.f[l]);
-#endif
       if (shape->interior != shape->exterior) in.i[l] = facing < 0.0f ? shape->interior : shape->exterior;
       stands_on.i[l] = at;
 #if HAS_LIGHTS
@@ -148,6 +224,9 @@ inline Obstacles follow_connection(const Launch* launch, __global const JobRecor
 #endif
       next |= 1u << l;
     }
+#if HAS_FIELDS
+    if (fields.lanes) pass_fields(launch, job, &way, random, segment, to, &fields);
+#endif
     bits = next;
     mask = mask & lane_mask(next);
   }
@@ -155,17 +234,22 @@ inline Obstacles follow_connection(const Launch* launch, __global const JobRecor
 }
 
 /* Adds weight times the light, dimmed on the way, to the radiance of the lanes in `mask`: from `from` in `medium`.
- * scores: of the path so far; start: of where the connection begins. */
-inline void add_connection(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK mask,
-                           REAL3 from, const LightSample* light, INT skip, INT medium,
+ * scores: of the path so far; start: of where the connection begins; random: numbers of the event, of which media may take
+ * streams of their own. */
+inline void add_connection(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
+                           const Random* random, MASK mask, REAL3 from, const LightSample* light, INT skip, INT medium,
                            const REAL weight[RADIANCE_CHANNELS], const Scores* scores, const ConnectionStart* start) {
   REAL arriving[RADIANCE_CHANNELS], dimmed[RADIANCE_CHANNELS];
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) arriving[c] = weight[c] * light->rgb[c];
   const Obstacles way =
-      follow_connection(launch, job, mask, from, light->source.direction, light->distance, skip, medium);
+      follow_connection(launch, job, random, mask, from, light->source.direction, light->distance, skip, medium);
   if (!way.reached) return;
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
-    const REAL transmittance = EXP(-way.depth[THROUGHPUT_CHANNELS == 1 ? 0 : c].real);
+    const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
+    REAL transmittance = EXP(-way.depth[t].real);
+#if HAS_FIELDS
+    transmittance *= way.dimming[t];
+#endif
     arriving[c] *= transmittance;
     dimmed[c] = weight[c] * transmittance;
   }

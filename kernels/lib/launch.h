@@ -66,6 +66,15 @@ inline void spectral_event(MASK mask, const REAL factor[3], REAL weight[3]) {
 }
 #endif
 
+/* Of the path's hero channel. */
+inline REAL of_hero(const REAL of[], INT hero) {
+#if SPECTRAL
+  return SELECT(hero == 0, of[0], SELECT(hero == 1, of[1], of[2]));
+#else
+  return of[0];
+#endif
+}
+
 /* The sigma_t for choices that the weights must not depend on: the same whatever the path's hero channel, or MIS
  * weights would not add up, nor baselines have mean zero. */
 inline REAL mean_sigma_t(const REAL sigma_t[]) {

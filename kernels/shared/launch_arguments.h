@@ -21,6 +21,8 @@
   ARGUMENT(const ShapeRecord, shapes)           \
   ARGUMENT(const BsdfRecord, bsdfs)             \
   ARGUMENT(const MediumRecord, media)           \
+  ARGUMENT(const FieldRecord, fields)           \
+  ARGUMENT(const float, voxels)                 \
   ARGUMENT(const float, numbers)                \
   ARGUMENT(const int, number_textures)          \
   ARGUMENT(const EmitterRecord, emitters)       \

@@ -29,6 +29,7 @@ typedef struct {
   int distribution;              /* refracted: MICROFACET_* of the boundary that the guess assumes */
   float alpha, eta;              /* refracted: of that boundary, eta inside over outside */
   int first_cell;                /* of the table of expected futures (lib/baseline.h) */
+  int field, albedo_field;       /* what sigma_t and albedo are times, -1: the same everywhere */
 } MediumRecord;
 
 typedef struct {
@@ -58,6 +59,20 @@ typedef struct {
   int wrap;                  /* TEXTURE_REPEAT ... */
   int nearest;               /* else bilinear */
 } TextureRecord;
+
+/* A field (lib/field.h): voxels of one channel or three, x fastest, channels interleaved, and over the box that they fill
+ * a coarse grid of the greatest and least values of its cells, both in one array of floats. */
+typedef struct {
+  float low[3], high[3]; /* the box; outside of it extinction is 0 */
+  float to_voxels[12];   /* rows of an affine map; voxel i reaches from i to i + 1 */
+  float cell_size[3];
+  int size[3], cells[3];
+  int channels;
+  int wrap;    /* TEXTURE_REPEAT ... */
+  int nearest; /* else linear */
+  int first_voxel, first_cell;
+  float mean; /* value */
+} FieldRecord;
 
 /* A number of a scene that factors of a path's throughput depend on: the path carries its score, the sum of
  * d log f / d number over the factors so far. Several numbers of one model (model/models.h) may be n[slot]. */

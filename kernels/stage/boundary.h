@@ -108,7 +108,7 @@ inline REAL sample_light_at_boundary(int model, int variant, const Launch* launc
   start.model = model;
   start.n = r->n;
   start.surface = &step;
-  add_connection(launch, job, pool, slots, mask,
+  add_connection(launch, job, pool, slots, random, mask,
                  beside_surface(launch->primitives, s->primitive, s->position, s->normal, light), &sample, s->primitive,
                  s->exterior, connection_weight, &scores, &start);
   begin_segment(pool, slots, s->position, 1.0f + own_rival, at_boundary);

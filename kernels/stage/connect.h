@@ -77,8 +77,8 @@ inline Exit find_exit(const Launch* launch, __global const JobRecord* job, const
 
 /* What an exit through surfaces of one BSDF brings. */
 inline void connect_through(int surface, int model, int variant, const Launch* launch, __global const JobRecord* job,
-                            Pool* pool, INT slots, const LitVertex* x, const Exit* e, const LightSample* sample,
-                            const Scores* scores) {
+                            Pool* pool, INT slots, const Random* random, const LitVertex* x, const Exit* e,
+                            const LightSample* sample, const Scores* scores) {
   const int traits = bsdf_traits(model);
   if (!(traits & BSDF_TRANSMITS) || (traits & BSDF_SMOOTH)) return;
   const MASK here = e->found & (e->surface == surface);
@@ -100,27 +100,34 @@ inline void connect_through(int surface, int model, int variant, const Launch* l
   const REAL by_phase = phase * medium_transmittance(sigma, e->hits.distance.real);
   const REAL light_pdf = sample->pdf, other = light_pdf + bsdf_density(model, variant, n, wi, wo);
   const REAL mis = x->chance * e->density * light_pdf / (x->chance * e->density * light_pdf + by_phase * other);
-  REAL connection_weight[RADIANCE_CHANNELS];
+  REAL connection_weight[RADIANCE_CHANNELS], passed[THROUGHPUT_CHANNELS];
+  medium_dimming(launch, &x->inside, random, 0, x->position, e->inward, e->hits.distance.real, here, passed);
   MASK lit = (MASK)(0);
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
     REAL value = f[t];
     value *= phase * mis / (e->density * light_pdf);
     lit = lit | (value > 0.0f);
-    connection_weight[c] =
-        x->weight[c] * value * medium_transmittance(x->inside.n[MEDIUM_sigma_t + t], e->hits.distance.real);
+    connection_weight[c] = x->weight[c] * value * passed[t];
   }
   const Step at_exit = bsdf_step(model, variant, n, e->first_number, wi, wo, here);
-  const ConnectionStart start = {&x->inside, e->hits.distance.real, &x->phase, cosine, model, n, &at_exit, here};
-  add_connection(launch, job, pool, slots, here & lit,
+  ConnectionStart start = connection_start(here);
+  start.medium = &x->inside;
+  medium_thickness(launch, &x->inside, random, 1, x->position, e->inward, e->hits.distance.real, here, start.passage);
+  start.phase = &x->phase;
+  start.cosine = cosine;
+  start.model = model;
+  start.n = n;
+  start.surface = &at_exit;
+  add_connection(launch, job, pool, slots, random, here & lit,
                  beside_surface(launch->primitives, e->primitive, e->position, e->normal, sample->source.direction),
                  sample, e->primitive, e->exterior, connection_weight, scores, &start);
 }
 #endif
 
 /* Straight through index-matched boundaries. */
-inline void connect_straight(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK straight,
-                             const LitVertex* x, const LightSample* light, const Scores* scores) {
+inline void connect_straight(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
+                             const Random* random, MASK straight, const LitVertex* x, const LightSample* light, const Scores* scores) {
   const REAL cosine = dot3(x->arrival, light->source.direction);
   const REAL phase = phase_value(&x->phase, cosine);
   const REAL value = x->chance * phase / (x->chance * light->pdf + light->by_chance * phase);
@@ -129,7 +136,7 @@ inline void connect_straight(const Launch* launch, __global const JobRecord* job
   ConnectionStart start = connection_start(straight);
   start.phase = &x->phase;
   start.cosine = cosine;
-  add_connection(launch, job, pool, slots, straight, x->position, light, (INT)(-1), x->medium, connection_weight,
+  add_connection(launch, job, pool, slots, random, straight, x->position, light, (INT)(-1), x->medium, connection_weight,
                  scores, &start);
 }
 
@@ -154,12 +161,12 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
   if (ANY(refracted)) {
     const Exit exit = find_exit(launch, job, &x, light.source.direction, u, refracted);
 #define CONNECT_THROUGH(surface, name, variant) \
-  connect_through(surface, MODEL_##name, variant, launch, job, pool, slots, &x, &exit, &light, &scores);
+  connect_through(surface, MODEL_##name, variant, launch, job, pool, slots, &random, &x, &exit, &light, &scores);
     SURFACE_LIST(CONNECT_THROUGH)
   }
 #endif
 #endif
-  if (ANY(straight)) connect_straight(launch, job, pool, slots, straight, &x, &light, &scores);
+  if (ANY(straight)) connect_straight(launch, job, pool, slots, &random, straight, &x, &light, &scores);
   Scores onward = load_scores(job, pool, slots);
   add_phase(job, &onward, &x.phase, dot3(x.arrival, load3(pool, DIRECTION, slots)), valid);
   store_scores(pool, slots, &onward);

@@ -24,7 +24,7 @@ typedef struct {
   REAL throughput[THROUGHPUT_CHANNELS];
   REAL weight[3]; /* spectral: see lib/launch.h */
   REAL refraction_scale;
-  REAL sigma; /* sigma_t of the hero channel */
+  INT hero; /* channel, 0 where one sigma_t is that of all */
   INT depth, skip;
   MASK passed;
   FlightCell cell; /* of the position */
@@ -49,8 +49,10 @@ typedef struct {
 /* One event: a flight, and the scattering at its end. */
 typedef struct {
   REAL u[4];
-  REAL flight, distance; /* drawn, and up to where the path got */
-  REAL3 there;
+  Random random; /* numbers of the event */
+  Flight flight;
+  REAL distance; /* up to where the path got */
+  REAL3 from, there;
   FlightCell end;
   MASK flies, meets, scatters;
 } Event;
@@ -70,13 +72,10 @@ inline Walk load_walk(const Launch* launch, __global const JobRecord* job, const
   w.skip = LOAD_INT(pool, SKIP, slots);
   w.passed = LOAD_INT(pool, PASSED, slots) != 0;
   w.weight[0] = w.weight[1] = w.weight[2] = (REAL)(1.0f);
-  const REAL* sigma_t = w.medium.n + MEDIUM_sigma_t;
+  w.hero = (INT)(0);
 #if SPECTRAL
   UNROLL_FOR(int c = 0; c < 3; ++c) w.weight[c] = LOAD(pool, SPECTRAL_WEIGHT + c, slots);
-  const INT hero = LOAD_INT(pool, HERO, slots);
-  w.sigma = SELECT(hero == 0, sigma_t[0], SELECT(hero == 1, sigma_t[1], sigma_t[2]));
-#else
-  w.sigma = sigma_t[0];
+  w.hero = LOAD_INT(pool, HERO, slots);
 #endif
   w.scores = load_scores(job, pool, slots);
   w.baseline = load_baseline(pool, slots);
@@ -107,26 +106,30 @@ inline Event fly(const Launch* launch, __global const JobRecord* job, Walk* w, R
   __global const GeometryRecord* geometry = launch->geometries + job->geometry;
   Event e;
   e.flies = w->alive;
+  e.random = w->random;
+  e.from = w->position;
   draw(&w->random, 0, e.u);
   w->random.event += SELECT_INT(w->alive, 1, 0);
-  e.flight = medium_flight(e.u[0], mean_free_path);
-  e.distance = e.flight;
-  e.there = add3(w->position, scale3(w->direction, e.flight));
+  e.flight = medium_flight(launch, &w->medium, &e.random, e.u[0], w->position, w->direction, w->hero, mean_free_path,
+                           w->weight, w->alive);
+  const REAL flight = e.flight.distance;
+  e.distance = flight;
+  e.there = add3(w->position, scale3(w->direction, flight));
   e.end = flight_cell(launch->grid, geometry, e.there);
-  const MASK test = w->alive & !flight_is_clear(geometry, &w->cell, &e.end, w->direction, e.flight);
+  const MASK test = w->alive & !flight_is_clear(geometry, &w->cell, &e.end, w->direction, flight);
   e.meets = (MASK)(0);
   if (ANY(test)) {
-    const LaneHits hits = trace_lanes(job_surfaces(launch, job), w->position, w->direction, e.flight, w->skip, w->alive,
+    const LaneHits hits = trace_lanes(job_surfaces(launch, job), w->position, w->direction, flight, w->skip, w->alive,
                                       (w->skip >= 0) & w->passed, test);
     e.meets = test & (hits.primitive.integer >= 0);
-    e.distance = SELECT(e.meets, hits.distance.real, e.flight);
+    e.distance = SELECT(e.meets, hits.distance.real, flight);
     e.there = select3(e.meets, make3(hits.x.real, hits.y.real, hits.z.real), e.there);
     w->hit_primitive = SELECT_INT(e.meets, hits.primitive.integer, w->hit_primitive);
     w->hit_u = SELECT(e.meets, hits.u.real, w->hit_u);
     w->hit_v = SELECT(e.meets, hits.v.real, w->hit_v);
   }
   /* sigma_t 0: an endless flight leaves the scene */
-  const MASK gone = w->alive & !e.meets & (e.flight > 1e30f);
+  const MASK gone = w->alive & !e.meets & (flight > 1e30f);
   e.scatters = w->alive & !e.meets & !gone;
   w->escaped = w->escaped | gone;
   w->arrived = w->arrived | e.meets;
@@ -146,10 +149,12 @@ inline void weigh(const Walk* w, REAL total[]) {
  * channels' densities too. state: before the flight */
 inline void score_flight(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Walk* w,
                          const Event* e, INT state) {
-  REAL total[THROUGHPUT_CHANNELS];
+  REAL total[THROUGHPUT_CHANNELS], thickness[FIELD_CHANNELS];
   weigh(w, total);
+  medium_thickness(launch, &w->medium, &e->random, 0, e->from, w->direction, e->distance, e->meets | e->scatters,
+                   thickness);
   record_visit(launch, job, pool, slots, &w->random, w->random.event - 1, DECISION_FLIGHT, state, total, e->flies);
-  add_medium_flight(launch, job, pool, slots, &w->scores, &w->baseline, &w->medium, e->distance, e->meets, e->scatters,
+  add_medium_flight(launch, job, pool, slots, &w->scores, &w->baseline, &w->medium, thickness, e->meets, e->scatters,
                     total, state);
 }
 
@@ -158,8 +163,9 @@ inline void survive(const Launch* launch, __global const JobRecord* job, const P
                     REAL total[], REAL future[]) {
   w->skip = SELECT_INT(e->scatters, -1, w->skip);
   w->depth += SELECT_INT(e->scatters, 1, 0);
-  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c)
-    w->throughput[c] *= SELECT(e->scatters, w->medium.n[MEDIUM_albedo + c], 1.0f);
+  REAL albedo[THROUGHPUT_CHANNELS];
+  medium_albedo(launch, &w->medium, w->position, e->scatters, albedo);
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) w->throughput[c] *= SELECT(e->scatters, albedo[c], 1.0f);
   const REAL largest = brightest(w->throughput, w->weight);
 #if OPERATOR_SINGLE
   const MASK again = e->scatters & (w->depth >= SCATTERED_ONCE);
@@ -264,12 +270,13 @@ inline void store_walk(const Launch* launch, __global const JobRecord* job, Pool
 inline void medium_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                          int enough) {
   Walk w = load_walk(launch, job, pool, slots, valid);
-  const REAL mean_free_path = 1.0f / w.sigma;
+  const REAL mean_free_path = 1.0f / of_hero(w.medium.n + MEDIUM_sigma_t, w.hero);
   for (int event = 0; event < MEDIUM_EVENTS; ++event) {
     const INT state = medium_state(w.first_cell, DECISION_FLIGHT, &w.below, dot3(w.below.normal, w.direction));
     Event e = fly(launch, job, &w, mean_free_path);
 #if SPECTRAL
-    weigh_medium_flight(&w.medium, w.sigma, mean_free_path, e.flight, e.distance, e.meets, e.scatters, w.weight);
+    weigh_medium_flight(launch, &w.medium, &e.random, e.from, w.direction, w.hero, mean_free_path, &e.flight, e.distance,
+                        e.meets, e.scatters, w.weight);
 #endif
     w.cell = e.end; /* who met a surface needs none */
     w.below = depth_of(&w.cell, typical_sigma_t(&w.medium));

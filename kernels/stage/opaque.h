@@ -59,7 +59,7 @@ inline void connect_reflector(int model, int variant, const Launch* launch, __gl
   start.model = model;
   start.n = r->n;
   start.surface = &step;
-  add_connection(launch, job, pool, slots, mask & sampled & lit,
+  add_connection(launch, job, pool, slots, random, mask & sampled & lit,
                  beside_surface(launch->primitives, s->primitive, s->position, s->normal, to_light), &light,
                  s->primitive, LOAD_INT(pool, MEDIUM, slots), connection_weight, &scores, &start);
 }

@@ -61,8 +61,9 @@ class Builder {
     const Model* model;
     int variant, first;
     std::vector<double> slots, numbers;
-    int origin = 0;     // as of ScoreRecord
-    bool grey = false;  // all of its colours, everywhere on its surfaces
+    int origin = 0;              // as of ScoreRecord
+    bool grey = false;           // all of its colours, everywhere on its surfaces
+    bool coloured_grid = false;  // what a number is times differs between channels
   };
 
   // Radiance enters linearly: no path carries a score for it.
@@ -136,7 +137,7 @@ class Builder {
   // Index of the score that a number needs in a channel.
   int score(Owner owner, const Place& place, const DeclaredNumber& number, int channel) {
     const Functions functions = functions_of(*place.model, owner, place.variant);
-    bool one_for_all = true;  // channels
+    bool one_for_all = !place.coloured_grid;  // channels
     const auto in_all_channels = [&](const ScoreFunction& function) {
       return place.grey || function.same_in_all_channels(number.slot);
     };
@@ -184,7 +185,11 @@ class Builder {
     const BsdfRecord* bsdfs = launch_.bsdfs.data() + start().first_bsdf;
     if (owner == Owner::medium) {
       const Medium& medium = scene_.media[i];
-      return place(*medium.model, medium.variant, media[i].first_number - base, medium.slots());
+      Place of_medium = place(*medium.model, medium.variant, media[i].first_number - base, medium.slots());
+      of_medium.coloured_grid = std::any_of(medium.values.begin(), medium.values.end(), [](const Texture& value) {
+        return value.is_grid() && value.volume->grid->channels == 3;
+      });
+      return of_medium;
     }
     if (owner == Owner::phase) {
       const PhaseFunction& phase = scene_.media[i].phase;

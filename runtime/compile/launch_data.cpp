@@ -11,6 +11,7 @@
 #include "kernels/shared/baseline_layout.h"
 #include "runtime/base/colour.h"
 #include "runtime/compile/emitter.h"
+#include "runtime/compile/field.h"
 #include "runtime/compile/light.h"
 #include "runtime/compile/surfaces.h"
 
@@ -177,8 +178,15 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   }
   r.first_cell = data.cells;
   data.cells += BASELINE_MEDIUM_CELLS;
+  r.field = r.albedo_field = -1;
   for (std::size_t i = 0; i < medium.values.size(); ++i) {
-    if (grey(medium.values[i].value)) continue;
+    const Texture& value = medium.values[i];
+    const bool coloured_grid = value.is_grid() && value.volume->grid->channels == 3;
+    const bool extinction = medium.model->parameters[i].name == "sigma_t";
+    if (value.is_grid() || (value.volume && extinction))
+      (extinction ? r.field : r.albedo_field) = append_field(*value.volume, data);
+    if (extinction) data.coloured_field |= coloured_grid;
+    if (grey(value.value) && !coloured_grid) continue;
     data.coloured = true;
     data.spectral |= medium.model->number_called(medium.model->parameters[i].name).role == ROLE_DENSITY;
   }
@@ -373,6 +381,8 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   });
   set("HAS_NULL", null);
   set("HAS_MEDIUM", !data.media.empty());
+  set("HAS_FIELDS", !data.fields.empty());
+  d["FIELD_CHANNELS"] = data.coloured_field ? "3" : "1";
   set("HAS_TEXTURE", !data.textures.empty());
   set("HAS_SMOOTH", smooth);
   set("HAS_ROUND", round);

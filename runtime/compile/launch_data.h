@@ -16,9 +16,9 @@
 
 namespace itn {
 
-static_assert(sizeof(CameraRecord) == 104 && sizeof(MediumRecord) == 36 && sizeof(ShapeRecord) == 16 &&
-              sizeof(BsdfRecord) == 16 && sizeof(TextureRecord) == 52 && sizeof(JobRecord) == 96 &&
-              sizeof(ChunkRecord) == 16);
+static_assert(sizeof(CameraRecord) == 104 && sizeof(MediumRecord) == 44 && sizeof(FieldRecord) == 132 &&
+              sizeof(ShapeRecord) == 16 && sizeof(BsdfRecord) == 16 && sizeof(TextureRecord) == 52 &&
+              sizeof(JobRecord) == 96 && sizeof(ChunkRecord) == 16);
 
 // Where the records of a scene begin; its job knows first_number.
 struct SceneStart {
@@ -33,9 +33,12 @@ struct LaunchData {
   std::vector<ShapeRecord> shapes;
   std::vector<BsdfRecord> bsdfs;  // surface: as in compile/surfaces.h
   std::vector<MediumRecord> media;
-  std::vector<float> numbers;              // of all models: kernels/shared/declaration.h
-  std::vector<int> number_textures;        // beside them
-  std::set<std::pair<int, int>> textured;  // model and slot of those that are somewhere
+  std::vector<FieldRecord> fields;            // of media
+  std::vector<float> voxels;                  // and the coarse cells over them
+  std::map<const VoxelGrid*, int> voxels_of;  // where those of a grid begin: fields may share it
+  std::vector<float> numbers;                 // of all models: kernels/shared/declaration.h
+  std::vector<int> number_textures;           // beside them
+  std::set<std::pair<int, int>> textured;     // model and slot of those that are somewhere
   std::vector<EmitterRecord> emitters;
   std::vector<LightRecord> lights;
   std::vector<float> emitter_tables;  // of both
@@ -49,6 +52,7 @@ struct LaunchData {
   bool coloured = false;                   // some throughput or radiance differs between channels
   bool coloured_light = false;             // some radiance or derivative of it does
   bool spectral = false;                   // some medium's sigma_t does
+  bool coloured_field = false;             // some medium's sigma_t has a grid with three channels
 };
 
 // Appends a scene seen by one of its sensors; returns a job with everything but the pixels, samples and seed.

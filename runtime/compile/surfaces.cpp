@@ -91,7 +91,8 @@ std::string surfaces_text(const LaunchData& data) {
   for (const auto& [model, slot] : data.textured)
     textured += fmt::format(" || ((model) == {} && (slot) == {})", model, slot);
   return fmt::format(
-      "#define SURFACES {}\n#define SURFACE_LIST(SURFACE){}\n#define MEDIUM_COUNT {}\n#define MEDIA_OF_SCENE(MEDIUM){}\n"
+      "#define SURFACES {}\n#define SURFACE_LIST(SURFACE){}\n#define MEDIUM_COUNT {}\n#define "
+      "MEDIA_OF_SCENE(MEDIUM){}\n"
       "#define PHASE_COUNT {}\n#define PHASES_OF_SCENE(PHASE){}\n"
       "#define LIGHTS_OF_SCENE(LIGHT){}\n#define TEXTURED(model, slot) (false{})\n",
       kinds.size(), surfaces, medium_count, media, phase_count, phases, lights, textured);

@@ -30,7 +30,8 @@ int unknown(const std::vector<Coordinate>& coordinates, Owner owner, const std::
   return -1;
 }
 
-// Reduced scattering and absorption are those of its numbers of these names; a medium without them has none.
+// Reduced scattering and absorption are those of its numbers of these names; a medium without them, or with a grid in
+// their place, has none.
 constexpr const char *const extinction = "sigma_t", *const single_scattering_albedo = "albedo";
 
 bool has_coefficients(const Medium& medium) {
@@ -38,7 +39,7 @@ bool has_coefficients(const Medium& medium) {
     const auto& numbers = medium.model->numbers;
     return std::any_of(numbers.begin(), numbers.end(), [&](const DeclaredNumber& n) { return n.name == name; });
   };
-  return has(extinction) && has(single_scattering_albedo);
+  return !medium.has_grid() && has(extinction) && has(single_scattering_albedo);
 }
 
 // The numbers of that name, a channel each.

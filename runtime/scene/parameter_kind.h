@@ -30,7 +30,8 @@ struct ParameterKind {
     aspect,
     field_of_view,
     direction,
-    beam
+    beam,
+    volume
   };
   int channels = 1;  // 3: a colour
   double low = 0, high = 0;
@@ -52,6 +53,10 @@ constexpr ParameterKind ALBEDO{3,   0, 1, true, true, Reader::colour, true, "sig
                                true};
 constexpr ParameterKind EXTINCTION{
     3, 0, unbounded, true, false, Reader::colour, true, "per scene unit", Quantity::unbounded, true};
+constexpr ParameterKind ALBEDO_VOLUME{
+    3, 0, 1, true, true, Reader::volume, true, "sigma_s / sigma_t", Quantity::reflectance, true};
+constexpr ParameterKind EXTINCTION_VOLUME{
+    3, 0, unbounded, true, false, Reader::volume, true, "per scene unit", Quantity::unbounded, true};
 constexpr ParameterKind EMISSION{3, 0, unbounded, true, false, Reader::colour, true, "", Quantity::emission};
 constexpr ParameterKind POSITION{3, -unbounded, unbounded, false, false, Reader::position, false};
 constexpr ParameterKind ORIGIN{3, -unbounded, unbounded, false, false, Reader::origin, false};

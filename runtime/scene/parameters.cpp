@@ -14,6 +14,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 const char* const textured_value = "a texture, not a number";
+const char* const grid_value = "a grid of voxels, not a number; scale and a constant albedo are numbers";
 const char* const yes = "";
 
 // Of numbers in which radiance is linear or at least smooth.
@@ -73,7 +74,9 @@ class List {
       const Range range{p.kind.low, p.kind.high, p.kind.low_included, p.kind.high_included};
       const auto value = [&](int c) { return slots[static_cast<std::size_t>(p.slot + c)]; };
       const auto why_not = [&](double, int c) { return model.obstacle(slots.data(), p.slot + c); };
-      if (!of.is_constant())
+      if (of.is_grid())
+        number(p.name, std::nan(""), range, grid_value, p.unit);
+      else if (!of.is_constant())
         number(p.name, std::nan(""), range, textured_value, p.unit);
       else if (p.kind.channels == 3)
         colour(p.name, {value(0), value(1), value(2)}, range, why_not, of.by_component, p.unit);
@@ -171,6 +174,7 @@ void set_environment(Emitter& light, const Parameter& p, double value) {
 
 void set_instance(Instance& instance, const Parameter& p, double value) {
   Texture& of = instance.value(p.member);
+  if (of.is_grid()) throw UsageError(fmt::format("parameter {}: cannot be set: {}", p.name, grid_value));
   if (!of.is_constant()) throw UsageError(fmt::format("parameter {}: cannot be set: {}", p.name, textured_value));
   set_colour(of.value, p, value);
 }

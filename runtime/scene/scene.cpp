@@ -68,6 +68,10 @@ Bsdf make_bsdf(const std::string& type, const std::string& distribution) {
   return bsdf;
 }
 
+bool Medium::has_grid() const {
+  return std::any_of(values.begin(), values.end(), [](const Texture& value) { return value.is_grid(); });
+}
+
 Medium::Medium() {
   become(*find_model(medium_models(), "homogeneous"));
   phase.become(*find_model(phase_models(), "isotropic"));

@@ -54,7 +54,22 @@ struct Bitmap {
   std::vector<float> data;
 };
 
-// A value, which is constant or differs over a surface.
+// Voxels of one channel or three: x fastest, then y, then z; channels interleaved.
+struct VoxelGrid {
+  int width = 0, height = 0, depth = 0, channels = 1;
+  Vec3 low{0, 0, 0}, high{1, 1, 1};  // the box that the file says they fill
+  std::vector<float> data;
+};
+
+// What a grid's values, or those of a constant, fill: the image of the unit cube.
+struct Volume {
+  Transform to_world;                     // of the unit cube; invertible
+  std::shared_ptr<const VoxelGrid> grid;  // null: the same everywhere
+  bool nearest = false;                   // filter_type; else trilinear
+  enum class Wrap { clamp, repeat, mirror } wrap = Wrap::clamp;
+};
+
+// A value, which is constant or differs over a surface or within a volume.
 struct Texture {
   Rgb value{0.5, 0.5, 0.5};             // when constant; a number: three times
   bool by_component = false;            // a colour whose parameters are always .R .G .B (ParameterKind)
@@ -67,7 +82,11 @@ struct Texture {
   bool nearest = false;  // filter_type
   enum class Wrap { repeat, mirror, clamp } wrap = Wrap::repeat;
 
+  // Of a medium's parameters that may have one; null: the same in all space. The value of a grid is 1.
+  std::shared_ptr<const Volume> volume;
+
   bool is_constant() const { return !model; }
+  bool is_grid() const { return volume && volume->grid; }
   // Takes the model's fallbacks.
   void become(const TextureModel& of);
 };
@@ -113,6 +132,8 @@ using PhaseFunction = Instance;
 // Its id: "homogeneous0" when the file gives none; that of the phase function likewise.
 struct Medium : Instance {
   PhaseFunction phase;
+
+  bool has_grid() const;  // of any parameter
 
   Medium();  // homogeneous and isotropic, with Mitsuba's defaults
 };

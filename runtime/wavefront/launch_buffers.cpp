@@ -22,6 +22,8 @@ void LaunchBuffers::upload_scenes(const Device& device, const LaunchData& data) 
   shapes = device.upload(data.shapes, "shapes");
   bsdfs = device.upload(numbered_bsdfs(data), "BSDFs");
   media = device.upload(data.media, "media");
+  fields = device.upload(data.fields, "fields");
+  voxels = device.upload(data.voxels, "voxels");
   numbers = device.upload(padded, "numbers");
   number_textures = device.upload(data.number_textures, "textures of numbers");
   emitters = device.upload(data.emitters, "emitters");

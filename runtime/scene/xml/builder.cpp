@@ -87,9 +87,15 @@ void check_texture(Builder& builder, const Element& element) {
   if (is_spectrum_type(element.attribute("type")))
     builder.report.attempt([&] { spectrum_plugin(builder.document, element, Quantity::unbounded, builder.report); });
   else if (element.tag == "volume")
-    build_or_examine(builder, element, [&] { fail_type(element, {"constvolume"}); });
+    build_volume(builder, element);
   else
     build_texture(builder, element);
+}
+
+Volume build_volume(Builder& builder, const Element& element) {
+  Volume volume;
+  build_or_examine(builder, element, [&] { volume = read_volume(builder, element); });
+  return volume;
 }
 
 void build_phase(Builder& builder, const Element& element, Medium& medium) {

@@ -26,6 +26,7 @@ class Builder {
   std::map<const Element*, std::vector<Shape>> shapes_of_group;         // of each <shape type="shapegroup">
   std::size_t copied_triangles = 0;                                     // of instances
   std::map<std::string, std::shared_ptr<const Bitmap>> bitmap_of_file;  // key: path, and "raw" or "srgb"
+  std::map<std::string, std::shared_ptr<const VoxelGrid>> grid_of_file;
 
   Properties properties(const Element& element) { return Properties(document, element, report); }
   void warn(const Location& where, const std::string& what) { report.warn(where, what); }
@@ -47,6 +48,7 @@ void build_sensor(Builder& builder, const Element& element);
 void build_integrator(Builder& builder, const Element& element);
 Texture build_texture(Builder& builder, const Element& element);  // <texture>
 void check_texture(Builder& builder, const Element& element);     // any <texture> or <volume>, also a spectrum
+Volume build_volume(Builder& builder, const Element& element);  // <volume type="gridvolume">
 void build_phase(Builder& builder, const Element& element, Medium& medium);  // <phase>, into the medium
 void build_film(Builder& builder, const Element& element, Sensor& sensor);
 void build_filter(Builder& builder, const Element& element, Sensor& sensor);
@@ -61,6 +63,7 @@ void read_shape(Builder& builder, const Element& element);
 void read_sensor(Builder& builder, const Element& element);
 void read_integrator(Builder& builder, const Element& element);
 Texture read_texture(Builder& builder, const Element& element);
+Volume read_volume(Builder& builder, const Element& element);
 void read_phase(Builder& builder, const Element& element, Medium& medium);
 void read_film(Builder& builder, const Element& element, Sensor& sensor);
 void read_filter(Builder& builder, const Element& element, Sensor& sensor);
@@ -68,6 +71,10 @@ void read_sampler(Builder& builder, const Element& element, Sensor& sensor);
 
 // What the model of the instance declares, each parameter as its kind says.
 void read_parameters(Builder& builder, Properties& properties, Instance& instance);
+// The parameter `name` of a medium: a number, a colour or a grid of voxels.
+Texture read_medium_parameter(Builder& builder, Properties& properties, const DeclaredParameter& parameter);
+// Refuses a value outside of the parameter's range.
+void check_in_range(Properties& properties, const DeclaredParameter& parameter, double value);
 // The types of the models, for messages.
 std::vector<std::string> types_of(const std::vector<Model>& models);
 // The parameter `name`: a colour in [0, 1], or a texture.

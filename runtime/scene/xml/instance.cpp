@@ -18,7 +18,9 @@ std::string range_of(const ParameterKind& kind) {
   return fmt::format("{}{}, {}{}", kind.low_included ? '[' : '(', kind.low, kind.high, kind.high_included ? ']' : ')');
 }
 
-void check(Properties& properties, const DeclaredParameter& p, double value) {
+}  // namespace
+
+void check_in_range(Properties& properties, const DeclaredParameter& p, double value) {
   const ParameterKind& k = p.kind;
   const bool above = k.low_included ? value >= k.low : value > k.low;
   const bool below = k.high_included ? value <= k.high : value < k.high;
@@ -26,6 +28,8 @@ void check(Properties& properties, const DeclaredParameter& p, double value) {
     properties.fail_at(p.name, fmt::format("{} = {} is outside {}{}", p.name, to_text(value), range_of(k),
                                            *k.meaning ? fmt::format("; it is {}", k.meaning) : ""));
 }
+
+namespace {
 
 double roughness(Properties& properties, const std::string& name, double fallback) {
   const double alpha = properties.number(name, fallback);
@@ -126,7 +130,7 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
   switch (p.kind.reader) {
     case ParameterKind::Reader::number:
       number(properties.number(p.name, p.fallback));
-      check(properties, p, value.value[0]);
+      check_in_range(properties, p, value.value[0]);
       break;
     case ParameterKind::Reader::flag:
       number(properties.boolean(p.name, p.fallback != 0) ? 1 : 0);
@@ -135,7 +139,7 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
       const Color colour = properties.color(p.name, {{p.fallback, p.fallback, p.fallback}}, p.kind.quantity);
       value.value = colour.value;
       value.by_component = p.kind.by_component && colour.is_rgb;
-      for (const double v : value.value) check(properties, p, v);
+      for (const double v : value.value) check_in_range(properties, p, v);
       break;
     }
     case ParameterKind::Reader::position:
@@ -167,7 +171,7 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
       break;
     case ParameterKind::Reader::beam:  // by default three quarters of the cone
       number(properties.number(p.name, 0.75 * properties.number("cutoff_angle", 20)));
-      check(properties, p, value.value[0]);
+      check_in_range(properties, p, value.value[0]);
       break;
     case ParameterKind::Reader::texture:
       value = build_texture(builder, properties, p.name, p.fallback);
@@ -177,7 +181,10 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
       break;
     case ParameterKind::Reader::metal:
       value.value = parse_metal(properties, p.name, p.fallback);
-      for (const double v : value.value) check(properties, p, v);
+      for (const double v : value.value) check_in_range(properties, p, v);
+      break;
+    case ParameterKind::Reader::volume:
+      value = read_medium_parameter(builder, properties, p);
       break;
     case ParameterKind::Reader::roughness_texture:
       if (properties.is_object(p.name) && !properties.is_spectrum(p.name)) {

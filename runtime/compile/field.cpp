@@ -1,0 +1,177 @@
+#include "runtime/compile/field.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "runtime/base/parallel.h"
+#include "runtime/scene/transform.h"
+
+namespace itn {
+namespace {
+
+// Coarse cells: 4 voxels along each axis, more where there would be more than 32 cells.
+constexpr int voxels_a_cell = 4, most_cells = 32;
+// How far rounding may move a place between cells [voxel].
+constexpr double margin = 1e-3;
+
+struct Affine {
+  std::array<double, 9> linear{};
+  Vec3 shift{};
+
+  Vec3 operator()(const Vec3& p) const {
+    Vec3 r = shift;
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t k = 0; k < 3; ++k) r[i] += linear[3 * i + k] * p[k];
+    return r;
+  }
+};
+
+// From the world to voxels: voxel i reaches from i to i + 1.
+Affine to_voxels(const Transform& to_world, const std::array<int, 3>& size) {
+  const Transform normals = inverse_transpose(to_world);
+  const Vec3 origin = transform_point(to_world, {0, 0, 0});
+  Affine affine;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t k = 0; k < 3; ++k) {
+      affine.linear[3 * i + k] = normals.m[4 * k + i] * size[i];
+      affine.shift[i] -= affine.linear[3 * i + k] * origin[k];
+    }
+  return affine;
+}
+
+int wrapped(int wrap, long i, int n) {
+  if (wrap == TEXTURE_CLAMP) return static_cast<int>(std::clamp(i, 0L, static_cast<long>(n) - 1));
+  const long period = wrap == TEXTURE_MIRROR ? 2L * n : n, m = (i % period + period) % period;
+  return static_cast<int>(m < n ? m : period - 1 - m);
+}
+
+// The voxels along an axis that places from low to high are interpolated from, each once.
+std::vector<int> voxels_between(double low, double high, int n, int wrap, bool nearest) {
+  const double half = nearest ? 0 : 0.5;
+  const long first = static_cast<long>(std::floor(low - half - margin)),
+             last = static_cast<long>(std::floor(high - half + margin)) + (nearest ? 0 : 1);
+  std::vector<bool> used(static_cast<std::size_t>(n));
+  for (long i = first; i <= std::min(last, first + 2L * n); ++i)
+    used[static_cast<std::size_t>(wrapped(wrap, i, n))] = true;
+  used[static_cast<std::size_t>(wrapped(wrap, last, n))] = true;
+  std::vector<int> result;
+  for (int i = 0; i < n; ++i)
+    if (used[static_cast<std::size_t>(i)]) result.push_back(i);
+  return result;
+}
+
+// The box around a box in the world, in voxels.
+std::pair<Vec3, Vec3> around(const Affine& map, const Vec3& low, const Vec3& high) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Vec3 least{infinity, infinity, infinity}, most{-infinity, -infinity, -infinity};
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 p = map({corner & 1 ? high[0] : low[0], corner & 2 ? high[1] : low[1], corner & 4 ? high[2] : low[2]});
+    for (std::size_t a = 0; a < 3; ++a) {
+      least[a] = std::min(least[a], p[a]);
+      most[a] = std::max(most[a], p[a]);
+    }
+  }
+  return {least, most};
+}
+
+// Greatest and least value, of all channels, that the field has in a box of the world.
+std::pair<float, float> extremes(const VoxelGrid& grid, const FieldRecord& r, const Affine& map, const Vec3& low,
+                                 const Vec3& high) {
+  const auto [least, most] = around(map, low, high);
+  std::array<std::vector<int>, 3> voxels;
+  for (std::size_t a = 0; a < 3; ++a) voxels[a] = voxels_between(least[a], most[a], r.size[a], r.wrap, r.nearest != 0);
+  std::pair<float, float> result{0, std::numeric_limits<float>::infinity()};
+  const auto channels = static_cast<std::size_t>(grid.channels);
+  for (const int z : voxels[2])
+    for (const int y : voxels[1])
+      for (const int x : voxels[0]) {
+        const std::size_t row =
+            static_cast<std::size_t>(z) * static_cast<std::size_t>(grid.height) + static_cast<std::size_t>(y);
+        const float* value =
+            grid.data.data() + (row * static_cast<std::size_t>(grid.width) + static_cast<std::size_t>(x)) * channels;
+        for (std::size_t c = 0; c < channels; ++c) {
+          result.first = std::max(result.first, value[c]);
+          result.second = std::min(result.second, value[c]);
+        }
+      }
+  return result;
+}
+
+void append_cells(const VoxelGrid& grid, const Affine& map, FieldRecord& r, LaunchData& data) {
+  r.first_cell = static_cast<int>(data.voxels.size());
+  const int rows = r.cells[1] * r.cells[2];
+  data.voxels.resize(data.voxels.size() + 2 * static_cast<std::size_t>(rows) * static_cast<std::size_t>(r.cells[0]));
+  float* cells = data.voxels.data() + r.first_cell;
+  parallel_for(static_cast<std::size_t>(rows), [&](std::size_t row) {
+    const std::array<int, 3> cell{0, static_cast<int>(row) % r.cells[1], static_cast<int>(row) / r.cells[1]};
+    for (int x = 0; x < r.cells[0]; ++x) {
+      Vec3 low{}, high{};
+      for (std::size_t a = 0; a < 3; ++a) {
+        const int index = a == 0 ? x : cell[a];
+        const double from = static_cast<double>(r.low[a]), step = static_cast<double>(r.cell_size[a]);
+        low[a] = from + step * index;
+        high[a] = low[a] + step;
+      }
+      const auto [greatest, least] = extremes(grid, r, map, low, high);
+      float* out = cells + 2 * (row * static_cast<std::size_t>(r.cells[0]) + static_cast<std::size_t>(x));
+      out[0] = greatest;
+      out[1] = least;
+    }
+  });
+}
+
+const VoxelGrid& one() {
+  static const VoxelGrid grid = [] {
+    VoxelGrid single;
+    single.width = single.height = single.depth = 1;
+    single.data = {1};
+    return single;
+  }();
+  return grid;
+}
+
+}  // namespace
+
+int append_field(const Volume& volume, LaunchData& data) {
+  const VoxelGrid& grid = volume.grid ? *volume.grid : one();
+  FieldRecord r{};
+  const std::array<int, 3> size{grid.width, grid.height, grid.depth};
+  const Affine map = to_voxels(volume.to_world, size);
+  Vec3 low = transform_point(volume.to_world, {0, 0, 0}), high = low;
+  for (int corner = 1; corner < 8; ++corner) {
+    const Vec3 p =
+        transform_point(volume.to_world, {corner & 1 ? 1.0 : 0.0, corner & 2 ? 1.0 : 0.0, corner & 4 ? 1.0 : 0.0});
+    for (std::size_t a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], p[a]);
+      high[a] = std::max(high[a], p[a]);
+    }
+  }
+  for (std::size_t a = 0; a < 3; ++a) {
+    for (std::size_t k = 0; k < 3; ++k) r.to_voxels[4 * a + k] = static_cast<float>(map.linear[3 * a + k]);
+    r.to_voxels[4 * a + 3] = static_cast<float>(map.shift[a]);
+    r.low[a] = static_cast<float>(low[a]);
+    r.high[a] = static_cast<float>(high[a]);
+    r.size[a] = size[a];
+    r.cells[a] = std::clamp((size[a] + voxels_a_cell - 1) / voxels_a_cell, 1, most_cells);
+    r.cell_size[a] = (r.high[a] - r.low[a]) / static_cast<float>(r.cells[a]);
+  }
+  r.channels = grid.channels;
+  r.wrap = volume.wrap == Volume::Wrap::repeat   ? TEXTURE_REPEAT
+           : volume.wrap == Volume::Wrap::mirror ? TEXTURE_MIRROR
+                                                 : TEXTURE_CLAMP;
+  r.nearest = volume.nearest;
+  double sum = 0;
+  for (const float value : grid.data) sum += static_cast<double>(value);
+  r.mean = static_cast<float>(sum / static_cast<double>(grid.data.size()));
+  const auto [known, is_new] = data.voxels_of.try_emplace(&grid, static_cast<int>(data.voxels.size()));
+  r.first_voxel = known->second;
+  if (is_new) data.voxels.insert(data.voxels.end(), grid.data.begin(), grid.data.end());
+  append_cells(grid, map, r, data);
+  data.fields.push_back(r);
+  return static_cast<int>(data.fields.size()) - 1;
+}
+
+}  // namespace itn

@@ -1,0 +1,92 @@
+#include "runtime/scene/volume_file.h"
+
+#include <fmt/core.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "runtime/base/error.h"
+
+namespace itn {
+namespace {
+
+constexpr std::size_t header_bytes = 48;
+constexpr std::uint64_t most_values = std::uint64_t{1} << 29;  // 2 GiB: what the device's indices and memory are for
+constexpr float greatest_value = 1e30F;
+
+// All numbers of the format are little-endian, as those of every machine that this is built for.
+template <class Number>
+Number at(const std::array<char, header_bytes>& header, std::size_t byte) {
+  Number number;
+  std::memcpy(&number, header.data() + byte, sizeof(number));
+  return number;
+}
+
+[[noreturn]] void fail(const std::string& file, const std::string& what) { throw InputError(file + ": " + what); }
+
+void check_values(const VoxelGrid& grid, const std::string& file) {
+  const auto width = static_cast<std::size_t>(grid.width), height = static_cast<std::size_t>(grid.height),
+             channels = static_cast<std::size_t>(grid.channels);
+  for (std::size_t i = 0; i < grid.data.size(); ++i) {
+    const float value = grid.data[i];
+    if (value >= 0 && value <= greatest_value) continue;
+    const std::size_t voxel = i / channels;
+    fail(file, fmt::format("voxel ({}, {}, {}) is {}; need numbers from 0 to {:g}: mend the grid", voxel % width,
+                           voxel / width % height, voxel / width / height, value, greatest_value));
+  }
+}
+
+}  // namespace
+
+VoxelGrid read_volume_file(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::array<char, header_bytes> header{};
+  if (!in) fail(file, "cannot be opened; need a readable .vol file");
+  std::error_code status;
+  const std::uint64_t bytes = std::filesystem::file_size(file, status);
+  in.read(header.data(), header_bytes);
+  if (in.gcount() < 4 || std::memcmp(header.data(), "VOL", 3) != 0)
+    fail(file, "does not begin with VOL; need a .vol file of version 3");
+  if (header[3] != 3)
+    fail(file, fmt::format(".vol file of version {}; need version 3", static_cast<unsigned char>(header[3])));
+  if (!in) fail(file, fmt::format("ends within its header of {} bytes; copy the whole file", header_bytes));
+  if (const auto encoding = at<std::int32_t>(header, 4); encoding != 1)
+    fail(file, fmt::format("encoding {}; need 1: values of 32-bit floating point", encoding));
+  VoxelGrid grid;
+  grid.width = at<std::int32_t>(header, 8);
+  grid.height = at<std::int32_t>(header, 12);
+  grid.depth = at<std::int32_t>(header, 16);
+  grid.channels = at<std::int32_t>(header, 20);
+  const std::string size = fmt::format("{} x {} x {} voxels", grid.width, grid.height, grid.depth);
+  constexpr int most_along_axis = 1 << 20;
+  for (const int n : {grid.width, grid.height, grid.depth})
+    if (n < 1 || n > most_along_axis)
+      fail(file, fmt::format("{}; need 1 to {} along each axis", size, most_along_axis));
+  if (grid.channels != 1 && grid.channels != 3)
+    fail(file, fmt::format("{} channels; need 1 (numbers) or 3 (linear sRGB)", grid.channels));
+  // The greatest product of two fits into 64 bits; that of three need not.
+  const std::uint64_t layer = static_cast<std::uint64_t>(grid.width) * static_cast<std::uint64_t>(grid.height),
+                      rows = static_cast<std::uint64_t>(grid.depth) * static_cast<std::uint64_t>(grid.channels);
+  if (layer > most_values / rows)
+    fail(file, fmt::format("{} of {} channels; the most that is rendered is {} values (2 GiB): resample the grid", size,
+                           grid.channels, most_values));
+  const std::uint64_t values = layer * rows, needed = header_bytes + sizeof(float) * values;
+  if (status || bytes < needed)
+    fail(file,
+         fmt::format("{} bytes; {} of {} channels take {}: copy the whole file", bytes, size, grid.channels, needed));
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    grid.low[axis] = static_cast<double>(at<float>(header, 24 + 4 * axis));
+    grid.high[axis] = static_cast<double>(at<float>(header, 36 + 4 * axis));
+  }
+  grid.data.resize(values);
+  in.read(reinterpret_cast<char*>(grid.data.data()), static_cast<std::streamsize>(sizeof(float) * values));
+  if (!in) fail(file, "cannot be read to its end; copy the whole file");
+  check_values(grid, file);
+  return grid;
+}
+
+}  // namespace itn
