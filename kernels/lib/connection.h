@@ -93,15 +93,32 @@ inline void pass_medium(const Launch* launch, __global const JobRecord* job, Obs
   UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c) way->through[medium * FIELD_CHANNELS + c].f[lane] += distance;
 #endif
 }
-#endif
 
-#if HAS_FIELDS
 /* The next way of a connection through a medium with a field, a lane each. */
 typedef struct {
   Lanes x, y, z, distance, medium;
   uint lanes;
 } FieldPassage;
 
+/* A lane passes a way. Those through media with fields are kept for pass_fields. */
+inline void pass_way(const Launch* launch, __global const JobRecord* job, Obstacles* way, FieldPassage* p, int lane,
+                     int medium, float3 from, float distance) {
+#if HAS_FIELDS
+  if (launch->media[medium].field >= 0) {
+    p->lanes |= 1u << lane;
+    p->x.f[lane] = from.x;
+    p->y.f[lane] = from.y;
+    p->z.f[lane] = from.z;
+    p->distance.f[lane] = distance;
+    p->medium.i[lane] = medium;
+    return;
+  }
+#endif
+  pass_medium(launch, job, way, lane, medium, distance);
+}
+#endif
+
+#if HAS_FIELDS
 /* Lanes of a connection in `direction` pass it. segment: how many ways there were before */
 inline void pass_fields(const Launch* launch, __global const JobRecord* job, Obstacles* way, const Random* random,
                         int segment, REAL3 direction, const FieldPassage* p) {
@@ -125,21 +142,6 @@ inline void pass_fields(const Launch* launch, __global const JobRecord* job, Obs
       way->through[p->medium.i[l] * FIELD_CHANNELS + c].f[l] += own[c].f[l];
 #endif
 }
-
-/* Does the medium have a field? Then the way is passed later, with those of all lanes. */
-inline bool passes_field(const Launch* launch, FieldPassage* p, int lane, int medium, float3 from, float distance) {
-  if (launch->media[medium].field < 0) return false;
-  p->lanes |= 1u << lane;
-  p->x.f[lane] = from.x;
-  p->y.f[lane] = from.y;
-  p->z.f[lane] = from.z;
-  p->distance.f[lane] = distance;
-  p->medium.i[lane] = medium;
-  return true;
-}
-#define PASSES_FIELD(...) passes_field(__VA_ARGS__)
-#else
-#define PASSES_FIELD(...) false
 #endif
 
 /* Moves o, a point on an index-matched boundary, to the side to which the direction d leads. Returns the cosine between d and the
@@ -173,8 +175,10 @@ inline Obstacles follow_connection(const Launch* launch, __global const JobRecor
   in.integer = medium;
   UNROLL_FOR(int k = 0; k < PASSAGES; ++k) way.through[k].real = (REAL)(0.0f);
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way.depth[c].real = (REAL)(0.0f);
-#if HAS_FIELDS
+#if HAS_MEDIUM
   FieldPassage fields;
+#endif
+#if HAS_FIELDS
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way.dimming[c] = (REAL)(1.0f);
   fields.x.real = fields.y.real = fields.z.real = fields.distance.real = (REAL)(0.0f);
   int segment = 0;
@@ -198,9 +202,8 @@ inline Obstacles follow_connection(const Launch* launch, __global const JobRecor
         const bool ends = HAS_LIGHTS && left.f[l] < FAR_AWAY;
         if (current < 0 || ends) way.reached |= 1u << l;
 #if HAS_MEDIUM && HAS_LIGHTS
-        if (current >= 0 && ends &&
-            !PASSES_FIELD(launch, &fields, l, current, (float3)(ox.f[l], oy.f[l], oz.f[l]), left.f[l]))
-          pass_medium(launch, job, &way, l, current, left.f[l]);
+        if (current >= 0 && ends)
+          pass_way(launch, job, &way, &fields, l, current, (float3)(ox.f[l], oy.f[l], oz.f[l]), left.f[l]);
 #endif
         continue;
       }
@@ -208,9 +211,8 @@ inline Obstacles follow_connection(const Launch* launch, __global const JobRecor
       __global const ShapeRecord* shape = launch->shapes + job->first_shape + primitive->shape;
       if (launch->bsdfs[shape->bsdf].surface != SURFACE_NULL) continue;
 #if HAS_MEDIUM
-      if (current >= 0 && !PASSES_FIELD(launch, &fields, l, current, (float3)(ox.f[l], oy.f[l], oz.f[l]),
-                                        hits.distance.f[l]))
-        pass_medium(launch, job, &way, l, current, hits.distance.f[l]);
+      if (current >= 0)
+        pass_way(launch, job, &way, &fields, l, current, (float3)(ox.f[l], oy.f[l], oz.f[l]), hits.distance.f[l]);
 #endif
       float3 o = (float3)(hits.x.f[l], hits.y.f[l], hits.z.f[l]);
       const float facing = pass_boundary(primitive, (float3)(dx.f[l], dy.f[l], dz.f[l]), &o);

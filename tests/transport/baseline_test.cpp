@@ -15,16 +15,16 @@ namespace {
 
 // Matched and rough boundaries, colours by sigma_t and by albedo, a sun through both kinds of boundary, floors, a
 // camera inside of a medium, paths that max_depth ends.
-const char* const scenes[] = {"null_constant", "rough_ggx",          "rough_beckmann",
-                              "rgb_sigma_t",   "sunsky_rough_floor", "sunsky_null_floor",
-                              "camera_inside", "max_depth",          "rgb_albedo"};
+const char* const scenes[] = {"null_constant",      "rough_ggx",         "rough_beckmann", "rgb_sigma_t",
+                              "sunsky_rough_floor", "sunsky_null_floor", "camera_inside",  "max_depth",
+                              "rgb_albedo",         "grid_null",         "grid_rgb"};
 constexpr double significance = 1e-4;
 
 std::vector<std::string> quiet_parameters(const Scene& scene) {
   std::vector<std::string> names;
   for (const Parameter& p : list_parameters(scene)) {
-    const bool random_decision = p.member == "sigma_t" || p.member == "albedo" || p.member == "g" ||
-                                 p.member == "alpha" || p.member == "int_ior";
+    const bool random_decision = p.member == "sigma_t" || p.member == "scale" || p.member == "albedo" ||
+                                 p.member == "g" || p.member == "alpha" || p.member == "int_ior";
     if (p.not_differentiable.empty() && random_decision) names.push_back(p.name);
   }
   return names;

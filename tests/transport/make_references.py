@@ -25,23 +25,27 @@ SPP = 1024  # a pass
 SPP_OF = {'rgb_sigma_t': 2048, 'null_constant': 512, 'dielectric_constant': 512,
           'max_depth': 512, 'rough_shading_normals': 512, 'cylinder_instances': 96, 'checkerboard': 256,
           'lights_surfaces': 512, 'lights_medium': 256, 'lights_rough': 1024,
-          'rayleigh': 512}
+          'rayleigh': 512, 'grid_null': 256, 'grid_rgb': 512, 'grid_inside': 256}
 SPECTRAL_MIS = {'rgb_sigma_t'}
-CHANNEL_BY_CHANNEL = {'rgb_sigma_t_null'}
+CHANNEL_BY_CHANNEL = {'rgb_sigma_t_null', 'grid_rgb'}
 
 
 def channel_by_channel(scene, **options):
     """The image of a scene with one medium, each channel from a render in which all have its sigma_t."""
     parameters = mi.traverse(scene)
-    key, = [k for k in parameters.keys() if k.endswith('.sigma_t.value.value')]
-    sigma_t = np.array(parameters[key]).ravel()
+    key, = [k for k in parameters.keys() if k.endswith(('.sigma_t.value.value', '.sigma_t.data'))]
+    grid = key.endswith('.data')
+    sigma_t = np.array(parameters[key]) if grid else np.array(parameters[key]).ravel()
+
+    def set_to(values):
+        parameters[key] = mi.TensorXf(values) if grid else mi.Color3f(*[float(v) for v in values])
+        parameters.update()
+
     channels = []
     for c in range(3):
-        parameters[key] = mi.Color3f(float(sigma_t[c]))
-        parameters.update()
+        set_to(np.repeat(sigma_t[..., c:c + 1], 3, axis=-1))
         channels.append(np.array(mi.render(scene, **options), dtype=np.float64)[:, :, c])
-    parameters[key] = mi.Color3f(*[float(s) for s in sigma_t])
-    parameters.update()
+    set_to(sigma_t)
     return np.stack(channels, axis=-1)
 
 

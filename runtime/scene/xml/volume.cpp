@@ -26,14 +26,6 @@ std::shared_ptr<const VoxelGrid> load_grid(Builder& builder, Properties& propert
   return grid;
 }
 
-Transform placed(Properties& properties) {
-  const Transform to_world = properties.transform("to_world");
-  const double volume = determinant(to_world);
-  if (!(std::abs(volume) > 0) || !std::isfinite(volume))
-    properties.fail_at("to_world", "it gives the volume no extent; need a matrix that can be inverted");
-  return to_world;
-}
-
 // The box that the file says its voxels fill, as an image of the unit cube.
 Transform box_of_file(Properties& properties, const VoxelGrid& grid) {
   for (std::size_t axis = 0; axis < 3; ++axis)
@@ -52,7 +44,7 @@ Volume read_volume(Builder& builder, const Element& element) {
   Properties properties = builder.properties(element);
   if (properties.type() != "gridvolume") fail_type(element, {"constvolume", "gridvolume"});
   Volume volume;
-  volume.to_world = placed(properties);
+  volume.to_world = properties.transform("to_world");
   volume.grid = load_grid(builder, properties);
   volume.nearest = properties.choice("filter_type", {"trilinear", "nearest"}) == "nearest";
   const std::string wrap = properties.choice("wrap_mode", {"clamp", "repeat", "mirror"});
@@ -90,7 +82,7 @@ Texture read_medium_parameter(Builder& builder, Properties& properties, const De
   Volume cube;
   if (const Element* element = properties.is_spectrum(p.name) ? properties.object("volume", p.name) : nullptr) {
     Properties own = builder.properties(*element);
-    cube.to_world = placed(own);
+    cube.to_world = own.transform("to_world");
   }
   value.volume = std::make_shared<const Volume>(cube);
   return value;

@@ -1,0 +1,136 @@
+// Volumes of media: what scene files say, and .vol files, whole and damaged.
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "runtime/scene/parameters.h"
+#include "tests/scene/scene_folder.h"
+
+using namespace itn;
+
+namespace {
+
+template <class Number>
+std::string bytes_of(Number number) {
+  std::string bytes(sizeof(number), '\0');
+  std::memcpy(bytes.data(), &number, sizeof(number));
+  return bytes;
+}
+
+struct File {
+  std::string magic = "VOL";
+  char version = 3;
+  std::int32_t encoding = 1, width = 2, height = 3, depth = 4, channels = 1;
+  std::array<float, 6> box{-1, -2, -3, 1, 2, 3};
+  std::vector<float> values = std::vector<float>(24, 0.5F);
+
+  std::string bytes() const {
+    std::string out = magic + version;
+    for (const std::int32_t n : {encoding, width, height, depth, channels}) out += bytes_of(n);
+    for (const float x : box) out += bytes_of(x);
+    for (const float x : values) out += bytes_of(x);
+    return out;
+  }
+};
+
+std::string grid(const std::string& name, const std::string& more = "") {
+  return "<volume type=\"gridvolume\" name=\"" + name + "\">\n<string name=\"filename\" value=\"g.vol\"/>" + more +
+         "</volume>";
+}
+std::string medium(const std::string& content) {
+  return "<medium type=\"heterogeneous\" id=\"m\">\n" + content + "</medium>";
+}
+
+void check_bad_file(const std::string& bytes, const std::vector<std::string>& words) {
+  SceneFolder folder;
+  folder.write("g.vol", bytes);
+  folder.check_error(medium(grid("sigma_t")), 4, words);
+}
+
+}  // namespace
+
+TEST_CASE("heterogeneous media that say nothing have Mitsuba's defaults") {
+  const Medium m = SceneFolder().load("<medium type=\"heterogeneous\"/>").media.at(0);
+  CHECK(m.colour("sigma_t") == Rgb{1, 1, 1});
+  CHECK(m.colour("albedo") == Rgb{0.75, 0.75, 0.75});
+  CHECK(m.number("scale") == 1);
+  CHECK(m.phase.type() == "isotropic");
+  REQUIRE(m.value("sigma_t").volume);
+  CHECK_FALSE(m.value("sigma_t").is_grid());
+}
+
+TEST_CASE("a grid volume arrives with everything that it says") {
+  SceneFolder folder;
+  folder.write("g.vol", File().bytes());
+  const Scene scene = folder.load(
+      medium(grid("sigma_t",
+                  "<string name=\"filter_type\" value=\"nearest\"/><string name=\"wrap_mode\" value=\"mirror\"/>"
+                  "<boolean name=\"use_grid_bbox\" value=\"true\"/><boolean name=\"raw\" value=\"true\"/>"
+                  "<transform name=\"to_world\"><scale value=\"2\"/></transform>") +
+             grid("albedo") + "<float name=\"scale\" value=\"3\"/>"));
+  const Medium& m = scene.media.at(0);
+  const Volume& v = *m.value("sigma_t").volume;
+  CHECK((v.grid->width == 2 && v.grid->height == 3 && v.grid->depth == 4 && v.grid->channels == 1));
+  CHECK(v.nearest);
+  CHECK(v.wrap == Volume::Wrap::mirror);
+  CHECK(v.to_world.m[0] == 4);                      // twice the box
+  CHECK(v.to_world.m[7] == -4);                     // its lower end in y
+  CHECK(m.value("albedo").volume->grid == v.grid);  // one file is read once
+  CHECK(m.value("albedo").volume->to_world.m == Transform().m);
+  // A grid is no number.
+  const std::vector<Parameter> parameters = list_parameters(scene);
+  CHECK_THAT(find_parameter(parameters, "m.sigma_t").not_differentiable, Catch::Contains("a grid of voxels"));
+  CHECK(find_parameter(parameters, "m.scale").not_differentiable.empty());
+}
+
+TEST_CASE("a constant volume fills its cube") {
+  const Medium m =
+      SceneFolder()
+          .load(medium("<volume type=\"constvolume\" name=\"sigma_t\"><rgb name=\"value\" value=\"1 2 3\"/>"
+                       "<transform name=\"to_world\"><translate x=\"-0.5\"/></transform></volume>"))
+          .media.at(0);
+  CHECK(m.colour("sigma_t") == Rgb{1, 2, 3});
+  CHECK(m.value("sigma_t").volume->to_world.m[3] == -0.5);
+}
+
+TEST_CASE("damaged .vol files are refused with what is wrong") {
+  const std::string whole = File().bytes();
+  check_bad_file("", {"g.vol", "does not begin with VOL"});
+  check_bad_file("VO", {"does not begin with VOL"});
+  check_bad_file("P6 10 10", {"does not begin with VOL"});
+  check_bad_file(whole.substr(0, 20), {"ends within its header"});
+  check_bad_file(whole.substr(0, whole.size() - 1), {"2 x 3 x 4 voxels", "copy the whole file"});
+  const auto changed = [](const std::function<void(File&)>& change) {
+    File file;
+    change(file);
+    return file.bytes();
+  };
+  check_bad_file(changed([](File& f) { f.version = 4; }), {"version 4", "need version 3"});
+  check_bad_file(changed([](File& f) { f.encoding = 2; }), {"encoding 2"});
+  check_bad_file(changed([](File& f) { f.channels = 2; }), {"2 channels", "need 1"});
+  check_bad_file(changed([](File& f) { f.channels = 6; }), {"6 channels"});
+  check_bad_file(changed([](File& f) { f.width = 0; }), {"0 x 3 x 4 voxels"});
+  check_bad_file(changed([](File& f) { f.depth = -5; }), {"2 x 3 x -5 voxels"});
+  check_bad_file(changed([](File& f) { f.width = std::numeric_limits<std::int32_t>::max(); }), {"along each axis"});
+  check_bad_file(changed([](File& f) { f.width = f.height = f.depth = 1 << 20; }), {"2 GiB", "resample"});
+  check_bad_file(changed([](File& f) { f.width = f.height = 1 << 10; }), {"bytes", "copy the whole file"});
+  check_bad_file(changed([](File& f) { f.values[7] = std::nanf(""); }), {"voxel (1, 0, 1) is nan", "mend the grid"});
+  check_bad_file(changed([](File& f) { f.values[0] = -1; }), {"voxel (0, 0, 0) is -1"});
+  check_bad_file(changed([](File& f) { f.values[23] = std::numeric_limits<float>::infinity(); }), {"is inf"});
+}
+
+TEST_CASE("volumes that make no sense are refused where they stand") {
+  SceneFolder folder;
+  File file;
+  file.values[3] = 1.5F;
+  file.box[3] = -1;
+  folder.write("g.vol", file.bytes());
+  folder.check_error(medium(grid("albedo")), 3, {"albedo", "from 0.5 to 1.5", "need [0, 1]"});
+  folder.check_error(medium(grid("sigma_t", "\n<boolean name=\"use_grid_bbox\" value=\"true\"/>")), 5,
+                     {"from -1 to -1 along axis x"});
+  folder.check_error(medium(grid("sigma_t", "\n<transform name=\"to_world\"><scale x=\"0\"/></transform>")), 5,
+                     {"singular"});
+  folder.check_error(medium(grid("sigma_t", "\n<string name=\"filter_type\" value=\"cubic\"/>")), 5, {"trilinear"});
+  folder.check_error(medium("<volume type=\"voxels\" name=\"sigma_t\"/>"), 3, {"unknown type", "gridvolume"});
+  folder.check_error("<medium type=\"homogeneous\">\n" + grid("sigma_t") + "</medium>", 3, {"sigma_t"});
+}
