@@ -157,77 +157,94 @@ inline float pass_boundary(__global const PrimitiveRecord* primitive, float3 d, 
   return facing;
 }
 
+/* Where connections are on their way. */
+typedef struct {
+  Lanes x, y, z, dx, dy, dz; /* d: direction */
+  Lanes left;                /* distance to the light */
+  Lanes stands_on, in;       /* primitive and medium */
+#if HAS_MEDIUM
+  FieldPassage fields;
+#endif
+} Follower;
+
+inline Follower begin_connection(REAL3 from, REAL3 to, REAL distance, INT skip, INT medium, Obstacles* way) {
+  Follower f;
+  f.x.real = from.x;
+  f.y.real = from.y;
+  f.z.real = from.z;
+  f.dx.real = to.x;
+  f.dy.real = to.y;
+  f.dz.real = to.z;
+  f.left.real = distance;
+  f.stands_on.integer = skip;
+  f.in.integer = medium;
+  UNROLL_FOR(int k = 0; k < PASSAGES; ++k) way->through[k].real = (REAL)(0.0f);
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way->depth[c].real = (REAL)(0.0f);
+#if HAS_FIELDS
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way->dimming[c] = (REAL)(1.0f);
+  f.fields.x.real = f.fields.y.real = f.fields.z.real = f.fields.distance.real = (REAL)(0.0f);
+#endif
+  way->reached = 0;
+  return f;
+}
+
+/* A lane goes on to what its ray has met. Returns whether that is an index-matched boundary, behind which it goes on. */
+inline bool follow_lane(const Launch* launch, __global const JobRecord* job, Follower* f, Obstacles* way, int l,
+                        const LaneHits* hits) {
+  const int at = hits->primitive.i[l], current = f->in.i[l];
+  const float3 from = (float3)(f->x.f[l], f->y.f[l], f->z.f[l]);
+  if (at < 0) { /* nothing opaque or refractive in the way */
+    const bool ends = HAS_LIGHTS && f->left.f[l] < FAR_AWAY;
+    if (current < 0 || ends) way->reached |= 1u << l;
+#if HAS_MEDIUM && HAS_LIGHTS
+    if (current >= 0 && ends) pass_way(launch, job, way, &f->fields, l, current, from, f->left.f[l]);
+#endif
+    return false;
+  }
+  __global const PrimitiveRecord* primitive = launch->primitives + at;
+  __global const ShapeRecord* shape = launch->shapes + job->first_shape + primitive->shape;
+  if (launch->bsdfs[shape->bsdf].surface != SURFACE_NULL) return false;
+  float3 o = (float3)(hits->x.f[l], hits->y.f[l], hits->z.f[l]);
+  const float facing = pass_boundary(primitive, (float3)(f->dx.f[l], f->dy.f[l], f->dz.f[l]), &o);
+  f->x.f[l] = o.x;
+  f->y.f[l] = o.y;
+  f->z.f[l] = o.z;
+#if HAS_MEDIUM
+  if (current >= 0) pass_way(launch, job, way, &f->fields, l, current, from, hits->distance.f[l]);
+#endif
+  if (shape->interior != shape->exterior) f->in.i[l] = facing < 0.0f ? shape->interior : shape->exterior;
+  f->stands_on.i[l] = at;
+#if HAS_LIGHTS
+  if (f->left.f[l] < FAR_AWAY) f->left.f[l] -= hits->distance.f[l];
+#endif
+  return true;
+}
+
 /* Follows connections: from `from` in `medium`, standing on primitive `skip`, towards `to` over `distance`; FAR_AWAY: out of
  * the scene. */
 inline Obstacles follow_connection(const Launch* launch, __global const JobRecord* job, const Random* random, MASK mask,
                                    REAL3 from, REAL3 to, REAL distance, INT skip, INT medium) {
   const Surfaces surfaces = job_surfaces(launch, job);
   Obstacles way;
-  Lanes ox, oy, oz, dx, dy, dz, left, stands_on, in;
-  ox.real = from.x;
-  oy.real = from.y;
-  oz.real = from.z;
-  dx.real = to.x;
-  dy.real = to.y;
-  dz.real = to.z;
-  left.real = distance;
-  stands_on.integer = skip;
-  in.integer = medium;
-  UNROLL_FOR(int k = 0; k < PASSAGES; ++k) way.through[k].real = (REAL)(0.0f);
-  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way.depth[c].real = (REAL)(0.0f);
-#if HAS_MEDIUM
-  FieldPassage fields;
-#endif
-#if HAS_FIELDS
-  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way.dimming[c] = (REAL)(1.0f);
-  fields.x.real = fields.y.real = fields.z.real = fields.distance.real = (REAL)(0.0f);
-  int segment = 0;
-#endif
+  Follower f = begin_connection(from, to, distance, skip, medium, &way);
   uint bits = lane_bits(mask);
-  way.reached = 0;
+  int segment = 0;
   MASK passed = (MASK)(0); /* a boundary: nothing behind counts, or thin bodies would be passed again and again */
   while (bits) {
-    const LaneHits hits =
-        trace_lanes(surfaces, make3(ox.real, oy.real, oz.real), to, HAS_LIGHTS ? left.real : (REAL)(INFINITY),
-                    stands_on.integer, in.integer >= 0, passed, mask);
+    const LaneHits hits = trace_lanes(surfaces, make3(f.x.real, f.y.real, f.z.real), to,
+                                      HAS_LIGHTS ? f.left.real : (REAL)(INFINITY), f.stands_on.integer,
+                                      f.in.integer >= 0, passed, mask);
     passed = mask;
     uint next = 0;
-#if HAS_FIELDS
-    fields.lanes = 0;
     ++segment;
+#if HAS_FIELDS
+    f.fields.lanes = 0;
 #endif
     FOR_EACH_LANE(l, bits) {
-      const int at = hits.primitive.i[l], current = in.i[l];
-      if (at < 0) { /* nothing opaque or refractive in the way */
-        const bool ends = HAS_LIGHTS && left.f[l] < FAR_AWAY;
-        if (current < 0 || ends) way.reached |= 1u << l;
-#if HAS_MEDIUM && HAS_LIGHTS
-        if (current >= 0 && ends)
-          pass_way(launch, job, &way, &fields, l, current, (float3)(ox.f[l], oy.f[l], oz.f[l]), left.f[l]);
-#endif
-        continue;
-      }
-      __global const PrimitiveRecord* primitive = launch->primitives + at;
-      __global const ShapeRecord* shape = launch->shapes + job->first_shape + primitive->shape;
-      if (launch->bsdfs[shape->bsdf].surface != SURFACE_NULL) continue;
-#if HAS_MEDIUM
-      if (current >= 0)
-        pass_way(launch, job, &way, &fields, l, current, (float3)(ox.f[l], oy.f[l], oz.f[l]), hits.distance.f[l]);
-#endif
-      float3 o = (float3)(hits.x.f[l], hits.y.f[l], hits.z.f[l]);
-      const float facing = pass_boundary(primitive, (float3)(dx.f[l], dy.f[l], dz.f[l]), &o);
-      ox.f[l] = o.x;
-      oy.f[l] = o.y;
-      oz.f[l] = o.z;
-      if (shape->interior != shape->exterior) in.i[l] = facing < 0.0f ? shape->interior : shape->exterior;
-      stands_on.i[l] = at;
-#if HAS_LIGHTS
-      if (left.f[l] < FAR_AWAY) left.f[l] -= hits.distance.f[l];
-#endif
-      next |= 1u << l;
+      if (follow_lane(launch, job, &f, &way, l, &hits)) next |= 1u << l;
     }
 #if HAS_FIELDS
-    if (fields.lanes) pass_fields(launch, job, &way, random, segment, to, &fields);
+    if (f.fields.lanes) pass_fields(launch, job, &way, random, segment, to, &f.fields);
 #endif
     bits = next;
     mask = mask & lane_mask(next);
