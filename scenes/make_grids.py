@@ -93,7 +93,7 @@ def main():
     write('test/mitsuba/waves.vol', (12, 10, 14), waves, (-0.9, -0.8, -0.7, 0.8, 0.9, 1))
     write('test/mitsuba/waves_rgb.vol', (9, 11, 8), coloured_waves)
     write('test/mitsuba/tints.vol', (5, 6, 7), tints, (-1, -1, -1, 1, 1, 1))
-    write('gallery/cloud.vol', (64, 64, 40), cloud(5))
+    write('gallery/cloud.vol', (48, 48, 30), cloud(5))
 
 
 if __name__ == '__main__':

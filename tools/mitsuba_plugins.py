@@ -33,7 +33,7 @@ AROUND = {
     'spectrum': ('Spectra', '<emitter type="constant">%s</emitter>'),
     'medium': ('Media', '%s'),
     'phase': ('Phase functions', '<medium type="homogeneous">%s</medium>'),
-    'volume': ('Volumes', '<medium type="homogeneous">%s</medium>'),
+    'volume': ('Volumes', '<medium type="heterogeneous">%s</medium>'),
     'emitter': ('Emitters', '%s'),
 }
 LIGHT = '<emitter type="constant"/>'
@@ -145,8 +145,8 @@ PLUGINS = [
     ('phase', 'blendphase', number('weight', 0.5) + '<phase type="isotropic"/><phase type="hg"/>', '', MEDIA),
     ('phase', 'tabphase', text('values', '1, 2, 3'), '', MEDIA),
     ('phase', 'sggx', '', '', 'no phase functions of microflakes yet'),
-    ('volume', 'constvolume', number('value', 0.5), 'where a colour may stand', MEDIA, 'albedo'),
-    ('volume', 'gridvolume', text('filename', 't.vol'), '', MEDIA, 'albedo'),
+    ('volume', 'constvolume', number('value', 0.5), 'where a colour may stand; in space its cube bounds sigma_t alone, as in Mitsuba', MEDIA, 'albedo'),
+    ('volume', 'gridvolume', text('filename', 't.vol'), 'of one channel or three, of media alone', MEDIA, 'albedo'),
     ('emitter', 'constant', '', 'one environment a scene', MEDIA),
     ('emitter', 'envmap', text('filename', 't.ppm'), 'one environment a scene', MEDIA),
     ('emitter', 'sunsky', '', 'one environment a scene', MEDIA),
