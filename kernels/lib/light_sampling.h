@@ -111,7 +111,7 @@ inline MASK sample_light(const Launch* launch, __global const JobRecord* job, MA
   const REAL choice = fmin(u[2] / fmax(share, 1e-9f), (REAL)(0.99999994f));
   u[2] = fmin(SELECT(of_scene, choice, (u[2] - share) / fmax(1.0f - share, 1e-9f)), (REAL)(0.99999994f));
   MASK found = (MASK)(0);
-  if (ANY(!of_scene)) found = !of_scene & sample_light_around(launch, job, at_surface, u, s);
+  if (ANY(!of_scene)) found = (!of_scene) & sample_light_around(launch, job, at_surface, u, s);
   if (ANY(of_scene)) {
     LightSample own;
     const MASK arrives = of_scene & sample_light_of_scene(launch, job, from, u, choice, &own);
