@@ -321,24 +321,12 @@ void clear_scenes(LaunchData& data) {
 
 namespace {
 
-// Slots for the numbers of any model that the data has, and one behind them. Media always count: stages that end
-// connections name theirs, be there one or not.
+// Slots for the numbers of any model that the data has, and one behind them.
 int most_slots(const LaunchData& data) {
   int most = 0;
-  const auto count = [&](const std::vector<Model>& models, const auto& is_there) {
-    for (const Model& model : models)
-      if (is_there(model)) most = std::max(most, model.number_slots);
-  };
-  for (const SurfaceKind& surface : surfaces_of(data)) most = std::max(most, surface.model->number_slots);
-  count(medium_models(), [](const Model&) { return true; });
-  count(phase_models(), [&](const Model& model) {
-    return std::any_of(data.media.begin(), data.media.end(),
-                       [&](const MediumRecord& m) { return m.phase == model.id; });
-  });
-  count(light_models(), [&](const Model& model) {
-    return std::any_of(data.lights.begin(), data.lights.end(),
-                       [&](const LightRecord& l) { return l.model == model.id; });
-  });
+  const ModelsOfLaunch models = models_of(data);
+  for (const auto& family : {models.bsdfs, models.media, models.phases, models.lights})
+    for (const Model* model : family) most = std::max(most, model->number_slots);
   return most + 1;
 }
 
