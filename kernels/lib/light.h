@@ -57,14 +57,14 @@ inline void sample_light_surface(const Launch* launch, INT light, REAL u0, REAL 
     int low = 0, high = max(surfaces.i[l] - 1, 0); /* the last whose share begins at or before u */
     while (low < high) {
       const int middle = (low + high + 1) / 2;
-      if (launch->emitter_tables[table.i[l] + middle] <= u.f[l])
+      if (launch->light_tables[table.i[l] + middle] <= u.f[l])
         low = middle;
       else
         high = middle - 1;
     }
     row.i[l] = surfaces.i[l] == 0 ? 0 : table.i[l] + surfaces.i[l] + 1 + low * LIGHT_SURFACE_SIZE;
   }
-  __global const float* tables = launch->emitter_tables;
+  __global const float* tables = launch->light_tables;
   const REAL3 place = gather_vector(tables + LIGHT_SURFACE_PLACE, row.integer);
   const REAL3 du = gather_vector(tables + LIGHT_SURFACE_U, row.integer);
   const REAL3 dv = gather_vector(tables + LIGHT_SURFACE_V, row.integer);

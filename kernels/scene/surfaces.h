@@ -10,6 +10,7 @@
 #define PHASE_COUNT 0
 #define PHASES_OF_SCENE(MODEL)
 #define LIGHTS_OF_SCENE(MODEL)
+#define ENVIRONMENTS_OF_SCENE(MODEL)
 #define TEXTURED(model, slot) 0 /* does some instance have a texture in place of the number? */
 
 #endif

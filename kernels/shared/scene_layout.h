@@ -1,4 +1,4 @@
-/* What the device knows of a scene beside geometry (geometry_layout.h) and light (emitter_layout.h): plain records, the
+/* What the device knows of a scene beside geometry (geometry_layout.h) and light (environment_layout.h): plain records, the
  * same bytes on host and device. Indices are absolute positions in the arrays of a launch, which may hold several
  * scenes. */
 #ifndef ITN_SCENE_LAYOUT_H
@@ -86,14 +86,14 @@ typedef struct {
 
 typedef struct {
   float factor[3]; /* d number / d parameter */
-  int emitter;     /* of the light around the scene: the record of d radiance / d parameter (lib/emission.h); else -1 */
+  int environment; /* of the light around the scene: the record of d radiance / d parameter (lib/emission.h); else -1 */
   int light;       /* of a light of the scene: where its numbers begin; else -1 */
   float colour[3]; /* d its colour / d parameter */
 } DerivativeRecord;
 
 /* One image with one set of parameters. */
 typedef struct {
-  int camera, geometry, emitter;
+  int camera, geometry, environment;
   int first_shape;         /* shape k of the geometry is shapes[first_shape + k] */
   int first_number;        /* of the scene, for ScoreRecord */
   int first_light, lights; /* of the scene */

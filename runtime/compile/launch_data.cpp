@@ -10,7 +10,7 @@
 #include "kernels/model/models.h"
 #include "kernels/shared/baseline_layout.h"
 #include "runtime/base/colour.h"
-#include "runtime/compile/emitter.h"
+#include "runtime/compile/environment.h"
 #include "runtime/compile/light.h"
 #include "runtime/compile/surfaces.h"
 
@@ -184,20 +184,21 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   return r;
 }
 
-int append_record(const EmitterRecord& record, LaunchData& data) {
-  data.emitters.push_back(record);
-  return static_cast<int>(data.emitters.size()) - 1;
+int append_record(const EnvironmentRecord& record, LaunchData& data) {
+  data.environments.push_back(record);
+  return static_cast<int>(data.environments.size()) - 1;
 }
 
-int append_light(const Emitter& light, LaunchData& data) {
-  const bool shared = light.kind == Emitter::Kind::envmap && !light.sampled_as;
-  const auto key = std::tuple(light.bitmap.get(), light.scale, light.to_world.m);
-  if (shared && data.emitter_of.count(key)) return data.emitter_of[key];
-  EmitterRecord record;
-  append_emitter(light, record, data.emitter_tables);
-  data.coloured_light |= light.kind != Emitter::Kind::constant || !grey(light.radiance);
+int append_light(const Environment& light, LaunchData& data) {
+  const bool shared = light.bitmap && !light.sampled_as;
+  const auto key = std::tuple(light.bitmap.get(), light.slots(), light.to_world.m);
+  if (shared && data.environment_of.count(key)) return data.environment_of[key];
+  EnvironmentRecord record;
+  append_environment(light, record, data.light_tables);
+  data.coloured_light |= is_uneven(record) || !std::all_of(light.values.begin(), light.values.end(),
+                                                           [](const Texture& of) { return grey(of.value); });
   const int index = append_record(record, data);
-  if (shared) data.emitter_of[key] = index;
+  if (shared) data.environment_of[key] = index;
   return index;
 }
 
@@ -246,10 +247,10 @@ void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
     r.model = light.model->id;
     r.first_number = numbers[i];
     if (surfaces) {
-      r.table = static_cast<int>(data.emitter_tables.size());
+      r.table = static_cast<int>(data.light_tables.size());
       r.surfaces = surfaces->count;
       r.inverse_area = static_cast<float>(1 / surfaces->area);
-      data.emitter_tables.insert(data.emitter_tables.end(), surfaces->table.begin(), surfaces->table.end());
+      data.light_tables.insert(data.light_tables.end(), surfaces->table.begin(), surfaces->table.end());
     }
     data.lights.push_back(r);
     const Light& like = scene.lights_sampled_as.empty() ? light : scene.lights_sampled_as[i];
@@ -269,9 +270,8 @@ void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
   if (expected.empty()) return;
   double sum = 0;
   for (const double e : expected) sum += e;
-  const EmitterRecord& around = data.emitters[static_cast<std::size_t>(job.emitter)];
-  const bool sampled = around.kind == EMITTER_ENVMAP || around.kind == EMITTER_SUNSKY;
-  const double rest = sampled ? static_cast<double>(around.sun_weight + around.sky_weight) : 0;
+  const EnvironmentRecord& around = data.environments[static_cast<std::size_t>(job.environment)];
+  const double rest = is_uneven(around) ? static_cast<double>(around.sun_weight + around.sky_weight) : 0;
   job.light_share = rest > 0 ? static_cast<float>(std::clamp(sum / (sum + rest), 0.1, 0.9)) : 1.0F;
 }
 
@@ -296,7 +296,7 @@ JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData&
   data.cameras.push_back(camera_record(camera, first_medium));
   data.pixels.push_back(camera.crop_width * camera.crop_height);
 
-  job.emitter = scene.environment ? append_light(*scene.environment, data) : append_record({}, data);
+  job.environment = scene.environment ? append_light(*scene.environment, data) : append_record({}, data);
 
   append_lights(scene, job, data);
 
@@ -333,7 +333,7 @@ int most_slots(const LaunchData& data) {
 }  // namespace
 
 std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
-  std::map<std::string, std::string> d = emitter_definitions(data.emitters);
+  std::map<std::string, std::string> d = environment_definitions(data.environments);
   const auto set = [&](const char* name, bool value) { d[name] = std::to_string(value); };
   const std::vector<SurfaceKind> surfaces = surfaces_of(data);
   // Is there a BSDF that has of the traits in `mask` just these?
@@ -355,17 +355,15 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
     smooth |= (primitive.flags & PRIMITIVE_SMOOTH) != 0;
     round |= (primitive.flags & PRIMITIVE_ROUND) != 0;
   }
-  const bool uneven_light = std::any_of(data.emitters.begin(), data.emitters.end(), [](const EmitterRecord& e) {
-    return e.kind == EMITTER_ENVMAP || e.kind == EMITTER_SUNSKY;
-  });
+  const bool uneven_light = std::any_of(data.environments.begin(), data.environments.end(), is_uneven);
   set("HAS_NULL", null);
   set("HAS_MEDIUM", !data.media.empty());
   set("HAS_TEXTURE", !data.textures.empty());
   set("HAS_SMOOTH", smooth);
   set("HAS_ROUND", round);
   set("SPECTRAL", data.spectral);
-  const bool sun = std::any_of(data.emitters.begin(), data.emitters.end(),
-                               [](const EmitterRecord& e) { return e.kind == EMITTER_SUNSKY && e.sun_pdf > 0; });
+  const bool sun = std::any_of(data.environments.begin(), data.environments.end(),
+                               [](const EnvironmentRecord& e) { return e.sun_pdf > 0; });
   const bool lights = !data.lights.empty();
   const bool rough_light = (sun || lights) && rough;
   const bool medium_light = ((uneven_light || lights) && matched) || (sun && refracted);

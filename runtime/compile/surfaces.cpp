@@ -86,6 +86,10 @@ ModelsOfLaunch models_of(const LaunchData& data) {
     return std::any_of(data.lights.begin(), data.lights.end(),
                        [&](const LightRecord& l) { return l.model == model.id; });
   });
+  result.environments = some(environment_models(), [&](const Model& model) {
+    return std::any_of(data.environments.begin(), data.environments.end(),
+                       [&](const EnvironmentRecord& e) { return e.model == model.id; });
+  });
   return result;
 }
 
@@ -105,9 +109,10 @@ std::string surfaces_text(const LaunchData& data) {
   return fmt::format(
       "#define SURFACES {}\n#define SURFACE_LIST(SURFACE){}\n#define BSDFS_OF_SCENE(MODEL){}\n"
       "#define MEDIA_OF_SCENE(MODEL){}\n#define PHASE_COUNT {}\n#define PHASES_OF_SCENE(MODEL){}\n"
-      "#define LIGHTS_OF_SCENE(MODEL){}\n#define TEXTURED(model, slot) (false{})\n",
+      "#define LIGHTS_OF_SCENE(MODEL){}\n#define ENVIRONMENTS_OF_SCENE(MODEL){}\n#define TEXTURED(model, slot) "
+      "(false{})\n",
       kinds.size(), surfaces, list(models.bsdfs), list(models.media), models.phases.size(), list(models.phases),
-      list(models.lights), textured);
+      list(models.lights), list(models.environments), textured);
 }
 
 }  // namespace itn

@@ -29,7 +29,7 @@ std::vector<std::string> stages_of(const LaunchData& data);
 
 // The models that the launch has. Media: all, since stages that end connections name theirs, be there one or not.
 struct ModelsOfLaunch {
-  std::vector<const Model*> bsdfs, media, phases, lights;
+  std::vector<const Model*> bsdfs, media, phases, lights, environments;
 };
 ModelsOfLaunch models_of(const LaunchData& data);
 

@@ -140,31 +140,27 @@ struct Shape {
   int light = -1;                    // index into Scene::lights, -1: it does not shine
 };
 
-struct SunSky {
-  double turbidity = 3;
-  Rgb albedo{0.3, 0.3, 0.3};
-  Vec3 sun_direction{0, 0, 1};  // local: z is up (Mitsuba 3's convention), unit, towards the sun
-  double sun_scale = 1, sky_scale = 1;
-  double sun_aperture = 0.5358;  // [degree], full angle
-  bool complex_sun = false;
-};
-
 // With a place in the scene: by itself, or the surface of the shapes that name it.
 using Light = Instance;
 
-// Around the scene.
-struct Emitter {
-  std::string id;
-  Location where;
-  enum class Kind { constant, envmap, sunsky } kind = Kind::constant;
-  Rgb radiance{1, 1, 1};                 // constant
-  std::shared_ptr<const Bitmap> bitmap;  // envmap, latitude-longitude as in Mitsuba
-  double scale = 1;                      // envmap
-  SunSky sunsky;
-  Transform to_world;  // envmap, sunsky: rotation
-  // Light of the same kind in whose proportions directions are drawn; null: this one's. Changes no mean.
-  std::shared_ptr<const Emitter> sampled_as;
+struct Sun {
+  Vec3 direction{0, 0, 1};   // local: z is up (Mitsuba 3's convention), unit, towards the sun
+  double aperture = 0.5358;  // [degree], full angle
+  bool complex = false;      // with limb darkening: Mitsuba's complex_sun
 };
+
+// Around the scene: a model of kernels/model/environment, and what of it is no number.
+struct Environment : Instance {
+  Environment();                         // constant
+  Sun sun;                               // sunsky
+  std::shared_ptr<const Bitmap> bitmap;  // envmap, latitude-longitude as in Mitsuba
+  Transform to_world;                    // envmap, sunsky: rotation
+  // Light of the same model in whose proportions directions are drawn; null: this one's. Changes no mean.
+  std::shared_ptr<const Environment> sampled_as;
+};
+
+// With the fallbacks of its model. type: as in scene files. Throws std::logic_error: there is none.
+Environment make_environment(const std::string& type);
 
 struct Integrator {
   int max_depth = -1;  // -1: unlimited; as in Mitsuba, 1 shows emitters only, 2 adds one scattering
@@ -181,7 +177,7 @@ struct Scene {
   std::vector<Medium> media;
   std::vector<Light> lights;
   std::vector<Light> lights_sampled_as;  // in whose proportions lights are drawn; empty: these. Changes no mean.
-  std::optional<Emitter> environment;
+  std::optional<Environment> environment;
   std::vector<std::string> warnings;
 };
 
