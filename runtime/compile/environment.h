@@ -14,8 +14,8 @@ namespace itn {
 void append_environment(const Environment& environment, EnvironmentRecord& record, std::vector<float>& tables);
 
 // The record that stands for d radiance / d parameter in kernels/lib/emission.h: `record`, which append_environment
-// filled, with derivatives in place of the numbers that radiance is made of. parameter: of this environment; may append to
-// tables.
+// filled, with derivatives in place of the numbers that radiance is made of. parameter: of this environment; may append
+// to tables.
 EnvironmentRecord environment_derivative(const Environment& environment, const Parameter& parameter,
                                          const EnvironmentRecord& record, std::vector<float>& tables);
 

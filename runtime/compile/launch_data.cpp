@@ -10,60 +10,13 @@
 #include "kernels/model/models.h"
 #include "kernels/shared/baseline_layout.h"
 #include "runtime/base/colour.h"
+#include "runtime/compile/camera.h"
 #include "runtime/compile/environment.h"
 #include "runtime/compile/light.h"
 #include "runtime/compile/surfaces.h"
 
 namespace itn {
 namespace {
-
-void store(const Vec3& v, float out[3]) {
-  for (std::size_t k = 0; k < 3; ++k) out[k] = static_cast<float>(v[k]);
-}
-
-Vec3 apply(const Transform& t, const Vec3& v, double w) {
-  Vec3 r{};
-  for (std::size_t i = 0; i < 3; ++i)
-    r[i] = t.m[4 * i] * v[0] + t.m[4 * i + 1] * v[1] + t.m[4 * i + 2] * v[2] + t.m[4 * i + 3] * w;
-  return r;
-}
-
-// See CameraRecord. Mitsuba's sensors look along local +z with +y up and +x to the left; rays start on the near plane.
-CameraRecord camera_record(const Sensor& sensor, int first_medium) {
-  CameraRecord r{};
-  const double aspect = static_cast<double>(sensor.height) / sensor.width;
-  const double x = sensor.orthographic ? 1 : std::tan(sensor.fov_x / 2 * std::numbers::pi / 180), y = x * aspect;
-  const Vec3 along = apply(sensor.to_world, {0, 0, 1}, 0);
-  const Vec3 right = apply(sensor.to_world, {x, 0, 0}, 0), up = apply(sensor.to_world, {0, y, 0}, 0);
-  const double shift_a = 2 * sensor.principal_x, shift_b = 2 * sensor.principal_y;
-  Vec3 start = apply(sensor.to_world, {0, 0, sensor.near_clip}, 1);
-  const double spread = sensor.orthographic ? 1 : sensor.near_clip;
-  Vec3 centre = along;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double shift = shift_a * right[k] + shift_b * up[k];
-    start[k] += spread * shift;
-    if (!sensor.orthographic) centre[k] += shift;
-  }
-  store(start, r.origin_0);
-  store({spread * right[0], spread * right[1], spread * right[2]}, r.origin_a);
-  store({spread * up[0], spread * up[1], spread * up[2]}, r.origin_b);
-  store(centre, r.direction_0);
-  if (!sensor.orthographic) {
-    store(right, r.direction_a);
-    store(up, r.direction_b);
-  }
-  r.inverse_width = 1.0f / static_cast<float>(sensor.width);
-  r.inverse_height = 1.0f / static_cast<float>(sensor.height);
-  r.crop_x = sensor.crop_x;
-  r.crop_y = sensor.crop_y;
-  r.crop_width = sensor.crop_width;
-  r.filter = sensor.filter == FilterKind::box    ? FILTER_BOX
-             : sensor.filter == FilterKind::tent ? FILTER_TENT
-                                                 : FILTER_GAUSSIAN;
-  r.filter_size = static_cast<float>(sensor.filter == FilterKind::tent ? sensor.filter_radius : sensor.filter_stddev);
-  r.medium = sensor.medium < 0 ? -1 : first_medium + sensor.medium;
-  return r;
-}
 
 void append_bitmap(const Texture& texture, TextureRecord& r, LaunchData& data) {
   const Bitmap& bitmap = *texture.bitmap;
@@ -293,7 +246,9 @@ JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData&
 
   job.camera = static_cast<int>(data.cameras.size());
   const Sensor& camera = scene.sensors[static_cast<std::size_t>(sensor)];
-  data.cameras.push_back(camera_record(camera, first_medium));
+  const double in_front =
+      distance_in_front(data.geometry, data.geometry.records[static_cast<std::size_t>(job.geometry)]);
+  data.cameras.push_back(camera_record(scene, camera, in_front, first_medium, data));
   data.pixels.push_back(camera.crop_width * camera.crop_height);
 
   job.environment = scene.environment ? append_light(*scene.environment, data) : append_record({}, data);
@@ -360,7 +315,12 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   set("HAS_MEDIUM", !data.media.empty());
   set("HAS_TEXTURE", !data.textures.empty());
   set("HAS_SMOOTH", smooth);
-  set("HAS_ROUND", round);
+  set("HAS_ROUND", round || data.round_zone);
+  set("HAS_LENS", std::any_of(data.cameras.begin(), data.cameras.end(), [](const CameraRecord& c) {
+        return std::any_of(c.lens_a, c.lens_a + 3, [](float x) { return x != 0; });
+      }));
+  set("HAS_ZONE",
+      std::any_of(data.cameras.begin(), data.cameras.end(), [](const CameraRecord& c) { return c.surfaces > 0; }));
   set("SPECTRAL", data.spectral);
   const bool sun = std::any_of(data.environments.begin(), data.environments.end(),
                                [](const EnvironmentRecord& e) { return e.sun_pdf > 0; });

@@ -16,7 +16,7 @@
 
 namespace itn {
 
-static_assert(sizeof(CameraRecord) == 104 && sizeof(MediumRecord) == 32 && sizeof(ShapeRecord) == 16 &&
+static_assert(sizeof(CameraRecord) == 160 && sizeof(MediumRecord) == 32 && sizeof(ShapeRecord) == 16 &&
               sizeof(BsdfRecord) == 16 && sizeof(TextureRecord) == 52 && sizeof(JobRecord) == 96 &&
               sizeof(ChunkRecord) == 16);
 
@@ -38,7 +38,8 @@ struct LaunchData {
   std::set<std::pair<int, int>> textured;  // model and slot of those that are somewhere
   std::vector<EnvironmentRecord> environments;
   std::vector<LightRecord> lights;
-  std::vector<float> light_tables;  // of both
+  std::vector<float> light_tables;  // of both, and of surfaces on which sensors lie
+  bool round_zone = false;          // some such surface is round
   // Pictures are large, and scenes may share them: records by bitmap, values and to_world.
   std::map<std::tuple<const Bitmap*, std::vector<double>, std::array<double, 16>>, int> environment_of;
   std::vector<TextureRecord> textures;

@@ -29,10 +29,18 @@ struct Location {
 
 enum class FilterKind { box, tent, gaussian };
 
+struct Shape;
+
 struct Sensor {
   std::string id;
   Location where;
-  bool orthographic = false;
+  // irradiance: what arrives at the front of `zone`; distant: the mean radiance that goes against `direction` from the
+  // points of `zone`, or from those that a disk as wide as the scene hides, or from `target`.
+  enum class Kind { perspective, orthographic, irradiance, distant } kind = Kind::perspective;
+  std::shared_ptr<const Shape> zone;
+  std::optional<Vec3> target;
+  Vec3 direction{0, 0, 1};
+  double aperture_radius = 0, focus_distance = 1;  // perspective: 0: everything is sharp
   double fov_x = 0;  // [degree], horizontal (already converted from fov_axis and focal_length); perspective only
   double principal_x = 0, principal_y = 0;  // principal_point_offset_x, _y
   double near_clip = 1e-2, far_clip = 1e4;
