@@ -200,3 +200,26 @@ TEST_CASE("the derivative of constant light and of an environment map is their r
     CHECK(wrong == 0);
   }
 }
+
+TEST_CASE("the derivative by a coefficient of spherical harmonics is what radiance grows by with it", "[derivative]") {
+  Environment emitter;
+  emitter.become(spherical_harmonics_model(3));
+  emitter.set("c_0_0", Rgb{1, 2, 3});
+  emitter.set("c_2_-1", 0.25);
+  const auto directions = directions_about({0, 1, 0}, 0.5);
+  const auto parameters = list_parameters(lit_by(emitter));
+  CHECK(parameters.size() == 15 + 3);
+  for (const Parameter& p : parameters) {
+    const auto values = on_device(emitter, p, directions, 16),
+               more = on_device(moved(emitter, p, 1), p, directions, 16);
+    double worst = 0, largest = 0;
+    for (std::size_t i = 0; i < directions.size(); ++i)
+      for (std::size_t c = 0; c < 3; ++c) {
+        worst = std::max(worst, std::abs(values[i].derivative[c] - (more[i].radiance[c] - values[i].radiance[c])));
+        largest = std::max(largest, std::abs(values[i].derivative[c]));
+      }
+    INFO(p.name);
+    CHECK(worst < 2e-6);
+    CHECK(largest > 0.2);
+  }
+}
