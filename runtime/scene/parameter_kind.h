@@ -76,6 +76,10 @@ constexpr ParameterKind NON_NEGATIVE{1, 0, unbounded, true, false};
 constexpr ParameterKind ROUGHNESS{1, 0, 1, false, true, Reader::roughness};
 constexpr ParameterKind ROUGHNESS_TEXTURE{1, 0, 1, false, true, Reader::roughness_texture};
 constexpr ParameterKind INDEX{1, least_ior, greatest_ior, true, true, Reader::index};
+constexpr ParameterKind COEFFICIENT{3,    -unbounded, unbounded,         false, false, Reader::colour,
+                                    true, "",         Quantity::emission};
+constexpr ParameterKind TURBIDITY{1, 1, 10};
+constexpr ParameterKind GROUND_ALBEDO{3, 0, 1, true, true, Reader::colour};
 constexpr ParameterKind FLAG{1, 0, 1, true, true, Reader::flag, false};
 }  // namespace parameter_kind
 

@@ -29,12 +29,14 @@ const MitsubaScene scenes[] = {
     {"checkerboard", 1024},
     {"cylinder_instances", 1024},
     {"dielectric_constant", 1024},
+    {"distant", 65536},
     {"glass", 1024},
     {"grid_inside", 1024},
     {"grid_null", 1024},
     {"grid_rgb", 2048},
     {"grid_rough", 2048},
     {"hide_emitters", 1024},
+    {"irradiancemeter", 65536},
     {"lights_medium", 4096},
     {"lights_rough", 2048},
     {"lights_surfaces", 1024},
@@ -58,6 +60,7 @@ const MitsubaScene scenes[] = {
     {"rough_textures", 1024},
     {"sunsky_null_floor", 2048},
     {"sunsky_rough_floor", 2048},
+    {"thinlens", 1024},
 };
 
 constexpr std::size_t tests_of_means = 3 * std::size(scenes);
