@@ -51,7 +51,8 @@ enum { COORDINATE_LOG, COORDINATE_COSINE, COORDINATE_ITSELF };
  *   BSDF_EVEN        a sample's weight depends on wi alone, so that roulette can be played before light is sampled
  *   BSDF_BASELINE    its decisions quiet derivatives
  *   BSDF_ANISOTROPIC   the x axis of its frame follows the first texture coordinate. Scene files mean it by the type that
- *                    it shares with an isotropic one, where they give two alphas that differ */
+ *                    it shares with an isotropic one, where they give two alphas that differ
+ *   BSDF_BROAD       it transmits, and has lobes so broad that all light is sampled for them, not the sun and lights alone */
 #define BSDF_TRANSMITS 1
 #define BSDF_SMOOTH 2
 #define BSDF_EVEN 4
@@ -59,6 +60,7 @@ enum { COORDINATE_LOG, COORDINATE_COSINE, COORDINATE_ITSELF };
 #define BSDF_PARTLY_SMOOTH 16
 #define BSDF_THIN 32
 #define BSDF_ANISOTROPIC 64
+#define BSDF_BROAD 128
 
 /* Traits of lights.
  *   LIGHT_ON_SHAPE   it is the surface of a shape, which paths find by chance, too

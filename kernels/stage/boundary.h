@@ -69,18 +69,21 @@ inline void rival_densities(const Launch* launch, __global const JobRecord* job,
 #endif
 }
 
-/* Light sampled where the path meets the boundary. Three ways lead from a scattering vertex x over the exit y to the
+/* Light sampled where the path meets the boundary: outside of it, and on both sides of a thin one. Three ways lead from a scattering vertex x over the exit y to the
  * sun in direction o, weighed by the balance heuristic: the phase function and the flight bring the path to y and (A)
  * the sun is sampled there or (B) the BSDF finds it; or (C) o and the direction of the segment are drawn at x
- * (connect.h). What A and B share cancels; `rival` is C's density over theirs. To lights of the scene lead A and B alone.
+ * (connect.h). What A and B share cancels; `rival` is C's density over theirs. To lights of the scene lead A and B alone,
+ * and so they do where the BSDF is broad.
  * Returns LAST_PDF for the BSDF's own direction, of density pdf. */
 inline REAL sample_light_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job,
                                      Pool* pool, INT slots, MASK at_boundary, const Surface* s, const Reflector* r,
                                      const Random* random, REAL3 direction, REAL pdf) {
+  const bool broad = (bsdf_traits(model) & BSDF_BROAD) != 0, thin = (bsdf_traits(model) & BSDF_THIN) != 0;
   REAL u[4];
   draw(random, 1, u);
   LightSample sample;
-  const MASK sampled = sample_light(launch, job, (MASK)(0), s->position, u, &sample);
+  const MASK sampled =
+      sample_light(launch, job, broad ? at_boundary | !at_boundary : (MASK)(0), s->position, u, &sample);
   const REAL3 light = sample.source.direction;
   const REAL3 wo = frame_to_local(&r->frame, light);
   REAL f[CHANNELS];
@@ -89,12 +92,13 @@ inline REAL sample_light_at_boundary(int model, int variant, const Launch* launc
   const INT depth = LOAD_INT(pool, DEPTH, slots) + 1;
   MASK lit = (MASK)(0);
   UNROLL_FOR(int c = 0; c < CHANNELS; ++c) lit = lit | (f[c] > 0.0f);
-  MASK mask = at_boundary & sampled & (plain_depth(depth) < job->max_depth) & lit & (dot3(light, s->normal) > 0.0f);
+  MASK mask = at_boundary & sampled & (plain_depth(depth) < job->max_depth) & lit;
+  if (!thin) mask = mask & (dot3(light, s->normal) > 0.0f);
 #if OPERATOR_SINGLE
   mask = mask & (depth >= SCATTERED_ONCE);
 #endif
-  REAL rival, own_rival;
-  rival_densities(launch, job, pool, slots, at_boundary, s, &sample.source, direction, &rival, &own_rival);
+  REAL rival = (REAL)(0.0f), own_rival = (REAL)(0.0f);
+  if (!broad) rival_densities(launch, job, pool, slots, at_boundary, s, &sample.source, direction, &rival, &own_rival);
   const REAL mis = sample.pdf / (sample.pdf * (1.0f + rival) + sample.by_chance * bsdf_pdf);
   REAL weight[3], connection_weight[RADIANCE_CHANNELS];
   channel_weights(pool, slots, (REAL)(1.0f), weight);
@@ -111,9 +115,12 @@ inline REAL sample_light_at_boundary(int model, int variant, const Launch* launc
   start.surface = &step;
   add_connection(launch, job, pool, slots, mask,
                  beside_surface(launch->primitives, s->primitive, s->position, s->normal, light), &sample, s->primitive,
-                 s->exterior, connection_weight, &scores, &start);
+                 SELECT_INT(s->interior == s->exterior, LOAD_INT(pool, MEDIUM, slots), s->exterior), connection_weight,
+                 &scores, &start);
   begin_segment(pool, slots, s->position, 1.0f + own_rival, at_boundary);
-  return MAX(pdf / (1.0f + own_rival), (REAL)(1e-30f)); /* not 0: that would say that the sun was not sampled */
+  if (!thin) pdf = SELECT(dot3(direction, s->normal) > 0.0f, pdf, 0.0f);
+  const REAL last_pdf = MAX(pdf / (1.0f + own_rival), (REAL)(1e-30f)); /* 0 would say that light was not sampled */
+  return SELECT(pdf > 0.0f, broad ? -last_pdf : last_pdf, 0.0f);
 }
 #endif
 
@@ -172,7 +179,7 @@ inline void boundary_stage(int model, int variant, const Launch* launch, __globa
   add_scores(job, &scores, model, r.n, &step, false);
   store_scores(pool, slots, &scores);
   sum_scores(launch, job, pool, slots, &scores, model, s.first_number, valid);
-  const MASK straight = (bsdf_traits(model) & BSDF_THIN) ? r.wi.z * wo.z < 0.0f : (MASK)(0);
+  const MASK straight = (smooth && (bsdf_traits(model) & BSDF_THIN)) ? r.wi.z * wo.z < 0.0f : (MASK)(0);
   scatter_at_boundary(launch, job, pool, slots, valid, &s, &random, u[bsdf_random(model)], direction, weight, pdf,
                       inverse_eta, straight);
 }

@@ -80,7 +80,7 @@ inline void connect_through(int surface, int model, int variant, const Launch* l
                             Pool* pool, INT slots, const LitVertex* x, const Exit* e, const LightSample* sample,
                             const Scores* scores) {
   const int traits = bsdf_traits(model);
-  if (!(traits & BSDF_TRANSMITS) || (traits & BSDF_SMOOTH)) return;
+  if (!(traits & BSDF_TRANSMITS) || (traits & (BSDF_SMOOTH | BSDF_BROAD))) return;
   const MASK here = e->found & (e->surface == surface);
   if (!ANY(here)) return;
   REAL n[MOST_SLOTS], f[CHANNELS];

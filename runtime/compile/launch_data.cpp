@@ -379,7 +379,7 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   const bool sun = std::any_of(data.emitters.begin(), data.emitters.end(),
                                [](const EmitterRecord& e) { return e.kind == EMITTER_SUNSKY && e.sun_pdf > 0; });
   const bool lights = !data.lights.empty();
-  const bool rough_light = (sun || lights) && rough;
+  const bool rough_light = ((sun || lights) && rough) || (uneven_light && has(BSDF_BROAD, BSDF_BROAD));
   const bool medium_light = ((uneven_light || lights) && matched) || (sun && refracted);
   set("HAS_LIGHTS", lights);
   set("HAS_AREA_LIGHTS",

@@ -200,9 +200,9 @@ const Model* find_model(const std::vector<Model>& models, const std::string& typ
   return found == models.end() ? nullptr : &*found;
 }
 
-const Model* find_anisotropic(const Model& model) {
+const Model* find_of_type(const Model& model, int trait) {
   for (const Model& other : bsdf_models())
-    if ((other.traits & BSDF_ANISOTROPIC) && other.type == model.type) return &other;
+    if (&other != &model && (other.traits & trait) && other.type == model.type) return &other;
   return nullptr;
 }
 

@@ -70,7 +70,7 @@ const std::vector<Model>& light_models();  // of lights with a place in the scen
 
 // The first model of that type, or null.
 const Model* find_model(const std::vector<Model>& models, const std::string& type);
-// The BSDF of the same type whose roughness differs along two axes (BSDF_ANISOTROPIC), or null.
-const Model* find_anisotropic(const Model& model);
+// The first other BSDF of the same type that has the trait, or null.
+const Model* find_of_type(const Model& model, int trait);
 
 }  // namespace itn

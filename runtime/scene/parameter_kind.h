@@ -21,6 +21,8 @@ struct ParameterKind {
     metal,
     roughness,
     roughness_texture,
+    number_texture,
+    index_or_specular,
     position,
     origin,
     axis_x,
@@ -70,6 +72,11 @@ constexpr ParameterKind CONCENTRATION{1, 0, unbounded, false, false, Reader::num
 constexpr ParameterKind NON_NEGATIVE{1, 0, unbounded, true, false};
 constexpr ParameterKind ROUGHNESS{1, 0, 1, false, true, Reader::roughness};
 constexpr ParameterKind ROUGHNESS_TEXTURE{1, 0, 1, false, true, Reader::roughness_texture};
+constexpr ParameterKind WEIGHT{1, 0, 1, true, true, Reader::number_texture};
+constexpr ParameterKind DOUBLE_WEIGHT{1, 0, 2, true, true, Reader::number_texture};
+constexpr ParameterKind INDEX_TEXTURE{1, least_ior, greatest_ior, true, true, Reader::number_texture};
+constexpr ParameterKind INDEX_OR_SPECULAR{1, least_ior, greatest_ior, true, true, Reader::index_or_specular};
+constexpr ParameterKind SAMPLING_RATE{1, 0, unbounded, true, false, Reader::number, false};
 constexpr ParameterKind INDEX{1, least_ior, greatest_ior, true, true, Reader::index};
 constexpr ParameterKind FLAG{1, 0, 1, true, true, Reader::flag, false};
 }  // namespace parameter_kind

@@ -101,6 +101,42 @@ TEST_CASE("conductors and plastics that say nothing have Mitsuba's defaults") {
   CHECK(load_bsdf("<bsdf type=\"thindielectric\"/>").number("int_ior") == 1.5046);
 }
 
+TEST_CASE("principled surfaces have Mitsuba's defaults, and are boundaries where light passes") {
+  const auto load = [&](const std::string& type, const std::string& content) {
+    return load_bsdf("<bsdf type=\"" + type + "\">" + content + "</bsdf>");
+  };
+  const std::string checks = "<texture type=\"checkerboard\" name=\"spec_trans\"/>";
+  for (const char* type : {"principled", "principledthin"}) {
+    const Bsdf b = load(type, "");
+    CHECK(b.value("base_color").value == Rgb{0.5, 0.5, 0.5});
+    CHECK(b.number("roughness") == 0.5);
+    for (const char* name : {"anisotropic", "spec_tint", "sheen", "sheen_tint", "flatness"}) CHECK(b.number(name) == 0);
+    CHECK(b.number("eta") == Approx(1.5));
+    CHECK(b.number("diffuse_reflectance_sampling_rate") == 1);
+    CHECK(!load(type, checks).value("spec_trans").is_constant());
+  }
+  const auto passes = [&](const std::string& content) {
+    return (load("principled", content).model->traits & BSDF_TRANSMITS) != 0;
+  };
+  CHECK(!passes(""));
+  CHECK(!passes(number("spec_trans", "0")));
+  CHECK(passes(number("spec_trans", "0.1")));
+  CHECK(passes(checks));
+  // Mitsuba 3.9.1: eta = 2 / (1 - sqrt(0.08 specular)) - 1, and no index of 1 where light passes
+  CHECK(load("principled", number("specular", "0.5")).number("eta") == Approx(1.5));
+  CHECK(load("principled", number("specular", "0")).number("eta") == 1);
+  CHECK(load("principled", number("specular", "0") + number("spec_trans", "1")).number("eta") ==
+        Approx(2 / (1 - std::sqrt(8e-5)) - 1));
+  CHECK(load("principled", number("eta", "1") + number("spec_trans", "1")).number("eta") == 1.001);
+  CHECK(load("principledthin", number("diff_trans", "1.5")).number("diff_trans") == 1.5);
+  check_bsdf_error("principled", number("eta", "1.4") + number("specular", "0.4"), {"specular", "one or the other"});
+  check_bsdf_error("principled", number("metallic", "1.1"), {"metallic", "outside [0, 1]"});
+  check_bsdf_error("principledthin", number("diff_trans", "2.1"), {"diff_trans", "outside [0, 2]"});
+  SceneFolder().check_error(
+      "<bsdf type=\"twosided\"><bsdf type=\"principled\">" + number("spec_trans", "1") + "</bsdf></bsdf>", 2,
+      {"twosided", "spec_trans"});
+}
+
 TEST_CASE("metals have Mitsuba's names") {
   // Mitsuba 3.9.1, scalar_rgb
   const Bsdf gold = load_bsdf("<bsdf type=\"conductor\">" + text("material", "Au") + "</bsdf>");

@@ -43,6 +43,8 @@ const MitsubaScene scenes[] = {
     {"opaque_neighbours", 1024},
     {"orthographic", 1024},
     {"plastics", 1024},
+    {"principled", 2048},
+    {"principled_lights", 4096},
     {"rayleigh", 1024},
     {"rgb_albedo", 1024},
     {"rgb_sigma_t", 1024},

@@ -26,6 +26,9 @@
 #include "model/bsdf/diffuse.h"
 #include "model/bsdf/plastic.h"
 #include "model/bsdf/polarized_plastic.h"
+#include "model/bsdf/principled.h"
+#include "model/bsdf/principled_thin.h"
+#include "model/bsdf/principled_transmission.h"
 #include "model/bsdf/rough_conductor.h"
 #include "model/bsdf/rough_conductor_anisotropic.h"
 #include "model/bsdf/rough_dielectric.h"
@@ -44,6 +47,9 @@
   BSDF(plastic, PLASTIC, "plastic", "")                                                               \
   BSDF(rough_plastic, ROUGH_PLASTIC, "roughplastic", "beckmann ggx")                                  \
   BSDF(polarized_plastic, POLARIZED_PLASTIC, "pplastic", "beckmann ggx")                              \
-  BSDF(thin_dielectric, THIN_DIELECTRIC, "thindielectric", "")
+  BSDF(thin_dielectric, THIN_DIELECTRIC, "thindielectric", "")                                        \
+  BSDF(principled, PRINCIPLED, "principled", "")                                                      \
+  BSDF(principled_transmission, PRINCIPLED_TRANSMISSION, "principled", "")                            \
+  BSDF(principled_thin, PRINCIPLED_THIN, "principledthin", "")
 
 #endif

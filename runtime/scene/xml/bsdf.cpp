@@ -20,7 +20,8 @@ std::vector<std::string> bsdf_types() {
 std::vector<std::string> opaque_types() {
   std::vector<std::string> types;
   for (const Model& model : bsdf_models())
-    if (!(model.traits & (BSDF_TRANSMITS | BSDF_ANISOTROPIC))) types.push_back(quote(model.type));
+    if (!(model.traits & BSDF_TRANSMITS) && &model == find_model(bsdf_models(), model.type))
+      types.push_back(quote(model.type));
   return types;
 }
 
@@ -34,6 +35,9 @@ Bsdf build_twosided(Builder& builder, Properties& properties, const Element& ele
     fail(inner->where, fmt::format("bsdf \"twosided\" around {}; need {}", quote(inner->attribute("type")),
                                    fmt::join(opaque_types(), " or ")));
   Bsdf bsdf = builder.scene.bsdfs[static_cast<std::size_t>(build_bsdf(builder, *inner))];
+  if (bsdf.model && (bsdf.model->traits & BSDF_TRANSMITS))
+    fail(inner->where, fmt::format("bsdf \"twosided\" around {} with spec_trans, which light passes; need spec_trans 0",
+                                   quote(bsdf.type())));
   bsdf.twosided = true;
   return bsdf;
 }
@@ -45,10 +49,24 @@ bool is_anisotropic(Properties& properties) {
   return !is_number("alpha_u") || !is_number("alpha_v") || properties.number("alpha_u") != properties.number("alpha_v");
 }
 
+// Mitsuba's principled surfaces are boundaries where spec_trans is given and is no 0.
+bool passes_light(Properties& properties) {
+  if (!properties.has("spec_trans")) return false;
+  return (properties.is_object("spec_trans") && !properties.is_spectrum("spec_trans")) ||
+         properties.number("spec_trans") != 0;
+}
+
+// Of the models that share a type, the one that the parameters mean. of: the first
+const Model& meant_model(Properties& properties, const Model& of) {
+  const Model* other = find_of_type(of, BSDF_ANISOTROPIC);
+  if (other && is_anisotropic(properties)) return *other;
+  other = of.traits & BSDF_TRANSMITS ? nullptr : find_of_type(of, BSDF_TRANSMITS);
+  return other && passes_light(properties) ? *other : of;
+}
+
 // of: the first of its type
 Bsdf build_model(Builder& builder, Properties& properties, const Model& of) {
-  const Model* anisotropic = find_anisotropic(of);
-  const Model& model = anisotropic && is_anisotropic(properties) ? *anisotropic : of;
+  const Model& model = meant_model(properties, of);
   Bsdf bsdf;
   bsdf.become(model);
   read_parameters(builder, properties, bsdf);

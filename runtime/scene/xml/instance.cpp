@@ -2,8 +2,10 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "kernels/model/obstacle.h"
+#include "kernels/shared/declaration.h"
 #include "runtime/base/colour.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
@@ -98,10 +100,9 @@ Vec3 direction(Properties& properties, const std::string& name) {
   return normalize(d);
 }
 
-// One number of each colour, as Mitsuba takes it: the mean of a colour, the luminance of a pixel; not below the least
-// alpha.
-void make_roughness(Texture& texture) {
-  for (Rgb& colour : texture.colours) colour.fill(std::max((colour[0] + colour[1] + colour[2]) / 3, least_alpha));
+// One number of each colour, as Mitsuba takes it: the mean of a colour, the luminance of a pixel; not below `least`.
+void make_number(Texture& texture, double least) {
+  for (Rgb& colour : texture.colours) colour.fill(std::max((colour[0] + colour[1] + colour[2]) / 3, least));
   // Mitsuba 3.9.1 exchanges a checkerboard's two colours where it takes numbers from it, not colours: half a unit of u.
   if (texture.model->type == "checkerboard") texture.to_uv[2] += 0.5;
   if (!texture.bitmap) return;
@@ -113,14 +114,47 @@ void make_roughness(Texture& texture) {
       return static_cast<double>(grey->data[i * channels + std::min(c, channels - 1)]);
     };
     const double value = channels == 1 ? at(0) : luminance({at(0), at(1), at(2)});
-    grey->data[i] = static_cast<float>(std::max(value, least_alpha));
+    grey->data[i] = static_cast<float>(std::max(value, least));
   }
   grey->data.resize(pixels);
   grey->channels = 1;
   texture.bitmap = grey;
 }
 
-Texture read(Builder& builder, Properties& properties, const DeclaredParameter& p) {
+// A number, or a texture of numbers.
+Texture number_texture(Builder& builder, Properties& properties, const DeclaredParameter& p) {
+  Texture value;
+  if (properties.is_object(p.name) && !properties.is_spectrum(p.name)) {
+    value = build_texture(builder, properties, p.name, p.fallback);
+    make_number(value, 0);
+    if (value.bitmap)
+      for (const float texel : value.bitmap->data) check(properties, p, static_cast<double>(texel));
+    for (const Rgb& colour : value.colours) check(properties, p, colour[0]);
+    value.value.fill(p.fallback);
+    return value;
+  }
+  value.value.fill(properties.number(p.name, p.fallback));
+  check(properties, p, value.value[0]);
+  return value;
+}
+
+// Index of refraction of a principled surface: `eta`, or `specular`, 0.08 times the root of which is the reflectance of
+// a facet that faces the light. Where light passes it there must be a difference between the two sides, as in Mitsuba.
+double index_or_specular(Properties& properties, const DeclaredParameter& p, bool transmits) {
+  if (properties.has("eta") && properties.has("specular"))
+    properties.fail_at("specular", "both eta and specular given; need one or the other");
+  if (!properties.has("specular")) {
+    const double eta = properties.number("eta", p.fallback);
+    check(properties, p, eta);
+    return transmits && eta == 1 ? 1.001 : eta;
+  }
+  const double specular = properties.number("specular");
+  if (!(specular >= 0 && specular <= 1))
+    properties.fail_at("specular", fmt::format("specular = {} is outside [0, 1]", to_text(specular)));
+  return 2 / (1 - std::sqrt(0.08 * (transmits && specular == 0 ? 1e-3 : specular))) - 1;
+}
+
+Texture read(Builder& builder, Properties& properties, const Model& model, const DeclaredParameter& p) {
   Texture value;
   const auto number = [&](double v) { value.value = {v, v, v}; };
   switch (p.kind.reader) {
@@ -179,11 +213,16 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
       value.value = parse_metal(properties, p.name, p.fallback);
       for (const double v : value.value) check(properties, p, v);
       break;
+    case ParameterKind::Reader::number_texture:
+      return number_texture(builder, properties, p);
+    case ParameterKind::Reader::index_or_specular:
+      number(index_or_specular(properties, p, (model.traits & BSDF_TRANSMITS) != 0));
+      break;
     case ParameterKind::Reader::roughness_texture:
       if (properties.is_object(p.name) && !properties.is_spectrum(p.name)) {
         value = build_texture(builder, properties, p.name, p.fallback);
         value.value.fill(p.fallback);
-        make_roughness(value);
+        make_number(value, least_alpha);
         break;
       }
       [[fallthrough]];
@@ -198,7 +237,7 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
 
 void read_parameters(Builder& builder, Properties& properties, Instance& instance) {
   for (std::size_t i = 0; i < instance.values.size(); ++i)
-    instance.values[i] = read(builder, properties, instance.model->parameters[i]);
+    instance.values[i] = read(builder, properties, *instance.model, instance.model->parameters[i]);
 }
 
 std::vector<std::string> types_of(const std::vector<Model>& models) {
