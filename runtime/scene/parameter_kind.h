@@ -49,6 +49,7 @@ namespace parameter_kind {
 constexpr double unbounded = std::numeric_limits<double>::infinity();
 using Reader = ParameterKind::Reader;
 constexpr ParameterKind REFLECTANCE{3, 0, 1, true, true, Reader::texture};
+constexpr ParameterKind TEXTURE_COLOUR{3, 0, unbounded, true, false};  // its parameter has a range of its own
 constexpr ParameterKind TINT{3, 0, 1, true, true, Reader::colour, false};
 constexpr ParameterKind ALBEDO{3,   0, 1, true, true, Reader::colour, true, "sigma_s / sigma_t", Quantity::reflectance,
                                true};
@@ -74,6 +75,8 @@ constexpr ParameterKind ROUGHNESS{1, 0, 1, false, true, Reader::roughness};
 constexpr ParameterKind ROUGHNESS_TEXTURE{1, 0, 1, false, true, Reader::roughness_texture};
 constexpr ParameterKind WEIGHT{1, 0, 1, true, true, Reader::number_texture};
 constexpr ParameterKind DOUBLE_WEIGHT{1, 0, 2, true, true, Reader::number_texture};
+constexpr ParameterKind SLOPE_ANGLE{1, 0, 1.5, true, true, Reader::number_texture, true, "an angle in radian"};
+constexpr ParameterKind EXPONENT{1, 0, 1e5, true, true, Reader::number_texture};
 constexpr ParameterKind INDEX_TEXTURE{1, least_ior, greatest_ior, true, true, Reader::number_texture};
 constexpr ParameterKind INDEX_OR_SPECULAR{1, least_ior, greatest_ior, true, true, Reader::index_or_specular};
 constexpr ParameterKind SAMPLING_RATE{1, 0, unbounded, true, false, Reader::number, false};

@@ -96,11 +96,11 @@ void add_textures(List& list, const Bsdf& bsdf, int index) {
     const Texture& texture = bsdf.values[i];
     for (std::size_t k = 0; k < texture.colours.size(); ++k) {
       const DeclaredColour& colour = texture.model->colours[k];
+      const ParameterKind& of = bsdf.model->parameters[i].kind;
       const std::vector<double> slots = bsdf.showing(i, k).slots();
       list.begin(Owner::texture, index, texture.id);
       list.colour(
-          colour.name, texture.colours[k],
-          {colour.kind.low, colour.kind.high, colour.kind.low_included, colour.kind.high_included},
+          colour.name, texture.colours[k], {colour.kind.low, of.high, colour.kind.low_included, of.high_included},
           [&](double, int c) { return bsdf.model->obstacle(slots.data(), bsdf.model->parameters[i].slot + c); });
     }
   }

@@ -232,8 +232,16 @@ TEST_CASE("faulty checkerboards are refused") {
     return "<bsdf type=\"diffuse\"><texture type=\"checkerboard\" name=\"reflectance\">\n" + content +
            "</texture></bsdf>";
   };
-  folder.check_error(diffuse(number("color0", "1.5")), 3, {"\"color0\" = 1.5", "[0, 1]"});
-  folder.check_error(diffuse("<rgb name=\"color1\" value=\"0 0 -1\"/>"), 3, {"\"color1\" = -1", "[0, 1]"});
+  folder.check_error(diffuse(number("color0", "1.5")), 2, {"\"color0\" = 1.5", "[0, 1]"});
+  folder.check_error(diffuse("<rgb name=\"color1\" value=\"0 0 -1\"/>"), 3, {"\"color1\" = -1", "[0, inf)"});
+  folder.check_error("<bsdf type=\"roughconductor\"><texture type=\"checkerboard\" name=\"alpha\">\n" +
+                         number("color0", "1.5") + "</texture></bsdf>",
+                     2, {"\"color0\" = 1.5", "[0, 1]"});
+  CHECK(folder.load("<bsdf type=\"principledthin\"><texture type=\"checkerboard\" name=\"diff_trans\">" +
+                    number("color0", "1.5") + "</texture></bsdf>")
+            .bsdfs[0]
+            .value("diff_trans")
+            .colours[0][0] == 1.5);
   folder.check_error(diffuse("<texture type=\"checkerboard\" name=\"color0\"/>"), 3,
                      {"\"color0\"", "no texture inside of a texture", "<rgb>"});
   folder.check_error(diffuse(number("colour0", "0.5")), 3, {"unknown parameter \"colour0\"", "color0"});

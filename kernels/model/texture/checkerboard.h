@@ -4,7 +4,7 @@
 #ifndef ITN_CHECKERBOARD_H
 #define ITN_CHECKERBOARD_H
 
-#define CHECKERBOARD_COLOURS(COLOUR) COLOUR(color0, REFLECTANCE, 0.4) COLOUR(color1, REFLECTANCE, 0.2)
+#define CHECKERBOARD_COLOURS(COLOUR) COLOUR(color0, TEXTURE_COLOUR, 0.4) COLOUR(color1, TEXTURE_COLOUR, 0.2)
 
 #ifdef __OPENCL_VERSION__
 inline int checkerboard_value(__global const TextureRecord* t, __global const float* texels,

@@ -70,8 +70,8 @@ void read_sampler(Builder& builder, const Element& element, Sensor& sensor);
 void read_parameters(Builder& builder, Properties& properties, Instance& instance);
 // The types of the models, for messages.
 std::vector<std::string> types_of(const std::vector<Model>& models);
-// The parameter `name`: a colour in [0, 1], or a texture.
-Texture build_texture(Builder& builder, Properties& owner, const std::string& name, double fallback);
+// The parameter `name`: a colour in [0, 1], or a texture of values up to `most`.
+Texture build_texture(Builder& builder, Properties& owner, const std::string& name, double fallback, double most = 1);
 
 // Horizontal field of view [degree] from fov, fov_axis and focal_length, as of Mitsuba's cameras; aspect: width over
 // height.

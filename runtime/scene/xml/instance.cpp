@@ -125,7 +125,8 @@ void make_number(Texture& texture, double least) {
 Texture number_texture(Builder& builder, Properties& properties, const DeclaredParameter& p) {
   Texture value;
   if (properties.is_object(p.name) && !properties.is_spectrum(p.name)) {
-    value = build_texture(builder, properties, p.name, p.fallback);
+    value = build_texture(builder, properties, p.name, p.fallback, p.kind.high);
+    if (!value.model) return value;  // a stand-in, which is reported
     make_number(value, 0);
     if (value.bitmap)
       for (const float texel : value.bitmap->data) check(properties, p, static_cast<double>(texel));
@@ -222,7 +223,7 @@ Texture read(Builder& builder, Properties& properties, const Model& model, const
       if (properties.is_object(p.name) && !properties.is_spectrum(p.name)) {
         value = build_texture(builder, properties, p.name, p.fallback);
         value.value.fill(p.fallback);
-        make_number(value, least_alpha);
+        if (value.model) make_number(value, least_alpha);  // else a stand-in, which is reported
         break;
       }
       [[fallthrough]];
