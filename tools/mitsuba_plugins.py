@@ -124,8 +124,9 @@ PLUGINS = [
     ('bsdf', 'null', '', '', SURFACES),
     ('bsdf', 'measured', text('filename', 't.bsdf'), '', 'no measured surfaces of this format yet'),
     ('bsdf', 'hair', '', '', CURVES),
+    ('bsdf', 'polarizer', '', 'as in variants without polarisation: half of the light passes', ''),
 ] + [('bsdf', name, '', '', POLARISATION)
-     for name in ('circular', 'polarizer', 'retarder', 'measured_polarized')] + [
+     for name in ('circular', 'retarder', 'measured_polarized')] + [
     ('texture', 'bitmap', text('filename', 't.ppm'), '', '', 'reflectance'),
     ('texture', 'checkerboard', '', 'its colours are colours, not textures', '', 'reflectance'),
     ('texture', 'mesh_attribute', text('name', 'vertex_color'), '', SURFACES, 'reflectance'),
