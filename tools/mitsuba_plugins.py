@@ -16,7 +16,7 @@ import tempfile
 import zlib
 
 POLARISATION = 'not planned: polarisation'
-CURVES = 'not planned: curves, distance fields and splats'
+CURVES = 'not planned: distance fields and splats'
 SURFACES, MEDIA = 'planned, with the surfaces', 'planned, with media and lights'
 
 # tag -> (what it is called, the scene around it with %s for the element)
@@ -69,10 +69,10 @@ def rows(tag, types, differs='', why=''):
 PLUGINS = [
     ('sensor', 'perspective', '', '', ''),
     ('sensor', 'orthographic', '', '', ''),
-    ('sensor', 'thinlens', number('aperture_radius', 1), '', 'no aperture yet'),
+    ('sensor', 'thinlens', number('aperture_radius', 1), '', ''),
     ('sensor', 'radiancemeter', ONE_PIXEL, '', ''),
-    ('sensor', 'irradiancemeter', ONE_PIXEL, '', 'no sensors on shapes yet'),
-    ('sensor', 'distant', ONE_PIXEL, '', 'an orthographic sensor sees the same where its film covers the scene'),
+    ('sensor', 'irradiancemeter', ONE_PIXEL, 'with more than one pixel, each measures the whole shape', ''),
+    ('sensor', 'distant', ONE_PIXEL, '', ''),
     ('sensor', 'batch', '<sensor type="perspective"/>', '', 'a scene may have several sensors; --sensor chooses'),
     ('film', 'hdrfilm', '', 'always written as float32 OpenEXR; no alpha, no XYZ (with a warning)', ''),
     ('film', 'specfilm', '', '', 'not planned: wavelengths beyond RGB'),
@@ -100,7 +100,9 @@ PLUGINS = [
     ('shape', 'shapegroup', '<shape type="sphere"/>', '', ''),
     ('shape', 'instance', '<shape type="shapegroup"><shape type="sphere"/></shape>', '', ''),
     ('shape', 'merge', '<shape type="sphere"/>', '', 'an optimisation of Mitsuba: list the shapes themselves'),
-    *rows('shape', 'bsplinecurve linearcurve sdfgrid ellipsoids ellipsoidsmesh', '', CURVES),
+    ('shape', 'linearcurve', text('filename', 't.txt'), 'a fine mesh', ''),
+    ('shape', 'bsplinecurve', text('filename', 't.txt'), 'a fine mesh, whose inside shows where its ends are open', ''),
+    *rows('shape', 'sdfgrid ellipsoids ellipsoidsmesh', '', CURVES),
     ('bsdf', 'diffuse', '', '', SURFACES),
     ('bsdf', 'dielectric', '', '', SURFACES),
     ('bsdf', 'thindielectric', '', 'what passes it does not count in max_depth, as in volpath; in path it does', SURFACES),
@@ -122,8 +124,9 @@ PLUGINS = [
     ('bsdf', 'null', '', '', SURFACES),
     ('bsdf', 'measured', text('filename', 't.bsdf'), '', 'no measured surfaces of this format yet'),
     ('bsdf', 'hair', '', '', CURVES),
+    ('bsdf', 'polarizer', '', 'as in variants without polarisation: half of the light passes', ''),
 ] + [('bsdf', name, '', '', POLARISATION)
-     for name in ('circular', 'polarizer', 'retarder', 'measured_polarized')] + [
+     for name in ('circular', 'retarder', 'measured_polarized')] + [
     ('texture', 'bitmap', text('filename', 't.ppm'), '', '', 'reflectance'),
     ('texture', 'checkerboard', '', 'its colours are colours, not textures', '', 'reflectance'),
     ('texture', 'mesh_attribute', text('name', 'vertex_color'), '', SURFACES, 'reflectance'),
@@ -163,6 +166,8 @@ PLUGINS = [
 def write_files(folder):
     """Small files of the formats that plugins read: a tetrahedron, a picture, a grid."""
     corners, faces = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]
+    with open(os.path.join(folder, 't.txt'), 'w') as file:
+        file.write('0 0 0 .1\n1 0 0 .1\n1 1 0 .1\n0 1 0 .1\n')
     with open(os.path.join(folder, 't.obj'), 'w') as file:
         file.writelines('v %g %g %g\n' % corner for corner in corners)
         file.writelines('f %d %d %d\n' % tuple(i + 1 for i in face) for face in faces)
@@ -184,7 +189,7 @@ def write_files(folder):
 
 def opens(itn, folder, tag, kind, content, name):
     element = f'<{tag} type="{kind}"' + (f' name="{name}"' if name else '') + f'>{content}</{tag}>'
-    if (tag, kind) in (('emitter', 'area'), ('emitter', 'directionalarea')):
+    if (tag, kind) in (('emitter', 'area'), ('emitter', 'directionalarea'), ('sensor', 'irradiancemeter')):
         element = f'<shape type="rectangle">{element}</shape>'
     body = AROUND[tag][1] % element
     if '<sensor' not in body:

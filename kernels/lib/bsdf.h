@@ -1,46 +1,46 @@
-/* The BSDFs by number: model/bsdf/list.h expanded. `model` and `variant` are constants wherever these are called. */
+/* The BSDFs by number: the scene's lines of model/bsdf/list.h expanded. `model` and `variant` are constants wherever these are called. */
 #ifndef ITN_BSDF_H
 #define ITN_BSDF_H
 #include "lib/score.h"
 
 #define BSDF_DISPATCH __attribute__((always_inline)) inline
 
-#define BSDF_CASE(name, PREFIX, type, variants) \
+#define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: return PREFIX##_TRAITS;
 BSDF_DISPATCH int bsdf_traits(int model) {
-  switch (model) { BSDF_LIST(BSDF_CASE) }
+  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) }
   return 0;
 }
 #undef BSDF_CASE
 
-#define BSDF_CASE(name, PREFIX, type, variants) \
+#define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: return PREFIX##_RANDOM;
 BSDF_DISPATCH int bsdf_random(int model) {
-  switch (model) { BSDF_LIST(BSDF_CASE) }
+  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) }
   return 0;
 }
 #undef BSDF_CASE
 
-#define BSDF_CASE(name, PREFIX, type, variants) \
+#define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: name##_value(variant, n, wi, wo, f); break;
 BSDF_DISPATCH void bsdf_value(int model, int variant, const REAL n[], REAL3 wi, REAL3 wo, REAL f[]) {
-  switch (model) { BSDF_LIST(BSDF_CASE) }
+  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) }
 }
 #undef BSDF_CASE
 
-#define BSDF_CASE(name, PREFIX, type, variants) \
+#define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: return name##_density(variant, n, wi, wo);
 BSDF_DISPATCH REAL bsdf_density(int model, int variant, const REAL n[], REAL3 wi, REAL3 wo) {
-  switch (model) { BSDF_LIST(BSDF_CASE) }
+  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) }
   return (REAL)(0.0f);
 }
 #undef BSDF_CASE
 
-#define BSDF_CASE(name, PREFIX, type, variants) \
+#define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: name##_draw(variant, n, wi, u, wo, weight, pdf, inverse_eta); break;
 BSDF_DISPATCH void bsdf_draw(int model, int variant, const REAL n[], REAL3 wi, const REAL u[], REAL3* wo, REAL weight[],
                              REAL* pdf, REAL* inverse_eta) {
-  switch (model) { BSDF_LIST(BSDF_CASE) }
+  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) }
 }
 #undef BSDF_CASE
 
@@ -55,29 +55,29 @@ BSDF_DISPATCH void bsdf_draw(int model, int variant, const REAL n[], REAL3 wi, c
   return step;
 
 /* Of the value. */
-#define BSDF_CASE(name, PREFIX, type, variants) \
+#define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: score_##name(variant, n, wi, wo, d); break;
 BSDF_DISPATCH Step bsdf_step(int model, int variant, const REAL n[], INT first, REAL3 wi, REAL3 wo, MASK mask) {
-  BSDF_STEP(BSDF_LIST(BSDF_CASE))
+  BSDF_STEP(BSDFS_OF_SCENE(BSDF_CASE))
 }
 #undef BSDF_CASE
 
 /* Of the share of the light from a chosen direction. */
-#define BSDF_CASE(name, PREFIX, type, variants) \
+#define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: score_##name##_chosen(variant, n, wi, wo, d); break;
 BSDF_DISPATCH Step bsdf_chosen_step(int model, int variant, const REAL n[], INT first, REAL3 wi, REAL3 wo, MASK mask) {
-  BSDF_STEP(BSDF_LIST(BSDF_CASE))
+  BSDF_STEP(BSDFS_OF_SCENE(BSDF_CASE))
 }
 #undef BSDF_CASE
 
 /* Of the density of what was decided when wo was drawn. reflected: 1 or 0 */
-#define BSDF_CASE(name, PREFIX, type, variants)                                                           \
+#define BSDF_CASE(name, PREFIX)                                                                           \
   case MODEL_##name:                                                                                      \
     score_##name##_decision(variant, n, wi, name##_outcome(variant, n, wi, wo, reflected), reflected, d); \
     break;
 BSDF_DISPATCH Step bsdf_decision_step(int model, int variant, const REAL n[], INT first, REAL3 wi, REAL3 wo,
                                       REAL reflected, MASK mask) {
-  BSDF_STEP(BSDF_LIST(BSDF_CASE))
+  BSDF_STEP(BSDFS_OF_SCENE(BSDF_CASE))
 }
 #undef BSDF_CASE
 #undef BSDF_STEP

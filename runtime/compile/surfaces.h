@@ -27,6 +27,12 @@ std::vector<BsdfRecord> numbered_bsdfs(const LaunchData& data);
 // The stages of the program's queues (kernels/shared/path_state.h), by their kernels' names.
 std::vector<std::string> stages_of(const LaunchData& data);
 
+// The models that the launch has. Media: all, since stages that end connections name theirs, be there one or not.
+struct ModelsOfLaunch {
+  std::vector<const Model*> bsdfs, media, phases, lights, environments;
+};
+ModelsOfLaunch models_of(const LaunchData& data);
+
 std::string surfaces_text(const LaunchData& data);
 
 }  // namespace itn

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
+#include <map>
+#include <mutex>
 #include <sstream>
 #include <stdexcept>
 
@@ -131,6 +134,21 @@ LIGHT_LIST(ITN_ARRIVES)
     models.push_back(model);                 \
   }
 
+// Radiance is linear in their parameters, or smooth.
+const char* no_obstacle(const double*, int) { return differentiable; }
+#define ITN_ENVIRONMENT_MODEL(name_, PREFIX, type_)                  \
+  {                                                                  \
+    Model model;                                                     \
+    model.id = MODEL_##name_;                                        \
+    model.name = #name_;                                             \
+    model.type = type_;                                              \
+    model.variants = {""};                                           \
+    model.traits = PREFIX##_TRAITS;                                  \
+    model.formula = PREFIX##_FORMULA;                                \
+    PREFIX##_PARAMETERS(ITN_PARAMETER) model.obstacle = no_obstacle; \
+    models.push_back(model);                                         \
+  }
+
 std::vector<Model> make_bsdf_models() {
   std::vector<Model> models;
   BSDF_LIST(ITN_BSDF_MODEL)
@@ -152,6 +170,12 @@ std::vector<Model> make_medium_models() {
 std::vector<Model> make_light_models() {
   std::vector<Model> models;
   LIGHT_LIST(ITN_LIGHT_MODEL)
+  return models;
+}
+
+std::vector<Model> make_environment_models() {
+  std::vector<Model> models;
+  ENVIRONMENT_LIST(ITN_ENVIRONMENT_MODEL)
   return models;
 }
 
@@ -193,6 +217,28 @@ const std::vector<Model>& medium_models() {
 const std::vector<Model>& light_models() {
   static const std::vector<Model> all = make_light_models();
   return all;
+}
+
+const std::vector<Model>& environment_models() {
+  static const std::vector<Model> all = make_environment_models();
+  return all;
+}
+
+const Model& spherical_harmonics_model(int order) {
+  static std::mutex access;
+  static std::map<int, Model> made;
+  const std::lock_guard lock(access);
+  const auto found = made.find(order);
+  if (found != made.end()) return found->second;
+  Model model = *find_model(environment_models(), "sphericalharmonics");
+  for (int l = 1; l <= order; ++l)
+    for (int m = -l; m <= l; ++m)
+      declare(model, ("c_" + std::to_string(l) + "_" + std::to_string(m)).c_str(), parameter_kind::COEFFICIENT, 0, "");
+  return made.emplace(order, std::move(model)).first->second;
+}
+
+int spherical_harmonics_order(const Model& model) {
+  return static_cast<int>(std::lround(std::sqrt(static_cast<double>(model.parameters.size())))) - 1;
 }
 
 const Model* find_model(const std::vector<Model>& models, const std::string& type) {

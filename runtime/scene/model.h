@@ -35,7 +35,7 @@ struct Model {
   int id = 0;                         // MODEL_* of kernels/model/models.h
   std::string name, type;             // of its file and functions; of the element in scene files
   std::vector<std::string> variants;  // values of `distribution`; one that is empty: there is no such parameter
-  int traits = 0;                     // of BSDFs: BSDF_*; of lights: LIGHT_*
+  int traits = 0;                     // of BSDFs: BSDF_*; of lights: LIGHT_*; of environments: ENVIRONMENT_*
   std::vector<DeclaredParameter> parameters;
   std::vector<DeclaredNumber> numbers;
   int parameter_slots = 0, number_slots = 0;
@@ -48,6 +48,8 @@ struct Model {
   const char* (*obstacle)(const double*, int) = nullptr;  // why there is no derivative by a parameter's slot; or empty
   // Of phase functions: the mean cosine, and its derivative by each parameter's slot.
   std::vector<double> (*mean_cosine)(const std::vector<double>&) = nullptr;
+
+  const char* formula = "";  // of environments: the function of runtime/derivative that derivatives call; or empty
 
   // Of lights; the arguments are the numbers, the point, and a point of the light's surface with its normal.
   Arrival (*arrives)(const std::vector<double>&, const std::array<double, 3>&, const std::array<double, 3>&,
@@ -66,7 +68,12 @@ struct Model {
 const std::vector<Model>& bsdf_models();  // without null, which has none
 const std::vector<Model>& phase_models();
 const std::vector<Model>& medium_models();
-const std::vector<Model>& light_models();  // of lights with a place in the scene
+const std::vector<Model>& light_models();        // of lights with a place in the scene
+const std::vector<Model>& environment_models();  // of light around it: parameters alone
+
+// sphericalharmonics up to an order: its parameters are c_l_m, for l = 0 ... order and m = -l ... l.
+const Model& spherical_harmonics_model(int order);
+int spherical_harmonics_order(const Model& model);
 
 // The first model of that type, or null.
 const Model* find_model(const std::vector<Model>& models, const std::string& type);

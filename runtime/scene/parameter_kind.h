@@ -81,6 +81,11 @@ constexpr ParameterKind INDEX_TEXTURE{1, least_ior, greatest_ior, true, true, Re
 constexpr ParameterKind INDEX_OR_SPECULAR{1, least_ior, greatest_ior, true, true, Reader::index_or_specular};
 constexpr ParameterKind SAMPLING_RATE{1, 0, unbounded, true, false, Reader::number, false};
 constexpr ParameterKind INDEX{1, least_ior, greatest_ior, true, true, Reader::index};
+constexpr ParameterKind COEFFICIENT{3,    -unbounded, unbounded,         false, false, Reader::colour,
+                                    true, "",         Quantity::emission};
+constexpr ParameterKind ANGLE{3, -unbounded, unbounded, false, false, Reader::colour, false, "", Quantity::unbounded};
+constexpr ParameterKind TURBIDITY{1, 1, 10};
+constexpr ParameterKind GROUND_ALBEDO{3, 0, 1, true, true, Reader::colour};
 constexpr ParameterKind FLAG{1, 0, 1, true, true, Reader::flag, false};
 }  // namespace parameter_kind
 

@@ -28,6 +28,7 @@
 #include "model/bsdf/oren_nayar.h"
 #include "model/bsdf/plastic.h"
 #include "model/bsdf/polarized_plastic.h"
+#include "model/bsdf/polarizer.h"
 #include "model/bsdf/principled.h"
 #include "model/bsdf/principled_thin.h"
 #include "model/bsdf/principled_transmission.h"
@@ -50,6 +51,7 @@
   BSDF(plastic, PLASTIC, "plastic", "")                                                               \
   BSDF(rough_plastic, ROUGH_PLASTIC, "roughplastic", "beckmann ggx")                                  \
   BSDF(polarized_plastic, POLARIZED_PLASTIC, "pplastic", "beckmann ggx")                              \
+  BSDF(polarizer, POLARIZER, "polarizer", "")                                                         \
   BSDF(thin_dielectric, THIN_DIELECTRIC, "thindielectric", "")                                        \
   BSDF(principled, PRINCIPLED, "principled", "")                                                      \
   BSDF(principled_transmission, PRINCIPLED_TRANSMISSION, "principled", "")                            \
