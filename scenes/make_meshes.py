@@ -132,6 +132,33 @@ def write_ply(path, v, f, normals):
         out.write('\n'.join(header).encode() + data.astype('<f4').tobytes() + faces.tobytes())
 
 
+def paint(path, to):
+    """A mesh of write_ply with normals, with attributes as Mitsuba names them: vertex_color, vertex_rough, face_tile,
+    face_weight."""
+    with open(os.path.join(HERE, path), 'rb') as mesh:
+        data = mesh.read()
+    header, body = data[:data.index(b'end_header\n')].decode(), data[data.index(b'end_header\n') + 11:]
+    vertices, faces = (int(line.split()[2]) for line in header.splitlines() if line.startswith('element'))
+    v = np.frombuffer(body, '<f4', vertices * 6).reshape(vertices, 6)
+    f = np.frombuffer(body, [('n', 'u1'), ('i', '<i4', 3)], faces, vertices * 24)
+    up, radius = v[:, 2], np.linalg.norm(v[:, :3], axis=1)
+    colour = np.stack([.1 + .8 * (up - up.min()) / np.ptp(up), .5 + .45 * v[:, 3], .5 + .4 * v[:, 4]], 1)
+    rough = .15 + .6 * (radius - radius.min()) / np.ptp(radius)
+    random = np.random.default_rng(4)
+    painted = np.zeros(faces, [('n', 'u1'), ('i', '<i4', 3), ('c', '<f4', 4)])
+    painted['n'], painted['i'] = 3, f['i']
+    painted['c'][:, :3] = np.round(.1 + .8 * random.random((faces, 3)), 3)
+    painted['c'][:, 3] = .2 + .6 * random.random(faces)
+    names = [[f'property float {name}' for name in group.split()]
+             for group in ('r g b rough_0', 'tile_x tile_y tile_z weight_0')]
+    lines = header.splitlines()
+    at = next(i for i, line in enumerate(lines) if line.startswith('element face'))
+    lines = lines[:at] + names[0] + lines[at:] + names[1] + ['end_header', '']
+    with open(os.path.join(HERE, to), 'wb') as out:
+        out.write('\n'.join(lines).encode() + np.hstack([v, colour, rough[:, None]]).astype('<f4').tobytes())
+        out.write(painted.tobytes())
+
+
 def write_exr(path, pixels, component=mi.Struct.Type.Float16):
     mi.Bitmap(pixels.astype(np.float32)).convert(component_format=component).write(
         os.path.join(HERE, path))
@@ -185,6 +212,7 @@ def main():
     test = 'test/mitsuba/'
     write_ply(test + 'star.ply', *star(3), normals=False)
     write_ply(test + 'star_smooth.ply', *star(3), normals=True)
+    paint(test + 'star_smooth.ply', test + 'star_painted.ply')
     write_ply(test + 'knot.ply', *torus_knot(90, 10), normals=False)
     write_exr(test + 'sky.exr', environment(16, [((1, -1, 1.2), .35, (9, 8, 6)), ((-1, -.3, .2), .25, (.5, 2, 5))],
                                             (.1, .08, .05), (.6, .5, .4), (.2, .4, .9)))

@@ -13,7 +13,7 @@
 #define ORIGINS (MOST_SLOTS - 1)
 #define ORIGIN_BITS 2
 
-/* One number, of up to three channels; uv: where its texture is looked up. TEXTURED: has some instance one there? */
+/* One number, of up to three channels; uv: where its texture is looked up, as surface_frame() says. TEXTURED: has some instance one there? */
 __attribute__((always_inline)) inline void load_number(const Launch* launch, int model, int slot, int channels,
                                                        INT first, const REAL uv[2], REAL n[]) {
   const int loaded = channels == 3 ? CHANNELS : 1;
@@ -25,6 +25,12 @@ __attribute__((always_inline)) inline void load_number(const Launch* launch, int
 #if HAS_TEXTURE
   if (!TEXTURED(model, slot)) return;
   Lanes at, u, v, value[3], origin;
+#if HAS_ATTRIBUTES
+  Lanes b1, b2, primitive;
+  b1.real = uv[2];
+  b2.real = uv[3];
+  primitive.real = uv[4];
+#endif
   at.integer = first;
   u.real = uv[0];
   v.real = uv[1];
@@ -34,8 +40,15 @@ __attribute__((always_inline)) inline void load_number(const Launch* launch, int
     const int texture = launch->number_textures[at.i[l] + slot];
     if (texture < 0) continue;
     float rgb[3];
-    origin.i[l] = texture_value(launch->textures + texture, launch->texels, launch->numbers + at.i[l] + slot, u.f[l],
-                                v.f[l], rgb);
+    TexturePlace place = {u.f[l], v.f[l], 0.0f, 0.0f, 0, 0};
+#if HAS_ATTRIBUTES
+    place.b1 = b1.f[l];
+    place.b2 = b2.f[l];
+    place.primitive = primitive.i[l];
+    place.shape = launch->primitives[place.primitive].shape;
+#endif
+    origin.i[l] =
+        texture_value(launch->textures + texture, launch->texels, launch->numbers + at.i[l] + slot, place, rgb);
     UNROLL_FOR(int c = 0; c < loaded; ++c) value[c].f[l] = rgb[c];
   }
   UNROLL_FOR(int c = 0; c < loaded; ++c) n[slot + c] = value[c].real;

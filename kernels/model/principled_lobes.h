@@ -1,18 +1,18 @@
-/* What the principled BSDFs share: the lobes of Burley's model as Mitsuba 3 has it ("principled", "principledthin"), and the
- * numbers that all of them have.
+/* What the principled BSDFs share: the lobes of Burley's model as Mitsuba 3 has it ("principled", "principledthin"),
+ * and the numbers that all of them have.
  *
  *   w(c) = (1 - c)^5, Schlick's weight; c: cosine of incidence on the denser side
- *   base      base_color / pi cos wo ((1 - flatness) (f_d + f_r) + flatness f_s) [1/sr], with Fi = w(wi.z), Fo = w(wo.z),
- *             f_d = (1 - Fi / 2) (1 - Fo / 2), R = 2 roughness (h.wo)^2, f_r = R (Fo + Fi + Fo Fi (R - 1)),
+ *   base      base_color / pi cos wo ((1 - flatness) (f_d + f_r) + flatness f_s) [1/sr], with Fi = w(wi.z), Fo =
+ *             w(wo.z), f_d = (1 - Fi / 2) (1 - Fo / 2), R = 2 roughness (h.wo)^2, f_r = R (Fo + Fi + Fo Fi (R - 1)),
  *             f_s = 1.25 (S (1 / (wi.z + wo.z) - 1/2) + 1/2), S = (1 + (R / 2 - 1) Fo) (1 + (R / 2 - 1) Fi)
  *   sheen     sheen w(h.wo) cos wo tint, tint from white (sheen_tint 0) to the hue of base_color (1)
- *   clearcoat clearcoat / 4 F(0.04) D1(h) G1(wi; 0.25) G1(wo; 0.25) cos wo, D1(h) = (a^2 - 1) / (pi log(a^2) (1 + (a^2 - 1)
- *             h.z^2)), a = 0.1 - 0.099 clearcoat_gloss, G1 of GGX
+ *   clearcoat clearcoat / 4 F(0.04) D1(h) G1(wi; 0.25) G1(wo; 0.25) cos wo, D1(h) = (a^2 - 1) / (pi log(a^2) (1 +
+ *             (a^2 - 1) h.z^2)), a = 0.1 - 0.099 clearcoat_gloss, G1 of GGX
  *   facets    GGX (microfacet_anisotropic.h) with alpha = roughness^2 / aspect and roughness^2 aspect along x and y,
  *             aspect = sqrt(1 - 0.9 anisotropic), both at least 0.001
  *
- * wi, wo: unit, leave the surface on the side of its normal; h ~ wi + wo. All weights in [0, 1]. hue: base_color over its
- * luminance.
+ * wi, wo: unit, leave the surface on the side of its normal; h ~ wi + wo. All weights in [0, 1]. hue: base_color
+ * over its luminance.
  *   Burley 2012, "Physically-based shading at Disney"
  *   Burley 2015, "Extending the Disney BRDF to a BSDF with integrated subsurface scattering"
  * Tests: tests/model/bsdfs_test.cpp, through the BSDFs that have it */
@@ -60,7 +60,8 @@ MODEL schlick_weight(REAL cosine) {
   return m * m * m * m * m;
 }
 
-/* Schlick's weight at an interface; eta: far over near index. Under a denser medium the angle is the refracted one's. */
+/* Schlick's weight at an interface; eta: far over near index. Under a denser medium the angle is the refracted
+ * one's. */
 MODEL schlick_interface(REAL cosine, REAL eta) {
   REAL square = fresnel_refracted_square(cosine, eta);
   MASK refracted = square > NUMBER(0);

@@ -50,9 +50,10 @@ enum { COORDINATE_LOG, COORDINATE_COSINE, COORDINATE_ITSELF };
  *   BSDF_THIN        it has no inside: its shapes need not be closed
  *   BSDF_EVEN        a sample's weight depends on wi alone, so that roulette can be played before light is sampled
  *   BSDF_BASELINE    its decisions quiet derivatives
- *   BSDF_ANISOTROPIC   the x axis of its frame follows the first texture coordinate. Scene files mean it by the type that
- *                    it shares with an isotropic one, where they give two alphas that differ
- *   BSDF_BROAD       it transmits, and has lobes so broad that all light is sampled for them, not the sun and lights alone */
+ *   BSDF_ANISOTROPIC   the x axis of its frame follows the first texture coordinate. Scene files mean it by the type
+ *                    that it shares with an isotropic one, where they give two alphas that differ
+ *   BSDF_BROAD       it transmits, and has lobes so broad that all light is sampled for them, not the sun and lights
+ *   alone */
 #define BSDF_TRANSMITS 1
 #define BSDF_SMOOTH 2
 #define BSDF_EVEN 4
@@ -64,7 +65,8 @@ enum { COORDINATE_LOG, COORDINATE_COSINE, COORDINATE_ITSELF };
 
 /* Traits of lights.
  *   LIGHT_ON_SHAPE   it is the surface of a shape, which paths find by chance, too
- *   LIGHT_TINTED     its three numbers behind the colour are another colour, or a texture, that multiplies what arrives */
+ *   LIGHT_TINTED     its three numbers behind the colour are another colour, or a texture, that multiplies what
+ *   arrives */
 #define LIGHT_ON_SHAPE 1
 #define LIGHT_TINTED 2
 

@@ -7,10 +7,10 @@
 #include "model/medium/homogeneous.h"
 #include "stage/opaque.h"
 
-/* The path goes on, is reflected or refracted into direction d, or ends by roulette. weight: f cos / p of the sample without
- * the factor of radiance; pdf: LAST_PDF of d; inverse_eta: near over far index where the path is refracted. Radiance scales
- * by inverse_eta^2 on the way (basic radiance is conserved); roulette does not see this factor, as in Mitsuba.
- * straight: through a thin pane, which counts no more than an index-matched boundary. */
+/* The path goes on, is reflected or refracted into direction d, or ends by roulette. weight: f cos / p of the sample
+ * without the factor of radiance; pdf: LAST_PDF of d; inverse_eta: near over far index where the path is refracted.
+ * Radiance scales by inverse_eta^2 on the way (basic radiance is conserved); roulette does not see this factor, as
+ * in Mitsuba. straight: through a thin pane, which counts no more than an index-matched boundary. */
 inline void scatter_at_boundary(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                                 const Surface* s, const Random* random, REAL u, REAL3 d, const REAL weight[], REAL pdf,
                                 REAL inverse_eta, MASK straight) {
@@ -34,7 +34,8 @@ inline void scatter_at_boundary(const Launch* launch, __global const JobRecord* 
 }
 
 #if ROUGH_LIGHT_SAMPLING
-/* Density of the connection over that of phase function and flight, which may underflow; 0 where no connection is drawn. */
+/* Density of the connection over that of phase function and flight, which may underflow; 0 where no connection is
+ * drawn. */
 inline REAL rival_density(REAL connection, REAL by_phase, MASK mask) {
   return SELECT(mask & (connection > 0.0f), connection / MAX(by_phase, (REAL)(1e-30f)), 0.0f);
 }
@@ -69,11 +70,11 @@ inline void rival_densities(const Launch* launch, __global const JobRecord* job,
 #endif
 }
 
-/* Light sampled where the path meets the boundary: outside of it, and on both sides of a thin one. Three ways lead from a scattering vertex x over the exit y to the
- * sun in direction o, weighed by the balance heuristic: the phase function and the flight bring the path to y and (A)
- * the sun is sampled there or (B) the BSDF finds it; or (C) o and the direction of the segment are drawn at x
- * (connect.h). What A and B share cancels; `rival` is C's density over theirs. To lights of the scene lead A and B alone,
- * and so they do where the BSDF is broad.
+/* Light sampled where the path meets the boundary: outside of it, and on both sides of a thin one. Three ways lead
+ * from a scattering vertex x over the exit y to the sun in direction o, weighed by the balance heuristic: the phase
+ * function and the flight bring the path to y and (A) the sun is sampled there or (B) the BSDF finds it; or (C) o
+ * and the direction of the segment are drawn at x (connect.h). What A and B share cancels; `rival` is C's density
+ * over theirs. To lights of the scene lead A and B alone, and so they do where the BSDF is broad.
  * Returns LAST_PDF for the BSDF's own direction, of density pdf. */
 inline REAL sample_light_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job,
                                      Pool* pool, INT slots, MASK at_boundary, const Surface* s, const Reflector* r,

@@ -37,7 +37,7 @@ typedef struct {
   REAL3 position, normal, inward; /* inward: direction of the connection inside */
   REAL3 shading;                  /* normal */
   REAL3 wi, wo;
-  REAL texture[2];
+  REAL texture[TEXTURE_PLACE];
   REAL density; /* with which `inward` was drawn */
   MASK found;
 } Exit;

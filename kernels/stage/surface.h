@@ -10,7 +10,7 @@ typedef struct {
   REAL3 position, direction;               /* direction of travel on arrival */
   REAL3 normal;                            /* geometric, unit, outward */
   REAL3 frame;                             /* shading normal, unit */
-  REAL texture[2];                         /* coordinates */
+  REAL texture[TEXTURE_PLACE];             /* lib/surface_frame.h */
   MASK front;                              /* arrives from outside */
   INT primitive, first_number, first_cell; /* of the BSDF */
   MASK twosided;

@@ -1,15 +1,19 @@
 #include "runtime/compile/launch_data.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <set>
 #include <stdexcept>
 
 #include "kernels/model/models.h"
+#include "kernels/model/texture/list.h"
 #include "kernels/shared/baseline_layout.h"
 #include "runtime/base/colour.h"
+#include "runtime/base/error.h"
 #include "runtime/compile/camera.h"
 #include "runtime/compile/environment.h"
 #include "runtime/compile/light.h"
@@ -43,6 +47,7 @@ int append_texture(const Texture& texture, const Model& model, LaunchData& data)
   for (std::size_t k = 0; k < 6; ++k) r.to_uv[k] = static_cast<float>(texture.to_uv[k]);
   r.numbers = model.number_slots;
   if (texture.bitmap) append_bitmap(texture, r, data);
+  if (!texture.attribute.empty()) data.attributes.emplace_back(data.textures.size(), &texture);
   for (const Rgb& colour : texture.colours) data.coloured |= !grey(colour);
   data.textures.push_back(r);
   return static_cast<int>(data.textures.size()) - 1;
@@ -104,6 +109,44 @@ BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
 bool is_rough_boundary(const Bsdf& bsdf) {
   return bsdf.model &&
          (bsdf.model->id == MODEL_rough_dielectric || bsdf.model->id == MODEL_rough_dielectric_anisotropic);
+}
+
+// The values on a mesh of which a texture shows an attribute: those at the corners of each triangle.
+void append_attribute(const Mesh& mesh, const MeshAttribute& attribute, double scale, LaunchData& data) {
+  for (std::size_t i = 0; i < mesh.triangle.size(); ++i)
+    for (const std::uint32_t corner : mesh.triangle[i]) {
+      const std::size_t row = attribute.is_of_faces() ? i : corner;
+      for (std::size_t c = 0; c < 3; ++c)
+        data.texels.push_back(static_cast<float>(
+            scale *
+            static_cast<double>(attribute.values[row * attribute.channels + std::min(c, attribute.channels - 1)])));
+    }
+  data.coloured |= attribute.channels > 1;
+}
+
+// A table of places for each texture that shows an attribute (model/texture/mesh_attribute.h). Loaded meshes have no
+// triangle without an area, so that each has a primitive.
+void append_attributes(const Scene& scene, const JobRecord& job, LaunchData& data) {
+  const auto& primitives = data.geometry.primitives;
+  for (const auto& [index, texture] : data.attributes) {
+    const std::size_t table = data.texels.size();
+    data.textures[index].offset = static_cast<int>(table);
+    data.texels.resize(table + scene.shapes.size());
+    std::size_t first = data.geometry.records[static_cast<std::size_t>(job.geometry)].first_primitive;
+    for (std::size_t k = 0; k < scene.shapes.size(); ++k) {
+      const Mesh* mesh = scene.shapes[k].mesh.get();
+      const MeshAttribute* attribute = mesh ? mesh->attribute(texture->attribute) : nullptr;
+      if (attribute) {
+        const auto place = static_cast<std::int64_t>(data.texels.size()) - 9 * static_cast<std::int64_t>(first);
+        if (data.texels.size() + 9 * mesh->triangle.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+          throw InputError("the attributes of the scene's meshes need more than 2^31 numbers; need smaller meshes");
+        data.texels[table + k] = std::bit_cast<float>(static_cast<std::int32_t>(place));
+        append_attribute(*mesh, *attribute, texture->scale, data);
+      }
+      while (first < primitives.size() && primitives[first].shape == static_cast<int>(k)) ++first;
+    }
+  }
+  data.attributes.clear();
 }
 
 MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
@@ -254,6 +297,7 @@ JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData&
   job.environment = scene.environment ? append_light(*scene.environment, data) : append_record({}, data);
 
   append_lights(scene, job, data);
+  append_attributes(scene, job, data);
 
   const int unlimited = 1 << 20;  // beyond any path: roulette ends them
   job.max_depth = scene.integrator.max_depth < 0 ? unlimited : scene.integrator.max_depth;
@@ -314,6 +358,8 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   set("HAS_NULL", null);
   set("HAS_MEDIUM", !data.media.empty());
   set("HAS_TEXTURE", !data.textures.empty());
+  set("HAS_ATTRIBUTES", std::any_of(data.textures.begin(), data.textures.end(),
+                                    [](const TextureRecord& t) { return t.kind == TEXTURE_mesh_attribute; }));
   set("HAS_SMOOTH", smooth);
   set("HAS_ROUND", round || data.round_zone);
   set("HAS_LENS", std::any_of(data.cameras.begin(), data.cameras.end(), [](const CameraRecord& c) {

@@ -12,6 +12,12 @@ void Texture::become(const TextureModel& of) {
   for (const DeclaredColour& c : of.colours) colours.push_back({c.fallback, c.fallback, c.fallback});
 }
 
+const MeshAttribute* Mesh::attribute(const std::string& name) const {
+  const auto found =
+      std::find_if(attributes.begin(), attributes.end(), [&](const MeshAttribute& a) { return a.name == name; });
+  return found == attributes.end() ? nullptr : &*found;
+}
+
 Texture make_bitmap(std::shared_ptr<const Bitmap> bitmap) {
   Texture texture;
   texture.become(*find_texture("bitmap"));

@@ -74,6 +74,9 @@ struct Texture {
   std::shared_ptr<const Bitmap> bitmap;
   bool nearest = false;  // filter_type
   enum class Wrap { repeat, mirror, clamp } wrap = Wrap::repeat;
+  // Of the model `mesh_attribute`: which attribute of the shapes' meshes, and a factor on it.
+  std::string attribute;
+  double scale = 1;
 
   bool is_constant() const { return !model; }
   // Takes the model's fallbacks.
@@ -125,11 +128,23 @@ struct Medium : Instance {
   Medium();  // homogeneous and isotropic, with Mitsuba's defaults
 };
 
+// Values of one or three channels on a mesh: one a vertex, between which they are interpolated, or one a triangle.
+struct MeshAttribute {
+  std::string name;  // as Mitsuba has it: "vertex_color", "face_weight"
+  std::size_t channels = 1;
+  std::vector<float> values;
+
+  bool is_of_faces() const { return name.rfind("face_", 0) == 0; }
+};
+
 // World space. normal and texcoord are empty or one a vertex.
 struct Mesh {
   std::vector<std::array<float, 3>> position, normal;
   std::vector<std::array<float, 2>> texcoord;
   std::vector<std::array<std::uint32_t, 3>> triangle;
+  std::vector<MeshAttribute> attributes = {};
+
+  const MeshAttribute* attribute(const std::string& name) const;  // null: there is none
 };
 
 struct Shape {

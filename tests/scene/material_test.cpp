@@ -237,8 +237,9 @@ TEST_CASE("faulty checkerboards are refused") {
   folder.check_error("<bsdf type=\"roughconductor\"><texture type=\"checkerboard\" name=\"alpha\">\n" +
                          number("color0", "1.5") + "</texture></bsdf>",
                      2, {"\"color0\" = 1.5", "[0, 1]"});
-  CHECK(folder.load("<bsdf type=\"principledthin\"><texture type=\"checkerboard\" name=\"diff_trans\">" +
-                    number("color0", "1.5") + "</texture></bsdf>")
+  CHECK(folder
+            .load("<bsdf type=\"principledthin\"><texture type=\"checkerboard\" name=\"diff_trans\">" +
+                  number("color0", "1.5") + "</texture></bsdf>")
             .bsdfs[0]
             .value("diff_trans")
             .colours[0][0] == 1.5);

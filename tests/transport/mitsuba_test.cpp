@@ -38,6 +38,7 @@ const MitsubaScene scenes[] = {
     {"lights_surfaces", 1024},
     {"max_depth", 1024},
     {"max_depth_null", 1024},
+    {"mesh_attribute", 1024},
     {"mirrors", 1024},
     {"nested", 1024},
     {"null_constant", 1024},

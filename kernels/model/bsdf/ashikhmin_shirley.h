@@ -5,9 +5,9 @@
  *   base   28 / (23 pi) R_d (1 - R_s) (1 - (1 - wi.z / 2)^5) (1 - (1 - wo.z / 2)^5)
  *
  * f = gloss + base [1/sr]; 0 unless both directions are above the surface. R_s, R_d: specular_reflectance (at normal
- * incidence) and diffuse_reflectance; e_u, e_v >= 0: exponents along the axes of the frame, whose x axis follows the first
- * texture coordinate. h ~ wi + wo; wi, wo: unit, leave the surface, in its frame. A sample of the gloss has a normal of
- * density sqrt((e_u + 1) (e_v + 1)) / (2 pi) h.z^e.
+ * incidence) and diffuse_reflectance; e_u, e_v >= 0: exponents along the axes of the frame, whose x axis follows the
+ * first texture coordinate. h ~ wi + wo; wi, wo: unit, leave the surface, in its frame. A sample of the gloss has a
+ * normal of density sqrt((e_u + 1) (e_v + 1)) / (2 pi) h.z^e.
  *   Ashikhmin, Shirley 2000, "An anisotropic Phong BRDF model", doi:10.1080/10867651.2000.10487522
  * Tests: tests/model/bsdfs_test.cpp, own_surfaces_test.cpp */
 #ifndef ITN_ASHIKHMIN_SHIRLEY_H

@@ -2,8 +2,8 @@
  *
  *   f |cos wo| = reflectance / pi wo.z (L1 + L2)  [1/sr]
  *
- * with a the larger and b the smaller angle to the normal, s = sigma^2, sigma the standard deviation of the facets' slope
- * angle [radian]:
+ * with a the larger and b the smaller angle to the normal, s = sigma^2, sigma the standard deviation of the facets'
+ * slope angle [radian]:
  *   L1 = C1 + cos dphi C2(cos dphi) tan b + (1 - |cos dphi|) C3 tan((a + b) / 2)
  *   C1 = 1 - 0.5 s / (s + 0.33)
  *   C2 = 0.45 s / (s + 0.09) (sin a - (cos dphi < 0 ? (2 b / pi)^3 : 0))
@@ -13,7 +13,8 @@
  * The fit is not exact: of a white surface up to 4.7 % more light comes back than arrives (sigma 0.3, grazing).
  * 0 unless both directions are above the surface. wi, wo: unit, leave the surface, in its frame; dphi: between their
  * azimuths. Samples are cosine-distributed. sigma 0 is Lambert's surface.
- *   Oren, Nayar 1994, "Generalization of Lambert's reflectance model", doi:10.1145/192161.192213 (the full model, eq. 30)
+ *   Oren, Nayar 1994, "Generalization of Lambert's reflectance model", doi:10.1145/192161.192213 (the full model,
+ *   eq. 30)
  * Tests: tests/model/bsdfs_test.cpp, own_surfaces_test.cpp */
 #ifndef ITN_OREN_NAYAR_H
 #define ITN_OREN_NAYAR_H

@@ -5,8 +5,9 @@
  * with the lobes of principled_lobes.h; 0 unless both directions are above the surface. F: principled_reflectance,
  * G = G1(wi) G1(wo). wi, wo: unit, leave the surface, in its frame, whose x axis follows the first texture coordinate.
  * eta: index inside over outside. Samples are of the facets, the clearcoat and the base in the proportions
- * main_specular_sampling_rate : clearcoat / 4 clearcoat_sampling_rate : (1 - metallic) diffuse_reflectance_sampling_rate.
- * Lobes are added: with sheen or a clearcoat more light than arrives may come back at grazing angles, as in Mitsuba.
+ * main_specular_sampling_rate : clearcoat / 4 clearcoat_sampling_rate : (1 - metallic)
+ * diffuse_reflectance_sampling_rate. Lobes are added: with sheen or a clearcoat more light than arrives may come
+ * back at grazing angles, as in Mitsuba.
  * Tests: tests/model/bsdfs_test.cpp, principled_test.cpp */
 #ifndef ITN_PRINCIPLED_H
 #define ITN_PRINCIPLED_H

@@ -1,13 +1,13 @@
-/* Mitsuba 3's "principledthin": a sheet that reflects and passes light, alike from both sides. With both directions turned
- * so that wi is above, and t = diff_trans / 2:
+/* Mitsuba 3's "principledthin": a sheet that reflects and passes light, alike from both sides. With both directions
+ * turned so that wi is above, and t = diff_trans / 2:
  *
  *   reflection     spec_trans F D G / (4 wi.z) + (1 - spec_trans) (1 - t) (base + sheen)
  *   transmission   spec_trans base_color (1 - F_d) D' G' / (4 wi.z) + (1 - spec_trans) t base_color / pi |cos wo|
  *
- * f |cos wo| [1/sr]; the lobes of principled_lobes.h. Facets mirror light, and what they pass is its mirror image below, where
- * they turn their other side to it; D' and G' have the roughness (0.65 eta - 0.35) roughness. F_d: reflectance of the
- * dielectric, F: it, tinted towards base_color by spec_tint. wi, wo: unit, leave the surface, in its frame, whose x axis
- * follows the first texture coordinate. eta: index of the sheet over that around it.
+ * f |cos wo| [1/sr]; the lobes of principled_lobes.h. Facets mirror light, and what they pass is its mirror image
+ * below, where they turn their other side to it; D' and G' have the roughness (0.65 eta - 0.35) roughness. F_d:
+ * reflectance of the dielectric, F: it, tinted towards base_color by spec_tint. wi, wo: unit, leave the surface, in
+ * its frame, whose x axis follows the first texture coordinate. eta: index of the sheet over that around it.
  * Tests: tests/model/bsdfs_test.cpp, principled_test.cpp */
 #ifndef ITN_PRINCIPLED_THIN_H
 #define ITN_PRINCIPLED_THIN_H

@@ -4,10 +4,10 @@
  *   wi below, reflection   b F_d D G / (4 |wi.z|),  b = (1 - metallic) spec_trans
  *   transmission           b sqrt(base_color) times that of rough_dielectric.h
  *
- * f |cos wo| [1/sr], for radiance: transmission holds 1 / eta^2. F: principled_reflectance, F_d: of the dielectric alone.
- * wi, wo: unit, leave the surface, in its frame, whose x axis follows the first texture coordinate. eta: index inside over
- * outside. From above, samples are of facets, clearcoat and base as in principled.h, and of the facets' the share
- * b (1 - F_d) is transmitted; from below, 1 - F_d.
+ * f |cos wo| [1/sr], for radiance: transmission holds 1 / eta^2. F: principled_reflectance, F_d: of the dielectric
+ * alone. wi, wo: unit, leave the surface, in its frame, whose x axis follows the first texture coordinate. eta:
+ * index inside over outside. From above, samples are of facets, clearcoat and base as in principled.h, and of the
+ * facets' the share b (1 - F_d) is transmitted; from below, 1 - F_d.
  * Tests: tests/model/bsdfs_test.cpp, principled_test.cpp */
 #ifndef ITN_PRINCIPLED_TRANSMISSION_H
 #define ITN_PRINCIPLED_TRANSMISSION_H

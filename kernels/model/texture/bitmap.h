@@ -22,8 +22,8 @@ inline void texel(__global const TextureRecord* t, __global const float* texels,
 }
 
 inline int bitmap_value(__global const TextureRecord* t, __global const float* texels, __global const float* number,
-                        float u, float v, float rgb[3]) {
-  const float x = u * t->width, y = v * t->height;
+                        TexturePlace at, float rgb[3]) {
+  const float x = at.u * t->width, y = at.v * t->height;
   rgb[0] = rgb[1] = rgb[2] = 0.0f;
   if (t->nearest) {
     texel(t, texels, (int)floor(x), (int)floor(y), 1.0f, rgb);

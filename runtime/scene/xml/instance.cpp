@@ -75,7 +75,10 @@ Texture light_texture(Builder& builder, Properties& properties, const std::strin
   if (properties.is_object(name) && !properties.is_spectrum(name)) {
     const Element* element = properties.object("texture", name);
     if (!element) properties.fail_at(name, quote(name) + " is no texture and no colour; need one of them");
-    return build_texture(builder, *element);
+    Texture read = build_texture(builder, *element);
+    if (!read.attribute.empty())
+      properties.fail_at(name, quote(name) + " of a light is an attribute of a mesh; need a bitmap or a checkerboard");
+    return read;
   }
   texture.value = properties.color(name, {{fallback, fallback, fallback}}, Quantity::emission).value;
   for (const double v : texture.value)

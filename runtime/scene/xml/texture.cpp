@@ -59,6 +59,14 @@ void read_bitmap_texture(Builder& builder, Properties& properties, Texture& text
   properties.boolean("accel", true);
 }
 
+void read_mesh_attribute(Properties& properties, Texture& texture) {
+  texture.attribute = properties.text("name");
+  if (texture.attribute.rfind("vertex_", 0) != 0 && texture.attribute.rfind("face_", 0) != 0)
+    properties.fail_at("name", fmt::format("unknown attribute {}; need a name that begins with vertex_ or face_",
+                                           quote(texture.attribute)));
+  texture.scale = properties.number("scale", 1);
+}
+
 Rgb read_colour(Properties& properties, const DeclaredColour& colour) {
   if (properties.is_object(colour.name))
     properties.fail_at(colour.name, quote(colour.name) +
@@ -103,6 +111,11 @@ Texture read_texture(Builder& builder, const Element& element) {
   texture.become(*model);
   texture.id = element.id;
   if (model->type == "bitmap") read_bitmap_texture(builder, properties, texture);
+  if (model->type == "mesh_attribute") {
+    read_mesh_attribute(properties, texture);
+    properties.finish();
+    return texture;
+  }
   for (std::size_t i = 0; i < model->colours.size(); ++i)
     texture.colours[i] = read_colour(properties, model->colours[i]);
   texture.to_uv = parse_to_uv(properties);
