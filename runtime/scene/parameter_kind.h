@@ -30,7 +30,11 @@ struct ParameterKind {
     aspect,
     field_of_view,
     direction,
-    beam
+    beam,
+    share,
+    normals,
+    bumps,
+    any_number
   };
   int channels = 1;  // 3: a colour
   double low = 0, high = 0;
@@ -71,6 +75,11 @@ constexpr ParameterKind NON_NEGATIVE{1, 0, unbounded, true, false};
 constexpr ParameterKind ROUGHNESS{1, 0, 1, false, true, Reader::roughness};
 constexpr ParameterKind ROUGHNESS_TEXTURE{1, 0, 1, false, true, Reader::roughness_texture};
 constexpr ParameterKind INDEX{1, least_ior, greatest_ior, true, true, Reader::index};
+constexpr ParameterKind SHARE{1, 0, 1, true, true, Reader::share, true, "a share"};
+constexpr ParameterKind NORMAL_TEXTURE{3, 0, 1, true, true, Reader::normals, false};
+constexpr ParameterKind BUMP_TEXTURE{3, -unbounded, unbounded, false, false, Reader::bumps, false};
+constexpr ParameterKind BUMP_SCALE{1,     -unbounded,         unbounded, false,
+                                   false, Reader::any_number, true,      "a factor of heights"};
 constexpr ParameterKind FLAG{1, 0, 1, true, true, Reader::flag, false};
 }  // namespace parameter_kind
 

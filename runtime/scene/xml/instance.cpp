@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "kernels/model/obstacle.h"
 #include "runtime/base/colour.h"
@@ -98,10 +99,9 @@ Vec3 direction(Properties& properties, const std::string& name) {
   return normalize(d);
 }
 
-// One number of each colour, as Mitsuba takes it: the mean of a colour, the luminance of a pixel; not below the least
-// alpha.
-void make_roughness(Texture& texture) {
-  for (Rgb& colour : texture.colours) colour.fill(std::max((colour[0] + colour[1] + colour[2]) / 3, least_alpha));
+// One number of each colour, as Mitsuba takes it: the mean of a colour, the luminance of a pixel; not below `least`.
+void make_numbers(Texture& texture, double least) {
+  for (Rgb& colour : texture.colours) colour.fill(std::max((colour[0] + colour[1] + colour[2]) / 3, least));
   // Mitsuba 3.9.1 exchanges a checkerboard's two colours where it takes numbers from it, not colours: half a unit of u.
   if (texture.model->type == "checkerboard") texture.to_uv[2] += 0.5;
   if (!texture.bitmap) return;
@@ -113,11 +113,50 @@ void make_roughness(Texture& texture) {
       return static_cast<double>(grey->data[i * channels + std::min(c, channels - 1)]);
     };
     const double value = channels == 1 ? at(0) : luminance({at(0), at(1), at(2)});
-    grey->data[i] = static_cast<float>(std::max(value, least_alpha));
+    grey->data[i] = static_cast<float>(std::max(value, least));
   }
   grey->data.resize(pixels);
   grey->channels = 1;
   texture.bitmap = grey;
+}
+
+// A number in [0, 1], or a texture of numbers.
+Texture share(Builder& builder, Properties& properties, const DeclaredParameter& p) {
+  if (p.fallback < 0 && !properties.has(p.name))
+    properties.fail_at("", fmt::format("no {}; need <float name=\"{}\"> in [0, 1] or a <texture>", p.name, p.name));
+  Texture value = build_texture(builder, properties, p.name, p.fallback);
+  if (!value.is_constant()) {
+    make_numbers(value, 0);
+    value.value.fill(std::max(p.fallback, 0.0));
+  } else if (!grey(value.value)) {
+    value.value.fill(luminance(value.value));
+  }
+  return value;
+}
+
+// A picture whose colours are directions.
+Texture normals(Builder& builder, Properties& properties, const DeclaredParameter& p) {
+  const Element* element = properties.has(p.name) && properties.is_object(p.name) && !properties.is_spectrum(p.name)
+                               ? properties.object("texture", p.name)
+                               : nullptr;
+  if (!element) properties.fail_at(p.name, fmt::format("need a nested <texture name=\"{}\"> with raw = true", p.name));
+  Texture value = build_texture(builder, properties, p.name, 0);
+  if (!value.bitmap || value.bitmap->channels != 3)
+    properties.fail_at(p.name, "need a bitmap of three channels, whose colours are normals");
+  return value;
+}
+
+// The picture of heights: the one texture inside, whatever its name.
+Texture bumps(Builder& builder, Properties& properties) {
+  const std::vector<const Element*> found = properties.objects("texture");
+  if (found.size() != 1)
+    properties.fail_at("",
+                       fmt::format("{} textures; need one nested <texture>, whose values are heights", found.size()));
+  Texture value = build_texture(builder, *found[0]);
+  if (!value.bitmap)
+    fail(found[0]->where, "heights are a " + quote(found[0]->attribute("type")) + "; need a <texture type=\"bitmap\">");
+  make_numbers(value, -std::numeric_limits<double>::infinity());
+  return value;
 }
 
 Texture read(Builder& builder, Properties& properties, const DeclaredParameter& p) {
@@ -172,6 +211,18 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
     case ParameterKind::Reader::texture:
       value = build_texture(builder, properties, p.name, p.fallback);
       break;
+    case ParameterKind::Reader::share:
+      value = share(builder, properties, p);
+      break;
+    case ParameterKind::Reader::normals:
+      value = normals(builder, properties, p);
+      break;
+    case ParameterKind::Reader::bumps:
+      value = bumps(builder, properties);
+      break;
+    case ParameterKind::Reader::any_number:
+      number(properties.number(p.name, p.fallback));
+      break;
     case ParameterKind::Reader::index:
       number(parse_ior(properties, p.name, p.fallback));
       break;
@@ -183,7 +234,7 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
       if (properties.is_object(p.name) && !properties.is_spectrum(p.name)) {
         value = build_texture(builder, properties, p.name, p.fallback);
         value.value.fill(p.fallback);
-        make_roughness(value);
+        make_numbers(value, least_alpha);
         break;
       }
       [[fallthrough]];
