@@ -141,8 +141,9 @@ BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
   r.first_cell = data.cells;
   if (!bsdf.model) return r;
   for (std::size_t i = 0; i < bsdf.values.size(); ++i)
-    data.coloured |=
-        bsdf.model->parameters[i].kind.channels == 3 && bsdf.values[i].is_constant() && !grey(bsdf.values[i].value);
+    data.coloured |= bsdf.model->parameters[i].kind.channels == 3 &&
+                     bsdf.model->parameters[i].kind.reader != ParameterKind::Reader::normals &&
+                     bsdf.values[i].is_constant() && !grey(bsdf.values[i].value);
   r.surface = surface_number(*bsdf.model, bsdf.variant);
   if (bsdf.model->structure) data.structures[r.surface] = bsdf.model;
   r.twosided = bsdf.twosided ? -1 : 0;

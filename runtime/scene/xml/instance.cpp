@@ -134,13 +134,19 @@ Texture share(Builder& builder, Properties& properties, const DeclaredParameter&
   return value;
 }
 
-// A picture whose colours are directions.
+// A picture whose colours are directions, or one of them.
 Texture normals(Builder& builder, Properties& properties, const DeclaredParameter& p) {
-  const Element* element = properties.has(p.name) && properties.is_object(p.name) && !properties.is_spectrum(p.name)
-                               ? properties.object("texture", p.name)
-                               : nullptr;
+  const bool is_object = properties.has(p.name) && properties.is_object(p.name) && !properties.is_spectrum(p.name);
+  const Element* element = is_object ? properties.object("texture", p.name) : nullptr;
   if (!element) properties.fail_at(p.name, fmt::format("need a nested <texture name=\"{}\"> with raw = true", p.name));
-  Texture value = build_texture(builder, properties, p.name, 0);
+  Texture value;
+  if (element->attribute("type") == "rawconstant") {
+    Properties constant = builder.properties(*element);
+    value.value = constant.vector("value", {0.5, 0.5, 1});
+    constant.finish();
+    return value;
+  }
+  value = build_texture(builder, properties, p.name, 0);
   if (!value.bitmap || value.bitmap->channels != 3)
     properties.fail_at(p.name, "need a bitmap of three channels, whose colours are normals");
   return value;
