@@ -69,10 +69,10 @@ def rows(tag, types, differs='', why=''):
 PLUGINS = [
     ('sensor', 'perspective', '', '', ''),
     ('sensor', 'orthographic', '', '', ''),
-    ('sensor', 'thinlens', number('aperture_radius', 1), '', 'no aperture yet'),
+    ('sensor', 'thinlens', number('aperture_radius', 1), '', ''),
     ('sensor', 'radiancemeter', ONE_PIXEL, '', ''),
-    ('sensor', 'irradiancemeter', ONE_PIXEL, '', 'no sensors on shapes yet'),
-    ('sensor', 'distant', ONE_PIXEL, '', 'an orthographic sensor sees the same where its film covers the scene'),
+    ('sensor', 'irradiancemeter', ONE_PIXEL, 'with more than one pixel, each measures the whole shape', ''),
+    ('sensor', 'distant', ONE_PIXEL, '', ''),
     ('sensor', 'batch', '<sensor type="perspective"/>', '', 'a scene may have several sensors; --sensor chooses'),
     ('film', 'hdrfilm', '', 'always written as float32 OpenEXR; no alpha, no XYZ (with a warning)', ''),
     ('film', 'specfilm', '', '', 'not planned: wavelengths beyond RGB'),
@@ -184,7 +184,7 @@ def write_files(folder):
 
 def opens(itn, folder, tag, kind, content, name):
     element = f'<{tag} type="{kind}"' + (f' name="{name}"' if name else '') + f'>{content}</{tag}>'
-    if (tag, kind) in (('emitter', 'area'), ('emitter', 'directionalarea')):
+    if (tag, kind) in (('emitter', 'area'), ('emitter', 'directionalarea'), ('sensor', 'irradiancemeter')):
         element = f'<shape type="rectangle">{element}</shape>'
     body = AROUND[tag][1] % element
     if '<sensor' not in body:

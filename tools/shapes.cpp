@@ -56,10 +56,9 @@ Scene preview_scene(std::shared_ptr<const Mesh> mesh) {
   floor.mesh = std::make_shared<const Mesh>(std::move(rectangle));
   floor.bsdf = 1;
   scene.shapes = {shape, floor};
-  Emitter light;
-  light.kind = Emitter::Kind::sunsky;
-  light.sunsky.sun_direction = normalize(Vec3{-0.9, -0.75, 1});
-  light.sunsky.sun_aperture = 8;
+  Environment light = make_environment("sunsky");
+  light.sun.direction = normalize(Vec3{-0.9, -0.75, 1});
+  light.sun.aperture = 8;
   scene.environment = light;
   return scene;
 }

@@ -1,4 +1,4 @@
-/* The BSDFs by number: model/bsdf/list.h expanded. `model` and `variant` are constants wherever these are called. */
+/* The BSDFs by number: the scene's lines of model/bsdf/list.h expanded. `model` and `variant` are constants wherever these are called. */
 #ifndef ITN_BSDF_H
 #define ITN_BSDF_H
 #include "lib/bump.h"
@@ -7,92 +7,92 @@
 
 #define BSDF_DISPATCH __attribute__((always_inline)) inline
 
-#define BSDF_CASE(name, PREFIX, type, variants) \
+#define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: return PREFIX##_TRAITS;
 BSDF_DISPATCH int bsdf_traits(int model) {
-  switch (model) { BSDF_LIST(BSDF_CASE) STRUCTURE_LIST(BSDF_CASE) }
+  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) STRUCTURES_OF_SCENE(BSDF_CASE) }
   return 0;
 }
 #undef BSDF_CASE
 
-#define BSDF_CASE(name, PREFIX, type, variants) \
+#define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: return PREFIX##_RANDOM;
 BSDF_DISPATCH int bsdf_random(int model) {
-  switch (model) { BSDF_LIST(BSDF_CASE) STRUCTURE_LIST(BSDF_CASE) }
+  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) STRUCTURES_OF_SCENE(BSDF_CASE) }
   return 0;
 }
 #undef BSDF_CASE
 
-#define BSDF_CASE(name, PREFIX, type, variants) \
+#define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: name##_value(variant, n, wi, wo, f); break;
 BSDF_DISPATCH void bsdf_value(int model, int variant, const REAL n[], REAL3 wi, REAL3 wo, REAL f[]) {
-  switch (model) { BSDF_LIST(BSDF_CASE) STRUCTURE_LIST(BSDF_CASE) }
+  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) STRUCTURES_OF_SCENE(BSDF_CASE) }
 }
 #undef BSDF_CASE
 
-#define BSDF_CASE(name, PREFIX, type, variants) \
+#define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: return name##_density(variant, n, wi, wo);
 BSDF_DISPATCH REAL bsdf_density(int model, int variant, const REAL n[], REAL3 wi, REAL3 wo) {
-  switch (model) { BSDF_LIST(BSDF_CASE) STRUCTURE_LIST(BSDF_CASE) }
+  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) STRUCTURES_OF_SCENE(BSDF_CASE) }
   return (REAL)(0.0f);
 }
 #undef BSDF_CASE
 
-#define BSDF_CASE(name, PREFIX, type, variants) \
+#define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: name##_draw(variant, n, wi, u, wo, weight, pdf, inverse_eta); break;
 BSDF_DISPATCH void bsdf_draw(int model, int variant, const REAL n[], REAL3 wi, const REAL u[], REAL3* wo, REAL weight[],
                              REAL* pdf, REAL* inverse_eta) {
-  switch (model) { BSDF_LIST(BSDF_CASE) STRUCTURE_LIST(BSDF_CASE) }
+  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) STRUCTURES_OF_SCENE(BSDF_CASE) }
 }
 #undef BSDF_CASE
 
 /* Structures: which leaf a sample is of, by u; to n, from where the functions above and below know. */
-#define STRUCTURE_CASE(name, PREFIX, type, variants) \
+#define STRUCTURE_CASE(name, PREFIX) \
   case MODEL_##name: n[PREFIX##_picked] = name##_pick(n, wi, u); break;
 BSDF_DISPATCH void bsdf_pick(int model, REAL n[], REAL3 wi, REAL u) {
-  switch (model) { STRUCTURE_LIST(STRUCTURE_CASE) }
+  switch (model) { STRUCTURES_OF_SCENE(STRUCTURE_CASE) }
 }
 #undef STRUCTURE_CASE
 
 /* Does the picked leaf let light pass straight on? */
-#define STRUCTURE_CASE(name, PREFIX, type, variants) \
+#define STRUCTURE_CASE(name, PREFIX) \
   case MODEL_##name: return n[PREFIX##_picked] == (float)PASSAGE_LEAF;
 BSDF_DISPATCH MASK bsdf_passes(int model, const REAL n[]) {
-  if (bsdf_traits(model) & BSDF_PASSES) switch (model) { STRUCTURE_LIST(STRUCTURE_CASE) }
+  if (bsdf_traits(model) & BSDF_PASSES) switch (model) { STRUCTURES_OF_SCENE(STRUCTURE_CASE) }
   return (MASK)(0);
 }
 #undef STRUCTURE_CASE
 
 /* Does the path go on as through a thin pane, which counts no more than an index-matched boundary? */
-#define STRUCTURE_CASE(name, PREFIX, type, variants) \
+#define STRUCTURE_CASE(name, PREFIX) \
   case MODEL_##name: return opposite & name##_is_thin(n);
 BSDF_DISPATCH MASK bsdf_straight(int model, const REAL n[], REAL3 wi, REAL3 wo) {
   if (!(bsdf_traits(model) & BSDF_THIN)) return (MASK)(0);
   const MASK opposite = wi.z * wo.z < 0.0f;
-  switch (model) { STRUCTURE_LIST(STRUCTURE_CASE) }
+  switch (model) { STRUCTURES_OF_SCENE(STRUCTURE_CASE) }
   return opposite;
 }
 #undef STRUCTURE_CASE
 
 /* Bump maps: from the slopes of their textures to normals in the frame (model/nest/bump_map.h). */
 #define BEND_BY_SLOPES(first) bend_by_slopes(n + first + BUMP_MAP_texture, n[first + BUMP_MAP_scale], &axes, normal, frame);
-#define STRUCTURE_CASE(name, PREFIX, type, variants) \
+#define STRUCTURE_CASE(name, PREFIX) \
   case MODEL_##name: PREFIX##_BUMPS(BEND_BY_SLOPES) break;
 BSDF_DISPATCH void bsdf_bump(int model, const Launch* launch, INT primitive, REAL3 position, REAL3 normal,
                              const Frame* frame, REAL n[]) {
   if (!(bsdf_traits(model) & BSDF_BUMPED)) return;
   const TextureAxes axes = texture_axes(launch->primitives, launch->texture_axes, primitive, position, normal);
-  switch (model) { STRUCTURE_LIST(STRUCTURE_CASE) }
+  switch (model) { STRUCTURES_OF_SCENE(STRUCTURE_CASE) }
 }
 #undef STRUCTURE_CASE
 
 /* The share of the light that passes straight on, unless it is 0; n says then that the leaf is a passage. */
-#define STRUCTURE_CASE(name, PREFIX, type, variants)   \
+#define STRUCTURE_CASE(name, PREFIX)   \
   case MODEL_##name:                                   \
     n[PREFIX##_picked] = (REAL)((float)PASSAGE_LEAF);  \
     return name##_passage(n, wi);
 BSDF_DISPATCH REAL bsdf_passage(int model, REAL n[], REAL3 wi) {
-  switch (model) { STRUCTURE_LIST(STRUCTURE_CASE) }
+  switch (model) { STRUCTURES_OF_SCENE(STRUCTURE_CASE) }
   return (REAL)(0.0f);
 }
 #undef STRUCTURE_CASE
@@ -109,29 +109,29 @@ BSDF_DISPATCH REAL bsdf_passage(int model, REAL n[], REAL3 wi) {
   return step;
 
 /* Of the value. */
-#define BSDF_CASE(name, PREFIX, type, variants) \
+#define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: score_##name(variant, n, wi, wo, d); break;
 BSDF_DISPATCH Step bsdf_step(int model, int variant, const REAL n[], INT first, REAL3 wi, REAL3 wo, MASK mask) {
-  BSDF_STEP(BSDF_LIST(BSDF_CASE) STRUCTURE_LIST(BSDF_CASE))
+  BSDF_STEP(BSDFS_OF_SCENE(BSDF_CASE) STRUCTURES_OF_SCENE(BSDF_CASE))
 }
 #undef BSDF_CASE
 
 /* Of the share of the light from a chosen direction. */
-#define BSDF_CASE(name, PREFIX, type, variants) \
+#define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: score_##name##_chosen(variant, n, wi, wo, d); break;
 BSDF_DISPATCH Step bsdf_chosen_step(int model, int variant, const REAL n[], INT first, REAL3 wi, REAL3 wo, MASK mask) {
-  BSDF_STEP(BSDF_LIST(BSDF_CASE) STRUCTURE_LIST(BSDF_CASE))
+  BSDF_STEP(BSDFS_OF_SCENE(BSDF_CASE) STRUCTURES_OF_SCENE(BSDF_CASE))
 }
 #undef BSDF_CASE
 
 /* Of the density of what was decided when wo was drawn. reflected: 1 or 0 */
-#define BSDF_CASE(name, PREFIX, type, variants)                                                           \
+#define BSDF_CASE(name, PREFIX)                                                                           \
   case MODEL_##name:                                                                                      \
     score_##name##_decision(variant, n, wi, name##_outcome(variant, n, wi, wo, reflected), reflected, d); \
     break;
 BSDF_DISPATCH Step bsdf_decision_step(int model, int variant, const REAL n[], INT first, REAL3 wi, REAL3 wo,
                                       REAL reflected, MASK mask) {
-  BSDF_STEP(BSDF_LIST(BSDF_CASE))
+  BSDF_STEP(BSDFS_OF_SCENE(BSDF_CASE))
 }
 #undef BSDF_CASE
 #undef BSDF_STEP

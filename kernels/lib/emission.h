@@ -1,8 +1,7 @@
 /* Derivatives of the image by parameters of the light. Radiance enters a path's contribution as a factor of its own, so
  * that these need no score: what multiplies the radiance there multiplies its derivative. Light that is linear in its
- * records (constant, environment map, sun) has the derivative that the same code gives for a record of derivatives
- * ("moving", made by emitter_derivative in runtime/compile/emitter.h); that of the sky is printed from its model. Lights of the
- * scene are linear in their colours.
+ * record has the derivative that the same code gives for a record of derivatives ("moving", made by environment_derivative in
+ * runtime/compile/environment.h); that of the sky is printed from its model. Lights of the scene are linear in their colours.
  * Tests: tests/derivative/emission_test.cpp, tests/transport/emission_test.cpp */
 #ifndef ITN_EMISSION_H
 #define ITN_EMISSION_H
@@ -10,40 +9,6 @@
 #include "lib/launch.h"
 #include "lib/light.h"
 #include "derivative/score.h"
-
-#if HAS_LIGHT_DERIVATIVES
-#if HAS_SUN
-/* d: in the local frame */
-inline void clear_sky_derivative(__global const EmitterRecord* record, __global const EmitterRecord* moving, REAL3 d,
-                                 REAL rgb[3]) {
-  const SkyAngles angles = sky_angles(record, d);
-  UNROLL_FOR(int c = 0; c < 3; ++c) {
-    REAL k[SKY_COEFFICIENTS], d_k[SKY_COEFFICIENTS], d_radiance;
-    UNROLL_FOR(int i = 0; i < SKY_COEFFICIENTS; ++i) {
-      k[i] = record->sky[c * SKY_COEFFICIENTS + i];
-      d_k[i] = moving->sky[c * SKY_COEFFICIENTS + i];
-    }
-    derivative_sky_hosek_wilkie(k, d_k, angles.cos_theta, angles.gamma, angles.one_minus_cos, &d_radiance);
-    rgb[c] = SELECT(d.z < 0, 0, d_radiance);
-  }
-}
-#endif
-
-/* Derivative of all light from a direction, by the parameter of `moving`. */
-inline void emitter_derivative(__global const EmitterRecord* record, __global const EmitterRecord* moving,
-                               __global const float* tables, REAL3 direction, REAL rgb[3]) {
-#if HAS_SUN
-  if (moving->kind == EMITTER_SUNSKY) {
-    REAL sun[3];
-    clear_sky_derivative(record, moving, emitter_to_local(record, direction), rgb);
-    emitter_sun_radiance(moving, tables, direction, sun);
-    UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] += sun[c];
-    return;
-  }
-#endif
-  emitter_sky_radiance(moving, tables, direction, rgb);
-}
-#endif
 
 /* Adds to the derivatives by the light what reaches the lanes in `mask` from where it comes. weight: what the radiance of the
  * light is multiplied by on its way to the pixel. */
@@ -58,12 +23,12 @@ inline void gather_light_derivatives(const Launch* launch, __global const JobRec
   numbers = SELECT_INT(source->index < 0, -1, numbers);
 #endif
   for (int p = 0; p < PARTS + LIGHT_NUMBERS; ++p) { /* not unrolled: one copy of the light's code is long enough */
-    const int moving = launch->derivatives[p].emitter, light = launch->derivatives[p].light;
+    const int moving = launch->derivatives[p].environment, light = launch->derivatives[p].light;
     if (moving < 0 && light < 0) continue;
     REAL rgb[3];
     if (moving >= 0)
-      emitter_derivative(launch->emitters + job->emitter, launch->emitters + moving, launch->emitter_tables,
-                         source->direction, rgb);
+      environment_derivative(launch->environments + job->environment, launch->environments + moving,
+                             launch->light_tables, source->direction, rgb);
     else
       UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = source->share[c] * launch->derivatives[p].colour[c];
 #if HAS_LIGHTS

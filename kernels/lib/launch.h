@@ -1,7 +1,7 @@
 /* Everything a stage reads, and what every stage does with it: random numbers, roulette, the end of a path. */
 #ifndef ITN_LAUNCH_H
 #define ITN_LAUNCH_H
-#include "lib/emitter.h"
+#include "lib/environment.h"
 #include "lib/flight_grid.h"
 #include "lib/pool.h"
 #include "lib/random.h"

@@ -3,6 +3,7 @@
 #ifndef ITN_LIGHT_H
 #define ITN_LIGHT_H
 #include "lib/numbers.h"
+#include "lib/surface_point.h"
 #include "shared/light_layout.h"
 
 /* Where light comes from: a light of the scene, or around it. */
@@ -43,49 +44,10 @@ inline INT pick_light(const Launch* launch, __global const JobRecord* job, REAL 
   return light + job->first_light;
 }
 
-inline REAL3 gather_vector(__global const float* from, INT at) {
-  return make3(GATHER(from, at), GATHER((from + 1), at), GATHER((from + 2), at));
-}
-
 /* A point of each lane's light, uniform over its area, and the normal of its front there; anything where it is no shape. */
 inline void sample_light_surface(const Launch* launch, INT light, REAL u0, REAL u1, REAL u2, REAL3* on, REAL3* normal) {
-  Lanes surfaces, table, u, row;
-  surfaces.integer = GATHER_INT(LIGHT_MEMBER_INT(launch, surfaces), light * LIGHT_WORDS);
-  table.integer = GATHER_INT(LIGHT_MEMBER_INT(launch, table), light * LIGHT_WORDS);
-  u.real = u2;
-  UNROLL_FOR(int l = 0; l < WIDTH; ++l) {
-    int low = 0, high = max(surfaces.i[l] - 1, 0); /* the last whose share begins at or before u */
-    while (low < high) {
-      const int middle = (low + high + 1) / 2;
-      if (launch->emitter_tables[table.i[l] + middle] <= u.f[l])
-        low = middle;
-      else
-        high = middle - 1;
-    }
-    row.i[l] = surfaces.i[l] == 0 ? 0 : table.i[l] + surfaces.i[l] + 1 + low * LIGHT_SURFACE_SIZE;
-  }
-  __global const float* tables = launch->emitter_tables;
-  const REAL3 place = gather_vector(tables + LIGHT_SURFACE_PLACE, row.integer);
-  const REAL3 du = gather_vector(tables + LIGHT_SURFACE_U, row.integer);
-  const REAL3 dv = gather_vector(tables + LIGHT_SURFACE_V, row.integer);
-  const REAL3 dw = gather_vector(tables + LIGHT_SURFACE_W, row.integer);
-  REAL sine, cosine, root = SQRT(u0);
-  sin_cos_2pi(u1, &sine, &cosine);
-  REAL s = 1.0f - root, t = u1 * root;
-  REAL3 offset = add3(scale3(du, s), scale3(dv, t));
-  *normal = dw;
-#if HAS_ROUND
-  const INT kind = CAST_INT(GATHER((tables + LIGHT_SURFACE_KIND), row.integer));
-  const REAL side = GATHER((tables + LIGHT_SURFACE_SIDE), row.integer), radius = SQRT(dot3(du, du));
-  const REAL3 across = add3(scale3(du, cosine), scale3(dv, sine)), around = uniform_sphere(u0, u1);
-  offset = select3(kind == LIGHT_DISK, scale3(across, root), offset);
-  offset = select3(kind == LIGHT_CYLINDER, add3(across, scale3(dw, u0)), offset);
-  offset = select3(kind == LIGHT_SPHERE, scale3(around, radius), offset);
-  *normal = select3(kind == LIGHT_CYLINDER, scale3(across, side / radius), *normal);
-  *normal = select3(kind == LIGHT_SPHERE, scale3(around, side), *normal);
-#endif
-  /* connections end in front of the surface, and do not meet it */
-  *on = add3(add3(place, offset), scale3(*normal, GATHER((tables + LIGHT_SURFACE_OFFSET), row.integer)));
+  sample_surface(launch->light_tables, GATHER_INT(LIGHT_MEMBER_INT(launch, table), light * LIGHT_WORDS),
+                 GATHER_INT(LIGHT_MEMBER_INT(launch, surfaces), light * LIGHT_WORDS), u0, u1, u2, on, normal);
 }
 
 /* The colour of each lane's light. */

@@ -31,8 +31,8 @@ inline REAL connection_chance(const Launch* launch, __global const JobRecord* jo
   if (job->lights > 0) expected = CHANCE_OF_LIGHTS * EXP(-sigma_t * distance);
 #endif
 #if HAS_SUN
-  __global const EmitterRecord* emitter = launch->emitters + job->emitter;
-  __global const float* sun = emitter->sun_direction;
+  __global const EnvironmentRecord* environment = launch->environments + job->environment;
+  __global const float* sun = environment->sun_direction;
   REAL3 towards = make3((REAL)(sun[0]), (REAL)(sun[1]), (REAL)(sun[2]));
   const REAL facing = dot3(towards, normal);
 #if ROUGH_LIGHT_SAMPLING

@@ -9,25 +9,15 @@
  * sampled there; > 0 as in media, < 0 as at surfaces, 0: light was not sampled there. */
 #ifndef ITN_LIGHT_SAMPLING_H
 #define ITN_LIGHT_SAMPLING_H
-#include "lib/emitter.h"
+#include "lib/environment.h"
 #include "lib/launch.h"
 #include "lib/light.h"
 
-inline void emitter_radiance(const Launch* launch, __global const EmitterRecord* emitter, REAL3 direction,
-                             REAL rgb[3]) {
-  emitter_sky_radiance(emitter, launch->emitter_tables, direction, rgb);
-#if HAS_SUN
-  REAL sun[3];
-  MASK inside = emitter_sun_radiance(emitter, launch->emitter_tables, direction, sun);
-  UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] += SELECT(inside, sun[c], 0.0f);
-#endif
-}
-
 #if LIGHT_SAMPLING
 
-inline REAL sun_share(__global const EmitterRecord* emitter, MASK at_surface) {
+inline REAL sun_share(__global const EnvironmentRecord* environment, MASK at_surface) {
 #if HAS_SUN
-  float share = emitter->sun_weight / (emitter->sun_weight + emitter->sky_weight);
+  float share = environment->sun_weight / (environment->sun_weight + environment->sky_weight);
   return SELECT(at_surface, clamp(share, 0.1f, 0.9f), 1.0f);
 #else
   return (REAL)(0.0f);
@@ -36,13 +26,13 @@ inline REAL sun_share(__global const EmitterRecord* emitter, MASK at_surface) {
 
 /* Density of the sampled directions of the light around the scene [1/sr]. */
 inline REAL light_sampling_pdf(const Launch* launch, __global const JobRecord* job, REAL3 direction, MASK at_surface) {
-  __global const EmitterRecord* emitter = launch->emitters + job->emitter;
-  REAL share = sun_share(emitter, at_surface);
+  __global const EnvironmentRecord* environment = launch->environments + job->environment;
+  REAL share = sun_share(environment, at_surface);
   REAL pdf = (REAL)(0.0f);
 #if HAS_SUN
-  pdf = SELECT(emitter_in_sun(emitter, direction), share * emitter->sun_pdf, 0.0f);
+  pdf = SELECT(in_sun(environment, direction), share * environment->sun_pdf, 0.0f);
 #endif
-  if (ANY(share < 1.0f)) pdf += (1.0f - share) * sky_pdf(emitter, launch->emitter_tables, direction);
+  if (ANY(share < 1.0f)) pdf += (1.0f - share) * smooth_pdf(environment, launch->light_tables, direction);
 #if HAS_LIGHTS
   pdf *= 1.0f - job->light_share;
 #endif
@@ -53,25 +43,24 @@ inline REAL light_sampling_pdf(const Launch* launch, __global const JobRecord* j
  * a direction on the rim of the sun's disc just outside it, where the density is 0. */
 inline MASK sample_light_around(const Launch* launch, __global const JobRecord* job, MASK at_surface, const REAL u[],
                                 LightSample* s) {
-  __global const EmitterRecord* emitter = launch->emitters + job->emitter;
-  REAL share = sun_share(emitter, at_surface);
+  __global const EnvironmentRecord* environment = launch->environments + job->environment;
+  REAL share = sun_share(environment, at_surface);
   MASK sun = u[2] < share;
   REAL3 direction;
 #if HAS_SUN
   REAL ignored[3];
-  sun_sample(emitter, launch->emitter_tables, u[0], u[1], &direction, ignored);
+  sun_sample(environment, launch->light_tables, u[0], u[1], &direction, ignored);
 #endif
   if (ANY(!sun)) {
-    REAL3 sky;
-    REAL sky_density, sky_rgb[3];
-    sky_sample(emitter, launch->emitter_tables, u[0], u[1], &sky, &sky_density, sky_rgb);
+    REAL sky_density;
+    const REAL3 sky = smooth_sample(environment, launch->light_tables, u[0], u[1], &sky_density);
 #if HAS_SUN
     direction = select3(sun, direction, sky);
 #else
     direction = sky;
 #endif
   }
-  emitter_radiance(launch, emitter, direction, s->rgb);
+  environment_radiance(environment, launch->light_tables, direction, s->rgb);
   const REAL density = light_sampling_pdf(launch, job, direction, at_surface);
   const MASK possible = density > 0.0f;
   s->source = light_around(direction);

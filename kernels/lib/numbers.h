@@ -8,6 +8,10 @@
 #include "scene/structures.h"
 #include "scene/surfaces.h"
 
+#define MODELS_OF_SCENE(MODEL) \
+  BSDFS_OF_SCENE(MODEL)        \
+  STRUCTURES_OF_SCENE(MODEL) MEDIA_OF_SCENE(MODEL) PHASES_OF_SCENE(MODEL) LIGHTS_OF_SCENE(MODEL)
+
 /* Which colours of textures the numbers are: two bits a slot, in the places behind them; 0: not one of a texture. Numbers that
  * a texture may stand for are declared before all others, in the slots that have bits; programs with structures, where this
  * cannot be, have several words of them. */
@@ -53,19 +57,14 @@ __attribute__((always_inline)) inline void load_number(const Launch* launch, int
 
 #define LOAD_NUMBER(PREFIX, name, channels, role, coordinate) \
   load_number(launch, model, PREFIX##_##name, channels, role, first, uv, n);
-#define LOAD_MODEL(name, PREFIX, type) \
-  case MODEL_##name:                   \
-    PREFIX##_NUMBERS(LOAD_NUMBER) break;
-#define LOAD_BSDF(name, PREFIX, type, variants) LOAD_MODEL(name, PREFIX, type)
+#define LOAD_MODEL(name, PREFIX) \
+  case MODEL_##name: PREFIX##_NUMBERS(LOAD_NUMBER) break;
 __attribute__((always_inline)) inline void load_numbers(const Launch* launch, int model, INT first, const REAL uv[2],
                                                         REAL n[]) {
 #if HAS_TEXTURE
   UNROLL_FOR(int word = 0; word < ORIGIN_WORDS; ++word) n[ORIGINS + word] = (REAL)(0.0f);
 #endif
-  switch (model) {
-    BSDF_LIST(LOAD_BSDF)
-    STRUCTURE_LIST(LOAD_BSDF) MEDIUM_LIST(LOAD_MODEL) PHASE_LIST(LOAD_MODEL) LIGHT_LIST(LOAD_MODEL)
-  }
+  switch (model) { MODELS_OF_SCENE(LOAD_MODEL) }
 }
 
 /* origins: n[ORIGINS] and the words behind it. Is n[slot] what a record says that has this `origin`? */
@@ -82,15 +81,10 @@ inline REAL where_from(const INT origins[], int slot, int origin, REAL d) {
 /* ROLE_* of n[slot]. */
 #define ROLE_OF_NUMBER(PREFIX, name, channels, role, coordinate) \
   if (slot >= PREFIX##_##name && slot <= PREFIX##_##name##_last) return role;
-#define ROLE_IN_MODEL(name, PREFIX, type) \
-  case MODEL_##name:                      \
-    PREFIX##_NUMBERS(ROLE_OF_NUMBER) break;
-#define ROLE_IN_BSDF(name, PREFIX, type, variants) ROLE_IN_MODEL(name, PREFIX, type)
+#define ROLE_IN_MODEL(name, PREFIX) \
+  case MODEL_##name: PREFIX##_NUMBERS(ROLE_OF_NUMBER) break;
 __attribute__((always_inline)) inline int role_of(int model, int slot) {
-  switch (model) {
-    BSDF_LIST(ROLE_IN_BSDF) STRUCTURE_LIST(ROLE_IN_BSDF)
-    MEDIUM_LIST(ROLE_IN_MODEL) PHASE_LIST(ROLE_IN_MODEL) LIGHT_LIST(ROLE_IN_MODEL)
-  }
+  switch (model) { MODELS_OF_SCENE(ROLE_IN_MODEL) }
   return ROLE_FIXED;
 }
 
@@ -100,15 +94,10 @@ __attribute__((always_inline)) inline int role_of(int model, int slot) {
     return coordinate == COORDINATE_ITSELF   ? d                              \
            : coordinate == COORDINATE_COSINE ? d * (1.0f - n[slot] * n[slot]) \
                                              : SELECT(n[slot] > 0.0f, d * n[slot], 0.0f);
-#define COORDINATE_IN_MODEL(name, PREFIX, type) \
-  case MODEL_##name:                            \
-    PREFIX##_NUMBERS(COORDINATE_OF_NUMBER) break;
-#define COORDINATE_IN_BSDF(name, PREFIX, type, variants) COORDINATE_IN_MODEL(name, PREFIX, type)
+#define COORDINATE_IN_MODEL(name, PREFIX) \
+  case MODEL_##name: PREFIX##_NUMBERS(COORDINATE_OF_NUMBER) break;
 __attribute__((always_inline)) inline REAL by_coordinate(int model, int slot, const REAL n[], REAL d) {
-  switch (model) {
-    BSDF_LIST(COORDINATE_IN_BSDF) STRUCTURE_LIST(COORDINATE_IN_BSDF)
-    MEDIUM_LIST(COORDINATE_IN_MODEL) PHASE_LIST(COORDINATE_IN_MODEL) LIGHT_LIST(COORDINATE_IN_MODEL)
-  }
+  switch (model) { MODELS_OF_SCENE(COORDINATE_IN_MODEL) }
   return d;
 }
 

@@ -110,7 +110,6 @@
     weight[c] = SELECT(drawn, SELECT(density > 0.0f, f[c] * scale, 0.0f), weight[c]);                         \
   }
 
-#define FUNCTIONS_OF_STRUCTURE(name, PREFIX, type, variants) STRUCTURE_FUNCTIONS(name, PREFIX)
-STRUCTURE_LIST(FUNCTIONS_OF_STRUCTURE)
+STRUCTURES_OF_SCENE(STRUCTURE_FUNCTIONS)
 
 #endif

@@ -99,4 +99,12 @@ inline REAL3 select3(MASK mask, REAL3 yes, REAL3 no) {
 #define FOR_EACH_LANE(l, bits) \
   for (uint left_##l = (bits), l; left_##l && (l = (uint)LOWEST_BIT(left_##l), 1); left_##l &= left_##l - 1)
 
+/* Uniform over the unit sphere. */
+inline REAL3 uniform_sphere(REAL u0, REAL u1) {
+  REAL sine, cosine;
+  sin_cos_2pi(u1, &sine, &cosine);
+  const REAL r = 2 * sqrt(u0 * (1 - u0));
+  return make3(r * cosine, r * sine, 1 - 2 * u0);
+}
+
 #endif

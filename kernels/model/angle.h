@@ -3,7 +3,7 @@
  *
  * The polynomial is a minimax fit (Lawson's reweighted least squares) of atan(t) / t over t^2 in [0, tan(pi/8)^2], made
  * for this file; beyond tan(pi/8), atan(t) = pi/4 + atan((t - 1) / (t + 1)).
- * Tests: tests/scene/emitter_test.cpp */
+ * Tests: tests/scene/environment_test.cpp */
 #ifndef ITN_ANGLE_H
 #define ITN_ANGLE_H
 #include "shared/portable.h"

@@ -2,6 +2,7 @@
 #ifndef ITN_MODELS_H
 #define ITN_MODELS_H
 #include "model/bsdf/list.h"
+#include "model/environment/list.h"
 #include "model/light/list.h"
 #include "model/medium/list.h"
 #include "model/phase/list.h"
@@ -10,7 +11,8 @@
 #define NUMBER_MODEL(name, PREFIX, type) MODEL_##name,
 enum {
   MODEL_none,
-  MEDIUM_LIST(NUMBER_MODEL) PHASE_LIST(NUMBER_MODEL) BSDF_LIST(NUMBER_BSDF) LIGHT_LIST(NUMBER_MODEL) MODELS
+  MEDIUM_LIST(NUMBER_MODEL) PHASE_LIST(NUMBER_MODEL) BSDF_LIST(NUMBER_BSDF) LIGHT_LIST(NUMBER_MODEL)
+      ENVIRONMENT_LIST(NUMBER_MODEL) MODELS
 };
 
 /* Room for the numbers of any one model. Programs are told how much their own models need. */

@@ -8,7 +8,7 @@
  * published tables; what makes them out of turbidity, ground albedo and the sun's elevation is
  * runtime/scene/hosek_wilkie.cpp. A channel may come out negative. L is linear in C D F G I M.
  *   Hosek, Wilkie 2012, "An analytic model for full spectral sky-dome radiance", doi:10.1145/2185520.2185591
- * Tests: tests/scene/emitter_test.cpp, tests/kernel/emitter_test.cpp */
+ * Tests: tests/scene/environment_test.cpp, tests/kernel/environment_test.cpp */
 #ifndef ITN_SKY_HOSEK_WILKIE_H
 #define ITN_SKY_HOSEK_WILKIE_H
 #include "shared/portable.h"

@@ -16,27 +16,27 @@
  * number_textures: beside `numbers`, the texture that takes a number's place, -1: none.
  * futures: [cell][throughput channel] (lib/baseline.h); visits: of a pilot; pulls, gradient: lib/adjoint.h.
  * samples: SAMPLE_SIZE floats each. misplaced: one count, arrivals at surfaces from the wrong side. */
-#define LAUNCH_ARGUMENTS(ARGUMENT)              \
-  GEOMETRY_ARGUMENTS(ARGUMENT)                  \
-  ARGUMENT(const float, texture_axes)           \
-  ARGUMENT(const JobRecord, jobs)               \
-  ARGUMENT(const CameraRecord, cameras)         \
-  ARGUMENT(const ShapeRecord, shapes)           \
-  ARGUMENT(const BsdfRecord, bsdfs)             \
-  ARGUMENT(const MediumRecord, media)           \
-  ARGUMENT(const float, numbers)                \
-  ARGUMENT(const int, number_textures)          \
-  ARGUMENT(const EmitterRecord, emitters)       \
-  ARGUMENT(const LightRecord, lights)           \
-  ARGUMENT(const float, emitter_tables)         \
-  ARGUMENT(const TextureRecord, textures)       \
-  ARGUMENT(const float, texels)                 \
-  ARGUMENT(const DerivativeRecord, derivatives) \
-  ARGUMENT(const float, futures)                \
-  ARGUMENT(float, visits)                       \
-  ARGUMENT(const float, pulls)                  \
-  ARGUMENT(uint, gradient)                      \
-  ARGUMENT(float, samples)                      \
+#define LAUNCH_ARGUMENTS(ARGUMENT)                \
+  GEOMETRY_ARGUMENTS(ARGUMENT)                    \
+  ARGUMENT(const float, texture_axes)             \
+  ARGUMENT(const JobRecord, jobs)                 \
+  ARGUMENT(const CameraRecord, cameras)           \
+  ARGUMENT(const ShapeRecord, shapes)             \
+  ARGUMENT(const BsdfRecord, bsdfs)               \
+  ARGUMENT(const MediumRecord, media)             \
+  ARGUMENT(const float, numbers)                  \
+  ARGUMENT(const int, number_textures)            \
+  ARGUMENT(const EnvironmentRecord, environments) \
+  ARGUMENT(const LightRecord, lights)             \
+  ARGUMENT(const float, light_tables)             \
+  ARGUMENT(const TextureRecord, textures)         \
+  ARGUMENT(const float, texels)                   \
+  ARGUMENT(const DerivativeRecord, derivatives)   \
+  ARGUMENT(const float, futures)                  \
+  ARGUMENT(float, visits)                         \
+  ARGUMENT(const float, pulls)                    \
+  ARGUMENT(uint, gradient)                        \
+  ARGUMENT(float, samples)                        \
   ARGUMENT(uint, misplaced)
 
 #endif

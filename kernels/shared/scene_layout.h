@@ -1,14 +1,22 @@
-/* What the device knows of a scene beside geometry (geometry_layout.h) and light (emitter_layout.h): plain records, the
+/* What the device knows of a scene beside geometry (geometry_layout.h) and light (environment_layout.h): plain records, the
  * same bytes on host and device. Indices are absolute positions in the arrays of a launch, which may hold several
  * scenes. */
 #ifndef ITN_SCENE_LAYOUT_H
 #define ITN_SCENE_LAYOUT_H
 
 /* A film position (a, b), a = 1 - 2 x / width, b = 1 - 2 y / height, sees the ray
- *   origin = origin_0 + a origin_a + b origin_b, direction ~ direction_0 + a direction_a + b direction_b. */
+ *   origin = origin_0 + a origin_a + b origin_b, direction ~ direction_0 + a direction_a + b direction_b.
+ * HAS_LENS: and l, uniform over the disk with the half axes lens_a and lens_b, moves it:
+ *   origin += lens_start l, direction -= lens_turn l.
+ * HAS_ZONE: or rays begin on a surface, uniform over its area, and leave its front in proportion to the cosine; or they go
+ *   along direction_0, through points of the surface, from `before` in front of it. */
 typedef struct {
   float origin_0[3], origin_a[3], origin_b[3];
   float direction_0[3], direction_a[3], direction_b[3];
+  float lens_a[3], lens_b[3], lens_start, lens_turn;
+  float before[3];
+  int table, surfaces; /* of the surface (shared/light_layout.h); 0: there is none */
+  int measures;        /* 1: irradiance; the cosine is in the density, and what is left of the integral is pi */
   float inverse_width, inverse_height; /* of the whole film [1/pixel] */
   int crop_x, crop_y, crop_width;      /* pixel i of a job is (crop_x + i % crop_width, crop_y + i / crop_width) */
   int filter;                          /* FILTER_* */
@@ -86,14 +94,14 @@ typedef struct {
 
 typedef struct {
   float factor[3]; /* d number / d parameter */
-  int emitter;     /* of the light around the scene: the record of d radiance / d parameter (lib/emission.h); else -1 */
+  int environment; /* of the light around the scene: the record of d radiance / d parameter (lib/emission.h); else -1 */
   int light;       /* of a light of the scene: where its numbers begin; else -1 */
   float colour[3]; /* d its colour / d parameter */
 } DerivativeRecord;
 
 /* One image with one set of parameters. */
 typedef struct {
-  int camera, geometry, emitter;
+  int camera, geometry, environment;
   int first_shape;         /* shape k of the geometry is shapes[first_shape + k] */
   int first_number;        /* of the scene, for ScoreRecord */
   int first_light, lights; /* of the scene */

@@ -64,7 +64,7 @@ inline void rival_densities(const Launch* launch, __global const JobRecord* job,
   const REAL3 guess = surface_normal_guess(&cell);
   *rival = rival_density(refracted_pdf(&boundary, guess, light->direction, s->direction), by_phase,
                          from_medium & (light->index < 0));
-  const MASK finds_sun = from_medium & emitter_in_sun(launch->emitters + job->emitter, direction);
+  const MASK finds_sun = from_medium & in_sun(launch->environments + job->environment, direction);
   if (ANY(finds_sun))
     *own_rival = rival_density(refracted_pdf(&boundary, guess, direction, s->direction), by_phase, finds_sun);
 #endif

@@ -7,10 +7,9 @@
 #include "lib/score.h"
 
 inline void escape_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
-  __global const EmitterRecord* emitter = launch->emitters + job->emitter;
   REAL3 direction = load3(pool, DIRECTION, slots);
   REAL light[3];
-  emitter_radiance(launch, emitter, direction, light);
+  environment_radiance(launch->environments + job->environment, launch->light_tables, direction, light);
   REAL scale = LOAD(pool, REFRACTION_SCALE, slots);
 #if LIGHT_SAMPLING
   REAL last_pdf = LOAD(pool, LAST_PDF, slots);

@@ -4,7 +4,9 @@
 #ifndef ITN_STAGE_GENERATE_H
 #define ITN_STAGE_GENERATE_H
 #include "lib/adjoint.h"
+#include "lib/frame.h"
 #include "lib/launch.h"
+#include "lib/surface_point.h"
 #include "lib/trace_coherent.h"
 #include "stage/ray.h"
 
@@ -30,6 +32,47 @@ inline REAL3 on_camera(__global const float* v0, __global const float* va, __glo
   return make3(v0[0] + a * va[0] + b * vb[0], v0[1] + a * va[1] + b * vb[1], v0[2] + a * va[2] + b * vb[2]);
 }
 
+/* The ray of a film position; *weight: what its radiance counts. */
+inline void camera_ray(const Launch* launch, __global const CameraRecord* camera, const Random* random, REAL a, REAL b,
+                       REAL3* origin, REAL3* direction, REAL* weight) {
+  *origin = on_camera(camera->origin_0, camera->origin_a, camera->origin_b, a, b);
+  *direction = on_camera(camera->direction_0, camera->direction_a, camera->direction_b, a, b);
+  *weight = (REAL)(1.0f);
+#if HAS_LENS || HAS_ZONE
+  REAL u[4];
+  draw(random, 1, u);
+#endif
+#if HAS_LENS
+  const REAL radius = SQRT(u[0]);
+  REAL sine, cosine;
+  sin_cos_2pi(u[1], &sine, &cosine);
+  __global const float *la = camera->lens_a, *lb = camera->lens_b;
+  const REAL x = radius * cosine, y = radius * sine;
+  const REAL3 lens = make3(x * la[0] + y * lb[0], x * la[1] + y * lb[1], x * la[2] + y * lb[2]);
+  *origin = add3(*origin, scale3(lens, camera->lens_start));
+  *direction = sub3(*direction, scale3(lens, camera->lens_turn));
+#endif
+#if HAS_ZONE
+  if (camera->surfaces == 0) return;
+  REAL3 normal;
+  sample_surface(launch->light_tables, (INT)(camera->table), (INT)(camera->surfaces), u[0], u[1], u[2], origin,
+                 &normal);
+  if (camera->measures) {
+    REAL v[4];
+    draw(random, 2, v);
+    const Frame frame = make_frame(normal);
+    const REAL across = SQRT(v[0]);
+    REAL sine_across, cosine_across;
+    sin_cos_2pi(v[1], &sine_across, &cosine_across);
+    *direction = frame_to_world(&frame, make3(across * cosine_across, across * sine_across, SQRT(1.0f - v[0])));
+    *weight = (REAL)((float)PI_);
+  } else {
+    __global const float* before = camera->before;
+    *origin = make3(origin->x - before[0], origin->y - before[1], origin->z - before[2]);
+  }
+#endif
+}
+
 inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT slots, MASK valid, INT pixel,
                            INT sample) {
   __global const JobRecord* job = launch->jobs + job_index;
@@ -53,14 +96,15 @@ inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
   REAL x = CAST_REAL(column.integer + camera->crop_x) + 0.5f + dx;
   REAL y = CAST_REAL(row.integer + camera->crop_y) + 0.5f + dy;
   REAL a = 1.0f - 2.0f * x * camera->inverse_width, b = 1.0f - 2.0f * y * camera->inverse_height;
-  const REAL3 o = on_camera(camera->origin_0, camera->origin_a, camera->origin_b, a, b);
-  REAL3 d = on_camera(camera->direction_0, camera->direction_a, camera->direction_b, a, b);
+  REAL3 o, d;
+  REAL weight;
+  camera_ray(launch, camera, &random, a, b, &o, &d, &weight);
   store3(pool, POSITION, slots, o);
   d = scale3(d, 1.0f / SQRT(dot3(d, d)));
   store3(pool, DIRECTION, slots, d);
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, 1.0f);
   UNROLL_FOR(int c = RADIANCE; c < REFRACTION_SCALE; ++c) STORE(pool, c, slots, 0.0f); /* derivatives and scores too */
-  STORE(pool, REFRACTION_SCALE, slots, 1.0f);
+  STORE(pool, REFRACTION_SCALE, slots, weight);                                        /* roulette does not see it */
   STORE_INT(pool, PIXEL, slots, pixel);
   STORE_INT(pool, SAMPLE, slots, sample);
   STORE_INT(pool, EVENT, slots, 1);

@@ -7,7 +7,7 @@
 #include "kernels/model/models.h"
 #include "runtime/base/colour.h"
 #include "runtime/base/error.h"
-#include "runtime/compile/emitter.h"
+#include "runtime/compile/environment.h"
 #include "runtime/scene/parameters.h"
 
 namespace itn {
@@ -88,10 +88,10 @@ class Builder {
   }
 
   void add_environment(const Parameter& p, int image) {
-    DerivativeRecord record{{0, 0, 0}, static_cast<int>(launch_.emitters.size()), -1, {0, 0, 0}};
-    const EmitterRecord light = launch_.emitters[static_cast<std::size_t>(job_.emitter)];
-    launch_.emitters.push_back(emitter_derivative(*scene_.environment, p, light, launch_.emitter_tables));
-    if (light.kind == EMITTER_SUNSKY) data.functions["derivative_sky_hosek_wilkie"] = {0};
+    DerivativeRecord record{{0, 0, 0}, static_cast<int>(launch_.environments.size()), -1, {0, 0, 0}};
+    const EnvironmentRecord light = launch_.environments[static_cast<std::size_t>(job_.environment)];
+    launch_.environments.push_back(environment_derivative(*scene_.environment, p, light, launch_.light_tables));
+    if (const std::string formula = scene_.environment->model->formula; !formula.empty()) data.functions[formula] = {0};
     add_light_part(record, image);
   }
 

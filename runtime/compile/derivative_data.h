@@ -23,7 +23,9 @@ struct NumberOfPart {
 };
 
 // Is it by a light or the environment, rather than by what a path's throughput depends on?
-inline bool is_of_light(const DerivativeRecord& derivative) { return derivative.emitter >= 0 || derivative.light >= 0; }
+inline bool is_of_light(const DerivativeRecord& derivative) {
+  return derivative.environment >= 0 || derivative.light >= 0;
+}
 
 struct DerivativeData {
   std::vector<ScoreRecord> scores;            // what a path carries

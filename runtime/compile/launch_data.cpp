@@ -10,60 +10,13 @@
 #include "kernels/model/models.h"
 #include "kernels/shared/baseline_layout.h"
 #include "runtime/base/colour.h"
-#include "runtime/compile/emitter.h"
+#include "runtime/compile/camera.h"
+#include "runtime/compile/environment.h"
 #include "runtime/compile/light.h"
 #include "runtime/compile/surfaces.h"
 
 namespace itn {
 namespace {
-
-void store(const Vec3& v, float out[3]) {
-  for (std::size_t k = 0; k < 3; ++k) out[k] = static_cast<float>(v[k]);
-}
-
-Vec3 apply(const Transform& t, const Vec3& v, double w) {
-  Vec3 r{};
-  for (std::size_t i = 0; i < 3; ++i)
-    r[i] = t.m[4 * i] * v[0] + t.m[4 * i + 1] * v[1] + t.m[4 * i + 2] * v[2] + t.m[4 * i + 3] * w;
-  return r;
-}
-
-// See CameraRecord. Mitsuba's sensors look along local +z with +y up and +x to the left; rays start on the near plane.
-CameraRecord camera_record(const Sensor& sensor, int first_medium) {
-  CameraRecord r{};
-  const double aspect = static_cast<double>(sensor.height) / sensor.width;
-  const double x = sensor.orthographic ? 1 : std::tan(sensor.fov_x / 2 * std::numbers::pi / 180), y = x * aspect;
-  const Vec3 along = apply(sensor.to_world, {0, 0, 1}, 0);
-  const Vec3 right = apply(sensor.to_world, {x, 0, 0}, 0), up = apply(sensor.to_world, {0, y, 0}, 0);
-  const double shift_a = 2 * sensor.principal_x, shift_b = 2 * sensor.principal_y;
-  Vec3 start = apply(sensor.to_world, {0, 0, sensor.near_clip}, 1);
-  const double spread = sensor.orthographic ? 1 : sensor.near_clip;
-  Vec3 centre = along;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double shift = shift_a * right[k] + shift_b * up[k];
-    start[k] += spread * shift;
-    if (!sensor.orthographic) centre[k] += shift;
-  }
-  store(start, r.origin_0);
-  store({spread * right[0], spread * right[1], spread * right[2]}, r.origin_a);
-  store({spread * up[0], spread * up[1], spread * up[2]}, r.origin_b);
-  store(centre, r.direction_0);
-  if (!sensor.orthographic) {
-    store(right, r.direction_a);
-    store(up, r.direction_b);
-  }
-  r.inverse_width = 1.0f / static_cast<float>(sensor.width);
-  r.inverse_height = 1.0f / static_cast<float>(sensor.height);
-  r.crop_x = sensor.crop_x;
-  r.crop_y = sensor.crop_y;
-  r.crop_width = sensor.crop_width;
-  r.filter = sensor.filter == FilterKind::box    ? FILTER_BOX
-             : sensor.filter == FilterKind::tent ? FILTER_TENT
-                                                 : FILTER_GAUSSIAN;
-  r.filter_size = static_cast<float>(sensor.filter == FilterKind::tent ? sensor.filter_radius : sensor.filter_stddev);
-  r.medium = sensor.medium < 0 ? -1 : first_medium + sensor.medium;
-  return r;
-}
 
 // A number whose channels are no colour.
 bool is_direction(const DeclaredNumber& number) { return number.role == ROLE_NORMAL || number.role == ROLE_BUMP; }
@@ -191,20 +144,21 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   return r;
 }
 
-int append_record(const EmitterRecord& record, LaunchData& data) {
-  data.emitters.push_back(record);
-  return static_cast<int>(data.emitters.size()) - 1;
+int append_record(const EnvironmentRecord& record, LaunchData& data) {
+  data.environments.push_back(record);
+  return static_cast<int>(data.environments.size()) - 1;
 }
 
-int append_light(const Emitter& light, LaunchData& data) {
-  const bool shared = light.kind == Emitter::Kind::envmap && !light.sampled_as;
-  const auto key = std::tuple(light.bitmap.get(), light.scale, light.to_world.m);
-  if (shared && data.emitter_of.count(key)) return data.emitter_of[key];
-  EmitterRecord record;
-  append_emitter(light, record, data.emitter_tables);
-  data.coloured_light |= light.kind != Emitter::Kind::constant || !grey(light.radiance);
+int append_light(const Environment& light, LaunchData& data) {
+  const bool shared = light.bitmap && !light.sampled_as;
+  const auto key = std::tuple(light.bitmap.get(), light.slots(), light.to_world.m);
+  if (shared && data.environment_of.count(key)) return data.environment_of[key];
+  EnvironmentRecord record;
+  append_environment(light, record, data.light_tables);
+  data.coloured_light |= is_uneven(record) || !std::all_of(light.values.begin(), light.values.end(),
+                                                           [](const Texture& of) { return grey(of.value); });
   const int index = append_record(record, data);
-  if (shared) data.emitter_of[key] = index;
+  if (shared) data.environment_of[key] = index;
   return index;
 }
 
@@ -253,10 +207,10 @@ void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
     r.model = light.model->id;
     r.first_number = numbers[i];
     if (surfaces) {
-      r.table = static_cast<int>(data.emitter_tables.size());
+      r.table = static_cast<int>(data.light_tables.size());
       r.surfaces = surfaces->count;
       r.inverse_area = static_cast<float>(1 / surfaces->area);
-      data.emitter_tables.insert(data.emitter_tables.end(), surfaces->table.begin(), surfaces->table.end());
+      data.light_tables.insert(data.light_tables.end(), surfaces->table.begin(), surfaces->table.end());
     }
     data.lights.push_back(r);
     const Light& like = scene.lights_sampled_as.empty() ? light : scene.lights_sampled_as[i];
@@ -276,9 +230,8 @@ void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
   if (expected.empty()) return;
   double sum = 0;
   for (const double e : expected) sum += e;
-  const EmitterRecord& around = data.emitters[static_cast<std::size_t>(job.emitter)];
-  const bool sampled = around.kind == EMITTER_ENVMAP || around.kind == EMITTER_SUNSKY;
-  const double rest = sampled ? static_cast<double>(around.sun_weight + around.sky_weight) : 0;
+  const EnvironmentRecord& around = data.environments[static_cast<std::size_t>(job.environment)];
+  const double rest = is_uneven(around) ? static_cast<double>(around.sun_weight + around.sky_weight) : 0;
   job.light_share = rest > 0 ? static_cast<float>(std::clamp(sum / (sum + rest), 0.1, 0.9)) : 1.0F;
 }
 
@@ -300,10 +253,12 @@ JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData&
 
   job.camera = static_cast<int>(data.cameras.size());
   const Sensor& camera = scene.sensors[static_cast<std::size_t>(sensor)];
-  data.cameras.push_back(camera_record(camera, first_medium));
+  const double in_front =
+      distance_in_front(data.geometry, data.geometry.records[static_cast<std::size_t>(job.geometry)]);
+  data.cameras.push_back(camera_record(scene, camera, in_front, first_medium, data));
   data.pixels.push_back(camera.crop_width * camera.crop_height);
 
-  job.emitter = scene.environment ? append_light(*scene.environment, data) : append_record({}, data);
+  job.environment = scene.environment ? append_light(*scene.environment, data) : append_record({}, data);
 
   append_lights(scene, job, data);
 
@@ -328,31 +283,19 @@ void clear_scenes(LaunchData& data) {
 
 namespace {
 
-// Slots for the numbers of any model that the data has, and one behind them. Media always count: stages that end
-// connections name theirs, be there one or not.
+// Slots for the numbers of any model that the data has, and one behind them.
 int most_slots(const LaunchData& data) {
   int most = 0;
-  const auto count = [&](const std::vector<Model>& models, const auto& is_there) {
-    for (const Model& model : models)
-      if (is_there(model)) most = std::max(most, model.number_slots);
-  };
-  for (const SurfaceKind& surface : surfaces_of(data)) most = std::max(most, surface.model->number_slots);
-  count(medium_models(), [](const Model&) { return true; });
-  count(phase_models(), [&](const Model& model) {
-    return std::any_of(data.media.begin(), data.media.end(),
-                       [&](const MediumRecord& m) { return m.phase == model.id; });
-  });
-  count(light_models(), [&](const Model& model) {
-    return std::any_of(data.lights.begin(), data.lights.end(),
-                       [&](const LightRecord& l) { return l.model == model.id; });
-  });
+  const ModelsOfLaunch models = models_of(data);
+  for (const auto& family : {models.bsdfs, models.structures, models.media, models.phases, models.lights})
+    for (const Model* model : family) most = std::max(most, model->number_slots);
   return most + origin_words(data);
 }
 
 }  // namespace
 
 std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
-  std::map<std::string, std::string> d = emitter_definitions(data.emitters);
+  std::map<std::string, std::string> d = environment_definitions(data.environments);
   const auto set = [&](const char* name, bool value) { d[name] = std::to_string(value); };
   const std::vector<SurfaceKind> surfaces = surfaces_of(data);
   // Is there a BSDF that has of the traits in `mask` just these?
@@ -374,18 +317,21 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
     smooth |= (primitive.flags & PRIMITIVE_SMOOTH) != 0;
     round |= (primitive.flags & PRIMITIVE_ROUND) != 0;
   }
-  const bool uneven_light = std::any_of(data.emitters.begin(), data.emitters.end(), [](const EmitterRecord& e) {
-    return e.kind == EMITTER_ENVMAP || e.kind == EMITTER_SUNSKY;
-  });
+  const bool uneven_light = std::any_of(data.environments.begin(), data.environments.end(), is_uneven);
   set("HAS_NULL", null);
   set("HAS_PASSAGES", has(BSDF_PASSES, BSDF_PASSES));
   set("HAS_MEDIUM", !data.media.empty());
   set("HAS_TEXTURE", !data.textures.empty());
   set("HAS_SMOOTH", smooth);
-  set("HAS_ROUND", round);
+  set("HAS_ROUND", round || data.round_zone);
+  set("HAS_LENS", std::any_of(data.cameras.begin(), data.cameras.end(), [](const CameraRecord& c) {
+        return std::any_of(c.lens_a, c.lens_a + 3, [](float x) { return x != 0; });
+      }));
+  set("HAS_ZONE",
+      std::any_of(data.cameras.begin(), data.cameras.end(), [](const CameraRecord& c) { return c.surfaces > 0; }));
   set("SPECTRAL", data.spectral);
-  const bool sun = std::any_of(data.emitters.begin(), data.emitters.end(),
-                               [](const EmitterRecord& e) { return e.kind == EMITTER_SUNSKY && e.sun_pdf > 0; });
+  const bool sun = std::any_of(data.environments.begin(), data.environments.end(),
+                               [](const EnvironmentRecord& e) { return e.sun_pdf > 0; });
   const bool lights = !data.lights.empty();
   const bool rough_light = (sun || lights) && rough;
   const bool medium_light = ((uneven_light || lights) && matched) || (sun && refracted);

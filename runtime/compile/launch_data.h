@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "kernels/shared/emitter_layout.h"
+#include "kernels/shared/environment_layout.h"
 #include "kernels/shared/light_layout.h"
 #include "kernels/shared/scene_layout.h"
 #include "runtime/compile/geometry.h"
@@ -16,7 +16,7 @@
 
 namespace itn {
 
-static_assert(sizeof(CameraRecord) == 104 && sizeof(MediumRecord) == 32 && sizeof(ShapeRecord) == 16 &&
+static_assert(sizeof(CameraRecord) == 160 && sizeof(MediumRecord) == 32 && sizeof(ShapeRecord) == 16 &&
               sizeof(BsdfRecord) == 16 && sizeof(TextureRecord) == 52 && sizeof(JobRecord) == 96 &&
               sizeof(ChunkRecord) == 16);
 
@@ -37,11 +37,12 @@ struct LaunchData {
   std::vector<float> numbers;              // of all models: kernels/shared/declaration.h
   std::vector<int> number_textures;        // beside them
   std::set<std::pair<int, int>> textured;  // model and slot of those that are somewhere
-  std::vector<EmitterRecord> emitters;
+  std::vector<EnvironmentRecord> environments;
   std::vector<LightRecord> lights;
-  std::vector<float> emitter_tables;  // of both
-  // Environments are large, and scenes may share them: records by bitmap, scale and to_world.
-  std::map<std::tuple<const Bitmap*, double, std::array<double, 16>>, int> emitter_of;
+  std::vector<float> light_tables;  // of both, and of surfaces on which sensors lie
+  bool round_zone = false;          // some such surface is round
+  // Pictures are large, and scenes may share them: records by bitmap, values and to_world.
+  std::map<std::tuple<const Bitmap*, std::vector<double>, std::array<double, 16>>, int> environment_of;
   std::vector<TextureRecord> textures;
   std::vector<float> texels;
   std::map<const Bitmap*, int> texels_of;  // where those of a bitmap begin: scenes may share it

@@ -6,7 +6,7 @@
 
 #include "kernels/shared/light_layout.h"
 #include "runtime/base/colour.h"
-#include "runtime/compile/emitter.h"
+#include "runtime/compile/environment.h"
 #include "runtime/scene/transform.h"
 
 namespace itn {

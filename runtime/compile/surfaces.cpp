@@ -121,6 +121,36 @@ std::vector<std::string> stages_of(const LaunchData& data) {
   return names;
 }
 
+ModelsOfLaunch models_of(const LaunchData& data) {
+  const auto some = [](const std::vector<Model>& models, const auto& is_there) {
+    std::vector<const Model*> result;
+    for (const Model& model : models)
+      if (is_there(model)) result.push_back(&model);
+    return result;
+  };
+  const std::vector<SurfaceKind> surfaces = surfaces_of(data);
+  ModelsOfLaunch result;
+  result.bsdfs = some(bsdf_models(), [&](const Model& model) {
+    return std::any_of(surfaces.begin(), surfaces.end(), [&](const SurfaceKind& s) { return s.model == &model; });
+  });
+  for (const SurfaceKind& kind : surfaces)
+    if (kind.model->structure) result.structures.push_back(kind.model);
+  result.media = some(medium_models(), [](const Model&) { return true; });
+  result.phases = some(phase_models(), [&](const Model& model) {
+    return std::any_of(data.media.begin(), data.media.end(),
+                       [&](const MediumRecord& m) { return m.phase == model.id; });
+  });
+  result.lights = some(light_models(), [&](const Model& model) {
+    return std::any_of(data.lights.begin(), data.lights.end(),
+                       [&](const LightRecord& l) { return l.model == model.id; });
+  });
+  result.environments = some(environment_models(), [&](const Model& model) {
+    return std::any_of(data.environments.begin(), data.environments.end(),
+                       [&](const EnvironmentRecord& e) { return e.model == model.id; });
+  });
+  return result;
+}
+
 int origin_words(const LaunchData& data) {
   int slots = 1;
   for (const auto& [id, model] : data.structures) slots = std::max(slots, model->number_slots);
@@ -128,35 +158,29 @@ int origin_words(const LaunchData& data) {
 }
 
 std::string surfaces_text(const LaunchData& data) {
-  std::string surfaces, phases, textured;
+  std::string surfaces, textured;
   const std::vector<SurfaceKind> kinds = surfaces_of(data);
   for (std::size_t k = 0; k < kinds.size(); ++k)
     surfaces += fmt::format(" SURFACE({}, {}, {})", k + 1, kinds[k].model->name, kinds[k].variant);
-  std::string structures, passed;
-  for (std::size_t k = 0; k < kinds.size(); ++k) {
-    const Model& model = *kinds[k].model;
-    if (!model.structure) continue;
-    structures += fmt::format(" BSDF({}, {}, \"\", \"\")", model.name, capitals(model.name));
-    if (model.traits & BSDF_PASSES) passed += fmt::format(" SURFACE({}, {}, 0)", k + 1, model.name);
-  }
-  int phase_count = 0;
-  for (const Model& phase : phase_models()) {
-    const auto has = [&](const MediumRecord& m) { return m.phase == phase.id; };
-    if (std::none_of(data.media.begin(), data.media.end(), has)) continue;
-    phases += fmt::format(" PHASE({}, {})", phase.name, capitals(phase.name));
-    ++phase_count;
-  }
-  std::string lights;
-  for (const Model& light : light_models())
-    if (std::any_of(data.lights.begin(), data.lights.end(), [&](const LightRecord& l) { return l.model == light.id; }))
-      lights += fmt::format(" LIGHT({}, {})", light.name, capitals(light.name));
+  std::string passed;
+  for (std::size_t k = 0; k < kinds.size(); ++k)
+    if (kinds[k].model->traits & BSDF_PASSES) passed += fmt::format(" SURFACE({}, {}, 0)", k + 1, kinds[k].model->name);
   for (const auto& [model, slot] : data.textured)
     textured += fmt::format(" || ((model) == {} && (slot) == {})", model, slot);
+  const ModelsOfLaunch models = models_of(data);
+  const auto list = [](const std::vector<const Model*>& family) {
+    std::string text;
+    for (const Model* model : family) text += fmt::format(" MODEL({}, {})", model->name, capitals(model->name));
+    return text;
+  };
   return fmt::format(
-      "#define SURFACES {}\n#define SURFACE_LIST(SURFACE){}\n#define PHASE_COUNT {}\n#define PHASES_OF_SCENE(PHASE){}\n"
-      "#define LIGHTS_OF_SCENE(LIGHT){}\n#define TEXTURED(model, slot) (false{})\n"
-      "#define STRUCTURE_LIST(BSDF){}\n#define PASSED_SURFACES(SURFACE){}\n#define ORIGIN_WORDS {}\n",
-      kinds.size(), surfaces, phase_count, phases, lights, textured, structures, passed, origin_words(data));
+      "#define SURFACES {}\n#define SURFACE_LIST(SURFACE){}\n#define BSDFS_OF_SCENE(MODEL){}\n"
+      "#define MEDIA_OF_SCENE(MODEL){}\n#define PHASE_COUNT {}\n#define PHASES_OF_SCENE(MODEL){}\n"
+      "#define LIGHTS_OF_SCENE(MODEL){}\n#define ENVIRONMENTS_OF_SCENE(MODEL){}\n#define TEXTURED(model, slot) "
+      "(false{})\n"
+      "#define STRUCTURES_OF_SCENE(MODEL){}\n#define PASSED_SURFACES(SURFACE){}\n#define ORIGIN_WORDS {}\n",
+      kinds.size(), surfaces, list(models.bsdfs), list(models.media), models.phases.size(), list(models.phases),
+      list(models.lights), list(models.environments), textured, list(models.structures), passed, origin_words(data));
 }
 
 std::string structures_text(const LaunchData& data) {

@@ -28,6 +28,12 @@ std::vector<BsdfRecord> numbered_bsdfs(const LaunchData& data);
 // The stages of the program's queues (kernels/shared/path_state.h), by their kernels' names.
 std::vector<std::string> stages_of(const LaunchData& data);
 
+// The models that the launch has. Media: all, since stages that end connections name theirs, be there one or not.
+struct ModelsOfLaunch {
+  std::vector<const Model*> bsdfs, structures, media, phases, lights, environments;
+};
+ModelsOfLaunch models_of(const LaunchData& data);
+
 // How many places behind the numbers of a model say which colours of textures they are (kernels/lib/numbers.h).
 int origin_words(const LaunchData& data);
 

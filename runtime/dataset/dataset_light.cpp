@@ -32,13 +32,12 @@ Vec3 sun_direction(double azimuth, double zenith) {
   return {std::sin(z) * std::sin(a), std::sin(z) * std::cos(a), std::cos(z)};
 }
 
-Emitter sun_and_sky(const Vec3& towards_sun) {
-  Emitter light;
+Environment sun_and_sky(const Vec3& towards_sun) {
+  Environment light = make_environment("sunsky");
   light.id = emitter_id;
-  light.kind = Emitter::Kind::sunsky;
-  light.sunsky.sun_direction = towards_sun;
-  light.sunsky.sun_aperture = sun_widening * sun_aperture;
-  light.sunsky.sun_scale = 2;
+  light.sun.direction = towards_sun;
+  light.sun.aperture = sun_widening * sun_aperture;
+  light.set("sun_scale", 2);
   return light;
 }
 
@@ -68,18 +67,17 @@ std::shared_ptr<const Bitmap> read_environment(const std::string& file) {
 
 // Mitsuba's pictures have y up, +z in their middle and -x to the right of it: the first two turns make them z, +y and
 // +x, as scenes/dataset/environment.xml does.
-Emitter environment_light(std::shared_ptr<const Bitmap> picture, double azimuth, double scale) {
-  Emitter light;
+Environment environment_light(std::shared_ptr<const Bitmap> picture, double azimuth, double scale) {
+  Environment light = make_environment("envmap");
   light.id = emitter_id;
-  light.kind = Emitter::Kind::envmap;
   light.bitmap = std::move(picture);
-  light.scale = scale;
+  light.set("scale", scale);
   light.to_world = rotate({0, 0, -1}, azimuth) * (rotate({0, 0, 1}, 180) * rotate({1, 0, 0}, 90));
   return light;
 }
 
 // Cell by cell between four pixels, as the renderer samples it.
-Vec3 mean_direction(const Emitter& environment) {
+Vec3 mean_direction(const Environment& environment) {
   const Bitmap& picture = *environment.bitmap;
   const auto width = static_cast<std::size_t>(picture.width), height = static_cast<std::size_t>(picture.height);
   Vec3 sum{0, 0, 0};
@@ -98,7 +96,7 @@ Vec3 mean_direction(const Emitter& environment) {
   return length(sum) > 0 ? normalize(sum) : Vec3{0, 0, 1};
 }
 
-Emitter DatasetLights::of(int index) {
+Environment DatasetLights::of(int index) {
   const Manifest::Light& light = set_.lights[static_cast<std::size_t>(index)];
   if (!light.environment) return sun_and_sky(light.direction);
   std::shared_ptr<const Bitmap>& picture = pictures_[light.environment->file];

@@ -14,7 +14,7 @@ namespace itn {
 Vec3 sun_direction(double azimuth, double zenith);
 
 // As in the authors' scenes: the sun is widened, at the same power.
-Emitter sun_and_sky(const Vec3& towards_sun);
+Environment sun_and_sky(const Vec3& towards_sun);
 
 // A picture of all directions, latitude by longitude as in Mitsuba: OpenEXR, PNG or JPEG. Values below 0, which
 // pictures have from compression and from colours that sRGB lacks, become 0. Throws InputError that names the file and
@@ -23,12 +23,12 @@ std::shared_ptr<const Bitmap> read_environment(const std::string& file);
 
 // Its upper edge is the zenith; its middle stands where a sun of that azimuth stands, and what is right of the middle
 // has a greater azimuth.
-Emitter environment_light(std::shared_ptr<const Bitmap> picture, double azimuth, double scale);
+Environment environment_light(std::shared_ptr<const Bitmap> picture, double azimuth, double scale);
 
 // What networks know of an environment: the mean of the directions above the floor, weighted by luminance and solid
 // angle, unit. The light that falls on a surface changes with its normal along it, to first order (Ramamoorthi and
 // Hanrahan 2001), whereas the brightest pixel may be a small lamp that says little. Without light there: the zenith.
-Vec3 mean_direction(const Emitter& environment);
+Vec3 mean_direction(const Environment& environment);
 
 // The lights of a set. Pictures are read when first asked for, and kept.
 class DatasetLights {
@@ -37,7 +37,7 @@ class DatasetLights {
   DatasetLights(const Manifest& set, std::string folder) : set_(set), folder_(std::move(folder)) {}
 
   // index: of the manifest's lights. Throws InputError: its picture.
-  Emitter of(int index);
+  Environment of(int index);
 
  private:
   const Manifest& set_;

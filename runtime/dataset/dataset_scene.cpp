@@ -57,7 +57,7 @@ Sensor sensor_of(const Manifest& set) {
 const char *const dataset_sigma_t = "medium.sigma_t", *const dataset_albedo = "medium.albedo",
                   *const dataset_g = "phase.g";
 
-Scene dataset_scene(const Manifest& set, const std::shared_ptr<const Mesh>& shape, const Emitter& light,
+Scene dataset_scene(const Manifest& set, const std::shared_ptr<const Mesh>& shape, const Environment& light,
                     const DatasetMaterial& material) {
   static const std::shared_ptr<const Mesh> the_floor = floor_mesh();
   static const std::shared_ptr<const Bitmap> the_pattern = floor_pattern();

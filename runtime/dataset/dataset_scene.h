@@ -21,6 +21,6 @@ extern const char *const dataset_sigma_t, *const dataset_albedo, *const dataset_
 // its middle over the origin. light: sun_and_sky() or environment_light(). Scenes of one shape share its mesh, and all
 // share the floor's: they have the same geometry.
 Scene dataset_scene(const Manifest& set, const std::shared_ptr<const Mesh>& shape,
-                    const Emitter& light = sun_and_sky({0, 0, 1}), const DatasetMaterial& material = {});
+                    const Environment& light = sun_and_sky({0, 0, 1}), const DatasetMaterial& material = {});
 
 }  // namespace itn

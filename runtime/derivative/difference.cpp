@@ -61,7 +61,7 @@ DifferenceStencil difference_stencil(const Scene& scene, const Parameter& p) {
 Scene moved_scene(const Scene& scene, const Parameter& p, double offset) {
   Scene moved = scene;
   moved.lights_sampled_as = scene.lights;
-  if (moved.environment) moved.environment->sampled_as = std::make_shared<Emitter>(*scene.environment);
+  if (moved.environment) moved.environment->sampled_as = std::make_shared<Environment>(*scene.environment);
   set_parameter(moved, p, p.value + offset);
   return moved;
 }

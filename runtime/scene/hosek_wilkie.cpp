@@ -111,13 +111,13 @@ Vec3 unit(const Vec3& v) {
   return {v[0] / length, v[1] / length, v[2] / length};
 }
 
-double half_angle(const SunSky& parameters) { return parameters.sun_aperture / 2 * degree; }
+double half_angle(const SunSky& parameters) { return parameters.sun.aperture / 2 * degree; }
 
 template <class Real>
 Coefficients<Real> coefficients(const SunSky& fixed, const Controls<Real>& controls) {
   const Tables& data = tables();
   Coefficients<Real> result;
-  const double elevation = elevation_of(unit(fixed.sun_direction));
+  const double elevation = elevation_of(unit(fixed.sun.direction));
   const Step<Real> turbidity(controls.turbidity - Real(1), turbidities - 1);
 
   for (std::size_t c = 0; c < 3; ++c) {
@@ -130,7 +130,7 @@ Coefficients<Real> coefficients(const SunSky& fixed, const Controls<Real>& contr
   }
 
   const Real scale = controls.sun_scale * data.sun_scale * data.luminance_scale;
-  if (!fixed.complex_sun) {
+  if (!fixed.sun.complex) {
     // Irradiance at elevations of 2, 5, ... 89 degrees
     const Step<double> step((elevation / degree - 2) / 3, elevations - 1);
     for (std::size_t c = 0; c < 3; ++c) {
@@ -160,10 +160,14 @@ Coefficients<Real> coefficients(const SunSky& fixed, const Controls<Real>& contr
 
 }  // namespace
 
+SunSky sunsky_of(const Environment& e) {
+  return {e.number("turbidity"), e.colour("albedo"), e.number("sun_scale"), e.number("sky_scale"), e.sun};
+}
+
 ClearSky clear_sky(const SunSky& parameters) {
   const auto made = coefficients<double>(
       parameters, {parameters.turbidity, parameters.albedo, parameters.sun_scale, parameters.sky_scale});
-  return {unit(parameters.sun_direction), made.sky, half_angle(parameters), made.sun_radiance, made.limb};
+  return {unit(parameters.sun.direction), made.sky, half_angle(parameters), made.sun_radiance, made.limb};
 }
 
 std::array<ClearSky, SKY_PARAMETERS> clear_sky_derivatives(const SunSky& parameters) {
@@ -183,7 +187,7 @@ std::array<ClearSky, SKY_PARAMETERS> clear_sky_derivatives(const SunSky& paramet
   for (std::size_t p = 0; p < SKY_PARAMETERS; ++p) {
     const auto mean = [p](const Moving& a, const Moving& b) { return (a.derivative[p] + b.derivative[p]) / 2; };
     ClearSky& d = result[p];
-    d.sun = unit(parameters.sun_direction);
+    d.sun = unit(parameters.sun.direction);
     d.sun_half_angle = half_angle(parameters);
     for (std::size_t c = 0; c < 3; ++c) {
       for (std::size_t i = 0; i < SKY_COEFFICIENTS; ++i) d.sky[c][i] = mean(above.sky[c][i], below.sky[c][i]);

@@ -4,10 +4,18 @@
 #include <array>
 #include <vector>
 
-#include "kernels/shared/emitter_layout.h"
+#include "kernels/shared/environment_layout.h"
 #include "runtime/scene/scene.h"
 
 namespace itn {
+
+struct SunSky {
+  double turbidity = 3;
+  Rgb albedo{0.3, 0.3, 0.3};
+  double sun_scale = 1, sky_scale = 1;
+  Sun sun;
+};
+SunSky sunsky_of(const Environment& environment);  // of the model sunsky
 
 // What is left of the tables for one turbidity, ground albedo and elevation of the sun.
 struct ClearSky {
@@ -20,7 +28,7 @@ struct ClearSky {
   std::vector<std::array<double, 2>> limb;
 };
 
-// Expects values inside their ranges: append_emitter checks them.
+// Expects values inside their ranges: append_environment checks them.
 ClearSky clear_sky(const SunSky& parameters);
 
 // What a clear sky can be differentiated by: albedo has three components.

@@ -143,6 +143,21 @@ LIGHT_LIST(ITN_ARRIVES)
     models.push_back(model);               \
   }
 
+// Radiance is linear in their parameters, or smooth.
+const char* no_obstacle(const double*, int) { return differentiable; }
+#define ITN_ENVIRONMENT_MODEL(name_, PREFIX, type_)                  \
+  {                                                                  \
+    Model model;                                                     \
+    model.id = MODEL_##name_;                                        \
+    model.name = #name_;                                             \
+    model.type = type_;                                              \
+    model.variants = {""};                                           \
+    model.traits = PREFIX##_TRAITS;                                  \
+    model.formula = PREFIX##_FORMULA;                                \
+    PREFIX##_PARAMETERS(ITN_PARAMETER) model.obstacle = no_obstacle; \
+    models.push_back(model);                                         \
+  }
+
 std::vector<Model> make_bsdf_models() {
   std::vector<Model> models;
   BSDF_LIST(ITN_BSDF_MODEL)
@@ -170,6 +185,12 @@ std::vector<Model> make_light_models() {
 std::vector<Model> make_nest_models() {
   std::vector<Model> models;
   NEST_LIST(ITN_NEST_MODEL)
+  return models;
+}
+
+std::vector<Model> make_environment_models() {
+  std::vector<Model> models;
+  ENVIRONMENT_LIST(ITN_ENVIRONMENT_MODEL)
   return models;
 }
 
@@ -215,6 +236,11 @@ const std::vector<Model>& light_models() {
 
 const std::vector<Model>& nest_models() {
   static const std::vector<Model> all = make_nest_models();
+  return all;
+}
+
+const std::vector<Model>& environment_models() {
+  static const std::vector<Model> all = make_environment_models();
   return all;
 }
 

@@ -40,7 +40,7 @@ struct Model {
   int id = 0;                         // MODEL_* of kernels/model/models.h
   std::string name, type;             // of its file and functions; of the element in scene files
   std::vector<std::string> variants;  // values of `distribution`; one that is empty: there is no such parameter
-  int traits = 0;                     // of BSDFs: BSDF_*; of lights: LIGHT_*
+  int traits = 0;                     // of BSDFs: BSDF_*; of lights: LIGHT_*; of environments: ENVIRONMENT_*
   std::vector<DeclaredParameter> parameters;
   std::vector<DeclaredNumber> numbers;
   int parameter_slots = 0, number_slots = 0;
@@ -55,6 +55,8 @@ struct Model {
   std::function<const char*(const double*, int)> obstacle;
   // Of phase functions: the mean cosine, and its derivative by each parameter's slot.
   std::vector<double> (*mean_cosine)(const std::vector<double>&) = nullptr;
+
+  const char* formula = "";  // of environments: the function of runtime/derivative that derivatives call; or empty
 
   // Of lights; the arguments are the numbers, the point, and a point of the light's surface with its normal.
   Arrival (*arrives)(const std::vector<double>&, const std::array<double, 3>&, const std::array<double, 3>&,
@@ -73,7 +75,8 @@ struct Model {
 const std::vector<Model>& bsdf_models();  // without null, which has none
 const std::vector<Model>& phase_models();
 const std::vector<Model>& medium_models();
-const std::vector<Model>& light_models();  // of lights with a place in the scene
+const std::vector<Model>& light_models();        // of lights with a place in the scene
+const std::vector<Model>& environment_models();  // of light around it: parameters alone
 
 // The first model of that type, or null.
 const Model* find_model(const std::vector<Model>& models, const std::string& type);

@@ -14,16 +14,11 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 const char* const textured_value = "a texture, not a number";
-const char* const yes = "";
-
-// Of numbers in which radiance is linear or at least smooth.
-const char* always(double /*value*/, int /*component*/) { return yes; }
 
 struct Range {
   double low, high;
   bool low_included = true, high_included = true;
 };
-constexpr Range unit_interval{0, 1}, non_negative{0, infinity, true, false};
 
 class List {
  public:
@@ -114,22 +109,6 @@ void add(List& list, const Medium& m, int index) {
   list.declared(m.phase);
 }
 
-void add(List& list, const Emitter& e) {
-  list.begin(Owner::environment, 0, e.id);
-  switch (e.kind) {
-    case Emitter::Kind::constant:
-      return list.colour("radiance", e.radiance, non_negative, always);
-    case Emitter::Kind::envmap:
-      return list.number("scale", e.scale, non_negative, yes);
-    case Emitter::Kind::sunsky:
-      list.number("turbidity", e.sunsky.turbidity, {1, 10}, yes);
-      list.colour("albedo", e.sunsky.albedo, unit_interval, always);
-      list.number("sun_scale", e.sunsky.sun_scale, non_negative, yes);
-      list.number("sky_scale", e.sunsky.sky_scale, non_negative, yes);
-      return;
-  }
-}
-
 // What stands inside of a twosided BSDF only has no surface of its own.
 bool is_inside_another(const Scene& scene, std::size_t bsdf) {
   const auto same_id = [&](const Bsdf& b) { return b.id == scene.bsdfs[bsdf].id; };
@@ -161,15 +140,6 @@ void set_colour(Rgb& colour, const Parameter& p, double value) {
     if (p.component < 0 || p.component == c) colour[static_cast<std::size_t>(c)] = value;
 }
 
-void set_environment(Emitter& light, const Parameter& p, double value) {
-  if (p.member == "radiance") return set_colour(light.radiance, p, value);
-  if (p.member == "albedo") return set_colour(light.sunsky.albedo, p, value);
-  if (p.member == "turbidity") light.sunsky.turbidity = value;
-  if (p.member == "sun_scale") light.sunsky.sun_scale = value;
-  if (p.member == "sky_scale") light.sunsky.sky_scale = value;
-  if (p.member == "scale") light.scale = value;
-}
-
 void set_instance(Instance& instance, const Parameter& p, double value) {
   for (const std::size_t i : instance.values_called(p.id, p.member)) {
     Texture& of = instance.values[i];
@@ -197,7 +167,7 @@ void set_number(Scene& scene, const Parameter& p, std::size_t index, double valu
     case Owner::light:
       return set_instance(scene.lights.at(index), p, value);
     case Owner::environment:
-      return set_environment(scene.environment.value(), p, value);
+      return set_instance(scene.environment.value(), p, value);
   }
 }
 
@@ -220,7 +190,10 @@ std::vector<Parameter> list_parameters(const Scene& scene) {
     list.begin(Owner::light, static_cast<int>(i), scene.lights[i].id);
     list.declared(scene.lights[i]);
   }
-  if (scene.environment) add(list, *scene.environment);
+  if (scene.environment) {
+    list.begin(Owner::environment, 0, scene.environment->id);
+    list.declared(*scene.environment);
+  }
   return each_once(list.parameters);
 }
 

@@ -75,6 +75,16 @@ Bsdf make_bsdf(const std::string& type, const std::string& distribution) {
   return bsdf;
 }
 
+Environment::Environment() { become(*find_model(environment_models(), "constant")); }
+
+Environment make_environment(const std::string& type) {
+  const Model* model = find_model(environment_models(), type);
+  if (!model) throw std::logic_error("no environment " + type);
+  Environment environment;
+  environment.become(*model);
+  return environment;
+}
+
 Medium::Medium() {
   become(*find_model(medium_models(), "homogeneous"));
   phase.become(*find_model(phase_models(), "isotropic"));

@@ -29,10 +29,18 @@ struct Location {
 
 enum class FilterKind { box, tent, gaussian };
 
+struct Shape;
+
 struct Sensor {
   std::string id;
   Location where;
-  bool orthographic = false;
+  // irradiance: what arrives at the front of `zone`; distant: the mean radiance that goes against `direction` from the
+  // points of `zone`, or from those that a disk as wide as the scene hides, or from `target`.
+  enum class Kind { perspective, orthographic, irradiance, distant } kind = Kind::perspective;
+  std::shared_ptr<const Shape> zone;
+  std::optional<Vec3> target;
+  Vec3 direction{0, 0, 1};
+  double aperture_radius = 0, focus_distance = 1;  // perspective: 0: everything is sharp
   double fov_x = 0;  // [degree], horizontal (already converted from fov_axis and focal_length); perspective only
   double principal_x = 0, principal_y = 0;  // principal_point_offset_x, _y
   double near_clip = 1e-2, far_clip = 1e4;
@@ -144,31 +152,27 @@ struct Shape {
   int light = -1;                    // index into Scene::lights, -1: it does not shine
 };
 
-struct SunSky {
-  double turbidity = 3;
-  Rgb albedo{0.3, 0.3, 0.3};
-  Vec3 sun_direction{0, 0, 1};  // local: z is up (Mitsuba 3's convention), unit, towards the sun
-  double sun_scale = 1, sky_scale = 1;
-  double sun_aperture = 0.5358;  // [degree], full angle
-  bool complex_sun = false;
-};
-
 // With a place in the scene: by itself, or the surface of the shapes that name it.
 using Light = Instance;
 
-// Around the scene.
-struct Emitter {
-  std::string id;
-  Location where;
-  enum class Kind { constant, envmap, sunsky } kind = Kind::constant;
-  Rgb radiance{1, 1, 1};                 // constant
-  std::shared_ptr<const Bitmap> bitmap;  // envmap, latitude-longitude as in Mitsuba
-  double scale = 1;                      // envmap
-  SunSky sunsky;
-  Transform to_world;  // envmap, sunsky: rotation
-  // Light of the same kind in whose proportions directions are drawn; null: this one's. Changes no mean.
-  std::shared_ptr<const Emitter> sampled_as;
+struct Sun {
+  Vec3 direction{0, 0, 1};   // local: z is up (Mitsuba 3's convention), unit, towards the sun
+  double aperture = 0.5358;  // [degree], full angle
+  bool complex = false;      // with limb darkening: Mitsuba's complex_sun
 };
+
+// Around the scene: a model of kernels/model/environment, and what of it is no number.
+struct Environment : Instance {
+  Environment();                         // constant
+  Sun sun;                               // sunsky
+  std::shared_ptr<const Bitmap> bitmap;  // envmap, latitude-longitude as in Mitsuba
+  Transform to_world;                    // envmap, sunsky: rotation
+  // Light of the same model in whose proportions directions are drawn; null: this one's. Changes no mean.
+  std::shared_ptr<const Environment> sampled_as;
+};
+
+// With the fallbacks of its model. type: as in scene files. Throws std::logic_error: there is none.
+Environment make_environment(const std::string& type);
 
 struct Integrator {
   int max_depth = -1;  // -1: unlimited; as in Mitsuba, 1 shows emitters only, 2 adds one scattering
@@ -185,7 +189,7 @@ struct Scene {
   std::vector<Medium> media;
   std::vector<Light> lights;
   std::vector<Light> lights_sampled_as;  // in whose proportions lights are drawn; empty: these. Changes no mean.
-  std::optional<Emitter> environment;
+  std::optional<Environment> environment;
   std::vector<std::string> warnings;
 };
 

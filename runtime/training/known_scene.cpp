@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "kernels/shared/environment_layout.h"
 #include "runtime/base/error.h"
 #include "runtime/dataset/dataset_light.h"
 #include "runtime/dataset/shape_buffers.h"
@@ -32,12 +33,12 @@ SeenShape seen_shape_of(Scene scene, int sensor, int size, const Body& body, con
 }
 
 std::array<double, 3> light_of(const Scene& scene, const std::string& who) {
-  if (!scene.environment || scene.environment->kind == Emitter::Kind::constant)
+  if (!scene.environment || (scene.environment->model->traits & ENVIRONMENT_EVEN))
     throw UsageError(who +
                      ": the network knows light that comes from somewhere, a sun or an environment map, and the "
                      "scene has none");
-  if (scene.environment->kind == Emitter::Kind::envmap) return mean_direction(*scene.environment);
-  return normalize(transform_vector(scene.environment->to_world, scene.environment->sunsky.sun_direction));
+  if (scene.environment->bitmap) return mean_direction(*scene.environment);
+  return normalize(transform_vector(scene.environment->to_world, scene.environment->sun.direction));
 }
 
 }  // namespace

@@ -30,9 +30,9 @@ void LaunchBuffers::upload_scenes(const Device& device, const LaunchData& data) 
   media = device.upload(data.media, "media");
   numbers = device.upload(padded, "numbers");
   number_textures = device.upload(data.number_textures, "textures of numbers");
-  emitters = device.upload(data.emitters, "emitters");
+  environments = device.upload(data.environments, "environments");
   lights = device.upload(data.lights, "lights");
-  emitter_tables = device.upload(data.emitter_tables, "emitter tables");
+  light_tables = device.upload(data.light_tables, "light tables");
   textures = device.upload(data.textures, "textures");
   texels = device.upload(data.texels, "texels");
 }

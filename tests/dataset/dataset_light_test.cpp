@@ -31,7 +31,7 @@ void add_lamp(Bitmap& picture, int row, int left_column, float radiance = 1) {
 
 double zenith_of_row(int row) { return 180.0 * row / (height - 1); }
 
-Emitter light_of(const Bitmap& picture, double azimuth) {
+Environment light_of(const Bitmap& picture, double azimuth) {
   return environment_light(std::make_shared<const Bitmap>(picture), azimuth, 1);
 }
 
@@ -153,10 +153,10 @@ TEST_CASE("a set's lights are suns and environments as its manifest says; a pict
                 {90, 0, {0, 0, 1}, Manifest::Environment{"room.exr", 2}},
                 {0, 0, {0, 0, 1}, Manifest::Environment{"nowhere.exr", 2}}};
   DatasetLights lights(set, folder / "");
-  CHECK(lights.of(0).kind == Emitter::Kind::sunsky);
-  CHECK(lights.of(0).sunsky.sun_direction == set.lights[0].direction);
-  const Emitter room = lights.of(1), turned = lights.of(2);
-  CHECK((room.kind == Emitter::Kind::envmap && room.scale == 2));
+  CHECK(lights.of(0).type() == "sunsky");
+  CHECK(lights.of(0).sun.direction == set.lights[0].direction);
+  const Environment room = lights.of(1), turned = lights.of(2);
+  CHECK((room.type() == "envmap" && room.number("scale") == 2));
   CHECK(room.bitmap == turned.bitmap);
   CHECK(room.to_world.m == light_of(dark(), 0).to_world.m);
   CHECK(turned.to_world.m == light_of(dark(), 90).to_world.m);

@@ -6,7 +6,8 @@
 #include <numbers>
 #include <random>
 
-#include "runtime/compile/emitter.h"
+#include "runtime/compile/environment.h"
+#include "runtime/compile/surfaces.h"
 #include "runtime/derivative/score_functions.h"
 #include "runtime/device/device.h"
 #include "runtime/scene/hosek_wilkie.h"
@@ -25,13 +26,15 @@ struct Values {
   Rgb radiance, derivative;
 };
 
-std::vector<Values> on_device(const Emitter& emitter, const Parameter& p, const std::vector<Vec3>& directions,
+std::vector<Values> on_device(const Environment& emitter, const Parameter& p, const std::vector<Vec3>& directions,
                               int width) {
   std::vector<float> tables;
-  std::vector<EmitterRecord> records(2);
-  append_emitter(emitter, records[0], tables);
-  records[1] = emitter_derivative(emitter, p, records[0], tables);
-  auto definitions = emitter_definitions(records);
+  std::vector<EnvironmentRecord> records(2);
+  append_environment(emitter, records[0], tables);
+  records[1] = environment_derivative(emitter, p, records[0], tables);
+  LaunchData launch;
+  launch.environments = records;
+  auto definitions = environment_definitions(records);
   definitions.insert({{"WIDTH", std::to_string(width)},
                       {"BOX_WIDTH", "4"},
                       {"LIGHT_SAMPLING", "1"},
@@ -53,7 +56,8 @@ std::vector<Values> on_device(const Emitter& emitter, const Parameter& p, const 
   setenv("ITN_KERNEL_DIR", ITN_SOURCE_DIR "/tests/derivative", 1);
   const cl::Program program =
       device().build("emission_test.cl", definitions,
-                     {{"derivative/score.h", print_scores({{"derivative_sky_hosek_wilkie", {0}}}, 3)}});
+                     {{"derivative/score.h", print_scores({{"derivative_sky_hosek_wilkie", {0}}}, 3)},
+                      {"scene/surfaces.h", surfaces_text(launch)}});
   unsetenv("ITN_KERNEL_DIR");
   const std::size_t n = directions.size();
   std::vector<float> in(3 * n), out(6 * n);
@@ -97,22 +101,22 @@ std::vector<Vec3> directions_about(const Vec3& axis, double half_angle) {
   return directions;
 }
 
-Scene lit_by(const Emitter& emitter) {
+Scene lit_by(const Environment& emitter) {
   Scene scene;
   scene.environment = emitter;
   scene.environment->id = "light";
   return scene;
 }
 
-Emitter moved(const Emitter& emitter, const Parameter& p, double by) {
+Environment moved(const Environment& emitter, const Parameter& p, double by) {
   Scene scene = lit_by(emitter);
   set_parameter(scene, p, p.value + by);
   return *scene.environment;
 }
 
 // In a world whose z is up.
-Rgb clear_sky_radiance(const Emitter& emitter, const Vec3& direction) {
-  const ClearSky sky = clear_sky(emitter.sunsky);
+Rgb clear_sky_radiance(const Environment& emitter, const Vec3& direction) {
+  const ClearSky sky = clear_sky(sunsky_of(emitter));
   const Rgb around = sky_radiance(sky, direction), sun = sun_radiance(sky, direction);
   return {around[0] + sun[0], around[1] + sun[1], around[2] + sun[2]};
 }
@@ -120,33 +124,31 @@ Rgb clear_sky_radiance(const Emitter& emitter, const Vec3& direction) {
 }  // namespace
 
 TEST_CASE("the derivative of sun and sky in any direction is that of differences in double precision", "[derivative]") {
-  Emitter emitter;
-  emitter.kind = Emitter::Kind::sunsky;
-  SunSky& sunsky = emitter.sunsky;
-  sunsky.complex_sun = GENERATE(false, true);
-  sunsky.turbidity = 2.4;
-  sunsky.albedo = {0.2, 0.5, 0.7};
-  if (GENERATE(false, true)) sunsky.albedo = {0.4, 0.4, 0.4};
-  sunsky.sun_scale = 0.8;
-  sunsky.sky_scale = 1.7;
-  sunsky.sun_aperture = 8;
-  sunsky.sun_direction = unit({0.5, -0.3, 0.6});
-  const double half_angle = sunsky.sun_aperture / 2 * std::numbers::pi / 180;
-  const auto directions = directions_about(sunsky.sun_direction, half_angle);
+  Environment emitter = make_environment("sunsky");
+  Sun& sun = emitter.sun;
+  sun.complex = GENERATE(false, true);
+  const bool grey = GENERATE(false, true);
+  emitter.set("turbidity", 2.4);
+  emitter.set("albedo", grey ? Rgb{0.4, 0.4, 0.4} : Rgb{0.2, 0.5, 0.7});
+  emitter.set("sun_scale", 0.8);
+  emitter.set("sky_scale", 1.7);
+  sun.aperture = 8;
+  sun.direction = unit({0.5, -0.3, 0.6});
+  const double half_angle = sun.aperture / 2 * std::numbers::pi / 180;
+  const auto directions = directions_about(sun.direction, half_angle);
   const auto parameters = list_parameters(lit_by(emitter));
-  CHECK(parameters.size() == (sunsky.albedo[0] == sunsky.albedo[1] ? 4 : 6));
+  CHECK(parameters.size() == (grey ? 4 : 6));
   for (const Parameter& p : parameters) {
     // Radiance is smooth between whole turbidities: what is left of the difference's error is below 1e-8.
     const double h = 1e-3;
-    const Emitter low = moved(emitter, p, -h), high = moved(emitter, p, h);
+    const Environment low = moved(emitter, p, -h), high = moved(emitter, p, h);
     for (const int width : {1, 16}) {
       const auto values = on_device(emitter, p, directions, width);
       std::size_t wrong = 0, in_sun = 0, dark = 0;
       double largest = 0;
       for (std::size_t i = 0; i < directions.size(); ++i) {
         const Vec3& d = directions[i];
-        const double chord =
-            std::hypot(d[0] - sunsky.sun_direction[0], d[1] - sunsky.sun_direction[1], d[2] - sunsky.sun_direction[2]);
+        const double chord = std::hypot(d[0] - sun.direction[0], d[1] - sun.direction[1], d[2] - sun.direction[2]);
         if (std::abs(chord - 2 * std::sin(half_angle / 2)) < 1e-6 || std::abs(d[2]) < 1e-6) continue;
         in_sun += chord < half_angle;
         dark += d[2] < 0;
@@ -159,7 +161,7 @@ TEST_CASE("the derivative of sun and sky in any direction is that of differences
           wrong += !(std::abs(values[i].radiance[c] - at[c]) <= 2e-5 * std::abs(at[c]) + 1e-6);
         }
       }
-      INFO(p.name << ", width " << width << ", limb darkening " << sunsky.complex_sun);
+      INFO(p.name << ", width " << width << ", limb darkening " << sun.complex);
       CHECK(wrong == 0);
       CHECK(in_sun > 300);
       CHECK(dark > 200);
@@ -171,17 +173,17 @@ TEST_CASE("the derivative of sun and sky in any direction is that of differences
 TEST_CASE("the derivative of constant light and of an environment map is their radiance at a value of 1",
           "[derivative]") {
   const bool map = GENERATE(false, true);
-  Emitter emitter;
+  Environment emitter;
   if (map) {
-    emitter.kind = Emitter::Kind::envmap;
+    emitter = make_environment("envmap");
     auto bitmap = std::make_shared<Bitmap>();
     bitmap->width = 8;
     bitmap->height = 5;
     for (int i = 0; i < 8 * 5 * 3; ++i) bitmap->data.push_back(static_cast<float>(i * i % 37));
     emitter.bitmap = bitmap;
-    emitter.scale = GENERATE(0.0, 0.3);
+    emitter.set("scale", GENERATE(0.0, 0.3));
   } else {
-    emitter.radiance = GENERATE(Rgb{0, 0, 0}, Rgb{0.2, 0.2, 0.2}, Rgb{0.2, 0, 3});
+    emitter.set("radiance", GENERATE(Rgb{0, 0, 0}, Rgb{0.2, 0.2, 0.2}, Rgb{0.2, 0, 3}));
   }
   const auto directions = directions_about({0, 1, 0}, 0.5);
   for (const Parameter& p : list_parameters(lit_by(emitter))) {

@@ -52,10 +52,10 @@ TEST_CASE("parameter chains: values at known points; far coordinates stay inside
 
 TEST_CASE("clear sky: derivatives by turbidity, ground albedo and scales equal central differences", "[derivative]") {
   SunSky at;
-  at.complex_sun = GENERATE(false, true);
+  at.sun.complex = GENERATE(false, true);
   at.turbidity = GENERATE(1.3, 5.5, 9.9);
   at.albedo = {0.1, 0.5, 0.9};
-  at.sun_direction = GENERATE(Vec3{0.6, 0, 0.8}, Vec3{0.3, 0.95, 0.05}, Vec3{0, 0, 1});
+  at.sun.direction = GENERATE(Vec3{0.6, 0, 0.8}, Vec3{0.3, 0.95, 0.05}, Vec3{0, 0, 1});
   at.sun_scale = 0.7;
   at.sky_scale = 1.9;
   const auto derivatives = clear_sky_derivatives(at);
@@ -99,7 +99,7 @@ TEST_CASE("clear sky: derivatives by turbidity, ground albedo and scales equal c
 TEST_CASE("clear sky: at whole turbidities the derivative is the central difference, at 1 and 10 the one inside",
           "[derivative]") {
   SunSky at;
-  at.sun_direction = {0.6, 0, 0.8};
+  at.sun.direction = {0.6, 0, 0.8};
   const auto difference = [&](double low, double high) {
     SunSky a = at, b = at;
     a.turbidity = low;

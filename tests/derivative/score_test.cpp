@@ -128,7 +128,7 @@ Columns sky_inputs() {
       SunSky parameters;
       parameters.turbidity = 1 + 9 * u[i];
       parameters.albedo = {u[i + 1], u[i + 2], u[i + 3]};
-      parameters.sun_direction = {std::sqrt(1 - u[i + 4] * u[i + 4]), 0, u[i + 4]};
+      parameters.sun.direction = {std::sqrt(1 - u[i + 4] * u[i + 4]), 0, u[i + 4]};
       const auto sky = clear_sky(parameters).sky[i % 3];
       const auto tangent = clear_sky_derivatives(parameters)[i % 4].sky[i % 4 ? i % 4 - 1 : 0];
       for (std::size_t k = 0; k < 10; ++k) {

@@ -15,9 +15,9 @@ inline Scene fog_ball(double sigma_t, double albedo, double g, int pixels = 14) 
   Sensor& sensor = scene.sensors[0];
   sensor.width = sensor.height = sensor.crop_width = sensor.crop_height = pixels;
   sensor.luminance = true;
-  scene.environment->kind = Emitter::Kind::sunsky;
-  scene.environment->sunsky.sun_direction = {0.8, -0.3, 0.52};
-  scene.environment->sunsky.sun_aperture = 30;
+  scene.environment = make_environment("sunsky");
+  scene.environment->sun.direction = {0.8, -0.3, 0.52};
+  scene.environment->sun.aperture = 30;
   sensor.to_world.m = {1, 0, 0, 0, 0, 0, 1, -4, 0, 1, 0, 0, 0, 0, 0, 1};
   return scene;
 }

@@ -2,13 +2,13 @@
 // component after another.
 #include "lib/light_sampling.h"
 
-__kernel void sample(__global const JobRecord* job, __global const EmitterRecord* record, __global const float* tables,
-                     int at_surface, __global const float* u, __global float* out) {
+__kernel void sample(__global const JobRecord* job, __global const EnvironmentRecord* record,
+                     __global const float* tables, int at_surface, __global const float* u, __global float* out) {
   const int n = (int)get_global_size(0) * WIDTH;
   const INT at = LANE_INDEX + (int)get_global_id(0) * WIDTH;
   Launch launch;
-  launch.emitter_tables = tables;
-  launch.emitters = record;
+  launch.light_tables = tables;
+  launch.environments = record;
   REAL numbers[4] = {GATHER(u, at), GATHER(u, at + n), GATHER(u, at + 2 * n), (REAL)(0.0f)};
   LightSample light;
   const REAL3 anywhere = make3((REAL)(0.0f), (REAL)(0.0f), (REAL)(0.0f));

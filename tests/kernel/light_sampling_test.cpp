@@ -7,7 +7,8 @@
 #include <random>
 
 #include "kernels/shared/scene_layout.h"
-#include "runtime/compile/emitter.h"
+#include "runtime/compile/environment.h"
+#include "runtime/compile/surfaces.h"
 #include "runtime/device/device.h"
 
 using namespace itn;
@@ -20,18 +21,17 @@ struct Sample {
 };
 
 struct SunLight {
-  EmitterRecord record{};
+  EnvironmentRecord record{};
   std::vector<float> tables;
 };
 
 SunLight sun_of(double elevation, double azimuth, double aperture) {
-  Emitter emitter;
-  emitter.kind = Emitter::Kind::sunsky;
-  emitter.sunsky.sun_direction = {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
-                                  std::sin(elevation)};
-  emitter.sunsky.sun_aperture = aperture;
+  Environment emitter = make_environment("sunsky");
+  emitter.sun.direction = {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
+                           std::sin(elevation)};
+  emitter.sun.aperture = aperture;
   SunLight light;
-  append_emitter(emitter, light.record, light.tables);
+  append_environment(emitter, light.record, light.tables);
   return light;
 }
 
@@ -39,24 +39,28 @@ class Sampler {
  public:
   explicit Sampler(int width) : width_(width) {
     setenv("ITN_KERNEL_DIR", ITN_SOURCE_DIR "/tests/kernel", 1);
-    program_ = device_.build("light_sampling_test.cl", {{"WIDTH", std::to_string(width)},
-                                                        {"BOX_WIDTH", "4"},
-                                                        {"LIGHT_SAMPLING", "1"},
-                                                        {"MEDIUM_LIGHT_SAMPLING", "1"},
-                                                        {"HAS_SUN", "1"},
-                                                        {"HAS_LIGHTS", "0"},
-                                                        {"HAS_AREA_LIGHTS", "0"},
-                                                        {"ROUGH_LIGHT_SAMPLING", "0"},
-                                                        {"SPECTRAL", "0"},
-                                                        {"SCORES", "0"},
-                                                        {"DERIVATIVES", "0"},
-                                                        {"PARTS", "0"},
-                                                        {"PART_RECORDS", "{0,{0,0,0}}"},
-                                                        {"BASELINES", "0"},
-                                                        {"ADJOINT", "0"},
-                                                        {"LIGHT_NUMBERS", "0"},
-                                                        {"THROUGHPUT_CHANNELS", "1"},
-                                                        {"RADIANCE_CHANNELS", "3"}});
+    LaunchData launch;
+    launch.environments = {sun_of(0.5, 0, 1).record};
+    program_ = device_.build("light_sampling_test.cl",
+                             {{"WIDTH", std::to_string(width)},
+                              {"BOX_WIDTH", "4"},
+                              {"LIGHT_SAMPLING", "1"},
+                              {"MEDIUM_LIGHT_SAMPLING", "1"},
+                              {"HAS_SUN", "1"},
+                              {"HAS_LIGHTS", "0"},
+                              {"HAS_AREA_LIGHTS", "0"},
+                              {"ROUGH_LIGHT_SAMPLING", "0"},
+                              {"SPECTRAL", "0"},
+                              {"SCORES", "0"},
+                              {"DERIVATIVES", "0"},
+                              {"PARTS", "0"},
+                              {"PART_RECORDS", "{0,{0,0,0}}"},
+                              {"BASELINES", "0"},
+                              {"ADJOINT", "0"},
+                              {"LIGHT_NUMBERS", "0"},
+                              {"THROUGHPUT_CHANNELS", "1"},
+                              {"RADIANCE_CHANNELS", "3"}},
+                             {{"scene/surfaces.h", surfaces_text(launch)}});
     unsetenv("ITN_KERNEL_DIR");
   }
 
@@ -65,7 +69,7 @@ class Sampler {
     const std::size_t n = u.size() / 3;
     std::vector<float> out(4 * n);
     const cl::Buffer job = device_.upload(std::vector<JobRecord>(1), "job"),
-                     record = device_.upload(std::vector<EmitterRecord>{light.record}, "record"),
+                     record = device_.upload(std::vector<EnvironmentRecord>{light.record}, "record"),
                      tables = device_.upload(light.tables, "tables"), in = device_.upload(u, "u"),
                      to = device_.upload(out, "out");
     cl::Kernel kernel(program_, "sample");

@@ -8,7 +8,7 @@ __kernel void sample(__global const JobRecord* job, __global const LightRecord* 
   const int n = (int)get_global_size(0) * WIDTH;
   const INT at = LANE_INDEX + (int)get_global_id(0) * WIDTH;
   Launch launch;
-  launch.emitter_tables = tables;
+  launch.light_tables = tables;
   launch.lights = lights;
   launch.numbers = numbers;
   REAL v[4];

@@ -61,7 +61,7 @@ std::vector<Sample> sample(const Scene& scene, const Vec3& from, int width) {
   std::vector<float> numbers = data.numbers;
   numbers.resize(numbers.size() + MOST_SLOTS);
   const cl::Buffer jobs = device.upload(std::vector<JobRecord>{job}, "job"),
-                   lights = device.upload(data.lights, "lights"), tables = device.upload(data.emitter_tables, "tables"),
+                   lights = device.upload(data.lights, "lights"), tables = device.upload(data.light_tables, "tables"),
                    values = device.upload(numbers, "numbers"), in = device.upload(u, "u"),
                    to = device.upload(out, "out");
   cl::Kernel kernel(program, "sample");

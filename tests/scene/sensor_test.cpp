@@ -28,7 +28,7 @@ void check_error(const std::string& scene, const std::vector<std::string>& words
 
 TEST_CASE("a sensor that says nothing is Mitsuba's default") {
   const Sensor s = load(perspective(""));
-  CHECK(!s.orthographic);
+  CHECK(s.kind == Sensor::Kind::perspective);
   CHECK(s.width == 768);
   CHECK(s.height == 576);
   CHECK(s.fov_x == Approx(38.1848).epsilon(1e-5));  // 50 mm
@@ -103,7 +103,7 @@ TEST_CASE("every parameter of a sensor and its film arrives") {
   CHECK(s.luminance);
   CHECK(s.filter == FilterKind::tent);
   CHECK(s.filter_radius == 1.5);
-  CHECK(scene.sensors[1].orthographic);
+  CHECK(scene.sensors[1].kind == Sensor::Kind::orthographic);
   CHECK(scene.sensors[1].id == "orthographic0");
   CHECK(scene.sensors[1].filter == FilterKind::box);
 }
@@ -187,11 +187,62 @@ TEST_CASE("a radiancemeter is one ray") {
   };
   const Sensor s = load(meter(one + "<point name=\"origin\" value=\"1, 2, 3\"/><vector name=\"direction\" "
                                     "value=\"0, 2, 0\"/>"));
-  CHECK(s.orthographic);
+  CHECK(s.kind == Sensor::Kind::orthographic);
   CHECK(s.to_world.m == std::array<double, 16>{0, 0, 0, 1, 0, 0, 1, 2, 0, 0, 0, 3, 0, 0, 0, 1});
   const Sensor turned = load(meter(one + "<transform name=\"to_world\"><lookat origin=\"1, 2, 3\" target=\"1, 3, 3\" "
                                          "up=\"0, 0, 1\"/></transform>"));
   for (std::size_t i = 0; i < 16; ++i) CHECK(turned.to_world.m[i] == Approx(s.to_world.m[i]).margin(1e-12));
   SceneFolder().check_error(meter(""), 2, {"768 x 576", "need 1 x 1"});
   SceneFolder().check_error(meter(one + "<point name=\"origin\" value=\"1, 2, 3\"/>"), 3, {"need both"});
+}
+
+TEST_CASE("a thin lens needs its radius, and is sharp at far_clip unless it says otherwise") {
+  const auto lens = [](const std::string& content) { return "<sensor type=\"thinlens\">\n" + content + "</sensor>"; };
+  const Sensor s = load(lens(number("aperture_radius", "0.2") + number("focus_distance", "3")));
+  CHECK(s.kind == Sensor::Kind::perspective);
+  CHECK(s.aperture_radius == 0.2);
+  CHECK(s.focus_distance == 3);
+  CHECK(load(lens(number("aperture_radius", "0.2"))).focus_distance == 1e4);
+  SceneFolder().check_error("\n" + lens(""), 3, {"aperture_radius"});
+  check_error(lens(number("aperture_radius", "0")), {"aperture_radius = 0", "perspective"});
+  check_error(lens(number("aperture_radius", "1") + number("focus_distance", "-1")), {"focus_distance = -1"});
+}
+
+TEST_CASE("an irradiancemeter lies on the shape that it is in, and needs one") {
+  const std::string meter = "<sensor type=\"irradiancemeter\"/>";
+  const Scene scene = SceneFolder().load("<shape type=\"sphere\">" + meter +
+                                         "<medium type=\"homogeneous\" name=\"exterior\"/></shape>");
+  const Sensor& s = scene.sensors.back();
+  CHECK(s.kind == Sensor::Kind::irradiance);
+  CHECK(s.zone->kind == Shape::Kind::sphere);
+  CHECK(s.medium == scene.shapes.at(0).exterior);
+  CHECK_THAT(scene.warnings.at(0), Catch::Contains("every pixel measures"));
+  check_error("\n" + meter, {"belongs into the <shape>"});
+  SceneFolder().check_error("<shape type=\"sphere\">\n<sensor type=\"perspective\"/></shape>", 3,
+                            {"need irradiancemeter there"});
+  SceneFolder().check_error(
+      "<shape type=\"sphere\">\n<sensor type=\"irradiancemeter\"><transform name=\"to_world\"/>"
+      "</sensor></shape>",
+      3, {"to_world"});
+}
+
+TEST_CASE("a distant sensor looks along a direction at all, a point or a shape") {
+  const auto distant = [](const std::string& content) {
+    return "<sensor type=\"distant\"><film type=\"hdrfilm\">" + integer("width", "1") + integer("height", "1") +
+           "</film>\n" + content + "</sensor>";
+  };
+  const std::string direction = "<vector name=\"direction\" value=\"0, 0, -2\"/>";
+  const Sensor all = load(distant(direction));
+  CHECK(all.kind == Sensor::Kind::distant);
+  CHECK(all.direction == Vec3{0, 0, -1});
+  CHECK((!all.zone && !all.target));
+  CHECK(load(distant("<transform name=\"to_world\"><rotate x=\"1\" angle=\"90\"/></transform>")).direction[1] ==
+        Approx(-1));
+  CHECK(load(distant(direction + "<point name=\"target\" value=\"1, 2, 3\"/>")).target == Vec3{1, 2, 3});
+  const Scene scene = SceneFolder().load(distant(direction + "<shape type=\"disk\" name=\"target\"/>"));
+  CHECK(scene.sensors.back().zone->kind == Shape::Kind::disk);
+  CHECK((scene.shapes.empty() && scene.bsdfs.empty()));  // nothing but where to look
+  check_error(distant(direction + "<transform name=\"to_world\"/>"), {"both direction and to_world"});
+  check_error(distant("<vector name=\"direction\" value=\"0, 0, 0\"/>"), {"need a direction"});
+  SceneFolder().check_error("\n<sensor type=\"distant\"/>", 3, {"768 x 576", "need 1 x 1"});
 }

@@ -19,7 +19,7 @@ Rgb reflectance(const std::string& spectrum) {
   return load("<bsdf type=\"diffuse\">" + spectrum + "</bsdf>").bsdfs.at(0).value("reflectance").value;
 }
 Rgb radiance(const std::string& spectrum) {
-  return load("<emitter type=\"constant\">" + spectrum + "</emitter>").environment.value().radiance;
+  return load("<emitter type=\"constant\">" + spectrum + "</emitter>").environment.value().colour("radiance");
 }
 std::string pairs(const std::string& name, const std::string& value) {
   return "<spectrum name=\"" + name + "\" value=\"" + value + "\"/>";

@@ -112,7 +112,7 @@ std::vector<Path> arrivals(PathBench& bench, std::size_t n) {
 
 // The light's sampling in double precision, from the record and its tables.
 struct HostLight {
-  const EmitterRecord& record;
+  const EnvironmentRecord& record;
   const std::vector<float>& tables;
   ClearSky sky;
 
@@ -181,8 +181,8 @@ Check check(const Scene& scene, int width) {
   std::vector<Path> after = paths;
   bench.run(Queue::diffuse, after);
   const bool lit = bench.has("LIGHT_SAMPLING");
-  const HostLight light{bench.data().emitters[0], bench.data().emitter_tables,
-                        lit ? clear_sky(scene.environment->sunsky) : ClearSky{}};
+  const HostLight light{bench.data().environments[0], bench.data().light_tables,
+                        lit ? clear_sky(sunsky_of(*scene.environment)) : ClearSky{}};
   Check check;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const Path &p = paths[i], &q = after[i];

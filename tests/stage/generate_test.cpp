@@ -15,7 +15,7 @@ namespace {
 Scene camera_scene(FilterKind filter, bool orthographic) {
   Scene scene = sphere_scene(bsdf_of("null"), medium_of(1, 0.5, 0));
   Sensor& sensor = scene.sensors[0];
-  sensor.orthographic = orthographic;
+  sensor.kind = orthographic ? Sensor::Kind::orthographic : Sensor::Kind::perspective;
   sensor.fov_x = 50;
   sensor.width = 20;
   sensor.height = 14;
@@ -38,7 +38,7 @@ Vec2 film_position(const Sensor& s, const Path& p) {
   const Vec3 d{p.direction[2], p.direction[0], p.direction[1]};
   const double aspect = static_cast<double>(s.height) / s.width;
   double left = o[0], up = o[1];
-  if (!s.orthographic) {
+  if (s.kind == Sensor::Kind::perspective) {
     const double scale = std::tan(s.fov_x / 2 * pi / 180);
     left = d[0] / d[2] / scale;
     up = d[1] / d[2] / scale;

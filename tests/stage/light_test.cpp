@@ -143,8 +143,7 @@ TEST_CASE("an environment map is met and sampled with weights that add up to one
   auto bitmap = std::make_shared<Bitmap>();
   *bitmap = {8, 4, 3, std::vector<float>(96, 0.5f)};
   for (std::size_t c = 0; c < 3; ++c) bitmap->data[3 * 11 + c] = 4;
-  Emitter map;
-  map.kind = Emitter::Kind::envmap;
+  Environment map = make_environment("envmap");
   map.bitmap = bitmap;
   scene.environment = map;
   check_equal_means(scene, Start::camera);
@@ -157,7 +156,7 @@ TEST_CASE("a diffuse floor under sun and sky has the radiance of the integral") 
   bsdf.value("reflectance").value = {0.8, 0.5, 0.2};
   add_floor(scene, bsdf, 3, 0);
   // rows of equal cosine, columns of equal azimuth
-  const ClearSky sky = clear_sky(scene.environment->sunsky);
+  const ClearSky sky = clear_sky(sunsky_of(*scene.environment));
   Rgb expected{};
   constexpr int rows = 800, columns = 1600;
   for (int i = 0; i < rows; ++i)
@@ -192,7 +191,7 @@ TEST_CASE("a flight from boundary to boundary competes with no connection") {
   const auto mean = [&](bool light_sampling) {
     PathBench bench(device(), scene, {.width = 16, .light_sampling = light_sampling});
     std::vector<Path> paths(20000);
-    const Vec3 sun = clear_sky(scene.environment->sunsky).sun;
+    const Vec3 sun = clear_sky(sunsky_of(*scene.environment)).sun;
     for (std::size_t i = 0; i < paths.size(); ++i) {
       Path& p = paths[i];
       p.pixel = static_cast<int>(i);

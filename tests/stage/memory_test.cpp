@@ -20,7 +20,7 @@ std::uint64_t scene_bytes(const Scene& scene) {
   const auto bytes = [](const auto& v) { return v.size() * sizeof(v[0]); };
   const Geometry& g = data.geometry;
   return bytes(g.nodes) + bytes(g.leaves) + bytes(g.primitives) + bytes(g.grid) + bytes(g.records) +
-         bytes(data.emitter_tables) + bytes(data.texels);
+         bytes(data.light_tables) + bytes(data.texels);
 }
 
 }  // namespace

@@ -61,12 +61,11 @@ inline void add_floor(Scene& scene, const Bsdf& bsdf, float half, float height) 
 }
 
 // A sun so wide that chance finds it, with or without the sky.
-inline Emitter wide_sun(double aperture_degree, Vec3 direction, double sky_scale) {
-  Emitter emitter;
-  emitter.kind = Emitter::Kind::sunsky;
-  emitter.sunsky.sun_direction = direction;
-  emitter.sunsky.sun_aperture = aperture_degree;
-  emitter.sunsky.sky_scale = sky_scale;
+inline Environment wide_sun(double aperture_degree, Vec3 direction, double sky_scale) {
+  Environment emitter = make_environment("sunsky");
+  emitter.sun.direction = direction;
+  emitter.sun.aperture = aperture_degree;
+  emitter.set("sky_scale", sky_scale);
   return emitter;
 }
 

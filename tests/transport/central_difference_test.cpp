@@ -171,7 +171,8 @@ void check(bool all, int samples_a_pixel) {
     INFO(c.name);
     Scene scene = load_scene(test_scene("mitsuba/" + c.name.substr(0, c.name.find(',')) + ".xml"));
     if (c.edit) c.edit(scene);
-    if (scene.environment->kind == Emitter::Kind::sunsky) scene.environment->sunsky.turbidity += 0.4;
+    if (scene.environment->type() == "sunsky")
+      scene.environment->set("turbidity", scene.environment->number("turbidity") + 0.4);
     // Roulette decides otherwise once in thousands of paths as its parameters move: too rare for a standard error to be
     // known, and many in one scene.
     if (!c.roulette) scene.integrator.rr_depth = 1 << 20;

@@ -307,7 +307,7 @@ TEST_CASE("at albedo 1 the mean derivative by albedo is the exact mean number of
 
 TEST_CASE("components of a grey colour: each channel has the derivative by its own", "[derivative]") {
   Scene scene = load_scene(test_scene("mitsuba/null_constant.xml"));
-  scene.environment->radiance = {1, 1, 1};
+  scene.environment->set("radiance", 1);
   RenderOptions options;
   options.spp = 4;
   options.baselines = Baselines::off;

@@ -59,7 +59,7 @@ TEST_CASE("radiance times the derivative by it is the image of a constant light"
     Scene scene = scene_of(name);
     scene.sensors[0].luminance = luminance;
     check_linear(differentiated(scene, light_parameters(scene), op), light_parameters(scene));
-    scene.environment->radiance = {0.3, 0.3, 0.3};  // one parameter, and one channel where the scene is grey
+    scene.environment->set("radiance", 0.3);  // one parameter, and one channel where the scene is grey
     REQUIRE(light_parameters(scene).size() == 1);
     check_linear(differentiated(scene, light_parameters(scene), op), light_parameters(scene));
   }
@@ -94,7 +94,7 @@ TEST_CASE("scale times the derivative by it is the image under an environment ma
   for (const char* name : {"null_envmap", "hide_emitters", "rough_ggx"}) {
     INFO(name);
     Scene scene = scene_of(name);
-    scene.environment->scale = 0.7;
+    scene.environment->set("scale", 0.7);
     check_linear(differentiated(scene, light_parameters(scene), op), light_parameters(scene));
   }
 }
@@ -104,8 +104,8 @@ TEST_CASE("sun and sky: their scales times the derivatives by these add up to th
   for (const char* name : {"sunsky_null_floor", "sunsky_rough_floor", "rgb_sigma_t_null"}) {
     INFO(name);
     Scene scene = scene_of(name);
-    scene.environment->sunsky.complex_sun = op == Operator::single;
-    scene.environment->sunsky.sun_scale = 0.6;
+    scene.environment->sun.complex = op == Operator::single;
+    scene.environment->set("sun_scale", 0.6);
     std::vector<Parameter> scales;
     for (const Parameter& p : light_parameters(scene))
       if (p.member == "sun_scale" || p.member == "sky_scale") scales.push_back(p);
@@ -117,9 +117,9 @@ TEST_CASE("light that is off has the derivative of light that is on", "[transpor
   SECTION("constant: of the same paths") {
     for (const char* name : {"null_constant", "nested"}) {
       Scene scene = scene_of(name);
-      scene.environment->radiance = {1, 1, 1};
+      scene.environment->set("radiance", 1);
       const Rendering on = differentiated(scene, light_parameters(scene));
-      scene.environment->radiance = {0, 0, 0};
+      scene.environment->set("radiance", 0);
       const Rendering off = differentiated(scene, light_parameters(scene));
       CHECK(off.mean_of_image[1] == 0);
       CHECK(off.derivatives[0].mean == on.mean);

@@ -29,8 +29,10 @@ const MitsubaScene scenes[] = {
     {"checkerboard", 1024},
     {"cylinder_instances", 1024},
     {"dielectric_constant", 1024},
+    {"distant", 65536},
     {"glass", 1024},
     {"hide_emitters", 1024},
+    {"irradiancemeter", 65536},
     {"lights_medium", 4096},
     {"lights_rough", 2048},
     {"lights_surfaces", 1024},
@@ -54,6 +56,7 @@ const MitsubaScene scenes[] = {
     {"rough_textures", 1024},
     {"sunsky_null_floor", 2048},
     {"sunsky_rough_floor", 2048},
+    {"thinlens", 1024},
 };
 
 constexpr std::size_t tests_of_means = 3 * std::size(scenes);

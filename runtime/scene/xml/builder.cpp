@@ -69,8 +69,8 @@ void build_shape(Builder& builder, const Element& element) {
   build_or_examine(builder, element, [&] { read_shape(builder, element); });
 }
 
-void build_sensor(Builder& builder, const Element& element) {
-  build_or_examine(builder, element, [&] { read_sensor(builder, element); });
+void build_sensor(Builder& builder, const Element& element, const Shape* on) {
+  build_or_examine(builder, element, [&] { read_sensor(builder, element, on); });
 }
 
 void build_integrator(Builder& builder, const Element& element) {

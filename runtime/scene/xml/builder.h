@@ -46,7 +46,7 @@ const std::vector<Shape>& shapes_of_group(Builder& builder, const Element& eleme
 void build_instance(Builder& builder, const Element& element);
 // Refuses a shape whose to_world leads beyond single precision.
 void check_single_precision(const Properties& properties, const Shape& shape);
-void build_sensor(Builder& builder, const Element& element);
+void build_sensor(Builder& builder, const Element& element, const Shape* on = nullptr);  // on: the shape that has it
 void build_integrator(Builder& builder, const Element& element);
 Texture build_texture(Builder& builder, const Element& element);  // <texture>
 void check_texture(Builder& builder, const Element& element);     // any <texture> or <volume>, also a spectrum
@@ -61,7 +61,7 @@ int read_medium(Builder& builder, const Element& element);
 void read_emitter(Builder& builder, const Element& element);
 int read_shape_light(Builder& builder, const Element& element);
 void read_shape(Builder& builder, const Element& element);
-void read_sensor(Builder& builder, const Element& element);
+void read_sensor(Builder& builder, const Element& element, const Shape* on);
 void read_integrator(Builder& builder, const Element& element);
 Texture read_texture(Builder& builder, const Element& element);
 void read_phase(Builder& builder, const Element& element, Medium& medium);

@@ -1,6 +1,6 @@
 #include <fmt/core.h>
 
-#include "kernels/shared/declaration.h"
+#include "kernels/model/models.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
@@ -8,19 +8,6 @@
 
 namespace itn {
 namespace {
-
-void build_constant(Properties& properties, Emitter& emitter) {
-  emitter.kind = Emitter::Kind::constant;
-  emitter.radiance = properties.color("radiance", {{1, 1, 1}}, Quantity::emission).value;
-  for (double v : emitter.radiance)
-    if (v < 0) properties.fail_at("radiance", "radiance = " + to_text(v) + " is negative; need 0 or more");
-}
-
-double not_negative(Properties& properties, const std::string& name, double fallback) {
-  const double value = properties.number(name, fallback);
-  if (value < 0) properties.fail_at(name, name + " = " + to_text(value) + " is negative; need 0 or more");
-  return value;
-}
 
 // A rotation: Mitsuba also takes scalings, which shear the directions of an environment.
 Transform rotation(Properties& properties) {
@@ -30,11 +17,12 @@ Transform rotation(Properties& properties) {
   return t;
 }
 
-void build_envmap(Builder& builder, Properties& properties, Emitter& emitter) {
-  emitter.kind = Emitter::Kind::envmap;
-  emitter.bitmap = load_bitmap(builder, properties, "filename", false);
-  emitter.scale = not_negative(properties, "scale", 1);
-  emitter.to_world = rotation(properties);
+// What of an environment is no number: name_rest, for each of the list.
+void constant_rest(Builder& /*builder*/, Properties& /*properties*/, Environment& /*environment*/) {}
+
+void envmap_rest(Builder& builder, Properties& properties, Environment& environment) {
+  environment.bitmap = load_bitmap(builder, properties, "filename", false);
+  environment.to_world = rotation(properties);
   properties.boolean("mis_compensation", false);  // how Mitsuba samples: changes no expected value
 }
 
@@ -74,25 +62,20 @@ Vec3 parse_sun_direction(Properties& properties, const Transform& to_world) {
                         m[2] * world[0] + m[6] * world[1] + m[10] * world[2]});
 }
 
-void build_sunsky(Builder& builder, Properties& properties, Emitter& emitter) {
-  emitter.kind = Emitter::Kind::sunsky;
-  SunSky& sky = emitter.sunsky;
-  sky.turbidity = properties.number("turbidity", 3);
-  if (!(sky.turbidity >= 1 && sky.turbidity <= 10))
-    properties.fail_at("turbidity", "turbidity = " + to_text(sky.turbidity) + " is outside [1, 10]");
-  sky.albedo = properties.color("albedo", {{0.3, 0.3, 0.3}}).value;
-  for (double v : sky.albedo)
-    if (!(v >= 0 && v <= 1)) properties.fail_at("albedo", "albedo = " + to_text(v) + " is outside [0, 1]");
-  sky.sun_scale = not_negative(properties, "sun_scale", 1);
-  sky.sky_scale = not_negative(properties, "sky_scale", 1);
-  sky.sun_aperture = properties.number("sun_aperture", 0.5358);
-  if (!(sky.sun_aperture > 0 && sky.sun_aperture <= 90))
-    properties.fail_at("sun_aperture", "sun_aperture = " + to_text(sky.sun_aperture) + "; need degrees in (0, 90]");
-  sky.complex_sun = properties.boolean("complex_sun", false);
-  emitter.to_world = rotation(properties);
-  sky.sun_direction = parse_sun_direction(properties, emitter.to_world);
-  if (sky.sun_direction[2] < 0) builder.warn(emitter.where, "emitter \"sunsky\": the sun is below the horizon");
+void sunsky_rest(Builder& builder, Properties& properties, Environment& environment) {
+  Sun& sun = environment.sun;
+  sun.aperture = properties.number("sun_aperture", 0.5358);
+  if (!(sun.aperture > 0 && sun.aperture <= 90))
+    properties.fail_at("sun_aperture", "sun_aperture = " + to_text(sun.aperture) + "; need degrees in (0, 90]");
+  sun.complex = properties.boolean("complex_sun", false);
+  environment.to_world = rotation(properties);
+  sun.direction = parse_sun_direction(properties, environment.to_world);
+  if (sun.direction[2] < 0) builder.warn(environment.where, "emitter \"sunsky\": the sun is below the horizon");
 }
+
+#define ITN_REST(name, PREFIX, type) \
+  if (environment.model->id == MODEL_##name) name##_rest(builder, properties, environment);
+void read_rest(Builder& builder, Properties& properties, Environment& environment){ENVIRONMENT_LIST(ITN_REST)}
 
 // Those of lights of a trait's value.
 std::vector<std::string> light_types(bool on_shape) {
@@ -116,7 +99,7 @@ int read_light(Builder& builder, const Element& element, const Model& model) {
 }
 
 std::vector<std::string> emitter_types() {
-  std::vector<std::string> types = {"constant", "envmap", "sunsky"};
+  std::vector<std::string> types = types_of(environment_models());
   for (const std::string& type : light_types(false)) types.push_back(type);
   return types;
 }
@@ -139,24 +122,20 @@ void read_emitter(Builder& builder, const Element& element) {
     read_light(builder, element, *model);
     return;
   }
-  Emitter emitter;
-  emitter.id = element.id;
-  emitter.where = element.where;
-  if (properties.type() == "constant") {
-    build_constant(properties, emitter);
-  } else if (properties.type() == "envmap") {
-    build_envmap(builder, properties, emitter);
-  } else if (properties.type() == "sunsky") {
-    build_sunsky(builder, properties, emitter);
-  } else {
-    fail_type(element, emitter_types());
-  }
+  const Model* model = find_model(environment_models(), properties.type());
+  if (!model) fail_type(element, emitter_types());
+  Environment environment;
+  environment.become(*model);
+  environment.id = element.id;
+  environment.where = element.where;
+  read_parameters(builder, properties, environment);
+  read_rest(builder, properties, environment);
   properties.number("sampling_weight", 1);  // how often Mitsuba samples it: changes no expected value
   properties.finish();
   if (builder.scene.environment)
     fail(element.where, "second environment emitter, the first is at " + to_string(builder.scene.environment->where) +
                             "; need one a scene");
-  builder.scene.environment = emitter;
+  builder.scene.environment = environment;
 }
 
 }  // namespace itn

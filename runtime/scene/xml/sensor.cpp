@@ -145,7 +145,8 @@ void read_sampler(Builder& builder, const Element& element, Sensor& sensor) {
 
 namespace {
 
-const std::vector<std::string> types = {"perspective", "orthographic", "radiancemeter"};
+const std::vector<std::string> types = {"perspective",   "thinlens",        "orthographic",
+                                        "radiancemeter", "irradiancemeter", "distant"};
 
 void parse_perspective(Properties& properties, Sensor& sensor) {
   sensor.fov_x = parse_fov(properties, static_cast<double>(sensor.width) / sensor.height);
@@ -158,12 +159,47 @@ void parse_perspective(Properties& properties, Sensor& sensor) {
 void parse_clips(Properties& properties, Sensor& sensor) {
   sensor.near_clip = properties.number("near_clip", 1e-2);
   sensor.far_clip = properties.number("far_clip", 1e4);
-  properties.number("focus_distance", sensor.far_clip);  // all distances are sharp
+  sensor.focus_distance = properties.number("focus_distance", sensor.far_clip);
   if (!(sensor.near_clip > 0))
     properties.fail_at("near_clip", "near_clip = " + to_text(sensor.near_clip) + "; need more than 0");
   if (!(sensor.far_clip > sensor.near_clip))
     properties.fail_at("far_clip", "far_clip = " + to_text(sensor.far_clip) +
                                        "; need more than near_clip = " + to_text(sensor.near_clip));
+}
+
+void parse_lens(Properties& properties, Sensor& sensor) {
+  sensor.aperture_radius = properties.number("aperture_radius");
+  if (!(sensor.aperture_radius > 0))
+    properties.fail_at("aperture_radius", "aperture_radius = " + to_text(sensor.aperture_radius) +
+                                              "; need more than 0: without a lens use perspective");
+  if (!(sensor.focus_distance > 0))
+    properties.fail_at("focus_distance", "focus_distance = " + to_text(sensor.focus_distance) + "; need more than 0");
+}
+
+void require_one_pixel(const Properties& properties, const Sensor& sensor) {
+  if (sensor.width != 1 || sensor.height != 1)
+    fail(sensor.where, properties.title() + ": a film of " + std::to_string(sensor.width) + " x " +
+                           std::to_string(sensor.height) + " pixels; need 1 x 1");
+}
+
+// Along one direction: what reaches the target, a point or the points of a shape, or anything of the scene.
+void parse_distant(Builder& builder, Properties& properties, Sensor& sensor) {
+  if (properties.has("direction") && properties.has("to_world"))
+    properties.fail_at("direction", "both direction and to_world given; need one or the other");
+  const Vec3 d = properties.has("direction") ? properties.vector("direction", {0, 0, 1})
+                                             : transform_vector(sensor.to_world, {0, 0, 1});
+  if (!(length(d) > 0)) properties.fail_at("direction", "it is (0, 0, 0); need a direction");
+  sensor.direction = normalize(d);
+  require_one_pixel(properties, sensor);
+  if (const Element* shape = properties.object("shape", "target")) {
+    const std::size_t bsdfs = builder.scene.bsdfs.size();
+    Shape zone = make_shape(builder, *shape);
+    if (shape->children.empty() || zone.bsdf == static_cast<int>(bsdfs)) builder.scene.bsdfs.resize(bsdfs);
+    zone.bsdf = zone.light = -1;
+    sensor.zone = std::make_shared<const Shape>(std::move(zone));
+  } else if (properties.has("target")) {
+    sensor.target = properties.vector("target", {0, 0, 0});
+  }
 }
 
 // One ray: an orthographic camera whose film has no extent.
@@ -176,22 +212,23 @@ void parse_radiancemeter(Properties& properties, Sensor& sensor) {
     const Vec3 d = normalize(direction);
     sensor.to_world.m = {0, 0, d[0], origin[0], 0, 0, d[1], origin[1], 0, 0, d[2], origin[2], 0, 0, 0, 1};
   }
-  if (sensor.width != 1 || sensor.height != 1)
-    fail(sensor.where, properties.title() + ": a film of " + std::to_string(sensor.width) + " x " +
-                           std::to_string(sensor.height) + " pixels; need 1 x 1");
+  require_one_pixel(properties, sensor);
   for (std::size_t row = 0; row < 3; ++row) sensor.to_world.m[4 * row] = sensor.to_world.m[4 * row + 1] = 0;
   sensor.near_clip = 0;
 }
 
 }  // namespace
 
-void read_sensor(Builder& builder, const Element& element) {
+void read_sensor(Builder& builder, const Element& element, const Shape* on) {
   Properties properties = builder.properties(element);
   if (std::find(types.begin(), types.end(), properties.type()) == types.end()) fail_type(element, types);
   Sensor sensor;
   sensor.id = element.id;
   sensor.where = element.where;
-  sensor.orthographic = properties.type() != "perspective";
+  const std::string& type = properties.type();
+  if ((type == "irradiancemeter") != (on != nullptr))
+    fail(element.where, on ? properties.title() + " in a <shape>; need irradiancemeter there"
+                           : properties.title() + " belongs into the <shape> on which it lies");
 
   if (const Element* film = properties.object("film")) build_film(builder, *film, sensor);
   if (builder.film_size) resize(sensor, *builder.film_size);
@@ -199,10 +236,24 @@ void read_sensor(Builder& builder, const Element& element) {
   if (const Element* medium = properties.object("medium")) sensor.medium = build_medium(builder, *medium);
   properties.number("shutter_open", 0);  // nothing moves
   properties.number("shutter_close", 0);
-  sensor.to_world = properties.transform("to_world");
-  if (properties.type() != "radiancemeter") parse_clips(properties, sensor);
-  if (properties.type() == "perspective") parse_perspective(properties, sensor);
-  if (properties.type() == "radiancemeter") parse_radiancemeter(properties, sensor);
+  if (on) {
+    sensor.kind = Sensor::Kind::irradiance;
+    if (sensor.width != 1 || sensor.height != 1)  // in Mitsuba, of the part to which its sampler maps the pixel
+      builder.warn(element.where, properties.title() + ": every pixel measures the irradiance of the whole shape");
+    sensor.zone = std::make_shared<const Shape>(*on);
+    if (sensor.medium < 0) sensor.medium = on->exterior;
+  } else {
+    sensor.to_world = properties.transform("to_world");
+  }
+  if (type == "perspective" || type == "thinlens" || type == "orthographic") parse_clips(properties, sensor);
+  if (type == "perspective" || type == "thinlens") parse_perspective(properties, sensor);
+  if (type == "thinlens") parse_lens(properties, sensor);
+  if (type == "orthographic" || type == "radiancemeter") sensor.kind = Sensor::Kind::orthographic;
+  if (type == "radiancemeter") parse_radiancemeter(properties, sensor);
+  if (type == "distant") {
+    sensor.kind = Sensor::Kind::distant;
+    parse_distant(builder, properties, sensor);
+  }
   properties.finish();
   builder.scene.sensors.push_back(sensor);
 }

@@ -257,11 +257,13 @@ Shape make_shape(Builder& builder, const Element& element) {
   if (const Element* medium = properties.object("medium", "interior")) shape.interior = build_medium(builder, *medium);
   if (const Element* medium = properties.object("medium", "exterior")) shape.exterior = build_medium(builder, *medium);
   properties.number("silhouette_sampling_weight", 1);  // how Mitsuba samples edges: not used here
+  const Element* sensor = properties.object("sensor");
   properties.finish();
   check_texture(builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)], shape, loaded.mesh, properties.title());
   check_boundary(builder, shape, loaded, properties.title());
   if (shape.kind == Shape::Kind::mesh)
     shape.mesh = std::make_shared<const Mesh>(finish_mesh(builder, properties, std::move(loaded)));
+  if (sensor) build_sensor(builder, *sensor, &shape);
   return shape;
 }
 

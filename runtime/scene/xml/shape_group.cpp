@@ -38,7 +38,10 @@ const std::vector<Shape>& shapes_of_group(Builder& builder, const Element& eleme
     if (type == "shapegroup" || type == "instance")
       fail(child->where, "<shape type=" + quote(type) +
                              "> in a shapegroup; need plain shapes: groups cannot be nested, as in Mitsuba");
+    const std::size_t sensors = builder.scene.sensors.size();
     shapes.push_back(make_shape(builder, *child));
+    if (builder.scene.sensors.size() > sensors)
+      fail(child->where, "a sensor in a shapegroup; need a plain shape for it to lie on");
     if (shapes.back().light >= 0)
       fail(child->where, "an emitter in a shapegroup; need shapes that do not shine there, as in Mitsuba");
   }

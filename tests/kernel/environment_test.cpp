@@ -1,4 +1,4 @@
-#include "runtime/compile/emitter.h"
+#include "runtime/compile/environment.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -9,6 +9,7 @@
 
 #include "runtime/base/colour.h"
 #include "runtime/base/error.h"
+#include "runtime/compile/surfaces.h"
 #include "runtime/device/device.h"
 #include "runtime/scene/hosek_wilkie.h"
 
@@ -34,27 +35,29 @@ struct RecordedMap {
   std::array<double, 9> to_world;
   std::vector<RecordedRadiance> values;
 };
-#include "emitter_mitsuba.inc"
+#include "environment_mitsuba.inc"
 
-// What kernels/lib/emitter.h says about an emitter, at one width.
+// What kernels/lib/environment.h says about an emitter, at one width.
 class OnDevice {
  public:
-  OnDevice(const Emitter& emitter, int width) : width_(width) {
-    append_emitter(emitter, record, tables);
-    auto definitions = emitter_definitions({record});
+  OnDevice(const Environment& emitter, int width) : width_(width) {
+    append_environment(emitter, record, tables);
+    auto definitions = environment_definitions({record});
     definitions["WIDTH"] = std::to_string(width);
     setenv("ITN_KERNEL_DIR", ITN_SOURCE_DIR "/tests/kernel", 1);
-    program_ = device_.build("emitter_test.cl", definitions);
+    LaunchData launch;
+    launch.environments = {record};
+    program_ = device_.build("environment_test.cl", definitions, {{"scene/surfaces.h", surfaces_text(launch)}});
     unsetenv("ITN_KERNEL_DIR");
-    record_ = device_.upload(std::vector<EmitterRecord>{record}, "record");
+    record_ = device_.upload(std::vector<EnvironmentRecord>{record}, "record");
     tables_ = device_.upload(tables, "tables");
   }
 
   // Another emitter of the same kind.
-  void replace(const Emitter& emitter) {
+  void replace(const Environment& emitter) {
     tables.clear();
-    append_emitter(emitter, record, tables);
-    record_ = device_.upload(std::vector<EmitterRecord>{record}, "record");
+    append_environment(emitter, record, tables);
+    record_ = device_.upload(std::vector<EnvironmentRecord>{record}, "record");
     tables_ = device_.upload(tables, "tables");
   }
 
@@ -67,8 +70,7 @@ class OnDevice {
     const auto out = launch("evaluate", directions, 8, 0);
     std::vector<Value> values;
     for (const auto& v : out) values.push_back({{v[0], v[1], v[2]}, {v[3], v[4], v[5]}, v[6], v[7] != 0});
-    REQUIRE(
-        std::all_of(out.begin(), out.end(), [](const auto& v) { return v[7] == 0 || v[7] == 3; }));  // emitter_in_sun
+    REQUIRE(std::all_of(out.begin(), out.end(), [](const auto& v) { return v[7] == 0 || v[7] == 3; }));  // in_sun
     return values;
   }
 
@@ -84,7 +86,7 @@ class OnDevice {
     return samples;
   }
 
-  EmitterRecord record;
+  EnvironmentRecord record;
   std::vector<float> tables;
 
  private:
@@ -145,13 +147,13 @@ const int widths[] = {1, 16};
 }  // namespace
 
 TEST_CASE("constant light is the same from everywhere and sampled uniformly") {
-  Emitter emitter;
-  emitter.radiance = {0.5, 1, 2};
+  Environment emitter;
+  emitter.set("radiance", {0.5, 1, 2});
   for (const int width : widths) {
     const OnDevice light(emitter, width);
     for (const auto& value : light.evaluate(random_directions(33, 1))) {
       for (std::size_t c = 0; c < 3; ++c) {
-        REQUIRE(value.sky[c] == emitter.radiance[c]);
+        REQUIRE(value.sky[c] == emitter.colour("radiance")[c]);
         REQUIRE(value.sun[c] == 0);
       }
       REQUIRE(!value.inside);
@@ -162,7 +164,7 @@ TEST_CASE("constant light is the same from everywhere and sampled uniformly") {
     for (const auto& s : light.sample(random_numbers(n, 2), false)) {
       REQUIRE(std::hypot(s.direction[0], s.direction[1], s.direction[2]) == Approx(1).epsilon(1e-6));
       REQUIRE(s.pdf == Approx(1 / (4 * pi)));
-      REQUIRE(s.radiance == emitter.radiance);
+      REQUIRE(s.radiance == emitter.colour("radiance"));
       for (std::size_t c = 0; c < 3; ++c) {
         mean[c] += s.direction[c] / n;
         square[c] += s.direction[c] * s.direction[c] / n;
@@ -177,50 +179,50 @@ TEST_CASE("constant light is the same from everywhere and sampled uniformly") {
 
 namespace {
 
-void turn(Emitter& emitter, const std::array<double, 9>& rotation) {
+void turn(Environment& emitter, const std::array<double, 9>& rotation) {
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j) emitter.to_world.m[4 * i + j] = rotation[3 * i + j];
 }
 
-Emitter sunsky(double elevation_degree, double turbidity, double aperture, bool complex_sun = false) {
+Environment sunsky(double elevation_degree, double turbidity, double aperture, bool complex_sun = false) {
   const double e = elevation_degree * pi / 180;
-  Emitter emitter;
-  emitter.kind = Emitter::Kind::sunsky;
-  emitter.sunsky.turbidity = turbidity;
-  emitter.sunsky.sun_direction = {std::cos(e) * std::cos(0.7), std::cos(e) * std::sin(0.7), std::sin(e)};
-  emitter.sunsky.sun_aperture = aperture;
-  emitter.sunsky.complex_sun = complex_sun;
+  Environment emitter = make_environment("sunsky");
+  emitter.set("turbidity", turbidity);
+  emitter.sun.direction = {std::cos(e) * std::cos(0.7), std::cos(e) * std::sin(0.7), std::sin(e)};
+  emitter.sun.aperture = aperture;
+  emitter.sun.complex = complex_sun;
   return emitter;
 }
 
-Vec3 to_local(const Emitter& emitter, const Vec3& d) {
+Vec3 to_local(const Environment& emitter, const Vec3& d) {
   const auto& m = emitter.to_world.m;
   Vec3 local;
   for (std::size_t i = 0; i < 3; ++i) local[i] = m[i] * d[0] + m[4 + i] * d[1] + m[8 + i] * d[2];
   return local;
 }
 
-// The map of emitter_mitsuba.py.
-Emitter small_envmap() {
+// The map of environment_mitsuba.py.
+Environment small_envmap() {
   auto bitmap = std::make_shared<Bitmap>();
   *bitmap = {5, 4, 3, {}};
   for (int i = 0; i < 60; ++i) bitmap->data.push_back(static_cast<float>(i * 7 % 11));
-  Emitter emitter;
-  emitter.kind = Emitter::Kind::envmap;
+  Environment emitter = make_environment("envmap");
   emitter.bitmap = bitmap;
-  emitter.scale = 1.5;
+  emitter.set("scale", 1.5);
   return emitter;
 }
 
 // Cosine to the normal of some plane.
 double plane(const Vec3& d) { return 0.6 * d[0] + 0.8 * d[2]; }
 
-Emitter recorded_emitter(const RecordedSky& recorded) {
-  Emitter emitter;
-  emitter.kind = Emitter::Kind::sunsky;
+Environment recorded_emitter(const RecordedSky& recorded) {
+  Environment emitter = make_environment("sunsky");
   turn(emitter, recorded.to_world);
-  emitter.sunsky = {recorded.turbidity,    recorded.albedo,     to_local(emitter, recorded.sun_direction), 2, 3,
-                    recorded.sun_aperture, recorded.complex_sun};
+  emitter.set("turbidity", recorded.turbidity);
+  emitter.set("albedo", recorded.albedo);
+  emitter.set("sun_scale", 2);
+  emitter.set("sky_scale", 3);
+  emitter.sun = {to_local(emitter, recorded.sun_direction), recorded.sun_aperture, recorded.complex_sun};
   return emitter;
 }
 
@@ -240,8 +242,8 @@ Rgb operator+(const Rgb& a, const Rgb& b) { return {a[0] + b[0], a[1] + b[1], a[
 
 TEST_CASE("sun and sky have Mitsuba's radiance") {
   for (const auto& recorded : recorded_skies) {
-    const Emitter emitter = recorded_emitter(recorded);
-    const ClearSky sky = clear_sky(emitter.sunsky);
+    const Environment emitter = recorded_emitter(recorded);
+    const ClearSky sky = clear_sky(sunsky_of(emitter));
     std::vector<Vec3> directions;
     for (const auto& value : recorded.values) directions.push_back(value.direction);
     for (const auto& [direction, radiance] : recorded.values) {
@@ -261,7 +263,7 @@ TEST_CASE("sun and sky have Mitsuba's radiance") {
 
 TEST_CASE("an environment map has Mitsuba's radiance") {
   for (const auto& recorded : recorded_maps) {
-    Emitter emitter = small_envmap();
+    Environment emitter = small_envmap();
     turn(emitter, recorded.to_world);
     std::vector<Vec3> directions;
     for (const auto& value : recorded.values) directions.push_back(value.direction);
@@ -278,7 +280,7 @@ TEST_CASE("an environment map has Mitsuba's radiance") {
 
 namespace {
 
-double solid_angle(const EmitterRecord& record) { return 1 / record.sun_pdf; }
+double solid_angle(const EnvironmentRecord& record) { return 1 / record.sun_pdf; }
 
 // Pearson's statistic, as the number of standard deviations by which it exceeds its mean (Wilson-Hilferty).
 double chi_square_deviations(const std::vector<double>& observed, const std::vector<double>& expected) {
@@ -325,7 +327,7 @@ std::vector<Vec3> grid(int sub) {
   return directions;
 }
 
-void check_sky_sampling(const Emitter& emitter, double variance_limit, const std::string& name) {
+void check_sky_sampling(const Environment& emitter, double variance_limit, const std::string& name) {
   constexpr int sub = 20;
   constexpr std::size_t n = 200000;
   const auto directions = grid(sub);
@@ -365,7 +367,8 @@ void check_sky_sampling(const Emitter& emitter, double variance_limit, const std
     const double variance = sum2 / (sum * sum) - 1;
     CHECK(variance < variance_limit);
 
-    // The density that a sample brings is the one sky_pdf finds, but for directions that rounding moves across a bound.
+    // The density that a sample brings is the one smooth_pdf finds, but for directions that rounding moves across a
+    // bound.
     const auto again = light.evaluate(drawn);
     std::size_t different = 0;
     for (std::size_t i = 0; i < n; ++i)
@@ -380,7 +383,7 @@ void check_sky_sampling(const Emitter& emitter, double variance_limit, const std
 TEST_CASE("sky sampling follows its density") {
   check_sky_sampling(sunsky(60, 3, 0.5358), 0.0015, "elevation 60, turbidity 3");
   check_sky_sampling(sunsky(2, 8, 0.5358), 0.0015, "elevation 2, turbidity 8");
-  Emitter turned = sunsky(30, 1, 0.5358);
+  Environment turned = sunsky(30, 1, 0.5358);
   turn(turned, recorded_maps[1].to_world);
   check_sky_sampling(turned, 0.0015, "turned, turbidity 1");
 }
@@ -388,8 +391,7 @@ TEST_CASE("sky sampling follows its density") {
 // Measured 3.8 %, 3.2 %: the cells of the table are as large as the pixels.
 TEST_CASE("environment map sampling follows its density") {
   check_sky_sampling(small_envmap(), 0.05, "5 x 4 pixels");
-  Emitter emitter;
-  emitter.kind = Emitter::Kind::envmap;
+  Environment emitter = make_environment("envmap");
   turn(emitter, recorded_maps[1].to_world);
   auto bitmap = std::make_shared<Bitmap>();
   *bitmap = {64, 32, 1, {}};
@@ -405,9 +407,9 @@ TEST_CASE("the sun is sampled uniformly over its disc") {
   for (const bool complex_sun : {false, true})
     for (const double aperture : {0.5358, 30.0})
       for (const int width : widths) {
-        const Emitter emitter = sunsky(12, 3, aperture, complex_sun);  // the wide one sinks into the ground
+        const Environment emitter = sunsky(12, 3, aperture, complex_sun);  // the wide one sinks into the ground
         const OnDevice light(emitter, width);
-        const ClearSky sky = clear_sky(emitter.sunsky);
+        const ClearSky sky = clear_sky(sunsky_of(emitter));
         CAPTURE(complex_sun, aperture, width);
         const double fall = 2 * std::pow(std::sin(aperture * pi / 720), 2);
         CHECK(solid_angle(light.record) == Approx(2 * pi * fall).epsilon(1e-6));
@@ -449,9 +451,9 @@ TEST_CASE("the sun is sampled uniformly over its disc") {
 }
 
 TEST_CASE("the sun's disc has a sharp edge") {
-  const Emitter emitter = sunsky(40, 3, 0.5358);
+  const Environment emitter = sunsky(40, 3, 0.5358);
   const OnDevice light(emitter, 16);
-  const ClearSky sky = clear_sky(emitter.sunsky);
+  const ClearSky sky = clear_sky(sunsky_of(emitter));
   const Vec3& s = sky.sun;
   const double h = std::hypot(s[0], s[1]), half = sky.sun_half_angle;
   for (const double share : {0.0, 0.5, 0.999, 1.001, 1.5}) {
@@ -475,10 +477,10 @@ TEST_CASE("single precision keeps the digits of sun and sky at every turbidity a
   for (const double turbidity : {1.0, 1.7, 2.5, 4.2, 6.6, 8.9, 10.0})
     for (const double elevation : {0.05, 0.5, 2.0, 5.0, 11.0, 23.0, 47.0, 71.0, 89.9, 90.0})
       for (const double albedo : {0.0, 1.0}) {
-        Emitter emitter = sunsky(elevation, turbidity, 20, true);
-        emitter.sunsky.albedo = {albedo, 0.5, 1 - albedo};
+        Environment emitter = sunsky(elevation, turbidity, 20, true);
+        emitter.set("albedo", {albedo, 0.5, 1 - albedo});
         light.replace(emitter);
-        const ClearSky sky = clear_sky(emitter.sunsky);
+        const ClearSky sky = clear_sky(sunsky_of(emitter));
         const auto values = light.evaluate(directions);
         for (std::size_t i = 0; i < values.size(); ++i) {
           const Vec3& d = directions[i];
@@ -500,15 +502,15 @@ TEST_CASE("the corners of the unit square give usable directions") {
   const double last = 1 - 0x1p-24;
   const std::vector<Vec2> corners{{0, 0},   {0, last}, {last, 0},   {last, last},
                                   {0.5, 0}, {0, 0.5},  {0.5, last}, {last, 0.5}};
-  Emitter turned = sunsky(30, 5, 0.5358, true);
+  Environment turned = sunsky(30, 5, 0.5358, true);
   turn(turned, recorded_maps[1].to_world);
-  for (const auto& emitter : {Emitter{}, small_envmap(), sunsky(90, 3, 0.5358), sunsky(0.01, 10, 60), turned})
+  for (const auto& emitter : {Environment{}, small_envmap(), sunsky(90, 3, 0.5358), sunsky(0.01, 10, 60), turned})
     for (const int width : widths) {
       const OnDevice light(emitter, width);
       for (const bool of_sun : {false, true}) {
-        if (of_sun && light.record.kind != EMITTER_SUNSKY) continue;
+        if (of_sun && !(light.record.sun_pdf > 0)) continue;
         for (const auto& s : light.sample(corners, of_sun)) {
-          CAPTURE(light.record.kind, width, of_sun, s.direction, s.pdf, s.radiance);
+          CAPTURE(light.record.model, width, of_sun, s.direction, s.pdf, s.radiance);
           CHECK(std::hypot(s.direction[0], s.direction[1], s.direction[2]) == Approx(1).epsilon(1e-5));
           CHECK((s.pdf > 0 && std::isfinite(s.pdf)));
           CHECK(std::all_of(s.radiance.begin(), s.radiance.end(), [](double x) { return std::isfinite(x); }));

@@ -1,13 +1,11 @@
 /* The light that surrounds a scene, as the device reads it: one record an environment, so that jobs with different light
  * share a launch. Whatever grows with the input (pixels, sampling tables) lies in one shared array of floats that the
  * record points into. Included by C++ and by OpenCL C: floats and ints only. */
-#ifndef ITN_EMITTER_LAYOUT_H
-#define ITN_EMITTER_LAYOUT_H
+#ifndef ITN_ENVIRONMENT_LAYOUT_H
+#define ITN_ENVIRONMENT_LAYOUT_H
 
-#define EMITTER_NONE 0
-#define EMITTER_CONSTANT 1
-#define EMITTER_ENVMAP 2
-#define EMITTER_SUNSKY 3
+/* Traits. ENVIRONMENT_EVEN: chance finds it as well as sampling would */
+#define ENVIRONMENT_EVEN 1
 
 /* Rows and columns of the sampling table over the sky's hemisphere: rows are bounded by equal steps of sqrt(cos theta),
  * where the horizon's gradient needs them; columns are equal steps of azimuth counted from the sun. */
@@ -21,10 +19,10 @@
 #define SUN_POWERS 6
 #define SUN_KNOTS 46
 
-/* Offsets count floats in emitter_tables. local = to_local * world (row major); z is up for sunsky, y for an envmap. */
+/* Offsets count floats in light_tables. local = to_local * world (row major); z is up for sunsky, y for an envmap. */
 typedef struct {
-  int kind;
-  int pixels;        /* envmap: rgb, row 0 on top, width + 1 columns: the last repeats the first */
+  int model;         /* MODEL_*, MODEL_none: it is dark */
+  int values;        /* envmap: rgb, row 0 on top, width + 1 columns: the last repeats the first */
   int width, height; /* envmap */
   int sampling;    /* envmap, sky: cumulative rows (rows + 1), then cumulative columns, row by row (columns + 1 each) */
   int sun_table;   /* sun with limb darkening: [knot][channel][power][value, slope] */
@@ -45,8 +43,8 @@ typedef struct {
   float sun_pdf;                          /* 1 / solid angle [1/sr]; 0 without a sun */
   float sun_weight,
       sky_weight; /* luminance integrated over the sphere of directions: shares for choosing between them */
-} EmitterRecord;
+} EnvironmentRecord;
 
-typedef char emitter_record_is_292_bytes[sizeof(EmitterRecord) == 292 ? 1 : -1];
+typedef char environment_record_is_292_bytes[sizeof(EnvironmentRecord) == 292 ? 1 : -1];
 
 #endif

@@ -1,6 +1,6 @@
-"""Prints emitter_mitsuba.inc, radiance of emitters in Mitsuba 3 (3.9.1, variant scalar_rgb):
+"""Prints environment_mitsuba.inc, radiance of emitters in Mitsuba 3 (3.9.1, variant scalar_rgb):
 
-    python tests/kernel/emitter_mitsuba.py > tests/kernel/emitter_mitsuba.inc
+    python tests/kernel/environment_mitsuba.py > tests/kernel/environment_mitsuba.inc
 
 Mitsuba computes 1 - cos(half angle of the sun) in single precision, which for the sun's own 0.27 degrees is 0.22 % off. It
 cancels in the sun's irradiance (and where the aperture is the default one, in complex_sun); here apertures are such that it
@@ -36,7 +36,7 @@ turned = mi.ScalarTransform4f().rotate((np.array([1, 2, 3]) / 14**0.5).tolist(),
 upright = mi.ScalarTransform4f()
 mirrored = mi.ScalarTransform4f().rotate([1, 0, 0], 90.0).scale([-1, 1, 1])
 
-print("// Made by emitter_mitsuba.py.")
+print("// Made by environment_mitsuba.py.")
 print("const RecordedSky recorded_skies[] = {")
 for turbidity, albedo, elevation, aperture, complex_sun, to_world in [
     (3.0, [0.3, 0.3, 0.3], 60.0, 30.0, False, upright),

@@ -1,5 +1,5 @@
-// Runs kernels/lib/emitter.h alone: one work-item a group of WIDTH lanes; arrays hold one component after another.
-#include "lib/emitter.h"
+// Runs kernels/lib/environment.h alone: one work-item a group of WIDTH lanes; arrays hold one component after another.
+#include "lib/environment.h"
 #include "lib/vector.h"
 
 #if WIDTH == 1
@@ -10,7 +10,7 @@
 #define STORE(p, at, v) JOIN(vstore, WIDTH)(v, 0, p + at)
 #endif
 
-__kernel void evaluate(__global const EmitterRecord* record, __global const float* tables,
+__kernel void evaluate(__global const EnvironmentRecord* record, __global const float* tables,
                        __global const float* direction, __global float* out) {
   const size_t n = get_global_size(0) * WIDTH, at = get_global_id(0) * WIDTH;
   REAL3 d;
@@ -18,18 +18,18 @@ __kernel void evaluate(__global const EmitterRecord* record, __global const floa
   d.y = LOAD(direction, at + n);
   d.z = LOAD(direction, at + 2 * n);
   REAL sky[3], sun[3];
-  emitter_sky_radiance(record, tables, d, sky);
-  const MASK inside = emitter_sun_radiance(record, tables, d, sun);
-  const REAL pdf = sky_pdf(record, tables, d);
+  smooth_radiance(record, tables, d, sky);
+  const MASK inside = sun_radiance(record, tables, d, sun);
+  const REAL pdf = smooth_pdf(record, tables, d);
   for (int c = 0; c < 3; ++c) {
     STORE(out, at + c * n, sky[c]);
     STORE(out, at + (3 + c) * n, sun[c]);
   }
   STORE(out, at + 6 * n, pdf);
-  STORE(out, at + 7 * n, SELECT(inside, 1, 0) + SELECT(emitter_in_sun(record, d), 2, 0));
+  STORE(out, at + 7 * n, SELECT(inside, 1, 0) + SELECT(in_sun(record, d), 2, 0));
 }
 
-__kernel void sample(__global const EmitterRecord* record, __global const float* tables, __global const float* u,
+__kernel void sample(__global const EnvironmentRecord* record, __global const float* tables, __global const float* u,
                      __global float* out, int of_sun) {
   const size_t n = get_global_size(0) * WIDTH, at = get_global_id(0) * WIDTH;
   const REAL u0 = LOAD(u, at), u1 = LOAD(u, at + n);
@@ -39,7 +39,8 @@ __kernel void sample(__global const EmitterRecord* record, __global const float*
     sun_sample(record, tables, u0, u1, &d, rgb);
     pdf = record->sun_pdf;
   } else {
-    sky_sample(record, tables, u0, u1, &d, &pdf, rgb);
+    d = smooth_sample(record, tables, u0, u1, &pdf);
+    smooth_radiance(record, tables, d, rgb);
   }
   STORE(out, at, d.x);
   STORE(out, at + n, d.y);

@@ -1,5 +1,5 @@
 // What the host makes of a scene's light, without a device.
-#include "runtime/compile/emitter.h"
+#include "runtime/compile/environment.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -17,17 +17,15 @@ using namespace itn;
 constexpr double pi = std::numbers::pi;
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-Emitter sunsky() {
-  Emitter emitter;
-  emitter.kind = Emitter::Kind::sunsky;
+Environment sunsky() {
+  Environment emitter = make_environment("sunsky");
   emitter.where = {"light.xml", 12, 5};
-  emitter.sunsky.sun_direction = {0.6, 0, 0.8};
+  emitter.sun.direction = {0.6, 0, 0.8};
   return emitter;
 }
 
-Emitter envmap(int width, int height, float value) {
-  Emitter emitter;
-  emitter.kind = Emitter::Kind::envmap;
+Environment envmap(int width, int height, float value) {
+  Environment emitter = make_environment("envmap");
   emitter.where = {"light.xml", 12, 5};
   auto bitmap = std::make_shared<Bitmap>();
   *bitmap = {width, height, 1, std::vector<float>(static_cast<std::size_t>(width * height), value)};
@@ -35,28 +33,28 @@ Emitter envmap(int width, int height, float value) {
   return emitter;
 }
 
-Emitter envmap_with(double value) {
-  Emitter emitter = envmap(6, 4, 1);
+Environment envmap_with(double value) {
+  Environment emitter = envmap(6, 4, 1);
   auto bitmap = std::make_shared<Bitmap>(*emitter.bitmap);
   bitmap->data[6 * 2 + 3] = static_cast<float>(value);
   emitter.bitmap = bitmap;
   return emitter;
 }
 
-std::string refusal(const Emitter& emitter) {
-  EmitterRecord record;
+std::string refusal(const Environment& emitter) {
+  EnvironmentRecord record;
   std::vector<float> tables;
   try {
-    append_emitter(emitter, record, tables);
+    append_environment(emitter, record, tables);
   } catch (const InputError& error) {
     return error.what();
   }
   return "accepted";
 }
 
-std::string refusal(void (*change)(SunSky&)) {
-  Emitter emitter = sunsky();
-  change(emitter.sunsky);
+std::string refusal(void (*change)(Environment&)) {
+  Environment emitter = sunsky();
+  change(emitter);
   return refusal(emitter);
 }
 
@@ -65,26 +63,32 @@ std::string refusal(void (*change)(SunSky&)) {
 TEST_CASE("a sunsky out of its range is refused with place, value and range") {
   using Catch::Contains;
   REQUIRE(refusal(sunsky()) == "accepted");
-  CHECK(refusal([](SunSky& s) { s.turbidity = 10.5; }) ==
+  CHECK(refusal([](Environment& s) { s.set("turbidity", 10.5); }) ==
         "light.xml:12:5: turbidity of the sunsky emitter must be in [1, 10]; got 10.5");
-  CHECK_THAT(refusal([](SunSky& s) { s.turbidity = 0.9; }), Contains("[1, 10]; got 0.9"));
-  CHECK_THAT(refusal([](SunSky& s) { s.turbidity = not_a_number; }), Contains("got nan"));
-  CHECK_THAT(refusal([](SunSky& s) { s.albedo[1] = 1.5; }), Contains("albedo") && Contains("[0, 1]; got 1.5"));
-  CHECK_THAT(refusal([](SunSky& s) { s.sun_scale = -1; }), Contains("sun_scale") && Contains("got -1"));
-  CHECK_THAT(refusal([](SunSky& s) { s.sky_scale = not_a_number; }), Contains("sky_scale"));
-  CHECK_THAT(refusal([](SunSky& s) { s.sun_aperture = 0; }), Contains("sun_aperture") && Contains("90"));
-  CHECK_THAT(refusal([](SunSky& s) { s.sun_aperture = 90; }), Contains("sun_aperture"));
-  CHECK_THAT(refusal([](SunSky& s) { s.sun_direction = {0, 0, 0}; }), Contains("sun_direction"));
-  CHECK_THAT(refusal([](SunSky& s) { s.sun_direction = {1, 0, -0.1}; }), Contains("above the horizon"));
-  CHECK_THAT(refusal([](SunSky& s) { s.sun_direction = {1, 0, 0}; }), Contains("above the horizon"));
-  CHECK(refusal([](SunSky& s) { s.sun_scale = s.sky_scale = 0; }) == "accepted");
+  CHECK_THAT(refusal([](Environment& s) { s.set("turbidity", 0.9); }), Contains("[1, 10]; got 0.9"));
+  CHECK_THAT(refusal([](Environment& s) { s.set("turbidity", not_a_number); }), Contains("got nan"));
+  CHECK_THAT(refusal([](Environment& s) {
+               s.set("albedo", {0.3, 1.5, 0.3});
+             }),
+             Contains("albedo") && Contains("[0, 1]; got 1.5"));
+  CHECK_THAT(refusal([](Environment& s) { s.set("sun_scale", -1); }), Contains("sun_scale") && Contains("got -1"));
+  CHECK_THAT(refusal([](Environment& s) { s.set("sky_scale", not_a_number); }), Contains("sky_scale"));
+  CHECK_THAT(refusal([](Environment& s) { s.sun.aperture = 0; }), Contains("sun_aperture") && Contains("90"));
+  CHECK_THAT(refusal([](Environment& s) { s.sun.aperture = 90; }), Contains("sun_aperture"));
+  CHECK_THAT(refusal([](Environment& s) { s.sun.direction = {0, 0, 0}; }), Contains("sun_direction"));
+  CHECK_THAT(refusal([](Environment& s) { s.sun.direction = {1, 0, -0.1}; }), Contains("above the horizon"));
+  CHECK_THAT(refusal([](Environment& s) { s.sun.direction = {1, 0, 0}; }), Contains("above the horizon"));
+  CHECK(refusal([](Environment& s) {
+          s.set("sun_scale", 0);
+          s.set("sky_scale", 0);
+        }) == "accepted");
 }
 
 TEST_CASE("an environment map that cannot light a scene is refused") {
   using Catch::Contains;
   REQUIRE(refusal(envmap(6, 4, 1)) == "accepted");
   CHECK(refusal(envmap(6, 4, 0)) == "accepted");  // darkness is fine
-  Emitter none = envmap(6, 4, 1);
+  Environment none = envmap(6, 4, 1);
   none.bitmap = nullptr;
   CHECK_THAT(refusal(none), Contains("light.xml:12:5: bitmap of the envmap emitter") && Contains("none"));
   CHECK_THAT(refusal(envmap(0, 0, 1)), Contains("3 x 3") && Contains("0 x 0"));
@@ -92,24 +96,24 @@ TEST_CASE("an environment map that cannot light a scene is refused") {
   CHECK_THAT(refusal(envmap_with(-2)), Contains("got -2 at column 3, row 2"));
   CHECK_THAT(refusal(envmap_with(not_a_number)), Contains("got nan at column 3, row 2"));
   CHECK_THAT(refusal(envmap_with(std::numeric_limits<double>::infinity())), Contains("got inf at column 3, row 2"));
-  Emitter scaled = envmap(6, 4, 1e30f);
-  scaled.scale = 1e30;
+  Environment scaled = envmap(6, 4, 1e30f);
+  scaled.set("scale", 1e30);
   CHECK_THAT(refusal(scaled), Contains("lower the scale"));
-  scaled.scale = -1;
+  scaled.set("scale", -1);
   CHECK_THAT(refusal(scaled), Contains("scale of the envmap emitter") && Contains("got -1"));
 }
 
 TEST_CASE("constant light must be a finite amount") {
-  Emitter emitter;
+  Environment emitter;
   CHECK(refusal(emitter) == "accepted");
-  emitter.radiance[2] = -0.5;
+  emitter.set("radiance", {1, 1, -0.5});
   CHECK_THAT(refusal(emitter), Catch::Contains("radiance") && Catch::Contains("got -0.5"));
-  emitter.radiance[2] = not_a_number;
+  emitter.set("radiance", {1, 1, not_a_number});
   CHECK_THAT(refusal(emitter), Catch::Contains("got nan"));
 }
 
 TEST_CASE("to_world of light may turn and mirror, not scale") {
-  Emitter emitter = envmap(6, 4, 1);
+  Environment emitter = envmap(6, 4, 1);
   emitter.to_world.m[0] = -1;
   emitter.to_world.m[3] = 7;  // a shift does nothing
   CHECK(refusal(emitter) == "accepted");
@@ -120,25 +124,25 @@ TEST_CASE("to_world of light may turn and mirror, not scale") {
 }
 
 TEST_CASE("several emitters share one array of tables") {
-  EmitterRecord alone, first, second;
+  EnvironmentRecord alone, first, second;
   std::vector<float> tables, own;
-  append_emitter(sunsky(), first, tables);
+  append_environment(sunsky(), first, tables);
   const std::size_t used = tables.size();
-  append_emitter(envmap(6, 4, 1), second, tables);
-  append_emitter(envmap(6, 4, 1), alone, own);
-  REQUIRE(second.pixels == alone.pixels + static_cast<int>(used));
+  append_environment(envmap(6, 4, 1), second, tables);
+  append_environment(envmap(6, 4, 1), alone, own);
+  REQUIRE(second.values == alone.values + static_cast<int>(used));
   REQUIRE(second.sampling == alone.sampling + static_cast<int>(used));
   CHECK(std::vector<float>(tables.begin() + static_cast<std::ptrdiff_t>(used), tables.end()) == own);
 }
 
 TEST_CASE("a sampling table reaches every cell that gives light, however little") {
-  EmitterRecord record;
+  EnvironmentRecord record;
   std::vector<float> tables;
-  Emitter emitter = envmap(64, 32, 1e-20f);
+  Environment emitter = envmap(64, 32, 1e-20f);
   auto bitmap = std::make_shared<Bitmap>(*emitter.bitmap);
   bitmap->data[100] = 1e6f;
   emitter.bitmap = bitmap;
-  append_emitter(emitter, record, tables);
+  append_environment(emitter, record, tables);
   const auto check = [&](int at, int n) {
     CHECK(tables[static_cast<std::size_t>(at)] == 0);
     CHECK(tables[static_cast<std::size_t>(at + n)] == 1);

@@ -1,0 +1,100 @@
+#include "runtime/compile/camera.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "runtime/compile/light.h"
+#include "runtime/scene/box.h"
+#include "runtime/scene/transform.h"
+
+namespace itn {
+namespace {
+
+void store(const Vec3& v, float out[3]) {
+  for (std::size_t k = 0; k < 3; ++k) out[k] = static_cast<float>(v[k]);
+}
+
+Vec3 apply(const Transform& t, const Vec3& v, double w) {
+  Vec3 r{};
+  for (std::size_t i = 0; i < 3; ++i)
+    r[i] = t.m[4 * i] * v[0] + t.m[4 * i + 1] * v[1] + t.m[4 * i + 2] * v[2] + t.m[4 * i + 3] * w;
+  return r;
+}
+
+// See CameraRecord. Mitsuba's sensors look along local +z with +y up and +x to the left; rays start on the near plane.
+void set_projection(const Sensor& sensor, CameraRecord& r) {
+  const bool parallel = sensor.kind == Sensor::Kind::orthographic;
+  const double aspect = static_cast<double>(sensor.height) / sensor.width;
+  const double x = parallel ? 1 : std::tan(sensor.fov_x / 2 * std::numbers::pi / 180), y = x * aspect;
+  const Vec3 along = apply(sensor.to_world, {0, 0, 1}, 0);
+  const Vec3 right = apply(sensor.to_world, {x, 0, 0}, 0), up = apply(sensor.to_world, {0, y, 0}, 0);
+  const double shift_a = 2 * sensor.principal_x, shift_b = 2 * sensor.principal_y;
+  Vec3 start = apply(sensor.to_world, {0, 0, sensor.near_clip}, 1);
+  const double spread = parallel ? 1 : sensor.near_clip;
+  Vec3 centre = along;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double shift = shift_a * right[k] + shift_b * up[k];
+    start[k] += spread * shift;
+    if (!parallel) centre[k] += shift;
+  }
+  store(start, r.origin_0);
+  store({spread * right[0], spread * right[1], spread * right[2]}, r.origin_a);
+  store({spread * up[0], spread * up[1], spread * up[2]}, r.origin_b);
+  store(centre, r.direction_0);
+  if (parallel) return;
+  store(right, r.direction_a);
+  store(up, r.direction_b);
+  store(apply(sensor.to_world, {sensor.aperture_radius, 0, 0}, 0), r.lens_a);
+  store(apply(sensor.to_world, {0, sensor.aperture_radius, 0}, 0), r.lens_b);
+  r.lens_start = static_cast<float>(1 - sensor.near_clip / sensor.focus_distance);
+  r.lens_turn = static_cast<float>(1 / sensor.focus_distance);
+}
+
+// Rays along one direction from before the scene: from a disk as wide as it, or towards the target.
+void set_distant(const Scene& scene, const Sensor& sensor, CameraRecord& r) {
+  Box box;
+  for (const Shape& shape : scene.shapes) box.add(box_of(shape));
+  const auto vector = [](const std::array<float, 3>& v) { return Vec3{v[0], v[1], v[2]}; };
+  const double radius = length(vector(box.high) - vector(box.low)) / 2;
+  const Vec3 centre = 0.5 * (vector(box.low) + vector(box.high)), d = sensor.direction;
+  store(d, r.direction_0);
+  if (sensor.zone) return store((2 * radius) * d, r.before);
+  store(sensor.target ? *sensor.target - (2 * radius) * d : centre - radius * d, r.origin_0);
+  if (sensor.target) return;
+  const Vec3 across = normalize(cross(d, std::abs(d[0]) > 0.5 ? Vec3{0, 1, 0} : Vec3{1, 0, 0}));
+  store(radius * across, r.lens_a);
+  store(radius * cross(d, across), r.lens_b);
+  r.lens_start = 1;
+}
+
+}  // namespace
+
+CameraRecord camera_record(const Scene& scene, const Sensor& sensor, double in_front, int first_medium,
+                           LaunchData& data) {
+  CameraRecord r{};
+  if (sensor.kind == Sensor::Kind::distant)
+    set_distant(scene, sensor, r);
+  else if (sensor.kind != Sensor::Kind::irradiance)
+    set_projection(sensor, r);
+  if (sensor.zone) {
+    r.measures = sensor.kind == Sensor::Kind::irradiance;
+    const LightSurfaces zone = light_surfaces(*sensor.zone, r.measures ? in_front : 0);
+    r.table = static_cast<int>(data.light_tables.size());
+    r.surfaces = zone.count;
+    data.light_tables.insert(data.light_tables.end(), zone.table.begin(), zone.table.end());
+    data.round_zone |= sensor.zone->kind != Shape::Kind::mesh;
+  }
+  r.inverse_width = 1.0f / static_cast<float>(sensor.width);
+  r.inverse_height = 1.0f / static_cast<float>(sensor.height);
+  r.crop_x = sensor.crop_x;
+  r.crop_y = sensor.crop_y;
+  r.crop_width = sensor.crop_width;
+  r.filter = sensor.filter == FilterKind::box    ? FILTER_BOX
+             : sensor.filter == FilterKind::tent ? FILTER_TENT
+                                                 : FILTER_GAUSSIAN;
+  r.filter_size = static_cast<float>(sensor.filter == FilterKind::tent ? sensor.filter_radius : sensor.filter_stddev);
+  r.medium = sensor.medium < 0 ? -1 : first_medium + sensor.medium;
+  return r;
+}
+
+}  // namespace itn

@@ -1,0 +1,13 @@
+// From a sensor of a scene file to what the device reads.
+#pragma once
+#include "runtime/compile/launch_data.h"
+#include "runtime/scene/scene.h"
+
+namespace itn {
+
+// in_front: how far from surfaces rays begin [scene unit]. first_medium: of the scene in the launch. Appends to
+// light_tables the surface on which the sensor lies.
+CameraRecord camera_record(const Scene& scene, const Sensor& sensor, double in_front, int first_medium,
+                           LaunchData& data);
+
+}  // namespace itn
