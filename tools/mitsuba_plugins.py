@@ -16,7 +16,7 @@ import tempfile
 import zlib
 
 POLARISATION = 'not planned: polarisation'
-CURVES = 'not planned: curves, distance fields and splats'
+CURVES = 'not planned: distance fields and splats'
 SURFACES, MEDIA = 'planned, with the surfaces', 'planned, with media and lights'
 
 # tag -> (what it is called, the scene around it with %s for the element)
@@ -100,7 +100,9 @@ PLUGINS = [
     ('shape', 'shapegroup', '<shape type="sphere"/>', '', ''),
     ('shape', 'instance', '<shape type="shapegroup"><shape type="sphere"/></shape>', '', ''),
     ('shape', 'merge', '<shape type="sphere"/>', '', 'an optimisation of Mitsuba: list the shapes themselves'),
-    *rows('shape', 'bsplinecurve linearcurve sdfgrid ellipsoids ellipsoidsmesh', '', CURVES),
+    ('shape', 'linearcurve', text('filename', 't.txt'), 'a fine mesh', ''),
+    ('shape', 'bsplinecurve', text('filename', 't.txt'), 'a fine mesh, whose inside shows where its ends are open', ''),
+    *rows('shape', 'sdfgrid ellipsoids ellipsoidsmesh', '', CURVES),
     ('bsdf', 'diffuse', '', '', SURFACES),
     ('bsdf', 'dielectric', '', '', SURFACES),
     ('bsdf', 'thindielectric', '', 'what passes it does not count in max_depth, as in volpath; in path it does', SURFACES),
@@ -122,8 +124,9 @@ PLUGINS = [
     ('bsdf', 'null', '', '', SURFACES),
     ('bsdf', 'measured', text('filename', 't.bsdf'), '', 'no measured surfaces of this format yet'),
     ('bsdf', 'hair', '', '', CURVES),
+    ('bsdf', 'polarizer', '', 'as in variants without polarisation: half of the light passes', ''),
 ] + [('bsdf', name, '', '', POLARISATION)
-     for name in ('circular', 'polarizer', 'retarder', 'measured_polarized')] + [
+     for name in ('circular', 'retarder', 'measured_polarized')] + [
     ('texture', 'bitmap', text('filename', 't.ppm'), '', '', 'reflectance'),
     ('texture', 'checkerboard', '', 'its colours are colours, not textures', '', 'reflectance'),
     ('texture', 'mesh_attribute', text('name', 'vertex_color'), '', SURFACES, 'reflectance'),
@@ -163,6 +166,8 @@ PLUGINS = [
 def write_files(folder):
     """Small files of the formats that plugins read: a tetrahedron, a picture, a grid."""
     corners, faces = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]
+    with open(os.path.join(folder, 't.txt'), 'w') as file:
+        file.write('0 0 0 .1\n1 0 0 .1\n1 1 0 .1\n0 1 0 .1\n')
     with open(os.path.join(folder, 't.obj'), 'w') as file:
         file.writelines('v %g %g %g\n' % corner for corner in corners)
         file.writelines('f %d %d %d\n' % tuple(i + 1 for i in face) for face in faces)

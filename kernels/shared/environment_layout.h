@@ -22,9 +22,10 @@
 /* Offsets count floats in light_tables. local = to_local * world (row major); z is up for sunsky, y for an envmap. */
 typedef struct {
   int model;         /* MODEL_*, MODEL_none: it is dark */
-  int values;        /* envmap: rgb, row 0 on top, width + 1 columns: the last repeats the first */
-  int width, height; /* envmap */
-  int sampling;    /* envmap, sky: cumulative rows (rows + 1), then cumulative columns, row by row (columns + 1 each) */
+  int values;        /* envmap: rgb, row 0 on top, width + 1 columns: the last repeats the first;
+                        spherical harmonics: rgb of each coefficient */
+  int width, height; /* envmap; width: order of spherical harmonics */
+  int sampling; /* but of even light: cumulative rows (rows + 1), then cumulative columns, row by row (columns + 1 each) */
   int sun_table;   /* sun with limb darkening: [knot][channel][power][value, slope] */
   int complex_sun; /* 0 or 1 */
   int unused;

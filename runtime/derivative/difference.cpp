@@ -46,7 +46,7 @@ DifferenceStencil difference_stencil(const Scene& scene, const Parameter& p) {
     s.step = std::fabs(3 * d);
     return s;
   }
-  double h = 0.1 * std::min(below, above);
+  double h = 0.1 * std::min({below, above, std::isfinite(p.low) ? below : std::max(1.0, std::fabs(p.value))});
   const double kink = distance_to_kink(scene, p);
   h = kink > 0 ? std::min(h, 0.2 * kink) : 0.1 * h;
   s.offset = {-h, -h / 2, h / 2, h};

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
+#include <map>
+#include <mutex>
 #include <sstream>
 #include <stdexcept>
 
@@ -242,6 +245,23 @@ const std::vector<Model>& nest_models() {
 const std::vector<Model>& environment_models() {
   static const std::vector<Model> all = make_environment_models();
   return all;
+}
+
+const Model& spherical_harmonics_model(int order) {
+  static std::mutex access;
+  static std::map<int, Model> made;
+  const std::lock_guard lock(access);
+  const auto found = made.find(order);
+  if (found != made.end()) return found->second;
+  Model model = *find_model(environment_models(), "sphericalharmonics");
+  for (int l = 1; l <= order; ++l)
+    for (int m = -l; m <= l; ++m)
+      declare(model, ("c_" + std::to_string(l) + "_" + std::to_string(m)).c_str(), parameter_kind::COEFFICIENT, 0, "");
+  return made.emplace(order, std::move(model)).first->second;
+}
+
+int spherical_harmonics_order(const Model& model) {
+  return static_cast<int>(std::lround(std::sqrt(static_cast<double>(model.parameters.size())))) - 1;
 }
 
 const Model* find_model(const std::vector<Model>& models, const std::string& type) {

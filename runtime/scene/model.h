@@ -78,6 +78,10 @@ const std::vector<Model>& medium_models();
 const std::vector<Model>& light_models();        // of lights with a place in the scene
 const std::vector<Model>& environment_models();  // of light around it: parameters alone
 
+// sphericalharmonics up to an order: its parameters are c_l_m, for l = 0 ... order and m = -l ... l.
+const Model& spherical_harmonics_model(int order);
+int spherical_harmonics_order(const Model& model);
+
 // The first model of that type, or null.
 const Model* find_model(const std::vector<Model>& models, const std::string& type);
 // The BSDF of the same type whose roughness differs along two axes (BSDF_ANISOTROPIC), or null.

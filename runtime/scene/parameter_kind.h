@@ -80,6 +80,9 @@ constexpr ParameterKind NORMAL_TEXTURE{3, 0, 1, true, true, Reader::normals, fal
 constexpr ParameterKind BUMP_TEXTURE{3, -unbounded, unbounded, false, false, Reader::bumps, false};
 constexpr ParameterKind BUMP_SCALE{1,     -unbounded,         unbounded, false,
                                    false, Reader::any_number, true,      "a factor of heights"};
+constexpr ParameterKind COEFFICIENT{3,    -unbounded, unbounded,         false, false, Reader::colour,
+                                    true, "",         Quantity::emission};
+constexpr ParameterKind ANGLE{3, -unbounded, unbounded, false, false, Reader::colour, false, "", Quantity::unbounded};
 constexpr ParameterKind TURBIDITY{1, 1, 10};
 constexpr ParameterKind GROUND_ALBEDO{3, 0, 1, true, true, Reader::colour};
 constexpr ParameterKind FLAG{1, 0, 1, true, true, Reader::flag, false};

@@ -5,14 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 
 #include "runtime/base/error.h"
 
 namespace itn {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 const char* const textured_value = "a texture, not a number";
 
 struct Range {

@@ -12,6 +12,7 @@
 #include "runtime/device/device.h"
 #include "runtime/scene/hosek_wilkie.h"
 #include "runtime/scene/parameters.h"
+#include "tests/support/plain_program.h"
 
 using namespace itn;
 
@@ -34,25 +35,8 @@ std::vector<Values> on_device(const Environment& emitter, const Parameter& p, co
   records[1] = environment_derivative(emitter, p, records[0], tables);
   LaunchData launch;
   launch.environments = records;
-  auto definitions = environment_definitions(records);
-  definitions.insert({{"WIDTH", std::to_string(width)},
-                      {"BOX_WIDTH", "4"},
-                      {"LIGHT_SAMPLING", "1"},
-                      {"MEDIUM_LIGHT_SAMPLING", "0"},
-                      {"ROUGH_LIGHT_SAMPLING", "0"},
-                      {"HAS_LIGHTS", "0"},
-                      {"HAS_AREA_LIGHTS", "0"},
-                      {"SPECTRAL", "0"},
-                      {"SCORES", "0"},
-                      {"DERIVATIVES", "0"},
-                      {"PARTS", "0"},
-                      {"PART_RECORDS", "{0,{0,0,0}}"},
-                      {"BASELINES", "0"},
-                      {"ADJOINT", "0"},
-                      {"LIGHT_NUMBERS", "0"},
-                      {"THROUGHPUT_CHANNELS", "1"},
-                      {"RADIANCE_CHANNELS", "3"},
-                      {"HAS_LIGHT_DERIVATIVES", "1"}});
+  const auto definitions = test::plain_program(
+      launch, width, {{"LIGHT_SAMPLING", "1"}, {"RADIANCE_CHANNELS", "3"}, {"HAS_LIGHT_DERIVATIVES", "1"}});
   setenv("ITN_KERNEL_DIR", ITN_SOURCE_DIR "/tests/derivative", 1);
   const cl::Program program =
       device().build("emission_test.cl", definitions,
@@ -198,5 +182,28 @@ TEST_CASE("the derivative of constant light and of an environment map is their r
       }
     INFO(p.name << " = " << p.value);
     CHECK(wrong == 0);
+  }
+}
+
+TEST_CASE("the derivative by a coefficient of spherical harmonics is what radiance grows by with it", "[derivative]") {
+  Environment emitter;
+  emitter.become(spherical_harmonics_model(3));
+  emitter.set("c_0_0", Rgb{1, 2, 3});
+  emitter.set("c_2_-1", 0.25);
+  const auto directions = directions_about({0, 1, 0}, 0.5);
+  const auto parameters = list_parameters(lit_by(emitter));
+  CHECK(parameters.size() == 15 + 3);
+  for (const Parameter& p : parameters) {
+    const auto values = on_device(emitter, p, directions, 16),
+               more = on_device(moved(emitter, p, 1), p, directions, 16);
+    double worst = 0, largest = 0;
+    for (std::size_t i = 0; i < directions.size(); ++i)
+      for (std::size_t c = 0; c < 3; ++c) {
+        worst = std::max(worst, std::abs(values[i].derivative[c] - (more[i].radiance[c] - values[i].radiance[c])));
+        largest = std::max(largest, std::abs(values[i].derivative[c]));
+      }
+    INFO(p.name);
+    CHECK(worst < 2e-6);
+    CHECK(largest > 0.2);
   }
 }

@@ -150,7 +150,7 @@ TEST_CASE("unknown elements, attributes and types are named with what is allowed
   folder.check_error("<medium type=\"heterogenous\"/>", 2, {"need \"homogeneous\""});
   folder.check_error("<emitter type=\"lamp\"/>", 2, {"\"lamp\"", "\"sunsky\"", "\"point\""});
   folder.check_error("<integrator type=\"bdpt\"/>", 2, {"\"volpath\""});
-  folder.check_error("<sensor type=\"thinlens\"/>", 2, {"\"perspective\""});
+  folder.check_error("<sensor type=\"fisheye\"/>", 2, {"\"perspective\""});
   folder.check_error("<shape type=\"sphere\">\n<film type=\"hdrfilm\"/></shape>", 3,
                      {"does not belong here", "<bsdf>"});
 }

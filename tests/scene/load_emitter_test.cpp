@@ -126,3 +126,20 @@ TEST_CASE("a truncated or empty environment image is refused") {
                        {"cut.exr"});
   }
 }
+
+TEST_CASE("spherical harmonics have the order of their highest coefficient, and the others are 0") {
+  const auto light = [](const std::string& content) {
+    return "<emitter type=\"sphericalharmonics\" id=\"light\">\n" + content + "</emitter>";
+  };
+  const auto rgb = [](const std::string& name, const std::string& value) {
+    return "<rgb name=\"" + name + "\" value=\"" + value + "\"/>";
+  };
+  const Environment e = load(light(rgb("c_0_0", "1 2 3") + rgb("c_2_-1", "-0.5 0 0.25")));
+  CHECK(e.values.size() == 9);
+  CHECK(e.colour("c_0_0") == Rgb{1, 2, 3});
+  CHECK(e.colour("c_2_-1") == Rgb{-0.5, 0, 0.25});
+  CHECK(e.colour("c_1_0") == Rgb{0, 0, 0});
+  check_error("\n" + light(""), {"no coefficient", "c_0_0", "30"});
+  check_error("\n" + light(rgb("c_31_0", "1 1 1")), {"no coefficient"});
+  check_error(light(rgb("c_0_0", "1 1 1") + rgb("c_1_2", "1 1 1")), {"\"c_1_2\""});
+}

@@ -26,6 +26,7 @@
 #include "model/bsdf/diffuse.h"
 #include "model/bsdf/plastic.h"
 #include "model/bsdf/polarized_plastic.h"
+#include "model/bsdf/polarizer.h"
 #include "model/bsdf/rough_conductor.h"
 #include "model/bsdf/rough_conductor_anisotropic.h"
 #include "model/bsdf/rough_dielectric.h"
@@ -44,6 +45,7 @@
   BSDF(plastic, PLASTIC, "plastic", "")                                                               \
   BSDF(rough_plastic, ROUGH_PLASTIC, "roughplastic", "beckmann ggx")                                  \
   BSDF(polarized_plastic, POLARIZED_PLASTIC, "pplastic", "beckmann ggx")                              \
+  BSDF(polarizer, POLARIZER, "polarizer", "")                                                         \
   BSDF(thin_dielectric, THIN_DIELECTRIC, "thindielectric", "")
 
 #endif

@@ -14,11 +14,13 @@
 #define ITN_ENVIRONMENT_LIST_H
 #include "model/environment/constant.h"
 #include "model/environment/envmap.h"
+#include "model/environment/spherical_harmonics.h"
 #include "model/environment/sunsky.h"
 
 #define ENVIRONMENT_LIST(ENVIRONMENT)         \
   ENVIRONMENT(constant, CONSTANT, "constant") \
   ENVIRONMENT(envmap, ENVMAP, "envmap")       \
-  ENVIRONMENT(sunsky, SUNSKY, "sunsky")
+  ENVIRONMENT(sunsky, SUNSKY, "sunsky")       \
+  ENVIRONMENT(spherical_harmonics, SPHERICAL_HARMONICS, "sphericalharmonics")
 
 #endif

@@ -1,5 +1,7 @@
 #include <fmt/core.h>
 
+#include <set>
+
 #include "kernels/model/models.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
@@ -73,6 +75,26 @@ void sunsky_rest(Builder& builder, Properties& properties, Environment& environm
   if (sun.direction[2] < 0) builder.warn(environment.where, "emitter \"sunsky\": the sun is below the horizon");
 }
 
+void spherical_harmonics_rest(Builder& /*builder*/, Properties& properties, Environment& environment) {
+  environment.to_world = rotation(properties);
+}
+
+// The highest order of which there is a coefficient; -1: there is none.
+int harmonics_order(Properties& properties) {
+  std::set<std::string> given;
+  for (const auto& child : properties.element().children) given.insert(child->attribute("name"));
+  int order = -1;
+  for (int l = 0; l <= GREATEST_HARMONICS_ORDER; ++l)
+    for (int m = -l; m <= l; ++m)
+      if (given.count(fmt::format("c_{}_{}", l, m)) > 0) order = l;
+  if (order < 0)
+    properties.fail_at(
+        "", fmt::format("no coefficient; need <rgb name=\"c_0_0\" value=\"...\"/>, and others c_l_m, l up to "
+                        "{} and m from -l to l",
+                        GREATEST_HARMONICS_ORDER));
+  return order;
+}
+
 #define ITN_REST(name, PREFIX, type) \
   if (environment.model->id == MODEL_##name) name##_rest(builder, properties, environment);
 void read_rest(Builder& builder, Properties& properties, Environment& environment){ENVIRONMENT_LIST(ITN_REST)}
@@ -125,7 +147,8 @@ void read_emitter(Builder& builder, const Element& element) {
   const Model* model = find_model(environment_models(), properties.type());
   if (!model) fail_type(element, emitter_types());
   Environment environment;
-  environment.become(*model);
+  environment.become(model->id == MODEL_spherical_harmonics ? spherical_harmonics_model(harmonics_order(properties))
+                                                            : *model);
   environment.id = element.id;
   environment.where = element.where;
   read_parameters(builder, properties, environment);

@@ -1,5 +1,7 @@
 #include "runtime/scene/xml/message.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <charconv>
 #include <numeric>
@@ -61,7 +63,11 @@ std::string suggestion(const std::string& name, const std::vector<std::string>& 
 }
 
 std::string need_one_of(const std::string& name, const std::vector<std::string>& allowed) {
-  return "; need " + list_of(allowed) + suggestion(name, allowed);
+  constexpr std::size_t most = 60;
+  if (allowed.size() <= most) return "; need " + list_of(allowed) + suggestion(name, allowed);
+  const std::vector<std::string> first(allowed.begin(), allowed.begin() + most);
+  return fmt::format("; need {}, or one of {} others", list_of(first), allowed.size() - most) +
+         suggestion(name, allowed);
 }
 
 }  // namespace itn

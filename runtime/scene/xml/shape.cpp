@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "kernels/shared/declaration.h"
+#include "runtime/scene/mesh/curve_mesh.h"
 #include "runtime/scene/mesh/mesh_close.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/mesh/mesh_repair.h"
@@ -16,8 +17,9 @@
 namespace itn {
 namespace {
 
-const std::vector<std::string> types = {"obj",  "ply",  "serialized", "mesh",       "sphere",  "rectangle",
-                                        "cube", "disk", "cylinder",   "shapegroup", "instance"};
+const std::vector<std::string> types = {"obj",          "ply",        "serialized", "mesh",     "sphere",
+                                        "rectangle",    "cube",       "disk",       "cylinder", "linearcurve",
+                                        "bsplinecurve", "shapegroup", "instance"};
 
 // A vertex normal of length 0 shades nothing: such ones are computed.
 void replace_zero_normals(Builder& builder, Properties& properties, Mesh& mesh) {
@@ -80,6 +82,24 @@ LoadedMesh load_flat(Properties& properties, Mesh mesh) {
   transform_mesh(properties.transform("to_world"), mesh, true);
   check_single_precision(properties, mesh);
   return {std::move(mesh), false, flip_normals};
+}
+
+// to_world moves the control points and leaves their radii as they are, as in Mitsuba.
+LoadedMesh load_curves(Properties& properties) {
+  const bool is_spline = properties.type() == "bsplinecurve";
+  const std::string file = properties.file("filename");
+  const Transform to_world = properties.transform("to_world");
+  std::vector<Curve> curves;
+  try {
+    curves = read_curves(file, is_spline ? 4 : 2);
+  } catch (const InputError& error) {
+    properties.fail_at("filename", error.what());
+  }
+  for (Curve& curve : curves)
+    for (ControlPoint& point : curve) point.position = transform_point(to_world, point.position);
+  Mesh mesh = is_spline ? bspline_curve_mesh(curves) : linear_curve_mesh(curves);
+  check_single_precision(properties, mesh);
+  return {std::move(mesh), false, false};
 }
 
 void drop_degenerate(Builder& builder, Properties& properties, Mesh& mesh) {
@@ -240,6 +260,8 @@ Shape make_shape(Builder& builder, const Element& element) {
     loaded = load_flat(properties, rectangle_mesh());
   } else if (type == "cube") {
     loaded = load_flat(properties, cube_mesh());
+  } else if (type == "linearcurve" || type == "bsplinecurve") {
+    loaded = load_curves(properties);
   } else if (type == "sphere") {
     build_sphere(properties, shape);
   } else if (type == "disk") {
