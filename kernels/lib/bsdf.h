@@ -58,7 +58,9 @@ BSDF_DISPATCH void bsdf_pick(int model, REAL n[], REAL3 wi, REAL u) {
 #define STRUCTURE_CASE(name, PREFIX) \
   case MODEL_##name: return n[PREFIX##_picked] == (float)PASSAGE_LEAF;
 BSDF_DISPATCH MASK bsdf_passes(int model, const REAL n[]) {
-  if (bsdf_traits(model) & BSDF_PASSES) switch (model) { STRUCTURES_OF_SCENE(STRUCTURE_CASE) }
+  if (bsdf_traits(model) & BSDF_PASSES) switch (model) {
+      STRUCTURES_OF_SCENE(STRUCTURE_CASE)
+    }
   return (MASK)(0);
 }
 #undef STRUCTURE_CASE
@@ -75,7 +77,8 @@ BSDF_DISPATCH MASK bsdf_straight(int model, const REAL n[], REAL3 wi, REAL3 wo) 
 #undef STRUCTURE_CASE
 
 /* Bump maps: from the slopes of their textures to normals in the frame (model/nest/bump_map.h). */
-#define BEND_BY_SLOPES(first) bend_by_slopes(n + first + BUMP_MAP_texture, n[first + BUMP_MAP_scale], &axes, normal, frame);
+#define BEND_BY_SLOPES(first) \
+  bend_by_slopes(n + first + BUMP_MAP_texture, n[first + BUMP_MAP_scale], &axes, normal, frame);
 #define STRUCTURE_CASE(name, PREFIX) \
   case MODEL_##name: PREFIX##_BUMPS(BEND_BY_SLOPES) break;
 BSDF_DISPATCH void bsdf_bump(int model, const Launch* launch, INT primitive, REAL3 position, REAL3 normal,
@@ -87,10 +90,8 @@ BSDF_DISPATCH void bsdf_bump(int model, const Launch* launch, INT primitive, REA
 #undef STRUCTURE_CASE
 
 /* The share of the light that passes straight on, unless it is 0; n says then that the leaf is a passage. */
-#define STRUCTURE_CASE(name, PREFIX)   \
-  case MODEL_##name:                                   \
-    n[PREFIX##_picked] = (REAL)((float)PASSAGE_LEAF);  \
-    return name##_passage(n, wi);
+#define STRUCTURE_CASE(name, PREFIX) \
+  case MODEL_##name: n[PREFIX##_picked] = (REAL)((float)PASSAGE_LEAF); return name##_passage(n, wi);
 BSDF_DISPATCH REAL bsdf_passage(int model, REAL n[], REAL3 wi) {
   switch (model) { STRUCTURES_OF_SCENE(STRUCTURE_CASE) }
   return (REAL)(0.0f);
@@ -98,14 +99,13 @@ BSDF_DISPATCH REAL bsdf_passage(int model, REAL n[], REAL3 wi) {
 #undef STRUCTURE_CASE
 
 /* What an event adds to the scores of the numbers. first: of the numbers; a BSDF_CASE writes d log f / d n to d. */
-#define BSDF_STEP(CASES)                                                     \
-  Step step = no_step(first);                                                \
-  UNROLL_FOR(int word = 0; HAS_TEXTURE && word < ORIGIN_WORDS; ++word)       \
-  step.origins[word] = AS_INT(n[ORIGINS + word]);                            \
-  REAL d[MOST_SLOTS * CHANNELS];                                             \
-  UNROLL_FOR(int i = 0; i < MOST_SLOTS * CHANNELS; ++i) d[i] = (REAL)(0.0f); \
-  switch (model) { CASES }                                                   \
-  add_step(&step, d, mask);                                                  \
+#define BSDF_STEP(CASES)                                                                                               \
+  Step step = no_step(first);                                                                                          \
+  UNROLL_FOR(int word = 0; HAS_TEXTURE && word < ORIGIN_WORDS; ++word) step.origins[word] = AS_INT(n[ORIGINS + word]); \
+  REAL d[MOST_SLOTS * CHANNELS];                                                                                       \
+  UNROLL_FOR(int i = 0; i < MOST_SLOTS * CHANNELS; ++i) d[i] = (REAL)(0.0f);                                           \
+  switch (model) { CASES }                                                                                             \
+  add_step(&step, d, mask);                                                                                            \
   return step;
 
 /* Of the value. */
