@@ -4,6 +4,7 @@
 #include "runtime/image/exr.h"
 #include "runtime/image/png.h"
 #include "runtime/image/srgb.h"
+#include "runtime/scene/structure.h"
 #include "tests/scene/scene_folder.h"
 
 using namespace itn;

@@ -37,7 +37,7 @@ Inside inside_of(const Model& nest) {
 }
 
 std::vector<const Element*> elements_inside(Properties& properties, const Model& nest) {
-  const std::vector<const Element*> found = properties.objects("bsdf");
+  std::vector<const Element*> found = properties.objects("bsdf");
   const Inside need = inside_of(nest);
   if (found.empty()) properties.fail_at("", fmt::format("it is empty; need {}", need.words));
   if (found.size() < need.least || found.size() > need.most)
