@@ -109,7 +109,7 @@ inline float pass_boundary(__global const PrimitiveRecord* primitive, float3 d, 
 /* Where connections meet structures that let a share of the light pass straight on. */
 typedef struct {
   INT surface, first; /* of the program; of the numbers */
-  REAL3 wi;           /* as paths see it that come from the light's side or from the other: shares are the same for both */
+  REAL3 wi; /* as paths see it that come from the light's side or from the other: shares are the same for both */
   REAL texture[2];
 } Passage;
 
@@ -159,13 +159,42 @@ inline void pass_structure(int surface, int model, const Launch* launch, __globa
 }
 #endif
 
+/* Nothing on the way yet. */
+inline Obstacles no_obstacles() {
+  Obstacles way;
+  UNROLL_FOR(int k = 0; k < PASSAGES; ++k) way.through[k].real = (REAL)(0.0f);
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way.depth[c].real = (REAL)(0.0f);
+  way.reached = 0;
+#if HAS_PASSAGES
+  way.share = (REAL)(1.0f);
+  UNROLL_FOR(int k = 0; k < SCORES; ++k) way.passed[k] = (REAL)(0.0f);
+#endif
+  return way;
+}
+
+/* What structures that connections meet pass on. Returns the lanes in which something passes. */
+inline uint pass_structures(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
+                            const LaneHits* hits, REAL3 to, const REAL pulled_weight[], Obstacles* way) {
+#if HAS_PASSAGES
+  REAL share = (REAL)(0.0f);
+  const Passage at_structure = find_passage(launch, job, mask, hits, to);
+#define PASS_STRUCTURE(surface, name, variant) \
+  pass_structure(surface, MODEL_##name, launch, job, pool, slots, &at_structure, pulled_weight, way, &share);
+  PASSED_SURFACES(PASS_STRUCTURE)
+  way->share *= SELECT(share > 0.0f, share, 1.0f);
+  return lane_bits(share > 0.0f);
+#else
+  return 0;
+#endif
+}
+
 /* Follows connections: from `from` in `medium`, standing on primitive `skip`, towards `to` over `distance`; FAR_AWAY: out of
  * the scene. pulled_weight: of a replay, for what lets light pass straight on; else null. */
 inline Obstacles follow_connection(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                                    MASK mask, REAL3 from, REAL3 to, REAL distance, INT skip, INT medium,
                                    const REAL pulled_weight[]) {
   const Surfaces surfaces = job_surfaces(launch, job);
-  Obstacles way;
+  Obstacles way = no_obstacles();
   Lanes ox, oy, oz, dx, dy, dz, left, stands_on, in;
   ox.real = from.x;
   oy.real = from.y;
@@ -176,29 +205,14 @@ inline Obstacles follow_connection(const Launch* launch, __global const JobRecor
   left.real = distance;
   stands_on.integer = skip;
   in.integer = medium;
-  UNROLL_FOR(int k = 0; k < PASSAGES; ++k) way.through[k].real = (REAL)(0.0f);
-  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way.depth[c].real = (REAL)(0.0f);
   uint bits = lane_bits(mask);
-  way.reached = 0;
-#if HAS_PASSAGES
-  way.share = (REAL)(1.0f);
-  UNROLL_FOR(int k = 0; k < SCORES; ++k) way.passed[k] = (REAL)(0.0f);
-#endif
   MASK passed = (MASK)(0); /* a boundary: nothing behind counts, or thin bodies would be passed again and again */
   while (bits) {
     const LaneHits hits =
         trace_lanes(surfaces, make3(ox.real, oy.real, oz.real), to, HAS_LIGHTS ? left.real : (REAL)(INFINITY),
                     stands_on.integer, in.integer >= 0, passed, mask);
     passed = mask;
-#if HAS_PASSAGES
-    REAL share = (REAL)(0.0f);
-    const Passage at_structure = find_passage(launch, job, mask, &hits, to);
-#define PASS_STRUCTURE(surface, name, variant) \
-  pass_structure(surface, MODEL_##name, launch, job, pool, slots, &at_structure, pulled_weight, &way, &share);
-    PASSED_SURFACES(PASS_STRUCTURE)
-    const uint open = lane_bits(share > 0.0f);
-    way.share *= SELECT(share > 0.0f, share, 1.0f);
-#endif
+    const uint open = pass_structures(launch, job, pool, slots, mask, &hits, to, pulled_weight, &way);
     uint next = 0;
     FOR_EACH_LANE(l, bits) {
       const int at = hits.primitive.i[l], current = in.i[l];
@@ -212,11 +226,7 @@ inline Obstacles follow_connection(const Launch* launch, __global const JobRecor
       }
       __global const PrimitiveRecord* primitive = launch->primitives + at;
       __global const ShapeRecord* shape = launch->shapes + job->first_shape + primitive->shape;
-#if HAS_PASSAGES
       if (launch->bsdfs[shape->bsdf].surface != SURFACE_NULL && !(open & (1u << l))) continue;
-#else
-      if (launch->bsdfs[shape->bsdf].surface != SURFACE_NULL) continue;
-#endif
       float3 o = (float3)(hits.x.f[l], hits.y.f[l], hits.z.f[l]);
       const float facing = pass_boundary(primitive, (float3)(dx.f[l], dy.f[l], dz.f[l]), &o);
       ox.f[l] = o.x;

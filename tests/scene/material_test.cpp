@@ -254,8 +254,9 @@ TEST_CASE("faulty nests of BSDFs are refused") {
   check_bsdf_error("blendbsdf", paint + paint, {"no weight"});
   check_bsdf_error("blendbsdf", number("weight", "1.5") + paint + paint, {"1.5", "[0, 1]"});
   check_bsdf_error("mask", paint + paint, {"2 nested <bsdf>", "need one"});
-  check_bsdf_error("mask", "", {"empty"});
-  check_bsdf_error("normalmap", paint, {"need a nested <texture name=\"normalmap\">"});
+  SceneFolder().check_error("<bsdf type=\"mask\"/>", 2, {"empty"});
+  SceneFolder().check_error("<bsdf type=\"normalmap\">" + paint + "</bsdf>", 2,
+                            {"need a nested <texture name=\"normalmap\">"});
   check_bsdf_error("bumpmap", paint, {"0 textures", "heights"});
   check_bsdf_error("bumpmap", paint + "<texture type=\"checkerboard\"/>", {"\"checkerboard\"", "bitmap"});
   check_bsdf_error("twosided", paint + paint + paint, {"3 nested <bsdf>"});
