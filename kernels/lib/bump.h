@@ -23,8 +23,8 @@ inline void round_axes(__global const float* record, INT at, INT flags, REAL3 po
   /* a turn is one unit of u, half a turn from pole to pole or the length of the cylinder one of v */
   axes->u = select3(sphere | cylinder, scale3(cross3(axis, radial), 6.28318531f), axes->u);
   const REAL3 down = sub3(scale3(radial, height / MAX(radius, (REAL)(1e-20f))), scale3(axis, radius));
-  axes->v = select3(sphere, scale3(down, 3.14159265f),
-                    select3(cylinder, scale3(last, 1.0f / dot3(last, last)), axes->v));
+  axes->v =
+      select3(sphere, scale3(down, 3.14159265f), select3(cylinder, scale3(last, 1.0f / dot3(last, last)), axes->v));
 }
 #endif
 

@@ -47,23 +47,23 @@
   if (thin) is_thin = is_thin | (picked == (float)(leaf));
 
 /* wo of the lanes that have picked the leaf. A direction that leaves on a side where the leaf is not seen is lost. */
-#define DRAW_LEAF(structure, at, leaf, model, variant, first, thin)              \
-  {                                                                              \
-    const MASK here = picked == (float)(leaf);                                   \
-    if (ANY(here)) {                                                             \
-      const Nest x = structure##_at_##at(n, wi, wi);                             \
-      REAL3 own;                                                                 \
-      REAL w[CHANNELS], p, e;                                                    \
-      model##_draw(variant, n + first, nest_local(&x, wi), u, &own, w, &p, &e);  \
-      own = nest_world(&x, own);                                                 \
-      const Nest there = structure##_at_##at(n, wi, own);                        \
-      const MASK lost = !(there.seen > 0.0f);                                    \
-      *wo = select3(here, own, *wo);                                             \
-      *pdf = SELECT(here, SELECT(lost, 0.0f, p), *pdf);                          \
-      *inverse_eta = SELECT(here, e, *inverse_eta);                              \
-      UNROLL_FOR(int c = 0; c < CHANNELS; ++c)                                   \
-      weight[c] = SELECT(here, SELECT(lost, 0.0f, w[c] * there.lit), weight[c]); \
-    }                                                                            \
+#define DRAW_LEAF(structure, at, leaf, model, variant, first, thin)                \
+  {                                                                                \
+    const MASK here = picked == (float)(leaf);                                     \
+    if (ANY(here)) {                                                               \
+      const Nest x = structure##_at_##at(n, wi, wi);                               \
+      REAL3 own;                                                                   \
+      REAL w[CHANNELS], p, e;                                                      \
+      model##_draw(variant, n + first, nest_local(&x, wi), u, &own, w, &p, &e);    \
+      own = nest_world(&x, own);                                                   \
+      const Nest there = structure##_at_##at(n, wi, own);                          \
+      const MASK lost = !(there.seen > 0.0f);                                      \
+      *wo = select3(here, own, *wo);                                               \
+      *pdf = SELECT(here, SELECT(lost, 0.0f, p), *pdf);                            \
+      *inverse_eta = SELECT(here, e, *inverse_eta);                                \
+      UNROLL_FOR(int c = 0; c < CHANNELS; ++c)                                     \
+        weight[c] = SELECT(here, SELECT(lost, 0.0f, w[c] * there.lit), weight[c]); \
+    }                                                                              \
   }
 
 #define COUNT_LEAF(structure, at, leaf, model, variant, first, thin) +1
@@ -98,8 +98,7 @@
     *pdf = (REAL)(0.0f);                                                                                      \
     *inverse_eta = (REAL)(1.0f);                                                                              \
     UNROLL_FOR(int c = 0; c < CHANNELS; ++c) weight[c] = (REAL)(0.0f);                                        \
-    PREFIX##_LEAVES(DRAW_LEAF)                                                                                \
-    if ((0 PREFIX##_LEAVES(COUNT_LEAF)) == 1) return;                                                         \
+    PREFIX##_LEAVES(DRAW_LEAF) if ((0 PREFIX##_LEAVES(COUNT_LEAF)) == 1) return;                              \
     const MASK drawn = *pdf > 0.0f;                                                                           \
     REAL f[CHANNELS];                                                                                         \
     structure##_value(variant, n, wi, *wo, f);                                                                \
@@ -107,7 +106,7 @@
     const REAL scale = 1.0f / (MAX(density, (REAL)(1e-20f)) * *inverse_eta * *inverse_eta);                   \
     *pdf = SELECT(drawn, density, 0.0f);                                                                      \
     UNROLL_FOR(int c = 0; c < CHANNELS; ++c)                                                                  \
-    weight[c] = SELECT(drawn, SELECT(density > 0.0f, f[c] * scale, 0.0f), weight[c]);                         \
+      weight[c] = SELECT(drawn, SELECT(density > 0.0f, f[c] * scale, 0.0f), weight[c]);                       \
   }
 
 STRUCTURES_OF_SCENE(STRUCTURE_FUNCTIONS)

@@ -16,11 +16,11 @@
 #include "model/nest/passage.h"
 #include "model/nest/twosided.h"
 
-#define NEST_LIST(NEST_)                      \
-  NEST_(blend, BLEND, "blendbsdf")            \
-  NEST_(opacity_mask, OPACITY_MASK, "mask")   \
-  NEST_(twosided, TWOSIDED, "twosided")       \
-  NEST_(normal_map, NORMAL_MAP, "normalmap")  \
+#define NEST_LIST(NEST_)                     \
+  NEST_(blend, BLEND, "blendbsdf")           \
+  NEST_(opacity_mask, OPACITY_MASK, "mask")  \
+  NEST_(twosided, TWOSIDED, "twosided")      \
+  NEST_(normal_map, NORMAL_MAP, "normalmap") \
   NEST_(bump_map, BUMP_MAP, "bumpmap")
 
 #endif

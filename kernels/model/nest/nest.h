@@ -44,7 +44,9 @@ MODEL_NEST nest_begin(REAL3 wi) {
 
 MODEL3 nest_local(const NEST* x, REAL3 w) { return make3(dot3(x->s, w), dot3(x->t, w), dot3(x->z, w)); }
 
-MODEL3 nest_world(const NEST* x, REAL3 w) { return add3(add3(scale3(x->s, w.x), scale3(x->t, w.y)), scale3(x->z, w.z)); }
+MODEL3 nest_world(const NEST* x, REAL3 w) {
+  return add3(add3(scale3(x->s, w.x), scale3(x->t, w.y)), scale3(x->z, w.z));
+}
 
 /* The leaf itself, of which light is seen on its upper side alone. */
 MODEL_VOID nest_opaque(REAL3 wi, NEST* x) { x->seen = SELECT(dot3(x->z, wi) > NUMBER(0), x->seen, NUMBER(0)); }

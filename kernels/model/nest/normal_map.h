@@ -18,8 +18,8 @@ enum { NORMAL_MAP_NUMBERS(DECLARE_SLOT) NORMAL_MAP_SLOTS };
 
 MODEL_VOID normal_map_enter(int branch, const REAL* n, REAL3 wi, REAL3 wo, NEST* x) {
   REAL3 colour = make3(n[NORMAL_MAP_normalmap], n[NORMAL_MAP_normalmap + 1], n[NORMAL_MAP_normalmap + 2]);
-  REAL3 normal = make3(NUMBER(2) * colour.x - NUMBER(1), NUMBER(2) * colour.y - NUMBER(1),
-                       NUMBER(2) * colour.z - NUMBER(1));
+  REAL3 normal =
+      make3(NUMBER(2) * colour.x - NUMBER(1), NUMBER(2) * colour.y - NUMBER(1), NUMBER(2) * colour.z - NUMBER(1));
   bend_normal(normal, n[NORMAL_MAP_flip_invalid_normals], n[NORMAL_MAP_use_shadowing_function], wi, wo, x);
 }
 
