@@ -114,15 +114,35 @@ def vertex_normals(v, f):
     return n / np.linalg.norm(n, axis=1, keepdims=True)
 
 
-def write_ply(path, v, f, normals):
+def waves(n):
+    """A square sheet with hills, seen from above: vertices, faces and texture coordinates that are not along its edges."""
+    y, x = np.mgrid[:n + 1, :n + 1] / n
+    v = np.stack([2 * x - 1, 2 * y - 1, .15 * np.sin(7 * x + 1) * np.cos(5 * y)], -1).reshape(-1, 3)
+    a = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    f = np.vstack([np.stack([a, a + 1, a + n + 2], 1), np.stack([a, a + n + 2, a + n + 1], 1)])
+    return v, f, np.stack([x + .3 * y, 1.2 * y - .1 * x], -1).reshape(-1, 2)
+
+
+def bumps(size):
+    """Heights that wrap around, and the normals of something else that does."""
+    y, x = np.mgrid[:size, :size] * 2 * np.pi / size
+    heights = .15 + .08 * np.sin(2 * x) + .06 * np.cos(3 * y + x)
+    normals = np.stack([.4 * np.cos(2 * x + y), .5 * np.sin(3 * y), np.ones_like(x)], -1)
+    return heights[..., None], .5 + .5 * normals / np.linalg.norm(normals, axis=-1, keepdims=True)
+
+
+def write_ply(path, v, f, normals, uv=None):
     volume = np.einsum('ij,ij->i', v[f[:, 0]], np.cross(v[f[:, 1]], v[f[:, 2]])).sum() / 6
-    if volume < 0:
+    if volume < 0 and uv is None:
         f = f[:, ::-1]
     names = ['x', 'y', 'z']
     data = v
     if normals:
         names += ['nx', 'ny', 'nz']
         data = np.hstack([v, vertex_normals(v, f)])
+    if uv is not None:
+        names += ['u', 'v']
+        data = np.hstack([data, uv])
     header = ['ply', 'format binary_little_endian 1.0', f'element vertex {len(v)}']
     header += [f'property float {name}' for name in names]
     header += [f'element face {len(f)}', 'property list uchar int vertex_indices', 'end_header', '']
@@ -220,6 +240,13 @@ def main():
     tiles = checker(16, 8, (.1, .15, .25), (.8, .7, .5))
     tiles[:4, :8] = (.7, .1, .1)
     write_exr(test + 'tiles.exr', tiles)
+    v, f, uv = waves(12)
+    write_ply(test + 'waves.ply', v, f, normals=True, uv=uv)
+    heights, normals = bumps(32)
+    write_exr(test + 'bumps.exr', heights, mi.Struct.Type.Float32)
+    write_exr(test + 'normals.exr', normals, mi.Struct.Type.Float32)
+    holes = np.random.default_rng(3).uniform(size=(8, 8, 1))
+    write_exr(test + 'holes.exr', np.where(holes < .4, 0, np.where(holes < .55, .5, 1)), mi.Struct.Type.Float32)
     above = np.ones((512, 4, 3))
     above[256:] = 0
     write_exr('test/above.exr', above)

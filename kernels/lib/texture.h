@@ -16,4 +16,15 @@ inline int texture_value(__global const TextureRecord* t, __global const float* 
 }
 #undef TEXTURE_CASE
 
+/* d value / d u and d value / d v of a bitmap, the same in all channels; of nearest texels: 0. */
+inline void texture_slopes(__global const TextureRecord* t, __global const float* texels, float u, float v,
+                           float slopes[3]) {
+  const float x = t->to_uv[0] * u + t->to_uv[1] * v + t->to_uv[2], y = t->to_uv[3] * u + t->to_uv[4] * v + t->to_uv[5];
+  float along[2];
+  bitmap_slopes(t, texels, x, y, along);
+  slopes[0] = t->to_uv[0] * along[0] + t->to_uv[3] * along[1];
+  slopes[1] = t->to_uv[1] * along[0] + t->to_uv[4] * along[1];
+  slopes[2] = 0.0f;
+}
+
 #endif

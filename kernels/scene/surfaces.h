@@ -7,6 +7,9 @@
 #define SURFACE_LIST(SURFACE) /* SURFACE(its number, from 1 on; name; variant) */
 #define BSDFS_OF_SCENE(MODEL)
 #define MEDIA_OF_SCENE(MODEL) MODEL(homogeneous, HOMOGENEOUS)
+#define STRUCTURES_OF_SCENE(MODEL)
+#define PASSED_SURFACES(SURFACE) /* of SURFACE_LIST: structures with BSDF_PASSES */
+#define ORIGIN_WORDS 1           /* lib/numbers.h */
 #define PHASE_COUNT 0
 #define PHASES_OF_SCENE(MODEL)
 #define LIGHTS_OF_SCENE(MODEL)

@@ -89,6 +89,7 @@ inline void connect_through(int surface, int model, int variant, const Launch* l
   if (traits & BSDF_ANISOTROPIC) {
     const Frame frame =
         make_frame_along(e->shading, surface_tangent(launch->primitives, e->primitive, e->position, e->normal));
+    bsdf_bump(model, launch, e->primitive, e->position, e->normal, &frame, n);
     wi = scale3(frame_to_local(&frame, e->inward), -1.0f);
     wo = frame_to_local(&frame, sample->source.direction);
   }

@@ -59,6 +59,12 @@ inline Surface load_surface(const Launch* launch, __global const JobRecord* job,
   return s;
 }
 
+/* The medium above or below the surface, for a path in one of them. */
+inline INT medium_behind(const Pool* pool, INT slots, const Surface* s, MASK above) {
+  const INT beyond = SELECT_INT(above, s->exterior, s->interior);
+  return SELECT_INT(s->interior == s->exterior, LOAD_INT(pool, MEDIUM, slots), beyond);
+}
+
 /* On with `direction` from the surface, into the medium on that side. As in Mitsuba, a shape with no media of its own
  * leaves the path in the medium it is in. */
 inline void leave_surface(const Launch* launch, Pool* pool, INT slots, MASK mask, const Surface* s, REAL3 direction) {

@@ -22,6 +22,9 @@
 namespace itn {
 namespace {
 
+// A number whose channels are no colour.
+bool is_direction(const DeclaredNumber& number) { return number.role == ROLE_NORMAL || number.role == ROLE_BUMP; }
+
 void append_bitmap(const Texture& texture, TextureRecord& r, LaunchData& data) {
   const Bitmap& bitmap = *texture.bitmap;
   const auto [known, is_new] = data.texels_of.try_emplace(&bitmap, static_cast<int>(data.texels.size()));
@@ -36,18 +39,19 @@ void append_bitmap(const Texture& texture, TextureRecord& r, LaunchData& data) {
   const std::size_t channels = static_cast<std::size_t>(bitmap.channels);
   for (std::size_t i = 0; is_new && i < pixels; ++i)
     for (std::size_t c = 0; c < 3; ++c) data.texels.push_back(bitmap.data[i * channels + std::min(c, channels - 1)]);
-  data.coloured |= channels > 1;
 }
 
-// Returns its index, -1 where it is constant. model: that of the number for which it stands
-int append_texture(const Texture& texture, const Model& model, LaunchData& data) {
-  if (texture.is_constant()) return -1;
+// Returns its index. model: that of the number for which it stands
+int append_texture(const Texture& texture, const Model& model, const DeclaredNumber& number, LaunchData& data) {
   TextureRecord r{};
   r.kind = texture.model->id;
   for (std::size_t k = 0; k < 6; ++k) r.to_uv[k] = static_cast<float>(texture.to_uv[k]);
   r.numbers = model.number_slots;
-  if (texture.bitmap) append_bitmap(texture, r, data);
   if (!texture.attribute.empty()) data.attributes.emplace_back(data.textures.size(), &texture);
+  if (texture.bitmap) {
+    append_bitmap(texture, r, data);
+    data.coloured |= texture.bitmap->channels > 1 && !is_direction(number);
+  }
   for (const Rgb& colour : texture.colours) data.coloured |= !grey(colour);
   data.textures.push_back(r);
   return static_cast<int>(data.textures.size()) - 1;
@@ -74,10 +78,10 @@ void append_textures(const Instance& instance, int first, LaunchData& data) {
   data.number_textures.resize(data.numbers.size(), -1);
   for (std::size_t i = 0; i < instance.values.size(); ++i) {
     const Texture& texture = instance.values[i];
-    const int index = append_texture(texture, model, data);
-    if (index < 0) continue;
+    if (texture.is_constant()) continue;
     const DeclaredNumber& number = model.number_called(model.parameters[i].name);
-    if (number.slot + number.channels > TEXTURED_SLOTS)
+    const int index = append_texture(texture, model, number, data);
+    if (number.slot + number.channels > TEXTURED_SLOTS && !model.structure)
       throw std::logic_error("model " + model.name + ": " + number.name + " must be declared earlier to be textured");
     data.number_textures[static_cast<std::size_t>(first + number.slot)] = index;
     data.textured.insert({model.id, number.slot});
@@ -95,9 +99,11 @@ BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
   r.first_cell = data.cells;
   if (!bsdf.model) return r;
   for (std::size_t i = 0; i < bsdf.values.size(); ++i)
-    data.coloured |=
-        bsdf.model->parameters[i].kind.channels == 3 && bsdf.values[i].is_constant() && !grey(bsdf.values[i].value);
+    data.coloured |= bsdf.model->parameters[i].kind.channels == 3 &&
+                     bsdf.model->parameters[i].kind.reader != ParameterKind::Reader::normals &&
+                     bsdf.values[i].is_constant() && !grey(bsdf.values[i].value);
   r.surface = surface_number(*bsdf.model, bsdf.variant);
+  if (bsdf.model->structure) data.structures[r.surface] = bsdf.model;
   r.twosided = bsdf.twosided ? -1 : 0;
   r.first_number = append_numbers(*bsdf.model, bsdf.variant, bsdf.slots(), data);
   append_textures(bsdf, r.first_number, data);
@@ -157,7 +163,8 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   r.first_phase_number = append_numbers(*medium.phase.model, medium.phase.variant, medium.phase.slots(), data);
   for (const Shape& shape : scene.shapes) {
     const Bsdf& bsdf = scene.bsdfs[static_cast<std::size_t>(shape.bsdf)];
-    if (!bsdf.model && (shape.interior == index || shape.exterior == index)) r.connection = CONNECTION_STRAIGHT;
+    const bool passes = !bsdf.model || (bsdf.model->traits & BSDF_PASSES);
+    if (passes && (shape.interior == index || shape.exterior == index)) r.connection = CONNECTION_STRAIGHT;
     if (is_rough_boundary(bsdf) && shape.interior == index && r.connection == CONNECTION_NONE) {
       const std::vector<double> n = bsdf.model->to_numbers(bsdf.variant, bsdf.slots());
       r.connection = CONNECTION_REFRACTED;
@@ -324,9 +331,9 @@ namespace {
 int most_slots(const LaunchData& data) {
   int most = 0;
   const ModelsOfLaunch models = models_of(data);
-  for (const auto& family : {models.bsdfs, models.media, models.phases, models.lights})
+  for (const auto& family : {models.bsdfs, models.structures, models.media, models.phases, models.lights})
     for (const Model* model : family) most = std::max(most, model->number_slots);
-  return most + 1;
+  return most + origin_words(data);
 }
 
 }  // namespace
@@ -356,6 +363,7 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   }
   const bool uneven_light = std::any_of(data.environments.begin(), data.environments.end(), is_uneven);
   set("HAS_NULL", null);
+  set("HAS_PASSAGES", has(BSDF_PASSES, BSDF_PASSES));
   set("HAS_MEDIUM", !data.media.empty());
   set("HAS_TEXTURE", !data.textures.empty());
   set("HAS_ATTRIBUTES", std::any_of(data.textures.begin(), data.textures.end(),

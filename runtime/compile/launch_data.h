@@ -31,7 +31,8 @@ struct LaunchData {
   Geometry geometry;
   std::vector<CameraRecord> cameras;
   std::vector<ShapeRecord> shapes;
-  std::vector<BsdfRecord> bsdfs;  // surface: as in compile/surfaces.h
+  std::vector<BsdfRecord> bsdfs;           // surface: as in compile/surfaces.h
+  std::map<int, const Model*> structures;  // of these, by their numbers
   std::vector<MediumRecord> media;
   std::vector<float> numbers;              // of all models: kernels/shared/declaration.h
   std::vector<int> number_textures;        // beside them

@@ -32,7 +32,11 @@ struct ParameterKind {
     aspect,
     field_of_view,
     direction,
-    beam
+    beam,
+    share,
+    normals,
+    bumps,
+    any_number
   };
   int channels = 1;  // 3: a colour
   double low = 0, high = 0;
@@ -81,6 +85,11 @@ constexpr ParameterKind INDEX_TEXTURE{1, least_ior, greatest_ior, true, true, Re
 constexpr ParameterKind INDEX_OR_SPECULAR{1, least_ior, greatest_ior, true, true, Reader::index_or_specular};
 constexpr ParameterKind SAMPLING_RATE{1, 0, unbounded, true, false, Reader::number, false};
 constexpr ParameterKind INDEX{1, least_ior, greatest_ior, true, true, Reader::index};
+constexpr ParameterKind SHARE{1, 0, 1, true, true, Reader::share, true, "a share"};
+constexpr ParameterKind NORMAL_TEXTURE{3, 0, 1, true, true, Reader::normals, false};
+constexpr ParameterKind BUMP_TEXTURE{3, -unbounded, unbounded, false, false, Reader::bumps, false};
+constexpr ParameterKind BUMP_SCALE{1,     -unbounded,         unbounded, false,
+                                   false, Reader::any_number, true,      "a factor of heights"};
 constexpr ParameterKind COEFFICIENT{3,    -unbounded, unbounded,         false, false, Reader::colour,
                                     true, "",         Quantity::emission};
 constexpr ParameterKind ANGLE{3, -unbounded, unbounded, false, false, Reader::colour, false, "", Quantity::unbounded};

@@ -46,6 +46,13 @@ const Texture& Instance::value(const std::string& name) const {
   return values.at(index);
 }
 
+std::vector<std::size_t> Instance::values_called(const std::string& owner_id, const std::string& name) const {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (owner(i) == owner_id && model->parameters[i].shown() == name) found.push_back(i);
+  return found;
+}
+
 std::vector<double> Instance::slots() const {
   std::vector<double> result;
   for (std::size_t i = 0; i < values.size(); ++i) {

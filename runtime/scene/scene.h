@@ -93,7 +93,11 @@ struct Instance {
   const Model* model = nullptr;
   int variant = 0;  // of the model's variants
   std::vector<Texture> values;
+  std::vector<std::string> owners;  // ids of what the values belong to; empty: all its own
 
+  const std::string& owner(std::size_t value) const { return owners.empty() ? id : owners[value]; }
+  // The values of the parameter of that name and owner: of a structure (structure.h) several, where it has it twice.
+  std::vector<std::size_t> values_called(const std::string& owner_id, const std::string& name) const;
   std::string type() const { return model ? model->type : "null"; }
   // Takes the model's fallbacks.
   void become(const Model& of, int its_variant = 0);

@@ -4,6 +4,7 @@
 #include "runtime/image/exr.h"
 #include "runtime/image/png.h"
 #include "runtime/image/srgb.h"
+#include "runtime/scene/structure.h"
 #include "tests/scene/scene_folder.h"
 
 using namespace itn;
@@ -272,6 +273,39 @@ TEST_CASE("faulty bsdfs are refused") {
   check_bsdf_error("diffuse", "<bsdf type=\"null\" name=\"reflectance\"/>", {"\"reflectance\"", "<texture>"});
   check_bsdf_error("twosided", "<bsdf type=\"dielectric\"/>", {"\"dielectric\"", "need \"diffuse\""});
   SceneFolder().check_error("<bsdf type=\"twosided\"/>", 2, {"empty"});
+}
+
+TEST_CASE("what XML nests around BSDFs is one BSDF with the parameters of all") {
+  const std::string metal = "<bsdf type=\"roughconductor\" id=\"metal\"/>",
+                    paint = "<bsdf type=\"diffuse\" id=\"paint\"/>";
+  const Scene scene = SceneFolder().load(
+      "<bsdf type=\"mask\" id=\"holes\"><float name=\"opacity\" value=\"0.6\"/><bsdf type=\"twosided\">"
+      "<bsdf type=\"blendbsdf\" id=\"mix\"><float name=\"weight\" value=\"0.25\"/>" +
+      metal + paint + "</bsdf></bsdf></bsdf><shape type=\"sphere\"><ref id=\"holes\"/></shape>");
+  REQUIRE(scene.bsdfs.size() == 1);  // what is inside is no surface
+  const Bsdf& bsdf = scene.bsdfs[0];
+  REQUIRE(bsdf.model->structure != nullptr);
+  CHECK(bsdf.type() == "mask");
+  CHECK(bsdf.model->structure->leaves.size() == 3);
+  CHECK(bsdf.values[bsdf.values_called("holes", "opacity").at(0)].value[0] == 0.6);
+  CHECK(bsdf.values[bsdf.values_called("mix", "weight").at(0)].value[0] == 0.25);
+  CHECK(bsdf.values_called("metal", "alpha").size() == 1);
+  CHECK(bsdf.values_called("paint", "alpha").empty());
+}
+
+TEST_CASE("faulty nests of BSDFs are refused") {
+  const std::string paint = "<bsdf type=\"diffuse\"/>";
+  check_bsdf_error("blendbsdf", number("weight", "0.5") + paint, {"1 nested <bsdf>", "need two"});
+  check_bsdf_error("blendbsdf", paint + paint, {"no weight"});
+  check_bsdf_error("blendbsdf", number("weight", "1.5") + paint + paint, {"1.5", "[0, 1]"});
+  check_bsdf_error("mask", paint + paint, {"2 nested <bsdf>", "need one"});
+  SceneFolder().check_error("<bsdf type=\"mask\"/>", 2, {"empty"});
+  SceneFolder().check_error("<bsdf type=\"normalmap\">" + paint + "</bsdf>", 2,
+                            {"need a nested <texture name=\"normalmap\">"});
+  check_bsdf_error("bumpmap", paint, {"0 textures", "heights"});
+  check_bsdf_error("bumpmap", paint + "<texture type=\"checkerboard\"/>", {"\"checkerboard\"", "bitmap"});
+  check_bsdf_error("twosided", paint + paint + paint, {"3 nested <bsdf>"});
+  check_bsdf_error("twosided", "<bsdf type=\"mask\">" + paint + "</bsdf>", {"\"mask\"", "around twosided"});
 }
 
 TEST_CASE("faulty textures are refused") {

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "runtime/scene/load.h"
@@ -23,6 +24,8 @@ class Builder {
   std::optional<FilmSize> film_size;                                    // instead of the scene's
   bool open = false;                                                    // LoadOptions
   std::map<const Element*, int> bsdf_of, medium_of, light_of;           // indices of what is built already
+  std::set<int> nested;                                                 // BSDFs that are inside of structures
+  std::map<int, const Element*> twosided_of;                            // those inside of a twosided alone
   std::map<const Element*, std::vector<Shape>> shapes_of_group;         // of each <shape type="shapegroup">
   std::size_t copied_triangles = 0;                                     // of instances
   std::map<std::string, std::shared_ptr<const Bitmap>> bitmap_of_file;  // key: path, and "raw" or "srgb"

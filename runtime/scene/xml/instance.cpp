@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "kernels/model/obstacle.h"
 #include "kernels/shared/declaration.h"
@@ -104,7 +105,7 @@ Vec3 direction(Properties& properties, const std::string& name) {
 }
 
 // One number of each colour, as Mitsuba takes it: the mean of a colour, the luminance of a pixel; not below `least`.
-void make_number(Texture& texture, double least) {
+void make_numbers(Texture& texture, double least) {
   for (Rgb& colour : texture.colours) colour.fill(std::max((colour[0] + colour[1] + colour[2]) / 3, least));
   // Mitsuba 3.9.1 exchanges a checkerboard's two colours where it takes numbers from it, not colours: half a unit of u.
   if (texture.model->type == "checkerboard") texture.to_uv[2] += 0.5;
@@ -124,13 +125,58 @@ void make_number(Texture& texture, double least) {
   texture.bitmap = grey;
 }
 
+// A number in [0, 1], or a texture of numbers.
+Texture share(Builder& builder, Properties& properties, const DeclaredParameter& p) {
+  if (p.fallback < 0 && !properties.has(p.name))
+    properties.fail_at("", fmt::format("no {}; need <float name=\"{}\"> in [0, 1] or a <texture>", p.name, p.name));
+  Texture value = build_texture(builder, properties, p.name, p.fallback);
+  if (!value.is_constant()) {
+    make_numbers(value, 0);
+    value.value.fill(std::max(p.fallback, 0.0));
+  } else if (!grey(value.value)) {
+    value.value.fill(luminance(value.value));
+  }
+  return value;
+}
+
+// A picture whose colours are directions, or one of them.
+Texture normals(Builder& builder, Properties& properties, const DeclaredParameter& p) {
+  const bool is_object = properties.has(p.name) && properties.is_object(p.name) && !properties.is_spectrum(p.name);
+  const Element* element = is_object ? properties.object("texture", p.name) : nullptr;
+  if (!element) properties.fail_at(p.name, fmt::format("need a nested <texture name=\"{}\"> with raw = true", p.name));
+  Texture value;
+  if (element->attribute("type") == "rawconstant") {
+    Properties constant = builder.properties(*element);
+    value.value = constant.vector("value", {0.5, 0.5, 1});
+    constant.finish();
+    return value;
+  }
+  value = build_texture(builder, properties, p.name, 0);
+  if (!value.bitmap || value.bitmap->channels != 3)
+    properties.fail_at(p.name, "need a bitmap of three channels, whose colours are normals");
+  return value;
+}
+
+// The picture of heights: the one texture inside, whatever its name.
+Texture bumps(Builder& builder, Properties& properties) {
+  const std::vector<const Element*> found = properties.objects("texture");
+  if (found.size() != 1)
+    properties.fail_at("",
+                       fmt::format("{} textures; need one nested <texture>, whose values are heights", found.size()));
+  Texture value = build_texture(builder, *found[0]);
+  if (!value.bitmap)
+    fail(found[0]->where, "heights are a " + quote(found[0]->attribute("type")) + "; need a <texture type=\"bitmap\">");
+  make_numbers(value, -std::numeric_limits<double>::infinity());
+  return value;
+}
+
 // A number, or a texture of numbers.
 Texture number_texture(Builder& builder, Properties& properties, const DeclaredParameter& p) {
   Texture value;
   if (properties.is_object(p.name) && !properties.is_spectrum(p.name)) {
     value = build_texture(builder, properties, p.name, p.fallback, p.kind.high);
     if (!value.model) return value;  // a stand-in, which is reported
-    make_number(value, 0);
+    make_numbers(value, 0);
     if (value.bitmap)
       for (const float texel : value.bitmap->data) check(properties, p, static_cast<double>(texel));
     for (const Rgb& colour : value.colours) check(properties, p, colour[0]);
@@ -210,6 +256,18 @@ Texture read(Builder& builder, Properties& properties, const Model& model, const
     case ParameterKind::Reader::texture:
       value = build_texture(builder, properties, p.name, p.fallback);
       break;
+    case ParameterKind::Reader::share:
+      value = share(builder, properties, p);
+      break;
+    case ParameterKind::Reader::normals:
+      value = normals(builder, properties, p);
+      break;
+    case ParameterKind::Reader::bumps:
+      value = bumps(builder, properties);
+      break;
+    case ParameterKind::Reader::any_number:
+      number(properties.number(p.name, p.fallback));
+      break;
     case ParameterKind::Reader::index:
       number(parse_ior(properties, p.name, p.fallback));
       break;
@@ -226,7 +284,7 @@ Texture read(Builder& builder, Properties& properties, const Model& model, const
       if (properties.is_object(p.name) && !properties.is_spectrum(p.name)) {
         value = build_texture(builder, properties, p.name, p.fallback);
         value.value.fill(p.fallback);
-        if (value.model) make_number(value, least_alpha);  // else a stand-in, which is reported
+        if (value.model) make_numbers(value, least_alpha);  // else a stand-in, which is reported
         break;
       }
       [[fallthrough]];

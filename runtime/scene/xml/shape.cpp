@@ -253,6 +253,8 @@ void check_texture(const Bsdf& bsdf, const Shape& shape, const Mesh& mesh, const
                                     [](const Texture& v) { return !v.is_constant() && v.attribute.empty(); });
   if (textured && shape.kind == Shape::Kind::mesh && mesh.texcoord.empty())
     fail(shape.where, title + " has a texture on its surface but no texture coordinates; export the mesh with them");
+  if (bsdf.model && (bsdf.model->traits & BSDF_BUMPED) && shape.kind == Shape::Kind::disk)
+    fail(shape.where, title + " has a bumpmap, which is not rendered on disks; need another shape, such as a mesh");
 }
 
 // As in Mitsuba: grey, and black where it shines.
