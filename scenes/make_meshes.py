@@ -114,15 +114,35 @@ def vertex_normals(v, f):
     return n / np.linalg.norm(n, axis=1, keepdims=True)
 
 
-def write_ply(path, v, f, normals):
+def waves(n):
+    """A square sheet with hills, seen from above: vertices, faces and texture coordinates that are not along its edges."""
+    y, x = np.mgrid[:n + 1, :n + 1] / n
+    v = np.stack([2 * x - 1, 2 * y - 1, .15 * np.sin(7 * x + 1) * np.cos(5 * y)], -1).reshape(-1, 3)
+    a = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    f = np.vstack([np.stack([a, a + 1, a + n + 2], 1), np.stack([a, a + n + 2, a + n + 1], 1)])
+    return v, f, np.stack([x + .3 * y, 1.2 * y - .1 * x], -1).reshape(-1, 2)
+
+
+def bumps(size):
+    """Heights that wrap around, and the normals of something else that does."""
+    y, x = np.mgrid[:size, :size] * 2 * np.pi / size
+    heights = .15 + .08 * np.sin(2 * x) + .06 * np.cos(3 * y + x)
+    normals = np.stack([.4 * np.cos(2 * x + y), .5 * np.sin(3 * y), np.ones_like(x)], -1)
+    return heights[..., None], .5 + .5 * normals / np.linalg.norm(normals, axis=-1, keepdims=True)
+
+
+def write_ply(path, v, f, normals, uv=None):
     volume = np.einsum('ij,ij->i', v[f[:, 0]], np.cross(v[f[:, 1]], v[f[:, 2]])).sum() / 6
-    if volume < 0:
+    if volume < 0 and uv is None:
         f = f[:, ::-1]
     names = ['x', 'y', 'z']
     data = v
     if normals:
         names += ['nx', 'ny', 'nz']
         data = np.hstack([v, vertex_normals(v, f)])
+    if uv is not None:
+        names += ['u', 'v']
+        data = np.hstack([data, uv])
     header = ['ply', 'format binary_little_endian 1.0', f'element vertex {len(v)}']
     header += [f'property float {name}' for name in names]
     header += [f'element face {len(f)}', 'property list uchar int vertex_indices', 'end_header', '']
@@ -130,6 +150,33 @@ def write_ply(path, v, f, normals):
     faces['n'], faces['i'] = 3, f
     with open(os.path.join(HERE, path), 'wb') as out:
         out.write('\n'.join(header).encode() + data.astype('<f4').tobytes() + faces.tobytes())
+
+
+def paint(path, to):
+    """A mesh of write_ply with normals, with attributes as Mitsuba names them: vertex_color, vertex_rough, face_tile,
+    face_weight."""
+    with open(os.path.join(HERE, path), 'rb') as mesh:
+        data = mesh.read()
+    header, body = data[:data.index(b'end_header\n')].decode(), data[data.index(b'end_header\n') + 11:]
+    vertices, faces = (int(line.split()[2]) for line in header.splitlines() if line.startswith('element'))
+    v = np.frombuffer(body, '<f4', vertices * 6).reshape(vertices, 6)
+    f = np.frombuffer(body, [('n', 'u1'), ('i', '<i4', 3)], faces, vertices * 24)
+    up, radius = v[:, 2], np.linalg.norm(v[:, :3], axis=1)
+    colour = np.stack([.1 + .8 * (up - up.min()) / np.ptp(up), .5 + .45 * v[:, 3], .5 + .4 * v[:, 4]], 1)
+    rough = .15 + .6 * (radius - radius.min()) / np.ptp(radius)
+    random = np.random.default_rng(4)
+    painted = np.zeros(faces, [('n', 'u1'), ('i', '<i4', 3), ('c', '<f4', 4)])
+    painted['n'], painted['i'] = 3, f['i']
+    painted['c'][:, :3] = np.round(.1 + .8 * random.random((faces, 3)), 3)
+    painted['c'][:, 3] = .2 + .6 * random.random(faces)
+    names = [[f'property float {name}' for name in group.split()]
+             for group in ('r g b rough_0', 'tile_x tile_y tile_z weight_0')]
+    lines = header.splitlines()
+    at = next(i for i, line in enumerate(lines) if line.startswith('element face'))
+    lines = lines[:at] + names[0] + lines[at:] + names[1] + ['end_header', '']
+    with open(os.path.join(HERE, to), 'wb') as out:
+        out.write('\n'.join(lines).encode() + np.hstack([v, colour, rough[:, None]]).astype('<f4').tobytes())
+        out.write(painted.tobytes())
 
 
 def write_exr(path, pixels, component=mi.Struct.Type.Float16):
@@ -185,6 +232,7 @@ def main():
     test = 'test/mitsuba/'
     write_ply(test + 'star.ply', *star(3), normals=False)
     write_ply(test + 'star_smooth.ply', *star(3), normals=True)
+    paint(test + 'star_smooth.ply', test + 'star_painted.ply')
     write_ply(test + 'knot.ply', *torus_knot(90, 10), normals=False)
     write_exr(test + 'sky.exr', environment(16, [((1, -1, 1.2), .35, (9, 8, 6)), ((-1, -.3, .2), .25, (.5, 2, 5))],
                                             (.1, .08, .05), (.6, .5, .4), (.2, .4, .9)))
@@ -192,6 +240,13 @@ def main():
     tiles = checker(16, 8, (.1, .15, .25), (.8, .7, .5))
     tiles[:4, :8] = (.7, .1, .1)
     write_exr(test + 'tiles.exr', tiles)
+    v, f, uv = waves(12)
+    write_ply(test + 'waves.ply', v, f, normals=True, uv=uv)
+    heights, normals = bumps(32)
+    write_exr(test + 'bumps.exr', heights, mi.Struct.Type.Float32)
+    write_exr(test + 'normals.exr', normals, mi.Struct.Type.Float32)
+    holes = np.random.default_rng(3).uniform(size=(8, 8, 1))
+    write_exr(test + 'holes.exr', np.where(holes < .4, 0, np.where(holes < .55, .5, 1)), mi.Struct.Type.Float32)
     above = np.ones((512, 4, 3))
     above[256:] = 0
     write_exr('test/above.exr', above)

@@ -114,18 +114,21 @@ PLUGINS = [
     ('bsdf', 'pplastic', '', ONE_ALPHA, SURFACES),
     ('bsdf', 'principled', '', '', SURFACES),
     ('bsdf', 'principledthin', '', '', SURFACES),
-    ('bsdf', 'blendbsdf', number('weight', 0.5) + DIFFUSE + '<bsdf type="dielectric"/>', '', SURFACES),
-    ('bsdf', 'mask', DIFFUSE, '', SURFACES),
-    ('bsdf', 'twosided', DIFFUSE, 'around one surface, the same on both sides', SURFACES),
-    ('bsdf', 'bumpmap', DIFFUSE + '<texture type="bitmap" name="t">' + text('filename', 't.ppm') + '</texture>', '',
-     SURFACES),
+    ('bsdf', 'blendbsdf', number('weight', 0.5) + DIFFUSE + '<bsdf type="dielectric"/>',
+     'with a mirror, or with an opaque surface beside one that light passes, Mitsuba 3.9.1 counts light twice', SURFACES),
+    ('bsdf', 'mask', DIFFUSE, 'what passes it does not count in max_depth and light is connected through it, as in '
+     'volpath; in path it counts, and point lights do not shine through it', SURFACES),
+    ('bsdf', 'twosided', DIFFUSE, 'allow_transmission is false', SURFACES),
+    ('bsdf', 'bumpmap', DIFFUSE + '<texture type="bitmap" name="t">' + text('filename', 't.ppm') + '</texture>',
+     'heights are a bitmap; not on disks, nor inside of normalmap and bumpmap', SURFACES),
     ('bsdf', 'normalmap',
      DIFFUSE + '<texture type="bitmap" name="normalmap">' + text('filename', 't.ppm') + '</texture>', '', SURFACES),
     ('bsdf', 'null', '', '', SURFACES),
     ('bsdf', 'measured', text('filename', 't.bsdf'), '', 'no measured surfaces of this format yet'),
     ('bsdf', 'hair', '', '', CURVES),
+    ('bsdf', 'polarizer', '', 'as in variants without polarisation: half of the light passes', ''),
 ] + [('bsdf', name, '', '', POLARISATION)
-     for name in ('circular', 'polarizer', 'retarder', 'measured_polarized')] + [
+     for name in ('circular', 'retarder', 'measured_polarized')] + [
     ('texture', 'bitmap', text('filename', 't.ppm'), '', '', 'reflectance'),
     ('texture', 'checkerboard', '', 'its colours are colours, not textures', '', 'reflectance'),
     ('texture', 'mesh_attribute', text('name', 'vertex_color'), '', SURFACES, 'reflectance'),

@@ -1,14 +1,16 @@
 /* The BSDFs by number: the scene's lines of model/bsdf/list.h expanded. `model` and `variant` are constants wherever these are called. */
 #ifndef ITN_BSDF_H
 #define ITN_BSDF_H
+#include "lib/bump.h"
 #include "lib/score.h"
+#include "lib/structure.h"
 
 #define BSDF_DISPATCH __attribute__((always_inline)) inline
 
 #define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: return PREFIX##_TRAITS;
 BSDF_DISPATCH int bsdf_traits(int model) {
-  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) }
+  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) STRUCTURES_OF_SCENE(BSDF_CASE) }
   return 0;
 }
 #undef BSDF_CASE
@@ -16,7 +18,7 @@ BSDF_DISPATCH int bsdf_traits(int model) {
 #define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: return PREFIX##_RANDOM;
 BSDF_DISPATCH int bsdf_random(int model) {
-  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) }
+  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) STRUCTURES_OF_SCENE(BSDF_CASE) }
   return 0;
 }
 #undef BSDF_CASE
@@ -24,14 +26,14 @@ BSDF_DISPATCH int bsdf_random(int model) {
 #define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: name##_value(variant, n, wi, wo, f); break;
 BSDF_DISPATCH void bsdf_value(int model, int variant, const REAL n[], REAL3 wi, REAL3 wo, REAL f[]) {
-  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) }
+  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) STRUCTURES_OF_SCENE(BSDF_CASE) }
 }
 #undef BSDF_CASE
 
 #define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: return name##_density(variant, n, wi, wo);
 BSDF_DISPATCH REAL bsdf_density(int model, int variant, const REAL n[], REAL3 wi, REAL3 wo) {
-  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) }
+  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) STRUCTURES_OF_SCENE(BSDF_CASE) }
   return (REAL)(0.0f);
 }
 #undef BSDF_CASE
@@ -40,25 +42,77 @@ BSDF_DISPATCH REAL bsdf_density(int model, int variant, const REAL n[], REAL3 wi
   case MODEL_##name: name##_draw(variant, n, wi, u, wo, weight, pdf, inverse_eta); break;
 BSDF_DISPATCH void bsdf_draw(int model, int variant, const REAL n[], REAL3 wi, const REAL u[], REAL3* wo, REAL weight[],
                              REAL* pdf, REAL* inverse_eta) {
-  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) }
+  switch (model) { BSDFS_OF_SCENE(BSDF_CASE) STRUCTURES_OF_SCENE(BSDF_CASE) }
 }
 #undef BSDF_CASE
 
+/* Structures: which leaf a sample is of, by u; to n, from where the functions above and below know. */
+#define STRUCTURE_CASE(name, PREFIX) \
+  case MODEL_##name: n[PREFIX##_picked] = name##_pick(n, wi, u); break;
+BSDF_DISPATCH void bsdf_pick(int model, REAL n[], REAL3 wi, REAL u) {
+  switch (model) { STRUCTURES_OF_SCENE(STRUCTURE_CASE) }
+}
+#undef STRUCTURE_CASE
+
+/* Does the picked leaf let light pass straight on? */
+#define STRUCTURE_CASE(name, PREFIX) \
+  case MODEL_##name: return n[PREFIX##_picked] == (float)PASSAGE_LEAF;
+BSDF_DISPATCH MASK bsdf_passes(int model, const REAL n[]) {
+  if (bsdf_traits(model) & BSDF_PASSES) switch (model) {
+      STRUCTURES_OF_SCENE(STRUCTURE_CASE)
+    }
+  return (MASK)(0);
+}
+#undef STRUCTURE_CASE
+
+/* Does the path go on as through a thin pane, which counts no more than an index-matched boundary? */
+#define STRUCTURE_CASE(name, PREFIX) \
+  case MODEL_##name: return opposite & name##_is_thin(n);
+BSDF_DISPATCH MASK bsdf_straight(int model, const REAL n[], REAL3 wi, REAL3 wo) {
+  if (!(bsdf_traits(model) & BSDF_THIN)) return (MASK)(0);
+  const MASK opposite = wi.z * wo.z < 0.0f;
+  switch (model) { STRUCTURES_OF_SCENE(STRUCTURE_CASE) }
+  return (bsdf_traits(model) & BSDF_SMOOTH) ? opposite : (MASK)(0);
+}
+#undef STRUCTURE_CASE
+
+/* Bump maps: from the slopes of their textures to normals in the frame (model/nest/bump_map.h). */
+#define BEND_BY_SLOPES(first) \
+  bend_by_slopes(n + first + BUMP_MAP_texture, n[first + BUMP_MAP_scale], &axes, normal, frame);
+#define STRUCTURE_CASE(name, PREFIX) \
+  case MODEL_##name: PREFIX##_BUMPS(BEND_BY_SLOPES) break;
+BSDF_DISPATCH void bsdf_bump(int model, const Launch* launch, INT primitive, REAL3 position, REAL3 normal,
+                             const Frame* frame, REAL n[]) {
+  if (!(bsdf_traits(model) & BSDF_BUMPED)) return;
+  const TextureAxes axes = texture_axes(launch->primitives, launch->texture_axes, primitive, position, normal);
+  switch (model) { STRUCTURES_OF_SCENE(STRUCTURE_CASE) }
+}
+#undef STRUCTURE_CASE
+
+/* The share of the light that passes straight on, unless it is 0; n says then that the leaf is a passage. */
+#define STRUCTURE_CASE(name, PREFIX) \
+  case MODEL_##name: n[PREFIX##_picked] = (REAL)((float)PASSAGE_LEAF); return name##_passage(n, wi);
+BSDF_DISPATCH REAL bsdf_passage(int model, REAL n[], REAL3 wi) {
+  switch (model) { STRUCTURES_OF_SCENE(STRUCTURE_CASE) }
+  return (REAL)(0.0f);
+}
+#undef STRUCTURE_CASE
+
 /* What an event adds to the scores of the numbers. first: of the numbers; a BSDF_CASE writes d log f / d n to d. */
-#define BSDF_STEP(CASES)                                                     \
-  Step step = no_step(first);                                                \
-  if (HAS_TEXTURE) step.origins = AS_INT(n[ORIGINS]);                        \
-  REAL d[MOST_SLOTS * CHANNELS];                                             \
-  UNROLL_FOR(int i = 0; i < MOST_SLOTS * CHANNELS; ++i) d[i] = (REAL)(0.0f); \
-  switch (model) { CASES }                                                   \
-  add_step(&step, d, mask);                                                  \
+#define BSDF_STEP(CASES)                                                                                               \
+  Step step = no_step(first);                                                                                          \
+  UNROLL_FOR(int word = 0; HAS_TEXTURE && word < ORIGIN_WORDS; ++word) step.origins[word] = AS_INT(n[ORIGINS + word]); \
+  REAL d[MOST_SLOTS * CHANNELS];                                                                                       \
+  UNROLL_FOR(int i = 0; i < MOST_SLOTS * CHANNELS; ++i) d[i] = (REAL)(0.0f);                                           \
+  switch (model) { CASES }                                                                                             \
+  add_step(&step, d, mask);                                                                                            \
   return step;
 
 /* Of the value. */
 #define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: score_##name(variant, n, wi, wo, d); break;
 BSDF_DISPATCH Step bsdf_step(int model, int variant, const REAL n[], INT first, REAL3 wi, REAL3 wo, MASK mask) {
-  BSDF_STEP(BSDFS_OF_SCENE(BSDF_CASE))
+  BSDF_STEP(BSDFS_OF_SCENE(BSDF_CASE) STRUCTURES_OF_SCENE(BSDF_CASE))
 }
 #undef BSDF_CASE
 
@@ -66,7 +120,7 @@ BSDF_DISPATCH Step bsdf_step(int model, int variant, const REAL n[], INT first, 
 #define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: score_##name##_chosen(variant, n, wi, wo, d); break;
 BSDF_DISPATCH Step bsdf_chosen_step(int model, int variant, const REAL n[], INT first, REAL3 wi, REAL3 wo, MASK mask) {
-  BSDF_STEP(BSDFS_OF_SCENE(BSDF_CASE))
+  BSDF_STEP(BSDFS_OF_SCENE(BSDF_CASE) STRUCTURES_OF_SCENE(BSDF_CASE))
 }
 #undef BSDF_CASE
 

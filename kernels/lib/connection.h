@@ -7,6 +7,7 @@
 #include "lib/light_sampling.h"
 #include "lib/medium.h"
 #include "lib/phase_score.h"
+#include "lib/surface_frame.h"
 
 /* Where a connection begins, and the factors that its own path has there: a passage through a medium, a change of direction
  * by its phase function, a surface. Those of which `medium`, `phase` or `surface` is null are not there. */
@@ -76,8 +77,12 @@ typedef struct {
 #if HAS_FIELDS
   REAL dimming[THROUGHPUT_CHANNELS]; /* transmittance of media with fields */
 #endif
-  Lanes through[PASSAGES + 1];      /* thickness of the medium of each score of sigma_t, or of each medium */
-  uint reached;                     /* lanes that nothing blocks */
+  Lanes through[PASSAGES + 1]; /* thickness of the medium of each score of sigma_t, or of each medium */
+  uint reached;                /* lanes that nothing blocks */
+#if HAS_PASSAGES
+  REAL share;              /* of the light that structures on the way let pass */
+  REAL passed[SCORES + 1]; /* the scores of that */
+#endif
 } Obstacles;
 
 #if HAS_MEDIUM
@@ -167,7 +172,7 @@ typedef struct {
 #endif
 } Follower;
 
-inline Follower begin_connection(REAL3 from, REAL3 to, REAL distance, INT skip, INT medium, Obstacles* way) {
+inline Follower begin_connection(REAL3 from, REAL3 to, REAL distance, INT skip, INT medium) {
   Follower f;
   f.x.real = from.x;
   f.y.real = from.y;
@@ -178,19 +183,16 @@ inline Follower begin_connection(REAL3 from, REAL3 to, REAL distance, INT skip, 
   f.left.real = distance;
   f.stands_on.integer = skip;
   f.in.integer = medium;
-  UNROLL_FOR(int k = 0; k < PASSAGES; ++k) way->through[k].real = (REAL)(0.0f);
-  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way->depth[c].real = (REAL)(0.0f);
 #if HAS_FIELDS
-  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way->dimming[c] = (REAL)(1.0f);
   f.fields.x.real = f.fields.y.real = f.fields.z.real = f.fields.distance.real = (REAL)(0.0f);
 #endif
-  way->reached = 0;
   return f;
 }
 
-/* A lane goes on to what its ray has met. Returns whether that is an index-matched boundary, behind which it goes on. */
+/* A lane goes on to what its ray has met. open: lets something of it pass? So do index-matched boundaries. Returns whether
+ * it goes on behind it. */
 inline bool follow_lane(const Launch* launch, __global const JobRecord* job, Follower* f, Obstacles* way, int l,
-                        const LaneHits* hits) {
+                        const LaneHits* hits, bool open) {
   const int at = hits->primitive.i[l], current = f->in.i[l];
   const float3 from = (float3)(f->x.f[l], f->y.f[l], f->z.f[l]);
   if (at < 0) { /* nothing opaque or refractive in the way */
@@ -203,7 +205,7 @@ inline bool follow_lane(const Launch* launch, __global const JobRecord* job, Fol
   }
   __global const PrimitiveRecord* primitive = launch->primitives + at;
   __global const ShapeRecord* shape = launch->shapes + job->first_shape + primitive->shape;
-  if (launch->bsdfs[shape->bsdf].surface != SURFACE_NULL) return false;
+  if (launch->bsdfs[shape->bsdf].surface != SURFACE_NULL && !open) return false;
   float3 o = (float3)(hits->x.f[l], hits->y.f[l], hits->z.f[l]);
   const float facing = pass_boundary(primitive, (float3)(f->dx.f[l], f->dy.f[l], f->dz.f[l]), &o);
   f->x.f[l] = o.x;
@@ -220,28 +222,116 @@ inline bool follow_lane(const Launch* launch, __global const JobRecord* job, Fol
   return true;
 }
 
-/* Follows connections: from `from` in `medium`, standing on primitive `skip`, towards `to` over `distance`; FAR_AWAY: out of
- * the scene. */
-inline Obstacles follow_connection(const Launch* launch, __global const JobRecord* job, const Random* random, MASK mask,
-                                   REAL3 from, REAL3 to, REAL distance, INT skip, INT medium) {
-  const Surfaces surfaces = job_surfaces(launch, job);
+#if HAS_PASSAGES
+/* Where connections meet structures that let a share of the light pass straight on. */
+typedef struct {
+  INT surface, first; /* of the program; of the numbers */
+  REAL3 wi; /* as paths see it that come from the light's side or from the other: shares are the same for both */
+  REAL texture[TEXTURE_PLACE];
+} Passage;
+
+inline Passage find_passage(const Launch* launch, __global const JobRecord* job, MASK mask, const LaneHits* hits,
+                            REAL3 direction) {
+  Passage p;
+  const INT primitive = SELECT_INT(mask & (hits->primitive.integer >= 0), hits->primitive.integer, 0);
+  REAL3 normal, shading;
+  surface_frame(launch->primitives, primitive, hits->u.real, hits->v.real,
+                make3(hits->x.real, hits->y.real, hits->z.real), &normal, &shading, p.texture);
+  const Frame frame = make_frame(shading);
+  p.wi = scale3(frame_to_local(&frame, direction), -1.0f);
+  Lanes at, surface, first;
+  at.integer = primitive;
+  UNROLL_FOR(int l = 0; l < WIDTH; ++l) {
+    const int bsdf = launch->shapes[job->first_shape + launch->primitives[at.i[l]].shape].bsdf;
+    surface.i[l] = launch->bsdfs[bsdf].surface;
+    first.i[l] = launch->bsdfs[bsdf].first_number;
+  }
+  p.surface = SELECT_INT(mask & (hits->primitive.integer >= 0), surface.integer, SURFACE_NULL);
+  p.first = first.integer;
+  return p;
+}
+
+/* What the lanes at structures of one kind pass on: their share, and their scores. pulled: of a replay, what they weigh; else
+ * null. */
+inline void pass_structure(int surface, int model, const Launch* launch, __global const JobRecord* job,
+                           const Pool* pool, INT slots, const Passage* p, const REAL pulled_weight[], Obstacles* way,
+                           REAL* share) {
+  const MASK here = p->surface == surface;
+  if (!ANY(here)) return;
+  REAL n[MOST_SLOTS];
+  load_numbers(launch, model, p->first, p->texture, n);
+  const REAL passed = bsdf_passage(model, n, p->wi);
+  *share = SELECT(here, passed, *share);
+  const MASK passes = here & (passed > 0.0f);
+  const Step step = bsdf_chosen_step(model, 0, n, p->first, p->wi, scale3(p->wi, -1.0f), passes);
+  UNROLL_FOR(int k = 0; k < SCORES; ++k)
+    if (carried[k].model == model) way->passed[k] += SELECT(passes, step_of(job, k, &step), 0.0f);
+#if ADJOINT
+  if (pulled_weight == 0) return;
+  Scores own = no_scores();
+  own.pulled = pulled(pulled_weight);
+  add_scores(job, &own, model, n, &step, false);
+  sum_scores(launch, job, pool, slots, &own, model, p->first, passes);
+#endif
+}
+#endif
+
+/* Nothing on the way yet. */
+inline Obstacles no_obstacles() {
   Obstacles way;
-  Follower f = begin_connection(from, to, distance, skip, medium, &way);
+  UNROLL_FOR(int k = 0; k < PASSAGES; ++k) way.through[k].real = (REAL)(0.0f);
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way.depth[c].real = (REAL)(0.0f);
+#if HAS_FIELDS
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way.dimming[c] = (REAL)(1.0f);
+#endif
+  way.reached = 0;
+#if HAS_PASSAGES
+  way.share = (REAL)(1.0f);
+  UNROLL_FOR(int k = 0; k < SCORES; ++k) way.passed[k] = (REAL)(0.0f);
+#endif
+  return way;
+}
+
+/* What structures that connections meet pass on. Returns the lanes in which something passes. */
+inline uint pass_structures(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
+                            const LaneHits* hits, REAL3 to, const REAL pulled_weight[], Obstacles* way) {
+#if HAS_PASSAGES
+  REAL share = (REAL)(0.0f);
+  const Passage at_structure = find_passage(launch, job, mask, hits, to);
+#define PASS_STRUCTURE(surface, name, variant) \
+  pass_structure(surface, MODEL_##name, launch, job, pool, slots, &at_structure, pulled_weight, way, &share);
+  PASSED_SURFACES(PASS_STRUCTURE)
+  way->share *= SELECT(share > 0.0f, share, 1.0f);
+  return lane_bits(share > 0.0f);
+#else
+  return 0;
+#endif
+}
+
+/* Follows connections: from `from` in `medium`, standing on primitive `skip`, towards `to` over `distance`; FAR_AWAY: out of
+ * the scene. random: of the event; pulled_weight: of a replay, for what lets light pass straight on; else null. */
+inline Obstacles follow_connection(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+                                   const Random* random, MASK mask, REAL3 from, REAL3 to, REAL distance, INT skip,
+                                   INT medium, const REAL pulled_weight[]) {
+  const Surfaces surfaces = job_surfaces(launch, job);
+  Obstacles way = no_obstacles();
+  Follower f = begin_connection(from, to, distance, skip, medium);
   uint bits = lane_bits(mask);
   int segment = 0;
   MASK passed = (MASK)(0); /* a boundary: nothing behind counts, or thin bodies would be passed again and again */
   while (bits) {
-    const LaneHits hits = trace_lanes(surfaces, make3(f.x.real, f.y.real, f.z.real), to,
-                                      HAS_LIGHTS ? f.left.real : (REAL)(INFINITY), f.stands_on.integer,
-                                      f.in.integer >= 0, passed, mask);
+    const LaneHits hits =
+        trace_lanes(surfaces, make3(f.x.real, f.y.real, f.z.real), to, HAS_LIGHTS ? f.left.real : (REAL)(INFINITY),
+                    f.stands_on.integer, f.in.integer >= 0, passed, mask);
     passed = mask;
+    const uint open = pass_structures(launch, job, pool, slots, mask, &hits, to, pulled_weight, &way);
     uint next = 0;
     ++segment;
 #if HAS_FIELDS
     f.fields.lanes = 0;
 #endif
     FOR_EACH_LANE(l, bits) {
-      if (follow_lane(launch, job, &f, &way, l, &hits)) next |= 1u << l;
+      if (follow_lane(launch, job, &f, &way, l, &hits, (open & (1u << l)) != 0)) next |= 1u << l;
     }
 #if HAS_FIELDS
     if (f.fields.lanes) pass_fields(launch, job, &way, random, segment, to, &f.fields);
@@ -260,14 +350,17 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
                            const REAL weight[RADIANCE_CHANNELS], const Scores* scores, const ConnectionStart* start) {
   REAL arriving[RADIANCE_CHANNELS], dimmed[RADIANCE_CHANNELS];
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) arriving[c] = weight[c] * light->rgb[c];
-  const Obstacles way =
-      follow_connection(launch, job, random, mask, from, light->source.direction, light->distance, skip, medium);
+  const Obstacles way = follow_connection(launch, job, pool, slots, random, mask, from, light->source.direction,
+                                          light->distance, skip, medium, 0);
   if (!way.reached) return;
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
     REAL transmittance = EXP(-way.depth[t].real);
 #if HAS_FIELDS
     transmittance *= way.dimming[t];
+#endif
+#if HAS_PASSAGES
+    transmittance *= way.share;
 #endif
     arriving[c] *= transmittance;
     dimmed[c] = weight[c] * transmittance;
@@ -277,10 +370,21 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
   UNROLL_FOR(int k = 0; k < SCORES; ++k) {
     if (is_of_extinction(k)) there.of[k] += score_of_passage(k, way.through[k].real);
   }
+#if HAS_PASSAGES
+  UNROLL_FOR(int k = 0; k < SCORES; ++k) there.of[k] += way.passed[k];
+#endif
   const MASK lit = lane_mask(way.reached);
   gather_radiance(launch, pool, slots, lit, arriving, &there);
 #if ADJOINT
-  if (job->replay) pull_connection(launch, job, pool, slots, lit, arriving, start, way.through);
+  if (job->replay) {
+    pull_connection(launch, job, pool, slots, lit, arriving, start, way.through);
+#if HAS_PASSAGES
+    REAL weight_of_all[RADIANCE_CHANNELS];
+    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) weight_of_all[c] = arriving[c] * LOAD(pool, PULL + c, slots);
+    follow_connection(launch, job, pool, slots, random, lit, from, light->source.direction, light->distance, skip,
+                      medium, weight_of_all);
+#endif
+  }
 #endif
   gather_light_derivatives(launch, job, pool, slots, lit, dimmed, &light->source);
 }

@@ -83,8 +83,8 @@ inline void field_value(const Launch* launch, __global const FieldRecord* field,
 
 /* A way through the coarse cells of a field's box. */
 typedef struct {
-  REAL at, end;      /* distances: where it is, and where it leaves the box or ends */
-  REAL next[3];      /* distances to the next wall of the cell */
+  REAL at, end; /* distances: where it is, and where it leaves the box or ends */
+  REAL next[3]; /* distances to the next wall of the cell */
   INT cell[3];
   REAL greatest, least; /* values in the cell */
   MASK inside;          /* lanes on their way */
@@ -133,9 +133,7 @@ inline Way enter_field(const Launch* launch, __global const FieldRecord* field, 
 }
 
 /* Where the way leaves its cell. */
-inline REAL end_of_cell(const Way* w) {
-  return MAX(w->at, MIN(w->end, MIN(w->next[0], MIN(w->next[1], w->next[2]))));
-}
+inline REAL end_of_cell(const Way* w) { return MAX(w->at, MIN(w->end, MIN(w->next[0], MIN(w->next[1], w->next[2])))); }
 
 /* The lanes in `moves` step to the next cell, or end their way. */
 inline void next_cell(const Launch* launch, __global const FieldRecord* field, REAL3 direction, MASK moves, Way* w) {
@@ -230,8 +228,7 @@ inline void field_thickness(const Launch* launch, __global const FieldRecord* fi
     UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c) value[c] = w.greatest;
     if (ANY(w.inside & (w.least < w.greatest)))
       field_value(launch, field, add3(from, scale3(direction, mixed(w.at, end, u))), FIELD_CHANNELS, value);
-    UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c)
-      thickness[c] += SELECT(w.inside, value[c] * (end - w.at), 0.0f);
+    UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c) thickness[c] += SELECT(w.inside, value[c] * (end - w.at), 0.0f);
     next_cell(launch, field, direction, w.inside, &w);
   }
 }

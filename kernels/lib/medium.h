@@ -48,9 +48,8 @@ inline Medium load_medium(const Launch* launch, INT index) {
 #if HAS_FIELDS
   m.field = GATHER_INT((media + FIELD_OF(MediumRecord, field)), at);
   m.albedo_field = GATHER_INT((media + FIELD_OF(MediumRecord, albedo_field)), at);
-  const REAL mean =
-      GATHER(((__global const float*)launch->fields + FIELD_OF(FieldRecord, mean)),
-             max(m.field, (INT)(0)) * (int)(sizeof(FieldRecord) / sizeof(float)));
+  const REAL mean = GATHER(((__global const float*)launch->fields + FIELD_OF(FieldRecord, mean)),
+                           max(m.field, (INT)(0)) * (int)(sizeof(FieldRecord) / sizeof(float)));
   m.mean = SELECT(m.field >= 0, mean, 1.0f);
 #endif
   return m;
@@ -123,8 +122,8 @@ inline void weigh_medium_flight(const Launch* launch, const Medium* medium, cons
   const REAL sigma = of_hero(sigma_t, hero);
   REAL factor[3];
   UNROLL_FOR(int c = 0; c < 3; ++c)
-    factor[c] = EXP((sigma - sigma_t[c]) * drawn) *
-                SELECT(scatters, MIN(sigma_t[c] * mean_free_path, (REAL)(1e30f)), 1.0f);
+    factor[c] =
+        EXP((sigma - sigma_t[c]) * drawn) * SELECT(scatters, MIN(sigma_t[c] * mean_free_path, (REAL)(1e30f)), 1.0f);
 #if HAS_FIELDS
   const MASK in_field = medium->field >= 0;
   UNROLL_FOR(int c = 0; c < 3; ++c) {
@@ -155,7 +154,8 @@ inline bool is_of_medium(int model) {
 /* Is carried[k] a score by sigma_t of a medium? */
 inline bool is_of_extinction(int k) { return is_of_medium(carried[k].model) && carried[k].slot <= MEDIUM_sigma_t_last; }
 inline bool extinction_is_scored(void) {
-  UNROLL_FOR(int k = 0; k < SCORES; ++k) if (is_of_extinction(k)) return true;
+  UNROLL_FOR(int k = 0; k < SCORES; ++k)
+    if (is_of_extinction(k)) return true;
 #if ADJOINT
   UNROLL_FOR(int k = 0; k < SUMS; ++k)
     if (is_of_medium(summed[k].model) && summed[k].slot <= MEDIUM_sigma_t_last) return true;
@@ -213,12 +213,12 @@ inline void medium_dimming(const Launch* launch, const Medium* medium, const Ran
     add_step(&step, d, mask);                                                  \
   }
 #if FIELD_CHANNELS == 3
-#define SCORES_OF_WAY(event)                                                         \
-  UNROLL_FOR(int c = 0; c < 3; ++c) {                                                \
-    REAL own[MOST_SLOTS * CHANNELS];                                                 \
-    UNROLL_FOR(int i = 0; i < MOST_SLOTS * CHANNELS; ++i) own[i] = (REAL)(0.0f);     \
-    event(medium->n, thickness[c], own);                                             \
-    UNROLL_FOR(int i = c; i < MOST_SLOTS * CHANNELS; i += 3) d[i] = own[i];          \
+#define SCORES_OF_WAY(event)                                                     \
+  UNROLL_FOR(int c = 0; c < 3; ++c) {                                            \
+    REAL own[MOST_SLOTS * CHANNELS];                                             \
+    UNROLL_FOR(int i = 0; i < MOST_SLOTS * CHANNELS; ++i) own[i] = (REAL)(0.0f); \
+    event(medium->n, thickness[c], own);                                         \
+    UNROLL_FOR(int i = c; i < MOST_SLOTS * CHANNELS; i += 3) d[i] = own[i];      \
   }
 #else
 #define SCORES_OF_WAY(event) event(medium->n, thickness[0], d);
@@ -226,20 +226,21 @@ inline void medium_dimming(const Launch* launch, const Medium* medium, const Ran
 
 /* A flight, to the scores and to the baseline: see add_flight. */
 inline void add_medium_flight(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
-                              Scores* scores, Baseline* baseline, const Medium* medium, const REAL thickness[], MASK meets,
-                              MASK scatters, const REAL weight[], INT state) {
-#define ADD_MEDIUM_FLIGHT(name, PREFIX)                                                                             \
-  {                                                                                                                 \
-    Step step = no_step(medium->first);                                                                             \
-    ADD_WAY(score_##name##_passage, IN_MEDIUM(name, meets))                                                         \
-    ADD_WAY(score_##name##_scattering, IN_MEDIUM(name, scatters))                                                   \
-    add_flight(launch, job, pool, slots, scores, baseline, MODEL_##name, medium->n, &step, weight, state);          \
+                              Scores* scores, Baseline* baseline, const Medium* medium, const REAL thickness[],
+                              MASK meets, MASK scatters, const REAL weight[], INT state) {
+#define ADD_MEDIUM_FLIGHT(name, PREFIX)                                                                    \
+  {                                                                                                        \
+    Step step = no_step(medium->first);                                                                    \
+    ADD_WAY(score_##name##_passage, IN_MEDIUM(name, meets))                                                \
+    ADD_WAY(score_##name##_scattering, IN_MEDIUM(name, scatters))                                          \
+    add_flight(launch, job, pool, slots, scores, baseline, MODEL_##name, medium->n, &step, weight, state); \
   }
   MEDIA_OF_SCENE(ADD_MEDIUM_FLIGHT)
 }
 
 /* A passage of a connection, to the scores. */
-inline void add_passage(__global const JobRecord* job, Scores* scores, const Medium* medium, const REAL thickness[], MASK mask) {
+inline void add_passage(__global const JobRecord* job, Scores* scores, const Medium* medium, const REAL thickness[],
+                        MASK mask) {
 #define ADD_PASSAGE(name, PREFIX)                                  \
   {                                                                \
     Step step = no_step(medium->first);                            \

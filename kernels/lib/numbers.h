@@ -4,19 +4,25 @@
 #define ITN_NUMBERS_H
 #include "lib/launch.h"
 #include "lib/texture.h"
+#include "model/nest/list.h"
+#include "scene/structures.h"
 #include "scene/surfaces.h"
 
-#define MODELS_OF_SCENE(MODEL) BSDFS_OF_SCENE(MODEL) MEDIA_OF_SCENE(MODEL) PHASES_OF_SCENE(MODEL) LIGHTS_OF_SCENE(MODEL)
+#define MODELS_OF_SCENE(MODEL) \
+  BSDFS_OF_SCENE(MODEL)        \
+  STRUCTURES_OF_SCENE(MODEL) MEDIA_OF_SCENE(MODEL) PHASES_OF_SCENE(MODEL) LIGHTS_OF_SCENE(MODEL)
 
-/* Which colours of textures the numbers are: two bits a slot, in the place behind them; 0: not one of a texture. Numbers that
- * a texture may stand for are declared before all others, in the slots that have bits. */
-#define ORIGINS (MOST_SLOTS - 1)
+/* Which colours of textures the numbers are: two bits a slot, in the places behind them; 0: not one of a texture. Numbers that
+ * a texture may stand for are declared before all others, in the slots that have bits; programs with structures, where this
+ * cannot be, have several words of them. */
+#define ORIGINS (MOST_SLOTS - ORIGIN_WORDS)
 #define ORIGIN_BITS 2
+#define SLOTS_OF_A_WORD 16
 
-/* One number, of up to three channels; uv: where its texture is looked up. TEXTURED: has some instance one there? */
+/* One number, of up to three channels; uv: where its texture is looked up, as surface_frame() says. TEXTURED: has some instance one there? */
 __attribute__((always_inline)) inline void load_number(const Launch* launch, int model, int slot, int channels,
-                                                       INT first, const REAL uv[2], REAL n[]) {
-  const int loaded = channels == 3 ? CHANNELS : 1;
+                                                       int role, INT first, const REAL uv[2], REAL n[]) {
+  const int loaded = channels == 1 ? 1 : role == ROLE_NORMAL || role == ROLE_BUMP ? 3 : CHANNELS;
   n[slot] = GATHER((launch->numbers + slot), first);
   if (loaded == 3) {
     n[slot + 1] = GATHER((launch->numbers + slot + 1), first);
@@ -25,6 +31,12 @@ __attribute__((always_inline)) inline void load_number(const Launch* launch, int
 #if HAS_TEXTURE
   if (!TEXTURED(model, slot)) return;
   Lanes at, u, v, value[3], origin;
+#if HAS_ATTRIBUTES
+  Lanes b1, b2, primitive;
+  b1.real = uv[2];
+  b2.real = uv[3];
+  primitive.real = uv[4];
+#endif
   at.integer = first;
   u.real = uv[0];
   v.real = uv[1];
@@ -34,34 +46,46 @@ __attribute__((always_inline)) inline void load_number(const Launch* launch, int
     const int texture = launch->number_textures[at.i[l] + slot];
     if (texture < 0) continue;
     float rgb[3];
-    origin.i[l] = texture_value(launch->textures + texture, launch->texels, launch->numbers + at.i[l] + slot, u.f[l],
-                                v.f[l], rgb);
+    TexturePlace place = {u.f[l], v.f[l], 0.0f, 0.0f, 0, 0};
+#if HAS_ATTRIBUTES
+    place.b1 = b1.f[l];
+    place.b2 = b2.f[l];
+    place.primitive = primitive.i[l];
+    place.shape = launch->primitives[place.primitive].shape;
+#endif
+    if (role == ROLE_BUMP)
+      texture_slopes(launch->textures + texture, launch->texels, u.f[l], v.f[l], rgb);
+    else
+      origin.i[l] =
+          texture_value(launch->textures + texture, launch->texels, launch->numbers + at.i[l] + slot, place, rgb);
     UNROLL_FOR(int c = 0; c < loaded; ++c) value[c].f[l] = rgb[c];
   }
   UNROLL_FOR(int c = 0; c < loaded; ++c) n[slot + c] = value[c].real;
-  INT origins = AS_INT(n[ORIGINS]);
-  UNROLL_FOR(int c = 0; c < channels; ++c) origins |= origin.integer << (ORIGIN_BITS * (slot + c));
-  n[ORIGINS] = AS_REAL(origins);
+  UNROLL_FOR(int c = 0; c < channels; ++c) {
+    const int word = ORIGINS + (slot + c) / SLOTS_OF_A_WORD, bit = ORIGIN_BITS * ((slot + c) % SLOTS_OF_A_WORD);
+    n[word] = AS_REAL(AS_INT(n[word]) | origin.integer << bit);
+  }
 #endif
 }
 
 #define LOAD_NUMBER(PREFIX, name, channels, role, coordinate) \
-  load_number(launch, model, PREFIX##_##name, channels, first, uv, n);
+  load_number(launch, model, PREFIX##_##name, channels, role, first, uv, n);
 #define LOAD_MODEL(name, PREFIX) \
   case MODEL_##name: PREFIX##_NUMBERS(LOAD_NUMBER) break;
 __attribute__((always_inline)) inline void load_numbers(const Launch* launch, int model, INT first, const REAL uv[2],
                                                         REAL n[]) {
 #if HAS_TEXTURE
-  n[ORIGINS] = (REAL)(0.0f);
+  UNROLL_FOR(int word = 0; word < ORIGIN_WORDS; ++word) n[ORIGINS + word] = (REAL)(0.0f);
 #endif
   switch (model) { MODELS_OF_SCENE(LOAD_MODEL) }
 }
 
-/* origins: n[ORIGINS]. Is n[slot] what a record says that has this `origin`? */
-inline REAL where_from(INT origins, int slot, int origin, REAL d) {
+/* origins: n[ORIGINS] and the words behind it. Is n[slot] what a record says that has this `origin`? */
+inline REAL where_from(const INT origins[], int slot, int origin, REAL d) {
 #if HAS_TEXTURE
-  if (slot >= TEXTURED_SLOTS) return origin == 0 ? d : (REAL)(0.0f);
-  return SELECT(((origins >> (ORIGIN_BITS * slot)) & ((1 << ORIGIN_BITS) - 1)) == origin, d, 0.0f);
+  if (slot >= ORIGIN_WORDS * SLOTS_OF_A_WORD) return origin == 0 ? d : (REAL)(0.0f);
+  const INT own = origins[slot / SLOTS_OF_A_WORD] >> (ORIGIN_BITS * (slot % SLOTS_OF_A_WORD));
+  return SELECT((own & ((1 << ORIGIN_BITS) - 1)) == origin, d, 0.0f);
 #else
   return d;
 #endif

@@ -11,15 +11,15 @@
  * of[slot * CHANNELS + channel]; and the instance, a lane each. */
 typedef struct {
   REAL of[MOST_SLOTS * CHANNELS];
-  INT first;   /* n = numbers + first */
-  INT origins; /* of the numbers: lib/numbers.h */
+  INT first;                 /* n = numbers + first */
+  INT origins[ORIGIN_WORDS]; /* of the numbers: lib/numbers.h */
 } Step;
 
 inline Step no_step(INT first) {
   Step s;
   UNROLL_FOR(int i = 0; i < MOST_SLOTS * CHANNELS; ++i) s.of[i] = (REAL)(0.0f);
   s.first = first;
-  s.origins = (INT)(0);
+  UNROLL_FOR(int word = 0; word < ORIGIN_WORDS; ++word) s.origins[word] = (INT)(0);
   return s;
 }
 

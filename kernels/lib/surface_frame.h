@@ -109,10 +109,17 @@ inline REAL3 surface_tangent(__global const PrimitiveRecord* primitives, INT pri
   return tangent;
 }
 
+/* texture: coordinates, and where there are attributes of meshes u, v and the primitive. */
+#if HAS_ATTRIBUTES
+#define TEXTURE_PLACE 5
+#else
+#define TEXTURE_PLACE 2
+#endif
+
 /* u, v: as trace() returned them. position is used for round primitives only. Definitions HAS_SMOOTH (some mesh has
  * vertex normals), HAS_ROUND (spheres, disks or cylinders) and HAS_TEXTURE leave out what a scene does not need. */
 inline void surface_frame(__global const PrimitiveRecord* primitives, INT primitive, REAL u, REAL v, REAL3 position,
-                          REAL3* normal, REAL3* shading, REAL texture[2]) {
+                          REAL3* normal, REAL3* shading, REAL texture[]) {
   __global const float* record = (__global const float*)primitives;
   const INT at = primitive * (int)(sizeof(PrimitiveRecord) / sizeof(float));
   const INT flags = GATHER_INT(((__global const int*)(record + PRIMITIVE_AT_FLAGS)), at);
@@ -125,6 +132,11 @@ inline void surface_frame(__global const PrimitiveRecord* primitives, INT primit
   *shading = smooth_normal(record, at, flags, u, v, *normal);
 #endif
   texture[0] = texture[1] = (REAL)(0.0f);
+#if HAS_ATTRIBUTES
+  texture[2] = u;
+  texture[3] = v;
+  texture[4] = AS_REAL(primitive);
+#endif
 #if HAS_TEXTURE
   flat_coordinates(record, at, u, v, texture);
 #if HAS_ROUND

@@ -8,6 +8,9 @@
 #define BSDFS_OF_SCENE(MODEL)
 #define MEDIUM_COUNT 0
 #define MEDIA_OF_SCENE(MODEL)
+#define STRUCTURES_OF_SCENE(MODEL)
+#define PASSED_SURFACES(SURFACE) /* of SURFACE_LIST: structures with BSDF_PASSES */
+#define ORIGIN_WORDS 1           /* lib/numbers.h */
 #define PHASE_COUNT 0
 #define PHASES_OF_SCENE(MODEL)
 #define LIGHTS_OF_SCENE(MODEL)

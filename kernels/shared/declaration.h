@@ -34,8 +34,10 @@
  *   ROLE_FACTOR    a factor of the throughput; no score of a density that is sampled is asked for by it
  *   ROLE_DENSITY   sampled densities depend on it, and their score quiets derivatives (lib/baseline.h)
  *   ROLE_INDEX     sampled densities depend on it, but with a score of infinite variance (at the critical angle)
- *   ROLE_FIXED     nothing is differentiated by it */
-enum { ROLE_FACTOR, ROLE_DENSITY, ROLE_INDEX, ROLE_FIXED };
+ *   ROLE_FIXED     nothing is differentiated by it
+ *   ROLE_NORMAL    as ROLE_FIXED: a direction, of which grey programs have all three channels, too
+ *   ROLE_BUMP      as ROLE_NORMAL, made of the slopes of its texture (lib/bump.h) */
+enum { ROLE_FACTOR, ROLE_DENSITY, ROLE_INDEX, ROLE_FIXED, ROLE_NORMAL, ROLE_BUMP };
 
 /* What gradients by replay are taken by (lib/adjoint.h), so that all are of order 1: d coordinate = d number / scale.
  *   COORDINATE_LOG      scale: the number, which is positive
@@ -51,7 +53,12 @@ enum { COORDINATE_LOG, COORDINATE_COSINE, COORDINATE_ITSELF };
  *   BSDF_EVEN        a sample's weight depends on wi alone, so that roulette can be played before light is sampled
  *   BSDF_BASELINE    its decisions quiet derivatives
  *   BSDF_ANISOTROPIC   the x axis of its frame follows the first texture coordinate. Scene files mean it by the type that
- *                    it shares with an isotropic one, where they give two alphas that differ */
+ *                    it shares with an isotropic one, where they give two alphas that differ
+ *   BSDF_STRUCTURE   made for the scene of what its XML nests (model/nest): its leaves tell the sides of the surface apart
+ *   BSDF_PASSES      a structure that lets part of the light pass straight on, as an index-matched boundary does
+ *   BSDF_BUMPED      a structure whose normals depend on the slopes of textures
+ *   BSDF_BROAD       it transmits, and has lobes so broad that all light is sampled for them, not the sun and lights
+ *                    alone */
 #define BSDF_TRANSMITS 1
 #define BSDF_SMOOTH 2
 #define BSDF_EVEN 4
@@ -59,10 +66,15 @@ enum { COORDINATE_LOG, COORDINATE_COSINE, COORDINATE_ITSELF };
 #define BSDF_PARTLY_SMOOTH 16
 #define BSDF_THIN 32
 #define BSDF_ANISOTROPIC 64
+#define BSDF_STRUCTURE 128
+#define BSDF_PASSES 256
+#define BSDF_BUMPED 512
+#define BSDF_BROAD 1024
 
 /* Traits of lights.
  *   LIGHT_ON_SHAPE   it is the surface of a shape, which paths find by chance, too
- *   LIGHT_TINTED     its three numbers behind the colour are another colour, or a texture, that multiplies what arrives */
+ *   LIGHT_TINTED     its three numbers behind the colour are another colour, or a texture, that multiplies what
+ *   arrives */
 #define LIGHT_ON_SHAPE 1
 #define LIGHT_TINTED 2
 

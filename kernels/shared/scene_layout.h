@@ -33,11 +33,11 @@ enum { CONNECTION_NONE, CONNECTION_STRAIGHT, CONNECTION_REFRACTED };
 typedef struct {
   int model, first_number; /* MODEL_* of model/models.h */
   int phase, first_phase_number;
-  int connection;                /* CONNECTION_*: how light reaches its scattering vertices */
-  int distribution;              /* refracted: MICROFACET_* of the boundary that the guess assumes */
-  float alpha, eta;              /* refracted: of that boundary, eta inside over outside */
-  int first_cell;                /* of the table of expected futures (lib/baseline.h) */
-  int field, albedo_field;       /* what sigma_t and albedo are times, -1: the same everywhere */
+  int connection;          /* CONNECTION_*: how light reaches its scattering vertices */
+  int distribution;        /* refracted: MICROFACET_* of the boundary that the guess assumes */
+  float alpha, eta;        /* refracted: of that boundary, eta inside over outside */
+  int first_cell;          /* of the table of expected futures (lib/baseline.h) */
+  int field, albedo_field; /* what sigma_t and albedo are times, -1: the same everywhere */
 } MediumRecord;
 
 typedef struct {

@@ -6,15 +6,16 @@
 #include "lib/light_connection.h"
 #include "stage/opaque.h"
 
-/* The path goes on, is reflected or refracted into direction d, or ends by roulette. weight: f cos / p of the sample without
- * the factor of radiance; pdf: LAST_PDF of d; inverse_eta: near over far index where the path is refracted. Radiance scales
- * by inverse_eta^2 on the way (basic radiance is conserved); roulette does not see this factor, as in Mitsuba.
- * straight: through a thin pane, which counts no more than an index-matched boundary. */
+/* The path goes on, is reflected or refracted into direction d, or ends by roulette. weight: f cos / p of the sample
+ * without the factor of radiance; pdf: LAST_PDF of d; inverse_eta: near over far index where the path is refracted.
+ * Radiance scales by inverse_eta^2 on the way (basic radiance is conserved); roulette does not see this factor, as
+ * in Mitsuba. straight: through a thin pane, which counts no more than an index-matched boundary; passes: as if the
+ * boundary were not there. */
 inline void scatter_at_boundary(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                                 const Surface* s, const Random* random, REAL u, REAL3 d, const REAL weight[], REAL pdf,
-                                REAL inverse_eta, MASK straight) {
+                                REAL inverse_eta, MASK straight, MASK passes) {
   REAL throughput[THROUGHPUT_CHANNELS];
-  MASK real = valid & !s->misplaced;
+  MASK real = valid & !passes;
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c)
     throughput[c] = LOAD(pool, THROUGHPUT + c, slots) * SELECT(real, weight[c], 1.0f);
   INT depth = LOAD_INT(pool, DEPTH, slots) + SELECT_INT(real & !straight, 1, 0);
@@ -28,12 +29,13 @@ inline void scatter_at_boundary(const Launch* launch, __global const JobRecord* 
   REAL scale = SELECT(real, inverse_eta * inverse_eta, 1.0f);
   STORE(pool, REFRACTION_SCALE, slots, LOAD(pool, REFRACTION_SCALE, slots) * scale);
   STORE(pool, LAST_PDF, slots, SELECT(real, pdf, LOAD(pool, LAST_PDF, slots)));
-  leave_surface(launch, pool, slots, valid & !dies, s, select3(s->misplaced, s->direction, d));
+  leave_surface(launch, pool, slots, valid & !dies, s, select3(passes, s->direction, d));
   finish(launch, job, pool, slots, dies);
 }
 
 #if ROUGH_LIGHT_SAMPLING
-/* Density of the connection over that of phase function and flight, which may underflow; 0 where no connection is drawn. */
+/* Density of the connection over that of phase function and flight, which may underflow; 0 where no connection is
+ * drawn. */
 inline REAL rival_density(REAL connection, REAL by_phase, MASK mask) {
   return SELECT(mask & (connection > 0.0f), connection / MAX(by_phase, (REAL)(1e-30f)), 0.0f);
 }
@@ -56,8 +58,7 @@ inline void rival_densities(const Launch* launch, __global const JobRecord* job,
   const AssumedBoundary boundary = assumed_boundary(launch, at);
   const Medium inside = load_medium(launch, max(medium, 0));
   const REAL3 vertex = load3(pool, ARRIVAL, slots), segment = sub3(s->position, vertex);
-  const REAL by_phase =
-      last_pdf * medium_transmittance(typical_sigma_t(&inside), SQRT(dot3(segment, segment)));
+  const REAL by_phase = last_pdf * medium_transmittance(typical_sigma_t(&inside), SQRT(dot3(segment, segment)));
   const FlightCell cell = flight_cell(launch->grid, launch->geometries + job->geometry, vertex);
   const REAL3 guess = surface_normal_guess(&cell);
   *rival = rival_density(refracted_pdf(&boundary, guess, light->direction, s->direction), by_phase,
@@ -68,18 +69,22 @@ inline void rival_densities(const Launch* launch, __global const JobRecord* job,
 #endif
 }
 
-/* Light sampled where the path meets the boundary. Three ways lead from a scattering vertex x over the exit y to the
- * sun in direction o, weighed by the balance heuristic: the phase function and the flight bring the path to y and (A)
- * the sun is sampled there or (B) the BSDF finds it; or (C) o and the direction of the segment are drawn at x
- * (connect.h). What A and B share cancels; `rival` is C's density over theirs. To lights of the scene lead A and B alone.
+/* Light sampled where the path meets the boundary: outside of it, and on both sides of thin ones and structures. Three ways lead
+ * from a scattering vertex x over the exit y to the sun in direction o, weighed by the balance heuristic: the phase
+ * function and the flight bring the path to y and (A) the sun is sampled there or (B) the BSDF finds it; or (C) o
+ * and the direction of the segment are drawn at x (connect.h). What A and B share cancels; `rival` is C's density
+ * over theirs. To lights of the scene lead A and B alone, and so they do where the BSDF is broad.
  * Returns LAST_PDF for the BSDF's own direction, of density pdf. */
 inline REAL sample_light_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job,
                                      Pool* pool, INT slots, MASK at_boundary, const Surface* s, const Reflector* r,
-                                     const Random* random, REAL3 direction, REAL pdf) {
+                                     const Random* random, REAL3 direction, REAL pdf, MASK passes) {
+  const int traits = bsdf_traits(model);
+  const bool broad = (traits & BSDF_BROAD) != 0, both_sides = (traits & (BSDF_THIN | BSDF_STRUCTURE)) != 0;
   REAL u[4];
   draw(random, 1, u);
   LightSample sample;
-  const MASK sampled = sample_light(launch, job, (MASK)(0), s->position, u, &sample);
+  const MASK sampled =
+      sample_light(launch, job, broad ? at_boundary | !at_boundary : (MASK)(0), s->position, u, &sample);
   const REAL3 light = sample.source.direction;
   const REAL3 wo = frame_to_local(&r->frame, light);
   REAL f[CHANNELS];
@@ -88,12 +93,14 @@ inline REAL sample_light_at_boundary(int model, int variant, const Launch* launc
   const INT depth = LOAD_INT(pool, DEPTH, slots) + 1;
   MASK lit = (MASK)(0);
   UNROLL_FOR(int c = 0; c < CHANNELS; ++c) lit = lit | (f[c] > 0.0f);
-  MASK mask = at_boundary & sampled & (plain_depth(depth) < job->max_depth) & lit & (dot3(light, s->normal) > 0.0f);
+  const MASK above = dot3(light, s->normal) > 0.0f;
+  MASK mask = at_boundary & sampled & (plain_depth(depth) < job->max_depth) & lit;
+  if (!both_sides) mask = mask & above;
 #if OPERATOR_SINGLE
   mask = mask & (depth >= SCATTERED_ONCE);
 #endif
-  REAL rival, own_rival;
-  rival_densities(launch, job, pool, slots, at_boundary, s, &sample.source, direction, &rival, &own_rival);
+  REAL rival = (REAL)(0.0f), own_rival = (REAL)(0.0f);
+  if (!broad) rival_densities(launch, job, pool, slots, at_boundary, s, &sample.source, direction, &rival, &own_rival);
   const REAL mis = sample.pdf / (sample.pdf * (1.0f + rival) + sample.by_chance * bsdf_pdf);
   REAL weight[3], connection_weight[RADIANCE_CHANNELS];
   channel_weights(pool, slots, (REAL)(1.0f), weight);
@@ -110,9 +117,11 @@ inline REAL sample_light_at_boundary(int model, int variant, const Launch* launc
   start.surface = &step;
   add_connection(launch, job, pool, slots, random, mask,
                  beside_surface(launch->primitives, s->primitive, s->position, s->normal, light), &sample, s->primitive,
-                 s->exterior, connection_weight, &scores, &start);
-  begin_segment(pool, slots, s->position, 1.0f + own_rival, at_boundary);
-  return MAX(pdf / (1.0f + own_rival), (REAL)(1e-30f)); /* not 0: that would say that the sun was not sampled */
+                 medium_behind(pool, slots, s, both_sides ? above : (MASK)(-1)), connection_weight, &scores, &start);
+  begin_segment(pool, slots, s->position, 1.0f + own_rival, at_boundary & !passes);
+  if (!both_sides) pdf = SELECT(dot3(direction, s->normal) > 0.0f, pdf, 0.0f);
+  const REAL last_pdf = MAX(pdf / (1.0f + own_rival), (REAL)(1e-30f)); /* 0 would say that light was not sampled */
+  return SELECT(pdf > 0.0f, broad ? -last_pdf : last_pdf, 0.0f);
 }
 #endif
 
@@ -150,15 +159,18 @@ inline void boundary_stage(int model, int variant, const Launch* launch, __globa
   const Random random = load_random(job, pool, slots);
   REAL u[4];
   draw(&random, 0, u);
-  const Reflector r = load_reflector(launch, model, &s, (MASK)(0));
+  Reflector r = load_reflector(launch, model, &s, (MASK)(0));
+  const MASK passes = pick_leaf(model, &random, &r);
   const MASK scatters = valid & !s.misplaced;
   REAL3 wo;
   REAL weight[CHANNELS], pdf, inverse_eta;
   bsdf_draw(model, variant, r.n, r.wi, u, &wo, weight, &pdf, &inverse_eta);
   const REAL3 direction = frame_to_world(&r.frame, wo);
+  const REAL drawn_pdf = pdf;
 #if ROUGH_LIGHT_SAMPLING
   if (!smooth)
-    pdf = sample_light_at_boundary(model, variant, launch, job, pool, slots, scatters, &s, &r, &random, direction, pdf);
+    pdf = sample_light_at_boundary(model, variant, launch, job, pool, slots, scatters, &s, &r, &random, direction, pdf,
+                                   passes);
 #else
   pdf = (REAL)(0.0f);
 #endif
@@ -167,13 +179,13 @@ inline void boundary_stage(int model, int variant, const Launch* launch, __globa
                      &scores);
   MASK found = (MASK)(0);
   UNROLL_FOR(int c = 0; c < CHANNELS; ++c) found = found | (weight[c] > 0.0f);
-  const Step step = bsdf_sample_step(model, variant, r.n, s.first_number, r.wi, wo, pdf, scatters & found);
+  const Step step = bsdf_sample_step(model, variant, r.n, s.first_number, r.wi, wo, drawn_pdf, scatters & found);
   add_scores(job, &scores, model, r.n, &step, false);
   store_scores(pool, slots, &scores);
   sum_scores(launch, job, pool, slots, &scores, model, s.first_number, valid);
-  const MASK straight = (bsdf_traits(model) & BSDF_THIN) ? r.wi.z * wo.z < 0.0f : (MASK)(0);
   scatter_at_boundary(launch, job, pool, slots, valid, &s, &random, u[bsdf_random(model)], direction, weight, pdf,
-                      inverse_eta, straight);
+                      inverse_eta, bsdf_straight(model, r.n, r.wi, wo), s.misplaced | passes);
+  if (bsdf_traits(model) & BSDF_PASSES) STORE_INT(pool, PASSED, slots, SELECT_INT(passes, 1, 0));
 }
 
 #endif

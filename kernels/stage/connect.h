@@ -37,7 +37,7 @@ typedef struct {
   REAL3 position, normal, inward; /* inward: direction of the connection inside */
   REAL3 shading;                  /* normal */
   REAL3 wi, wo;
-  REAL texture[2];
+  REAL texture[TEXTURE_PLACE];
   REAL density; /* with which `inward` was drawn */
   MASK found;
 } Exit;
@@ -80,7 +80,7 @@ inline void connect_through(int surface, int model, int variant, const Launch* l
                             Pool* pool, INT slots, const Random* random, const LitVertex* x, const Exit* e,
                             const LightSample* sample, const Scores* scores) {
   const int traits = bsdf_traits(model);
-  if (!(traits & BSDF_TRANSMITS) || (traits & BSDF_SMOOTH)) return;
+  if (!(traits & BSDF_TRANSMITS) || (traits & (BSDF_SMOOTH | BSDF_BROAD))) return;
   const MASK here = e->found & (e->surface == surface);
   if (!ANY(here)) return;
   REAL n[MOST_SLOTS], f[CHANNELS];
@@ -89,6 +89,7 @@ inline void connect_through(int surface, int model, int variant, const Launch* l
   if (traits & BSDF_ANISOTROPIC) {
     const Frame frame =
         make_frame_along(e->shading, surface_tangent(launch->primitives, e->primitive, e->position, e->normal));
+    bsdf_bump(model, launch, e->primitive, e->position, e->normal, &frame, n);
     wi = scale3(frame_to_local(&frame, e->inward), -1.0f);
     wo = frame_to_local(&frame, sample->source.direction);
   }
@@ -127,7 +128,8 @@ inline void connect_through(int surface, int model, int variant, const Launch* l
 
 /* Straight through index-matched boundaries. */
 inline void connect_straight(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
-                             const Random* random, MASK straight, const LitVertex* x, const LightSample* light, const Scores* scores) {
+                             const Random* random, MASK straight, const LitVertex* x, const LightSample* light,
+                             const Scores* scores) {
   const REAL cosine = dot3(x->arrival, light->source.direction);
   const REAL phase = phase_value(&x->phase, cosine);
   const REAL value = x->chance * phase / (x->chance * light->pdf + light->by_chance * phase);
@@ -136,8 +138,8 @@ inline void connect_straight(const Launch* launch, __global const JobRecord* job
   ConnectionStart start = connection_start(straight);
   start.phase = &x->phase;
   start.cosine = cosine;
-  add_connection(launch, job, pool, slots, random, straight, x->position, light, (INT)(-1), x->medium, connection_weight,
-                 scores, &start);
+  add_connection(launch, job, pool, slots, random, straight, x->position, light, (INT)(-1), x->medium,
+                 connection_weight, scores, &start);
 }
 
 inline void connect_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {

@@ -194,9 +194,9 @@ inline void survive(const Launch* launch, __global const JobRecord* job, const P
 #if MEDIUM_LIGHT_SAMPLING
 /* Who connects with light before going on. u[2] decides; what is left of it is uniform again. */
 inline MASK choose_connections(const Launch* launch, __global const JobRecord* job, Walk* w, REAL u[4]) {
-  const REAL expected = connection_chance(launch, job, w->index * (int)(sizeof(MediumRecord) / sizeof(float)), &w->cell,
-                                          w->direction, brightest(w->throughput, w->weight),
-                                          typical_sigma_t(&w->medium), &w->phase);
+  const REAL expected =
+      connection_chance(launch, job, w->index * (int)(sizeof(MediumRecord) / sizeof(float)), &w->cell, w->direction,
+                        brightest(w->throughput, w->weight), typical_sigma_t(&w->medium), &w->phase);
   w->chance = SELECT(w->alive, expected, w->chance);
   const MASK connects = w->alive & w->connectable & (u[2] < w->chance);
   u[2] =
@@ -275,8 +275,8 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     const INT state = medium_state(w.first_cell, DECISION_FLIGHT, &w.below, dot3(w.below.normal, w.direction));
     Event e = fly(launch, job, &w, mean_free_path);
 #if SPECTRAL
-    weigh_medium_flight(launch, &w.medium, &e.random, e.from, w.direction, w.hero, mean_free_path, &e.flight, e.distance,
-                        e.meets, e.scatters, w.weight);
+    weigh_medium_flight(launch, &w.medium, &e.random, e.from, w.direction, w.hero, mean_free_path, &e.flight,
+                        e.distance, e.meets, e.scatters, w.weight);
 #endif
     w.cell = e.end; /* who met a surface needs none */
     w.below = depth_of(&w.cell, typical_sigma_t(&w.medium));

@@ -21,8 +21,18 @@ inline Reflector load_reflector(const Launch* launch, int model, const Surface* 
     r.frame = make_frame_along(normal, surface_tangent(launch->primitives, s->primitive, s->position, s->normal));
   else
     r.frame = make_frame(normal);
+  bsdf_bump(model, launch, s->primitive, s->position, s->normal, &r.frame, r.n);
   r.wi = scale3(frame_to_local(&r.frame, s->direction), -1.0f);
   return r;
+}
+
+/* Structures: a leaf for the sample, which may let the path pass straight on. Returns which lanes do. */
+inline MASK pick_leaf(int model, const Random* random, Reflector* r) {
+  if (!(bsdf_traits(model) & BSDF_STRUCTURE)) return (MASK)(0);
+  REAL v[4];
+  draw(random, 2, v);
+  bsdf_pick(model, r->n, r->wi, v[0]);
+  return bsdf_passes(model, r->n);
 }
 
 #if LIGHT_SAMPLING
@@ -84,8 +94,11 @@ inline void opaque_stage(int model, int variant, const Launch* launch, __global 
   REAL u[4];
   draw(&random, 0, u);
   const REAL cos_i = -dot3(s.direction, s.frame);
-  const MASK reflects = valid & ((cos_i > 0.0f) | ((cos_i < 0.0f) & s.twosided));
-  const Reflector r = load_reflector(launch, model, &s, cos_i < 0.0f);
+  const bool structure = (traits & BSDF_STRUCTURE) != 0; /* whose leaves tell the sides apart */
+  const MASK twosided = structure ? (MASK)(-1) : s.twosided;
+  const MASK reflects = valid & ((cos_i > 0.0f) | ((cos_i < 0.0f) & twosided));
+  Reflector r = load_reflector(launch, model, &s, structure ? (MASK)(0) : cos_i < 0.0f);
+  const MASK passes = pick_leaf(model, &random, &r);
 
   REAL3 wo;
   REAL weight[CHANNELS], pdf, same_side;
@@ -98,7 +111,7 @@ inline void opaque_stage(int model, int variant, const Launch* launch, __global 
   channel_weights(pool, slots, (REAL)(1.0f), spectral);
   const INT depth = LOAD_INT(pool, DEPTH, slots) + 1;
   const REAL largest = brightest(throughput, spectral);
-  const MASK dies = roulette(job, plain_depth(depth), u[bsdf_random(model)], reflects, largest, throughput);
+  const MASK dies = roulette(job, plain_depth(depth), u[bsdf_random(model)], reflects & !passes, largest, throughput);
   const MASK goes_on = reflects & !dies;
   /* where a lost sample says nothing of the others, roulette comes first: paths that end here need no light */
   const bool even = (traits & BSDF_EVEN) != 0;
@@ -109,18 +122,20 @@ inline void opaque_stage(int model, int variant, const Launch* launch, __global 
 #endif
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
   STORE_INT(pool, EVENT, slots, random.event + 1);
-  STORE_INT(pool, DEPTH, slots, depth);
+  STORE_INT(pool, DEPTH, slots, depth - SELECT_INT(passes, 1, 0));
   finish(launch, job, pool, slots, valid & !goes_on);
 #if LIGHT_SAMPLING
   if (even)
     connect_reflector(model, variant, launch, job, pool, slots, goes_on, &s, &r, &random, depth, throughput, spectral);
-  STORE(pool, LAST_PDF, slots, (traits & BSDF_SMOOTH) ? (REAL)(0.0f) : -pdf);
+  const REAL last_pdf = (traits & BSDF_SMOOTH) ? (REAL)(0.0f) : -pdf;
+  STORE(pool, LAST_PDF, slots, SELECT(passes, LOAD(pool, LAST_PDF, slots), last_pdf));
 #else
   STORE(pool, LAST_PDF, slots, 0.0f);
 #endif
-  begin_segment(pool, slots, s.position, (REAL)(1.0f), goes_on);
+  begin_segment(pool, slots, s.position, (REAL)(1.0f), goes_on & !passes);
   score_reflection(model, variant, launch, job, pool, slots, goes_on, &s, &r, wo, pdf);
-  leave_surface(launch, pool, slots, goes_on, &s, frame_to_world(&r.frame, wo));
+  leave_surface(launch, pool, slots, goes_on, &s, select3(passes, s.direction, frame_to_world(&r.frame, wo)));
+  if (traits & BSDF_PASSES) STORE_INT(pool, PASSED, slots, SELECT_INT(passes, 1, 0));
 }
 
 #endif

@@ -10,7 +10,7 @@ typedef struct {
   REAL3 position, direction;               /* direction of travel on arrival */
   REAL3 normal;                            /* geometric, unit, outward */
   REAL3 frame;                             /* shading normal, unit */
-  REAL texture[2];                         /* coordinates */
+  REAL texture[TEXTURE_PLACE];             /* lib/surface_frame.h */
   MASK front;                              /* arrives from outside */
   INT primitive, first_number, first_cell; /* of the BSDF */
   MASK twosided;
@@ -57,6 +57,12 @@ inline Surface load_surface(const Launch* launch, __global const JobRecord* job,
   const uint strays = lane_bits(s.misplaced);
   if (strays) atomic_add(launch->misplaced, popcount(strays));
   return s;
+}
+
+/* The medium above or below the surface, for a path in one of them. */
+inline INT medium_behind(const Pool* pool, INT slots, const Surface* s, MASK above) {
+  const INT beyond = SELECT_INT(above, s->exterior, s->interior);
+  return SELECT_INT(s->interior == s->exterior, LOAD_INT(pool, MEDIUM, slots), beyond);
 }
 
 /* On with `direction` from the surface, into the medium on that side. As in Mitsuba, a shape with no media of its own

@@ -21,6 +21,8 @@ struct Functions {
 Functions functions_of(const Model& model, Owner owner, int variant) {
   if (owner == Owner::phase) return {{"score_" + model.name}, {}};
   if (owner == Owner::medium) return {{"score_" + model.name + "_scattering", "score_" + model.name + "_passage"}, {}};
+  if (model.structure)
+    return {{score_function(*model.structure, false).name, score_function(*model.structure, true).name}, {}};
   const std::string name = fmt::format("score_{}_{}", model.name, variant);
   return {{name, name + "_chosen"}, {name + "_decision"}};
 }
@@ -50,7 +52,8 @@ class Builder {
       else if (p.owner == Owner::light)
         add_light(p, index, image);
       else
-        add_instance(p, p.member, instance_of(p.owner, index), image);
+        for (const std::size_t i : instance(p.owner, index).values_called(p.id, p.member))
+          add_instance(p, i, place_of(p.owner, index), image);
   }
 
   DerivativeData data;
@@ -98,23 +101,23 @@ class Builder {
     const Bsdf& bsdf = scene_.bsdfs[static_cast<std::size_t>(index)];
     for (std::size_t i = 0; i < bsdf.values.size(); ++i) {
       const Texture& texture = bsdf.values[i];
-      for (std::size_t k = 0; texture.id == p.texture && k < texture.colours.size(); ++k) {
+      for (std::size_t k = 0; texture.id == p.id && k < texture.colours.size(); ++k) {
         if (texture.model->colours[k].name != p.member) continue;
-        Place place = instance_of(Owner::bsdf, index);
+        Place place = place_of(Owner::bsdf, index);
         place.slots = bsdf.showing(i, k).slots();
         place.numbers = bsdf.model->to_numbers(bsdf.variant, place.slots);
         place.origin = static_cast<int>(k) + 1;
-        add_instance(p, bsdf.model->parameters[i].name, place, image);
+        add_instance(p, i, place, image);
       }
     }
   }
 
-  // One part for each number that the parameter, `member` of the model, moves.
-  void add_instance(const Parameter& p, const std::string& member, const Place& place, int image) {
-    const DeclaredParameter& declared = place.model->parameter(member);
+  // One part for each number that the model's parameter of that index moves.
+  void add_instance(const Parameter& p, std::size_t index, const Place& place, int image) {
+    const DeclaredParameter& declared = place.model->parameters[index];
     const auto by = place.model->jacobian(place.variant, place.slots);
     for (const DeclaredNumber& number : place.model->numbers) {
-      if (place.origin > 0 && number.name != member) continue;
+      if (place.origin > 0 && number.name != declared.name) continue;
       DerivativeRecord record{{0, 0, 0}, -1, -1, {0, 0, 0}};
       PartRecord part{image, {-1, -1, -1}};
       bool moves = false;
@@ -175,7 +178,14 @@ class Builder {
                          [&](const SceneStart& s) { return s.first_number == job_.first_number; });
   }
 
-  Place instance_of(Owner owner, int index) const {
+  const Instance& instance(Owner owner, int index) const {
+    const auto i = static_cast<std::size_t>(index);
+    if (owner == Owner::medium) return scene_.media[i];
+    if (owner == Owner::phase) return scene_.media[i].phase;
+    return scene_.bsdfs[i];
+  }
+
+  Place place_of(Owner owner, int index) const {
     const auto i = static_cast<std::size_t>(index);
     const auto place = [](const Model& model, int variant, int first, const std::vector<double>& slots) {
       return Place{&model, variant, first, slots, model.to_numbers(variant, slots)};

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "kernels/model/shading_frame.h"
+#include "kernels/shared/declaration.h"
 #include "runtime/base/error.h"
 #include "runtime/compile/bvh.h"
 #include "runtime/compile/flight_grid.h"
@@ -43,8 +44,12 @@ struct Entry {
   Box box;
 };
 
+// dp/du and dp/dv of a triangle in the frame around its normal.
+using TextureAxes = std::array<float, 4>;
+
 struct Surfaces {
   std::vector<PrimitiveRecord> records;
+  std::vector<TextureAxes> axes;
   std::vector<Entry> entries;  // rows of BLOCK_PRIMITIVE are filled in later
   std::vector<bool> is_round;
 };
@@ -55,7 +60,7 @@ void copy(const Vec3& from, float* to) {
 
 // Where the first texture coordinate grows on a triangle, in the frame that the device makes around its normal, whose
 // first axis it is, as in Mitsuba, where the coordinates do not tell. e1, e2: the edges from the first vertex
-void store_tangent(const Vec3& e1, const Vec3& e2, PrimitiveRecord& record) {
+TextureAxes store_tangent(const Vec3& e1, const Vec3& e2, PrimitiveRecord& record) {
   const float* uv = record.uv;
   const double du1 = static_cast<double>(uv[2]) - uv[0], dv1 = static_cast<double>(uv[3]) - uv[1];
   const double du2 = static_cast<double>(uv[4]) - uv[0], dv2 = static_cast<double>(uv[5]) - uv[1];
@@ -67,6 +72,13 @@ void store_tangent(const Vec3& e1, const Vec3& e2, PrimitiveRecord& record) {
   const bool told = determinant != 0 && size > 0;
   record.tangent[0] = told ? static_cast<float>(x / size) : 1;
   record.tangent[1] = told ? static_cast<float>(y / size) : 0;
+  if (!told) return {1, 0, 0, 1};
+  const Vec3 along_u = (1 / determinant) * (dv2 * e1 - dv1 * e2), along_v = (1 / determinant) * (du1 * e2 - du2 * e1);
+  const auto in_plane = [&](const Vec3& v) {
+    return std::array{static_cast<float>(dot(v, {s.x, s.y, s.z})), static_cast<float>(dot(v, {t.x, t.y, t.z}))};
+  };
+  const auto u = in_plane(along_u), v = in_plane(along_v);
+  return {u[0], u[1], v[0], v[1]};
 }
 
 void add_mesh(const Shape& shape, int index, Surfaces& out) {
@@ -106,7 +118,7 @@ void add_mesh(const Shape& shape, int index, Surfaces& out) {
       record.uv[2] = record.uv[5] = 1;  // the barycentric coordinates, as in Mitsuba
     else
       for (std::size_t j = 0; j < 3; ++j) std::copy_n(mesh.texcoord[triangle[j]].begin(), 2, record.uv + 2 * j);
-    store_tangent(e0, -1.0 * e2, record);
+    out.axes.push_back(store_tangent(e0, -1.0 * e2, record));
     if (!mesh.normal.empty()) {
       record.flags = PRIMITIVE_SMOOTH;
       for (std::size_t j = 0; j < 3; ++j) std::copy_n(mesh.normal[triangle[j]].begin(), 3, record.frame + 3 * j);
@@ -131,6 +143,7 @@ void add_round(const Shape& shape, int index, layout_uint kind, const Vec3& norm
   record.flags = kind | (shape.flip_normals ? layout_uint{PRIMITIVE_FLIPPED} : 0u);
   for (std::size_t k = 0; k < 3; ++k) copy(frame[k], record.frame + 3 * k);
   out.records.push_back(record);
+  out.axes.emplace_back();  // they follow from the shape
   out.entries.push_back(entry);
   out.is_round.push_back(true);
 }
@@ -320,6 +333,13 @@ void append_geometry(const Scene& scene, Geometry& geometry) {
   if (triangle_root != CHILD_NONE && round_root != CHILD_NONE)
     record.root = writer.add_node({{box_of(triangle_tree), triangle_root}, {box_of(round_tree), round_root}});
   offset(geometry.leaves.size());
+  const bool bumped = std::any_of(scene.bsdfs.begin(), scene.bsdfs.end(),
+                                  [](const Bsdf& bsdf) { return bsdf.model && (bsdf.model->traits & BSDF_BUMPED); });
+  if (bumped || !geometry.texture_axes.empty()) {
+    geometry.texture_axes.resize(4 * geometry.primitives.size());
+    for (const TextureAxes& axes : surfaces.axes)
+      geometry.texture_axes.insert(geometry.texture_axes.end(), axes.begin(), axes.end());
+  }
   geometry.primitives.insert(geometry.primitives.end(), surfaces.records.begin(), surfaces.records.end());
   const FlightGrid grid = build_flight_grid(scene);
   for (std::size_t k = 0; k < 3; ++k) {
@@ -336,6 +356,11 @@ void append_geometry(const Scene& scene, Geometry& geometry) {
 }
 
 void append_geometry(const Geometry& from, Geometry& geometry) {
+  if (!from.texture_axes.empty() || !geometry.texture_axes.empty()) {
+    geometry.texture_axes.resize(4 * geometry.primitives.size());
+    geometry.texture_axes.insert(geometry.texture_axes.end(), from.texture_axes.begin(), from.texture_axes.end());
+    geometry.texture_axes.resize(4 * (geometry.primitives.size() + from.primitives.size()));
+  }
   for (GeometryRecord record : from.records) {
     record.first_node += offset(geometry.nodes.size());
     record.first_leaf += offset(geometry.leaves.size());

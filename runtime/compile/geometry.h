@@ -23,6 +23,7 @@ struct Geometry {
   std::vector<PrimitiveRecord> primitives;
   std::vector<std::uint32_t> grid;
   std::vector<GeometryRecord> records;
+  std::vector<float> texture_axes;  // launch_arguments.h; empty: no surface needs them
 };
 
 // Appends the surfaces of a scene: the new record is the last one. The result does not depend on the number of threads.

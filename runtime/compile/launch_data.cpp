@@ -1,15 +1,19 @@
 #include "runtime/compile/launch_data.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <set>
 #include <stdexcept>
 
 #include "kernels/model/models.h"
+#include "kernels/model/texture/list.h"
 #include "kernels/shared/baseline_layout.h"
 #include "runtime/base/colour.h"
+#include "runtime/base/error.h"
 #include "runtime/compile/camera.h"
 #include "runtime/compile/environment.h"
 #include "runtime/compile/field.h"
@@ -18,6 +22,9 @@
 
 namespace itn {
 namespace {
+
+// A number whose channels are no colour.
+bool is_direction(const DeclaredNumber& number) { return number.role == ROLE_NORMAL || number.role == ROLE_BUMP; }
 
 void append_bitmap(const Texture& texture, TextureRecord& r, LaunchData& data) {
   const Bitmap& bitmap = *texture.bitmap;
@@ -33,17 +40,19 @@ void append_bitmap(const Texture& texture, TextureRecord& r, LaunchData& data) {
   const std::size_t channels = static_cast<std::size_t>(bitmap.channels);
   for (std::size_t i = 0; is_new && i < pixels; ++i)
     for (std::size_t c = 0; c < 3; ++c) data.texels.push_back(bitmap.data[i * channels + std::min(c, channels - 1)]);
-  data.coloured |= channels > 1;
 }
 
-// Returns its index, -1 where it is constant. model: that of the number for which it stands
-int append_texture(const Texture& texture, const Model& model, LaunchData& data) {
-  if (texture.is_constant()) return -1;
+// Returns its index. model: that of the number for which it stands
+int append_texture(const Texture& texture, const Model& model, const DeclaredNumber& number, LaunchData& data) {
   TextureRecord r{};
   r.kind = texture.model->id;
   for (std::size_t k = 0; k < 6; ++k) r.to_uv[k] = static_cast<float>(texture.to_uv[k]);
   r.numbers = model.number_slots;
-  if (texture.bitmap) append_bitmap(texture, r, data);
+  if (!texture.attribute.empty()) data.attributes.emplace_back(data.textures.size(), &texture);
+  if (texture.bitmap) {
+    append_bitmap(texture, r, data);
+    data.coloured |= texture.bitmap->channels > 1 && !is_direction(number);
+  }
   for (const Rgb& colour : texture.colours) data.coloured |= !grey(colour);
   data.textures.push_back(r);
   return static_cast<int>(data.textures.size()) - 1;
@@ -70,10 +79,10 @@ void append_textures(const Instance& instance, int first, LaunchData& data) {
   data.number_textures.resize(data.numbers.size(), -1);
   for (std::size_t i = 0; i < instance.values.size(); ++i) {
     const Texture& texture = instance.values[i];
-    const int index = append_texture(texture, model, data);
-    if (index < 0) continue;
+    if (texture.is_constant()) continue;
     const DeclaredNumber& number = model.number_called(model.parameters[i].name);
-    if (number.slot + number.channels > TEXTURED_SLOTS)
+    const int index = append_texture(texture, model, number, data);
+    if (number.slot + number.channels > TEXTURED_SLOTS && !model.structure)
       throw std::logic_error("model " + model.name + ": " + number.name + " must be declared earlier to be textured");
     data.number_textures[static_cast<std::size_t>(first + number.slot)] = index;
     data.textured.insert({model.id, number.slot});
@@ -91,9 +100,11 @@ BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
   r.first_cell = data.cells;
   if (!bsdf.model) return r;
   for (std::size_t i = 0; i < bsdf.values.size(); ++i)
-    data.coloured |=
-        bsdf.model->parameters[i].kind.channels == 3 && bsdf.values[i].is_constant() && !grey(bsdf.values[i].value);
+    data.coloured |= bsdf.model->parameters[i].kind.channels == 3 &&
+                     bsdf.model->parameters[i].kind.reader != ParameterKind::Reader::normals &&
+                     bsdf.values[i].is_constant() && !grey(bsdf.values[i].value);
   r.surface = surface_number(*bsdf.model, bsdf.variant);
+  if (bsdf.model->structure) data.structures[r.surface] = bsdf.model;
   r.twosided = bsdf.twosided ? -1 : 0;
   r.first_number = append_numbers(*bsdf.model, bsdf.variant, bsdf.slots(), data);
   append_textures(bsdf, r.first_number, data);
@@ -107,6 +118,44 @@ bool is_rough_boundary(const Bsdf& bsdf) {
          (bsdf.model->id == MODEL_rough_dielectric || bsdf.model->id == MODEL_rough_dielectric_anisotropic);
 }
 
+// The values on a mesh of which a texture shows an attribute: those at the corners of each triangle.
+void append_attribute(const Mesh& mesh, const MeshAttribute& attribute, double scale, LaunchData& data) {
+  for (std::size_t i = 0; i < mesh.triangle.size(); ++i)
+    for (const std::uint32_t corner : mesh.triangle[i]) {
+      const std::size_t row = attribute.is_of_faces() ? i : corner;
+      for (std::size_t c = 0; c < 3; ++c)
+        data.texels.push_back(static_cast<float>(
+            scale *
+            static_cast<double>(attribute.values[row * attribute.channels + std::min(c, attribute.channels - 1)])));
+    }
+  data.coloured |= attribute.channels > 1;
+}
+
+// A table of places for each texture that shows an attribute (model/texture/mesh_attribute.h). Loaded meshes have no
+// triangle without an area, so that each has a primitive.
+void append_attributes(const Scene& scene, const JobRecord& job, LaunchData& data) {
+  const auto& primitives = data.geometry.primitives;
+  for (const auto& [index, texture] : data.attributes) {
+    const std::size_t table = data.texels.size();
+    data.textures[index].offset = static_cast<int>(table);
+    data.texels.resize(table + scene.shapes.size());
+    std::size_t first = data.geometry.records[static_cast<std::size_t>(job.geometry)].first_primitive;
+    for (std::size_t k = 0; k < scene.shapes.size(); ++k) {
+      const Mesh* mesh = scene.shapes[k].mesh.get();
+      const MeshAttribute* attribute = mesh ? mesh->attribute(texture->attribute) : nullptr;
+      if (attribute) {
+        const auto place = static_cast<std::int64_t>(data.texels.size()) - 9 * static_cast<std::int64_t>(first);
+        if (data.texels.size() + 9 * mesh->triangle.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+          throw InputError("the attributes of the scene's meshes need more than 2^31 numbers; need smaller meshes");
+        data.texels[table + k] = std::bit_cast<float>(static_cast<std::int32_t>(place));
+        append_attribute(*mesh, *attribute, texture->scale, data);
+      }
+      while (first < primitives.size() && primitives[first].shape == static_cast<int>(k)) ++first;
+    }
+  }
+  data.attributes.clear();
+}
+
 MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   const Medium& medium = scene.media[static_cast<std::size_t>(index)];
   MediumRecord r{};
@@ -116,7 +165,8 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   r.first_phase_number = append_numbers(*medium.phase.model, medium.phase.variant, medium.phase.slots(), data);
   for (const Shape& shape : scene.shapes) {
     const Bsdf& bsdf = scene.bsdfs[static_cast<std::size_t>(shape.bsdf)];
-    if (!bsdf.model && (shape.interior == index || shape.exterior == index)) r.connection = CONNECTION_STRAIGHT;
+    const bool passes = !bsdf.model || (bsdf.model->traits & BSDF_PASSES);
+    if (passes && (shape.interior == index || shape.exterior == index)) r.connection = CONNECTION_STRAIGHT;
     if (is_rough_boundary(bsdf) && shape.interior == index && r.connection == CONNECTION_NONE) {
       const std::vector<double> n = bsdf.model->to_numbers(bsdf.variant, bsdf.slots());
       r.connection = CONNECTION_REFRACTED;
@@ -263,6 +313,7 @@ JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData&
   job.environment = scene.environment ? append_light(*scene.environment, data) : append_record({}, data);
 
   append_lights(scene, job, data);
+  append_attributes(scene, job, data);
 
   const int unlimited = 1 << 20;  // beyond any path: roulette ends them
   job.max_depth = scene.integrator.max_depth < 0 ? unlimited : scene.integrator.max_depth;
@@ -289,9 +340,9 @@ namespace {
 int most_slots(const LaunchData& data) {
   int most = 0;
   const ModelsOfLaunch models = models_of(data);
-  for (const auto& family : {models.bsdfs, models.media, models.phases, models.lights})
+  for (const auto& family : {models.bsdfs, models.structures, models.media, models.phases, models.lights})
     for (const Model* model : family) most = std::max(most, model->number_slots);
-  return most + 1;
+  return most + origin_words(data);
 }
 
 }  // namespace
@@ -321,10 +372,13 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   }
   const bool uneven_light = std::any_of(data.environments.begin(), data.environments.end(), is_uneven);
   set("HAS_NULL", null);
+  set("HAS_PASSAGES", has(BSDF_PASSES, BSDF_PASSES));
   set("HAS_MEDIUM", !data.media.empty());
   set("HAS_FIELDS", !data.fields.empty());
   d["FIELD_CHANNELS"] = data.coloured_field ? "3" : "1";
   set("HAS_TEXTURE", !data.textures.empty());
+  set("HAS_ATTRIBUTES", std::any_of(data.textures.begin(), data.textures.end(),
+                                    [](const TextureRecord& t) { return t.kind == TEXTURE_mesh_attribute; }));
   set("HAS_SMOOTH", smooth);
   set("HAS_ROUND", round || data.round_zone);
   set("HAS_LENS", std::any_of(data.cameras.begin(), data.cameras.end(), [](const CameraRecord& c) {
@@ -336,7 +390,7 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   const bool sun = std::any_of(data.environments.begin(), data.environments.end(),
                                [](const EnvironmentRecord& e) { return e.sun_pdf > 0; });
   const bool lights = !data.lights.empty();
-  const bool rough_light = (sun || lights) && rough;
+  const bool rough_light = ((sun || lights) && rough) || (uneven_light && has(BSDF_BROAD, BSDF_BROAD));
   const bool medium_light = ((uneven_light || lights) && matched) || (sun && refracted);
   set("HAS_LIGHTS", lights);
   set("HAS_AREA_LIGHTS",

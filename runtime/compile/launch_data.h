@@ -31,7 +31,8 @@ struct LaunchData {
   Geometry geometry;
   std::vector<CameraRecord> cameras;
   std::vector<ShapeRecord> shapes;
-  std::vector<BsdfRecord> bsdfs;  // surface: as in compile/surfaces.h
+  std::vector<BsdfRecord> bsdfs;           // surface: as in compile/surfaces.h
+  std::map<int, const Model*> structures;  // of these, by their numbers
   std::vector<MediumRecord> media;
   std::vector<FieldRecord> fields;            // of media
   std::vector<float> voxels;                  // and the coarse cells over them
@@ -47,13 +48,14 @@ struct LaunchData {
   std::map<std::tuple<const Bitmap*, std::vector<double>, std::array<double, 16>>, int> environment_of;
   std::vector<TextureRecord> textures;
   std::vector<float> texels;
-  std::map<const Bitmap*, int> texels_of;  // where those of a bitmap begin: scenes may share it
-  std::vector<int> pixels;                 // of each camera's film
-  int cells = 0;                           // of the tables of expected futures
-  bool coloured = false;                   // some throughput or radiance differs between channels
-  bool coloured_light = false;             // some radiance or derivative of it does
-  bool spectral = false;                   // some medium's sigma_t does
-  bool coloured_field = false;             // some medium's sigma_t has a grid with three channels
+  std::vector<std::pair<std::size_t, const Texture*>> attributes;  // of the scene that is being appended
+  std::map<const Bitmap*, int> texels_of;                          // where those of a bitmap begin: scenes may share it
+  std::vector<int> pixels;                                         // of each camera's film
+  int cells = 0;                                                   // of the tables of expected futures
+  bool coloured = false;        // some throughput or radiance differs between channels
+  bool coloured_light = false;  // some radiance or derivative of it does
+  bool spectral = false;        // some medium's sigma_t does
+  bool coloured_field = false;  // some medium's sigma_t has a grid with three channels
 };
 
 // Appends a scene seen by one of its sensors; returns a job with everything but the pixels, samples and seed.

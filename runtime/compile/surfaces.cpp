@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <set>
 
+#include "kernels/model/models.h"
 #include "kernels/shared/path_state.h"
+#include "runtime/scene/structure.h"
 
 namespace itn {
 namespace {
@@ -15,10 +17,60 @@ std::string capitals(std::string name) {
   return name;
 }
 
+// Uniform numbers that its samples take.
+int random_of(const Model& model) {
+#define ITN_RANDOM(name, PREFIX, type, variants) \
+  if (model.id == MODEL_##name) return PREFIX##_RANDOM;
+  BSDF_LIST(ITN_RANDOM)
+  return 0;
+}
+
 std::set<int> numbers_of(const LaunchData& data) {
   std::set<int> numbers;
   for (const BsdfRecord& bsdf : data.bsdfs) numbers.insert(bsdf.surface);
   return numbers;
+}
+
+// Does light pass as through a thin pane? Sheets that scatter it change its direction.
+bool is_pane(int traits) { return (traits & (BSDF_THIN | BSDF_SMOOTH)) == (BSDF_THIN | BSDF_SMOOTH); }
+
+// A leaf's name among models, and the function of the nests around it.
+std::string nests_text(const Structure& s, std::size_t at) {
+  const Structure::Leaf& leaf = s.leaves[at];
+  std::string text = fmt::format(
+      "inline Nest {}_at_{}(const REAL* n, REAL3 wi, REAL3 wo) {{\n  Nest x = nest_begin(wi);\n", s.model.name, at);
+  for (const Structure::Enter& nest : leaf.nests)
+    text += fmt::format("  {}_enter({}, n + {}, wi, wo, &x);\n", nest.nest->name, nest.branch, s.first_of(nest.piece));
+  if (!(s.traits_of(leaf) & BSDF_TRANSMITS) && leaf.piece >= 0) text += "  nest_opaque(wi, &x);\n";
+  return text + "  return x;\n}\n";
+}
+
+// What a BSDF's file declares, and what lib/structure.h takes beside it.
+std::string structure_text(const Structure& s) {
+  const Model& m = s.model;
+  const std::string prefix = capitals(m.name);
+  std::string numbers, leaves, functions, bumps;
+  int random = 0;
+  for (const DeclaredNumber& n : m.numbers)
+    numbers += fmt::format(" NUMBER({}, {}, {}, {}, {})", prefix, n.name, n.channels, n.role, n.coordinate);
+  for (std::size_t at = 0; at < s.leaves.size(); ++at) {
+    const Structure::Leaf& leaf = s.leaves[at];
+    const bool passes = leaf.piece < 0;
+    const int variant = passes ? 0 : s.pieces[static_cast<std::size_t>(leaf.piece)].variant;
+    leaves += fmt::format(" LEAF({}, {}, {}, {}, {}, {}, {})", m.name, at,
+                          passes ? std::string("PASSAGE_LEAF") : std::to_string(at),
+                          passes ? "passage" : s.model_of(leaf)->name, variant, s.first_of(leaf.piece),
+                          !passes && is_pane(s.traits_of(leaf)) ? 1 : 0);
+    if (!passes) random = std::max(random, random_of(*s.model_of(leaf)));
+    functions += nests_text(s, at);
+  }
+  for (const Piece& piece : s.pieces)
+    if (piece.model->traits & BSDF_BUMPED) bumps += fmt::format(" BUMP({})", piece.first_number);
+  return fmt::format(
+      "#define {0}_NUMBERS(NUMBER){1}\n#define {0}_TRAITS {2}\n#define {0}_RANDOM {3}\n#define {0}_LEAVES(LEAF){4}\n"
+      "#define {0}_BUMPS(BUMP){8}\n"
+      "enum {{ MODEL_{5} = {6} }};\nenum {{ {0}_NUMBERS(DECLARE_SLOT) {0}_SLOTS }};\n{7}",
+      prefix, numbers, m.traits, random, leaves, m.name, m.id, functions, bumps);
 }
 
 }  // namespace
@@ -35,6 +87,7 @@ const std::vector<SurfaceKind>& surface_kinds() {
 }
 
 int surface_number(const Model& model, int variant) {
+  if (model.structure) return model.id;
   const auto& all = surface_kinds();
   const auto found = std::find_if(all.begin(), all.end(),
                                   [&](const SurfaceKind& k) { return k.model == &model && k.variant == variant; });
@@ -43,8 +96,14 @@ int surface_number(const Model& model, int variant) {
 
 std::vector<SurfaceKind> surfaces_of(const LaunchData& data) {
   std::vector<SurfaceKind> result;
-  for (const int number : numbers_of(data))
-    if (number != SURFACE_NULL) result.push_back(surface_kinds()[static_cast<std::size_t>(number - 1)]);
+  for (const int number : numbers_of(data)) {
+    const auto place = static_cast<std::size_t>(number - 1);
+    const auto structure = data.structures.find(number);
+    if (structure != data.structures.end())
+      result.push_back({structure->second, 0});
+    else if (number != SURFACE_NULL)
+      result.push_back(surface_kinds()[place]);
+  }
   return result;
 }
 
@@ -77,6 +136,8 @@ ModelsOfLaunch models_of(const LaunchData& data) {
   result.bsdfs = some(bsdf_models(), [&](const Model& model) {
     return std::any_of(surfaces.begin(), surfaces.end(), [&](const SurfaceKind& s) { return s.model == &model; });
   });
+  for (const SurfaceKind& kind : surfaces)
+    if (kind.model->structure) result.structures.push_back(kind.model);
   result.media = some(medium_models(), [&](const Model& model) {
     return std::any_of(data.media.begin(), data.media.end(),
                        [&](const MediumRecord& m) { return m.model == model.id; });
@@ -96,11 +157,20 @@ ModelsOfLaunch models_of(const LaunchData& data) {
   return result;
 }
 
+int origin_words(const LaunchData& data) {
+  int slots = 1;
+  for (const auto& [id, model] : data.structures) slots = std::max(slots, model->number_slots);
+  return (slots + TEXTURED_SLOTS - 1) / TEXTURED_SLOTS;
+}
+
 std::string surfaces_text(const LaunchData& data) {
   std::string surfaces, textured;
   const std::vector<SurfaceKind> kinds = surfaces_of(data);
   for (std::size_t k = 0; k < kinds.size(); ++k)
     surfaces += fmt::format(" SURFACE({}, {}, {})", k + 1, kinds[k].model->name, kinds[k].variant);
+  std::string passed;
+  for (std::size_t k = 0; k < kinds.size(); ++k)
+    if (kinds[k].model->traits & BSDF_PASSES) passed += fmt::format(" SURFACE({}, {}, 0)", k + 1, kinds[k].model->name);
   for (const auto& [model, slot] : data.textured)
     textured += fmt::format(" || ((model) == {} && (slot) == {})", model, slot);
   const ModelsOfLaunch models = models_of(data);
@@ -114,9 +184,18 @@ std::string surfaces_text(const LaunchData& data) {
       "#define MEDIUM_COUNT {}\n#define MEDIA_OF_SCENE(MODEL){}\n#define PHASE_COUNT {}\n#define "
       "PHASES_OF_SCENE(MODEL){}\n"
       "#define LIGHTS_OF_SCENE(MODEL){}\n#define ENVIRONMENTS_OF_SCENE(MODEL){}\n#define TEXTURED(model, slot) "
-      "(false{})\n",
+      "(false{})\n"
+      "#define STRUCTURES_OF_SCENE(MODEL){}\n#define PASSED_SURFACES(SURFACE){}\n#define ORIGIN_WORDS {}\n",
       kinds.size(), surfaces, list(models.bsdfs), models.media.size(), list(models.media), models.phases.size(),
-      list(models.phases), list(models.lights), list(models.environments), textured);
+      list(models.phases), list(models.lights), list(models.environments), textured, list(models.structures), passed,
+      origin_words(data));
+}
+
+std::string structures_text(const LaunchData& data) {
+  std::string text;
+  for (const SurfaceKind& kind : surfaces_of(data))
+    if (kind.model->structure) text += structure_text(*kind.model->structure);
+  return text;
 }
 
 }  // namespace itn

@@ -1,5 +1,5 @@
-// Which models the scenes of a launch have, as the text that the program takes in the place of
-// kernels/scene/surfaces.h.
+// Which models the scenes of a launch have, as the texts that the program takes in the place of
+// kernels/scene/surfaces.h and structures.h.
 #pragma once
 #include <string>
 #include <vector>
@@ -14,7 +14,8 @@ struct SurfaceKind {
   int variant = 0;
 };
 
-// The kinds that there may be; the number of a kind is its position here + 1.
+// The kinds that there may be beside structures; the number of a kind is its position here + 1, that of a structure its
+// model's.
 const std::vector<SurfaceKind>& surface_kinds();
 int surface_number(const Model& model, int variant);
 
@@ -29,10 +30,15 @@ std::vector<std::string> stages_of(const LaunchData& data);
 
 // The models that the launch has. Media: all, since stages that end connections name theirs, be there one or not.
 struct ModelsOfLaunch {
-  std::vector<const Model*> bsdfs, media, phases, lights, environments;
+  std::vector<const Model*> bsdfs, structures, media, phases, lights, environments;
 };
 ModelsOfLaunch models_of(const LaunchData& data);
 
+// How many places behind the numbers of a model say which colours of textures they are (kernels/lib/numbers.h).
+int origin_words(const LaunchData& data);
+
 std::string surfaces_text(const LaunchData& data);
+// The same for kernels/scene/structures.h.
+std::string structures_text(const LaunchData& data);
 
 }  // namespace itn

@@ -14,6 +14,7 @@
 #include "runtime/derivative/print.h"
 #include "runtime/derivative/recorded.h"
 #include "runtime/scene/model.h"
+#include "runtime/scene/structure_formula.h"
 
 namespace itn {
 namespace {
@@ -79,6 +80,8 @@ class Recorder {
   ScoreFunction function_;
 };
 
+std::string variant_name(const std::string& model, int variant) { return fmt::format("{}_{}", model, variant); }
+
 using RecordedVector = Vector3<Recorded>;
 
 const std::vector<std::string> value_arguments{"const REAL* n", "REAL3 wi", "REAL3 wo", "REAL* d"};
@@ -121,6 +124,31 @@ const std::vector<std::string> decision_arguments{"const REAL* n", "REAL3 wi", "
             PREFIX##_SLOTS, record};                                                                            \
   }
 BSDF_LIST(ITN_BSDF_SCORES)
+
+// The same of a structure.
+Declared structure_score(const Structure& structure) {
+  const auto record = [&structure](const Declared& declared) {
+    Recorder r(declared);
+    const std::vector<Recorded> n = r.numbers();
+    const RecordedVector wi = r.real3("wi"), wo = r.real3("wo");
+    return r.scores(StructureFormula<Recorded>(structure, n.data()).value(wi, wo));
+  };
+  const Model& model = structure.model;
+  return {"score_" + variant_name(model.name, 0), model.name + "_value(n, wi, wo)", value_arguments, model.number_slots,
+          record};
+}
+
+Declared structure_chosen_score(const Structure& structure) {
+  const auto record = [&structure](const Declared& declared) {
+    Recorder r(declared);
+    const std::vector<Recorded> n = r.numbers();
+    const RecordedVector wi = r.real3("wi"), wo = r.real3("wo");
+    return r.scores(StructureFormula<Recorded>(structure, n.data()).chosen(wi, wo));
+  };
+  const Model& model = structure.model;
+  return {"score_" + variant_name(model.name, 0) + "_chosen", model.name + "_chosen(n, wi, wo)", value_arguments,
+          model.number_slots, record};
+}
 
 #define ITN_PHASE_SCORE(name, PREFIX, type)              \
   Declared name##_score() {                              \
@@ -180,8 +208,6 @@ int variant_count(const std::string& name) {
   return static_cast<int>(found->variants.size());
 }
 
-std::string variant_name(const std::string& model, int variant) { return fmt::format("{}_{}", model, variant); }
-
 // A function, and its recording from when it is first asked for.
 class Function {
  public:
@@ -220,6 +246,39 @@ std::deque<Function> declare_all() {
 
 std::deque<Function>& all_functions() {
   static std::deque<Function> all = declare_all();
+  return all;
+}
+
+// Those of structures, from when they are first asked for.
+class StructureFunctions {
+ public:
+  // That of a value or of what is chosen.
+  Function& of(const Structure& structure, bool chosen) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (Function& function : all_)
+      if (function.declared.name == name(structure, chosen)) return function;
+    all_.emplace_back(chosen ? structure_chosen_score(structure) : structure_score(structure));
+    return all_.back();
+  }
+
+  Function* find(const std::string& wanted) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (Function& function : all_)
+      if (function.declared.name == wanted) return &function;
+    return nullptr;
+  }
+
+ private:
+  static std::string name(const Structure& structure, bool chosen) {
+    return "score_" + variant_name(structure.model.name, 0) + (chosen ? "_chosen" : "");
+  }
+
+  std::mutex mutex_;
+  std::deque<Function> all_;
+};
+
+StructureFunctions& structure_functions() {
+  static StructureFunctions all;
   return all;
 }
 
@@ -289,10 +348,15 @@ std::vector<std::string> score_function_names() {
 const ScoreFunction& score_function(const std::string& name) {
   for (Function& function : all_functions())
     if (function.declared.name == name) return function.recorded();
+  if (Function* function = structure_functions().find(name)) return function->recorded();
   throw std::invalid_argument("no score function " + name);
 }
 
-std::string print_scores(const ScoreRequest& wanted, int channels) {
+const ScoreFunction& score_function(const Structure& structure, bool chosen) {
+  return structure_functions().of(structure, chosen).recorded();
+}
+
+std::string print_scores(const ScoreRequest& wanted, int channels, const std::vector<const Structure*>& structures) {
   for (const auto& [name, slots] : wanted) {
     const ScoreFunction& function = score_function(name);
     for (const int slot : slots)
@@ -302,7 +366,7 @@ std::string print_scores(const ScoreRequest& wanted, int channels) {
         throw std::invalid_argument(fmt::format("{} does not depend on n[{}]", name, slot));
   }
   std::string text;
-  for (Function& function : all_functions()) {
+  const auto add = [&](Function& function) {
     const Declared& declared = function.declared;
     const auto asked = wanted.find(declared.name);
     const auto print = [&](const Graph& graph, const std::vector<Output>& outputs) {
@@ -313,6 +377,13 @@ std::string print_scores(const ScoreRequest& wanted, int channels) {
             (needed ? print(function.recorded().graph, outputs_of(function.recorded(), asked->second, channels))
                     : print({}, zeros_of(declared, channels))) +
             "\n";
+  };
+  for (Function& function : all_functions()) add(function);
+  for (const Structure* structure : structures) {
+    add(structure_functions().of(*structure, false));
+    add(structure_functions().of(*structure, true));
+    text += choose_variant(structure->model.name, 1, "", value_arguments) +
+            choose_variant(structure->model.name, 1, "_chosen", value_arguments);
   }
   for (const Model& model : bsdf_models()) {
     const int variants = static_cast<int>(model.variants.size());

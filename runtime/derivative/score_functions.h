@@ -33,13 +33,18 @@ std::vector<std::string> score_function_names();
 // Recorded when it is first asked for. Throws std::invalid_argument: there is none of that name.
 const ScoreFunction& score_function(const std::string& name);
 
+// Of a structure's value, or of what it chooses.
+struct Structure;
+const ScoreFunction& score_function(const Structure& structure, bool chosen);
+
 // Function -> the slots asked for; those of derivatives that are no score: {0}.
 using ScoreRequest = std::map<std::string, std::set<int>>;
 
 // OpenCL C of every function, so that callers need no #if: what is not asked for is set to 0 and costs nothing, a
 // function of which nothing is asked for not even its recording. channels: of the throughput, 1 or 3; d[slot * channels
 // + channel] is d log f[channel] / d n[slot]. To be read after shared/portable.h. Throws std::invalid_argument for a
-// function or a slot that is not there.
-std::string print_scores(const ScoreRequest& wanted, int channels);
+// function or a slot that is not there. structures: of the program, whose functions come with the others.
+std::string print_scores(const ScoreRequest& wanted, int channels,
+                         const std::vector<const Structure*>& structures = {});
 
 }  // namespace itn

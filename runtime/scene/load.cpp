@@ -46,6 +46,29 @@ void check_lights(const Scene& scene) {
   }
 }
 
+// BSDFs that only stand inside of structures, which have copies of them, are no surfaces.
+void drop_nested(Builder& builder) {
+  Scene& scene = builder.scene;
+  std::set<int> gone = builder.nested;
+  const auto keep_used = [&] {
+    for (const Shape& shape : scene.shapes) gone.erase(shape.bsdf);
+  };
+  keep_used();
+  for (const auto& [inner, element] : builder.twosided_of)
+    if (const auto twosided = builder.bsdf_of.find(element);
+        twosided != builder.bsdf_of.end() && gone.count(twosided->second))
+      gone.insert(inner);
+  keep_used();
+  std::vector<Bsdf> kept;
+  std::vector<int> place;
+  for (std::size_t i = 0; i < scene.bsdfs.size(); ++i) {
+    place.push_back(static_cast<int>(kept.size()));
+    if (!gone.count(static_cast<int>(i))) kept.push_back(scene.bsdfs[i]);
+  }
+  for (Shape& shape : scene.shapes) shape.bsdf = place[static_cast<std::size_t>(shape.bsdf)];
+  scene.bsdfs = std::move(kept);
+}
+
 }  // namespace
 
 Scene load_scene(const std::string& file, const std::map<std::string, std::string>& definitions,
@@ -60,6 +83,7 @@ Scene load_scene(const std::string& file, const std::map<std::string, std::strin
   report.attempt([&] { build_scene(builder); });
   report.raise();
   check_lights(builder.scene);
+  drop_nested(builder);
 
   if (builder.scene.sensors.empty())
     fail(document.root->where, "the scene has no sensor; need <sensor type=\"perspective\">");

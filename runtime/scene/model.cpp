@@ -10,7 +10,9 @@
 #include <stdexcept>
 
 #include "kernels/model/models.h"
+#include "kernels/model/nest/list.h"
 #include "runtime/derivative/dual.h"
+#include "runtime/scene/structure.h"
 
 namespace itn {
 namespace {
@@ -67,6 +69,7 @@ BSDF_LIST(ITN_BSDF_CONVERSIONS)
 MEDIUM_LIST(ITN_MODEL_CONVERSIONS)
 PHASE_LIST(ITN_MODEL_CONVERSIONS)
 LIGHT_LIST(ITN_MODEL_CONVERSIONS)
+NEST_LIST(ITN_MODEL_CONVERSIONS)
 
 #define ITN_MEAN_COSINE(name, PREFIX, type)                                      \
   std::vector<double> name##_mean(const std::vector<double>& at) {               \
@@ -97,9 +100,11 @@ LIGHT_LIST(ITN_ARRIVES)
 #define ITN_PARAMETER(name, kind, fallback, unit) declare(model, #name, parameter_kind::kind, fallback, unit);
 #define ITN_NUMBER(PREFIX, name, channels, role, coordinate) \
   model.numbers.push_back({#name, PREFIX##_##name, channels, role, coordinate});
-#define ITN_MODEL(name_, PREFIX, type_)                                                                \
-  Model model;                                                                                         \
-  model.id = MODEL_##name_;                                                                            \
+#define ITN_MODEL(name_, PREFIX, type_) \
+  Model model;                          \
+  model.id = MODEL_##name_;             \
+  ITN_DECLARATIONS(name_, PREFIX, type_)
+#define ITN_DECLARATIONS(name_, PREFIX, type_)                                                         \
   model.name = #name_;                                                                                 \
   model.type = type_;                                                                                  \
   model.variants = {""};                                                                               \
@@ -132,6 +137,13 @@ LIGHT_LIST(ITN_ARRIVES)
   {                                          \
     ITN_MODEL(name, PREFIX, type)            \
     models.push_back(model);                 \
+  }
+#define ITN_NEST_MODEL(name, PREFIX, type) \
+  {                                        \
+    Model model;                           \
+    ITN_DECLARATIONS(name, PREFIX, type)   \
+    model.traits = PREFIX##_TRAITS;        \
+    models.push_back(model);               \
   }
 
 // Radiance is linear in their parameters, or smooth.
@@ -170,6 +182,12 @@ std::vector<Model> make_medium_models() {
 std::vector<Model> make_light_models() {
   std::vector<Model> models;
   LIGHT_LIST(ITN_LIGHT_MODEL)
+  return models;
+}
+
+std::vector<Model> make_nest_models() {
+  std::vector<Model> models;
+  NEST_LIST(ITN_NEST_MODEL)
   return models;
 }
 
@@ -219,6 +237,11 @@ const std::vector<Model>& light_models() {
   return all;
 }
 
+const std::vector<Model>& nest_models() {
+  static const std::vector<Model> all = make_nest_models();
+  return all;
+}
+
 const std::vector<Model>& environment_models() {
   static const std::vector<Model> all = make_environment_models();
   return all;
@@ -246,9 +269,9 @@ const Model* find_model(const std::vector<Model>& models, const std::string& typ
   return found == models.end() ? nullptr : &*found;
 }
 
-const Model* find_anisotropic(const Model& model) {
+const Model* find_of_type(const Model& model, int trait) {
   for (const Model& other : bsdf_models())
-    if ((other.traits & BSDF_ANISOTROPIC) && other.type == model.type) return &other;
+    if (&other != &model && (other.traits & trait) && other.type == model.type) return &other;
   return nullptr;
 }
 

@@ -1,6 +1,7 @@
 // The models of kernels/model as the host knows them: what each declares of itself, from the lists of their families.
 #pragma once
 #include <array>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,8 @@ struct DeclaredParameter {
   double fallback = 0;
   std::string unit;  // empty: a pure number
   int slot = 0;
+  std::string called{};  // by people, where that is not the name
+  const std::string& shown() const { return called.empty() ? name : called; }
 };
 
 // What formulas take: n[slot], or n[slot + c] of a colour. role, coordinate: ROLE_* and COORDINATE_*.
@@ -31,6 +34,8 @@ struct Arrival {
   std::array<double, 2> uv{0, 0};
 };
 
+struct Structure;
+
 struct Model {
   int id = 0;                         // MODEL_* of kernels/model/models.h
   std::string name, type;             // of its file and functions; of the element in scene files
@@ -39,13 +44,15 @@ struct Model {
   std::vector<DeclaredParameter> parameters;
   std::vector<DeclaredNumber> numbers;
   int parameter_slots = 0, number_slots = 0;
+  const Structure* structure = nullptr;  // made of what XML nests (structure.h); null: a model of kernels/model
 
   // Of a variant, from the values of all parameters, slot after slot.
-  std::vector<double> (*to_numbers)(int variant, const std::vector<double>&) = nullptr;
+  std::function<std::vector<double>(int variant, const std::vector<double>&)> to_numbers;
   // [number slot][parameter slot]
-  std::vector<std::vector<double>> (*jacobian)(int variant, const std::vector<double>&) = nullptr;
-  Refusal (*refusal)(const double*) = nullptr;            // why such values cannot be rendered
-  const char* (*obstacle)(const double*, int) = nullptr;  // why there is no derivative by a parameter's slot; or empty
+  std::function<std::vector<std::vector<double>>(int variant, const std::vector<double>&)> jacobian;
+  Refusal (*refusal)(const double*) = nullptr;  // why such values cannot be rendered
+  // Why there is no derivative by a parameter's slot; or empty.
+  std::function<const char*(const double*, int)> obstacle;
   // Of phase functions: the mean cosine, and its derivative by each parameter's slot.
   std::vector<double> (*mean_cosine)(const std::vector<double>&) = nullptr;
 
@@ -77,7 +84,7 @@ int spherical_harmonics_order(const Model& model);
 
 // The first model of that type, or null.
 const Model* find_model(const std::vector<Model>& models, const std::string& type);
-// The BSDF of the same type whose roughness differs along two axes (BSDF_ANISOTROPIC), or null.
-const Model* find_anisotropic(const Model& model);
+// The first other BSDF of the same type that has the trait, or null.
+const Model* find_of_type(const Model& model, int trait);
 
 }  // namespace itn

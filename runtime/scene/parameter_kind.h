@@ -21,6 +21,8 @@ struct ParameterKind {
     metal,
     roughness,
     roughness_texture,
+    number_texture,
+    index_or_specular,
     position,
     origin,
     axis_x,
@@ -31,6 +33,10 @@ struct ParameterKind {
     field_of_view,
     direction,
     beam,
+    share,
+    normals,
+    bumps,
+    any_number,
     volume
   };
   int channels = 1;  // 3: a colour
@@ -48,6 +54,7 @@ namespace parameter_kind {
 constexpr double unbounded = std::numeric_limits<double>::infinity();
 using Reader = ParameterKind::Reader;
 constexpr ParameterKind REFLECTANCE{3, 0, 1, true, true, Reader::texture};
+constexpr ParameterKind TEXTURE_COLOUR{3, 0, unbounded, true, false};  // its parameter has a range of its own
 constexpr ParameterKind TINT{3, 0, 1, true, true, Reader::colour, false};
 constexpr ParameterKind ALBEDO{3,   0, 1, true, true, Reader::colour, true, "sigma_s / sigma_t", Quantity::reflectance,
                                true};
@@ -75,9 +82,22 @@ constexpr ParameterKind CONCENTRATION{1, 0, unbounded, false, false, Reader::num
 constexpr ParameterKind NON_NEGATIVE{1, 0, unbounded, true, false};
 constexpr ParameterKind ROUGHNESS{1, 0, 1, false, true, Reader::roughness};
 constexpr ParameterKind ROUGHNESS_TEXTURE{1, 0, 1, false, true, Reader::roughness_texture};
+constexpr ParameterKind WEIGHT{1, 0, 1, true, true, Reader::number_texture};
+constexpr ParameterKind DOUBLE_WEIGHT{1, 0, 2, true, true, Reader::number_texture};
+constexpr ParameterKind SLOPE_ANGLE{1, 0, 1.5, true, true, Reader::number_texture, true, "an angle in radian"};
+constexpr ParameterKind EXPONENT{1, 0, 1e5, true, true, Reader::number_texture};
+constexpr ParameterKind INDEX_TEXTURE{1, least_ior, greatest_ior, true, true, Reader::number_texture};
+constexpr ParameterKind INDEX_OR_SPECULAR{1, least_ior, greatest_ior, true, true, Reader::index_or_specular};
+constexpr ParameterKind SAMPLING_RATE{1, 0, unbounded, true, false, Reader::number, false};
 constexpr ParameterKind INDEX{1, least_ior, greatest_ior, true, true, Reader::index};
+constexpr ParameterKind SHARE{1, 0, 1, true, true, Reader::share, true, "a share"};
+constexpr ParameterKind NORMAL_TEXTURE{3, 0, 1, true, true, Reader::normals, false};
+constexpr ParameterKind BUMP_TEXTURE{3, -unbounded, unbounded, false, false, Reader::bumps, false};
+constexpr ParameterKind BUMP_SCALE{1,     -unbounded,         unbounded, false,
+                                   false, Reader::any_number, true,      "a factor of heights"};
 constexpr ParameterKind COEFFICIENT{3,    -unbounded, unbounded,         false, false, Reader::colour,
                                     true, "",         Quantity::emission};
+constexpr ParameterKind ANGLE{3, -unbounded, unbounded, false, false, Reader::colour, false, "", Quantity::unbounded};
 constexpr ParameterKind TURBIDITY{1, 1, 10};
 constexpr ParameterKind GROUND_ALBEDO{3, 0, 1, true, true, Reader::colour};
 constexpr ParameterKind FLAG{1, 0, 1, true, true, Reader::flag, false};

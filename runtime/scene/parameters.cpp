@@ -40,7 +40,7 @@ class List {
                           why_not,
                           owner_,
                           member,
-                          owner_ == Owner::texture ? id_ : "",
+                          id_,
                           {index_},
                           component});
   }
@@ -64,17 +64,18 @@ class List {
       const DeclaredParameter& p = model.parameters[i];
       const Texture& of = instance.values[i];
       if (!p.kind.listed) continue;
+      id_ = instance.owner(i);
       const Range range{p.kind.low, p.kind.high, p.kind.low_included, p.kind.high_included};
       const auto value = [&](int c) { return slots[static_cast<std::size_t>(p.slot + c)]; };
       const auto why_not = [&](double, int c) { return model.obstacle(slots.data(), p.slot + c); };
       if (of.is_grid())
-        number(p.name, std::nan(""), range, grid_value, p.unit);
+        number(p.shown(), std::nan(""), range, grid_value, p.unit);
       else if (!of.is_constant())
-        number(p.name, std::nan(""), range, textured_value, p.unit);
+        number(p.shown(), std::nan(""), range, textured_value, p.unit);
       else if (p.kind.channels == 3)
-        colour(p.name, {value(0), value(1), value(2)}, range, why_not, of.by_component, p.unit);
+        colour(p.shown(), {value(0), value(1), value(2)}, range, why_not, of.by_component, p.unit);
       else
-        number(p.name, value(0), range, why_not(0, 0), p.unit);
+        number(p.shown(), value(0), range, why_not(0, 0), p.unit);
     }
   }
 
@@ -92,11 +93,11 @@ void add_textures(List& list, const Bsdf& bsdf, int index) {
     const Texture& texture = bsdf.values[i];
     for (std::size_t k = 0; k < texture.colours.size(); ++k) {
       const DeclaredColour& colour = texture.model->colours[k];
+      const ParameterKind& of = bsdf.model->parameters[i].kind;
       const std::vector<double> slots = bsdf.showing(i, k).slots();
       list.begin(Owner::texture, index, texture.id);
       list.colour(
-          colour.name, texture.colours[k],
-          {colour.kind.low, colour.kind.high, colour.kind.low_included, colour.kind.high_included},
+          colour.name, texture.colours[k], {colour.kind.low, of.high, colour.kind.low_included, of.high_included},
           [&](double, int c) { return bsdf.model->obstacle(slots.data(), bsdf.model->parameters[i].slot + c); });
     }
   }
@@ -141,15 +142,17 @@ void set_colour(Rgb& colour, const Parameter& p, double value) {
 }
 
 void set_instance(Instance& instance, const Parameter& p, double value) {
-  Texture& of = instance.value(p.member);
-  if (of.is_grid()) throw UsageError(fmt::format("parameter {}: cannot be set: {}", p.name, grid_value));
-  if (!of.is_constant()) throw UsageError(fmt::format("parameter {}: cannot be set: {}", p.name, textured_value));
-  set_colour(of.value, p, value);
+  for (const std::size_t i : instance.values_called(p.id, p.member)) {
+    Texture& of = instance.values[i];
+    if (of.is_grid()) throw UsageError(fmt::format("parameter {}: cannot be set: {}", p.name, grid_value));
+    if (!of.is_constant()) throw UsageError(fmt::format("parameter {}: cannot be set: {}", p.name, textured_value));
+    set_colour(of.value, p, value);
+  }
 }
 
 void set_texture(Bsdf& bsdf, const Parameter& p, double value) {
   for (Texture& texture : bsdf.values)
-    for (std::size_t k = 0; texture.id == p.texture && k < texture.colours.size(); ++k)
+    for (std::size_t k = 0; texture.id == p.id && k < texture.colours.size(); ++k)
       if (texture.model->colours[k].name == p.member) set_colour(texture.colours[k], p, value);
 }
 

@@ -20,8 +20,8 @@ struct Parameter {
   // Empty: the renderer can differentiate by it; else why not and, where there is one, the remedy.
   std::string not_differentiable;
   Owner owner = Owner::medium;
-  std::string member;   // its name without the owner's id and without .R .G .B: "sigma_t"
-  std::string texture;  // Owner::texture: its id; member is one of its colours
+  std::string member;  // its name without the owner's id and without .R .G .B: "sigma_t"
+  std::string id;      // of what it belongs to; Owner::texture: of the texture, and member is one of its colours
   // Of the media (phase functions: theirs), BSDFs (textures: those that have them) or lights in the scene, several
   // where they share it. Of the environment: meaningless.
   std::vector<int> indices{0};

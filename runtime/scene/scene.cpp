@@ -12,6 +12,12 @@ void Texture::become(const TextureModel& of) {
   for (const DeclaredColour& c : of.colours) colours.push_back({c.fallback, c.fallback, c.fallback});
 }
 
+const MeshAttribute* Mesh::attribute(const std::string& name) const {
+  const auto found =
+      std::find_if(attributes.begin(), attributes.end(), [&](const MeshAttribute& a) { return a.name == name; });
+  return found == attributes.end() ? nullptr : &*found;
+}
+
 Texture make_bitmap(std::shared_ptr<const Bitmap> bitmap) {
   Texture texture;
   texture.become(*find_texture("bitmap"));
@@ -38,6 +44,13 @@ Texture& Instance::value(const std::string& name) {
 const Texture& Instance::value(const std::string& name) const {
   const auto index = static_cast<std::size_t>(&model->parameter(name) - model->parameters.data());
   return values.at(index);
+}
+
+std::vector<std::size_t> Instance::values_called(const std::string& owner_id, const std::string& name) const {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (owner(i) == owner_id && model->parameters[i].shown() == name) found.push_back(i);
+  return found;
 }
 
 std::vector<double> Instance::slots() const {

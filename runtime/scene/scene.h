@@ -89,6 +89,9 @@ struct Texture {
   std::shared_ptr<const Bitmap> bitmap;
   bool nearest = false;  // filter_type
   enum class Wrap { repeat, mirror, clamp } wrap = Wrap::repeat;
+  // Of the model `mesh_attribute`: which attribute of the shapes' meshes, and a factor on it.
+  std::string attribute;
+  double scale = 1;
 
   // Of a medium's parameters that may have one; null: the same in all space. The value of a grid is 1.
   std::shared_ptr<const Volume> volume;
@@ -109,7 +112,11 @@ struct Instance {
   const Model* model = nullptr;
   int variant = 0;  // of the model's variants
   std::vector<Texture> values;
+  std::vector<std::string> owners;  // ids of what the values belong to; empty: all its own
 
+  const std::string& owner(std::size_t value) const { return owners.empty() ? id : owners[value]; }
+  // The values of the parameter of that name and owner: of a structure (structure.h) several, where it has it twice.
+  std::vector<std::size_t> values_called(const std::string& owner_id, const std::string& name) const;
   std::string type() const { return model ? model->type : "null"; }
   // Takes the model's fallbacks.
   void become(const Model& of, int its_variant = 0);
@@ -146,11 +153,23 @@ struct Medium : Instance {
   Medium();  // homogeneous and isotropic, with Mitsuba's defaults
 };
 
+// Values of one or three channels on a mesh: one a vertex, between which they are interpolated, or one a triangle.
+struct MeshAttribute {
+  std::string name;  // as Mitsuba has it: "vertex_color", "face_weight"
+  std::size_t channels = 1;
+  std::vector<float> values;
+
+  bool is_of_faces() const { return name.rfind("face_", 0) == 0; }
+};
+
 // World space. normal and texcoord are empty or one a vertex.
 struct Mesh {
   std::vector<std::array<float, 3>> position, normal;
   std::vector<std::array<float, 2>> texcoord;
   std::vector<std::array<std::uint32_t, 3>> triangle;
+  std::vector<MeshAttribute> attributes = {};
+
+  const MeshAttribute* attribute(const std::string& name) const;  // null: there is none
 };
 
 struct Shape {

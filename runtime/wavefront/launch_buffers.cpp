@@ -1,5 +1,7 @@
 #include "runtime/wavefront/launch_buffers.h"
 
+#include <algorithm>
+
 #include "kernels/model/models.h"
 #include "runtime/compile/surfaces.h"
 
@@ -12,12 +14,16 @@ void LaunchBuffers::upload_geometry(const Device& device, const Geometry& geomet
   primitives = device.upload(geometry.primitives, "primitives");
   grid = device.upload(geometry.grid, "flight grid");
   geometries = device.upload(geometry.records, "geometry records");
+  texture_axes = device.upload(geometry.texture_axes, "texture axes");
 }
 
 void LaunchBuffers::upload_scenes(const Device& device, const LaunchData& data) {
   // Stages may read a whole model's numbers wherever one begins.
   std::vector<float> padded = data.numbers;
-  padded.resize(padded.size() + MOST_SLOTS);
+  std::size_t most = MOST_SLOTS;
+  for (const auto& [number, structure] : data.structures)
+    most = std::max(most, static_cast<std::size_t>(structure->number_slots));
+  padded.resize(padded.size() + most);
   cameras = device.upload(data.cameras, "cameras");
   shapes = device.upload(data.shapes, "shapes");
   bsdfs = device.upload(numbered_bsdfs(data), "BSDFs");

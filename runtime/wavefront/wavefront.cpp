@@ -83,6 +83,7 @@ std::map<std::string, std::string> features(const LaunchData& data, const Deriva
   result["BASELINES"] = std::to_string((adjoint || !derivatives.scores.empty()) && with_baselines(data, baselines));
   result["ADJOINT"] = std::to_string(adjoint);
   result["surfaces.h"] = surfaces_text(data);
+  result["structures.h"] = structures_text(data);
   if (adjoint) {
     const std::vector<SumRecord> sums = sums_of(derivatives, std::stoi(result["THROUGHPUT_CHANNELS"]));
     result["MEDIA"] = std::to_string(data.media.size());
@@ -117,6 +118,7 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   features_ = features(data, derivatives, baselines_, adjoint_);
   std::map<std::string, std::string> definitions = features_;
   definitions.erase("surfaces.h");
+  definitions.erase("structures.h");
   channels_ = std::stoi(definitions["RADIANCE_CHANNELS"]);
   throughput_channels_ = std::stoi(definitions["THROUGHPUT_CHANNELS"]);
   workers_ = fused_ ? 4 * device.info().compute_units : 1;
@@ -129,9 +131,13 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   definitions["GENERATE_BELOW"] = std::to_string(width_);
   definitions["MEDIUM_EVENTS"] = std::to_string(medium_events);
   definitions["OPERATOR_SINGLE"] = std::to_string(op == Operator::single);
-  program_ = device.build("wavefront.cl", definitions,
-                          {{"derivative/score.h", print_scores(derivatives.functions, throughput_channels_)},
-                           {"scene/surfaces.h", features_.at("surfaces.h")}});
+  std::vector<const Structure*> structures;
+  for (const auto& [number, model] : data.structures) structures.push_back(model->structure);
+  program_ =
+      device.build("wavefront.cl", definitions,
+                   {{"derivative/score.h", print_scores(derivatives.functions, throughput_channels_, structures)},
+                    {"scene/surfaces.h", features_.at("surfaces.h")},
+                    {"scene/structures.h", features_.at("structures.h")}});
   stages_ = stages_of(data);
   stage_times_ = stage_times_of(data);
   const std::size_t queues = stages_.size();

@@ -12,6 +12,7 @@
 #include "runtime/device/device.h"
 #include "runtime/scene/hosek_wilkie.h"
 #include "runtime/scene/parameters.h"
+#include "tests/support/plain_program.h"
 
 using namespace itn;
 
@@ -34,25 +35,8 @@ std::vector<Values> on_device(const Environment& emitter, const Parameter& p, co
   records[1] = environment_derivative(emitter, p, records[0], tables);
   LaunchData launch;
   launch.environments = records;
-  auto definitions = environment_definitions(records);
-  definitions.insert({{"WIDTH", std::to_string(width)},
-                      {"BOX_WIDTH", "4"},
-                      {"LIGHT_SAMPLING", "1"},
-                      {"MEDIUM_LIGHT_SAMPLING", "0"},
-                      {"ROUGH_LIGHT_SAMPLING", "0"},
-                      {"HAS_LIGHTS", "0"},
-                      {"HAS_AREA_LIGHTS", "0"},
-                      {"SPECTRAL", "0"},
-                      {"SCORES", "0"},
-                      {"DERIVATIVES", "0"},
-                      {"PARTS", "0"},
-                      {"PART_RECORDS", "{0,{0,0,0}}"},
-                      {"BASELINES", "0"},
-                      {"ADJOINT", "0"},
-                      {"LIGHT_NUMBERS", "0"},
-                      {"THROUGHPUT_CHANNELS", "1"},
-                      {"RADIANCE_CHANNELS", "3"},
-                      {"HAS_LIGHT_DERIVATIVES", "1"}});
+  const auto definitions = test::plain_program(
+      launch, width, {{"LIGHT_SAMPLING", "1"}, {"RADIANCE_CHANNELS", "3"}, {"HAS_LIGHT_DERIVATIVES", "1"}});
   setenv("ITN_KERNEL_DIR", ITN_SOURCE_DIR "/tests/derivative", 1);
   const cl::Program program =
       device().build("emission_test.cl", definitions,

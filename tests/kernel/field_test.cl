@@ -1,7 +1,7 @@
-// Runs the functions of kernels/lib/field.h along one way: one work-item a group of WIDTH lanes, whose samples are numbers
-// from 0 on; arrays hold one component after another. out: distance of the flight, the hero's channel, spectral weights
-// after it, those of the scattering included; transmittance, thickness, and the field where the way begins, three channels
-// each.
+// Runs the functions of kernels/lib/field.h along one way: one work-item a group of WIDTH lanes, whose samples are
+// numbers from 0 on; arrays hold one component after another. out: distance of the flight, the hero's channel, spectral
+// weights after it, those of the scattering included; transmittance, thickness, and the field where the way begins,
+// three channels each.
 #include "lib/field.h"
 
 __kernel void follow(__global const FieldRecord* fields, __global const float* voxels, float x, float y, float z,
@@ -26,8 +26,8 @@ __kernel void follow(__global const FieldRecord* fields, __global const float* v
   const INT hero = SPECTRAL ? CAST_INT(u[0] * 3.0f) : (INT)(0);
   const MASK all = (MASK)(-1);
   weight[0] = weight[1] = weight[2] = (REAL)(1.0f);
-  const REAL flight = field_flight(&launch, fields, &random, from, direction, (REAL)(distance), sigma_t, hero, all, weight,
-                                   there);
+  const REAL flight =
+      field_flight(&launch, fields, &random, from, direction, (REAL)(distance), sigma_t, hero, all, weight, there);
 #if SPECTRAL
   REAL factor[3];
   for (int c = 0; c < 3; ++c) factor[c] = sigma_t[c] * there[FIELD_CHANNELS == 3 ? c : 0];

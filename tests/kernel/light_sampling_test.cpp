@@ -10,6 +10,7 @@
 #include "runtime/compile/environment.h"
 #include "runtime/compile/surfaces.h"
 #include "runtime/device/device.h"
+#include "tests/support/plain_program.h"
 
 using namespace itn;
 
@@ -41,26 +42,11 @@ class Sampler {
     setenv("ITN_KERNEL_DIR", ITN_SOURCE_DIR "/tests/kernel", 1);
     LaunchData launch;
     launch.environments = {sun_of(0.5, 0, 1).record};
-    program_ = device_.build("light_sampling_test.cl",
-                             {{"WIDTH", std::to_string(width)},
-                              {"BOX_WIDTH", "4"},
-                              {"LIGHT_SAMPLING", "1"},
-                              {"MEDIUM_LIGHT_SAMPLING", "1"},
-                              {"HAS_SUN", "1"},
-                              {"HAS_LIGHTS", "0"},
-                              {"HAS_AREA_LIGHTS", "0"},
-                              {"ROUGH_LIGHT_SAMPLING", "0"},
-                              {"SPECTRAL", "0"},
-                              {"SCORES", "0"},
-                              {"DERIVATIVES", "0"},
-                              {"PARTS", "0"},
-                              {"PART_RECORDS", "{0,{0,0,0}}"},
-                              {"BASELINES", "0"},
-                              {"ADJOINT", "0"},
-                              {"LIGHT_NUMBERS", "0"},
-                              {"THROUGHPUT_CHANNELS", "1"},
-                              {"RADIANCE_CHANNELS", "3"}},
-                             {{"scene/surfaces.h", surfaces_text(launch)}});
+    program_ = device_.build(
+        "light_sampling_test.cl",
+        test::plain_program(launch, width,
+                            {{"LIGHT_SAMPLING", "1"}, {"MEDIUM_LIGHT_SAMPLING", "1"}, {"RADIANCE_CHANNELS", "3"}}),
+        {{"scene/surfaces.h", surfaces_text(launch)}});
     unsetenv("ITN_KERNEL_DIR");
   }
 

@@ -14,6 +14,7 @@
 #include "runtime/device/device.h"
 #include "runtime/scene/mesh/shape_meshes.h"
 #include "runtime/scene/transform.h"
+#include "tests/support/plain_program.h"
 
 using namespace itn;
 using namespace itn::test;
@@ -46,14 +47,9 @@ std::vector<Sample> sample(const Scene& scene, const Vec3& from, int width) {
   LaunchData data;
   data.geometry.box_width = 4;
   const JobRecord job = append_scene(scene, 0, data);
-  std::map<std::string, std::string> definitions = feature_definitions(data);
-  for (const char* none : {"SCORES", "DERIVATIVES", "PARTS", "BASELINES", "ADJOINT", "LIGHT_NUMBERS"})
-    definitions[none] = "0";
-  definitions["PART_RECORDS"] = "{0,{0,0,0}}";
-  definitions["WIDTH"] = std::to_string(width);
-  definitions["BOX_WIDTH"] = "4";
   setenv("ITN_KERNEL_DIR", ITN_SOURCE_DIR "/tests/kernel", 1);
-  const cl::Program program = device.build("light_test.cl", definitions, {{"scene/surfaces.h", surfaces_text(data)}});
+  const cl::Program program =
+      device.build("light_test.cl", test::plain_program(data, width), {{"scene/surfaces.h", surfaces_text(data)}});
   unsetenv("ITN_KERNEL_DIR");
   std::mt19937 engine(7);
   std::vector<float> u(4 * samples), out(6 * samples);

@@ -55,6 +55,38 @@ def chosen(kind, slots, bsdf, cosines=(0.97, 0.6, 0.25, 0.08)):
             row(kind, 0, slots, si, sample.wo, [w * sample.pdf for w in weight], -1)
 
 
+def principled():
+    """Sets of random parameters, each from above and, where light passes, from below."""
+    common = ["roughness", "anisotropic", "spec_tint", "sheen", "sheen_tint", "flatness"]
+    rates = ["main_specular", "clearcoat", "diffuse_reflectance"]
+    thin_rates = ["specular_reflectance", "specular_transmittance", "diffuse_reflectance", "diffuse_transmittance"]
+    models = (("principled", common + ["metallic", "clearcoat", "clearcoat_gloss"], rates, False),
+              ("principled", common + ["metallic", "spec_trans", "clearcoat", "clearcoat_gloss"], rates, True),
+              ("principledthin", common + ["spec_trans", "diff_trans"], thin_rates, True))
+    for kind, names, of_rates, passes in models:
+        for number in range(10):
+            colour = [random.random() for _ in range(3)]
+            values = {name: random.random() for name in names}
+            values["roughness"] = random.uniform(0.2, 1)
+            if "clearcoat_gloss" in values:
+                values["clearcoat_gloss"] *= 0.5  # beyond, Mitsuba's single precision loses digits
+            if "diff_trans" in values:
+                values["diff_trans"] *= 2
+            values["eta"] = random.uniform(1.1, 2.2) if number % 3 else random.uniform(0.4, 0.9)
+            values.update({"%s_sampling_rate" % rate: random.uniform(0.5, 2) for rate in of_rates})
+            bsdf = mi.load_dict({"type": kind, "base_color": {"type": "rgb", "value": colour}, **values})
+            slots = colour + list(values.values())
+            for cosine in (0.97, 0.6, 0.25, 0.08) + ((-0.9, -0.3) if passes else ()):
+                si = interaction(cosine, random.uniform(0, 2 * math.pi))
+                for side in (1, -1) if passes else (1,):
+                    wo = interaction(side * random.uniform(0.05, 1), random.uniform(0, 2 * math.pi)).wi
+                    if bsdf.pdf(CONTEXT, si, wo) > 1e-4 and bsdf.eval(CONTEXT, si, wo)[0] > 1e-4:
+                        row(kind, 0, slots, si, wo, bsdf.eval(CONTEXT, si, wo), bsdf.pdf(CONTEXT, si, wo))
+                sample, weight = bsdf.sample(CONTEXT, si, random.random(), mi.Point2f(random.random(), random.random()))
+                if weight[0] > 0 and sample.pdf > 1e-3:
+                    row(kind, 0, slots, si, sample.wo, bsdf.eval(CONTEXT, si, sample.wo), sample.pdf)
+
+
 def main():
     diffuse, specular = [0.7, 0.4, 0.1], [1, 0.9, 0.6]
     plain = {"diffuse_reflectance": {"type": "rgb", "value": diffuse},
@@ -98,6 +130,7 @@ def main():
                 drawn("roughdielectric", variant, slots,
                       mi.load_dict({"type": "roughdielectric", "distribution": name, "alpha_u": alpha_u,
                                     "alpha_v": alpha_v, "int_ior": ior, "ext_ior": 1.0, **tints}), (0.97, -0.6, 0.25))
+    principled()
 
 
 if __name__ == "__main__":

@@ -146,7 +146,7 @@ TEST_CASE("unknown elements, attributes and types are named with what is allowed
   folder.check_error("<shape/>", 2, {"<shape> has no type"});
   folder.check_error("\n <shape type=\"spere\"/>", 3, {":2:", "\"spere\"", "\"rectangle\"", "did you mean \"sphere\""});
   folder.check_error("<bsdf type=\"rougdielectric\"/>", 2, {"\"null\"", "did you mean \"roughdielectric\""});
-  folder.check_error("<bsdf type=\"principled\"/>", 2, {"unknown type"});
+  folder.check_error("<bsdf type=\"hair\"/>", 2, {"unknown type"});
   folder.check_error("<medium type=\"heterogenous\"/>", 2, {"need \"homogeneous\""});
   folder.check_error("<emitter type=\"lamp\"/>", 2, {"\"lamp\"", "\"sunsky\"", "\"point\""});
   folder.check_error("<integrator type=\"bdpt\"/>", 2, {"\"volpath\""});

@@ -4,6 +4,7 @@
 #include "runtime/image/exr.h"
 #include "runtime/image/png.h"
 #include "runtime/image/srgb.h"
+#include "runtime/scene/structure.h"
 #include "tests/scene/scene_folder.h"
 
 using namespace itn;
@@ -101,6 +102,42 @@ TEST_CASE("conductors and plastics that say nothing have Mitsuba's defaults") {
   CHECK(load_bsdf("<bsdf type=\"thindielectric\"/>").number("int_ior") == 1.5046);
 }
 
+TEST_CASE("principled surfaces have Mitsuba's defaults, and are boundaries where light passes") {
+  const auto load = [&](const std::string& type, const std::string& content) {
+    return load_bsdf("<bsdf type=\"" + type + "\">" + content + "</bsdf>");
+  };
+  const std::string checks = "<texture type=\"checkerboard\" name=\"spec_trans\"/>";
+  for (const char* type : {"principled", "principledthin"}) {
+    const Bsdf b = load(type, "");
+    CHECK(b.value("base_color").value == Rgb{0.5, 0.5, 0.5});
+    CHECK(b.number("roughness") == 0.5);
+    for (const char* name : {"anisotropic", "spec_tint", "sheen", "sheen_tint", "flatness"}) CHECK(b.number(name) == 0);
+    CHECK(b.number("eta") == Approx(1.5));
+    CHECK(b.number("diffuse_reflectance_sampling_rate") == 1);
+    CHECK(!load(type, checks).value("spec_trans").is_constant());
+  }
+  const auto passes = [&](const std::string& content) {
+    return (load("principled", content).model->traits & BSDF_TRANSMITS) != 0;
+  };
+  CHECK(!passes(""));
+  CHECK(!passes(number("spec_trans", "0")));
+  CHECK(passes(number("spec_trans", "0.1")));
+  CHECK(passes(checks));
+  // Mitsuba 3.9.1: eta = 2 / (1 - sqrt(0.08 specular)) - 1, and no index of 1 where light passes
+  CHECK(load("principled", number("specular", "0.5")).number("eta") == Approx(1.5));
+  CHECK(load("principled", number("specular", "0")).number("eta") == 1);
+  CHECK(load("principled", number("specular", "0") + number("spec_trans", "1")).number("eta") ==
+        Approx(2 / (1 - std::sqrt(8e-5)) - 1));
+  CHECK(load("principled", number("eta", "1") + number("spec_trans", "1")).number("eta") == 1.001);
+  CHECK(load("principledthin", number("diff_trans", "1.5")).number("diff_trans") == 1.5);
+  check_bsdf_error("principled", number("eta", "1.4") + number("specular", "0.4"), {"specular", "one or the other"});
+  check_bsdf_error("principled", number("metallic", "1.1"), {"metallic", "outside [0, 1]"});
+  check_bsdf_error("principledthin", number("diff_trans", "2.1"), {"diff_trans", "outside [0, 2]"});
+  SceneFolder().check_error(
+      "<bsdf type=\"twosided\"><bsdf type=\"principled\">" + number("spec_trans", "1") + "</bsdf></bsdf>", 2,
+      {"twosided", "spec_trans"});
+}
+
 TEST_CASE("metals have Mitsuba's names") {
   // Mitsuba 3.9.1, scalar_rgb
   const Bsdf gold = load_bsdf("<bsdf type=\"conductor\">" + text("material", "Au") + "</bsdf>");
@@ -196,8 +233,17 @@ TEST_CASE("faulty checkerboards are refused") {
     return "<bsdf type=\"diffuse\"><texture type=\"checkerboard\" name=\"reflectance\">\n" + content +
            "</texture></bsdf>";
   };
-  folder.check_error(diffuse(number("color0", "1.5")), 3, {"\"color0\" = 1.5", "[0, 1]"});
-  folder.check_error(diffuse("<rgb name=\"color1\" value=\"0 0 -1\"/>"), 3, {"\"color1\" = -1", "[0, 1]"});
+  folder.check_error(diffuse(number("color0", "1.5")), 2, {"\"color0\" = 1.5", "[0, 1]"});
+  folder.check_error(diffuse("<rgb name=\"color1\" value=\"0 0 -1\"/>"), 3, {"\"color1\" = -1", "[0, inf)"});
+  folder.check_error("<bsdf type=\"roughconductor\"><texture type=\"checkerboard\" name=\"alpha\">\n" +
+                         number("color0", "1.5") + "</texture></bsdf>",
+                     2, {"\"color0\" = 1.5", "[0, 1]"});
+  CHECK(folder
+            .load("<bsdf type=\"principledthin\"><texture type=\"checkerboard\" name=\"diff_trans\">" +
+                  number("color0", "1.5") + "</texture></bsdf>")
+            .bsdfs[0]
+            .value("diff_trans")
+            .colours[0][0] == 1.5);
   folder.check_error(diffuse("<texture type=\"checkerboard\" name=\"color0\"/>"), 3,
                      {"\"color0\"", "no texture inside of a texture", "<rgb>"});
   folder.check_error(diffuse(number("colour0", "0.5")), 3, {"unknown parameter \"colour0\"", "color0"});
@@ -227,6 +273,39 @@ TEST_CASE("faulty bsdfs are refused") {
   check_bsdf_error("diffuse", "<bsdf type=\"null\" name=\"reflectance\"/>", {"\"reflectance\"", "<texture>"});
   check_bsdf_error("twosided", "<bsdf type=\"dielectric\"/>", {"\"dielectric\"", "need \"diffuse\""});
   SceneFolder().check_error("<bsdf type=\"twosided\"/>", 2, {"empty"});
+}
+
+TEST_CASE("what XML nests around BSDFs is one BSDF with the parameters of all") {
+  const std::string metal = "<bsdf type=\"roughconductor\" id=\"metal\"/>",
+                    paint = "<bsdf type=\"diffuse\" id=\"paint\"/>";
+  const Scene scene = SceneFolder().load(
+      "<bsdf type=\"mask\" id=\"holes\"><float name=\"opacity\" value=\"0.6\"/><bsdf type=\"twosided\">"
+      "<bsdf type=\"blendbsdf\" id=\"mix\"><float name=\"weight\" value=\"0.25\"/>" +
+      metal + paint + "</bsdf></bsdf></bsdf><shape type=\"sphere\"><ref id=\"holes\"/></shape>");
+  REQUIRE(scene.bsdfs.size() == 1);  // what is inside is no surface
+  const Bsdf& bsdf = scene.bsdfs[0];
+  REQUIRE(bsdf.model->structure != nullptr);
+  CHECK(bsdf.type() == "mask");
+  CHECK(bsdf.model->structure->leaves.size() == 3);
+  CHECK(bsdf.values[bsdf.values_called("holes", "opacity").at(0)].value[0] == 0.6);
+  CHECK(bsdf.values[bsdf.values_called("mix", "weight").at(0)].value[0] == 0.25);
+  CHECK(bsdf.values_called("metal", "alpha").size() == 1);
+  CHECK(bsdf.values_called("paint", "alpha").empty());
+}
+
+TEST_CASE("faulty nests of BSDFs are refused") {
+  const std::string paint = "<bsdf type=\"diffuse\"/>";
+  check_bsdf_error("blendbsdf", number("weight", "0.5") + paint, {"1 nested <bsdf>", "need two"});
+  check_bsdf_error("blendbsdf", paint + paint, {"no weight"});
+  check_bsdf_error("blendbsdf", number("weight", "1.5") + paint + paint, {"1.5", "[0, 1]"});
+  check_bsdf_error("mask", paint + paint, {"2 nested <bsdf>", "need one"});
+  SceneFolder().check_error("<bsdf type=\"mask\"/>", 2, {"empty"});
+  SceneFolder().check_error("<bsdf type=\"normalmap\">" + paint + "</bsdf>", 2,
+                            {"need a nested <texture name=\"normalmap\">"});
+  check_bsdf_error("bumpmap", paint, {"0 textures", "heights"});
+  check_bsdf_error("bumpmap", paint + "<texture type=\"checkerboard\"/>", {"\"checkerboard\"", "bitmap"});
+  check_bsdf_error("twosided", paint + paint + paint, {"3 nested <bsdf>"});
+  check_bsdf_error("twosided", "<bsdf type=\"mask\">" + paint + "</bsdf>", {"\"mask\"", "around twosided"});
 }
 
 TEST_CASE("faulty textures are refused") {

@@ -356,3 +356,32 @@ TEST_CASE("what cannot be closed is refused with the place and the remedy, and l
   CHECK(scene.shapes[0].mesh->triangle.size() == mesh.triangle.size());
   CHECK(scene.shapes[0].interior == 0);
 }
+
+TEST_CASE("values of triangles and vertices follow what becomes of these") {
+  Mesh mesh = grid_cube(4);
+  mesh.triangle.erase(mesh.triangle.begin() + 20);  // a hole
+  mesh.triangle.push_back(mesh.triangle[3]);        // twice
+  MeshAttribute faces{"face_weight", 1, {}}, vertices{"vertex_color", 3, {}};
+  for (const auto& t : mesh.triangle) faces.values.push_back(static_cast<float>(t[0] + t[1] + t[2]));
+  for (const auto& p : mesh.position) vertices.values.insert(vertices.values.end(), p.begin(), p.end());
+  mesh.attributes = {faces, vertices};
+  mesh.position.push_back({9, 9, 9});  // used by none
+  for (int c = 0; c < 3; ++c) mesh.attributes[1].values.push_back(9);
+  const std::size_t given = mesh.triangle.size();
+  const Closing closing = close_mesh(mesh);
+  REQUIRE(closing.left.closed());
+  REQUIRE(mesh.attributes[0].values.size() == mesh.triangle.size());
+  std::size_t same = 0;
+  for (std::size_t i = 0; i < mesh.triangle.size(); ++i) {
+    const auto& t = mesh.triangle[i];
+    same += mesh.attributes[0].values[i] == static_cast<float>(t[0] + t[1] + t[2]);
+  }
+  CHECK(same >= given - 2);  // all but what fills the hole
+  drop_degenerate(mesh);
+  drop_unused_vertices(mesh);
+  CHECK(mesh.attributes[0].values.size() == mesh.triangle.size());
+  REQUIRE(mesh.attributes[1].values.size() == 3 * mesh.position.size());
+  for (std::size_t i = 0; i < mesh.position.size(); ++i)
+    for (std::size_t c = 0; c < 3; ++c)
+      CHECK(mesh.attributes[1].values[3 * i + c] == Approx(mesh.position[i][c]).margin(1e-3));
+}

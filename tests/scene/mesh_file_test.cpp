@@ -334,3 +334,28 @@ TEST_CASE("a serialized file that lies about its lengths is refused without taki
   for (std::size_t size = 0; size + 5 < whole.size(); ++size)
     CHECK_THAT(error(whole.substr(0, size)), Catch::Contains("bad.serialized: "));
 }
+
+TEST_CASE("further properties of a PLY file are attributes, called as Mitsuba calls them") {
+  SceneFolder folder;
+  folder.write("a.ply",
+               "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+               "property float red\nproperty float green\nproperty float blue\nproperty float heat_0\n"
+               "property float wind_x\nproperty float wind_y\nproperty float wind_z\nproperty float pair_0\n"
+               "property float pair_1\nproperty float plain\nproperty float tint_r\nproperty float tint_g\n"
+               "property float tint_b\nelement face 1\nproperty list uchar int vertex_indices\n"
+               "property float weight_1\nend_header\n"
+               "0 0 0 .1 .2 .3 .4 1 2 3 0 0 9 .7 .8 .9\n1 0 0 0 0 0 .5 4 5 6 0 0 9 0 0 0\n"
+               "1 1 0 0 0 0 .6 7 8 9 0 0 9 0 0 0\n0 1 0 0 0 0 .7 1 1 1 0 0 9 0 0 0\n4 0 1 2 3 .25\n");
+  const Mesh m = read_mesh(folder.path("a.ply"));
+  REQUIRE(m.attributes.size() == 5);
+  CHECK(!m.attribute("vertex_pair"));  // neither one nor three
+  CHECK(!m.attribute("vertex_plain"));
+  REQUIRE(m.attribute("vertex_color"));
+  CHECK(m.attribute("vertex_color")->channels == 3);
+  CHECK(m.attribute("vertex_color")->values[1] == 0.2f);
+  CHECK(m.attribute("vertex_heat")->values == std::vector<float>{0.4f, 0.5f, 0.6f, 0.7f});
+  CHECK(m.attribute("vertex_wind")->values[5] == 6);
+  CHECK(m.attribute("vertex_tint_color")->values[2] == 0.9f);
+  // both triangles of the square
+  CHECK(m.attribute("face_weight")->values == std::vector<float>{0.25f, 0.25f});
+}

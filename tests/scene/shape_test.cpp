@@ -316,3 +316,34 @@ TEST_CASE("a sliver whose corners lie on a line closes the surface though it has
   const Scene scene = folder.load(mesh("ply", "sliver.ply", medium));
   CHECK(scene.shapes[0].mesh->triangle.size() == 5);
 }
+
+TEST_CASE("a texture shows an attribute of the mesh, which must be there and fit") {
+  SceneFolder folder;
+  folder.write("painted.ply",
+               "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+               "property float r\nproperty float g\nproperty float b\nelement face 1\n"
+               "property list uchar int vertex_indices\nproperty float weight_0\nend_header\n"
+               "0 0 0 0 .5 1\n1 0 0 0 .5 1\n0 1 0 0 .5 2\n3 0 1 2 .25\n");
+  const auto shape = [&](const std::string& type, const std::string& parameter, const std::string& attribute,
+                         const std::string& more) {
+    return mesh("ply", "painted.ply",
+                "<bsdf type=\"" + type + "\"><texture type=\"mesh_attribute\" name=\"" + parameter +
+                    "\"><string name=\"name\" value=\"" + attribute + "\"/>" + more + "</texture></bsdf>");
+  };
+  const Scene scene =
+      folder.load(shape("diffuse", "reflectance", "vertex_color", "<float name=\"scale\" value=\"0.5\"/>"));
+  const Texture& texture = scene.bsdfs[0].value("reflectance");
+  CHECK(texture.attribute == "vertex_color");
+  CHECK(texture.scale == 0.5);
+  CHECK(folder.load(shape("principled", "metallic", "face_weight", "")).warnings.size() < 2);
+  folder.check_error(shape("diffuse", "reflectance", "vertex_color", ""), 2, {"the value 2", "0 to 1", "scale"});
+  folder.check_error(shape("diffuse", "reflectance", "vertex_heat", ""), 2,
+                     {"no attribute \"vertex_heat\"", "\"vertex_color\", \"face_weight\""});
+  folder.check_error(shape("diffuse", "reflectance", "heat", ""), 3, {"begins with vertex_ or face_"});
+  folder.check_error(shape("roughconductor", "alpha", "vertex_color", "<float name=\"scale\" value=\"0.5\"/>"), 2,
+                     {"3 channels", "one number"});
+  folder.check_error(
+      "<shape type=\"sphere\"><bsdf type=\"diffuse\"><texture type=\"mesh_attribute\" "
+      "name=\"reflectance\"><string name=\"name\" value=\"vertex_color\"/></texture></bsdf></shape>",
+      2, {"no attribute \"vertex_color\"", "PLY mesh"});
+}

@@ -90,6 +90,8 @@ TEST_CASE("replayed paths give the gradient of derivative images from the same s
   for (const auto& [name, parameters] :
        {std::pair<const char*, std::vector<std::string>>{"mirrors", {"gold.eta.R", "gold.k.G", "pane.int_ior"}},
         {"plastics", {"matt.alpha", "plate.int_ior", "squares.color1.G", "glaze.alpha"}},
+        {"principled",
+         {"lacquer.clearcoat_gloss", "glass.spec_trans", "leaf.diff_trans", "gilt.color0", "worn.color1"}},
         {"rough_textures", {"frost.color0", "squares.color1"}}}) {
     INFO(name);
     const Scene scene = scene_of(name);

@@ -25,6 +25,8 @@ struct MitsubaScene {
 // Samples enough for a pixel's mean to be near normal; more where few paths carry most of the light.
 const MitsubaScene scenes[] = {
     {"anisotropic", 4096},
+    {"bent_normals", 2048},
+    {"blends", 1024},
     {"camera_inside", 1024},
     {"checkerboard", 1024},
     {"cylinder_instances", 1024},
@@ -40,8 +42,10 @@ const MitsubaScene scenes[] = {
     {"lights_medium", 4096},
     {"lights_rough", 2048},
     {"lights_surfaces", 1024},
+    {"masks", 2048},
     {"max_depth", 1024},
     {"max_depth_null", 1024},
+    {"mesh_attribute", 1024},
     {"mirrors", 1024},
     {"nested", 1024},
     {"null_constant", 1024},
@@ -49,6 +53,8 @@ const MitsubaScene scenes[] = {
     {"opaque_neighbours", 1024},
     {"orthographic", 1024},
     {"plastics", 1024},
+    {"principled", 2048},
+    {"principled_lights", 4096},
     {"rayleigh", 1024},
     {"rgb_albedo", 1024},
     {"rgb_sigma_t", 1024},

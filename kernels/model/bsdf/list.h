@@ -21,17 +21,24 @@
  *   name_obstacle(parameters, slot)                  why there is no derivative by parameters[slot]; empty: there is */
 #ifndef ITN_BSDF_LIST_H
 #define ITN_BSDF_LIST_H
+#include "model/bsdf/ashikhmin_shirley.h"
 #include "model/bsdf/conductor.h"
 #include "model/bsdf/dielectric.h"
 #include "model/bsdf/diffuse.h"
+#include "model/bsdf/oren_nayar.h"
 #include "model/bsdf/plastic.h"
 #include "model/bsdf/polarized_plastic.h"
+#include "model/bsdf/polarizer.h"
+#include "model/bsdf/principled.h"
+#include "model/bsdf/principled_thin.h"
+#include "model/bsdf/principled_transmission.h"
 #include "model/bsdf/rough_conductor.h"
 #include "model/bsdf/rough_conductor_anisotropic.h"
 #include "model/bsdf/rough_dielectric.h"
 #include "model/bsdf/rough_dielectric_anisotropic.h"
 #include "model/bsdf/rough_plastic.h"
 #include "model/bsdf/thin_dielectric.h"
+#include "model/bsdf/ward.h"
 
 #define BSDF_LIST(BSDF)                                                                               \
   BSDF(diffuse, DIFFUSE, "diffuse", "")                                                               \
@@ -44,6 +51,13 @@
   BSDF(plastic, PLASTIC, "plastic", "")                                                               \
   BSDF(rough_plastic, ROUGH_PLASTIC, "roughplastic", "beckmann ggx")                                  \
   BSDF(polarized_plastic, POLARIZED_PLASTIC, "pplastic", "beckmann ggx")                              \
-  BSDF(thin_dielectric, THIN_DIELECTRIC, "thindielectric", "")
+  BSDF(polarizer, POLARIZER, "polarizer", "")                                                         \
+  BSDF(thin_dielectric, THIN_DIELECTRIC, "thindielectric", "")                                        \
+  BSDF(principled, PRINCIPLED, "principled", "")                                                      \
+  BSDF(principled_transmission, PRINCIPLED_TRANSMISSION, "principled", "")                            \
+  BSDF(principled_thin, PRINCIPLED_THIN, "principledthin", "")                                        \
+  BSDF(oren_nayar, OREN_NAYAR, "oren_nayar", "")                                                      \
+  BSDF(ward, WARD, "ward", "")                                                                        \
+  BSDF(ashikhmin_shirley, ASHIKHMIN_SHIRLEY, "ashikhmin_shirley", "")
 
 #endif

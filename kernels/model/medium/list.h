@@ -15,8 +15,8 @@
 #include "model/medium/heterogeneous.h"
 #include "model/medium/homogeneous.h"
 
-#define MEDIUM_LIST(MEDIUM)                        \
-  MEDIUM(homogeneous, HOMOGENEOUS, "homogeneous")  \
+#define MEDIUM_LIST(MEDIUM)                       \
+  MEDIUM(homogeneous, HOMOGENEOUS, "homogeneous") \
   MEDIUM(heterogeneous, HETEROGENEOUS, "heterogeneous")
 
 #endif

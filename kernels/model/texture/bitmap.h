@@ -22,8 +22,8 @@ inline void texel(__global const TextureRecord* t, __global const float* texels,
 }
 
 inline int bitmap_value(__global const TextureRecord* t, __global const float* texels, __global const float* number,
-                        float u, float v, float rgb[3]) {
-  const float x = u * t->width, y = v * t->height;
+                        TexturePlace at, float rgb[3]) {
+  const float x = at.u * t->width, y = at.v * t->height;
   rgb[0] = rgb[1] = rgb[2] = 0.0f;
   if (t->nearest) {
     texel(t, texels, (int)floor(x), (int)floor(y), 1.0f, rgb);
@@ -35,6 +35,26 @@ inline int bitmap_value(__global const TextureRecord* t, __global const float* t
   texel(t, texels, (int)left, (int)top + 1, (1 - a) * b, rgb);
   texel(t, texels, (int)left + 1, (int)top + 1, a * b, rgb);
   return 0;
+}
+
+/* d value / d u and d value / d v of the first channel, after to_uv. */
+inline void bitmap_slopes(__global const TextureRecord* t, __global const float* texels, float u, float v,
+                          float slopes[2]) {
+  slopes[0] = slopes[1] = 0.0f;
+  if (t->nearest) return;
+  const float x = u * t->width, y = v * t->height;
+  const float left = floor(x - 0.5f), top = floor(y - 0.5f), a = x - 0.5f - left, b = y - 0.5f - top;
+  float along_x[3] = {0.0f, 0.0f, 0.0f}, along_y[3] = {0.0f, 0.0f, 0.0f};
+  texel(t, texels, (int)left, (int)top, b - 1, along_x);
+  texel(t, texels, (int)left + 1, (int)top, 1 - b, along_x);
+  texel(t, texels, (int)left, (int)top + 1, -b, along_x);
+  texel(t, texels, (int)left + 1, (int)top + 1, b, along_x);
+  texel(t, texels, (int)left, (int)top, a - 1, along_y);
+  texel(t, texels, (int)left + 1, (int)top, -a, along_y);
+  texel(t, texels, (int)left, (int)top + 1, 1 - a, along_y);
+  texel(t, texels, (int)left + 1, (int)top + 1, a, along_y);
+  slopes[0] = t->width * along_x[0];
+  slopes[1] = t->height * along_y[0];
 }
 #endif
 

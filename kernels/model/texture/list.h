@@ -3,8 +3,8 @@
  *
  *   PREFIX_COLOURS(COLOUR)    what people set, by Mitsuba's names: COLOUR(name, kind, fallback), kind as of parameters
  *                             (shared/declaration.h)
- *   name_value(t, texels, number, u, v, rgb)
- *                             the value where the surface has the coordinates (u, v), after to_uv, of the record t;
+ *   name_value(t, texels, number, at, rgb)
+ *                             the value at that place of the surface, its coordinates after to_uv, of the record t;
  *                             number: that for which the texture stands, as shared/scene_layout.h says. Returns which
  *                             of its colours the value is, from 1 on: what is differentiated by them. 0: none of them
  *
@@ -14,12 +14,23 @@
 #include "shared/portable.h"
 #include "shared/scene_layout.h"
 
+#ifdef __OPENCL_VERSION__
+/* Of one path. primitive, shape, b1, b2 (barycentric, of the second and third corner): where there are attributes
+ * (HAS_ATTRIBUTES), and on meshes alone */
+typedef struct {
+  float u, v, b1, b2;
+  int primitive, shape; /* of the launch; of the scene */
+} TexturePlace;
+#endif
+
 #include "model/texture/bitmap.h"
 #include "model/texture/checkerboard.h"
+#include "model/texture/mesh_attribute.h"
 
-#define TEXTURE_LIST(TEXTURE)       \
-  TEXTURE(bitmap, BITMAP, "bitmap") \
-  TEXTURE(checkerboard, CHECKERBOARD, "checkerboard")
+#define TEXTURE_LIST(TEXTURE)                         \
+  TEXTURE(bitmap, BITMAP, "bitmap")                   \
+  TEXTURE(checkerboard, CHECKERBOARD, "checkerboard") \
+  TEXTURE(mesh_attribute, MESH_ATTRIBUTE, "mesh_attribute")
 
 #define NUMBER_TEXTURE(name, PREFIX, type) TEXTURE_##name,
 enum { TEXTURE_LIST(NUMBER_TEXTURE) TEXTURES };

@@ -10,10 +10,11 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-void refuse_pixel(const Environment& environment, std::size_t x, std::size_t y, std::size_t c, float value) {
+[[noreturn]] void refuse_pixel(const Environment& environment, std::size_t x, std::size_t y, std::size_t c,
+                               float value) {
   const auto got = fmt::format("{} at column {}, row {}, channel {}", value, x, y, c);
-  require(not_negative(value), environment, "bitmap", "finite and not negative", got, "repair the image");
-  require(false, environment, "bitmap", "in the range of 32-bit floats once scaled", got, "lower the scale");
+  if (!not_negative(value)) refuse(environment, "bitmap", "finite and not negative", got, "repair the image");
+  refuse(environment, "bitmap", "in the range of 32-bit floats once scaled", got, "lower the scale");
 }
 
 }  // namespace

@@ -23,12 +23,16 @@ ENVIRONMENT_LIST(ITN_ENVIRONMENT_FUNCTIONS)
 
 // "file:line:column: turbidity of the sunsky emitter must be in [1, 10]; got 11"
 template <class Value>
-void require(bool good, const Environment& environment, const char* parameter, const char* need, const Value& got,
-             const char* remedy = "") {
-  if (good) return;
+[[noreturn]] void refuse(const Environment& environment, const char* parameter, const char* need, const Value& got,
+                         const char* remedy = "") {
   const auto& at = environment.where;
   throw InputError(fmt::format("{}:{}:{}: {} of the {} emitter must be {}; got {}{}{}", at.file, at.line, at.column,
                                parameter, environment.type(), need, got, *remedy ? ": " : "", remedy));
+}
+template <class Value>
+void require(bool good, const Environment& environment, const char* parameter, const char* need, const Value& got,
+             const char* remedy = "") {
+  if (!good) refuse(environment, parameter, need, got, remedy);
 }
 inline bool not_negative(double x) { return x >= 0 && std::isfinite(x); }
 

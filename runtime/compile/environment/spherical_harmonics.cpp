@@ -38,8 +38,9 @@ void spherical_harmonics_fill(const Environment& environment, EnvironmentRecord&
   for (int row = 0; row < HARMONICS_ROWS; ++row)
     for (int column = 0; column < HARMONICS_COLUMNS; ++column)
       for (int i = 0; i < points * points; ++i) {
-        const double z = 1 - 2 * (row + (i / points + 0.5) / points) / HARMONICS_ROWS;
-        const double phi = 2 * pi * (column + (i % points + 0.5) / points) / HARMONICS_COLUMNS;
+        const int down = i / points, across = i % points;
+        const double z = 1 - 2 * (row + (down + 0.5) / points) / HARMONICS_ROWS;
+        const double phi = 2 * pi * (column + (across + 0.5) / points) / HARMONICS_COLUMNS;
         Rgb rgb{};
         weight[static_cast<std::size_t>(row * HARMONICS_COLUMNS + column)] += radiance_at(c, record.width, z, phi, rgb);
         bright += std::abs(luminance(rgb));

@@ -11,6 +11,7 @@
 
 #include "runtime/scene/box.h"
 #include "runtime/scene/mesh/hole_filling.h"
+#include "runtime/scene/mesh/mesh_repair.h"
 #include "runtime/scene/transform.h"
 
 namespace itn {
@@ -282,7 +283,8 @@ void fill_holes(Mesh& mesh, Closing& closing) {
     for (const auto& t : triangles)
       lid += length(cross(corners[t[1]] - corners[t[0]], corners[t[2]] - corners[t[0]])) / 2;
     if (lid > small_area * total || lid > flat * area[part[ring[0]->triangle]]) continue;
-    for (const auto& t : triangles) mesh.triangle.push_back({ring[t[0]]->from, ring[t[1]]->from, ring[t[2]]->from});
+    for (const auto& t : triangles)
+      add_triangle(mesh, {ring[t[0]]->from, ring[t[1]]->from, ring[t[2]]->from}, ring[0]->triangle);
     ++closing.holes;
     closing.hole_triangles += triangles.size();
   }
@@ -319,8 +321,10 @@ Closing close_mesh(Mesh& mesh) {
   if (!is_done()) closing.wall_triangles = drop_walls(mended);
   if (!is_done()) fill_holes(mended, closing);
   if (!is_done()) return closing;
-  mended.triangle.erase(std::remove_if(mended.triangle.begin(), mended.triangle.end(), is_dropped),
-                        mended.triangle.end());
+  std::vector<bool> dropped;
+  dropped.reserve(mended.triangle.size());
+  for (const auto& t : mended.triangle) dropped.push_back(is_dropped(t));
+  erase_triangles(mended, dropped);
   if (mended.triangle.empty()) return Closing{topology(mesh)};  // sheets of paper: nothing but pairs that cancel
   mesh = std::move(mended);
   return closing;

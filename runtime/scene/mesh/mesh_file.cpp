@@ -43,6 +43,11 @@ void check_mesh(const Mesh& mesh, const std::string& file) {
   check_finite(mesh.position, file, "position");
   check_finite(mesh.normal, file, "normal");
   check_finite(mesh.texcoord, file, "texture coordinate");
+  for (const MeshAttribute& a : mesh.attributes)
+    for (std::size_t i = 0; i < a.values.size(); ++i)
+      if (!std::isfinite(a.values[i]))
+        throw InputError(fmt::format("{}: value {} of the attribute {} is {}; need finite numbers: mend the mesh", file,
+                                     i / a.channels, a.name, a.values[i]));
 }
 
 Mesh read_mesh(const std::string& file) {

@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -238,11 +239,77 @@ VertexColumns find_columns(const PlyElement& element, const std::string& file) {
   return columns;
 }
 
+// An attribute, and the properties that are its channels.
+struct AttributeColumns {
+  std::string name;
+  std::vector<std::size_t> column;
+};
+
+std::string_view postfix_of(const std::string& name) {
+  const std::size_t at = name.rfind('_');
+  return at == std::string::npos ? std::string_view() : std::string_view(name).substr(at + 1);
+}
+
+bool is_number_called(const Property& property, std::string_view name) {
+  return !property.is_list && property.name == name;
+}
+
+// What Mitsuba makes of the further properties of an element: r, g, b (or red, green, blue) are the attribute "color";
+// of others the one or three that stand together and differ in what follows the last underscore alone: x y z, 0 1 2, 1
+// 2 3, or r g b, whose attribute is called after them. owner: "vertex_" or "face_"
+std::vector<AttributeColumns> find_attributes(const PlyElement& element, const std::string& owner) {
+  const auto& all = element.properties;
+  std::vector<AttributeColumns> result;
+  for (const auto& names : {std::array<const char*, 3>{"r", "g", "b"}, {"red", "green", "blue"}}) {
+    AttributeColumns colour{owner + "color", {}};
+    for (const char* name : names)
+      for (std::size_t i = 0; i < all.size(); ++i)
+        if (is_number_called(all[i], name)) colour.column.push_back(i);
+    if (colour.column.size() == 3 && result.empty()) result.push_back(colour);
+  }
+  for (std::size_t i = 0; i < all.size();) {
+    const std::string_view postfix = postfix_of(all[i].name);
+    static const char* const categories[] = {"xyz", "rgb", "012", "123"};
+    const auto* const category = std::find_if(std::begin(categories), std::end(categories), [&](const char* letters) {
+      return postfix.size() == 1 && postfix[0] == letters[0];
+    });
+    if (category == std::end(categories) || all[i].is_list) {
+      ++i;
+      continue;
+    }
+    const std::string prefix = all[i].name.substr(0, all[i].name.size() - 2);
+    AttributeColumns found{owner + prefix + (*category == categories[1] ? "_color" : ""), {}};
+    const std::size_t first = i;
+    while (i < all.size() && i < first + 3 && is_number_called(all[i], prefix + "_" + (*category)[i - first]))
+      found.column.push_back(i++);
+    const bool is_new = std::none_of(result.begin(), result.end(),
+                                     [&](const AttributeColumns& other) { return other.name == found.name; });
+    if (is_new && found.column.size() != 2) result.push_back(found);
+  }
+  return result;
+}
+
+void add_attributes(const std::vector<AttributeColumns>& columns, Mesh& mesh) {
+  for (const AttributeColumns& c : columns) mesh.attributes.push_back({c.name, c.column.size(), {}});
+}
+
+// The values of a row, `times`. first: of the element's attributes among those of the mesh
+void append_row(const std::vector<AttributeColumns>& columns, const std::vector<float>& row, std::size_t first,
+                std::size_t times, Mesh& mesh) {
+  for (std::size_t a = 0; a < columns.size(); ++a)
+    for (std::size_t n = 0; n < times; ++n)
+      for (const std::size_t column : columns[a].column) mesh.attributes[first + a].values.push_back(row[column]);
+}
+
 void read_vertices(Body& body, const PlyElement& element, const std::string& file, Mesh& mesh) {
   const VertexColumns columns = find_columns(element, file);
   mesh.position.reserve(element.count);
   if (columns.has_normal) mesh.normal.reserve(element.count);
   if (columns.has_texcoord) mesh.texcoord.reserve(element.count);
+  const std::vector<AttributeColumns> attributes = find_attributes(element, "vertex_");
+  const std::size_t first_attribute = mesh.attributes.size();
+  add_attributes(attributes, mesh);
+  std::vector<float> all(element.properties.size());
   for (std::size_t row = 0; row < element.count; ++row, body.next_row()) {
     float value[8] = {};
     for (std::size_t i = 0; i < element.properties.size(); ++i) {
@@ -251,11 +318,13 @@ void read_vertices(Body& body, const PlyElement& element, const std::string& fil
            --n) {
         const double number = body.next(property.type);
         if (columns.target[i] >= 0) value[columns.target[i]] = static_cast<float>(number);
+        all[i] = static_cast<float>(number);
       }
     }
     mesh.position.push_back({value[0], value[1], value[2]});
     if (columns.has_normal) mesh.normal.push_back({value[3], value[4], value[5]});
     if (columns.has_texcoord) mesh.texcoord.push_back({value[6], value[7]});
+    append_row(attributes, all, first_attribute, 1, mesh);
   }
 }
 
@@ -266,14 +335,20 @@ void read_faces(Body& body, const PlyElement& element, const std::string& file, 
   if (!has_corners)
     throw InputError(file + ": the faces of the PLY file have no list vertex_indices; export the mesh again");
   mesh.triangle.reserve(element.count);
+  const std::vector<AttributeColumns> attributes = find_attributes(element, "face_");
+  const std::size_t first_attribute = mesh.attributes.size();
+  add_attributes(attributes, mesh);
+  std::vector<float> all(element.properties.size());
   std::vector<std::uint32_t> corners;
   for (std::size_t row = 0; row < element.count; ++row, body.next_row()) {
-    for (const Property& property : element.properties) {
+    const std::size_t triangles = mesh.triangle.size();
+    for (std::size_t k = 0; k < element.properties.size(); ++k) {
+      const Property& property = element.properties[k];
       const bool is_corners =
           property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index");
       std::size_t n = property.is_list ? body.next_index(property.count_type, "the length of a list") : 1;
       if (!is_corners) {
-        for (; n > 0; --n) body.next(property.type);
+        for (; n > 0; --n) all[k] = static_cast<float>(body.next(property.type));
         continue;
       }
       if (n < 3) body.fail(fmt::format("face {} has {} corners; need 3 or more", row, n));
@@ -288,6 +363,7 @@ void read_faces(Body& body, const PlyElement& element, const std::string& file, 
       for (std::size_t i = 2; i < corners.size(); ++i)
         mesh.triangle.push_back({corners[0], corners[i - 1], corners[i]});
     }
+    append_row(attributes, all, first_attribute, mesh.triangle.size() - triangles, mesh);
   }
 }
 

@@ -45,11 +45,35 @@ void flip(Mesh& mesh) {
   for (auto& n : mesh.normal) n = {-n[0], -n[1], -n[2]};
 }
 
+void erase_triangles(Mesh& mesh, const std::vector<bool>& marked) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < marked.size(); ++i) {
+    if (marked[i]) continue;
+    mesh.triangle[kept] = mesh.triangle[i];
+    for (MeshAttribute& a : mesh.attributes)
+      if (a.is_of_faces())
+        for (std::size_t c = 0; c < a.channels; ++c) a.values[kept * a.channels + c] = a.values[i * a.channels + c];
+    ++kept;
+  }
+  mesh.triangle.resize(kept);
+  for (MeshAttribute& a : mesh.attributes)
+    if (a.is_of_faces()) a.values.resize(kept * a.channels);
+}
+
+void add_triangle(Mesh& mesh, const std::array<std::uint32_t, 3>& triangle, std::size_t like) {
+  mesh.triangle.push_back(triangle);
+  for (MeshAttribute& a : mesh.attributes)
+    if (a.is_of_faces())
+      for (std::size_t c = 0; c < a.channels; ++c) a.values.push_back(a.values[like * a.channels + c]);
+}
+
 std::size_t drop_degenerate(Mesh& mesh) {
-  const std::size_t before = mesh.triangle.size();
-  const auto flat = [&](const std::array<std::uint32_t, 3>& t) { return !(length(area_normal(mesh, t)) > 0); };
-  mesh.triangle.erase(std::remove_if(mesh.triangle.begin(), mesh.triangle.end(), flat), mesh.triangle.end());
-  return before - mesh.triangle.size();
+  std::vector<bool> flat;
+  flat.reserve(mesh.triangle.size());
+  for (const auto& t : mesh.triangle) flat.push_back(!(length(area_normal(mesh, t)) > 0));
+  const auto dropped = static_cast<std::size_t>(std::count(flat.begin(), flat.end(), true));
+  if (dropped > 0) erase_triangles(mesh, flat);
+  return dropped;
 }
 
 void drop_unused_vertices(Mesh& mesh) {
@@ -62,12 +86,17 @@ void drop_unused_vertices(Mesh& mesh) {
     mesh.position[kept] = mesh.position[i];
     if (!mesh.normal.empty()) mesh.normal[kept] = mesh.normal[i];
     if (!mesh.texcoord.empty()) mesh.texcoord[kept] = mesh.texcoord[i];
+    for (MeshAttribute& a : mesh.attributes)
+      if (!a.is_of_faces())
+        for (std::size_t c = 0; c < a.channels; ++c) a.values[kept * a.channels + c] = a.values[i * a.channels + c];
     index[i] = kept++;
   }
   if (kept == mesh.position.size()) return;
   mesh.position.resize(kept);
   if (!mesh.normal.empty()) mesh.normal.resize(kept);
   if (!mesh.texcoord.empty()) mesh.texcoord.resize(kept);
+  for (MeshAttribute& a : mesh.attributes)
+    if (!a.is_of_faces()) a.values.resize(kept * a.channels);
   for (auto& t : mesh.triangle)
     for (std::uint32_t& corner : t) corner = index[corner];
 }

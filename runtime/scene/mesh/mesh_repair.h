@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "runtime/scene/scene.h"
 
@@ -13,6 +14,12 @@ void compute_normals(Mesh& mesh);
 
 // Turns every triangle and normal around.
 void flip(Mesh& mesh);
+
+// Removes the triangles that are marked, with their values of attributes.
+void erase_triangles(Mesh& mesh, const std::vector<bool>& marked);
+
+// A triangle with the values of another one.
+void add_triangle(Mesh& mesh, const std::array<std::uint32_t, 3>& triangle, std::size_t like);
 
 // Removes triangles without area; returns how many.
 std::size_t drop_degenerate(Mesh& mesh);

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "runtime/scene/load.h"
@@ -23,6 +24,8 @@ class Builder {
   std::optional<FilmSize> film_size;                                    // instead of the scene's
   bool open = false;                                                    // LoadOptions
   std::map<const Element*, int> bsdf_of, medium_of, light_of;           // indices of what is built already
+  std::set<int> nested;                                                 // BSDFs that are inside of structures
+  std::map<int, const Element*> twosided_of;                            // those inside of a twosided alone
   std::map<const Element*, std::vector<Shape>> shapes_of_group;         // of each <shape type="shapegroup">
   std::size_t copied_triangles = 0;                                     // of instances
   std::map<std::string, std::shared_ptr<const Bitmap>> bitmap_of_file;  // key: path, and "raw" or "srgb"
@@ -48,7 +51,7 @@ void build_sensor(Builder& builder, const Element& element, const Shape* on = nu
 void build_integrator(Builder& builder, const Element& element);
 Texture build_texture(Builder& builder, const Element& element);  // <texture>
 void check_texture(Builder& builder, const Element& element);     // any <texture> or <volume>, also a spectrum
-Volume build_volume(Builder& builder, const Element& element);  // <volume type="gridvolume">
+Volume build_volume(Builder& builder, const Element& element);    // <volume type="gridvolume">
 void build_phase(Builder& builder, const Element& element, Medium& medium);  // <phase>, into the medium
 void build_film(Builder& builder, const Element& element, Sensor& sensor);
 void build_filter(Builder& builder, const Element& element, Sensor& sensor);
@@ -77,8 +80,8 @@ Texture read_medium_parameter(Builder& builder, Properties& properties, const De
 void check_in_range(Properties& properties, const DeclaredParameter& parameter, double value);
 // The types of the models, for messages.
 std::vector<std::string> types_of(const std::vector<Model>& models);
-// The parameter `name`: a colour in [0, 1], or a texture.
-Texture build_texture(Builder& builder, Properties& owner, const std::string& name, double fallback);
+// The parameter `name`: a colour in [0, 1], or a texture of values up to `most`.
+Texture build_texture(Builder& builder, Properties& owner, const std::string& name, double fallback, double most = 1);
 
 // Horizontal field of view [degree] from fov, fov_axis and focal_length, as of Mitsuba's cameras; aspect: width over
 // height.

@@ -2,8 +2,11 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "kernels/model/obstacle.h"
+#include "kernels/shared/declaration.h"
 #include "runtime/base/colour.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
@@ -77,7 +80,10 @@ Texture light_texture(Builder& builder, Properties& properties, const std::strin
   if (properties.is_object(name) && !properties.is_spectrum(name)) {
     const Element* element = properties.object("texture", name);
     if (!element) properties.fail_at(name, quote(name) + " is no texture and no colour; need one of them");
-    return build_texture(builder, *element);
+    Texture read = build_texture(builder, *element);
+    if (!read.attribute.empty())
+      properties.fail_at(name, quote(name) + " of a light is an attribute of a mesh; need a bitmap or a checkerboard");
+    return read;
   }
   texture.value = properties.color(name, {{fallback, fallback, fallback}}, Quantity::emission).value;
   for (const double v : texture.value)
@@ -102,10 +108,9 @@ Vec3 direction(Properties& properties, const std::string& name) {
   return normalize(d);
 }
 
-// One number of each colour, as Mitsuba takes it: the mean of a colour, the luminance of a pixel; not below the least
-// alpha.
-void make_roughness(Texture& texture) {
-  for (Rgb& colour : texture.colours) colour.fill(std::max((colour[0] + colour[1] + colour[2]) / 3, least_alpha));
+// One number of each colour, as Mitsuba takes it: the mean of a colour, the luminance of a pixel; not below `least`.
+void make_numbers(Texture& texture, double least) {
+  for (Rgb& colour : texture.colours) colour.fill(std::max((colour[0] + colour[1] + colour[2]) / 3, least));
   // Mitsuba 3.9.1 exchanges a checkerboard's two colours where it takes numbers from it, not colours: half a unit of u.
   if (texture.model->type == "checkerboard") texture.to_uv[2] += 0.5;
   if (!texture.bitmap) return;
@@ -117,14 +122,93 @@ void make_roughness(Texture& texture) {
       return static_cast<double>(grey->data[i * channels + std::min(c, channels - 1)]);
     };
     const double value = channels == 1 ? at(0) : luminance({at(0), at(1), at(2)});
-    grey->data[i] = static_cast<float>(std::max(value, least_alpha));
+    grey->data[i] = static_cast<float>(std::max(value, least));
   }
   grey->data.resize(pixels);
   grey->channels = 1;
   texture.bitmap = grey;
 }
 
-Texture read(Builder& builder, Properties& properties, const DeclaredParameter& p) {
+// A number in [0, 1], or a texture of numbers.
+Texture share(Builder& builder, Properties& properties, const DeclaredParameter& p) {
+  if (p.fallback < 0 && !properties.has(p.name))
+    properties.fail_at("", fmt::format("no {}; need <float name=\"{}\"> in [0, 1] or a <texture>", p.name, p.name));
+  Texture value = build_texture(builder, properties, p.name, p.fallback);
+  if (!value.is_constant()) {
+    make_numbers(value, 0);
+    value.value.fill(std::max(p.fallback, 0.0));
+  } else if (!grey(value.value)) {
+    value.value.fill(luminance(value.value));
+  }
+  return value;
+}
+
+// A picture whose colours are directions, or one of them.
+Texture normals(Builder& builder, Properties& properties, const DeclaredParameter& p) {
+  const bool is_object = properties.has(p.name) && properties.is_object(p.name) && !properties.is_spectrum(p.name);
+  const Element* element = is_object ? properties.object("texture", p.name) : nullptr;
+  if (!element) properties.fail_at(p.name, fmt::format("need a nested <texture name=\"{}\"> with raw = true", p.name));
+  Texture value;
+  if (element->attribute("type") == "rawconstant") {
+    Properties constant = builder.properties(*element);
+    value.value = constant.vector("value", {0.5, 0.5, 1});
+    constant.finish();
+    return value;
+  }
+  value = build_texture(builder, properties, p.name, 0);
+  if (!value.bitmap || value.bitmap->channels != 3)
+    properties.fail_at(p.name, "need a bitmap of three channels, whose colours are normals");
+  return value;
+}
+
+// The picture of heights: the one texture inside, whatever its name.
+Texture bumps(Builder& builder, Properties& properties) {
+  const std::vector<const Element*> found = properties.objects("texture");
+  if (found.size() != 1)
+    properties.fail_at("",
+                       fmt::format("{} textures; need one nested <texture>, whose values are heights", found.size()));
+  Texture value = build_texture(builder, *found[0]);
+  if (!value.bitmap)
+    fail(found[0]->where, "heights are a " + quote(found[0]->attribute("type")) + "; need a <texture type=\"bitmap\">");
+  make_numbers(value, -std::numeric_limits<double>::infinity());
+  return value;
+}
+
+// A number, or a texture of numbers.
+Texture number_texture(Builder& builder, Properties& properties, const DeclaredParameter& p) {
+  Texture value;
+  if (properties.is_object(p.name) && !properties.is_spectrum(p.name)) {
+    value = build_texture(builder, properties, p.name, p.fallback, p.kind.high);
+    if (!value.model) return value;  // a stand-in, which is reported
+    make_numbers(value, 0);
+    if (value.bitmap)
+      for (const float texel : value.bitmap->data) check_in_range(properties, p, static_cast<double>(texel));
+    for (const Rgb& colour : value.colours) check_in_range(properties, p, colour[0]);
+    value.value.fill(p.fallback);
+    return value;
+  }
+  value.value.fill(properties.number(p.name, p.fallback));
+  check_in_range(properties, p, value.value[0]);
+  return value;
+}
+
+// Index of refraction of a principled surface: `eta`, or `specular`, 0.08 times the root of which is the reflectance of
+// a facet that faces the light. Where light passes it there must be a difference between the two sides, as in Mitsuba.
+double index_or_specular(Properties& properties, const DeclaredParameter& p, bool transmits) {
+  if (properties.has("eta") && properties.has("specular"))
+    properties.fail_at("specular", "both eta and specular given; need one or the other");
+  if (!properties.has("specular")) {
+    const double eta = properties.number("eta", p.fallback);
+    check_in_range(properties, p, eta);
+    return transmits && eta == 1 ? 1.001 : eta;
+  }
+  const double specular = properties.number("specular");
+  if (!(specular >= 0 && specular <= 1))
+    properties.fail_at("specular", fmt::format("specular = {} is outside [0, 1]", to_text(specular)));
+  return 2 / (1 - std::sqrt(0.08 * (transmits && specular == 0 ? 1e-3 : specular))) - 1;
+}
+
+Texture read(Builder& builder, Properties& properties, const Model& model, const DeclaredParameter& p) {
   Texture value;
   const auto number = [&](double v) { value.value = {v, v, v}; };
   switch (p.kind.reader) {
@@ -176,6 +260,18 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
     case ParameterKind::Reader::texture:
       value = build_texture(builder, properties, p.name, p.fallback);
       break;
+    case ParameterKind::Reader::share:
+      value = share(builder, properties, p);
+      break;
+    case ParameterKind::Reader::normals:
+      value = normals(builder, properties, p);
+      break;
+    case ParameterKind::Reader::bumps:
+      value = bumps(builder, properties);
+      break;
+    case ParameterKind::Reader::any_number:
+      number(properties.number(p.name, p.fallback));
+      break;
     case ParameterKind::Reader::index:
       number(parse_ior(properties, p.name, p.fallback));
       break;
@@ -186,11 +282,16 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
     case ParameterKind::Reader::volume:
       value = read_medium_parameter(builder, properties, p);
       break;
+    case ParameterKind::Reader::number_texture:
+      return number_texture(builder, properties, p);
+    case ParameterKind::Reader::index_or_specular:
+      number(index_or_specular(properties, p, (model.traits & BSDF_TRANSMITS) != 0));
+      break;
     case ParameterKind::Reader::roughness_texture:
       if (properties.is_object(p.name) && !properties.is_spectrum(p.name)) {
         value = build_texture(builder, properties, p.name, p.fallback);
         value.value.fill(p.fallback);
-        make_roughness(value);
+        if (value.model) make_numbers(value, least_alpha);  // else a stand-in, which is reported
         break;
       }
       [[fallthrough]];
@@ -205,7 +306,7 @@ Texture read(Builder& builder, Properties& properties, const DeclaredParameter& 
 
 void read_parameters(Builder& builder, Properties& properties, Instance& instance) {
   for (std::size_t i = 0; i < instance.values.size(); ++i)
-    instance.values[i] = read(builder, properties, instance.model->parameters[i]);
+    instance.values[i] = read(builder, properties, *instance.model, instance.model->parameters[i]);
 }
 
 std::vector<std::string> types_of(const std::vector<Model>& models) {

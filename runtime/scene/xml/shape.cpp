@@ -1,4 +1,4 @@
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -220,11 +220,41 @@ Mesh finish_mesh(Builder& builder, Properties& properties, LoadedMesh loaded) {
   return std::move(loaded.mesh);
 }
 
+// What a texture shows of a mesh must be there, with as many channels as the parameter, within its range.
+void check_attribute(const Texture& texture, const DeclaredParameter& p, const Shape& shape, const Mesh& mesh,
+                     const std::string& title) {
+  const MeshAttribute* attribute = mesh.attribute(texture.attribute);
+  if (!attribute) {
+    std::vector<std::string> names;
+    for (const MeshAttribute& a : mesh.attributes) names.push_back(quote(a.name));
+    fail(shape.where, fmt::format("{} has no attribute {} for the texture of {}; need a PLY mesh with it{}", title,
+                                  quote(texture.attribute), quote(p.name),
+                                  names.empty() ? "" : fmt::format("; there is {}", fmt::join(names, ", "))));
+  }
+  if (p.kind.channels == 1 && attribute->channels != 1)
+    fail(shape.where, fmt::format("{}: the attribute {} has {} channels, and {} is one number; need one channel", title,
+                                  quote(texture.attribute), attribute->channels, quote(p.name)));
+  for (const float v : attribute->values) {
+    const double value = texture.scale * static_cast<double>(v);
+    if (value < p.kind.low || value > p.kind.high || (value == p.kind.low && !p.kind.low_included))
+      fail(shape.where,
+           fmt::format("{}: the attribute {} has the value {}{}, and {} goes from {} to {}: set the texture's scale",
+                       title, quote(texture.attribute), v,
+                       texture.scale == 1 ? "" : fmt::format(" times {}", texture.scale), quote(p.name), p.kind.low,
+                       p.kind.high));
+  }
+}
+
 void check_texture(const Bsdf& bsdf, const Shape& shape, const Mesh& mesh, const std::string& title) {
-  const bool textured =
-      std::any_of(bsdf.values.begin(), bsdf.values.end(), [](const Texture& v) { return !v.is_constant(); });
+  for (std::size_t i = 0; i < bsdf.values.size(); ++i)
+    if (!bsdf.values[i].attribute.empty())
+      check_attribute(bsdf.values[i], bsdf.model->parameters[i], shape, mesh, title);
+  const bool textured = std::any_of(bsdf.values.begin(), bsdf.values.end(),
+                                    [](const Texture& v) { return !v.is_constant() && v.attribute.empty(); });
   if (textured && shape.kind == Shape::Kind::mesh && mesh.texcoord.empty())
     fail(shape.where, title + " has a texture on its surface but no texture coordinates; export the mesh with them");
+  if (bsdf.model && (bsdf.model->traits & BSDF_BUMPED) && shape.kind == Shape::Kind::disk)
+    fail(shape.where, title + " has a bumpmap, which is not rendered on disks; need another shape, such as a mesh");
 }
 
 // As in Mitsuba: grey, and black where it shines.

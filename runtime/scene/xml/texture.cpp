@@ -59,6 +59,14 @@ void read_bitmap_texture(Builder& builder, Properties& properties, Texture& text
   properties.boolean("accel", true);
 }
 
+void read_mesh_attribute(Properties& properties, Texture& texture) {
+  texture.attribute = properties.text("name");
+  if (texture.attribute.rfind("vertex_", 0) != 0 && texture.attribute.rfind("face_", 0) != 0)
+    properties.fail_at("name", fmt::format("unknown attribute {}; need a name that begins with vertex_ or face_",
+                                           quote(texture.attribute)));
+  texture.scale = properties.number("scale", 1);
+}
+
 Rgb read_colour(Properties& properties, const DeclaredColour& colour) {
   if (properties.is_object(colour.name))
     properties.fail_at(colour.name, quote(colour.name) +
@@ -68,8 +76,9 @@ Rgb read_colour(Properties& properties, const DeclaredColour& colour) {
   const Rgb value = properties.color(colour.name, {{fallback, fallback, fallback}}).value;
   for (const double v : value)
     if (!(v >= colour.kind.low && v <= colour.kind.high))
-      properties.fail_at(colour.name, fmt::format("{} = {} is outside [{}, {}]", quote(colour.name), to_text(v),
-                                                  colour.kind.low, colour.kind.high));
+      properties.fail_at(colour.name,
+                         fmt::format("{} = {} is outside [{}, {}{}", quote(colour.name), to_text(v), colour.kind.low,
+                                     colour.kind.high, colour.kind.high_included ? ']' : ')'));
   return value;
 }
 
@@ -79,11 +88,17 @@ std::vector<std::string> texture_types() {
   return types;
 }
 
-void check_range(Properties& owner, const std::string& name, const Bitmap& bitmap) {
-  const auto [low, high] = std::minmax_element(bitmap.data.begin(), bitmap.data.end());
-  if (*low < 0 || *high > 1)
-    owner.fail_at(name,
-                  fmt::format("{}: the values of the image go from {} to {}; need [0, 1]", quote(name), *low, *high));
+void check_range(Properties& owner, const std::string& name, const Texture& texture, double most) {
+  for (std::size_t k = 0; k < texture.colours.size(); ++k)
+    for (const double v : texture.colours[k])
+      if (v > most)
+        owner.fail_at(name, fmt::format("{} = {} is outside [0, {}], the range of {}",
+                                        quote(texture.model->colours[k].name), to_text(v), most, quote(name)));
+  if (!texture.bitmap) return;
+  const auto [low, high] = std::minmax_element(texture.bitmap->data.begin(), texture.bitmap->data.end());
+  if (*low < 0 || static_cast<double>(*high) > most)
+    owner.fail_at(name, fmt::format("{}: the values of the image go from {} to {}; need [0, {}]", quote(name), *low,
+                                    *high, most));
 }
 
 }  // namespace
@@ -96,6 +111,11 @@ Texture read_texture(Builder& builder, const Element& element) {
   texture.become(*model);
   texture.id = element.id;
   if (model->type == "bitmap") read_bitmap_texture(builder, properties, texture);
+  if (model->type == "mesh_attribute") {
+    read_mesh_attribute(properties, texture);
+    properties.finish();
+    return texture;
+  }
   for (std::size_t i = 0; i < model->colours.size(); ++i)
     texture.colours[i] = read_colour(properties, model->colours[i]);
   texture.to_uv = parse_to_uv(properties);
@@ -103,13 +123,13 @@ Texture read_texture(Builder& builder, const Element& element) {
   return texture;
 }
 
-Texture build_texture(Builder& builder, Properties& owner, const std::string& name, double fallback) {
+Texture build_texture(Builder& builder, Properties& owner, const std::string& name, double fallback, double most) {
   if (owner.is_object(name) && !owner.is_spectrum(name)) {
     const Element* element = owner.object("texture", name);
     if (!element)
       owner.fail_at(name, quote(name) + " is an object of the wrong kind; need a <texture>, <rgb> or <float>");
     Texture texture = build_texture(builder, *element);
-    if (texture.bitmap) check_range(owner, name, *texture.bitmap);
+    check_range(owner, name, texture, most);
     return texture;
   }
   Texture texture;

@@ -1,0 +1,22 @@
+/* Mitsuba's `mesh_attribute`: values that a mesh brings along, one a vertex, between which they are interpolated, or
+ * one a triangle; times a factor, which the host applies.
+ *
+ * In texels, at the record's offset: for each shape of the scene the place (int) of its values; of primitive p these
+ * are the nine texels from place + 9 p on, rgb at each corner.
+ * Tests: tests/transport/mitsuba_test.cpp, tests/scene/mesh_file_test.cpp */
+#ifndef ITN_MESH_ATTRIBUTE_H
+#define ITN_MESH_ATTRIBUTE_H
+
+#define MESH_ATTRIBUTE_COLOURS(COLOUR)
+
+#ifdef __OPENCL_VERSION__
+inline int mesh_attribute_value(__global const TextureRecord* t, __global const float* texels,
+                                __global const float* number, TexturePlace at, float rgb[3]) {
+  __global const float* corner = texels + as_int(texels[t->offset + at.shape]) + 9 * at.primitive;
+  UNROLL_FOR(int c = 0; c < 3; ++c)
+    rgb[c] = (1.0f - at.b1 - at.b2) * corner[c] + at.b1 * corner[3 + c] + at.b2 * corner[6 + c];
+  return 0;
+}
+#endif
+
+#endif

@@ -1,0 +1,220 @@
+#include "runtime/scene/structure.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+
+#include "kernels/model/nest/list.h"
+#include "runtime/base/fingerprint.h"
+
+namespace itn {
+namespace {
+
+const Model& twosided() { return *find_model(nest_models(), "twosided"); }
+
+// A BSDF as the start of a structure: itself, or what it is made of already.
+Structure parts_of(const Bsdf& bsdf) {
+  if (bsdf.model && bsdf.model->structure) return *bsdf.model->structure;
+  Structure parts;
+  Structure::Leaf leaf;
+  if (bsdf.model) {
+    parts.pieces.push_back({bsdf.model, bsdf.variant});
+    leaf.piece = 0;
+    if (bsdf.twosided) leaf.nests.push_back({&twosided(), 0, -1});
+  }
+  parts.leaves.push_back(leaf);
+  return parts;
+}
+
+// Behind the pieces that `all` has; each leaf behind one more nest.
+void append(const Structure& parts, const Structure::Enter& enter, Structure& all) {
+  const int shift = static_cast<int>(all.pieces.size());
+  all.pieces.insert(all.pieces.end(), parts.pieces.begin(), parts.pieces.end());
+  for (Structure::Leaf leaf : parts.leaves) {
+    for (Structure::Enter& nest : leaf.nests)
+      if (nest.piece >= 0) nest.piece += shift;
+    if (leaf.piece >= 0) leaf.piece += shift;
+    leaf.nests.insert(leaf.nests.begin(), enter);
+    all.leaves.push_back(leaf);
+  }
+}
+
+// The same for two structures that are alike in all but the values of their numbers.
+std::string description(const Structure& s) {
+  std::string text;
+  for (const Piece& piece : s.pieces) text += fmt::format("{} {};", piece.model->name, piece.variant);
+  for (const Structure::Leaf& leaf : s.leaves) {
+    text += "leaf";
+    for (const Structure::Enter& nest : leaf.nests)
+      text += fmt::format(" {} {} {}", nest.nest->name, nest.branch, nest.piece);
+    text += fmt::format(" {};", leaf.piece);
+  }
+  return text;
+}
+
+int traits_of_all(const Structure& s) {
+  int any = 0, smooth = BSDF_SMOOTH;
+  for (const Structure::Leaf& leaf : s.leaves) {
+    const int traits = s.traits_of(leaf);
+    any |= leaf.piece < 0 ? BSDF_PASSES | BSDF_SMOOTH : traits;
+    if (leaf.piece >= 0) smooth &= traits;
+    for (const Structure::Enter& nest : leaf.nests) any |= nest.nest->traits;
+  }
+  const int kept = any & (BSDF_TRANSMITS | BSDF_THIN | BSDF_ANISOTROPIC | BSDF_PASSES | BSDF_BUMPED | BSDF_BROAD);
+  const bool some = (any & (BSDF_SMOOTH | BSDF_PARTLY_SMOOTH)) != 0;
+  return BSDF_STRUCTURE | kept | (smooth ? BSDF_SMOOTH : some ? BSDF_PARTLY_SMOOTH : 0);
+}
+
+// Names of what is piece `k`'s among the numbers and parameters of all.
+std::string piece_name(std::size_t k, const std::string& name) { return fmt::format("p{}_{}", k, name); }
+
+// Runs over the values of a piece's parameters, slot after slot.
+std::vector<double> of_piece(const Piece& piece, const std::vector<double>& parameters) {
+  const auto from = parameters.begin() + piece.first_parameter;
+  return {from, from + piece.model->parameter_slots};
+}
+
+void declare(Structure& s) {
+  Model& m = s.model;
+  for (std::size_t k = 0; k < s.pieces.size(); ++k) {
+    Piece& piece = s.pieces[k];
+    piece.first_number = m.number_slots;
+    piece.first_parameter = m.parameter_slots;
+    for (DeclaredNumber n : piece.model->numbers) {
+      n.name = piece_name(k, n.name);
+      n.slot += piece.first_number;
+      if (n.role == ROLE_DENSITY || n.role == ROLE_INDEX) n.role = ROLE_FACTOR;  // no score of a density is asked for
+      m.numbers.push_back(n);
+    }
+    for (DeclaredParameter p : piece.model->parameters) {
+      p.called = p.name;
+      p.name = piece_name(k, p.name);
+      p.slot += piece.first_parameter;
+      m.parameters.push_back(p);
+    }
+    m.number_slots += piece.model->number_slots;
+    m.parameter_slots += piece.model->parameter_slots;
+  }
+  s.picked = m.number_slots++;
+  m.numbers.push_back({"picked", s.picked, 1, ROLE_FIXED, COORDINATE_ITSELF});
+}
+
+void convert(Structure& s) {
+  Model& m = s.model;
+  const std::vector<Piece> pieces = s.pieces;
+  const auto numbers = static_cast<std::size_t>(m.number_slots), slots = static_cast<std::size_t>(m.parameter_slots);
+  m.to_numbers = [pieces, numbers](int, const std::vector<double>& parameters) {
+    std::vector<double> n(numbers);
+    for (const Piece& piece : pieces) {
+      const std::vector<double> own = piece.model->to_numbers(piece.variant, of_piece(piece, parameters));
+      std::copy(own.begin(), own.end(), n.begin() + piece.first_number);
+    }
+    return n;
+  };
+  m.jacobian = [pieces, numbers, slots](int, const std::vector<double>& parameters) {
+    std::vector<std::vector<double>> by(numbers, std::vector<double>(slots));
+    for (const Piece& piece : pieces) {
+      const auto own = piece.model->jacobian(piece.variant, of_piece(piece, parameters));
+      for (std::size_t i = 0; i < own.size(); ++i)
+        std::copy(own[i].begin(), own[i].end(),
+                  by[static_cast<std::size_t>(piece.first_number) + i].begin() + piece.first_parameter);
+    }
+    return by;
+  };
+  m.obstacle = [pieces](const double* parameters, int slot) {
+    for (const Piece& piece : pieces)
+      if (slot >= piece.first_parameter && slot < piece.first_parameter + piece.model->parameter_slots)
+        return piece.model->obstacle(parameters + piece.first_parameter, slot - piece.first_parameter);
+    throw std::logic_error("no parameter of a structure");
+  };
+}
+
+// Numbers of models beyond those of kernels/model/models.h, the same in every process.
+constexpr std::uint64_t first_id = 1U << 20U, ids = 1U << 30U;
+
+// The one of its kind, which stays.
+const Structure& interned(Structure&& s, const std::string& type) {
+  static std::mutex mutex;
+  static std::deque<std::unique_ptr<Structure>> all;
+  const std::uint64_t key = fingerprint(description(s));
+  const std::string name = fmt::format("structure_{:016x}", key);
+  const std::lock_guard<std::mutex> lock(mutex);
+  for (const auto& known : all)
+    if (known->model.name == name) return *known;
+  auto made = std::make_unique<Structure>(std::move(s));
+  Model& m = made->model;
+  m = {};
+  m.id = static_cast<int>(first_id + key % ids);
+  for (const auto& known : all)
+    if (known->model.id == m.id) throw std::logic_error("two structures with one number");
+  m.name = name;
+  m.type = type;
+  m.variants = {""};
+  m.traits = traits_of_all(*made);
+  m.structure = made.get();
+  declare(*made);
+  convert(*made);
+  all.push_back(std::move(made));
+  return *all.back();
+}
+
+void append_values(const Instance& instance, std::vector<Texture>& values, std::vector<std::string>& owners) {
+  values.insert(values.end(), instance.values.begin(), instance.values.end());
+  for (std::size_t i = 0; i < instance.values.size(); ++i) owners.push_back(instance.owner(i));
+}
+
+bool has(const Bsdf& bsdf, int traits) { return bsdf.model && (bsdf.model->traits & traits); }
+
+}  // namespace
+
+int Structure::traits_of(const Leaf& leaf) const {
+  return leaf.piece < 0 ? PASSAGE_TRAITS & ~BSDF_TRANSMITS & ~BSDF_THIN : model_of(leaf)->traits;
+}
+
+Bsdf make_nest(const Instance& nest, const std::vector<Bsdf>& inside) {
+  Structure s;
+  int piece = -1;
+  if (!nest.values.empty()) {
+    piece = 0;
+    s.pieces.push_back({nest.model, 0});
+  }
+  const bool two_sides = nest.model == &twosided() && inside.size() == 2;
+  Bsdf bsdf;
+  append_values(nest, bsdf.values, bsdf.owners);
+  for (std::size_t branch = 0; branch < inside.size(); ++branch) {
+    append(parts_of(inside[branch]), {nest.model, static_cast<int>(branch) + two_sides, piece}, s);
+    append_values(inside[branch], bsdf.values, bsdf.owners);
+  }
+  if (nest.type() == "mask") {
+    Structure passage;
+    passage.leaves.emplace_back();
+    append(passage, {nest.model, 1, piece}, s);
+  }
+  bsdf.id = nest.id;
+  bsdf.where = nest.where;
+  bsdf.model = &interned(std::move(s), nest.type()).model;
+  return bsdf;
+}
+
+std::string refusal_of_nest(const Model& nest, const std::vector<Bsdf>& inside) {
+  for (const Bsdf& bsdf : inside) {
+    const bool passes = !bsdf.model || has(bsdf, BSDF_PASSES);
+    if (nest.type == "twosided" && (passes || has(bsdf, BSDF_TRANSMITS)))
+      return "what is inside lets light pass; need what reflects it: put a mask around twosided";
+    if ((nest.traits & BSDF_ANISOTROPIC) && passes)
+      return fmt::format("what is inside lets light pass straight on, which has no normal; put {} inside of the mask",
+                         nest.type);
+    if ((nest.traits & BSDF_ANISOTROPIC) && has(bsdf, BSDF_BUMPED))
+      return fmt::format(
+          "a bumpmap is inside, whose heights are of the surface itself; put {} inside of the bumpmap, "
+          "or make one map of the two",
+          nest.type);
+  }
+  return "";
+}
+
+}  // namespace itn

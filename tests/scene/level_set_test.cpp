@@ -1,0 +1,55 @@
+// Surfaces of fields on grids.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "runtime/scene/mesh/level_set_mesh.h"
+#include "runtime/scene/mesh/mesh_close.h"
+#include "runtime/scene/transform.h"
+
+using namespace itn;
+
+namespace {
+
+// The distance to a ball around the middle of the cube.
+LevelSet ball(std::array<std::size_t, 3> size, double radius) {
+  LevelSet field{size, {}};
+  for (std::size_t z = 0; z < size[2]; ++z)
+    for (std::size_t y = 0; y < size[1]; ++y)
+      for (std::size_t x = 0; x < size[0]; ++x) {
+        const auto at = [](std::size_t i, std::size_t n) {
+          return static_cast<double>(i) / static_cast<double>(n - 1) - 0.5;
+        };
+        field.value.push_back(static_cast<float>(std::hypot(at(x, size[0]), at(y, size[1]), at(z, size[2])) - radius));
+      }
+  return field;
+}
+
+Vec3 wide(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
+
+}  // namespace
+
+TEST_CASE("the level set of a distance to a ball is the closed ball, with its normals") {
+  for (const LevelSetNormals normals : {LevelSetNormals::smooth, LevelSetNormals::analytic}) {
+    const Mesh mesh = level_set_mesh(ball({21, 25, 31}, 0.31), normals);
+    const Topology found = topology(mesh);
+    CHECK(found.open_edges == 0);
+    CHECK(found.non_manifold_edges == 0);
+    CHECK(found.turned_edges == 0);
+    CHECK(found.volume == Approx(4.0 / 3 * M_PI * std::pow(0.31, 3)).epsilon(0.01));
+    double far = 0, turned = 0;
+    for (std::size_t i = 0; i < mesh.position.size(); ++i) {
+      const Vec3 from = wide(mesh.position[i]) - Vec3{0.5, 0.5, 0.5};
+      far = std::max(far, std::abs(length(from) - 0.31));
+      turned = std::max(turned, length(normalize(from) - wide(mesh.normal[i])));
+    }
+    CHECK(far < 2.1e-3);  // of chords in two directions: 2 (1 / 20)^2 / (8 0.31)
+    CHECK(turned < (normals == LevelSetNormals::smooth ? 0.03 : 0.12));
+  }
+}
+
+TEST_CASE("level sets are open where they leave the cube, and empty where there are none") {
+  const Mesh cut = level_set_mesh(ball({11, 11, 11}, 0.6), LevelSetNormals::smooth);
+  CHECK(topology(cut).open_edges > 0);
+  CHECK(topology(cut).turned_edges == 0);
+  CHECK(level_set_mesh(ball({5, 5, 5}, 2), LevelSetNormals::smooth).triangle.empty());
+}
