@@ -87,7 +87,7 @@ struct Named {
 std::vector<Named> structures() {
   const Bsdf paint = diffuse(0.7, 0.3, 0.1), plastic = make_bsdf("roughplastic", "ggx");
   Bsdf brushed = make_bsdf("roughconductor", "ggx");
-  brushed.become(*find_anisotropic(*brushed.model), 1);
+  brushed.become(*find_of_type(*brushed.model, BSDF_ANISOTROPIC), 1);
   brushed.set("alpha_u", 0.5);
   brushed.set("alpha_v", 0.2);
   const Bsdf worn = blend(0.35, normal_map(tilted, metal()), paint);
