@@ -16,7 +16,7 @@ import tempfile
 import zlib
 
 POLARISATION = 'not planned: polarisation'
-CURVES = 'not planned: distance fields and splats'
+CURVES = 'not planned: splats'
 SURFACES, MEDIA = 'planned, with the surfaces', 'planned, with media and lights'
 
 # tag -> (what it is called, the scene around it with %s for the element)
@@ -102,7 +102,8 @@ PLUGINS = [
     ('shape', 'merge', '<shape type="sphere"/>', '', 'an optimisation of Mitsuba: list the shapes themselves'),
     ('shape', 'linearcurve', text('filename', 't.txt'), 'a fine mesh', ''),
     ('shape', 'bsplinecurve', text('filename', 't.txt'), 'a fine mesh, whose inside shows where its ends are open', ''),
-    *rows('shape', 'sdfgrid ellipsoids ellipsoidsmesh', '', CURVES),
+    ('shape', 'sdfgrid', text('filename', 'd.vol'), 'a fine mesh', ''),
+    *rows('shape', 'ellipsoids ellipsoidsmesh', '', CURVES),
     ('bsdf', 'diffuse', '', '', SURFACES),
     ('bsdf', 'dielectric', '', '', SURFACES),
     ('bsdf', 'thindielectric', '', 'what passes it does not count in max_depth, as in volpath; in path it does', SURFACES),
@@ -125,7 +126,7 @@ PLUGINS = [
      DIFFUSE + '<texture type="bitmap" name="normalmap">' + text('filename', 't.ppm') + '</texture>', '', SURFACES),
     ('bsdf', 'null', '', '', SURFACES),
     ('bsdf', 'measured', text('filename', 't.bsdf'), '', 'no measured surfaces of this format yet'),
-    ('bsdf', 'hair', '', '', CURVES),
+    ('bsdf', 'hair', '', '', 'not planned: fibres'),
     ('bsdf', 'polarizer', '', 'as in variants without polarisation: half of the light passes', ''),
 ] + [('bsdf', name, '', '', POLARISATION)
      for name in ('circular', 'retarder', 'measured_polarized')] + [
@@ -185,8 +186,9 @@ def write_files(folder):
         file.write(struct.pack('<HH', 0x041C, 4) + zlib.compress(body) + struct.pack('<QI', 0, 1))
     with open(os.path.join(folder, 't.ppm'), 'wb') as file:
         file.write(b'P6\n2 2\n255\n' + bytes(range(100, 112)))
-    with open(os.path.join(folder, 't.vol'), 'wb') as file:
-        file.write(b'VOL\x03' + struct.pack('<5i6f8f', 1, 2, 2, 2, 1, 0, 0, 0, 1, 1, 1, *[0.5] * 8))
+    for name, values in ('t.vol', [0.5] * 8), ('d.vol', [-0.5] * 4 + [0.5] * 4):
+        with open(os.path.join(folder, name), 'wb') as file:
+            file.write(b'VOL\x03' + struct.pack('<5i6f8f', 1, 2, 2, 2, 1, 0, 0, 0, 1, 1, 1, *values))
 
 
 def opens(itn, folder, tag, kind, content, name):

@@ -85,8 +85,12 @@ Scene load_scene(const std::string& file, const std::map<std::string, std::strin
   check_lights(builder.scene);
   drop_nested(builder);
 
-  if (builder.scene.sensors.empty())
-    fail(document.root->where, "the scene has no sensor; need <sensor type=\"perspective\">");
+  if (builder.scene.sensors.empty()) {
+    builder.scene.sensors.push_back(sensor_of_all(builder));
+    builder.warn(
+        document.root->where,
+        "the scene has no sensor: a perspective one below it looks along z; add <sensor type=\"perspective\">");
+  }
   if (!builder.scene.environment && builder.scene.lights.empty())
     builder.warn(document.root->where,
                  "the scene has no emitter: the image will be black; add <emitter type=\"constant\"/>");

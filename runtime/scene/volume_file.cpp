@@ -28,21 +28,22 @@ Number at(const std::array<char, header_bytes>& header, std::size_t byte) {
 
 [[noreturn]] void fail(const std::string& file, const std::string& what) { throw InputError(file + ": " + what); }
 
-void check_values(const VoxelGrid& grid, const std::string& file) {
+void check_values(const VoxelGrid& grid, const std::string& file, VoxelValues allowed) {
+  const float least = allowed == VoxelValues::from_zero ? 0 : -greatest_value;
   const auto width = static_cast<std::size_t>(grid.width), height = static_cast<std::size_t>(grid.height),
              channels = static_cast<std::size_t>(grid.channels);
   for (std::size_t i = 0; i < grid.data.size(); ++i) {
     const float value = grid.data[i];
-    if (value >= 0 && value <= greatest_value) continue;
+    if (value >= least && value <= greatest_value) continue;
     const std::size_t voxel = i / channels;
-    fail(file, fmt::format("voxel ({}, {}, {}) is {}; need numbers from 0 to {:g}: mend the grid", voxel % width,
-                           voxel / width % height, voxel / width / height, value, greatest_value));
+    fail(file, fmt::format("voxel ({}, {}, {}) is {}; need numbers from {:g} to {:g}: mend the grid", voxel % width,
+                           voxel / width % height, voxel / width / height, value, least, greatest_value));
   }
 }
 
 }  // namespace
 
-VoxelGrid read_volume_file(const std::string& file) {
+VoxelGrid read_volume_file(const std::string& file, VoxelValues allowed) {
   std::ifstream in(file, std::ios::binary);
   std::array<char, header_bytes> header{};
   if (!in) fail(file, "cannot be opened; need a readable .vol file");
@@ -85,7 +86,7 @@ VoxelGrid read_volume_file(const std::string& file) {
   grid.data.resize(values);
   in.read(reinterpret_cast<char*>(grid.data.data()), static_cast<std::streamsize>(sizeof(float) * values));
   if (!in) fail(file, "cannot be read to its end; copy the whole file");
-  check_values(grid, file);
+  check_values(grid, file, allowed);
   return grid;
 }
 

@@ -6,8 +6,10 @@
 
 namespace itn {
 
+enum class VoxelValues { from_zero, of_any_sign };
+
 // Throws InputError: unreadable, cut, of another version or encoding, not 1 or 3 channels, too large, or a value that
-// is not finite or negative (says where).
-VoxelGrid read_volume_file(const std::string& file);
+// is not finite or, where that is asked for, negative (says where).
+VoxelGrid read_volume_file(const std::string& file, VoxelValues values = VoxelValues::from_zero);
 
 }  // namespace itn

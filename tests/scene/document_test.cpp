@@ -202,10 +202,30 @@ TEST_CASE("values of the wrong type or shape are refused") {
   folder.check_error("<shape type=\"sphere\">\n<point name=\"center\" x=\"1\" y=\"2\"/></shape>", 3, {"no z"});
 }
 
-TEST_CASE("a scene without a sensor is refused, one without a light gives a warning") {
+TEST_CASE("a scene without a sensor is seen from below its least z") {
   SceneFolder folder;
+  folder.write("s.xml",
+               "<scene version=\"3.0.0\"><emitter type=\"constant\"/><shape type=\"cube\"><transform name=\"to_world\">"
+               "<scale x=\"2\" y=\"1\" z=\"3\"/><translate x=\"1\" y=\"2\" z=\"3\"/></transform></shape></scene>");
+  const Scene scene = load_scene(folder.path("s.xml"));
+  REQUIRE(scene.warnings.size() == 1);
+  CHECK_THAT(scene.warnings[0], Catch::Contains("no sensor") && Catch::Contains("perspective"));
+  REQUIRE(scene.sensors.size() == 1);
+  const Sensor& sensor = scene.sensors[0];
+  const double distance = 3 / std::tan(22.5 * M_PI / 180);  // the longest side, 6, fills the field of view
+  CHECK(sensor.fov_x == 45);
+  CHECK(sensor.to_world.m[3] == Approx(1));
+  CHECK(sensor.to_world.m[7] == Approx(2));
+  CHECK(sensor.to_world.m[11] == Approx(-distance));
+  CHECK(sensor.near_clip == Approx(distance / 100));
+  CHECK(sensor.far_clip == Approx(30 + distance));
+  CHECK(sensor.width == 768);
   folder.write("s.xml", "<scene version=\"3.0.0\"><emitter type=\"constant\"/></scene>");
-  CHECK_THROWS_WITH(load_scene(folder.path("s.xml")), Catch::Contains("s.xml:1:1: ") && Catch::Contains("no sensor"));
+  CHECK(load_scene(folder.path("s.xml")).sensors.at(0).to_world.m[11] == 0);
+}
+
+TEST_CASE("a scene without a light gives a warning") {
+  SceneFolder folder;
   folder.write("s.xml", "<scene version=\"3.0.0\"><sensor type=\"perspective\"/></scene>");
   const Scene scene = load_scene(folder.path("s.xml"));
   REQUIRE(scene.warnings.size() == 1);

@@ -1,10 +1,12 @@
 // Surfaces of fields on grids.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdint>
 
 #include "runtime/scene/mesh/level_set_mesh.h"
 #include "runtime/scene/mesh/mesh_close.h"
 #include "runtime/scene/transform.h"
+#include "tests/scene/scene_folder.h"
 
 using namespace itn;
 
@@ -22,6 +24,18 @@ LevelSet ball(std::array<std::size_t, 3> size, double radius) {
         field.value.push_back(static_cast<float>(std::hypot(at(x, size[0]), at(y, size[1]), at(z, size[2])) - radius));
       }
   return field;
+}
+
+// As a .vol file.
+std::string volume_bytes(const LevelSet& field) {
+  std::string bytes("VOL\3", 4);
+  const auto add = [&](auto number) { bytes.append(reinterpret_cast<const char*>(&number), sizeof(number)); };
+  add(std::int32_t{1});
+  for (const std::size_t n : field.size) add(static_cast<std::int32_t>(n));
+  add(std::int32_t{1});
+  for (const float x : {0.0F, 0.0F, 0.0F, 1.0F, 1.0F, 1.0F}) add(x);
+  for (const float x : field.value) add(x);
+  return bytes;
 }
 
 Vec3 wide(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
@@ -52,4 +66,31 @@ TEST_CASE("level sets are open where they leave the cube, and empty where there 
   CHECK(topology(cut).open_edges > 0);
   CHECK(topology(cut).turned_edges == 0);
   CHECK(level_set_mesh(ball({5, 5, 5}, 2), LevelSetNormals::smooth).triangle.empty());
+}
+
+TEST_CASE("an sdfgrid is the mesh of its file, moved") {
+  SceneFolder folder;
+  const LevelSet field = ball({9, 9, 9}, 0.3);
+  folder.write("ball.vol", volume_bytes(field));
+  const std::string shape =
+      "<shape type=\"sdfgrid\">\n<string name=\"filename\" value=\"ball.vol\"/><transform name=\"to_world\"><scale "
+      "value=\"2\"/></transform>";
+  const Scene scene = folder.load(shape + "</shape>");
+  const Mesh smooth = level_set_mesh(field, LevelSetNormals::smooth);
+  REQUIRE(scene.shapes.at(0).mesh);
+  const Mesh& mesh = *scene.shapes[0].mesh;
+  CHECK(mesh.triangle.size() <= smooth.triangle.size());
+  double far = 0;
+  for (std::size_t i = 0; i < mesh.position.size(); ++i)
+    far = std::max(far, std::abs(length(wide(mesh.position[i]) - Vec3{1, 1, 1}) - 0.6));
+  CHECK(far < 0.03);
+  const Scene analytic = folder.load(shape + "<string name=\"normals\" value=\"analytic\"/></shape>");
+  CHECK(analytic.shapes.at(0).mesh->position == mesh.position);
+  CHECK(analytic.shapes.at(0).mesh->normal != mesh.normal);
+  folder.check_error("<shape type=\"sdfgrid\">\n<string name=\"normals\" value=\"smooth\"/></shape>", 2, {"filename"});
+  folder.check_error(shape + "<string name=\"normals\" value=\"flat\"/></shape>", 3, {"smooth", "analytic"});
+  folder.write("ball.vol", volume_bytes(ball({5, 5, 5}, 2)));
+  folder.check_error(shape + "</shape>", 3, {"one sign"});
+  folder.write("ball.vol", volume_bytes({{1, 9, 9}, std::vector<float>(81, 1)}));
+  folder.check_error(shape + "</shape>", 3, {"2 or more"});
 }

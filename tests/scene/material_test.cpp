@@ -324,7 +324,7 @@ TEST_CASE("faulty textures are refused") {
   folder.check_error(diffuse(text("filename", "t.png") + "\n" + text("wrap_mode", "tile")), 4,
                      {"\"tile\"", "\"repeat\""});
   folder.check_error("<bsdf type=\"diffuse\"><texture type=\"volume\" name=\"reflectance\"/></bsdf>", 2,
-                     {"\"volume\"", "\"bitmap\" or \"checkerboard\""});
+                     {"\"volume\"", "\"checkerboard\" or \"mesh_attribute\""});
   ExrImage image{1, 1, {"R", "G", "B"}, {0.5f, 2.0f, 0.5f}, {}};
   write_exr(folder.path("t.exr"), image);
   folder.check_error("\n" + diffuse(text("filename", "t.exr")), 3, {"to 2", "[0, 1]"});
@@ -383,4 +383,20 @@ TEST_CASE("faulty media are refused") {
   check_medium_error("<phase type=\"sggx\"/>", {"\"sggx\"", "\"isotropic\"", "\"hg\""});
   check_medium_error(number("sigma_s", "1"), {"unknown parameter \"sigma_s\"", "did you mean \"sigma_t\""});
   check_medium_error("<phase type=\"hg\"/><phase type=\"hg\"/>", {"more than one <phase>"});
+}
+
+TEST_CASE("a map of normals may be one normal") {
+  const auto map = [](const std::string& texture) {
+    return "<shape type=\"rectangle\">\n<bsdf type=\"normalmap\" id=\"map\">" + texture +
+           "<bsdf type=\"diffuse\"/></bsdf></shape>";
+  };
+  const Scene scene = SceneFolder().load(
+      map("<texture type=\"rawconstant\" name=\"normalmap\"><vector name=\"value\" value=\"0.6, 0.5, 1\"/></texture>"));
+  const Bsdf& bsdf = scene.bsdfs.at(0);
+  CHECK(bsdf.values[bsdf.values_called("map", "normalmap").at(0)].value == Rgb{0.6, 0.5, 1});
+  SceneFolder().check_error(
+      map("<texture type=\"rawconstant\" name=\"normalmap\"><vector name=\"value\" value=\"0.6, 0.5, 2\"/></texture>"),
+      3, {"normalmap = 2", "[0, 1]"});
+  SceneFolder().check_error(map("<texture type=\"checkerboard\" name=\"normalmap\"/>"), 3,
+                            {"bitmap of three channels"});
 }

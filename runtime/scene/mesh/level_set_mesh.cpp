@@ -18,21 +18,40 @@ class Interpolation {
   // place: in cells from the cube's corner
   double value(const Vec3& place) const {
     const auto cell = cell_of(place);
-    return of_cell(cell, place)[0];
-  }
-  Vec3 analytic_gradient(const Vec3& place) const { return gradient_of(cell_of(place), place); }
-  Vec3 smooth_gradient(const Vec3& place) const {
-    Vec3 sum{0, 0, 0};
-    for (std::size_t i = 0; i < 8; ++i) {  // the cells whose middles surround the place
-      std::array<std::size_t, 3> cell{};
+    double sum = 0;
+    for (std::size_t i = 0; i < 8; ++i) {
+      std::array<std::size_t, 3> at{};
       double weight = 1;
       for (std::size_t k = 0; k < 3; ++k) {
-        const double from_middle = place[k] - 0.5, low = std::floor(from_middle);
         const bool upper = (i >> k) & 1;
-        weight *= upper ? from_middle - low : 1 - (from_middle - low);
-        cell[k] = static_cast<std::size_t>(std::clamp(low + (upper ? 1 : 0), 0.0, cells(k) - 1));
+        const double share = place[k] - static_cast<double>(cell[k]);
+        at[k] = cell[k] + (upper ? 1 : 0);
+        weight *= upper ? share : 1 - share;
       }
-      sum = sum + weight * gradient_of(cell, place);
+      sum += weight * field_.value[(at[2] * field_.size[1] + at[1]) * field_.size[0] + at[0]];
+    }
+    return sum;
+  }
+  // By positions in the cube.
+  Vec3 analytic_gradient(const Vec3& place) const {
+    const auto cell = cell_of(place);
+    return {slope(0, cell[0], place), slope(1, cell[1], place), slope(2, cell[2], place)};
+  }
+  Vec3 smooth_normal(const Vec3& place) const {
+    std::array<std::array<double, 2>, 3> weight{}, slopes{};  // of the two cells along each axis around the place
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double from_middle = place[k] - 0.5, low = std::floor(from_middle);
+      for (std::size_t upper = 0; upper < 2; ++upper) {
+        const double cell = std::clamp(low + static_cast<double>(upper), 0.0, cells(k) - 1);
+        weight[k][upper] = upper ? from_middle - low : 1 - (from_middle - low);
+        slopes[k][upper] = slope(k, static_cast<std::size_t>(cell), place);
+      }
+    }
+    Vec3 sum{0, 0, 0};
+    for (std::size_t i = 0; i < 8; ++i) {  // the cells whose middles surround the place
+      const std::size_t x = i & 1, y = (i >> 1) & 1, z = i >> 2;
+      const Vec3 gradient{slopes[0][x], slopes[1][y], slopes[2][z]};
+      if (length(gradient) > 0) sum = sum + weight[0][x] * weight[1][y] * weight[2][z] * normalize(gradient);
     }
     return sum;
   }
@@ -46,33 +65,13 @@ class Interpolation {
     return cell;
   }
 
-  // Value and derivatives by the three coordinates in cells, of that cell's interpolation, outside of it too.
-  std::array<double, 4> of_cell(const std::array<std::size_t, 3>& cell, const Vec3& place) const {
-    std::array<double, 4> result{};
-    Vec3 share{};
-    for (std::size_t k = 0; k < 3; ++k) share[k] = place[k] - static_cast<double>(cell[k]);
-    for (std::size_t i = 0; i < 8; ++i) {
-      std::array<std::size_t, 3> at{};
-      std::array<double, 3> weight{}, slope{};
-      for (std::size_t k = 0; k < 3; ++k) {
-        const bool upper = (i >> k) & 1;
-        at[k] = cell[k] + (upper ? 1 : 0);
-        weight[k] = upper ? share[k] : 1 - share[k];
-        slope[k] = upper ? 1 : -1;
-      }
-      const double v = field_.value[(at[2] * field_.size[1] + at[1]) * field_.size[0] + at[0]];
-      result[0] += v * weight[0] * weight[1] * weight[2];
-      result[1] += v * slope[0] * weight[1] * weight[2];
-      result[2] += v * weight[0] * slope[1] * weight[2];
-      result[3] += v * weight[0] * weight[1] * slope[2];
-    }
-    return result;
-  }
-
-  // By positions in the cube.
-  Vec3 gradient_of(const std::array<std::size_t, 3>& cell, const Vec3& place) const {
-    const auto d = of_cell(cell, place);
-    return {d[1] * cells(0), d[2] * cells(1), d[3] * cells(2)};
+  // What the field changes by, along an axis, from one side of a cell of that axis to the other at the place's other
+  // coordinates.
+  double slope(std::size_t axis, std::size_t cell, const Vec3& place) const {
+    Vec3 low = place, high = place;
+    low[axis] = static_cast<double>(cell);
+    high[axis] = low[axis] + 1;
+    return (value(high) - value(low)) * cells(axis);
   }
 
   const LevelSet& field_;
@@ -91,8 +90,8 @@ class Polygons {
   }
 
   Mesh mesh() {
-    // A cube is six tetrahedra around its diagonal from corner 0 to corner 7: corner i is at (i & 1, i >> 1 & 1, i >>
-    // 2).
+    // A cube is six tetrahedra around its diagonal from corner 0 to corner 7; corner i is at x = i & 1, y = i >> 1 & 1,
+    // z = i >> 2.
     constexpr std::size_t around[7] = {1, 3, 2, 6, 4, 5, 1};
     for (std::size_t z = 0; z + 1 < points_[2]; ++z)
       for (std::size_t y = 0; y + 1 < points_[1]; ++y)
@@ -131,7 +130,7 @@ class Polygons {
     const double a = values_[inside], b = values_[outside];
     const double t = a / (a - b);
     const Vec3 place = (1 - t) * place_of(inside) + t * place_of(outside);
-    Vec3 normal = normals_ == LevelSetNormals::smooth ? interpolation_.smooth_gradient(place)
+    Vec3 normal = normals_ == LevelSetNormals::smooth ? interpolation_.smooth_normal(place)
                                                       : interpolation_.analytic_gradient(place);
     if (!(length(normal) > 0)) normal = in_cube(place_of(outside)) - in_cube(place_of(inside));
     normal = normalize(normal);

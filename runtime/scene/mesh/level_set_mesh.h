@@ -15,7 +15,7 @@ struct LevelSet {
 
 enum class LevelSetNormals {
   analytic,  // the gradient of the trilinear interpolation, which jumps from cell to cell
-  smooth     // blended from those of the eight nearest cells (Hansson-Soederlund et al. 2022)
+  smooth     // blended from the directions of those of the eight nearest cells (Hansson-Soederlund et al. 2022)
 };
 
 // Where the trilinear interpolation is 0, with normals that point to where it grows; open where that meets the cube's

@@ -83,6 +83,9 @@ std::vector<std::string> types_of(const std::vector<Model>& models);
 // The parameter `name`: a colour in [0, 1], or a texture of values up to `most`.
 Texture build_texture(Builder& builder, Properties& owner, const std::string& name, double fallback, double most = 1);
 
+// What earlier versions of Mitsuba 3 saw a scene with that has no sensor: from below its least z, along z, all of it.
+Sensor sensor_of_all(const Builder& builder);
+
 // Horizontal field of view [degree] from fov, fov_axis and focal_length, as of Mitsuba's cameras; aspect: width over
 // height.
 double parse_fov(Properties& properties, double aspect);

@@ -143,9 +143,9 @@ Texture share(Builder& builder, Properties& properties, const DeclaredParameter&
   return value;
 }
 
-// A picture whose colours are directions, or one of them.
+// A texture whose colours are directions, or one of them.
 Texture normals(Builder& builder, Properties& properties, const DeclaredParameter& p) {
-  const bool is_object = properties.has(p.name) && properties.is_object(p.name) && !properties.is_spectrum(p.name);
+  const bool is_object = properties.has(p.name) && properties.is_object(p.name);
   const Element* element = is_object ? properties.object("texture", p.name) : nullptr;
   if (!element) properties.fail_at(p.name, fmt::format("need a nested <texture name=\"{}\"> with raw = true", p.name));
   Texture value;
@@ -153,11 +153,12 @@ Texture normals(Builder& builder, Properties& properties, const DeclaredParamete
     Properties constant = builder.properties(*element);
     value.value = constant.vector("value", {0.5, 0.5, 1});
     constant.finish();
+    for (const double v : value.value) check_in_range(properties, p, v);
     return value;
   }
   value = build_texture(builder, properties, p.name, 0);
-  if (!value.bitmap || value.bitmap->channels != 3)
-    properties.fail_at(p.name, "need a bitmap of three channels, whose colours are normals");
+  if (value.model && (!value.bitmap || value.bitmap->channels != 3))
+    properties.fail_at(p.name, "need a bitmap of three channels, whose colours are normals, or a rawconstant");
   return value;
 }
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/scene/box.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
@@ -256,6 +257,26 @@ void read_sensor(Builder& builder, const Element& element, const Shape* on) {
   }
   properties.finish();
   builder.scene.sensors.push_back(sensor);
+}
+
+Sensor sensor_of_all(const Builder& builder) {
+  Sensor sensor;
+  sensor.id = "sensor";
+  sensor.where = builder.document.root->where;
+  sensor.fov_x = 45;
+  if (builder.film_size) resize(sensor, *builder.film_size);
+  Box box;
+  for (const Shape& shape : builder.scene.shapes) box.add(box_of(shape));
+  const auto longest = static_cast<double>(box.longest_side());
+  if (!(longest > 0)) return sensor;
+  const double distance = longest / (2 * std::tan(radians(sensor.fov_x) / 2));
+  const auto middle = [&](std::size_t k) {
+    return (static_cast<double>(box.low[k]) + static_cast<double>(box.high[k])) / 2;
+  };
+  sensor.to_world = translate({middle(0), middle(1), static_cast<double>(box.low[2]) - distance});
+  sensor.near_clip = distance / 100;
+  sensor.far_clip = 5 * longest + distance;
+  return sensor;
 }
 
 }  // namespace itn

@@ -5,21 +5,23 @@
 
 #include "kernels/shared/declaration.h"
 #include "runtime/scene/mesh/curve_mesh.h"
+#include "runtime/scene/mesh/level_set_mesh.h"
 #include "runtime/scene/mesh/mesh_close.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/mesh/mesh_repair.h"
 #include "runtime/scene/mesh/shape_meshes.h"
 #include "runtime/scene/shape_transform.h"
 #include "runtime/scene/transform.h"
+#include "runtime/scene/volume_file.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
 
 namespace itn {
 namespace {
 
-const std::vector<std::string> types = {"obj",          "ply",        "serialized", "mesh",     "sphere",
-                                        "rectangle",    "cube",       "disk",       "cylinder", "linearcurve",
-                                        "bsplinecurve", "shapegroup", "instance"};
+const std::vector<std::string> types = {"obj",          "ply",     "serialized", "mesh",     "sphere",
+                                        "rectangle",    "cube",    "disk",       "cylinder", "linearcurve",
+                                        "bsplinecurve", "sdfgrid", "shapegroup", "instance"};
 
 // A vertex normal of length 0 shades nothing: such ones are computed.
 void replace_zero_normals(Builder& builder, Properties& properties, Mesh& mesh) {
@@ -98,6 +100,31 @@ LoadedMesh load_curves(Properties& properties) {
   for (Curve& curve : curves)
     for (ControlPoint& point : curve) point.position = transform_point(to_world, point.position);
   Mesh mesh = is_spline ? bspline_curve_mesh(curves) : linear_curve_mesh(curves);
+  check_single_precision(properties, mesh);
+  return {std::move(mesh), false, false};
+}
+
+// What the file's values, which fill the unit cube from face to face, are 0 on.
+LoadedMesh load_level_set(Properties& properties) {
+  const std::string file = properties.file("filename");
+  const bool smooth = properties.choice("normals", {"smooth", "analytic"}) == "smooth";
+  const Transform to_world = properties.transform("to_world");
+  LevelSet field;
+  try {
+    VoxelGrid grid = read_volume_file(file, VoxelValues::of_any_sign);
+    const std::array<int, 3> size{grid.width, grid.height, grid.depth};
+    if (grid.channels != 1 || *std::min_element(size.begin(), size.end()) < 2)
+      throw InputError(fmt::format("{}: {} x {} x {} values of {} channels; need 2 or more along each axis, of one",
+                                   file, size[0], size[1], size[2], grid.channels));
+    for (std::size_t k = 0; k < 3; ++k) field.size[k] = static_cast<std::size_t>(size[k]);
+    field.value = std::move(grid.data);
+  } catch (const InputError& error) {
+    properties.fail_at("filename", error.what());
+  }
+  Mesh mesh = level_set_mesh(field, smooth ? LevelSetNormals::smooth : LevelSetNormals::analytic);
+  if (mesh.triangle.empty())
+    properties.fail_at("filename", file + ": the values have one sign; need a surface where they are 0");
+  transform_mesh(to_world, mesh, true);
   check_single_precision(properties, mesh);
   return {std::move(mesh), false, false};
 }
@@ -290,6 +317,8 @@ Shape make_shape(Builder& builder, const Element& element) {
     loaded = load_flat(properties, cube_mesh());
   } else if (type == "linearcurve" || type == "bsplinecurve") {
     loaded = load_curves(properties);
+  } else if (type == "sdfgrid") {
+    loaded = load_level_set(properties);
   } else if (type == "sphere") {
     build_sphere(properties, shape);
   } else if (type == "disk") {
