@@ -56,8 +56,6 @@ using Reader = ParameterKind::Reader;
 constexpr ParameterKind REFLECTANCE{3, 0, 1, true, true, Reader::texture};
 constexpr ParameterKind TEXTURE_COLOUR{3, 0, unbounded, true, false};  // its parameter has a range of its own
 constexpr ParameterKind TINT{3, 0, 1, true, true, Reader::colour, false};
-constexpr ParameterKind ALBEDO{3,   0, 1, true, true, Reader::colour, true, "sigma_s / sigma_t", Quantity::reflectance,
-                               true};
 constexpr ParameterKind EXTINCTION{
     3, 0, unbounded, true, false, Reader::colour, true, "per scene unit", Quantity::unbounded, true};
 constexpr ParameterKind ALBEDO_VOLUME{

@@ -59,6 +59,23 @@ TEST_CASE("heterogeneous media that say nothing have Mitsuba's defaults") {
   CHECK_FALSE(m.value("sigma_t").is_grid());
 }
 
+TEST_CASE("the albedo of a homogeneous medium may be a volume, its sigma_t may not") {
+  SceneFolder folder;
+  folder.write("g.vol", File().bytes());
+  const auto homogeneous = [](const std::string& content) {
+    return "<medium type=\"homogeneous\" id=\"m\">\n" + content + "</medium>";
+  };
+  const Scene scene = folder.load(homogeneous(grid("albedo") + "<float name=\"sigma_t\" value=\"3\"/>"));
+  CHECK(scene.media.at(0).value("albedo").is_grid());
+  CHECK_FALSE(scene.media[0].value("sigma_t").volume);
+  CHECK_FALSE(find_parameter(list_parameters(scene), "m.albedo").not_differentiable.empty());
+  CHECK(find_parameter(list_parameters(scene), "m.sigma_t").not_differentiable.empty());
+  const std::string constant =
+      "<volume type=\"constvolume\" name=\"albedo\"><rgb name=\"value\" value=\"0.1, 0.2, 0.3\"/></volume>";
+  CHECK(folder.load(homogeneous(constant)).media.at(0).colour("albedo") == Rgb{0.1, 0.2, 0.3});
+  folder.check_error(homogeneous(grid("sigma_t")), 3, {"\"sigma_t\" is a <volume>"});
+}
+
 TEST_CASE("a grid volume arrives with everything that it says") {
   SceneFolder folder;
   folder.write("g.vol", File().bytes());
