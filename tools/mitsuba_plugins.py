@@ -157,7 +157,7 @@ PLUGINS = [
     ('emitter', 'envmap', text('filename', 't.ppm'), 'one environment a scene', MEDIA),
     ('emitter', 'sunsky', '', 'one environment a scene', MEDIA),
     ('emitter', 'timed_sunsky', '', '', 'the sun does not move: use sunsky'),
-    ('emitter', 'area', '', 'no texture; its front is that of the surface, not of interpolated normals', MEDIA),
+    ('emitter', 'area', '', 'its front is that of the surface, not of interpolated normals', MEDIA),
     ('emitter', 'point', '', '', MEDIA),
     ('emitter', 'spot', '', '', MEDIA),
     ('emitter', 'directional', '', '', MEDIA),

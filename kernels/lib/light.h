@@ -3,6 +3,7 @@
 #ifndef ITN_LIGHT_H
 #define ITN_LIGHT_H
 #include "lib/numbers.h"
+#include "lib/surface_frame.h"
 #include "lib/surface_point.h"
 #include "shared/light_layout.h"
 
@@ -44,10 +45,35 @@ inline INT pick_light(const Launch* launch, __global const JobRecord* job, REAL 
   return light + job->first_light;
 }
 
-/* A point of each lane's light, uniform over its area, and the normal of its front there; anything where it is no shape. */
-inline void sample_light_surface(const Launch* launch, INT light, REAL u0, REAL u1, REAL u2, REAL3* on, REAL3* normal) {
-  sample_surface(launch->light_tables, GATHER_INT(LIGHT_MEMBER_INT(launch, table), light * LIGHT_WORDS),
-                 GATHER_INT(LIGHT_MEMBER_INT(launch, surfaces), light * LIGHT_WORDS), u0, u1, u2, on, normal);
+#if HAS_SCREENS
+/* Texture coordinates of the point that u0, u1 are of a surface; of lanes in `mask`. */
+inline void coordinates_on_light(const Launch* launch, INT row, REAL u0, REAL u1, REAL3 on, REAL3 normal, MASK mask,
+                                 REAL uv[2]) {
+  __global const int* tables = (__global const int*)launch->light_tables;
+  __global const float* record = (__global const float*)launch->primitives;
+  const INT primitive = SELECT_INT(mask, GATHER_INT((tables + LIGHT_SURFACE_PRIMITIVE), row), 0);
+  const INT at = primitive * (int)(sizeof(PrimitiveRecord) / sizeof(float));
+  const REAL root = SQRT(u0);
+  flat_coordinates(record, at, 1.0f - root, u1 * root, uv);
+#if HAS_ROUND
+  const INT flags = GATHER_INT(((__global const int*)(record + PRIMITIVE_AT_FLAGS)), at);
+  round_coordinates(record, at, flags, on, normal, u0, uv);
+#endif
+}
+#endif
+
+/* A point of each lane's light, uniform over its area, the normal of its front there, and, for lights with a texture, its
+ * texture coordinates; anything where it is no shape. */
+inline void sample_light_surface(const Launch* launch, INT light, REAL u0, REAL u1, REAL u2, REAL3* on, REAL3* normal,
+                                 REAL uv[2]) {
+  const INT surfaces = GATHER_INT(LIGHT_MEMBER_INT(launch, surfaces), light * LIGHT_WORDS);
+  const INT row = choose_surface(launch->light_tables, GATHER_INT(LIGHT_MEMBER_INT(launch, table), light * LIGHT_WORDS),
+                                 surfaces, u2);
+  point_of_surface(launch->light_tables, row, u0, u1, on, normal);
+  uv[0] = uv[1] = (REAL)(0.0f);
+#if HAS_SCREENS
+  coordinates_on_light(launch, row, u0, u1, *on, *normal, surfaces > 0, uv);
+#endif
 }
 
 /* The colour of each lane's light. */
@@ -78,8 +104,8 @@ inline void light_tint(const Launch* launch, INT first, const REAL uv[2], REAL r
 }
 
 /* What each lane's light brings to `from`: see model/light/list.h. */
-inline void light_arrives(const Launch* launch, INT light, REAL3 from, REAL3 on, REAL3 normal, REAL3* towards,
-                          REAL* distance, REAL share[3], MASK* on_shape) {
+inline void light_arrives(const Launch* launch, INT light, REAL3 from, REAL3 on, REAL3 normal, const REAL on_uv[2],
+                          REAL3* towards, REAL* distance, REAL share[3], MASK* on_shape) {
   const REAL nowhere[2] = {(REAL)(0.0f), (REAL)(0.0f)};
   const INT model = GATHER_INT(LIGHT_MEMBER_INT(launch, model), light * LIGHT_WORDS);
   const INT first = GATHER_INT(LIGHT_MEMBER_INT(launch, first_number), light * LIGHT_WORDS);
@@ -88,7 +114,7 @@ inline void light_arrives(const Launch* launch, INT light, REAL3 from, REAL3 on,
   *on_shape = (MASK)(0);
 #define LIGHT_ARRIVES(name, PREFIX)                                                         \
   {                                                                                         \
-    REAL n[MOST_SLOTS], own_distance, own_share, uv[2], tint[3];                            \
+    REAL n[MOST_SLOTS], own_distance, own_share, uv[2] = {on_uv[0], on_uv[1]}, tint[3];     \
     REAL3 own_towards;                                                                      \
     load_numbers(launch, MODEL_##name, first, nowhere, n);                                  \
     name##_arrives(n, from, on, normal, &own_towards, &own_distance, &own_share, uv);       \
@@ -104,6 +130,22 @@ inline void light_arrives(const Launch* launch, INT light, REAL3 from, REAL3 on,
   }
   LIGHTS_OF_SCENE(LIGHT_ARRIVES)
 }
+
+#if HAS_SCREENS
+/* What the texture of each lane's light shows at (u, v), where it is a shape with one. */
+inline void screen_colour(const Launch* launch, INT light, const REAL uv[2], REAL rgb[3]) {
+  const INT model = GATHER_INT(LIGHT_MEMBER_INT(launch, model), light * LIGHT_WORDS);
+  const INT first = GATHER_INT(LIGHT_MEMBER_INT(launch, first_number), light * LIGHT_WORDS);
+#define SCREEN_COLOUR(name, PREFIX)                                             \
+  if ((PREFIX##_TRAITS & LIGHT_ON_SHAPE) && (PREFIX##_TRAITS & LIGHT_TINTED)) { \
+    const MASK is = model == MODEL_##name;                                      \
+    REAL shown[3];                                                              \
+    light_tint(launch, SELECT_INT(is, first, 0), uv, shown);                    \
+    UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = SELECT(is, shown[c], rgb[c]);    \
+  }
+  LIGHTS_OF_SCENE(SCREEN_COLOUR)
+}
+#endif
 
 /* Density [1/sr] with which a point of the front of a light that is a shape is drawn, seen from `distance` under an angle of
  * that cosine. */

@@ -77,9 +77,10 @@ inline MASK sample_light_of_scene(const Launch* launch, __global const JobRecord
                                   REAL choice, LightSample* s) {
   const INT light = pick_light(launch, job, choice);
   REAL3 on, normal;
-  sample_light_surface(launch, light, u[0], u[1], u[3], &on, &normal);
+  REAL uv[2];
+  sample_light_surface(launch, light, u[0], u[1], u[3], &on, &normal, uv);
   MASK on_shape;
-  light_arrives(launch, light, from, on, normal, &s->source.direction, &s->distance, s->source.share, &on_shape);
+  light_arrives(launch, light, from, on, normal, uv, &s->source.direction, &s->distance, s->source.share, &on_shape);
   s->source.index = light;
   light_colour(launch, light, s->rgb);
   UNROLL_FOR(int c = 0; c < 3; ++c) s->rgb[c] *= s->source.share[c];

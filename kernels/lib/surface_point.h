@@ -8,13 +8,12 @@ inline REAL3 gather_vector(__global const float* from, INT at) {
   return make3(GATHER(from, at), GATHER((from + 1), at), GATHER((from + 2), at));
 }
 
-/* A point of each lane's shape, uniform over its area, and the normal of its front there; anything where it has no surfaces. */
-inline void sample_surface(__global const float* tables, INT first, INT count, REAL u0, REAL u1, REAL u2, REAL3* on,
-                           REAL3* normal) {
+/* Where the row of one of each lane's surfaces begins, chosen by area; 0 where it has none. */
+inline INT choose_surface(__global const float* tables, INT first, INT count, REAL choice) {
   Lanes surfaces, table, u, row;
   surfaces.integer = count;
   table.integer = first;
-  u.real = u2;
+  u.real = choice;
   UNROLL_FOR(int l = 0; l < WIDTH; ++l) {
     int low = 0, high = max(surfaces.i[l] - 1, 0); /* the last whose share begins at or before u */
     while (low < high) {
@@ -26,18 +25,23 @@ inline void sample_surface(__global const float* tables, INT first, INT count, R
     }
     row.i[l] = surfaces.i[l] == 0 ? 0 : table.i[l] + surfaces.i[l] + 1 + low * LIGHT_SURFACE_SIZE;
   }
-  const REAL3 place = gather_vector(tables + LIGHT_SURFACE_PLACE, row.integer);
-  const REAL3 du = gather_vector(tables + LIGHT_SURFACE_U, row.integer);
-  const REAL3 dv = gather_vector(tables + LIGHT_SURFACE_V, row.integer);
-  const REAL3 dw = gather_vector(tables + LIGHT_SURFACE_W, row.integer);
+  return row.integer;
+}
+
+/* A point of each lane's surface, uniform over its area, and the normal of its front there. */
+inline void point_of_surface(__global const float* tables, INT row, REAL u0, REAL u1, REAL3* on, REAL3* normal) {
+  const REAL3 place = gather_vector(tables + LIGHT_SURFACE_PLACE, row);
+  const REAL3 du = gather_vector(tables + LIGHT_SURFACE_U, row);
+  const REAL3 dv = gather_vector(tables + LIGHT_SURFACE_V, row);
+  const REAL3 dw = gather_vector(tables + LIGHT_SURFACE_W, row);
   REAL sine, cosine, root = SQRT(u0);
   sin_cos_2pi(u1, &sine, &cosine);
   REAL s = 1.0f - root, t = u1 * root;
   REAL3 offset = add3(scale3(du, s), scale3(dv, t));
   *normal = dw;
 #if HAS_ROUND
-  const INT kind = CAST_INT(GATHER((tables + LIGHT_SURFACE_KIND), row.integer));
-  const REAL side = GATHER((tables + LIGHT_SURFACE_SIDE), row.integer), radius = SQRT(dot3(du, du));
+  const INT kind = CAST_INT(GATHER((tables + LIGHT_SURFACE_KIND), row));
+  const REAL side = GATHER((tables + LIGHT_SURFACE_SIDE), row), radius = SQRT(dot3(du, du));
   const REAL3 across = add3(scale3(du, cosine), scale3(dv, sine)), around = uniform_sphere(u0, u1);
   offset = select3(kind == LIGHT_DISK, scale3(across, root), offset);
   offset = select3(kind == LIGHT_CYLINDER, add3(across, scale3(dw, u0)), offset);
@@ -46,7 +50,13 @@ inline void sample_surface(__global const float* tables, INT first, INT count, R
   *normal = select3(kind == LIGHT_SPHERE, scale3(around, side), *normal);
 #endif
   /* connections end in front of the surface, and do not meet it */
-  *on = add3(add3(place, offset), scale3(*normal, GATHER((tables + LIGHT_SURFACE_OFFSET), row.integer)));
+  *on = add3(add3(place, offset), scale3(*normal, GATHER((tables + LIGHT_SURFACE_OFFSET), row)));
+}
+
+/* A point of each lane's shape, uniform over its area, and the normal of its front there; anything where it has no surfaces. */
+inline void sample_surface(__global const float* tables, INT first, INT count, REAL u0, REAL u1, REAL u2, REAL3* on,
+                           REAL3* normal) {
+  point_of_surface(tables, choose_surface(tables, first, count, u2), u0, u1, on, normal);
 }
 
 #endif

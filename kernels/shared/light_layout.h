@@ -17,9 +17,10 @@ enum {
   LIGHT_SURFACE_V = 6,
   LIGHT_SURFACE_W = 9,
   LIGHT_SURFACE_KIND = 12,
-  LIGHT_SURFACE_SIDE = 13,   /* 1, or -1: turned */
-  LIGHT_SURFACE_OFFSET = 14, /* how far in front of it connections end [scene unit] */
-  LIGHT_SURFACE_SIZE = 15
+  LIGHT_SURFACE_SIDE = 13,      /* 1, or -1: turned */
+  LIGHT_SURFACE_OFFSET = 14,    /* how far in front of it connections end [scene unit] */
+  LIGHT_SURFACE_PRIMITIVE = 15, /* int: of the launch; of lights with a texture alone */
+  LIGHT_SURFACE_SIZE = 16
 };
 
 typedef struct {

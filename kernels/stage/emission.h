@@ -15,7 +15,7 @@ inline void gather_emission(const Launch* launch, __global const JobRecord* job,
   shines = shines & (LOAD_INT(pool, DEPTH, slots) >= SCATTERED_ONCE);
 #endif
   if (!ANY(shines)) return;
-  const LightSource source = {
+  LightSource source = {
       SELECT_INT(shines, s->light, job->first_light), {(REAL)(1.0f), (REAL)(1.0f), (REAL)(1.0f)}, s->direction};
   REAL scale = LOAD(pool, REFRACTION_SCALE, slots);
 #if LIGHT_SAMPLING
@@ -31,6 +31,10 @@ inline void gather_emission(const Launch* launch, __global const JobRecord* job,
   REAL weight[3], rgb[3];
   channel_weights(pool, slots, scale, weight);
   light_colour(launch, source.index, rgb);
+#if HAS_SCREENS
+  screen_colour(launch, source.index, s->texture, source.share);
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) rgb[c] *= source.share[c];
+#endif
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     weight[c] *= LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
     rgb[c] *= weight[c];

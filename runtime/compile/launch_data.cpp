@@ -238,6 +238,14 @@ void share_out(const std::vector<double>& expected, std::size_t first, std::vect
   }
 }
 
+// Of a shape, within the launch. As of attributes, each triangle has one.
+int first_primitive(const Geometry& geometry, const GeometryRecord& record, int shape) {
+  const auto of_shape = [&](const PrimitiveRecord& primitive) { return primitive.shape == shape; };
+  const auto found =
+      std::find_if(geometry.primitives.begin() + record.first_primitive, geometry.primitives.end(), of_shape);
+  return static_cast<int>(found - geometry.primitives.begin());
+}
+
 // Lights by themselves, then each shape that shines.
 void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
   std::vector<int>& numbers = data.scenes.back().light_numbers;
@@ -273,7 +281,8 @@ void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
   for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
     if (scene.shapes[i].light < 0) continue;
     data.shapes[static_cast<std::size_t>(job.first_shape) + i].light = static_cast<int>(data.lights.size());
-    const LightSurfaces surfaces = light_surfaces(scene.shapes[i], distance_in_front(data.geometry, geometry));
+    const LightSurfaces surfaces = light_surfaces(scene.shapes[i], distance_in_front(data.geometry, geometry),
+                                                  first_primitive(data.geometry, geometry, static_cast<int>(i)));
     append(scene.shapes[i].light, &surfaces);
   }
   share_out(expected, first, data.lights);
@@ -395,6 +404,10 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   set("HAS_LIGHTS", lights);
   set("HAS_AREA_LIGHTS",
       std::any_of(data.shapes.begin(), data.shapes.end(), [](const ShapeRecord& s) { return s.light >= 0; }));
+  const auto lights_of_launch = models_of(data).lights;
+  set("HAS_SCREENS", std::any_of(lights_of_launch.begin(), lights_of_launch.end(), [](const Model* m) {
+        return (m->traits & LIGHT_ON_SHAPE) != 0 && (m->traits & LIGHT_TINTED) != 0;
+      }));
   set("ROUGH_LIGHT_SAMPLING", rough_light);
   set("MEDIUM_LIGHT_SAMPLING", medium_light);
   set("LIGHT_SAMPLING", medium_light || rough_light || ((uneven_light || lights) && reflecting));

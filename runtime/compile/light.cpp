@@ -1,9 +1,11 @@
 #include "runtime/compile/light.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 
+#include "kernels/shared/declaration.h"
 #include "kernels/shared/light_layout.h"
 #include "runtime/base/colour.h"
 #include "runtime/compile/environment.h"
@@ -63,17 +65,18 @@ Surface round_surface(const Shape& shape) {
   return s;
 }
 
-void append(const Surface& s, bool turned, double offset, std::vector<float>& table) {
+void append(const Surface& s, bool turned, double offset, int primitive, std::vector<float>& table) {
   for (const Vec3& v : {s.place, s.u, s.v, s.w})
     for (const double x : v) table.push_back(static_cast<float>(x));
   table.push_back(static_cast<float>(s.kind));
   table.push_back(turned ? -1.0F : 1.0F);
   table.push_back(static_cast<float>(offset));
+  table.push_back(std::bit_cast<float>(primitive));
 }
 
 }  // namespace
 
-LightSurfaces light_surfaces(const Shape& shape, double offset) {
+LightSurfaces light_surfaces(const Shape& shape, double offset, int first_primitive) {
   const std::vector<Surface> surfaces =
       shape.mesh ? triangles_of(*shape.mesh) : std::vector<Surface>{round_surface(shape)};
   LightSurfaces result;
@@ -89,13 +92,16 @@ LightSurfaces light_surfaces(const Shape& shape, double offset) {
   result.middle = (1 / result.area) * result.middle;
   result.normal = (1 / result.area) * result.normal;
   append_cumulative(areas.data(), areas.size(), result.table);
-  for (const Surface& s : surfaces) append(s, shape.flip_normals && !shape.mesh, offset, result.table);
+  for (std::size_t i = 0; i < surfaces.size(); ++i)
+    append(surfaces[i], shape.flip_normals && !shape.mesh, offset, first_primitive + static_cast<int>(i), result.table);
   return result;
 }
 
 double expected_irradiance(const Light& light, const LightSurfaces* surfaces, const Vec3& low, const Vec3& high) {
   const std::vector<double> n = light.model->to_numbers(light.variant, light.slots());
-  const double brightness = luminance(Rgb{n[0], n[1], n[2]}), size = length(high - low);
+  const bool shows_texture = (light.model->traits & LIGHT_ON_SHAPE) != 0 && (light.model->traits & LIGHT_TINTED) != 0;
+  const Rgb mean = shows_texture ? Rgb{n[3], n[4], n[5]} : Rgb{1, 1, 1};
+  const double brightness = luminance(Rgb{n[0] * mean[0], n[1] * mean[1], n[2] * mean[2]}), size = length(high - low);
   double sum = 0;
   constexpr int steps = 3;
   for (int i = 0; i < steps * steps * steps; ++i) {

@@ -16,7 +16,7 @@ struct LightSurfaces {
 };
 
 // offset: how far in front of the surface connections end [scene unit].
-LightSurfaces light_surfaces(const Shape& shape, double offset);
+LightSurfaces light_surfaces(const Shape& shape, double offset, int first_primitive = 0);
 
 // Roughly the irradiance that a light brings to a scene in the box, as luminance: how often to sample it.
 // surfaces: of a light that is a shape, else null.

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "runtime/scene/mesh/mesh_topology.h"
+#include "runtime/scene/parameters.h"
 #include "runtime/scene/transform.h"
 #include "tests/scene/scene_folder.h"
 
@@ -206,6 +207,33 @@ TEST_CASE("a shape that shines is black where it has no BSDF of its own, and nam
   CHECK(scene.lights[static_cast<std::size_t>(1 - bulb.light)].value("position").value == Rgb{4, 0, 0});
   CHECK(scene.bsdfs[static_cast<std::size_t>(bulb.bsdf)].number("reflectance") == 0);
   CHECK(scene.bsdfs[static_cast<std::size_t>(scene.shapes[0].bsdf)].number("reflectance") == 0.5);
+}
+
+TEST_CASE("a shape shines as a texture shows, which has a factor") {
+  const auto shining = [](const std::string& shape) {
+    return shape +
+           "<emitter type=\"area\" id=\"screen\">\n<texture type=\"checkerboard\" name=\"radiance\"><rgb "
+           "name=\"color0\" "
+           "value=\"0, 0.5, 1\"/></texture></emitter></shape>";
+  };
+  const Scene scene = SceneFolder().load(shining("<shape type=\"rectangle\">"));
+  REQUIRE(scene.lights.size() == 1);
+  const Light& light = scene.lights[0];
+  CHECK(light.type() == "area");
+  CHECK(light.value("radiance").model != nullptr);
+  for (std::size_t c = 0; c < 3; ++c)  // the mean of both colours
+    CHECK(light.value("radiance").value[c] == Approx((0.2 + 0.5 * static_cast<double>(c)) / 2));
+  const Parameter scale = find_parameter(list_parameters(scene), "screen.scale");
+  CHECK(scale.value == 1);
+  CHECK(scale.not_differentiable.empty());
+  SceneFolder folder;
+  folder.write_tetrahedron("t.ply");
+  const std::string ply = "<shape type=\"ply\"><string name=\"filename\" value=\"t.ply\"/>";
+  folder.check_error(shining(ply), 2, {"texture coordinates"});
+  folder.check_error(ply +
+                         "<emitter type=\"area\">\n<texture type=\"mesh_attribute\" name=\"radiance\"><string "
+                         "name=\"name\" value=\"vertex_a\"/></texture></emitter></shape>",
+                     3, {"attribute of a mesh"});
 }
 
 TEST_CASE("faulty shapes are refused") {

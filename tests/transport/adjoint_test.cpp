@@ -79,9 +79,9 @@ void check_same(const Scene& scene, const RenderOptions& options, int spp, doubl
 TEST_CASE("replayed paths give the gradient of derivative images from the same samples", "[derivative]") {
   // Matched, rough and smooth boundaries, textured floors, colours by sigma_t and by albedo, a sun through boundaries,
   // media inside each other, lights of the scene.
-  for (const char* name :
-       {"null_constant", "rough_ggx", "sunsky_rough_floor", "sunsky_null_floor", "rgb_sigma_t", "camera_inside",
-        "nested", "checkerboard", "lights_rough", "lights_surfaces", "grid_rgb", "grid_rough", "grid_inside"}) {
+  for (const char* name : {"null_constant", "rough_ggx", "sunsky_rough_floor", "sunsky_null_floor", "rgb_sigma_t",
+                           "camera_inside", "nested", "checkerboard", "lights_rough", "lights_surfaces",
+                           "lights_textured", "grid_rgb", "grid_rough", "grid_inside"}) {
     INFO(name);
     const Scene scene = scene_of(name);
     check_same(scene, by_all(scene), 8);

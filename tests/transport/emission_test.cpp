@@ -66,7 +66,7 @@ TEST_CASE("radiance times the derivative by it is the image of a constant light"
 }
 
 TEST_CASE("colours times the derivatives by them add up to the image of several lights", "[transport]") {
-  for (const char* name : {"lights_medium", "lights_surfaces", "lights_rough"}) {
+  for (const char* name : {"lights_medium", "lights_surfaces", "lights_rough", "lights_textured"}) {
     INFO(name);
     const Scene scene = scene_of(name);
     std::vector<Parameter> linear = light_parameters(scene);

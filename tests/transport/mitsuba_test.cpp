@@ -42,6 +42,7 @@ const MitsubaScene scenes[] = {
     {"lights_medium", 4096},
     {"lights_rough", 2048},
     {"lights_surfaces", 1024},
+    {"lights_textured", 1024},
     {"masks", 2048},
     {"max_depth", 1024},
     {"max_depth_null", 1024},

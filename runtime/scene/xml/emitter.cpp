@@ -1,8 +1,10 @@
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <set>
 
 #include "kernels/model/models.h"
+#include "kernels/shared/declaration.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
@@ -103,8 +105,30 @@ void read_rest(Builder& builder, Properties& properties, Environment& environmen
 std::vector<std::string> light_types(bool on_shape) {
   std::vector<std::string> types;
   for (const Model& model : light_models())
-    if (((model.traits & LIGHT_ON_SHAPE) != 0) == on_shape) types.push_back(model.type);
+    if (((model.traits & LIGHT_ON_SHAPE) != 0) == on_shape && (types.empty() || types.back() != model.type))
+      types.push_back(model.type);
   return types;
+}
+
+// Of a texture, as what it brings is guessed by.
+Rgb mean_of(const Texture& texture) {
+  std::vector<Rgb> values = texture.colours;
+  if (texture.bitmap) {
+    const auto channels = static_cast<std::size_t>(texture.bitmap->channels);
+    const std::vector<float>& data = texture.bitmap->data;
+    for (std::size_t i = 0; i < data.size(); i += channels) {
+      const auto at = [&](std::size_t c) { return static_cast<double>(data[i + std::min(c, channels - 1)]); };
+      values.push_back({at(0), at(1), at(2)});
+    }
+  }
+  Rgb sum{0, 0, 0};
+  for (const Rgb& v : values)
+    for (std::size_t c = 0; c < 3; ++c) sum[c] += v[c] / static_cast<double>(values.size());
+  return sum;
+}
+
+bool shows_texture(const Model& model) {
+  return (model.traits & LIGHT_ON_SHAPE) != 0 && (model.traits & LIGHT_TINTED) != 0;
 }
 
 int read_light(Builder& builder, const Element& element, const Model& model) {
@@ -114,6 +138,8 @@ int read_light(Builder& builder, const Element& element, const Model& model) {
   light.id = element.id;
   light.where = element.where;
   read_parameters(builder, properties, light);
+  if (Texture* texture = shows_texture(model) ? &light.value("radiance") : nullptr; texture && texture->model)
+    texture->value = mean_of(*texture);
   properties.number("sampling_weight", 1);  // how often Mitsuba samples it: changes no expected value
   properties.finish();
   builder.scene.lights.push_back(light);
@@ -131,6 +157,10 @@ std::vector<std::string> emitter_types() {
 int read_shape_light(Builder& builder, const Element& element) {
   const Model* model = find_model(light_models(), element.attribute("type"));
   if (!model || !(model->traits & LIGHT_ON_SHAPE)) fail_type(element, light_types(true));
+  Properties properties = builder.properties(element);
+  const bool textured = properties.is_object("radiance") && !properties.is_spectrum("radiance");
+  for (const Model& other : light_models())
+    if (textured && other.type == model->type && shows_texture(other)) return read_light(builder, element, other);
   return read_light(builder, element, *model);
 }
 

@@ -284,6 +284,13 @@ void check_texture(const Bsdf& bsdf, const Shape& shape, const Mesh& mesh, const
     fail(shape.where, title + " has a bumpmap, which is not rendered on disks; need another shape, such as a mesh");
 }
 
+void check_texture(const Light& light, const Shape& shape, const Mesh& mesh, const std::string& title) {
+  const bool textured =
+      std::any_of(light.values.begin(), light.values.end(), [](const Texture& v) { return !v.is_constant(); });
+  if (textured && shape.kind == Shape::Kind::mesh && mesh.texcoord.empty())
+    fail(shape.where, title + " shines as a texture shows but has no texture coordinates; export the mesh with them");
+}
+
 // As in Mitsuba: grey, and black where it shines.
 int default_bsdf(Builder& builder, const Shape& shape) {
   Bsdf bsdf = make_bsdf("diffuse");
@@ -339,6 +346,8 @@ Shape make_shape(Builder& builder, const Element& element) {
   const Element* sensor = properties.object("sensor");
   properties.finish();
   check_texture(builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)], shape, loaded.mesh, properties.title());
+  if (shape.light >= 0)
+    check_texture(builder.scene.lights[static_cast<std::size_t>(shape.light)], shape, loaded.mesh, properties.title());
   check_boundary(builder, shape, loaded, properties.title());
   if (shape.kind == Shape::Kind::mesh)
     shape.mesh = std::make_shared<const Mesh>(finish_mesh(builder, properties, std::move(loaded)));
