@@ -124,6 +124,7 @@ LoadedMesh load_level_set(Properties& properties) {
   Mesh mesh = level_set_mesh(field, smooth ? LevelSetNormals::smooth : LevelSetNormals::analytic);
   if (mesh.triangle.empty())
     properties.fail_at("filename", file + ": the values have one sign; need a surface where they are 0");
+  mesh.texcoord.assign(mesh.position.size(), {0, 0});  // the same everywhere, as in Mitsuba
   transform_mesh(to_world, mesh, true);
   check_single_precision(properties, mesh);
   return {std::move(mesh), false, false};
