@@ -264,6 +264,36 @@ int spherical_harmonics_order(const Model& model) {
   return static_cast<int>(std::lround(std::sqrt(static_cast<double>(model.parameters.size())))) - 1;
 }
 
+const Model& tabulated_model(std::size_t values) {
+  static std::mutex access;
+  static std::map<std::size_t, Model> made;
+  const std::lock_guard lock(access);
+  const auto found = made.find(values);
+  if (found != made.end()) return found->second;
+  const Model& all = *find_model(phase_models(), "tabphase");
+  Model model = all;
+  model.parameters.resize(values);
+  model.parameter_slots = static_cast<int>(values);
+  const auto with_absent = [](std::vector<double> parameters) {
+    parameters.resize(TABULATED_MOST, -1);
+    return parameters;
+  };
+  model.to_numbers = [&all, with_absent](int variant, const std::vector<double>& parameters) {
+    return all.to_numbers(variant, with_absent(parameters));
+  };
+  model.jacobian = [&all, with_absent, values](int variant, const std::vector<double>& at) {
+    auto by = all.jacobian(variant, with_absent(at));
+    for (std::vector<double>& of_number : by) of_number.resize(values);
+    return by;
+  };
+  model.mean_cosine = [&all, with_absent, values](const std::vector<double>& at) {
+    std::vector<double> mean = all.mean_cosine(with_absent(at));
+    mean.resize(1 + values);
+    return mean;
+  };
+  return made.emplace(values, std::move(model)).first->second;
+}
+
 const Model* find_model(const std::vector<Model>& models, const std::string& type) {
   const auto found = std::find_if(models.begin(), models.end(), [&](const Model& m) { return m.type == type; });
   return found == models.end() ? nullptr : &*found;

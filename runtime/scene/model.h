@@ -54,7 +54,7 @@ struct Model {
   // Why there is no derivative by a parameter's slot; or empty.
   std::function<const char*(const double*, int)> obstacle;
   // Of phase functions: the mean cosine, and its derivative by each parameter's slot.
-  std::vector<double> (*mean_cosine)(const std::vector<double>&) = nullptr;
+  std::function<std::vector<double>(const std::vector<double>&)> mean_cosine;
 
   const char* formula = "";  // of environments: the function of runtime/derivative that derivatives call; or empty
 
@@ -81,6 +81,9 @@ const std::vector<Model>& environment_models();  // of light around it: paramete
 // sphericalharmonics up to an order: its parameters are c_l_m, for l = 0 ... order and m = -l ... l.
 const Model& spherical_harmonics_model(int order);
 int spherical_harmonics_order(const Model& model);
+
+// tabphase of so many values, 2 to TABULATED_MOST.
+const Model& tabulated_model(std::size_t values);
 
 // The first model of that type, or null.
 const Model* find_model(const std::vector<Model>& models, const std::string& type);

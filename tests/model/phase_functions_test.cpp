@@ -67,8 +67,8 @@ TEST_CASE("every phase function's samples follow it (chi-square), with sine and 
   for (const PhaseUnderTest& phase : all_phases())
     for (const double share : shares) {
       const std::vector<double> n = phase.model->to_numbers(0, parameters_at(*phase.model, share));
-      LaneFunction call{{"model/phase/list.h"}, {"u"}, {"c", "s", "value"}, "REAL n[8] = {"};
-      for (std::size_t i = 0; i < 8; ++i) call.body += "(REAL)(" + std::to_string(i < n.size() ? n[i] : 0.0) + "f), ";
+      LaneFunction call{{"model/phase/list.h"}, {"u"}, {"c", "s", "value"}, "REAL n[33] = {"};
+      for (std::size_t i = 0; i < 33; ++i) call.body += "(REAL)(" + std::to_string(i < n.size() ? n[i] : 0.0) + "f), ";
       call.body += "};\n" + phase.model->name + "_draw(n, u, &c, &s);\nvalue = " + phase.model->name + "_value(n, c);";
       const Columns out = run_lanes(call, width, {uniform_numbers(count, 4)});
       std::vector<Point> samples;

@@ -4,6 +4,7 @@
 #include "runtime/image/exr.h"
 #include "runtime/image/png.h"
 #include "runtime/image/srgb.h"
+#include "runtime/scene/parameters.h"
 #include "runtime/scene/structure.h"
 #include "tests/scene/scene_folder.h"
 
@@ -370,6 +371,31 @@ TEST_CASE("albedo 0 and 1, sigma_t 0 and g close to 1 are allowed") {
   CHECK(load_medium(number("albedo", "1")).colour("albedo")[0] == 1);
   CHECK(load_medium(number("sigma_t", "0")).colour("sigma_t")[0] == 0);
   CHECK(load_medium("<phase type=\"hg\">" + number("g", "0.9999") + "</phase>").phase.number("g") == 0.9999);
+}
+
+TEST_CASE("a tabulated phase function has as many parameters as values") {
+  const auto medium = [](const std::string& values) {
+    return "<medium type=\"homogeneous\" id=\"m\">\n<phase type=\"tabphase\" id=\"p\">\n<string name=\"values\" "
+           "value=\"" +
+           values + "\"/></phase></medium>";
+  };
+  const Scene scene = SceneFolder().load(medium("0.5, 1 2.5,0"));
+  const PhaseFunction& phase = scene.media.at(0).phase;
+  CHECK(phase.type() == "tabphase");
+  CHECK(phase.slots() == std::vector<double>{0.5, 1, 2.5, 0});
+  const std::vector<Parameter> parameters = list_parameters(scene);
+  CHECK(find_parameter(parameters, "p.value_2").value == 2.5);
+  CHECK(find_parameter(parameters, "p.value_2").not_differentiable.empty());
+  CHECK_FALSE(find_parameter(parameters, "p.value_3").not_differentiable.empty());
+  CHECK_THROWS(find_parameter(parameters, "p.value_4"));
+  SceneFolder().check_error(medium("1"), 4, {"1 numbers", "2 to 32"});
+  SceneFolder().check_error(medium("1, -2"), 4, {"-2 is negative"});
+  SceneFolder().check_error(medium("0, 0"), 4, {"all are 0"});
+  SceneFolder().check_error(medium("1, two"), 3, {"two"});
+  std::string many = "1";
+  for (int k = 0; k < 32; ++k) many += ", 1";
+  SceneFolder().check_error(medium(many), 4, {"33 numbers"});
+  SceneFolder().check_error("<medium type=\"homogeneous\">\n<phase type=\"tabphase\"/></medium>", 3, {"values"});
 }
 
 TEST_CASE("faulty media are refused") {

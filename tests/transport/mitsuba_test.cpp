@@ -67,6 +67,7 @@ const MitsubaScene scenes[] = {
     {"rough_textures", 1024},
     {"sunsky_null_floor", 2048},
     {"sunsky_rough_floor", 2048},
+    {"tabulated", 4096},
     {"thinlens", 1024},
 };
 

@@ -14,6 +14,7 @@
 #include "model/phase/henyey_greenstein.h"
 #include "model/phase/isotropic.h"
 #include "model/phase/rayleigh.h"
+#include "model/phase/tabulated.h"
 #include "model/phase/vmf.h"
 
 #define PHASE_LIST(PHASE)                           \
@@ -21,6 +22,7 @@
   PHASE(henyey_greenstein, HENYEY_GREENSTEIN, "hg") \
   PHASE(vmf, VMF, "vmf")                            \
   PHASE(rayleigh, RAYLEIGH, "rayleigh")             \
-  PHASE(draine, DRAINE, "draine")
+  PHASE(draine, DRAINE, "draine")                   \
+  PHASE(tabulated, TABULATED, "tabphase")
 
 #endif
