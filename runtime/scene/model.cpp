@@ -264,6 +264,37 @@ int spherical_harmonics_order(const Model& model) {
   return static_cast<int>(std::lround(std::sqrt(static_cast<double>(model.parameters.size())))) - 1;
 }
 
+const Model& dictionary_model(std::size_t entries) {
+  static std::mutex access;
+  static std::map<std::size_t, Model> made;
+  const std::lock_guard lock(access);
+  const auto found = made.find(entries);
+  if (found != made.end()) return found->second;
+  Model model = *find_model(nest_models(), "dictionary");
+  for (std::size_t k = 0; k < entries; ++k) {
+    const std::string index = std::to_string(k);
+    declare(model, ("weight_" + index).c_str(), parameter_kind::NON_NEGATIVE, 1, "");
+    model.numbers.push_back({"share_" + index, model.number_slots++, 1, ROLE_FACTOR, COORDINATE_ITSELF});
+  }
+  model.to_numbers = [entries](int, const std::vector<double>& weights) {
+    std::vector<double> shares(entries);
+    dictionary_shares(entries, weights.data(), shares.data());
+    return shares;
+  };
+  model.jacobian = [entries](int, const std::vector<double>& at) {
+    std::vector<std::vector<double>> by(entries, std::vector<double>(entries));
+    for (std::size_t k = 0; k < entries; ++k) {
+      std::vector<Dual<1>> weights(at.begin(), at.end()), shares(entries);
+      weights[k] = Dual<1>::variable(at[k], 0);
+      dictionary_shares(entries, weights.data(), shares.data());
+      for (std::size_t i = 0; i < entries; ++i) by[i][k] = shares[i].derivative[0];
+    }
+    return by;
+  };
+  model.obstacle = [](const double* weights, int slot) { return dictionary_weight_obstacle(weights[slot]); };
+  return made.emplace(entries, std::move(model)).first->second;
+}
+
 const Model* find_model(const std::vector<Model>& models, const std::string& type) {
   const auto found = std::find_if(models.begin(), models.end(), [&](const Model& m) { return m.type == type; });
   return found == models.end() ? nullptr : &*found;
