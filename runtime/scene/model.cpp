@@ -161,42 +161,6 @@ const char* no_obstacle(const double*, int) { return differentiable; }
     models.push_back(model);                                         \
   }
 
-std::vector<Model> make_bsdf_models() {
-  std::vector<Model> models;
-  BSDF_LIST(ITN_BSDF_MODEL)
-  return models;
-}
-
-std::vector<Model> make_phase_models() {
-  std::vector<Model> models;
-  PHASE_LIST(ITN_PHASE_MODEL)
-  return models;
-}
-
-std::vector<Model> make_medium_models() {
-  std::vector<Model> models;
-  MEDIUM_LIST(ITN_MEDIUM_MODEL)
-  return models;
-}
-
-std::vector<Model> make_light_models() {
-  std::vector<Model> models;
-  LIGHT_LIST(ITN_LIGHT_MODEL)
-  return models;
-}
-
-std::vector<Model> make_nest_models() {
-  std::vector<Model> models;
-  NEST_LIST(ITN_NEST_MODEL)
-  return models;
-}
-
-std::vector<Model> make_environment_models() {
-  std::vector<Model> models;
-  ENVIRONMENT_LIST(ITN_ENVIRONMENT_MODEL)
-  return models;
-}
-
 }  // namespace
 
 const DeclaredParameter& Model::parameter(const std::string& wanted) const {
@@ -217,35 +181,21 @@ const DeclaredNumber& Model::number_called(const std::string& wanted) const {
   throw std::logic_error("model " + name + " has no number " + wanted);
 }
 
-const std::vector<Model>& bsdf_models() {
-  static const std::vector<Model> all = make_bsdf_models();
-  return all;
-}
-
-const std::vector<Model>& phase_models() {
-  static const std::vector<Model> all = make_phase_models();
-  return all;
-}
-
-const std::vector<Model>& medium_models() {
-  static const std::vector<Model> all = make_medium_models();
-  return all;
-}
-
-const std::vector<Model>& light_models() {
-  static const std::vector<Model> all = make_light_models();
-  return all;
-}
-
-const std::vector<Model>& nest_models() {
-  static const std::vector<Model> all = make_nest_models();
-  return all;
-}
-
-const std::vector<Model>& environment_models() {
-  static const std::vector<Model> all = make_environment_models();
-  return all;
-}
+#define ITN_FAMILY(family, LIST, MODEL)         \
+  const std::vector<Model>& family##_models() { \
+    static const std::vector<Model> all = [] {  \
+      std::vector<Model> models;                \
+      LIST(MODEL)                               \
+      return models;                            \
+    }();                                        \
+    return all;                                 \
+  }
+ITN_FAMILY(bsdf, BSDF_LIST, ITN_BSDF_MODEL)
+ITN_FAMILY(phase, PHASE_LIST, ITN_PHASE_MODEL)
+ITN_FAMILY(medium, MEDIUM_LIST, ITN_MEDIUM_MODEL)
+ITN_FAMILY(light, LIGHT_LIST, ITN_LIGHT_MODEL)
+ITN_FAMILY(nest, NEST_LIST, ITN_NEST_MODEL)
+ITN_FAMILY(environment, ENVIRONMENT_LIST, ITN_ENVIRONMENT_MODEL)
 
 const Model& spherical_harmonics_model(int order) {
   static std::mutex access;
