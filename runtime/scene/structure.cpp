@@ -205,7 +205,9 @@ Bsdf make_nest(const Instance& nest, const std::vector<Bsdf>& inside) {
 }
 
 std::string refusal_of_nest(const Model& nest, const std::vector<Bsdf>& inside) {
+  std::size_t leaves = 0;
   for (const Bsdf& bsdf : inside) {
+    leaves += parts_of(bsdf).leaves.size();
     const bool passes = !bsdf.model || has(bsdf, BSDF_PASSES);
     if (nest.type == "twosided" && (passes || has(bsdf, BSDF_TRANSMITS)))
       return "what is inside lets light pass; need what reflects it: put a mask around twosided";
@@ -218,6 +220,8 @@ std::string refusal_of_nest(const Model& nest, const std::vector<Bsdf>& inside) 
           "or make one map of the two",
           nest.type);
   }
+  if (leaves > most_leaves)
+    return fmt::format("{} surfaces are nested in it, each as often as it is met; the most is {}", leaves, most_leaves);
   return "";
 }
 

@@ -28,8 +28,6 @@ std::vector<std::string> opaque_types() {
   return types;
 }
 
-constexpr std::size_t most_entries = 64;  // of a dictionary: each is code of the scene's program
-
 // How many BSDFs a nest stands around.
 struct Inside {
   std::size_t least, most;
@@ -37,7 +35,7 @@ struct Inside {
 };
 Inside inside_of(const Model& nest) {
   if (nest.type == "blendbsdf") return {2, 2, "two nested <bsdf>, for weight 0 and weight 1"};
-  if (nest.type == "dictionary") return {1, most_entries, "a nested <bsdf> for each weight"};
+  if (nest.type == "dictionary") return {1, most_leaves, "a nested <bsdf> for each weight, at most 64"};
   if (nest.type == "twosided") return {1, 2, "a nested <bsdf type=\"diffuse\"> for both sides, or one for each"};
   return {1, 1, "one nested <bsdf>"};
 }
