@@ -115,7 +115,7 @@ def check_parameters(markdown):
     for scene in scenes:
         for parameter in json.loads(itn("parameters", scene, "--json", "-"))["parameters"]:
             name = re.sub(r"\.[RGB]$", "", parameter["name"]).rsplit(".", 1)[1]
-            name = re.sub(r"^value_\d+$", "value_i", name)  # of a tabphase
+            name = re.sub(r"_\d+$", "_k", name)  # weight_0, weight_1, ..., and values have one row each
             if not any(row.startswith(f"| `{name}` |") and parameter["range"] in row for row in rows):
                 raise PluginError(f"parameters.md has no row for `{name}` with the range {parameter['range']} ({scene.name})")
 

@@ -147,6 +147,11 @@ TEST_CASE("metals have Mitsuba's names") {
   const Bsdf none = load_bsdf("<bsdf type=\"roughconductor\">" + text("material", "none") +
                               "<rgb name=\"eta\" value=\"1 2 3\"/></bsdf>");
   CHECK(none.value("eta").value == Rgb{1, 2, 3});
+  const Bsdf measured = load_bsdf(
+      "<bsdf type=\"conductor\"><spectrum name=\"k\" value=\"300:1.92, 400:1.95, 500:1.95, 600:2.97, 700:3.8, "
+      "800:5.12\"/></bsdf>");
+  CHECK(measured.value("k").value[0] == Approx(3.38869).epsilon(1e-5));  // above 1, as no reflectance is
+  CHECK(measured.value("k").value[2] == Approx(1.87516).epsilon(1e-5));
   check_bsdf_error("conductor", text("material", "Gold"), {"\"material\"", "unknown metal \"Gold\""});
   check_bsdf_error("conductor", "<rgb name=\"k\" value=\"1 2 3\"/>" + text("material", "Au"),
                    {"\"k\"", "one or the other"});
@@ -304,6 +309,15 @@ TEST_CASE("faulty nests of BSDFs are refused") {
   SceneFolder().check_error("<bsdf type=\"normalmap\">" + paint + "</bsdf>", 2,
                             {"need a nested <texture name=\"normalmap\">"});
   check_bsdf_error("bumpmap", paint, {"0 textures", "heights"});
+  std::string twice = paint;  // seven times: 128 surfaces
+  for (int i = 0; i < 6; ++i) twice = "<bsdf type=\"blendbsdf\">" + number("weight", "0.5") + twice + twice + "</bsdf>";
+  SceneFolder().check_error("<bsdf type=\"blendbsdf\">" + number("weight", "0.5") + twice + twice + "</bsdf>", 2,
+                            {"128 surfaces", "64"});
+  check_bsdf_error("dictionary", text("weights", "1 2") + paint, {"2 weights", "1 nested"});
+  check_bsdf_error("dictionary", text("weights", "1 -2") + paint + paint, {"weight 1 is -2"});
+  check_bsdf_error("dictionary", text("weights", "0, 0") + paint + paint, {"sum", "above 0"});
+  SceneFolder().check_error("<bsdf type=\"dictionary\">" + text("weights", "1") + "</bsdf>", 2, {"empty"});
+  SceneFolder().check_error("<bsdf type=\"dictionary\">" + paint + paint + "</bsdf>", 2, {"no \"weights\""});
   check_bsdf_error("bumpmap", paint + "<texture type=\"checkerboard\"/>", {"\"checkerboard\"", "bitmap"});
   check_bsdf_error("twosided", paint + paint + paint, {"3 nested <bsdf>"});
   check_bsdf_error("twosided", "<bsdf type=\"mask\">" + paint + "</bsdf>", {"\"mask\"", "around twosided"});
@@ -325,7 +339,7 @@ TEST_CASE("faulty textures are refused") {
   folder.check_error(diffuse(text("filename", "t.png") + "\n" + text("wrap_mode", "tile")), 4,
                      {"\"tile\"", "\"repeat\""});
   folder.check_error("<bsdf type=\"diffuse\"><texture type=\"volume\" name=\"reflectance\"/></bsdf>", 2,
-                     {"\"volume\"", "\"checkerboard\" or \"mesh_attribute\""});
+                     {"\"volume\"", "\"bitmap\", \"checkerboard\" or \"mesh_attribute\""});
   ExrImage image{1, 1, {"R", "G", "B"}, {0.5f, 2.0f, 0.5f}, {}};
   write_exr(folder.path("t.exr"), image);
   folder.check_error("\n" + diffuse(text("filename", "t.exr")), 3, {"to 2", "[0, 1]"});
