@@ -34,10 +34,11 @@ struct GradientRenderer::State {
     JobRecord job = append_scene(scene, options.sensor, data);
     job.seed_low = static_cast<unsigned>(options.seed);
     job.seed_high = static_cast<unsigned>(options.seed >> 32);
-    derivatives = derivative_data(scene, options.derivatives, job, data);
+    derivatives = derivative_data(scene, options.derivatives, job, data, true);
     DerivativeData on_device;  // paths carry nothing
     on_device.functions = derivatives.functions;
     on_device.numbers = derivatives.numbers;
+    on_device.textures = derivatives.textures;
     const std::vector<Parameter> all = list_parameters(scene);
     for (std::size_t p = 0; p < derivatives.parts.size(); ++p) {
       DerivativeRecord& record = derivatives.derivatives[p];
@@ -69,7 +70,7 @@ struct GradientRenderer::State {
     const bool by_channel = part.colour && wavefront->throughput_channels() == 3;
     const auto at = static_cast<std::size_t>(part.first + part.place(by_channel ? static_cast<int>(channel) : 0));
     const float value = data.numbers[at];
-    const int coordinate = part.model->number_of(part.slot).coordinate;
+    const int coordinate = part.texels >= 0 ? COORDINATE_ITSELF : part.model->number_of(part.slot).coordinate;
     const float scale = coordinate == COORDINATE_ITSELF   ? 1
                         : coordinate == COORDINATE_COSINE ? 1 - value * value
                                                           : value;
@@ -95,6 +96,26 @@ struct GradientRenderer::State {
         }
     }
     return pulls;
+  }
+
+  // One for each parameter.
+  std::vector<Bitmap> develop_texels(const std::vector<std::int64_t>& sums, double quantum) const {
+    std::vector<Bitmap> result(static_cast<std::size_t>(derivatives.images()));
+    for (const DifferentiatedTexture& texture : derivatives.textures) {
+      Bitmap& of = result[static_cast<std::size_t>(texture.image)];
+      of = {texture.bitmap->width, texture.bitmap->height, texture.bitmap->channels, {}};
+      const auto first = static_cast<std::size_t>(texture.first_texel);
+      for (std::size_t i = first; i < first + texture.texels(); ++i) {
+        const std::int64_t* sum = sums.data() + i * channels();
+        if (of.channels == 1)  // moves all channels of the radiance
+          of.data.push_back(static_cast<float>(quantum * static_cast<double>(std::accumulate(
+                                                             sum, sum + channels(), std::int64_t{0}))));
+        else
+          for (std::size_t c = 0; c < channels(); ++c)
+            of.data.push_back(static_cast<float>(quantum * static_cast<double>(sum[c])));
+      }
+    }
+    return result;
   }
 
   WeighedDerivatives develop(const std::vector<std::int64_t>& sums, double quantum) const {
@@ -206,7 +227,9 @@ WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<
     if (s.options.progress)
       s.options.progress(0.5 + 0.5 * static_cast<double>(l + 1) / static_cast<double>(traced.launches.size()));
   }
+  std::vector<Bitmap> texels = s.develop_texels(s.wavefront->texel_gradient(), quantum);
   WeighedDerivatives result = s.develop(s.wavefront->take_gradient(), quantum);
+  result.texels = std::move(texels);
   result.render_s = seconds_since(start);
   return result;
 }

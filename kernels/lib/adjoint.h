@@ -6,10 +6,15 @@
  *
  * Sums must not depend on the order of paths: they are integers, of products rounded once each. The host scales the
  * pulls so that a unit is 2^-42 of the sum of |pull * radiance| (runtime/gradient_renderer.cpp). Derivatives are d log
- * f / d log number, for g times 1 - g^2 (shared/declaration.h): of order 1, so that one scale suits all. */
+ * f / d log number, for g times 1 - g^2 (shared/declaration.h): of order 1, so that one scale suits all.
+ *
+ * By the texels of a bitmap that stands for a number the gradient is that by the number itself, times the weights with
+ * which the bitmap's texels were looked up. Of these sums there is one for each texel and channel of the radiance, with
+ * no sets of pixels; work-items share them. */
 #ifndef ITN_ADJOINT_H
 #define ITN_ADJOINT_H
 #include "lib/launch.h"
+#include "lib/texture.h"
 
 #if ADJOINT
 #define FIRST_LIGHT_NUMBER (NUMBERS * RADIANCE_CHANNELS)
@@ -71,16 +76,41 @@ inline bool is_summed(int k, int model, int channel) {
   return summed[k].model == model && ((own < 0) | (THROUGHPUT_CHANNELS == 1) | (own == channel));
 }
 
+/* To a sum that work-items share: carries arrive once each, in whatever order. */
+inline void add_shared(__global uint* sum, long x) {
+  const uint low = (uint)as_ulong(x), high = (uint)(as_ulong(x) >> 32), before = atomic_add(sum, low);
+  const uint rest = high + (before + low < low ? 1u : 0u);
+  if (rest) atomic_add(sum + 1, rest);
+}
+
 inline void add_to_gradient(const Launch* launch, int number, long x) {
   __global uint* sum = launch->gradient + 2 * number;
 #if FUSED
   *(__global long*)sum += x;
 #else
-  /* carries arrive once each, in whatever order */
-  const uint low = (uint)as_ulong(x), high = (uint)(as_ulong(x) >> 32), before = atomic_add(sum, low);
-  atomic_add(sum + 1, high + (before + low < low ? 1u : 0u));
+  add_shared(sum, x);
 #endif
 }
+
+#if TEXEL_SUMS
+/* What was pulled for n[...] in a channel, to the texels that it is made of. number: where its texture is told;
+ * u, v: as of load_number */
+inline void add_to_texels(const Launch* launch, int number, int channel, float u, float v, long x) {
+  const int texture = launch->number_textures[number];
+  if (texture < 0 || x == 0) return;
+  __global const TextureRecord* t = launch->textures + texture;
+  if (t->gradient < 0) return;
+  int which[4];
+  float to[2], weight[4];
+  texture_place(t, u, v, to);
+  const int shown = bitmap_texels(t, to[0], to[1], which, weight);
+  UNROLL_FOR(int k = 0; k < 4; ++k) {
+    if (k >= shown) continue;
+    const size_t sum = (size_t)(t->gradient + which[k]) * RADIANCE_CHANNELS + channel;
+    add_shared(launch->texel_gradient + 2 * sum, convert_long_rte(weight[k] * (float)x));
+  }
+}
+#endif
 
 /* Products that no integer could hold: counted in the first set. */
 inline void add_lost(const Launch* launch, MASK mask) {
@@ -96,10 +126,17 @@ inline INT gradient_set(const Launch* launch, __global const JobRecord* job, con
   return (row & (GRADIENT_ROWS - 1)) * GRADIENT_COLUMNS + ((pixel - row * width) & (GRADIENT_COLUMNS - 1));
 }
 
-/* What was pulled for the numbers of a model, to the sums of each lane's instance, which begins at first. */
+/* What was pulled for the numbers of a model, to the sums of each lane's instance, which begins at first. uv: where its
+ * textures were looked up; null: it has none. */
 inline void add_pulled(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
-                       const Pulled* p, int model, INT first) {
+                       const Pulled* p, int model, INT first, const REAL uv[]) {
   Lanes at;
+#if TEXEL_SUMS
+  Lanes u, v, instance;
+  u.real = uv ? uv[0] : (REAL)(0.0f);
+  v.real = uv ? uv[1] : (REAL)(0.0f);
+  instance.integer = first;
+#endif
   at.integer = gradient_set(launch, job, pool, slots) * SUMS_OF_A_SET + first * RADIANCE_CHANNELS;
   const uint bits = lane_bits(mask);
   UNROLL_FOR(int k = 0; k < SUMS; ++k)
@@ -108,6 +145,11 @@ inline void add_pulled(const Launch* launch, __global const JobRecord* job, cons
       LongLanes sum;
       sum.integer = p->sum[k * RADIANCE_CHANNELS + c];
       FOR_EACH_LANE(l, bits) add_to_gradient(launch, at.i[l] + summed[k].at * RADIANCE_CHANNELS + c, sum.i[l]);
+#if TEXEL_SUMS
+      if (summed[k].texels < 0 || uv == 0) continue;
+      FOR_EACH_LANE(l, bits)
+      add_to_texels(launch, instance.i[l] + summed[k].texels, c, u.f[l], v.f[l], sum.i[l]);
+#endif
     }
   add_lost(launch, mask & p->beyond);
 }

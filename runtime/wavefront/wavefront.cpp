@@ -66,7 +66,7 @@ std::vector<SumRecord> sums_of(const DerivativeData& derivatives, int throughput
     if (!part.model) continue;
     const bool by_channel = part.colour && throughput_channels == 3;
     for (int c = 0; c < (by_channel ? 3 : 1); ++c)
-      add({part.model->id, part.slot + c, by_channel ? c : -1, part.origin, part.place(c)});
+      add({part.model->id, part.slot + c, by_channel ? c : -1, part.origin, part.place(c), part.texels});
   }
   return sums;
 }
@@ -89,9 +89,10 @@ std::map<std::string, std::string> features(const LaunchData& data, const Deriva
     result["MEDIA"] = std::to_string(data.media.size());
     result["NUMBERS"] = std::to_string(data.numbers.size());
     result["SUMS"] = std::to_string(sums.size());
+    result["TEXEL_SUMS"] = std::to_string(!derivatives.textures.empty());
     for (const SumRecord& r : sums)
-      result["SUM_RECORDS"] += fmt::format("{{{},{},{},{},{}}},", r.model, r.slot, r.channel, r.origin, r.at);
-    result["SUM_RECORDS"] += "{0,0,0,0,0}";
+      result["SUM_RECORDS"] += fmt::format("{{{},{},{},{},{},{}}},", r.model, r.slot, r.channel, r.origin, r.at, r.texels);
+    result["SUM_RECORDS"] += "{0,0,0,0,0,-1}";
   }
   result["DERIVATIVES"] = std::to_string(derivatives.images());
   result["PARTS"] = std::to_string(derivatives.parts.size());
@@ -169,6 +170,7 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   if (adjoint_ && definitions["BASELINES"] == "1") floats_a_sample_ += throughput_channels_;
   if (adjoint_) {
     numbers_ = (data.numbers.size() + derivatives.derivatives.size()) * static_cast<std::size_t>(channels_);
+    texels_ = derivatives.texels() * static_cast<std::size_t>(channels_);
   }
   clear_gradient();
   const std::size_t bytes_a_sample = static_cast<std::size_t>(floats_a_sample_) * sizeof(float);
@@ -221,11 +223,14 @@ void Wavefront::replay(const std::vector<JobSlice>& slices, const std::vector<fl
   trace_jobs(slices, Purpose::replay, at);
 }
 
-// Of every work-item a gradient of its own.
+// Of every work-item a gradient of its own, but for that by texels.
 void Wavefront::clear_gradient() {
   const std::size_t sums = adjoint_ ? static_cast<std::size_t>(workers_) * GRADIENT_SETS * (numbers_ + 1) : 1;
   buffers_.gradient = cl::Buffer();  // its memory first
   buffers_.gradient = device_.upload(std::vector<std::int64_t>(sums), "gradient");
+  buffers_.texel_gradient = cl::Buffer();
+  buffers_.texel_gradient =
+      device_.allocate_zeroed(std::max(std::size_t{1}, texels_) * sizeof(std::int64_t), "gradient by texels");
 }
 
 std::vector<std::int64_t> Wavefront::take_gradient() {
@@ -235,6 +240,12 @@ std::vector<std::int64_t> Wavefront::take_gradient() {
   clear_gradient();
   for (std::size_t i = 0; i < all.size(); ++i) sum[i % size] += all[i];
   return sum;
+}
+
+std::vector<std::int64_t> Wavefront::texel_gradient() const {
+  std::vector<std::int64_t> sums(texels_);
+  if (texels_ > 0) device_.download(buffers_.texel_gradient, sums);
+  return sums;
 }
 
 // A pilot of every job: pixels spread evenly over its film, and samples that no image takes.
