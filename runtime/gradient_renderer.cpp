@@ -108,8 +108,8 @@ struct GradientRenderer::State {
       for (std::size_t i = first; i < first + texture.texels(); ++i) {
         const std::int64_t* sum = sums.data() + i * channels();
         if (of.channels == 1)  // moves all channels of the radiance
-          of.data.push_back(static_cast<float>(quantum * static_cast<double>(std::accumulate(
-                                                             sum, sum + channels(), std::int64_t{0}))));
+          of.data.push_back(static_cast<float>(
+              quantum * static_cast<double>(std::accumulate(sum, sum + channels(), std::int64_t{0}))));
         else
           for (std::size_t c = 0; c < channels(); ++c)
             of.data.push_back(static_cast<float>(quantum * static_cast<double>(sum[c])));

@@ -147,8 +147,7 @@ inline void add_pulled(const Launch* launch, __global const JobRecord* job, cons
       FOR_EACH_LANE(l, bits) add_to_gradient(launch, at.i[l] + summed[k].at * RADIANCE_CHANNELS + c, sum.i[l]);
 #if TEXEL_SUMS
       if (summed[k].texels < 0 || uv == 0) continue;
-      FOR_EACH_LANE(l, bits)
-      add_to_texels(launch, instance.i[l] + summed[k].texels, c, u.f[l], v.f[l], sum.i[l]);
+      FOR_EACH_LANE(l, bits) add_to_texels(launch, instance.i[l] + summed[k].texels, c, u.f[l], v.f[l], sum.i[l]);
 #endif
     }
   add_lost(launch, mask & p->beyond);

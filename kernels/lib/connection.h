@@ -16,7 +16,7 @@ typedef struct {
   REAL passage[FIELD_CHANNELS]; /* thickness */
   const Phase* phase;
   REAL cosine;
-  int model; /* of the surface's BSDF; MODEL_none */
+  int model;               /* of the surface's BSDF; MODEL_none */
   const REAL *n, *texture; /* its numbers, and where they were looked up */
   const Step* surface;
   MASK mask;
@@ -53,7 +53,8 @@ inline void pull_connection(const Launch* launch, __global const JobRecord* job,
   add_connection_start(job, &own, start);
   if (start->medium) sum_medium(launch, job, pool, slots, &own, start->medium, mask);
   if (start->phase) sum_phase(launch, job, pool, slots, &own, start->phase, mask);
-  if (start->surface) sum_scores(launch, job, pool, slots, &own, start->model, start->surface->first, start->texture, mask);
+  if (start->surface)
+    sum_scores(launch, job, pool, slots, &own, start->model, start->surface->first, start->texture, mask);
   for (int m = 0; m < MEDIA; ++m) {
     REAL thickness[FIELD_CHANNELS];
     MASK passes = (MASK)(0);

@@ -102,7 +102,8 @@ class Builder {
     DerivativeRecord record{{0, 0, 0}, static_cast<int>(launch_.environments.size()), -1, {0, 0, 0}};
     const EnvironmentRecord light = launch_.environments[static_cast<std::size_t>(job_.environment)];
     launch_.environments.push_back(environment_derivative(*scene_.environment, p, light, launch_.light_tables));
-    if (const std::string formula = scene_.environment->model->formula; !formula.empty()) data_.functions[formula] = {0};
+    if (const std::string formula = scene_.environment->model->formula; !formula.empty())
+      data_.functions[formula] = {0};
     add_light_part(record, image);
   }
 

@@ -30,8 +30,8 @@ inline bool is_of_light(const DerivativeRecord& derivative) {
 
 // A texture by whose texels the derivative is.
 struct DifferentiatedTexture {
-  int image = 0;           // which derivative it is
-  int first_texel = 0;     // of the sums by texels (TextureRecord::gradient)
+  int image = 0;        // which derivative it is
+  int first_texel = 0;  // of the sums by texels (TextureRecord::gradient)
   const Bitmap* bitmap = nullptr;
   std::size_t texels() const {
     return static_cast<std::size_t>(bitmap->width) * static_cast<std::size_t>(bitmap->height);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numeric>
 
 #include "kernels/shared/declaration.h"
 #include "runtime/base/error.h"
@@ -59,12 +60,16 @@ class List {
     }
   }
 
-  // by_texels: as of Parameter, but for what the model has against it
-  void bitmap(const Instance& instance, const DeclaredParameter& p, const Range& range) {
+  // The model's obstacles are asked for at the mean texel: what is in the way of a few texels only leaves them out.
+  void bitmap(const Instance& instance, const DeclaredParameter& p, const Bitmap& of, const Range& range) {
     const Model& model = *instance.model;
     const int role = model.number_called(p.name).role;
     const bool fixed = role == ROLE_FIXED || role == ROLE_NORMAL || role == ROLE_BUMP;
-    const char* why_not = fixed ? textured_value : model.obstacle(instance.slots().data(), p.slot);
+    const std::vector<float>& texels = of.data;
+    std::vector<double> slots = instance.slots();
+    std::fill_n(slots.begin() + p.slot, p.kind.channels,
+                std::accumulate(texels.begin(), texels.end(), 0.0) / static_cast<double>(texels.size()));
+    const char* why_not = fixed ? textured_value : model.obstacle(slots.data(), p.slot);
     const bool by_texels = owner_ == Owner::bsdf && std::string(why_not).empty();
     number(p.shown(), std::nan(""), range, by_texels ? bitmap_value : why_not, p.unit);
     parameters.back().by_texels = by_texels;
@@ -85,7 +90,7 @@ class List {
       if (of.is_grid())
         number(p.shown(), std::nan(""), range, grid_value, p.unit);
       else if (of.bitmap)
-        bitmap(instance, p, range);
+        bitmap(instance, p, *of.bitmap, range);
       else if (!of.is_constant())
         number(p.shown(), std::nan(""), range, textured_value, p.unit);
       else if (p.kind.channels == 3)

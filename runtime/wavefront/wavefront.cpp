@@ -91,7 +91,8 @@ std::map<std::string, std::string> features(const LaunchData& data, const Deriva
     result["SUMS"] = std::to_string(sums.size());
     result["TEXEL_SUMS"] = std::to_string(!derivatives.textures.empty());
     for (const SumRecord& r : sums)
-      result["SUM_RECORDS"] += fmt::format("{{{},{},{},{},{},{}}},", r.model, r.slot, r.channel, r.origin, r.at, r.texels);
+      result["SUM_RECORDS"] +=
+          fmt::format("{{{},{},{},{},{},{}}},", r.model, r.slot, r.channel, r.origin, r.at, r.texels);
     result["SUM_RECORDS"] += "{0,0,0,0,0,-1}";
   }
   result["DERIVATIVES"] = std::to_string(derivatives.images());

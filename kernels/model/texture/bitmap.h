@@ -32,8 +32,8 @@ inline int bitmap_texels(__global const TextureRecord* t, float u, float v, int 
   const float left = floor(x - 0.5f), top = floor(y - 0.5f), a = x - 0.5f - left, b = y - 0.5f - top;
   UNROLL_FOR(int k = 0; k < 4; ++k) {
     const int right = k & 1, below = k >> 1;
-    which[k] = wrap_texel((int)top + below, t->height, t->wrap) * t->width +
-               wrap_texel((int)left + right, t->width, t->wrap);
+    which[k] =
+        wrap_texel((int)top + below, t->height, t->wrap) * t->width + wrap_texel((int)left + right, t->width, t->wrap);
     weight[k] = (right ? a : 1 - a) * (below ? b : 1 - b);
   }
   return 4;
