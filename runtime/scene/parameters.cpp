@@ -14,7 +14,7 @@ namespace itn {
 namespace {
 
 const char* const textured_value = "a texture, not a number";
-const char* const bitmap_value = "a bitmap, not a number: itn gradient and itn invert take it texel by texel";
+const char* const bitmap_value = "a texture, not a number; itn gradient and itn invert take it texel by texel";
 const char* const grid_value = "a grid of voxels, not a number; scale and a constant albedo are numbers";
 
 struct Range {

@@ -112,6 +112,18 @@ TEST_CASE("a texture cannot be set to a number") {
                     Catch::Contains("tiles.reflectance") && Catch::Contains("texture"));
 }
 
+TEST_CASE("a bitmap is differentiated by its texels, and can be replaced wherever it is") {
+  itn::Scene scene = scene_of_every_kind("constant");
+  const itn::Parameter p = itn::find_parameter(itn::list_parameters(scene), "tiles.reflectance");
+  CHECK(p.by_texels);
+  CHECK_THAT(p.not_differentiable, Catch::Contains("texel by texel"));
+  auto other = std::make_shared<itn::Bitmap>(*itn::bitmap_of(scene, p));
+  other->data[0] = 0.125F;
+  itn::set_bitmap(scene, p, other);
+  CHECK(itn::bitmap_of(scene, p) == other);
+  CHECK(!itn::find_parameter(itn::list_parameters(scene), "wall.reflectance").by_texels);
+}
+
 TEST_CASE("the colours of a texture are parameters by its id, and set wherever it is") {
   itn::Scene scene = scene_of_every_kind("constant");
   const auto all = itn::list_parameters(scene);
