@@ -115,7 +115,8 @@ PLUGINS = [
     ('bsdf', 'principled', '', '', SURFACES),
     ('bsdf', 'principledthin', '', '', SURFACES),
     ('bsdf', 'blendbsdf', number('weight', 0.5) + DIFFUSE + '<bsdf type="dielectric"/>',
-     'with a mirror, or with an opaque surface beside one that light passes, Mitsuba 3.9.1 counts light twice', SURFACES),
+     'beside a mirror Mitsuba 3.9.1 is too dark: it weighs the mirror\'s direction by the densities of the other surface, '
+     'too; with an opaque surface beside one that light passes it counts light twice', SURFACES),
     ('bsdf', 'mask', DIFFUSE, 'what passes it does not count in max_depth and light is connected through it, as in '
      'volpath; in path it counts, and point lights do not shine through it', SURFACES),
     ('bsdf', 'twosided', DIFFUSE, 'allow_transmission is false', SURFACES),

@@ -113,10 +113,10 @@ BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
   return r;
 }
 
-// The boundary that light connections out of a medium assume: a rough one around it.
+// The boundary that light connections out of a medium assume: a rough one around it, of facets with `alpha` and `eta`.
 bool is_rough_boundary(const Bsdf& bsdf) {
-  return bsdf.model &&
-         (bsdf.model->id == MODEL_rough_dielectric || bsdf.model->id == MODEL_rough_dielectric_anisotropic);
+  constexpr int others = BSDF_SMOOTH | BSDF_PARTLY_SMOOTH | BSDF_THIN | BSDF_BROAD | BSDF_STRUCTURE;
+  return bsdf.model && (bsdf.model->traits & (BSDF_TRANSMITS | others)) == BSDF_TRANSMITS;
 }
 
 // The values on a mesh of which a texture shows an attribute: those at the corners of each triangle.

@@ -146,6 +146,11 @@ TEST_CASE("metals have Mitsuba's names") {
   const Bsdf none = load_bsdf("<bsdf type=\"roughconductor\">" + text("material", "none") +
                               "<rgb name=\"eta\" value=\"1 2 3\"/></bsdf>");
   CHECK(none.value("eta").value == Rgb{1, 2, 3});
+  const Bsdf measured = load_bsdf(
+      "<bsdf type=\"conductor\"><spectrum name=\"k\" value=\"300:1.92, 400:1.95, 500:1.95, 600:2.97, 700:3.8, "
+      "800:5.12\"/></bsdf>");
+  CHECK(measured.value("k").value[0] == Approx(3.38869).epsilon(1e-5));  // above 1, as no reflectance is
+  CHECK(measured.value("k").value[2] == Approx(1.87516).epsilon(1e-5));
   check_bsdf_error("conductor", text("material", "Gold"), {"\"material\"", "unknown metal \"Gold\""});
   check_bsdf_error("conductor", "<rgb name=\"k\" value=\"1 2 3\"/>" + text("material", "Au"),
                    {"\"k\"", "one or the other"});
@@ -324,7 +329,7 @@ TEST_CASE("faulty textures are refused") {
   folder.check_error(diffuse(text("filename", "t.png") + "\n" + text("wrap_mode", "tile")), 4,
                      {"\"tile\"", "\"repeat\""});
   folder.check_error("<bsdf type=\"diffuse\"><texture type=\"volume\" name=\"reflectance\"/></bsdf>", 2,
-                     {"\"volume\"", "\"bitmap\" or \"checkerboard\""});
+                     {"\"volume\"", "\"bitmap\", \"checkerboard\" or \"mesh_attribute\""});
   ExrImage image{1, 1, {"R", "G", "B"}, {0.5f, 2.0f, 0.5f}, {}};
   write_exr(folder.path("t.exr"), image);
   folder.check_error("\n" + diffuse(text("filename", "t.exr")), 3, {"to 2", "[0, 1]"});

@@ -23,7 +23,7 @@ constexpr double significance = 1e-4;
 std::vector<std::string> quiet_parameters(const Scene& scene) {
   std::vector<std::string> names;
   for (const Parameter& p : list_parameters(scene)) {
-    const bool random_decision = p.member == "sigma_t" || p.member == "scale" || p.member == "albedo" ||
+    const bool random_decision = p.member == "sigma_t" || p.is(Owner::medium, "scale") || p.member == "albedo" ||
                                  p.member == "g" || p.member == "alpha" || p.member == "int_ior";
     if (p.not_differentiable.empty() && random_decision) names.push_back(p.name);
   }

@@ -24,7 +24,7 @@ const std::map<std::string, Metal>& metals() {
 
 Rgb parse_metal(Properties& properties, const std::string& name, double fallback) {
   const std::string material = properties.text("material", "none");
-  if (material == "none") return properties.color(name, {{fallback, fallback, fallback}}).value;
+  if (material == "none") return properties.color(name, {{fallback, fallback, fallback}}, Quantity::unbounded).value;
   if (properties.has(name)) properties.fail_at(name, quote(name) + " and \"material\" given; need one or the other");
   const auto found = metals().find(material);
   if (found != metals().end()) return name == "eta" ? found->second.eta : found->second.k;
