@@ -59,6 +59,7 @@ bool by_replay(const Options& options, const std::vector<Parameter>& textures) {
 struct ImageLoss {
   LossGradient loss;
   std::vector<Bitmap> texels;  // as of WeighedDerivatives
+  double trace_s = 0;          // of replayed paths
   double exposure = 1;
 };
 
@@ -92,6 +93,7 @@ ImageLoss from_replayed_paths(const Device& device, const Scene& scene, const Re
   result.loss.gradient = gradient.value;
   result.loss.gradient_stderr = gradient.stderr_;
   result.texels = std::move(gradient.texels);
+  result.trace_s = gradient.render_s;
   return result;
 }
 
@@ -143,7 +145,7 @@ double norm(const Bitmap& bitmap) {
 
 nlohmann::ordered_json to_json(const LossGradient& result, const Options& options, bool replay,
                                const std::vector<double>& exposures, const std::vector<TextureGradient>& textures,
-                               double scene_s, double render_s) {
+                               double scene_s, double render_s, double trace_s) {
   nlohmann::ordered_json gradient = nlohmann::ordered_json::object();
   for (std::size_t p = 0; p < options.parameters.size(); ++p)
     gradient[options.parameters[p]] = {{"value", result.gradient[p]}, {"stderr", result.gradient_stderr[p]}};
@@ -155,6 +157,8 @@ nlohmann::ordered_json to_json(const LossGradient& result, const Options& option
     entry["texels"] = {{"file", texture.file},          {"width", of.width}, {"height", of.height},
                        {"channels", channel_names(of)}, {"sum", sum},        {"norm", norm(of)}};
   }
+  nlohmann::ordered_json time{{"scene_s", scene_s}, {"render_s", render_s}};
+  if (replay) time["trace_s"] = trace_s;
   return {{"schema", "itn.gradient/1"},
           {"scene", options.scene},
           {"operator", name_of(options.op)},
@@ -163,7 +167,7 @@ nlohmann::ordered_json to_json(const LossGradient& result, const Options& option
           {"loss_stderr", result.loss_stderr},
           {"exposures", exposures},
           {"gradient", gradient},
-          {"time", {{"scene_s", scene_s}, {"render_s", render_s}}}};
+          {"time", time}};
 }
 
 void run(Options options) {
@@ -183,6 +187,7 @@ void run(Options options) {
 
   std::vector<LossGradient> losses;
   std::vector<double> exposures;
+  double trace_s = 0;
   Progress progress(options.scene, static_cast<double>(sensors.size()), "images", !common.quiet);
   for (std::size_t t = 0; t < sensors.size(); ++t) {
     RenderOptions render_options;
@@ -204,6 +209,7 @@ void run(Options options) {
     exposures.push_back(image.exposure);
     losses.push_back(image.loss);
     add_texels(by_texels, options, image.texels);
+    trace_s += image.trace_s;
   }
   progress.clear();
   const LossGradient result = mean_of(losses);
@@ -218,7 +224,7 @@ void run(Options options) {
       fmt::print("d loss / d texels of {}: norm {:.6g}, in {}\n", gradient.parameter, norm(gradient.texels),
                  gradient.file);
   }
-  write_json(common, to_json(result, options, replay, exposures, by_texels, scene_s, seconds() - scene_s));
+  write_json(common, to_json(result, options, replay, exposures, by_texels, scene_s, seconds() - scene_s, trace_s));
 }
 
 }  // namespace

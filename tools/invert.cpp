@@ -65,7 +65,6 @@ nlohmann::ordered_json request(const Options& o, const Device& device) {
           {"noise", o.noise},
           {"exposure", o.inversion.exposure},
           {"learning_rate", o.inversion.learning_rate},
-          {"smoothness", o.smoothness},
           {"device", device.info().name + ", " + device.info().platform}};
 }
 
@@ -136,8 +135,10 @@ void find_textures(const Options& options, const Scene& scene, const std::vector
   render_options.seed = options.common.seed;
   render_options.op = options.op;
   render_options.cancel = &interrupt_flag();
+  StoredRun::Json asked = request(options, device);
+  asked["smoothness"] = options.smoothness;
   invert_textures({options.common, options.scene, options.folder, options.parameters, options.images, how}, scene,
-                  targets, device, render_options, request(options, device));
+                  targets, device, render_options, asked);
 }
 
 void run(Options options) {
@@ -263,7 +264,7 @@ void add_invert(CLI::App& app) {
   add_open_option(*command, options->common);
   command->callback([options, command] {
     for (const char* name : {"--noise", "--init", "--start", "--starts", "--prior"})
-      if (command->count(name) > 0) options->only_numbers.push_back(name);
+      if (command->count(name) > 0) options->only_numbers.emplace_back(name);
     if (command->count("--method") > 0 && options->method != "adam")
       options->only_numbers.push_back("--method " + options->method);
     run(*options);

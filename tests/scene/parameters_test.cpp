@@ -25,7 +25,8 @@ itn::Scene scene_of_every_kind(const std::string& environment) {
   const char* const ids[] = {"paint", "glass", "frost", "tiles", "wall", "floor"};
   for (std::size_t i = 0; i < 6; ++i) scene.bsdfs[i].id = ids[i];
   scene.bsdfs[0].value("reflectance").value = {0.1, 0.2, 0.3};
-  scene.bsdfs[3].value("reflectance") = itn::make_bitmap(std::make_shared<itn::Bitmap>());
+  scene.bsdfs[3].value("reflectance") =
+      itn::make_bitmap(std::make_shared<itn::Bitmap>(itn::Bitmap{1, 1, 3, {0.5F, 0.5F, 0.5F}}));
   for (const std::size_t i : {4, 5}) {  // share a texture
     scene.bsdfs[i].value("reflectance").become(*itn::find_texture("checkerboard"));
     scene.bsdfs[i].value("reflectance").id = "board";
