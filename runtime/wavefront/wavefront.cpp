@@ -25,6 +25,7 @@ constexpr int staged_slots_a_cpu_unit = 1 << 12;
 constexpr std::size_t gpu_local = 64, cpu_local = 1;
 constexpr int medium_events = 64;  // a state load at most
 constexpr int free_queue = QUEUE_FREE;
+constexpr std::uint64_t most_texel_sums = std::uint64_t{256} << 20;  // bytes, where each work-item has its own
 
 // The pilot that learns baselines: paths a job; its samples of a pixel begin at the last, beyond those of any image.
 constexpr int pilot_paths = 1 << 13, pilot_sample = 1 << 30;
@@ -127,6 +128,12 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   slots_ = fused_ ? fused_slots
            : cpu  ? std::min(staged_slots, staged_slots_a_cpu_unit * device.info().compute_units)
                   : staged_slots;
+  if (adjoint_) {
+    texels_ = derivatives.texels() * static_cast<std::size_t>(channels_);
+    const std::uint64_t room = std::min<std::uint64_t>(most_texel_sums, device.free_memory() / 8);
+    own_texels_ = fused_ && static_cast<std::uint64_t>(workers_) * texels_ * sizeof(std::int64_t) <= room;
+    definitions["OWN_TEXELS"] = std::to_string(own_texels_ ? texels_ : 0);
+  }
   definitions["WIDTH"] = std::to_string(width_);
   definitions["FUSED"] = std::to_string(fused_);
   definitions["SLOTS"] = std::to_string(slots_);
@@ -171,7 +178,6 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   if (adjoint_ && definitions["BASELINES"] == "1") floats_a_sample_ += throughput_channels_;
   if (adjoint_) {
     numbers_ = (data.numbers.size() + derivatives.derivatives.size()) * static_cast<std::size_t>(channels_);
-    texels_ = derivatives.texels() * static_cast<std::size_t>(channels_);
   }
   clear_gradient();
   const std::size_t bytes_a_sample = static_cast<std::size_t>(floats_a_sample_) * sizeof(float);
@@ -230,8 +236,9 @@ void Wavefront::clear_gradient() {
   buffers_.gradient = cl::Buffer();  // its memory first
   buffers_.gradient = device_.upload(std::vector<std::int64_t>(sums), "gradient");
   buffers_.texel_gradient = cl::Buffer();
+  const std::size_t copies = own_texels_ ? static_cast<std::size_t>(workers_) : 1;
   buffers_.texel_gradient =
-      device_.allocate_zeroed(std::max(std::size_t{1}, texels_) * sizeof(std::int64_t), "gradient by texels");
+      device_.allocate_zeroed(std::max(std::size_t{1}, texels_ * copies) * sizeof(std::int64_t), "gradient by texels");
 }
 
 std::vector<std::int64_t> Wavefront::take_gradient() {
@@ -244,8 +251,11 @@ std::vector<std::int64_t> Wavefront::take_gradient() {
 }
 
 std::vector<std::int64_t> Wavefront::texel_gradient() const {
-  std::vector<std::int64_t> sums(texels_);
-  if (texels_ > 0) device_.download(buffers_.texel_gradient, sums);
+  if (texels_ == 0) return {};
+  std::vector<std::int64_t> sums(texels_ * (own_texels_ ? static_cast<std::size_t>(workers_) : 1));
+  device_.download(buffers_.texel_gradient, sums);
+  for (std::size_t i = texels_; i < sums.size(); ++i) sums[i % texels_] += sums[i];
+  sums.resize(texels_);
   return sums;
 }
 

@@ -79,6 +79,7 @@ class Wavefront {
   bool adjoint_;
   std::size_t numbers_ = 0;  // of a set of gradients, a channel each
   std::size_t texels_ = 0;   // of textures that are differentiated by, a channel each
+  bool own_texels_ = false;  // has every work-item sums of its own of them?
   int width_, channels_, workers_, slots_;
   std::size_t sample_capacity_;
   std::map<std::string, std::string> features_;  // what the program was made for

@@ -7,6 +7,7 @@
 
 #ifdef __OPENCL_VERSION__
 inline int wrap_texel(int i, int size, int wrap) {
+  if (i >= 0 && i < size) return i; /* most are: divisions are slow */
   if (wrap == TEXTURE_CLAMP) return clamp(i, 0, size - 1);
   int period = wrap == TEXTURE_MIRROR ? 2 * size : size;
   i = i % period;
