@@ -1,10 +1,11 @@
 """What `itn gradient` by a texture is compared with: the same gradient in Mitsuba 3 (tools/peers installs it).
 
-    gradient_mitsuba.py SCENE TARGET GRADIENT [-D name=value ...] [--spp 64] [--runs 3] [--seed 0]
+    gradient_mitsuba.py SCENE TARGET GRADIENT... [-D name=value ...] [--spp 64] [--runs 3] [--seed 0]
 
 The mean squared difference between prb's image of the scene and TARGET, an image by itn render, differentiated by the
-texels of the scene's one bitmap. GRADIENT is what `itn gradient` wrote for it. Prints the seconds of each run after the first, which compiles,
-and how far both gradients, the mean over the runs here, are apart, over their size.
+texels of the scene's one bitmap. GRADIENT: what `itn gradient` wrote for it, with other seeds. Prints the seconds of each run after the first,
+which compiles; for both programs the size of the mean gradient and the noise of one, root sums of squares over texels; and how far
+the two means are apart.
 """
 import argparse
 import re
@@ -20,7 +21,7 @@ mi.set_log_level(mi.LogLevel.Error)
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument('scene')
 parser.add_argument('target')
-parser.add_argument('gradient')
+parser.add_argument('gradient', nargs='+')
 parser.add_argument('-D', action='append', default=[], metavar='name=value')
 parser.add_argument('--spp', type=int, default=64)
 parser.add_argument('--runs', type=int, default=3)
@@ -57,13 +58,18 @@ def gradient(seed):
     return result
 
 
+def describe(name, gradients):
+    mean = sum(gradients) / len(gradients)
+    noise = np.sqrt(sum(np.sum((g - mean)**2) for g in gradients) / max(1, len(gradients) - 1))
+    print(f'{name}: size {np.linalg.norm(mean):.4g}, noise of one {noise:.4g}')
+    return mean
+
+
 gradient(options.seed)
-total = 0
+theirs = []
 for run in range(options.runs):
     start = time.perf_counter()
-    total = total + gradient(options.seed + 1 + run)
+    theirs.append(gradient(options.seed + 1 + run))
     print(f'{time.perf_counter() - start:.3f} s')
-own = image(options.gradient)
-theirs = total / options.runs
-print(f'size {np.linalg.norm(theirs):.4g} (Mitsuba), {np.linalg.norm(own):.4g} (itn), '
-      f'difference {np.linalg.norm(own - theirs) / np.linalg.norm(theirs):.3g}')
+apart = describe('Mitsuba', theirs) - describe('itn', [image(file) for file in options.gradient])
+print(f'apart: {np.linalg.norm(apart):.4g}')
