@@ -30,7 +30,8 @@ double distance_to_kink(const Scene& scene, const Parameter& p) {
   if (p.member == "turbidity") return std::fabs(p.value - std::round(p.value));
   if (p.member != "int_ior" && p.member != "ext_ior") return std::numeric_limits<double>::infinity();
   const Bsdf& b = scene.bsdfs.at(static_cast<std::size_t>(p.indices.front()));
-  return std::fabs(b.number("int_ior") - b.number("ext_ior"));
+  const auto index = [&](const char* name) { return b.values[b.values_called(p.id, name).at(0)].value[0]; };
+  return std::fabs(index("int_ior") - index("ext_ior"));
 }
 
 }  // namespace

@@ -161,42 +161,6 @@ const char* no_obstacle(const double*, int) { return differentiable; }
     models.push_back(model);                                         \
   }
 
-std::vector<Model> make_bsdf_models() {
-  std::vector<Model> models;
-  BSDF_LIST(ITN_BSDF_MODEL)
-  return models;
-}
-
-std::vector<Model> make_phase_models() {
-  std::vector<Model> models;
-  PHASE_LIST(ITN_PHASE_MODEL)
-  return models;
-}
-
-std::vector<Model> make_medium_models() {
-  std::vector<Model> models;
-  MEDIUM_LIST(ITN_MEDIUM_MODEL)
-  return models;
-}
-
-std::vector<Model> make_light_models() {
-  std::vector<Model> models;
-  LIGHT_LIST(ITN_LIGHT_MODEL)
-  return models;
-}
-
-std::vector<Model> make_nest_models() {
-  std::vector<Model> models;
-  NEST_LIST(ITN_NEST_MODEL)
-  return models;
-}
-
-std::vector<Model> make_environment_models() {
-  std::vector<Model> models;
-  ENVIRONMENT_LIST(ITN_ENVIRONMENT_MODEL)
-  return models;
-}
-
 }  // namespace
 
 const DeclaredParameter& Model::parameter(const std::string& wanted) const {
@@ -217,35 +181,21 @@ const DeclaredNumber& Model::number_called(const std::string& wanted) const {
   throw std::logic_error("model " + name + " has no number " + wanted);
 }
 
-const std::vector<Model>& bsdf_models() {
-  static const std::vector<Model> all = make_bsdf_models();
-  return all;
-}
-
-const std::vector<Model>& phase_models() {
-  static const std::vector<Model> all = make_phase_models();
-  return all;
-}
-
-const std::vector<Model>& medium_models() {
-  static const std::vector<Model> all = make_medium_models();
-  return all;
-}
-
-const std::vector<Model>& light_models() {
-  static const std::vector<Model> all = make_light_models();
-  return all;
-}
-
-const std::vector<Model>& nest_models() {
-  static const std::vector<Model> all = make_nest_models();
-  return all;
-}
-
-const std::vector<Model>& environment_models() {
-  static const std::vector<Model> all = make_environment_models();
-  return all;
-}
+#define ITN_FAMILY(family, LIST, MODEL)         \
+  const std::vector<Model>& family##_models() { \
+    static const std::vector<Model> all = [] {  \
+      std::vector<Model> models;                \
+      LIST(MODEL)                               \
+      return models;                            \
+    }();                                        \
+    return all;                                 \
+  }
+ITN_FAMILY(bsdf, BSDF_LIST, ITN_BSDF_MODEL)
+ITN_FAMILY(phase, PHASE_LIST, ITN_PHASE_MODEL)
+ITN_FAMILY(medium, MEDIUM_LIST, ITN_MEDIUM_MODEL)
+ITN_FAMILY(light, LIGHT_LIST, ITN_LIGHT_MODEL)
+ITN_FAMILY(nest, NEST_LIST, ITN_NEST_MODEL)
+ITN_FAMILY(environment, ENVIRONMENT_LIST, ITN_ENVIRONMENT_MODEL)
 
 const Model& spherical_harmonics_model(int order) {
   static std::mutex access;
@@ -262,6 +212,37 @@ const Model& spherical_harmonics_model(int order) {
 
 int spherical_harmonics_order(const Model& model) {
   return static_cast<int>(std::lround(std::sqrt(static_cast<double>(model.parameters.size())))) - 1;
+}
+
+const Model& dictionary_model(std::size_t entries) {
+  static std::mutex access;
+  static std::map<std::size_t, Model> made;
+  const std::lock_guard lock(access);
+  const auto found = made.find(entries);
+  if (found != made.end()) return found->second;
+  Model model = *find_model(nest_models(), "dictionary");
+  for (std::size_t k = 0; k < entries; ++k) {
+    const std::string index = std::to_string(k);
+    declare(model, ("weight_" + index).c_str(), parameter_kind::NON_NEGATIVE, 1, "");
+    model.numbers.push_back({"share_" + index, model.number_slots++, 1, ROLE_FACTOR, COORDINATE_ITSELF});
+  }
+  model.to_numbers = [entries](int, const std::vector<double>& weights) {
+    std::vector<double> shares(entries);
+    dictionary_shares(entries, weights.data(), shares.data());
+    return shares;
+  };
+  model.jacobian = [entries](int, const std::vector<double>& at) {
+    std::vector<std::vector<double>> by(entries, std::vector<double>(entries));
+    for (std::size_t k = 0; k < entries; ++k) {
+      std::vector<Dual<1>> weights(at.begin(), at.end()), shares(entries);
+      weights[k] = Dual<1>::variable(at[k], 0);
+      dictionary_shares(entries, weights.data(), shares.data());
+      for (std::size_t i = 0; i < entries; ++i) by[i][k] = shares[i].derivative[0];
+    }
+    return by;
+  };
+  model.obstacle = [](const double* weights, int slot) { return dictionary_weight_obstacle(weights[slot]); };
+  return made.emplace(entries, std::move(model)).first->second;
 }
 
 const Model* find_model(const std::vector<Model>& models, const std::string& type) {

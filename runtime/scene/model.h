@@ -82,6 +82,9 @@ const std::vector<Model>& environment_models();  // of light around it: paramete
 const Model& spherical_harmonics_model(int order);
 int spherical_harmonics_order(const Model& model);
 
+// The nest `dictionary` around so many BSDFs: its parameters are weight_0, weight_1, ..., its numbers their shares.
+const Model& dictionary_model(std::size_t entries);
+
 // The first model of that type, or null.
 const Model* find_model(const std::vector<Model>& models, const std::string& type);
 // The first other BSDF of the same type that has the trait, or null.

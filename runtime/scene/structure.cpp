@@ -58,12 +58,16 @@ std::string description(const Structure& s) {
 
 int traits_of_all(const Structure& s) {
   int any = 0, smooth = BSDF_SMOOTH;
+  bool reflects_broadly = false;
   for (const Structure::Leaf& leaf : s.leaves) {
     const int traits = s.traits_of(leaf);
     any |= leaf.piece < 0 ? BSDF_PASSES | BSDF_SMOOTH : traits;
     if (leaf.piece >= 0) smooth &= traits;
+    reflects_broadly |= leaf.piece >= 0 && !(traits & (BSDF_TRANSMITS | BSDF_SMOOTH));
     for (const Structure::Enter& nest : leaf.nests) any |= nest.nest->traits;
   }
+  // A painted part of a boundary is lit as an opaque surface is, by all light.
+  if ((any & BSDF_TRANSMITS) && reflects_broadly) any |= BSDF_BROAD;
   const int kept = any & (BSDF_TRANSMITS | BSDF_THIN | BSDF_ANISOTROPIC | BSDF_PASSES | BSDF_BUMPED | BSDF_BROAD);
   const bool some = (any & (BSDF_SMOOTH | BSDF_PARTLY_SMOOTH)) != 0;
   return BSDF_STRUCTURE | kept | (smooth ? BSDF_SMOOTH : some ? BSDF_PARTLY_SMOOTH : 0);
@@ -201,7 +205,9 @@ Bsdf make_nest(const Instance& nest, const std::vector<Bsdf>& inside) {
 }
 
 std::string refusal_of_nest(const Model& nest, const std::vector<Bsdf>& inside) {
+  std::size_t leaves = 0;
   for (const Bsdf& bsdf : inside) {
+    leaves += parts_of(bsdf).leaves.size();
     const bool passes = !bsdf.model || has(bsdf, BSDF_PASSES);
     if (nest.type == "twosided" && (passes || has(bsdf, BSDF_TRANSMITS)))
       return "what is inside lets light pass; need what reflects it: put a mask around twosided";
@@ -214,6 +220,8 @@ std::string refusal_of_nest(const Model& nest, const std::vector<Bsdf>& inside) 
           "or make one map of the two",
           nest.type);
   }
+  if (leaves > most_leaves)
+    return fmt::format("{} surfaces are nested in it, each as often as it is met; the most is {}", leaves, most_leaves);
   return "";
 }
 

@@ -41,6 +41,9 @@ struct Structure {
   int first_of(int piece) const { return piece < 0 ? 0 : pieces[static_cast<std::size_t>(piece)].first_number; }
 };
 
+// Of one structure. Each is code of the scene's program.
+inline constexpr std::size_t most_leaves = 64;
+
 // The nests that scene files know, in the order of their list.
 const std::vector<Model>& nest_models();
 

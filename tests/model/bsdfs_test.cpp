@@ -72,12 +72,12 @@ std::vector<double> some_parameters(const Model& model) {
   for (const DeclaredParameter& p : model.parameters)
     for (int c = 0; c < p.kind.channels; ++c) {
       const double top = std::min(p.kind.high, 4.0);
-      slots.push_back(p.name == "alpha"        ? 0.35
-                      : p.name == "alpha_u"    ? 0.6
-                      : p.name == "alpha_v"    ? 0.2
-                      : p.name == "ext_ior"    ? 1.0
-                      : p.name == "exponent_u" ? 30
-                      : p.name == "exponent_v" ? 8
+      slots.push_back(p.name == "alpha"     ? 0.35
+                      : p.name == "alpha_u" ? 0.6
+                      : p.name == "alpha_v" ? 0.2
+                      : p.name == "ext_ior" ? 1.0
+                      : p.name == "nu"      ? 30
+                      : p.name == "nv"      ? 8
                       // Ward's two reflectances are added, and must not sum to more than 1
                       : model.type == "ward" && p.kind.channels == 3 ? 0.25 + 0.1 * c
                       : p.name == "int_ior" || (p.name == "eta" && p.kind.channels == 1)

@@ -76,6 +76,13 @@ Bsdf normal_map(const Rgb& colour, const Bsdf& inside) {
 Bsdf twosided(const Bsdf& front, const Bsdf& back) { return make_nest(nest("twosided"), {front, back}); }
 Bsdf twosided(const Bsdf& inside) { return make_nest(nest("twosided"), {inside}); }
 
+Bsdf dictionary(const std::vector<double>& weights, const std::vector<Bsdf>& inside) {
+  Instance of;
+  of.become(dictionary_model(weights.size()));
+  for (std::size_t k = 0; k < weights.size(); ++k) of.values[k].value.fill(weights[k]);
+  return make_nest(of, inside);
+}
+
 const Rgb tilted{0.65, 0.4, 0.9}, straight{0.5, 0.5, 1};
 
 struct Named {
@@ -94,6 +101,9 @@ std::vector<Named> structures() {
   return {
       {"blend", blend(0.3, paint, metal())},
       {"nested blend", blend(0.6, blend(0.4, plastic, mirror()), paint)},
+      {"dictionary", dictionary({0.6, 1.2, 0.2, 0.4}, {paint, metal(), mirror(), plastic})},
+      {"dictionary in a dictionary",
+       mask(0.9, dictionary({3, 1}, {metal(), dictionary({0.1, 0.3}, {paint, brushed})}))},
       {"mask", mask(0.7, paint)},
       {"normal map", normal_map(tilted, brushed), false},
       {"normal map around twosided", normal_map(tilted, twosided(paint)), false},
@@ -282,6 +292,15 @@ TEST_CASE("a blend is the sum of its parts; normals that are straight up change 
       CHECK(formula(plain, n).value(a, b)[c] == Approx(0.7 * first[c] + 0.3 * second[c]).epsilon(1e-9));
     }
   }
+}
+
+TEST_CASE("a dictionary weighs its entries by their share of the sum of weights", "[model]") {
+  const Bsdf paint = diffuse(0.7, 0.3, 0.1), two = dictionary({1.4, 0.6}, {paint, metal()}),
+             same = blend(0.3, paint, metal());
+  const std::vector<double> n = numbers(two), m = numbers(same);
+  const Direction a = direction(0.4, 1), b = direction(0.9, 2);
+  for (std::size_t c = 0; c < 3; ++c) CHECK(formula(two, n).value(a, b)[c] == Approx(formula(same, m).value(a, b)[c]));
+  CHECK(numbers(dictionary({3, 0, 1}, {paint, paint, paint}))[0] == Approx(0.75));
 }
 
 TEST_CASE("the scores of structures are the derivatives of their values by all parameters", "[model]") {

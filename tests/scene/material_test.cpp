@@ -308,6 +308,15 @@ TEST_CASE("faulty nests of BSDFs are refused") {
   SceneFolder().check_error("<bsdf type=\"normalmap\">" + paint + "</bsdf>", 2,
                             {"need a nested <texture name=\"normalmap\">"});
   check_bsdf_error("bumpmap", paint, {"0 textures", "heights"});
+  std::string twice = paint;  // seven times: 128 surfaces
+  for (int i = 0; i < 6; ++i) twice = "<bsdf type=\"blendbsdf\">" + number("weight", "0.5") + twice + twice + "</bsdf>";
+  SceneFolder().check_error("<bsdf type=\"blendbsdf\">" + number("weight", "0.5") + twice + twice + "</bsdf>", 2,
+                            {"128 surfaces", "64"});
+  check_bsdf_error("dictionary", text("weights", "1 2") + paint, {"2 weights", "1 nested"});
+  check_bsdf_error("dictionary", text("weights", "1 -2") + paint + paint, {"weight 1 is -2"});
+  check_bsdf_error("dictionary", text("weights", "0, 0") + paint + paint, {"sum", "above 0"});
+  SceneFolder().check_error("<bsdf type=\"dictionary\">" + text("weights", "1") + "</bsdf>", 2, {"empty"});
+  SceneFolder().check_error("<bsdf type=\"dictionary\">" + paint + paint + "</bsdf>", 2, {"no \"weights\""});
   check_bsdf_error("bumpmap", paint + "<texture type=\"checkerboard\"/>", {"\"checkerboard\"", "bitmap"});
   check_bsdf_error("twosided", paint + paint + paint, {"3 nested <bsdf>"});
   check_bsdf_error("twosided", "<bsdf type=\"mask\">" + paint + "</bsdf>", {"\"mask\"", "around twosided"});

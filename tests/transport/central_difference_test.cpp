@@ -18,7 +18,8 @@ using namespace itn::test;
 namespace {
 
 struct Case {
-  std::string name;  // of a scene in scenes/test/mitsuba, and what is changed in it
+  std::string
+      name;  // of a scene in scenes/test/mitsuba, or ours/ and one in scenes/test/ours, and what is changed in it
   bool in_suite;
   Operator op = Operator::full;
   std::function<void(Scene&)> edit{};
@@ -64,6 +65,8 @@ std::vector<Case> cases() {
       {"nested", false},
       {"camera_inside", true},
       {"checkerboard", true},
+      {"ours/dictionary", true},
+      {"ours/surfaces", false},
       {"grid_null", true},
       {"grid_rough", false},
       {"grid_rgb", false},
@@ -173,7 +176,8 @@ void check(bool all, int samples_a_pixel) {
   for (const Case& c : cases()) {
     if (!all && !c.in_suite) continue;
     INFO(c.name);
-    Scene scene = load_scene(test_scene("mitsuba/" + c.name.substr(0, c.name.find(',')) + ".xml"));
+    const std::string file = c.name.substr(0, c.name.find(',')) + ".xml";
+    Scene scene = load_scene(test_scene(file.starts_with("ours/") ? file : "mitsuba/" + file));
     if (c.edit) c.edit(scene);
     if (scene.environment->type() == "sunsky")
       scene.environment->set("turbidity", scene.environment->number("turbidity") + 0.4);

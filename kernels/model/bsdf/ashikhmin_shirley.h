@@ -20,13 +20,13 @@
 #define ASHIKHMIN_SHIRLEY_NUMBERS(NUMBER)                                         \
   NUMBER(ASHIKHMIN_SHIRLEY, diffuse_reflectance, 3, ROLE_FACTOR, COORDINATE_LOG)  \
   NUMBER(ASHIKHMIN_SHIRLEY, specular_reflectance, 3, ROLE_FACTOR, COORDINATE_LOG) \
-  NUMBER(ASHIKHMIN_SHIRLEY, exponent_u, 1, ROLE_DENSITY, COORDINATE_LOG)          \
-  NUMBER(ASHIKHMIN_SHIRLEY, exponent_v, 1, ROLE_DENSITY, COORDINATE_LOG)
+  NUMBER(ASHIKHMIN_SHIRLEY, nu, 1, ROLE_DENSITY, COORDINATE_LOG)                  \
+  NUMBER(ASHIKHMIN_SHIRLEY, nv, 1, ROLE_DENSITY, COORDINATE_LOG)
 #define ASHIKHMIN_SHIRLEY_PARAMETERS(PARAMETER)         \
   PARAMETER(diffuse_reflectance, REFLECTANCE, 0.5, "")  \
   PARAMETER(specular_reflectance, REFLECTANCE, 0.2, "") \
-  PARAMETER(exponent_u, EXPONENT, 100, "")              \
-  PARAMETER(exponent_v, EXPONENT, 100, "")
+  PARAMETER(nu, EXPONENT, 100, "")                      \
+  PARAMETER(nv, EXPONENT, 100, "")
 #define ASHIKHMIN_SHIRLEY_TRAITS BSDF_ANISOTROPIC
 #define ASHIKHMIN_SHIRLEY_RANDOM 3
 enum { ASHIKHMIN_SHIRLEY_NUMBERS(DECLARE_SLOT) ASHIKHMIN_SHIRLEY_SLOTS };
@@ -39,7 +39,7 @@ MODEL ashikhmin_shirley_choice(const REAL* n) {
 
 /* Density of h. log h.z from 1 - h.z^2, by its series where h.z is so near 1 that its digits would be lost. */
 MODEL ashikhmin_shirley_normals(const REAL* n, REAL3 h) {
-  REAL eu = n[ASHIKHMIN_SHIRLEY_exponent_u], ev = n[ASHIKHMIN_SHIRLEY_exponent_v];
+  REAL eu = n[ASHIKHMIN_SHIRLEY_nu], ev = n[ASHIKHMIN_SHIRLEY_nv];
   REAL x2 = h.x * h.x, y2 = h.y * h.y, r2 = x2 + y2;
   REAL series = -r2 * (NUMBER(1) + r2 * (NUMBER(0.5) + r2 * (NUMBER(1.0 / 3) + r2 * NUMBER(0.25))));
   REAL log_z = NUMBER(0.5) * SELECT(r2 < NUMBER(0.02), series, LOG(MAX(h.z * h.z, NUMBER(1e-20))));
@@ -76,7 +76,7 @@ MODEL ashikhmin_shirley_density(int variant, const REAL* n, REAL3 wi, REAL3 wo) 
 MODEL_VOID ashikhmin_shirley_draw(int variant, const REAL* n, REAL3 wi, const REAL* u, REAL3* wo, REAL* weight,
                                   REAL* pdf, REAL* inverse_eta) {
   MASK glossy = u[0] < ashikhmin_shirley_choice(n);
-  REAL eu = n[ASHIKHMIN_SHIRLEY_exponent_u] + NUMBER(1), ev = n[ASHIKHMIN_SHIRLEY_exponent_v] + NUMBER(1), s, c;
+  REAL eu = n[ASHIKHMIN_SHIRLEY_nu] + NUMBER(1), ev = n[ASHIKHMIN_SHIRLEY_nv] + NUMBER(1), s, c;
   sin_cos_2pi(u[1], &s, &c);
   /* the azimuth's tangent is sqrt(eu / ev) times that of a uniform one */
   REAL x = SQRT(ev) * c, y = SQRT(eu) * s, length2 = x * x + y * y;

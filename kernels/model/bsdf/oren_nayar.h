@@ -2,7 +2,7 @@
  *
  *   f |cos wo| = reflectance / pi wo.z (L1 + L2)  [1/sr]
  *
- * with a the larger and b the smaller angle to the normal, s = sigma^2, sigma the standard deviation of the facets'
+ * with a the larger and b the smaller angle to the normal, s = alpha^2, alpha the standard deviation of the facets'
  * slope angle [radian]:
  *   L1 = C1 + cos dphi C2(cos dphi) tan b + (1 - |cos dphi|) C3 tan((a + b) / 2)
  *   C1 = 1 - 0.5 s / (s + 0.33)
@@ -10,9 +10,9 @@
  *   C3 = 0.125 s / (s + 0.09) (4 a b / pi^2)^2
  *   L2 = 0.17 reflectance s / (s + 0.13) (1 - cos dphi (2 b / pi)^2)
  *
- * The fit is not exact: of a white surface up to 4.7 % more light comes back than arrives (sigma 0.3, grazing).
+ * The fit is not exact: of a white surface up to 4.7 % more light comes back than arrives (alpha 0.3, grazing).
  * 0 unless both directions are above the surface. wi, wo: unit, leave the surface, in its frame; dphi: between their
- * azimuths. Samples are cosine-distributed. sigma 0 is Lambert's surface.
+ * azimuths. Samples are cosine-distributed. alpha 0 is Lambert's surface.
  *   Oren, Nayar 1994, "Generalization of Lambert's reflectance model", doi:10.1145/192161.192213 (the full model,
  *   eq. 30)
  * Tests: tests/model/bsdfs_test.cpp, own_surfaces_test.cpp */
@@ -23,10 +23,10 @@
 
 #define OREN_NAYAR_NUMBERS(NUMBER)                                \
   NUMBER(OREN_NAYAR, reflectance, 3, ROLE_FACTOR, COORDINATE_LOG) \
-  NUMBER(OREN_NAYAR, sigma, 1, ROLE_FACTOR, COORDINATE_ITSELF)
+  NUMBER(OREN_NAYAR, alpha, 1, ROLE_FACTOR, COORDINATE_ITSELF)
 #define OREN_NAYAR_PARAMETERS(PARAMETER)       \
   PARAMETER(reflectance, REFLECTANCE, 0.5, "") \
-  PARAMETER(sigma, SLOPE_ANGLE, 0.35, "rad")
+  PARAMETER(alpha, SLOPE_ANGLE, 0.35, "rad")
 #define OREN_NAYAR_TRAITS 0
 #define OREN_NAYAR_RANDOM 2
 enum { OREN_NAYAR_NUMBERS(DECLARE_SLOT) OREN_NAYAR_SLOTS };
@@ -37,7 +37,7 @@ MODEL_VOID oren_nayar_value(int variant, const REAL* n, REAL3 wi, REAL3 wo, REAL
   REAL sin_a = SQRT(MAX(ri, ro)), sin_b = SQRT(MIN(ri, ro));
   REAL a = angle_of(sin_a, low) * NUMBER(2 / PI_), b = angle_of(sin_b, high) * NUMBER(2 / PI_);
   REAL cosine = (wi.x * wo.x + wi.y * wo.y) / MAX(SQRT(ri * ro), NUMBER(1e-12)); /* of dphi */
-  REAL s = n[OREN_NAYAR_sigma] * n[OREN_NAYAR_sigma], shaded = s / (s + NUMBER(0.09));
+  REAL s = n[OREN_NAYAR_alpha] * n[OREN_NAYAR_alpha], shaded = s / (s + NUMBER(0.09));
   REAL away = SELECT(cosine < NUMBER(0), b * b * b, NUMBER(0));
   REAL once = NUMBER(1) - NUMBER(0.5) * s / (s + NUMBER(0.33)) +
               cosine * NUMBER(0.45) * shaded * (sin_a - away) * sin_b / MAX(high, NUMBER(1e-9)) +
@@ -75,7 +75,7 @@ MODEL_VOID oren_nayar_numbers(int variant, const REAL* parameters, REAL* n) {
 }
 inline Refusal oren_nayar_refusal(const double*) { return {}; }
 inline const char* oren_nayar_obstacle(const double* parameters, int slot) {
-  return slot == OREN_NAYAR_sigma ? differentiable : unless_zero(parameters[slot]);
+  return slot == OREN_NAYAR_alpha ? differentiable : unless_zero(parameters[slot]);
 }
 #endif
 

@@ -11,16 +11,18 @@
 #define ITN_NEST_LIST_H
 #include "model/nest/blend.h"
 #include "model/nest/bump_map.h"
+#include "model/nest/dictionary.h"
 #include "model/nest/opacity_mask.h"
 #include "model/nest/normal_map.h"
 #include "model/nest/passage.h"
 #include "model/nest/twosided.h"
 
-#define NEST_LIST(NEST_)                     \
-  NEST_(blend, BLEND, "blendbsdf")           \
-  NEST_(opacity_mask, OPACITY_MASK, "mask")  \
-  NEST_(twosided, TWOSIDED, "twosided")      \
-  NEST_(normal_map, NORMAL_MAP, "normalmap") \
+#define NEST_LIST(NEST_)                      \
+  NEST_(blend, BLEND, "blendbsdf")            \
+  NEST_(dictionary, DICTIONARY, "dictionary") \
+  NEST_(opacity_mask, OPACITY_MASK, "mask")   \
+  NEST_(twosided, TWOSIDED, "twosided")       \
+  NEST_(normal_map, NORMAL_MAP, "normalmap")  \
   NEST_(bump_map, BUMP_MAP, "bumpmap")
 
 #endif

@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "kernels/shared/declaration.h"
 #include "runtime/scene/structure.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
+#include "runtime/scene/xml/values.h"
 
 namespace itn {
 namespace {
@@ -33,6 +35,7 @@ struct Inside {
 };
 Inside inside_of(const Model& nest) {
   if (nest.type == "blendbsdf") return {2, 2, "two nested <bsdf>, for weight 0 and weight 1"};
+  if (nest.type == "dictionary") return {1, most_leaves, "a nested <bsdf> for each weight, at most 64"};
   if (nest.type == "twosided") return {1, 2, "a nested <bsdf type=\"diffuse\"> for both sides, or one for each"};
   return {1, 1, "one nested <bsdf>"};
 }
@@ -70,6 +73,25 @@ void check_opaque(const std::vector<Inner>& inside) {
                        fmt::join(opaque_types(), " or ")));
 }
 
+// One weight for each entry of a dictionary.
+void read_weights(Properties& properties, std::size_t entries, Instance& nest) {
+  const std::string text = properties.text("weights");
+  const std::vector<double> weights = parse_numbers(text, properties.element().where, "\"weights\"");
+  if (weights.size() != entries)
+    properties.fail_at("weights",
+                       fmt::format("{} weights for {} nested <bsdf>; need one each", weights.size(), entries));
+  nest.become(dictionary_model(entries));
+  double sum = 0;
+  for (std::size_t k = 0; k < entries; ++k) {
+    if (weights[k] < 0)
+      properties.fail_at("weights", fmt::format("weight {} is {}; need one not below 0", k, weights[k]));
+    nest.values[k].value.fill(weights[k]);
+    sum += weights[k];
+  }
+  if (!(sum > 0 && std::isfinite(sum)))
+    properties.fail_at("weights", "their sum is " + fmt::format("{}", sum) + "; need one above 0");
+}
+
 Bsdf build_nest(Builder& builder, Properties& properties, const Element& element, const Model& model) {
   const bool twosided = model.type == "twosided";
   std::vector<Inner> inside;
@@ -82,8 +104,12 @@ Bsdf build_nest(Builder& builder, Properties& properties, const Element& element
   Instance nest;
   nest.id = element.id;
   nest.where = element.where;
-  nest.become(model);
-  read_parameters(builder, properties, nest);
+  if (model.type == "dictionary") {
+    read_weights(properties, inside.size(), nest);
+  } else {
+    nest.become(model);
+    read_parameters(builder, properties, nest);
+  }
   if (twosided && properties.boolean("allow_transmission", false))
     properties.fail_at("allow_transmission", "what lets light pass has two sides by itself; need false");
   properties.finish();
