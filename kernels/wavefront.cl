@@ -142,6 +142,9 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void trace_paths(
 #if ADJOINT
   launch.gradient +=
       get_global_id(0) * (size_t)(2 * GRADIENT_SETS * SUMS_OF_A_SET); /* each work-item sums on its own */
+#if OWN_TEXELS
+  launch.texel_gradient += get_global_id(0) * (size_t)(2 * OWN_TEXELS);
+#endif
 #endif
   Pool pool;
   open_own_pool(&pool, storage);

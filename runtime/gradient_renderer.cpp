@@ -6,11 +6,13 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <stdexcept>
 
 #include "kernels/shared/declaration.h"
 #include "runtime/base/colour.h"
 #include "runtime/base/error.h"
 #include "runtime/base/seconds_since.h"
+#include "runtime/compile/geometry.h"
 #include "runtime/scene/parameters.h"
 #include "runtime/wavefront/trace_images.h"
 
@@ -31,13 +33,29 @@ struct GradientRenderer::State {
                        std::to_string(scene.sensors.size() - 1));
     sensor = scene.sensors[index];
     data.geometry.box_width = box_width(device);
-    JobRecord job = append_scene(scene, options.sensor, data);
+    append_geometry(scene, data.geometry);
+    JobRecord job;
+    const DerivativeData on_device = compile(scene, job);
+    by_light = !on_device.derivatives.empty();
+    wavefront = std::make_unique<Wavefront>(device, data, std::vector<JobRecord>{job}, on_device, options.op,
+                                            options.width, options.schedule,
+                                            derivatives.scores.empty() ? Baselines::off : options.baselines, true);
+    film = std::make_unique<Film>(device, sensor.crop_width * sensor.crop_height, 1, wavefront->channels(),
+                                  sensor.luminance);
+    if (options.paths_a_launch > 0) launch_paths = options.paths_a_launch;
+  }
+
+  // The scene, whose geometry is there, in place of what there was. Returns what the device needs of its derivatives.
+  DerivativeData compile(const Scene& scene, JobRecord& job) {
+    clear_scenes(data);
+    job = append_scene(scene, options.sensor, 0, data);
     job.seed_low = static_cast<unsigned>(options.seed);
     job.seed_high = static_cast<unsigned>(options.seed >> 32);
-    derivatives = derivative_data(scene, options.derivatives, job, data);
+    derivatives = derivative_data(scene, options.derivatives, job, data, true);
     DerivativeData on_device;  // paths carry nothing
     on_device.functions = derivatives.functions;
     on_device.numbers = derivatives.numbers;
+    on_device.textures = derivatives.textures;
     const std::vector<Parameter> all = list_parameters(scene);
     for (std::size_t p = 0; p < derivatives.parts.size(); ++p) {
       DerivativeRecord& record = derivatives.derivatives[p];
@@ -47,14 +65,7 @@ struct GradientRenderer::State {
       std::fill_n(record.factor, 3, value > 0 ? value : 1);
       on_device.derivatives.push_back(record);
     }
-    by_light = !on_device.derivatives.empty();
-    wavefront = std::make_unique<Wavefront>(device, data, std::vector<JobRecord>{job}, on_device, options.op,
-                                            options.width, options.schedule,
-                                            derivatives.scores.empty() ? Baselines::off : options.baselines, true);
-    film = std::make_unique<Film>(device, sensor.crop_width * sensor.crop_height, 1, wavefront->channels(),
-                                  sensor.luminance);
-    options.derivatives.clear();
-    if (options.paths_a_launch > 0) launch_paths = options.paths_a_launch;
+    return on_device;
   }
 
   std::size_t channels() const { return static_cast<std::size_t>(wavefront->channels()); }
@@ -69,7 +80,7 @@ struct GradientRenderer::State {
     const bool by_channel = part.colour && wavefront->throughput_channels() == 3;
     const auto at = static_cast<std::size_t>(part.first + part.place(by_channel ? static_cast<int>(channel) : 0));
     const float value = data.numbers[at];
-    const int coordinate = part.model->number_of(part.slot).coordinate;
+    const int coordinate = part.texels >= 0 ? COORDINATE_ITSELF : part.model->number_of(part.slot).coordinate;
     const float scale = coordinate == COORDINATE_ITSELF   ? 1
                         : coordinate == COORDINATE_COSINE ? 1 - value * value
                                                           : value;
@@ -95,6 +106,26 @@ struct GradientRenderer::State {
         }
     }
     return pulls;
+  }
+
+  // One for each parameter.
+  std::vector<Bitmap> develop_texels(const std::vector<std::int64_t>& sums, double quantum) const {
+    std::vector<Bitmap> result(static_cast<std::size_t>(derivatives.images()));
+    for (const DifferentiatedTexture& texture : derivatives.textures) {
+      Bitmap& of = result[static_cast<std::size_t>(texture.image)];
+      of = {texture.bitmap->width, texture.bitmap->height, texture.bitmap->channels, {}};
+      const auto first = static_cast<std::size_t>(texture.first_texel);
+      for (std::size_t i = first; i < first + texture.texels(); ++i) {
+        const std::int64_t* sum = sums.data() + i * channels();
+        if (of.channels == 1)  // moves all channels of the radiance
+          of.data.push_back(static_cast<float>(
+              quantum * static_cast<double>(std::accumulate(sum, sum + channels(), std::int64_t{0}))));
+        else
+          for (std::size_t c = 0; c < channels(); ++c)
+            of.data.push_back(static_cast<float>(quantum * static_cast<double>(sum[c])));
+      }
+    }
+    return result;
   }
 
   WeighedDerivatives develop(const std::vector<std::int64_t>& sums, double quantum) const {
@@ -156,6 +187,13 @@ GradientRenderer::GradientRenderer(const Device& device, const Scene& scene, con
     : state_(std::make_unique<State>(device, scene, options)) {}
 GradientRenderer::~GradientRenderer() = default;
 
+void GradientRenderer::replace(const Scene& scene) {
+  JobRecord job;
+  const DerivativeData on_device = state_->compile(scene, job);
+  if (!state_->wavefront->replace(state_->data, {job}, on_device, false))
+    throw std::logic_error("a scene that needs another program than the one before");
+}
+
 WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<int>& samples_of_groups,
                                             const GroupWeights& weights) {
   State& s = *state_;
@@ -169,6 +207,7 @@ WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<
   std::vector<Rendering> groups;
   int first = first_sample;
   RenderOptions options = s.options;
+  options.derivatives.clear();  // of the images
   for (const int samples : samples_of_groups) {
     const std::vector<TracedJob> job{{0, &s.sensor, first}};
     if (s.options.progress)  // of two passes
@@ -206,7 +245,9 @@ WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<
     if (s.options.progress)
       s.options.progress(0.5 + 0.5 * static_cast<double>(l + 1) / static_cast<double>(traced.launches.size()));
   }
+  std::vector<Bitmap> texels = s.develop_texels(s.wavefront->texel_gradient(), quantum);
   WeighedDerivatives result = s.develop(s.wavefront->take_gradient(), quantum);
+  result.texels = std::move(texels);
   result.render_s = seconds_since(start);
   return result;
 }

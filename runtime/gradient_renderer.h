@@ -16,6 +16,10 @@ struct WeighedDerivatives {
   // between sets beside noise makes them too large (by the light, where there is hardly any noise, two to three times).
   // Infinite where an image has fewer than 16 x 8 pixels.
   std::vector<double> value, stderr_;
+  // Of parameters that are textures (Parameter::by_texels) value and stderr_ are those by the same addition to all
+  // texels and channels, and here is the derivative by every texel, of the bitmap's size and channels and in its order:
+  // by the linear value that shaders see. Empty for numbers. A texel of 0 has none by what is a factor (kernels/model).
+  std::vector<Bitmap> texels;
   double render_s = 0;
 };
 
@@ -29,6 +33,10 @@ class GradientRenderer {
   // Throws as Renderer.
   GradientRenderer(const Device& device, const Scene& scene, const RenderOptions& options);
   ~GradientRenderer();
+
+  // The same scene with other texels or numbers that keep what the program was made for: which of them are there, and
+  // which are grey. Throws std::logic_error: they do not.
+  void replace(const Scene& scene);
 
   // Sum over groups, pixels and channels of weight times derivative image, the same up to rounding as with the
   // derivative images of the same samples. Group g: the samples of every pixel after those of group g - 1, from

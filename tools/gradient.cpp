@@ -4,11 +4,15 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "runtime/base/error.h"
+#include "runtime/base/file.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/gradient_renderer.h"
+#include "runtime/image/exr.h"
 #include "runtime/inversion/image_loss.h"
 #include "runtime/scene/load.h"
 #include "runtime/scene/parameters.h"
@@ -26,7 +30,7 @@ struct Options {
   Operator op = Operator::full;
   TargetOptions images;
   std::vector<std::string> parameters;
-  std::string mode = "automatic";
+  std::string mode = "automatic", folder = ".";  // folder: of the gradients by textures
   bool exposure = false;
 };
 
@@ -34,12 +38,28 @@ struct Options {
 // (tools/README.md).
 constexpr std::size_t most_images = 12;
 
-bool by_replay(const Options& options) {
-  return options.mode == "adjoint" || (options.mode == "automatic" && options.parameters.size() > most_images);
+// The parameters that are textures.
+std::vector<Parameter> textures_of(const Scene& scene, const Options& options) {
+  std::vector<Parameter> result;
+  for (const Parameter& p : list_parameters(scene))
+    if (p.by_texels &&
+        std::find(options.parameters.begin(), options.parameters.end(), p.name) != options.parameters.end())
+      result.push_back(p);
+  return result;
+}
+
+bool by_replay(const Options& options, const std::vector<Parameter>& textures) {
+  if (options.mode == "images" && !textures.empty())
+    throw UsageError("--mode images: no image could show the derivative by each texel of " + textures.front().name +
+                     "; need adjoint");
+  return options.mode == "adjoint" || !textures.empty() ||
+         (options.mode == "automatic" && options.parameters.size() > most_images);
 }
 
 struct ImageLoss {
   LossGradient loss;
+  std::vector<Bitmap> texels;  // as of WeighedDerivatives
+  double trace_s = 0;          // of replayed paths
   double exposure = 1;
 };
 
@@ -65,21 +85,80 @@ ImageLoss from_replayed_paths(const Device& device, const Scene& scene, const Re
                               const TargetImage& target, bool exposure) {
   ImageLoss result;
   GradientRenderer renderer(device, scene, options);
-  const WeighedDerivatives gradient = renderer.render(0, split_samples(spp), [&](const std::vector<Rendering>& groups) {
+  WeighedDerivatives gradient = renderer.render(0, split_samples(spp), [&](const std::vector<Rendering>& groups) {
     if (exposure) result.exposure = best_exposure(groups, target);
     result.loss = loss_gradient(groups, target, result.exposure);
     return loss_weights(groups, target, result.exposure);
   });
   result.loss.gradient = gradient.value;
   result.loss.gradient_stderr = gradient.stderr_;
+  result.texels = std::move(gradient.texels);
+  result.trace_s = gradient.render_s;
   return result;
 }
 
+// The gradient by a texture, as a file: the mean over the targets.
+struct TextureGradient {
+  std::string parameter, file;
+  Bitmap texels;
+};
+
+std::vector<TextureGradient> start_gradients(const Scene& scene, const Options& options,
+                                             const std::vector<Parameter>& textures) {
+  std::vector<TextureGradient> result;
+  for (const Parameter& p : textures) {
+    const Bitmap& bitmap = *bitmap_of(scene, p);
+    std::filesystem::create_directories(options.folder);
+    result.push_back({p.name,
+                      (std::filesystem::path(options.folder) / ("gradient." + p.name + ".exr")).string(),
+                      {bitmap.width, bitmap.height, bitmap.channels, std::vector<float>(bitmap.data.size())}});
+    check_writable(result.back().file);
+  }
+  return result;
+}
+
+void add_texels(std::vector<TextureGradient>& gradients, const Options& options, const std::vector<Bitmap>& texels) {
+  const auto images = static_cast<float>(options.images.sensors.size());
+  for (TextureGradient& gradient : gradients) {
+    const auto at = std::find(options.parameters.begin(), options.parameters.end(), gradient.parameter);
+    const Bitmap& of = texels[static_cast<std::size_t>(at - options.parameters.begin())];
+    for (std::size_t i = 0; i < of.data.size(); ++i) gradient.texels.data[i] += of.data[i] / images;
+  }
+}
+
+std::vector<std::string> channel_names(const Bitmap& bitmap) {
+  return bitmap.channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
+}
+
+void write_gradient(const TextureGradient& gradient, const Options& options) {
+  const Bitmap& of = gradient.texels;
+  write_exr(
+      gradient.file,
+      {of.width, of.height, channel_names(of), of.data, {{"scene", options.scene}, {"parameter", gradient.parameter}}});
+}
+
+double norm(const Bitmap& bitmap) {
+  double square = 0;
+  for (const float v : bitmap.data) square += static_cast<double>(v) * static_cast<double>(v);
+  return std::sqrt(square);
+}
+
 nlohmann::ordered_json to_json(const LossGradient& result, const Options& options, bool replay,
-                               const std::vector<double>& exposures, double scene_s, double render_s) {
+                               const std::vector<double>& exposures, const std::vector<TextureGradient>& textures,
+                               double scene_s, double render_s, double trace_s) {
   nlohmann::ordered_json gradient = nlohmann::ordered_json::object();
   for (std::size_t p = 0; p < options.parameters.size(); ++p)
     gradient[options.parameters[p]] = {{"value", result.gradient[p]}, {"stderr", result.gradient_stderr[p]}};
+  for (const TextureGradient& texture : textures) {
+    nlohmann::ordered_json& entry = gradient[texture.parameter];
+    const Bitmap& of = texture.texels;
+    std::vector<double> sum(static_cast<std::size_t>(of.channels));
+    for (std::size_t i = 0; i < of.data.size(); ++i) sum[i % sum.size()] += static_cast<double>(of.data[i]);
+    entry["texels"] = {{"file", texture.file},          {"width", of.width}, {"height", of.height},
+                       {"channels", channel_names(of)}, {"sum", sum},        {"norm", norm(of)}};
+  }
+  nlohmann::ordered_json time{{"scene_s", scene_s}, {"render_s", render_s}};
+  if (replay) time["trace_s"] = trace_s;
   return {{"schema", "itn.gradient/1"},
           {"scene", options.scene},
           {"operator", name_of(options.op)},
@@ -88,7 +167,7 @@ nlohmann::ordered_json to_json(const LossGradient& result, const Options& option
           {"loss_stderr", result.loss_stderr},
           {"exposures", exposures},
           {"gradient", gradient},
-          {"time", {{"scene_s", scene_s}, {"render_s", render_s}}}};
+          {"time", time}};
 }
 
 void run(Options options) {
@@ -101,11 +180,14 @@ void run(Options options) {
   const double scene_s = seconds();
   const std::vector<TargetImage> targets = read_targets(options.images, scene);
   const std::vector<int>& sensors = options.images.sensors;
+  const std::vector<Parameter> textures = textures_of(scene, options);
+  const bool replay = by_replay(options, textures);
+  std::vector<TextureGradient> by_texels = start_gradients(scene, options, textures);
   const Device device(common.device);
 
-  const bool replay = by_replay(options);
   std::vector<LossGradient> losses;
   std::vector<double> exposures;
+  double trace_s = 0;
   Progress progress(options.scene, static_cast<double>(sensors.size()), "images", !common.quiet);
   for (std::size_t t = 0; t < sensors.size(); ++t) {
     RenderOptions render_options;
@@ -126,17 +208,23 @@ void run(Options options) {
     report(1);
     exposures.push_back(image.exposure);
     losses.push_back(image.loss);
+    add_texels(by_texels, options, image.texels);
+    trace_s += image.trace_s;
   }
   progress.clear();
   const LossGradient result = mean_of(losses);
+  for (const TextureGradient& gradient : by_texels) write_gradient(gradient, options);
   if (common.talkative()) {
     fmt::print("loss {:.6g}  standard error {:.2g}\n", result.loss, result.loss_stderr);
     if (options.exposure) fmt::print("exposure {:.6g}\n", fmt::join(exposures, " "));
     for (std::size_t p = 0; p < options.parameters.size(); ++p)
       fmt::print("d loss / d {}: {:.6g}  standard error {:.2g}\n", options.parameters[p], result.gradient[p],
                  result.gradient_stderr[p]);
+    for (const TextureGradient& gradient : by_texels)
+      fmt::print("d loss / d texels of {}: norm {:.6g}, in {}\n", gradient.parameter, norm(gradient.texels),
+                 gradient.file);
   }
-  write_json(common, to_json(result, options, replay, exposures, scene_s, seconds() - scene_s));
+  write_json(common, to_json(result, options, replay, exposures, by_texels, scene_s, seconds() - scene_s, trace_s));
 }
 
 }  // namespace
@@ -148,8 +236,10 @@ void add_gradient(CLI::App& app) {
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
   add_target_options(*command, options->images);
   command
-      ->add_option("--parameter", options->parameters,
-                   "scene parameter to differentiate by (itn parameters lists them); may be repeated")
+      ->add_option(
+          "--parameter", options->parameters,
+          "scene parameter to differentiate by (itn parameters lists them), or a bitmap: by each texel; may be "
+          "repeated")
       ->required()
       ->take_all();
   command
@@ -157,6 +247,10 @@ void add_gradient(CLI::App& app) {
                    "images: derivative images, of few parameters; adjoint: paths are replayed, as long for many "
                    "parameters as for one; automatic: the quicker one")
       ->check(CLI::IsMember({"automatic", "images", "adjoint"}))
+      ->capture_default_str();
+  command
+      ->add_option("-o,--output", options->folder,
+                   "folder for the gradients by textures: gradient.PARAMETER.exr, of the texture's size")
       ->capture_default_str();
   command->add_flag("--exposure", options->exposure,
                     "each target is known up to a factor: the loss is the smallest over the factors");

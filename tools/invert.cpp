@@ -16,6 +16,7 @@
 #include "runtime/training/trained_network.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
+#include "tools/invert_textures.h"
 #include "tools/named_numbers.h"
 #include "tools/progress.h"
 #include "tools/target_options.h"
@@ -32,7 +33,9 @@ struct Options {
   TargetOptions images;
   std::vector<std::string> parameters, start, prior;
   int starts = 1;
-  double noise = -1;  // not given
+  double noise = -1;                      // not given
+  double smoothness = 0;                  // of textures
+  std::vector<std::string> only_numbers;  // options that were given and mean nothing to textures
   InversionOptions inversion;
 };
 
@@ -117,6 +120,27 @@ void print(const InversionOutcome& outcome, const std::vector<Coordinate>& coord
   fmt::print("{}/report.html: {:.1f} s\n", outcome.question.folder, outcome.seconds);
 }
 
+void find_textures(const Options& options, const Scene& scene, const std::vector<TargetImage>& targets,
+                   const Device& device) {
+  if (!options.only_numbers.empty())
+    throw UsageError(options.only_numbers.front() +
+                     ": of numbers alone; textures are found by adam, from the scene's own");
+  TextureInversionOptions how;
+  how.iterations = options.inversion.iterations > 0 ? options.inversion.iterations : how.iterations;
+  how.spp = options.common.spp > 0 ? options.common.spp : how.spp;
+  how.learning_rate = options.inversion.learning_rate;
+  how.smoothness = options.smoothness;
+  how.exposure = options.inversion.exposure;
+  RenderOptions render_options;
+  render_options.seed = options.common.seed;
+  render_options.op = options.op;
+  render_options.cancel = &interrupt_flag();
+  StoredRun::Json asked = request(options, device);
+  asked["smoothness"] = options.smoothness;
+  invert_textures({options.common, options.scene, options.folder, options.parameters, options.images, how}, scene,
+                  targets, device, render_options, asked);
+}
+
 void run(Options options) {
   const CommonOptions& common = options.common;
   const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
@@ -128,6 +152,7 @@ void run(Options options) {
   const std::vector<TargetImage> targets = read_targets(options.images, scene);
   set_starts(options, scene);
   const Device device(common.device);
+  if (names_texture(all, options.parameters)) return find_textures(options, scene, targets, device);
 
   InversionOptions& how = options.inversion;
   how.method = options.method == "adam" ? InversionOptions::Method::adam : InversionOptions::Method::gauss_newton;
@@ -188,7 +213,8 @@ void add_invert(CLI::App& app) {
   add_target_options(*command, options->images);
   command
       ->add_option("--parameter", options->parameters,
-                   "scene parameter to find (itn parameters lists them); may be repeated")
+                   "scene parameter to find (itn parameters lists them); may be repeated. Bitmaps are found texel by "
+                   "texel, with adam, and not beside numbers")
       ->required()
       ->take_all();
   command->add_option("-o,--output", options->folder, "folder for the result: report.html, result.json, images")
@@ -228,10 +254,21 @@ void add_invert(CLI::App& app) {
   command->add_option("--learning-rate", options->inversion.learning_rate, "adam: of the first iterations")
       ->check(CLI::Range(1e-6, 10.0))
       ->capture_default_str();
+  command
+      ->add_option("--smoothness", options->smoothness,
+                   "textures: what the mean squared difference of neighbouring texels weighs beside that of the images")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
   add_operator_option(*command, options->op);
   add_common_options(*command, options->common, "1024 at most (Gauss-Newton), 16 (Adam)");
   add_open_option(*command, options->common);
-  command->callback([options] { run(*options); });
+  command->callback([options, command] {
+    for (const char* name : {"--noise", "--init", "--start", "--starts", "--prior"})
+      if (command->count(name) > 0) options->only_numbers.emplace_back(name);
+    if (command->count("--method") > 0 && options->method != "adam")
+      options->only_numbers.push_back("--method " + options->method);
+    run(*options);
+  });
 }
 
 }  // namespace itn::tools

@@ -6,10 +6,15 @@
  *
  * Sums must not depend on the order of paths: they are integers, of products rounded once each. The host scales the
  * pulls so that a unit is 2^-42 of the sum of |pull * radiance| (runtime/gradient_renderer.cpp). Derivatives are d log
- * f / d log number, for g times 1 - g^2 (shared/declaration.h): of order 1, so that one scale suits all. */
+ * f / d log number, for g times 1 - g^2 (shared/declaration.h): of order 1, so that one scale suits all.
+ *
+ * By the texels of a bitmap that stands for a number the gradient is that by the number itself, times the weights with
+ * which the bitmap's texels were looked up. Of these sums there is one for each texel and channel of the radiance, with
+ * no sets of pixels; work-items share them unless there is room for their own (OWN_TEXELS). */
 #ifndef ITN_ADJOINT_H
 #define ITN_ADJOINT_H
 #include "lib/launch.h"
+#include "lib/texture.h"
 
 #if ADJOINT
 #define FIRST_LIGHT_NUMBER (NUMBERS * RADIANCE_CHANNELS)
@@ -71,14 +76,19 @@ inline bool is_summed(int k, int model, int channel) {
   return summed[k].model == model && ((own < 0) | (THROUGHPUT_CHANNELS == 1) | (own == channel));
 }
 
+/* To a sum that work-items share: carries arrive once each, in whatever order. */
+inline void add_shared(__global uint* sum, long x) {
+  const uint low = (uint)as_ulong(x), high = (uint)(as_ulong(x) >> 32), before = atomic_add(sum, low);
+  const uint rest = high + (before + low < low ? 1u : 0u);
+  if (rest) atomic_add(sum + 1, rest);
+}
+
 inline void add_to_gradient(const Launch* launch, int number, long x) {
   __global uint* sum = launch->gradient + 2 * number;
 #if FUSED
   *(__global long*)sum += x;
 #else
-  /* carries arrive once each, in whatever order */
-  const uint low = (uint)as_ulong(x), high = (uint)(as_ulong(x) >> 32), before = atomic_add(sum, low);
-  atomic_add(sum + 1, high + (before + low < low ? 1u : 0u));
+  add_shared(sum, x);
 #endif
 }
 
@@ -96,9 +106,62 @@ inline INT gradient_set(const Launch* launch, __global const JobRecord* job, con
   return (row & (GRADIENT_ROWS - 1)) * GRADIENT_COLUMNS + ((pixel - row * width) & (GRADIENT_COLUMNS - 1));
 }
 
-/* What was pulled for the numbers of a model, to the sums of each lane's instance, which begins at first. */
+#if TEXEL_SUMS
+/* To the texels that a number is made of. number: where its texture is told; u, v: as of load_number; x: what was pulled
+ * for it in each channel of the radiance */
+inline void add_to_texels(const Launch* launch, int number, float u, float v, const long x[RADIANCE_CHANNELS]) {
+  const int texture = launch->number_textures[number];
+  if (texture < 0 || launch->textures[texture].gradient < 0) return;
+  __global const TextureRecord* t = launch->textures + texture;
+  int which[4];
+  float to[2], weight[4];
+  texture_place(t, u, v, to);
+  const int shown = bitmap_texels(t, to[0], to[1], which, weight);
+  UNROLL_FOR(int k = 0; k < 4; ++k) {
+    if (k >= shown) continue;
+    __global uint* sum = launch->texel_gradient + (size_t)(t->gradient + which[k]) * (2 * RADIANCE_CHANNELS);
+    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
+      const long part = convert_long_rte(weight[k] * (float)x[c]);
+#if OWN_TEXELS
+      ((__global long*)sum)[c] += part;
+#else
+      add_shared(sum + 2 * c, part);
+#endif
+    }
+  }
+}
+
+/* As add_pulled, whose sums these are, too. */
+inline void add_pulled_to_texels(const Launch* launch, uint bits, const Pulled* p, int model, INT first,
+                                 const REAL uv[]) {
+  Lanes u, v, instance;
+  u.real = uv[0];
+  v.real = uv[1];
+  instance.integer = first;
+  UNROLL_FOR(int k = 0; k < SUMS; ++k) {
+    const int texels = summed[k].texels;
+    const bool begins = k == 0 || summed[k - 1].model != model || summed[k - 1].texels != texels; /* a number */
+    if (summed[k].model != model || texels < 0 || !begins) continue;
+    LongLanes sum[RADIANCE_CHANNELS];
+    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
+      sum[c].integer = (LONG)(0);
+      UNROLL_FOR(int other = 0; other < SUMS; ++other)
+        if (summed[other].texels == texels && is_summed(other, model, c))
+          sum[c].integer += p->sum[other * RADIANCE_CHANNELS + c];
+    }
+    FOR_EACH_LANE(l, bits) {
+      long x[RADIANCE_CHANNELS];
+      UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) x[c] = sum[c].i[l];
+      add_to_texels(launch, instance.i[l] + texels, u.f[l], v.f[l], x);
+    }
+  }
+}
+#endif
+
+/* What was pulled for the numbers of a model, to the sums of each lane's instance, which begins at first. uv: where its
+ * textures were looked up; null: it has none. */
 inline void add_pulled(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
-                       const Pulled* p, int model, INT first) {
+                       const Pulled* p, int model, INT first, const REAL uv[]) {
   Lanes at;
   at.integer = gradient_set(launch, job, pool, slots) * SUMS_OF_A_SET + first * RADIANCE_CHANNELS;
   const uint bits = lane_bits(mask);
@@ -109,6 +172,9 @@ inline void add_pulled(const Launch* launch, __global const JobRecord* job, cons
       sum.integer = p->sum[k * RADIANCE_CHANNELS + c];
       FOR_EACH_LANE(l, bits) add_to_gradient(launch, at.i[l] + summed[k].at * RADIANCE_CHANNELS + c, sum.i[l]);
     }
+#if TEXEL_SUMS
+  if (uv) add_pulled_to_texels(launch, bits, p, model, first, uv);
+#endif
   add_lost(launch, mask & p->beyond);
 }
 

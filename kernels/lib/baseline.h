@@ -142,7 +142,7 @@ inline void add_lobe(__global const JobRecord* job, const Pool* pool, INT slots,
       if (!is_summed(k, model, c) || role_of(model, slot) != ROLE_DENSITY) continue;
       const REAL own =
           where_from(step->origins, slot, summed[k].origin, step->of[slot * CHANNELS + (CHANNELS == 1 ? 0 : c)]);
-      const REAL d = by_coordinate(model, slot, n, own);
+      const REAL d = by_coordinate(model, slot, n, own, summed[k].texels >= 0);
       pull(&scores->pulled, k, c, d, -scores->pulled.expected[c]);
     }
 #else

@@ -16,8 +16,8 @@ typedef struct {
   REAL passage[FIELD_CHANNELS]; /* thickness */
   const Phase* phase;
   REAL cosine;
-  int model; /* of the surface's BSDF; MODEL_none */
-  const REAL* n;
+  int model;               /* of the surface's BSDF; MODEL_none */
+  const REAL *n, *texture; /* its numbers, and where they were looked up */
   const Step* surface;
   MASK mask;
 } ConnectionStart;
@@ -29,6 +29,7 @@ inline ConnectionStart connection_start(MASK mask) {
   s.cosine = (REAL)(0.0f);
   s.model = MODEL_none;
   s.n = 0;
+  s.texture = 0;
   s.surface = 0;
   s.mask = mask;
   return s;
@@ -52,7 +53,8 @@ inline void pull_connection(const Launch* launch, __global const JobRecord* job,
   add_connection_start(job, &own, start);
   if (start->medium) sum_medium(launch, job, pool, slots, &own, start->medium, mask);
   if (start->phase) sum_phase(launch, job, pool, slots, &own, start->phase, mask);
-  if (start->surface) sum_scores(launch, job, pool, slots, &own, start->model, start->surface->first, mask);
+  if (start->surface)
+    sum_scores(launch, job, pool, slots, &own, start->model, start->surface->first, start->texture, mask);
   for (int m = 0; m < MEDIA; ++m) {
     REAL thickness[FIELD_CHANNELS];
     MASK passes = (MASK)(0);
@@ -271,7 +273,7 @@ inline void pass_structure(int surface, int model, const Launch* launch, __globa
   Scores own = no_scores();
   own.pulled = pulled(pulled_weight);
   add_scores(job, &own, model, n, &step, false);
-  sum_scores(launch, job, pool, slots, &own, model, p->first, passes);
+  sum_scores(launch, job, pool, slots, &own, model, p->first, p->texture, passes);
 #endif
 }
 #endif

@@ -254,7 +254,7 @@ inline void add_passage(__global const JobRecord* job, Scores* scores, const Med
 inline void sum_medium(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                        const Scores* scores, const Medium* medium, MASK mask) {
 #define SUM_MEDIUM(name, PREFIX) \
-  sum_scores(launch, job, pool, slots, scores, MODEL_##name, medium->first, IN_MEDIUM(name, mask));
+  sum_scores(launch, job, pool, slots, scores, MODEL_##name, medium->first, 0, IN_MEDIUM(name, mask));
   MEDIA_OF_SCENE(SUM_MEDIUM)
 }
 

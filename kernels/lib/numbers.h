@@ -101,15 +101,18 @@ __attribute__((always_inline)) inline int role_of(int model, int slot) {
   return ROLE_FIXED;
 }
 
-/* d by n[slot] as d by its coordinate (shared/declaration.h). There is none by a logarithm of 0. */
-#define COORDINATE_OF_NUMBER(PREFIX, name, channels, role, coordinate)        \
-  if (slot >= PREFIX##_##name && slot <= PREFIX##_##name##_last)              \
-    return coordinate == COORDINATE_ITSELF   ? d                              \
-           : coordinate == COORDINATE_COSINE ? d * (1.0f - n[slot] * n[slot]) \
+/* d by n[slot] as d by its coordinate (shared/declaration.h), or `itself`. There is none by a logarithm of 0, nor where
+ * such a number, which is a factor, lets nothing pass. */
+#define LEAST_NUMBER 1e-18f
+#define COORDINATE_OF_NUMBER(PREFIX, name, channels, role, coordinate)                       \
+  if (slot >= PREFIX##_##name && slot <= PREFIX##_##name##_last)                             \
+    return coordinate == COORDINATE_ITSELF   ? d                                             \
+           : coordinate == COORDINATE_COSINE ? (itself ? d : d * (1.0f - n[slot] * n[slot])) \
+           : itself                          ? SELECT(n[slot] > LEAST_NUMBER, d, 0.0f)       \
                                              : SELECT(n[slot] > 0.0f, d * n[slot], 0.0f);
 #define COORDINATE_IN_MODEL(name, PREFIX) \
   case MODEL_##name: PREFIX##_NUMBERS(COORDINATE_OF_NUMBER) break;
-__attribute__((always_inline)) inline REAL by_coordinate(int model, int slot, const REAL n[], REAL d) {
+__attribute__((always_inline)) inline REAL by_coordinate(int model, int slot, const REAL n[], REAL d, bool itself) {
   switch (model) { MODELS_OF_SCENE(COORDINATE_IN_MODEL) }
   return d;
 }

@@ -40,8 +40,8 @@ inline void add_phase_turn(__global const JobRecord* job, const Pool* pool, INT 
 /* Replay: to the sums of the numbers. */
 inline void sum_phase(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                       const Scores* scores, const Phase* phase, MASK mask) {
-#define SUM_PHASE(name, PREFIX)                                            \
-  sum_scores(launch, job, pool, slots, scores, MODEL_##name, phase->first, \
+#define SUM_PHASE(name, PREFIX)                                               \
+  sum_scores(launch, job, pool, slots, scores, MODEL_##name, phase->first, 0, \
              PHASE_COUNT == 1 ? mask : mask & (phase->model == MODEL_##name));
   PHASES_OF_SCENE(SUM_PHASE)
 }

@@ -67,11 +67,12 @@ inline void store_scores(const Pool* pool, INT slots, const Scores* s) {
   UNROLL_FOR(int k = 0; k < SCORES; ++k) STORE(pool, SCORE + k, slots, s->of[k]);
 }
 
-/* Replay: what the lanes in `mask` have added to the numbers of a model since load_scores. */
+/* Replay: what the lanes in `mask` have added to the numbers of a model since load_scores. uv: as of load_numbers, or
+ * null where nothing is textured. */
 inline void sum_scores(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
-                       const Scores* s, int model, INT first, MASK mask) {
+                       const Scores* s, int model, INT first, const REAL uv[], MASK mask) {
 #if ADJOINT
-  if (job->replay) add_pulled(launch, job, pool, slots, mask, &s->pulled, model, first);
+  if (job->replay) add_pulled(launch, job, pool, slots, mask, &s->pulled, model, first, uv);
 #endif
 }
 
@@ -89,7 +90,7 @@ inline void add_scores(__global const JobRecord* job, Scores* s, int model, cons
       const int slot = summed[k].slot;
       const REAL own =
           where_from(step->origins, slot, summed[k].origin, step->of[slot * CHANNELS + (CHANNELS == 1 ? 0 : c)]);
-      const REAL d = by_coordinate(model, slot, n, own);
+      const REAL d = by_coordinate(model, slot, n, own, summed[k].texels >= 0);
       const bool expects = decided && role_of(model, slot) == ROLE_DENSITY;
       pull(&s->pulled, k, c, d, expects ? s->pulled.weight[c] - s->pulled.expected[c] : s->pulled.weight[c]);
     }

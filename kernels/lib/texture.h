@@ -3,14 +3,22 @@
 #define ITN_TEXTURE_H
 #include "model/texture/list.h"
 
+/* Coordinates after to_uv. */
+inline void texture_place(__global const TextureRecord* t, float u, float v, float to[2]) {
+  to[0] = t->to_uv[0] * u + t->to_uv[1] * v + t->to_uv[2];
+  to[1] = t->to_uv[3] * u + t->to_uv[4] * v + t->to_uv[5];
+}
+
 /* Arguments and result as in model/texture/list.h, the coordinates before to_uv. */
 #define TEXTURE_CASE(name, PREFIX, type) \
   case TEXTURE_##name: return name##_value(t, texels, number, to, rgb);
 inline int texture_value(__global const TextureRecord* t, __global const float* texels, __global const float* number,
                          TexturePlace at, float rgb[3]) {
   TexturePlace to = at;
-  to.u = t->to_uv[0] * at.u + t->to_uv[1] * at.v + t->to_uv[2];
-  to.v = t->to_uv[3] * at.u + t->to_uv[4] * at.v + t->to_uv[5];
+  float uv[2];
+  texture_place(t, at.u, at.v, uv);
+  to.u = uv[0];
+  to.v = uv[1];
   switch (t->kind) { TEXTURE_LIST(TEXTURE_CASE) }
   return 0;
 }
@@ -19,9 +27,9 @@ inline int texture_value(__global const TextureRecord* t, __global const float* 
 /* d value / d u and d value / d v of a bitmap, the same in all channels; of nearest texels: 0. */
 inline void texture_slopes(__global const TextureRecord* t, __global const float* texels, float u, float v,
                            float slopes[3]) {
-  const float x = t->to_uv[0] * u + t->to_uv[1] * v + t->to_uv[2], y = t->to_uv[3] * u + t->to_uv[4] * v + t->to_uv[5];
-  float along[2];
-  bitmap_slopes(t, texels, x, y, along);
+  float to[2], along[2];
+  texture_place(t, u, v, to);
+  bitmap_slopes(t, texels, to[0], to[1], along);
   slopes[0] = t->to_uv[0] * along[0] + t->to_uv[3] * along[1];
   slopes[1] = t->to_uv[1] * along[0] + t->to_uv[4] * along[1];
   slopes[2] = 0.0f;

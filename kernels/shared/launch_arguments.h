@@ -14,7 +14,7 @@
 /* texture_axes: of structures with BSDF_BUMPED, where there are some: of each primitive that is a triangle dp/du and dp/dv, in the
  * frame around its normal (model/shading_frame.h).
  * number_textures: beside `numbers`, the texture that takes a number's place, -1: none.
- * futures: [cell][throughput channel] (lib/baseline.h); visits: of a pilot; pulls, gradient: lib/adjoint.h.
+ * futures: [cell][throughput channel] (lib/baseline.h); visits: of a pilot; pulls, gradient, texel_gradient: lib/adjoint.h.
  * samples: SAMPLE_SIZE floats each. misplaced: one count, arrivals at surfaces from the wrong side. */
 #define LAUNCH_ARGUMENTS(ARGUMENT)                \
   GEOMETRY_ARGUMENTS(ARGUMENT)                    \
@@ -38,6 +38,7 @@
   ARGUMENT(float, visits)                         \
   ARGUMENT(const float, pulls)                    \
   ARGUMENT(uint, gradient)                        \
+  ARGUMENT(uint, texel_gradient)                  \
   ARGUMENT(float, samples)                        \
   ARGUMENT(uint, misplaced)
 

@@ -66,6 +66,7 @@ typedef struct {
   int offset, width, height; /* bitmap */
   int wrap;                  /* TEXTURE_REPEAT ... */
   int nearest;               /* else bilinear */
+  int gradient;              /* bitmap: where the sums by its texels begin (lib/adjoint.h); -1: nobody asks for them */
 } TextureRecord;
 
 /* A field (lib/field.h): voxels of one channel or three, x fastest, channels interleaved, and over the box that they fill
@@ -97,6 +98,8 @@ typedef struct {
   int model, slot, channel;
   int origin; /* as of ScoreRecord */
   int at;     /* the number is numbers[first + at] */
+  int texels; /* -1, or the first slot of the number: by the texels of its textures, too, and by the number itself
+                 instead of its coordinate */
 } SumRecord;
 
 /* A derivative of the image is a sum of parts, one for each medium, BSDF or light that the parameter is a number of:

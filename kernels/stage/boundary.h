@@ -114,6 +114,7 @@ inline REAL sample_light_at_boundary(int model, int variant, const Launch* launc
   ConnectionStart start = connection_start(mask);
   start.model = model;
   start.n = r->n;
+  start.texture = s->texture;
   start.surface = &step;
   add_connection(launch, job, pool, slots, random, mask,
                  beside_surface(launch->primitives, s->primitive, s->position, s->normal, light), &sample, s->primitive,
@@ -182,7 +183,7 @@ inline void boundary_stage(int model, int variant, const Launch* launch, __globa
   const Step step = bsdf_sample_step(model, variant, r.n, s.first_number, r.wi, wo, drawn_pdf, scatters & found);
   add_scores(job, &scores, model, r.n, &step, false);
   store_scores(pool, slots, &scores);
-  sum_scores(launch, job, pool, slots, &scores, model, s.first_number, valid);
+  sum_scores(launch, job, pool, slots, &scores, model, s.first_number, s.texture, valid);
   scatter_at_boundary(launch, job, pool, slots, valid, &s, &random, u[bsdf_random(model)], direction, weight, pdf,
                       inverse_eta, bsdf_straight(model, r.n, r.wi, wo), s.misplaced | passes);
   if (bsdf_traits(model) & BSDF_PASSES) STORE_INT(pool, PASSED, slots, SELECT_INT(passes, 1, 0));

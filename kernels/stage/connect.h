@@ -119,6 +119,7 @@ inline void connect_through(int surface, int model, int variant, const Launch* l
   start.cosine = cosine;
   start.model = model;
   start.n = n;
+  start.texture = e->texture;
   start.surface = &at_exit;
   add_connection(launch, job, pool, slots, random, here & lit,
                  beside_surface(launch->primitives, e->primitive, e->position, e->normal, sample->source.direction),

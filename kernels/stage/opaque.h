@@ -68,6 +68,7 @@ inline void connect_reflector(int model, int variant, const Launch* launch, __gl
   ConnectionStart start = connection_start(mask);
   start.model = model;
   start.n = r->n;
+  start.texture = s->texture;
   start.surface = &step;
   add_connection(launch, job, pool, slots, random, mask & sampled & lit,
                  beside_surface(launch->primitives, s->primitive, s->position, s->normal, to_light), &light,
@@ -82,7 +83,7 @@ inline void score_reflection(int model, int variant, const Launch* launch, __glo
   const Step step = bsdf_sample_step(model, variant, r->n, s->first_number, r->wi, wo, pdf, mask);
   add_scores(job, &scores, model, r->n, &step, false);
   store_scores(pool, slots, &scores);
-  sum_scores(launch, job, pool, slots, &scores, model, s->first_number, mask);
+  sum_scores(launch, job, pool, slots, &scores, model, s->first_number, s->texture, mask);
 }
 
 inline void opaque_stage(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,

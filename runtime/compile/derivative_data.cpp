@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "kernels/model/models.h"
 #include "runtime/base/colour.h"
@@ -47,7 +48,9 @@ class Builder {
     if (p.owner == Owner::environment) return add_environment(p, image);
     launch_.coloured_light |= p.component >= 0;  // where all components are equal, the derivatives are not
     for (const int index : p.indices)
-      if (p.owner == Owner::texture)
+      if (p.by_texels)
+        add_texels(p, index, image);
+      else if (p.owner == Owner::texture)
         add_textures(p, index, image);
       else if (p.owner == Owner::light)
         add_light(p, index, image);
@@ -56,7 +59,14 @@ class Builder {
           add_instance(p, i, place_of(p.owner, index), image);
   }
 
-  DerivativeData data;
+  // A sum that is by texels, too, is so for all surfaces of its model.
+  DerivativeData take() {
+    for (const NumberOfPart& by : data_.numbers)
+      for (NumberOfPart& part : data_.numbers)
+        if (by.texels >= 0 && part.model == by.model && part.slot == by.slot && part.origin == by.origin)
+          part.texels = by.texels;
+    return std::move(data_);
+  }
 
  private:
   // A model of the scene, and where its numbers begin.
@@ -71,9 +81,9 @@ class Builder {
 
   // Radiance enters linearly: no path carries a score for it.
   void add_light_part(const DerivativeRecord& record, int image) {
-    data.derivatives.push_back(record);
-    data.parts.push_back({image, {-1, -1, -1}});
-    data.numbers.push_back({});
+    data_.derivatives.push_back(record);
+    data_.parts.push_back({image, {-1, -1, -1}});
+    data_.numbers.push_back({});
   }
 
   void add_light(const Parameter& p, int index, int image) {
@@ -92,7 +102,8 @@ class Builder {
     DerivativeRecord record{{0, 0, 0}, static_cast<int>(launch_.environments.size()), -1, {0, 0, 0}};
     const EnvironmentRecord light = launch_.environments[static_cast<std::size_t>(job_.environment)];
     launch_.environments.push_back(environment_derivative(*scene_.environment, p, light, launch_.light_tables));
-    if (const std::string formula = scene_.environment->model->formula; !formula.empty()) data.functions[formula] = {0};
+    if (const std::string formula = scene_.environment->model->formula; !formula.empty())
+      data_.functions[formula] = {0};
     add_light_part(record, image);
   }
 
@@ -110,6 +121,35 @@ class Builder {
         add_instance(p, i, place, image);
       }
     }
+  }
+
+  // A bitmap, wherever the BSDF has it.
+  void add_texels(const Parameter& p, int index, int image) {
+    const Bsdf& bsdf = scene_.bsdfs[static_cast<std::size_t>(index)];
+    for (const std::size_t i : bsdf.values_called(p.id, p.member)) {
+      const DeclaredNumber& number = bsdf.model->number_called(bsdf.model->parameters[i].name);
+      const Place place = place_of(Owner::bsdf, index);
+      PartRecord part{image, {-1, -1, -1}};
+      for (int c = 0; c < 3; ++c) part.score[c] = score(p.owner, place, number, c);
+      data_.derivatives.push_back({{1, 1, 1}, -1, -1, {0, 0, 0}});  // a texture is the number itself
+      data_.parts.push_back(part);
+      data_.numbers.push_back({bsdf.model, place.first, number.slot, number.channels == 3, 0, number.slot});
+      const auto at = static_cast<std::size_t>(job_.first_number + place.first + number.slot);
+      const auto texture = static_cast<std::size_t>(launch_.number_textures[at]);
+      launch_.textures[texture].gradient = sums_of_texels(bsdf.values[i].bitmap.get(), image);
+    }
+  }
+
+  // Where those by a bitmap's texels begin. Surfaces of the same parameter share them.
+  int sums_of_texels(const Bitmap* bitmap, int image) {
+    for (const DifferentiatedTexture& known : data_.textures)
+      if (known.image == image && known.bitmap == bitmap) return known.first_texel;
+    const std::size_t first = data_.texels();
+    const DifferentiatedTexture texture{image, static_cast<int>(first), bitmap};
+    if (first + texture.texels() > static_cast<std::size_t>(std::numeric_limits<int>::max() / 3))
+      throw InputError("the textures to differentiate by have more than 7e8 texels; need smaller ones");
+    data_.textures.push_back(texture);
+    return texture.first_texel;
   }
 
   // One part for each number that the model's parameter of that index moves.
@@ -131,9 +171,9 @@ class Builder {
         moves = true;
       }
       if (!moves) continue;
-      data.derivatives.push_back(record);
-      data.parts.push_back(part);
-      data.numbers.push_back({place.model, place.first, number.slot, number.channels == 3, place.origin});
+      data_.derivatives.push_back(record);
+      data_.parts.push_back(part);
+      data_.numbers.push_back({place.model, place.first, number.slot, number.channels == 3, place.origin});
     }
   }
 
@@ -160,17 +200,17 @@ class Builder {
       return o.model == r.model && o.slot == r.slot && o.channel == r.channel && o.first == r.first &&
              o.origin == r.origin;
     };
-    const auto found = std::find_if(data.scores.begin(), data.scores.end(), same);
-    if (found != data.scores.end()) return static_cast<int>(found - data.scores.begin());
-    data.scores.push_back(r);
-    return static_cast<int>(data.scores.size()) - 1;
+    const auto found = std::find_if(data_.scores.begin(), data_.scores.end(), same);
+    if (found != data_.scores.end()) return static_cast<int>(found - data_.scores.begin());
+    data_.scores.push_back(r);
+    return static_cast<int>(data_.scores.size()) - 1;
   }
 
   void want(const ScoreFunction& function, const DeclaredNumber& number, int channels) {
     for (int c = 0; c < channels; ++c)
       for (int of = 0; of < 3; ++of)
         if (function.derivatives.count({number.slot + c, of}) > 0)
-          data.functions[function.name].insert(number.slot + c);
+          data_.functions[function.name].insert(number.slot + c);
   }
 
   const SceneStart& start() const {
@@ -215,23 +255,24 @@ class Builder {
   const Scene& scene_;
   const JobRecord& job_;
   LaunchData& launch_;
+  DerivativeData data_;
 };
 
 }  // namespace
 
 DerivativeData derivative_data(const Scene& scene, const std::vector<std::string>& names, const JobRecord& job,
-                               LaunchData& launch) {
+                               LaunchData& launch, bool with_textures) {
   const std::vector<Parameter> parameters = list_parameters(scene);
   Builder builder(scene, job, launch);
   for (auto name = names.begin(); name != names.end(); ++name) {
     const Parameter p = find_parameter(parameters, *name);
-    if (!p.not_differentiable.empty())
+    if (!p.not_differentiable.empty() && !(p.by_texels && with_textures))
       throw UsageError(fmt::format("parameter {} cannot be differentiated by: {}", p.name, p.not_differentiable));
     if (std::find(names.begin(), name, *name) != name)
       throw UsageError(fmt::format("parameter {}: named twice", *name));
     builder.add(p, static_cast<int>(name - names.begin()));
   }
-  return std::move(builder.data);
+  return builder.take();
 }
 
 }  // namespace itn

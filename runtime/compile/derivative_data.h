@@ -10,7 +10,7 @@
 
 namespace itn {
 
-static_assert(sizeof(ScoreRecord) == 20 && sizeof(SumRecord) == 20 && sizeof(DerivativeRecord) == 32);
+static_assert(sizeof(ScoreRecord) == 20 && sizeof(SumRecord) == 24 && sizeof(DerivativeRecord) == 32);
 
 // Which number a part of a derivative is by: n[slot] of the model whose numbers begin at `first` of the scene's.
 struct NumberOfPart {
@@ -18,6 +18,7 @@ struct NumberOfPart {
   int first = 0, slot = 0;
   bool colour = false;  // n[slot + c] in channel c
   int origin = 0;       // as of ScoreRecord
+  int texels = -1;      // as of SumRecord
   // Of n[slot + c], from n on.
   int place(int c) const { return model->place_of_colour(slot + c, origin); }
 };
@@ -27,19 +28,34 @@ inline bool is_of_light(const DerivativeRecord& derivative) {
   return derivative.environment >= 0 || derivative.light >= 0;
 }
 
+// A texture by whose texels the derivative is.
+struct DifferentiatedTexture {
+  int image = 0;        // which derivative it is
+  int first_texel = 0;  // of the sums by texels (TextureRecord::gradient)
+  const Bitmap* bitmap = nullptr;
+  std::size_t texels() const {
+    return static_cast<std::size_t>(bitmap->width) * static_cast<std::size_t>(bitmap->height);
+  }
+};
+
 struct DerivativeData {
   std::vector<ScoreRecord> scores;            // what a path carries
   std::vector<PartRecord> parts;              // of the derivatives, which are in the order of the names
   std::vector<DerivativeRecord> derivatives;  // one a part
   std::vector<NumberOfPart> numbers;          // one a part; by the light: without a model
+  std::vector<DifferentiatedTexture> textures;
+  std::size_t texels() const {  // of all of them
+    return textures.empty() ? 0 : static_cast<std::size_t>(textures.back().first_texel) + textures.back().texels();
+  }
   int images() const { return parts.empty() ? 0 : parts.back().image + 1; }
   ScoreRequest functions;  // the derivatives of the models that it takes
 };
 
 // names: as list_parameters gives them; job: of the scene, which `launch` has; the derivatives of its light
-// are appended there. Throws UsageError: a name that is unknown, not differentiable
-// (says why), or there twice.
+// are appended there. with_textures: by_texels (scene/parameters.h) parameters are taken; their parts are by all texels
+// alike, and the launch's textures know where their sums begin. Throws UsageError: a name that is unknown, not
+// differentiable (says why), or there twice; InputError: more texels than there can be.
 DerivativeData derivative_data(const Scene& scene, const std::vector<std::string>& names, const JobRecord& job,
-                               LaunchData& launch);
+                               LaunchData& launch, bool with_textures = false);
 
 }  // namespace itn

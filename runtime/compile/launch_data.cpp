@@ -48,6 +48,7 @@ int append_texture(const Texture& texture, const Model& model, const DeclaredNum
   r.kind = texture.model->id;
   for (std::size_t k = 0; k < 6; ++k) r.to_uv[k] = static_cast<float>(texture.to_uv[k]);
   r.numbers = model.number_slots;
+  r.gradient = -1;
   if (!texture.attribute.empty()) data.attributes.emplace_back(data.textures.size(), &texture);
   if (texture.bitmap) {
     append_bitmap(texture, r, data);

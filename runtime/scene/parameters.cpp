@@ -5,13 +5,16 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numeric>
 
+#include "kernels/shared/declaration.h"
 #include "runtime/base/error.h"
 
 namespace itn {
 namespace {
 
 const char* const textured_value = "a texture, not a number";
+const char* const bitmap_value = "a texture, not a number; itn gradient and itn invert take it texel by texel";
 const char* const grid_value = "a grid of voxels, not a number; scale and a constant albedo are numbers";
 
 struct Range {
@@ -42,7 +45,8 @@ class List {
                           member,
                           id_,
                           {index_},
-                          component});
+                          component,
+                          false});
   }
   // why_not: for a component of that value.
   void colour(const std::string& member, const Rgb& value, const Range& range,
@@ -54,6 +58,21 @@ class List {
       const double v = value[static_cast<std::size_t>(c)];
       number(member, v, range, why_not(v, c), unit, c);
     }
+  }
+
+  // The model's obstacles are asked for at the mean texel: what is in the way of a few texels only leaves them out.
+  void bitmap(const Instance& instance, const DeclaredParameter& p, const Bitmap& of, const Range& range) {
+    const Model& model = *instance.model;
+    const int role = model.number_called(p.name).role;
+    const bool fixed = role == ROLE_FIXED || role == ROLE_NORMAL || role == ROLE_BUMP;
+    const std::vector<float>& texels = of.data;
+    std::vector<double> slots = instance.slots();
+    std::fill_n(slots.begin() + p.slot, p.kind.channels,
+                std::accumulate(texels.begin(), texels.end(), 0.0) / static_cast<double>(texels.size()));
+    const char* why_not = fixed ? textured_value : model.obstacle(slots.data(), p.slot);
+    const bool by_texels = owner_ == Owner::bsdf && std::string(why_not).empty();
+    number(p.shown(), std::nan(""), range, by_texels ? bitmap_value : why_not, p.unit);
+    parameters.back().by_texels = by_texels;
   }
 
   // What its model declares.
@@ -70,6 +89,8 @@ class List {
       const auto why_not = [&](double, int c) { return model.obstacle(slots.data(), p.slot + c); };
       if (of.is_grid())
         number(p.shown(), std::nan(""), range, grid_value, p.unit);
+      else if (of.bitmap)
+        bitmap(instance, p, *of.bitmap, range);
       else if (!of.is_constant())
         number(p.shown(), std::nan(""), range, textured_value, p.unit);
       else if (p.kind.channels == 3)
@@ -205,6 +226,18 @@ void set_parameter(Scene& scene, const Parameter& p, double value) {
   if (!p.contains(value))
     throw UsageError(fmt::format("parameter {}: got {}, need a number in {}", p.name, value, p.range()));
   for (const int i : p.indices) set_number(scene, p, static_cast<std::size_t>(i), value);
+}
+
+const std::shared_ptr<const Bitmap>& bitmap_of(const Scene& scene, const Parameter& p) {
+  const Bsdf& bsdf = scene.bsdfs.at(static_cast<std::size_t>(p.indices.at(0)));
+  return bsdf.values.at(bsdf.values_called(p.id, p.member).at(0)).bitmap;
+}
+
+void set_bitmap(Scene& scene, const Parameter& p, const std::shared_ptr<const Bitmap>& bitmap) {
+  for (const int index : p.indices) {
+    Bsdf& bsdf = scene.bsdfs.at(static_cast<std::size_t>(index));
+    for (const std::size_t i : bsdf.values_called(p.id, p.member)) bsdf.values[i].bitmap = bitmap;
+  }
 }
 
 Parameter find_parameter(const std::vector<Parameter>& parameters, const std::string& name) {

@@ -1,6 +1,7 @@
 // The numbers of a scene that an image depends on smoothly, by name.
 #pragma once
 #include <algorithm>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,9 @@ struct Parameter {
   // where they share it. Of the environment: meaningless.
   std::vector<int> indices{0};
   int component = -1;  // of a colour; -1: all
+  // Its value is a bitmap, and the renderer can differentiate by the texels (GradientRenderer); not_differentiable says
+  // why not as by a number.
+  bool by_texels = false;
 
   bool belongs_to(int index) const { return std::find(indices.begin(), indices.end(), index) != indices.end(); }
   bool is(Owner of, const std::string& its_member) const { return owner == of && member == its_member; }
@@ -48,6 +52,12 @@ std::vector<std::string> by_component(const std::vector<Parameter>& parameters, 
 // Gives the parameter another value: a colour without a component gets it in all three. The scene is the one that was
 // listed, or a copy. Throws UsageError: outside of the range (names it), or a texture.
 void set_parameter(Scene& scene, const Parameter& parameter, double value);
+
+// The bitmap of a parameter that is by_texels; of one or three channels, as Texture has it.
+const std::shared_ptr<const Bitmap>& bitmap_of(const Scene& scene, const Parameter& parameter);
+
+// Puts another in its place, of the same size and channels.
+void set_bitmap(Scene& scene, const Parameter& parameter, const std::shared_ptr<const Bitmap>& bitmap);
 
 // Media, phase functions, BSDFs with their textures, lights, then the environment, in the order of the scene.
 std::vector<Parameter> list_parameters(const Scene& scene);

@@ -25,6 +25,7 @@ constexpr int staged_slots_a_cpu_unit = 1 << 12;
 constexpr std::size_t gpu_local = 64, cpu_local = 1;
 constexpr int medium_events = 64;  // a state load at most
 constexpr int free_queue = QUEUE_FREE;
+constexpr std::uint64_t most_texel_sums = std::uint64_t{256} << 20;  // bytes, where each work-item has its own
 
 // The pilot that learns baselines: paths a job; its samples of a pixel begin at the last, beyond those of any image.
 constexpr int pilot_paths = 1 << 13, pilot_sample = 1 << 30;
@@ -66,7 +67,7 @@ std::vector<SumRecord> sums_of(const DerivativeData& derivatives, int throughput
     if (!part.model) continue;
     const bool by_channel = part.colour && throughput_channels == 3;
     for (int c = 0; c < (by_channel ? 3 : 1); ++c)
-      add({part.model->id, part.slot + c, by_channel ? c : -1, part.origin, part.place(c)});
+      add({part.model->id, part.slot + c, by_channel ? c : -1, part.origin, part.place(c), part.texels});
   }
   return sums;
 }
@@ -89,9 +90,11 @@ std::map<std::string, std::string> features(const LaunchData& data, const Deriva
     result["MEDIA"] = std::to_string(data.media.size());
     result["NUMBERS"] = std::to_string(data.numbers.size());
     result["SUMS"] = std::to_string(sums.size());
+    result["TEXEL_SUMS"] = std::to_string(!derivatives.textures.empty());
     for (const SumRecord& r : sums)
-      result["SUM_RECORDS"] += fmt::format("{{{},{},{},{},{}}},", r.model, r.slot, r.channel, r.origin, r.at);
-    result["SUM_RECORDS"] += "{0,0,0,0,0}";
+      result["SUM_RECORDS"] +=
+          fmt::format("{{{},{},{},{},{},{}}},", r.model, r.slot, r.channel, r.origin, r.at, r.texels);
+    result["SUM_RECORDS"] += "{0,0,0,0,0,-1}";
   }
   result["DERIVATIVES"] = std::to_string(derivatives.images());
   result["PARTS"] = std::to_string(derivatives.parts.size());
@@ -125,6 +128,12 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   slots_ = fused_ ? fused_slots
            : cpu  ? std::min(staged_slots, staged_slots_a_cpu_unit * device.info().compute_units)
                   : staged_slots;
+  if (adjoint_) {
+    texels_ = derivatives.texels() * static_cast<std::size_t>(channels_);
+    const std::uint64_t room = std::min<std::uint64_t>(most_texel_sums, device.free_memory() / 8);
+    own_texels_ = fused_ && static_cast<std::uint64_t>(workers_) * texels_ * sizeof(std::int64_t) <= room;
+    definitions["OWN_TEXELS"] = std::to_string(own_texels_ ? texels_ : 0);
+  }
   definitions["WIDTH"] = std::to_string(width_);
   definitions["FUSED"] = std::to_string(fused_);
   definitions["SLOTS"] = std::to_string(slots_);
@@ -221,11 +230,15 @@ void Wavefront::replay(const std::vector<JobSlice>& slices, const std::vector<fl
   trace_jobs(slices, Purpose::replay, at);
 }
 
-// Of every work-item a gradient of its own.
+// Of every work-item a gradient of its own, but for that by texels.
 void Wavefront::clear_gradient() {
   const std::size_t sums = adjoint_ ? static_cast<std::size_t>(workers_) * GRADIENT_SETS * (numbers_ + 1) : 1;
   buffers_.gradient = cl::Buffer();  // its memory first
   buffers_.gradient = device_.upload(std::vector<std::int64_t>(sums), "gradient");
+  buffers_.texel_gradient = cl::Buffer();
+  const std::size_t copies = own_texels_ ? static_cast<std::size_t>(workers_) : 1;
+  buffers_.texel_gradient =
+      device_.allocate_zeroed(std::max(std::size_t{1}, texels_ * copies) * sizeof(std::int64_t), "gradient by texels");
 }
 
 std::vector<std::int64_t> Wavefront::take_gradient() {
@@ -235,6 +248,15 @@ std::vector<std::int64_t> Wavefront::take_gradient() {
   clear_gradient();
   for (std::size_t i = 0; i < all.size(); ++i) sum[i % size] += all[i];
   return sum;
+}
+
+std::vector<std::int64_t> Wavefront::texel_gradient() const {
+  if (texels_ == 0) return {};
+  std::vector<std::int64_t> sums(texels_ * (own_texels_ ? static_cast<std::size_t>(workers_) : 1));
+  device_.download(buffers_.texel_gradient, sums);
+  for (std::size_t i = texels_; i < sums.size(); ++i) sums[i % texels_] += sums[i];
+  sums.resize(texels_);
+  return sums;
 }
 
 // A pilot of every job: pixels spread evenly over its film, and samples that no image takes.

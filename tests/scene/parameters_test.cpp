@@ -25,7 +25,8 @@ itn::Scene scene_of_every_kind(const std::string& environment) {
   const char* const ids[] = {"paint", "glass", "frost", "tiles", "wall", "floor"};
   for (std::size_t i = 0; i < 6; ++i) scene.bsdfs[i].id = ids[i];
   scene.bsdfs[0].value("reflectance").value = {0.1, 0.2, 0.3};
-  scene.bsdfs[3].value("reflectance") = itn::make_bitmap(std::make_shared<itn::Bitmap>());
+  scene.bsdfs[3].value("reflectance") =
+      itn::make_bitmap(std::make_shared<itn::Bitmap>(itn::Bitmap{1, 1, 3, {0.5F, 0.5F, 0.5F}}));
   for (const std::size_t i : {4, 5}) {  // share a texture
     scene.bsdfs[i].value("reflectance").become(*itn::find_texture("checkerboard"));
     scene.bsdfs[i].value("reflectance").id = "board";
@@ -110,6 +111,18 @@ TEST_CASE("a texture cannot be set to a number") {
   const itn::Parameter p = itn::find_parameter(itn::list_parameters(scene), "tiles.reflectance");
   CHECK_THROWS_WITH(itn::set_parameter(scene, p, 0.5),
                     Catch::Contains("tiles.reflectance") && Catch::Contains("texture"));
+}
+
+TEST_CASE("a bitmap is differentiated by its texels, and can be replaced wherever it is") {
+  itn::Scene scene = scene_of_every_kind("constant");
+  const itn::Parameter p = itn::find_parameter(itn::list_parameters(scene), "tiles.reflectance");
+  CHECK(p.by_texels);
+  CHECK_THAT(p.not_differentiable, Catch::Contains("texel by texel"));
+  auto other = std::make_shared<itn::Bitmap>(*itn::bitmap_of(scene, p));
+  other->data[0] = 0.125F;
+  itn::set_bitmap(scene, p, other);
+  CHECK(itn::bitmap_of(scene, p) == other);
+  CHECK(!itn::find_parameter(itn::list_parameters(scene), "wall.reflectance").by_texels);
 }
 
 TEST_CASE("the colours of a texture are parameters by its id, and set wherever it is") {

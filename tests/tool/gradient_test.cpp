@@ -120,3 +120,38 @@ TEST_CASE("itn gradient --exposure: a target of twice the light is the same targ
   CHECK(twice["exposures"][0].get<double>() == Approx(2 * once["exposures"][0].get<double>()));
   CHECK(twice["loss"].get<double>() == Approx(4 * once["loss"].get<double>()));
 }
+
+TEST_CASE("itn gradient: by a texture it is an image of the texture's size") {
+  const TemporaryFolder folder;
+  const std::string scene = ITN_SOURCE_DIR "/scenes/test/mitsuba/sunsky_null_floor.xml";
+  REQUIRE(
+      run_itn({"render", scene, "-o", folder / "target.exr", "--spp", "4", "--size", "32x24", "--quiet"}).exit_code ==
+      0);
+  std::vector<std::string> arguments{
+      "gradient", scene, "--target",    folder / "target.exr",  "--size", "32x24",
+      "--spp",    "4",   "--parameter", "diffuse0.reflectance", "-o",     folder / "made",
+      "--json",   "-"};
+  const Result result = run_itn(arguments);
+  INFO(result.error);
+  REQUIRE(result.exit_code == 0);
+  const auto json = nlohmann::json::parse(result.output);
+  CHECK(json["mode"] == "adjoint");
+  const auto& gradient = json["gradient"]["diffuse0.reflectance"];
+  const itn::ExrImage image = itn::read_exr(folder / "made/gradient.diffuse0.reflectance.exr");
+  CHECK(gradient["texels"]["file"] == folder / "made/gradient.diffuse0.reflectance.exr");
+  CHECK(gradient["texels"]["width"] == image.width);
+  CHECK(image.channels.size() == gradient["texels"]["channels"].size());
+  CHECK(image.header.at("parameter") == "diffuse0.reflectance");
+  double sum = 0, square = 0;
+  for (const float v : image.data) {
+    sum += static_cast<double>(v);
+    square += static_cast<double>(v) * static_cast<double>(v);
+  }
+  CHECK(square > 0);
+  CHECK(gradient["texels"]["norm"].get<double>() == Approx(std::sqrt(square)));
+  CHECK(gradient["value"].get<double>() == Approx(sum).epsilon(1e-4));
+  arguments.insert(arguments.end(), {"--mode", "images"});
+  const Result refused = run_itn(arguments);
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.error, Catch::Contains("--mode images") && Catch::Contains("diffuse0.reflectance"));
+}

@@ -230,3 +230,42 @@ TEST_CASE("itn invert --init: a network of six channels knows the scene's shape 
     CHECK(in_scene["images"][0][name].get<double>() == Approx(guess[name].get<double>()).epsilon(1e-3).margin(1e-3));
   CHECK(predict("32").output == of_its_size);  // the network looks with its own pixels
 }
+
+TEST_CASE("itn invert finds a texture texel by texel, goes on where it was, and refuses what is of numbers alone") {
+  const TemporaryFolder folder;
+  const std::string scene = ITN_SOURCE_DIR "/scenes/test/mitsuba/sunsky_null_floor.xml";
+  REQUIRE(
+      run_itn({"render", scene, "-o", folder / "target.exr", "--spp", "4", "--size", "32x24", "--quiet"}).exit_code ==
+      0);
+  std::vector<std::string> arguments{"invert",       scene,
+                                     "--target",     folder / "target.exr",
+                                     "--size",       "32x24",
+                                     "--parameter",  "diffuse0.reflectance",
+                                     "-o",           folder / "fit",
+                                     "--spp",        "2",
+                                     "--iterations", "3",
+                                     "--smoothness", "0.1",
+                                     "--json",       "-"};
+  const Result result = run_itn(arguments);
+  INFO(result.error);
+  REQUIRE(result.exit_code == 0);
+  const auto json = nlohmann::json::parse(result.output);
+  CHECK(json["schema"] == "itn.invert/1");
+  CHECK(json["iterations"] == 3);
+  const auto& texture = json["textures"]["diffuse0.reflectance"];
+  const itn::ExrImage found = itn::read_exr(texture["file"].get<std::string>());
+  CHECK(found.width == texture["width"]);
+  CHECK(*std::min_element(found.data.begin(), found.data.end()) > 0);
+  for (const char* name : {"diffuse0.reflectance.png", "target.png", "rerender.png", "residual.png", "result.json"})
+    CHECK(std::filesystem::file_size(folder / ("fit/" + std::string(name))) > 100);
+  const std::string lines = itn::read_file(folder / "fit/iterations.jsonl");
+  CHECK(std::count(lines.begin(), lines.end(), '\n') == 3);
+  const Result again = run_itn(arguments);  // nothing left to do
+  REQUIRE(again.exit_code == 0);
+  CHECK(nlohmann::json::parse(again.output)["loss"] == json["loss"]);
+  CHECK(itn::read_file(folder / "fit/iterations.jsonl") == lines);
+  arguments.insert(arguments.end(), {"--noise", "0.1"});
+  const Result refused = run_itn(arguments);
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.error, Catch::Contains("--noise") && Catch::Contains("textures"));
+}

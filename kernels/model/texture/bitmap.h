@@ -7,6 +7,7 @@
 
 #ifdef __OPENCL_VERSION__
 inline int wrap_texel(int i, int size, int wrap) {
+  if (i >= 0 && i < size) return i; /* most are: divisions are slow */
   if (wrap == TEXTURE_CLAMP) return clamp(i, 0, size - 1);
   int period = wrap == TEXTURE_MIRROR ? 2 * size : size;
   i = i % period;
@@ -21,19 +22,35 @@ inline void texel(__global const TextureRecord* t, __global const float* texels,
   UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] += weight * p[c];
 }
 
+/* The texels that a place shows, by their numbers, and their weights. Returns how many: four, or the nearest alone. */
+inline int bitmap_texels(__global const TextureRecord* t, float u, float v, int which[4], float weight[4]) {
+  const float x = u * t->width, y = v * t->height;
+  if (t->nearest) {
+    which[0] = wrap_texel((int)floor(y), t->height, t->wrap) * t->width + wrap_texel((int)floor(x), t->width, t->wrap);
+    weight[0] = 1.0f;
+    return 1;
+  }
+  const float left = floor(x - 0.5f), top = floor(y - 0.5f), a = x - 0.5f - left, b = y - 0.5f - top;
+  UNROLL_FOR(int k = 0; k < 4; ++k) {
+    const int right = k & 1, below = k >> 1;
+    which[k] =
+        wrap_texel((int)top + below, t->height, t->wrap) * t->width + wrap_texel((int)left + right, t->width, t->wrap);
+    weight[k] = (right ? a : 1 - a) * (below ? b : 1 - b);
+  }
+  return 4;
+}
+
 inline int bitmap_value(__global const TextureRecord* t, __global const float* texels, __global const float* number,
                         TexturePlace at, float rgb[3]) {
-  const float x = at.u * t->width, y = at.v * t->height;
+  int which[4];
+  float weight[4];
+  const int shown = bitmap_texels(t, at.u, at.v, which, weight);
   rgb[0] = rgb[1] = rgb[2] = 0.0f;
-  if (t->nearest) {
-    texel(t, texels, (int)floor(x), (int)floor(y), 1.0f, rgb);
-    return 0;
+  UNROLL_FOR(int k = 0; k < 4; ++k) {
+    if (k >= shown) continue;
+    __global const float* p = texels + t->offset + 3 * which[k];
+    UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] += weight[k] * p[c];
   }
-  float left = floor(x - 0.5f), top = floor(y - 0.5f), a = x - 0.5f - left, b = y - 0.5f - top;
-  texel(t, texels, (int)left, (int)top, (1 - a) * (1 - b), rgb);
-  texel(t, texels, (int)left + 1, (int)top, a * (1 - b), rgb);
-  texel(t, texels, (int)left, (int)top + 1, (1 - a) * b, rgb);
-  texel(t, texels, (int)left + 1, (int)top + 1, a * b, rgb);
   return 0;
 }
 

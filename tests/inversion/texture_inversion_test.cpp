@@ -1,0 +1,116 @@
+// Textures from images: what they should be, within the noise of the target, and the same after a stop.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "runtime/base/file.h"
+#include "runtime/inversion/stored_texture_inversion.h"
+#include "runtime/scene/load.h"
+#include "tests/stage/stage_test.h"
+#include "tests/support/temporary_folder.h"
+
+using namespace itn;
+using namespace itn::test;
+
+namespace {
+
+constexpr int size = 8;
+
+// A floor of 8 x 8 texels, seen from above in light from all around and a lamp.
+Scene floor_of(const std::shared_ptr<const Bitmap>& bitmap) {
+  const TemporaryFolder folder;
+  write_file(folder / "scene.xml", R"(<scene version="3.0.0">
+  <integrator type="volpath"><integer name="max_depth" value="3"/></integrator>
+  <sensor type="perspective">
+    <float name="fov" value="40"/>
+    <transform name="to_world"><lookat origin="0, 0, 3" target="0, 0, 0" up="0, 1, 0"/></transform>
+    <film type="hdrfilm"><integer name="width" value="32"/><integer name="height" value="32"/></film>
+  </sensor>
+  <emitter type="constant"><rgb name="radiance" value="0.3, 0.4, 0.5"/></emitter>
+  <emitter type="point"><point name="position" x="1" y="-1" z="2"/><rgb name="intensity" value="6, 5, 4"/></emitter>
+  <shape type="rectangle"><bsdf type="diffuse" id="wood"/></shape></scene>)");
+  Scene scene = load_scene(folder / "scene.xml");
+  Texture& reflectance = scene.bsdfs[0].value("reflectance");
+  reflectance = make_bitmap(bitmap);
+  reflectance.wrap = Texture::Wrap::clamp;
+  return scene;
+}
+
+std::shared_ptr<Bitmap> picture(double (*value)(int, int, int)) {
+  auto bitmap = std::make_shared<Bitmap>(Bitmap{size, size, 3, {}});
+  for (int y = 0; y < size; ++y)
+    for (int x = 0; x < size; ++x)
+      for (int c = 0; c < 3; ++c) bitmap->data.push_back(static_cast<float>(value(x, y, c)));
+  return bitmap;
+}
+
+double painted(int x, int y, int c) { return 0.15 + 0.7 * ((x * 3 + y * 5 + c * 7) % 11) / 10; }
+double grey(int, int, int) { return 0.5; }
+
+TargetImage target_from(const Scene& scene) {
+  RenderOptions options;
+  options.spp = 256;
+  options.seed = 77;
+  const Rendering image = render(device(), scene, options);
+  return {image.width, image.height, 3, image.mean, std::vector<float>(image.mean.size() / 3, 1.0F), {}};
+}
+
+double rms(const std::vector<float>& a, const std::vector<float>& b) {
+  double square = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    square += std::pow(static_cast<double>(a[i]) - static_cast<double>(b[i]), 2);
+  return std::sqrt(square / static_cast<double>(a.size()));
+}
+
+}  // namespace
+
+TEST_CASE("a texture is found from one image of the surface that has it") {
+  const auto truth = picture(painted);
+  const std::vector<TargetImage> targets{target_from(floor_of(truth))};
+  TextureInversionOptions options;
+  options.iterations = 100;
+  options.spp = 8;
+  TextureInversion inversion(device(), floor_of(picture(grey)), {"wood.reflectance"}, {0}, targets, {}, options);
+  TextureInversionState state = inversion.start();
+  const double before = rms(inversion.textures(state)[0].data, truth->data);
+  CHECK(before > 0.2);
+  while (state.iteration < options.iterations) inversion.advance(state);
+  CHECK(rms(inversion.textures(state)[0].data, truth->data) < 0.02);
+  LossGradient loss;
+  const std::vector<Rendering> images = inversion.render(state, 64, &loss);
+  CHECK(images.size() == 1);
+  CHECK(loss.loss < 1e-3);
+}
+
+TEST_CASE("a texture's inversion that was stopped ends with the same numbers") {
+  const std::vector<TargetImage> targets{target_from(floor_of(picture(painted)))};
+  TextureInversionOptions options;
+  options.iterations = 6;
+  options.spp = 2;
+  options.smoothness = 0.1;
+  TextureInversion inversion(device(), floor_of(picture(grey)), {"wood.reflectance"}, {0}, targets, {}, options);
+  const TemporaryFolder whole, stopped;
+  StoredTextureInversion at_once(whole.path().string(), {{"a", 1}}, inversion);
+  for (int i = 0; i < 6; ++i) at_once.advance();
+  {
+    StoredTextureInversion first(stopped.path().string(), {{"a", 1}}, inversion);
+    for (int i = 0; i < 3; ++i) first.advance();
+  }
+  StoredTextureInversion second(stopped.path().string(), {{"a", 1}}, inversion);
+  REQUIRE(second.steps().size() == 3);
+  for (int i = 0; i < 3; ++i) second.advance();
+  CHECK(second.state().x == at_once.state().x);
+  CHECK(read_file(stopped / "iterations.jsonl") == read_file(whole / "iterations.jsonl"));
+}
+
+TEST_CASE("the gradient of a texture's roughness is its difference") {
+  Bitmap bitmap{3, 2, 2, {0.1F, 0.7F, 0.3F, 0.2F, 0.9F, 0.4F, 0.5F, 0.6F, 0.8F, 0.1F, 0.2F, 0.5F}};
+  std::vector<double> gradient(bitmap.data.size()), ignored(gradient);
+  roughness_of(bitmap, 2, gradient.data());
+  for (std::size_t i = 0; i < bitmap.data.size(); ++i) {
+    Bitmap more = bitmap, less = bitmap;
+    more.data[i] += 0.125F;
+    less.data[i] -= 0.125F;
+    const double difference = (roughness_of(more, 0, ignored.data()) - roughness_of(less, 0, ignored.data())) / 0.25;
+    CHECK(gradient[i] == Approx(2 * difference).margin(1e-6));
+  }
+}

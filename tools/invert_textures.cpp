@@ -1,0 +1,134 @@
+#include "tools/invert_textures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
+#include "runtime/base/seconds_since.h"
+#include "runtime/image/exr.h"
+#include "runtime/image/png.h"
+#include "runtime/image/preview.h"
+#include "runtime/image/srgb.h"
+#include "runtime/inversion/stored_texture_inversion.h"
+#include "tools/progress.h"
+
+namespace itn::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::vector<std::string> letters(int channels) {
+  return channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
+}
+
+// As scenes read it again: colours in sRGB; numbers as they are, for a texture with raw = true.
+std::vector<std::uint8_t> bytes_of(const Bitmap& bitmap) {
+  std::vector<std::uint8_t> bytes;
+  for (std::size_t i = 0; i < bitmap.data.size(); ++i) {
+    const double v = std::clamp(static_cast<double>(bitmap.data[i]), 0.0, 1.0);
+    const auto byte = static_cast<std::uint8_t>(std::lround(255 * (bitmap.channels == 1 ? v : srgb_encode(v))));
+    bytes.insert(bytes.end(), bitmap.channels == 1 ? 3 : 1, byte);
+  }
+  return bytes;
+}
+
+Json write_texture(const std::string& file, const Bitmap& bitmap, const TextureQuestion& question,
+                   const std::string& parameter) {
+  write_exr(file + ".exr", {bitmap.width,
+                            bitmap.height,
+                            letters(bitmap.channels),
+                            bitmap.data,
+                            {{"scene", question.scene}, {"parameter", parameter}}});
+  write_png(file + ".png", bitmap.width, bitmap.height, bytes_of(bitmap));
+  return {{"file", file + ".exr"},
+          {"picture", file + ".png"},
+          {"width", bitmap.width},
+          {"height", bitmap.height},
+          {"channels", letters(bitmap.channels)}};
+}
+
+// What the textures look like beside the target.
+void write_images(const StoredTextureInversion& stored, const std::string& number, const Rendering& image,
+                  const TargetImage& target) {
+  std::vector<float> residual(image.mean.size());
+  for (std::size_t i = 0; i < residual.size(); ++i)
+    residual[i] =
+        target.weight[i / static_cast<std::size_t>(image.channels)] > 0 ? image.mean[i] - target.value[i] : 0.0F;
+  write_exr(stored.file("rerender" + number + ".exr"),
+            {image.width, image.height, letters(image.channels), image.mean, {}});
+  const auto picture = [&](const std::string& name, const std::vector<std::uint8_t>& bytes) {
+    write_png(stored.file(name + number + ".png"), image.width, image.height, bytes);
+  };
+  picture("rerender", tone_mapped(image.mean, image.channels));
+  picture("target", tone_mapped(target.value, image.channels));
+  picture("residual", red_blue(residual, image.channels).bytes);
+}
+
+void print_step(const TextureInversionStep& step, const TextureInversionOptions& how) {
+  fmt::print("iteration {:3}  {:4} spp  loss {:.4g}{}\n", step.iteration, how.spp, step.loss,
+             how.smoothness > 0 ? fmt::format("  roughness {:.4g}", step.roughness) : "");
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+bool names_texture(const std::vector<Parameter>& all, const std::vector<std::string>& names) {
+  return std::any_of(all.begin(), all.end(), [&](const Parameter& p) {
+    return p.by_texels && std::find(names.begin(), names.end(), p.name) != names.end();
+  });
+}
+
+void invert_textures(const TextureQuestion& question, const Scene& scene, const std::vector<TargetImage>& targets,
+                     const Device& device, const RenderOptions& render_options, const StoredRun::Json& request) {
+  const CommonOptions& common = question.common;
+  const TextureInversionOptions& how = question.inversion;
+  const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
+  if (how.spp < 2) throw UsageError("--spp 1: a loss compares different samples of a pixel; need 2 or more");
+  if (!common.json.empty() && common.json != "-") check_writable(common.json);
+  TextureInversion inversion(device, scene, question.parameters, question.images.sensors, targets, render_options, how);
+  StoredTextureInversion stored(question.folder, request, inversion);
+  Progress progress(question.scene, how.iterations, "iterations", !common.quiet);
+  while (stored.state().iteration < how.iterations) {
+    const TextureInversionStep& step = stored.advance();
+    progress.clear();
+    if (common.talkative()) print_step(step, how);
+    progress.update(static_cast<double>(stored.state().iteration) / how.iterations);
+  }
+  progress.clear();
+
+  LossGradient loss;
+  const std::vector<Rendering> images = inversion.render(stored.state(), std::max(64, how.spp), &loss);
+  for (std::size_t t = 0; t < targets.size(); ++t)
+    write_images(stored, targets.size() == 1 ? "" : "_" + std::to_string(t), images[t], targets[t]);
+  Json textures = Json::object();
+  const std::vector<Bitmap> found = inversion.textures(stored.state());
+  for (std::size_t p = 0; p < found.size(); ++p)
+    textures[question.parameters[p]] =
+        write_texture(stored.file(question.parameters[p]), found[p], question, question.parameters[p]);
+  const Json result{{"schema", "itn.invert/1"},
+                    {"scene", question.scene},
+                    {"method", "adam"},
+                    {"parameters", Json::object()},
+                    {"textures", textures},
+                    {"ambiguity", Json::array()},
+                    {"loss", loss.loss},
+                    {"loss_stderr", std::isfinite(loss.loss_stderr) ? Json(loss.loss_stderr) : Json()},
+                    {"loss_at_start", stored.steps().front().loss},
+                    {"iterations", stored.state().iteration},
+                    {"time", {{"total_s", seconds()}}}};
+  write_file(stored.file("result.json"), result.dump(2) + "\n");
+  if (common.talkative()) {
+    fmt::print("loss {:.4g} +- {:.2g}, at the start {:.4g}\n", loss.loss, loss.loss_stderr,
+               stored.steps().front().loss);
+    for (const auto& [name, texture] : textures.items())
+      fmt::print("{}: {}\n", name, texture["file"].get<std::string>());
+  }
+  write_json(common, result);
+}
+
+}  // namespace itn::tools
