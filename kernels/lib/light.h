@@ -96,7 +96,7 @@ inline void light_tint(const Launch* launch, INT first, const REAL uv[2], REAL r
     if (texture < 0) continue;
     float tint[3];
     texture_value(launch->textures + texture, launch->texels, launch->numbers + at.i[l] + 3,
-                  (TexturePlace){u.f[l], v.f[l], 0.0f, 0.0f, 0, 0}, tint);
+                  (TexturePlace){u.f[l], v.f[l]}, tint);
     UNROLL_FOR(int c = 0; c < 3; ++c) value[c].f[l] = tint[c];
   }
   UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = value[c].real;

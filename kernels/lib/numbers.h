@@ -46,7 +46,7 @@ __attribute__((always_inline)) inline void load_number(const Launch* launch, int
     const int texture = launch->number_textures[at.i[l] + slot];
     if (texture < 0) continue;
     float rgb[3];
-    TexturePlace place = {u.f[l], v.f[l], 0.0f, 0.0f, 0, 0};
+    TexturePlace place = {u.f[l], v.f[l]};
 #if HAS_ATTRIBUTES
     place.b1 = b1.f[l];
     place.b2 = b2.f[l];

@@ -22,7 +22,7 @@ const LaneFunction lookup{{"lib/texture.h"}, {"u", "v", "record", "numbers"}, {"
   for (int l = 0; l < WIDTH; ++l) {
     float value[3];
     which.f[l] = texture_value((__global const TextureRecord*)(in_ + 2 * count_), in_, in_ + 3 * count_,
-                               (TexturePlace){x.f[l], y.f[l], 0.0f, 0.0f, 0, 0}, value);
+                               (TexturePlace){x.f[l], y.f[l]}, value);
     for (int c = 0; c < 3; ++c) rgb[c].f[l] = value[c];
   }
   r = rgb[0].real; g = rgb[1].real; b = rgb[2].real;

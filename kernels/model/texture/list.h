@@ -18,8 +18,11 @@
 /* Of one path. primitive, shape, b1, b2 (barycentric, of the second and third corner): where there are attributes
  * (HAS_ATTRIBUTES), and on meshes alone */
 typedef struct {
-  float u, v, b1, b2;
+  float u, v;
+#if HAS_ATTRIBUTES
+  float b1, b2;
   int primitive, shape; /* of the launch; of the scene */
+#endif
 } TexturePlace;
 #endif
 

@@ -12,9 +12,11 @@
 #ifdef __OPENCL_VERSION__
 inline int mesh_attribute_value(__global const TextureRecord* t, __global const float* texels,
                                 __global const float* number, TexturePlace at, float rgb[3]) {
+#if HAS_ATTRIBUTES
   __global const float* corner = texels + as_int(texels[t->offset + at.shape]) + 9 * at.primitive;
   UNROLL_FOR(int c = 0; c < 3; ++c)
     rgb[c] = (1.0f - at.b1 - at.b2) * corner[c] + at.b1 * corner[3 + c] + at.b2 * corner[6 + c];
+#endif
   return 0;
 }
 #endif
