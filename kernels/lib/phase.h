@@ -2,6 +2,7 @@
  * (PHASES_OF_SCENE of the program, runtime/compile/surfaces.h). Where it has one, no lane chooses. */
 #ifndef ITN_PHASE_H
 #define ITN_PHASE_H
+#include "lib/mixture.h"
 #include "lib/numbers.h"
 
 typedef struct {

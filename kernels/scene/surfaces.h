@@ -13,6 +13,8 @@
 #define ORIGIN_WORDS 1           /* lib/numbers.h */
 #define PHASE_COUNT 0
 #define PHASES_OF_SCENE(MODEL)
+#define TABLES_OF_SCENE(MODEL)   /* lib/mixture.h; of mixtures, too */
+#define MIXTURES_OF_SCENE(MODEL) /* of PHASES_OF_SCENE */
 #define LIGHTS_OF_SCENE(MODEL)
 #define ENVIRONMENTS_OF_SCENE(MODEL)
 #define TEXTURED(model, slot) 0 /* does some instance have a texture in place of the number? */

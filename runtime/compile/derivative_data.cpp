@@ -20,7 +20,7 @@ struct Functions {
 };
 
 Functions functions_of(const Model& model, Owner owner, int variant) {
-  if (owner == Owner::phase) return {{"score_" + model.name}, {}};
+  if (owner == Owner::phase) return {{score_function(model).name}, {}};
   if (owner == Owner::medium) return {{"score_" + model.name + "_scattering", "score_" + model.name + "_passage"}, {}};
   if (model.structure)
     return {{score_function(*model.structure, false).name, score_function(*model.structure, true).name}, {}};

@@ -163,6 +163,7 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   r.model = medium.model->id;
   r.first_number = append_numbers(*medium.model, medium.variant, medium.slots(), data);
   r.phase = medium.phase.model->id;
+  data.phases[r.phase] = medium.phase.model;
   r.first_phase_number = append_numbers(*medium.phase.model, medium.phase.variant, medium.phase.slots(), data);
   for (const Shape& shape : scene.shapes) {
     const Bsdf& bsdf = scene.bsdfs[static_cast<std::size_t>(shape.bsdf)];

@@ -34,6 +34,7 @@ struct LaunchData {
   std::vector<BsdfRecord> bsdfs;           // surface: as in compile/surfaces.h
   std::map<int, const Model*> structures;  // of these, by their numbers
   std::vector<MediumRecord> media;
+  std::map<int, const Model*> phases;         // of these, by their numbers
   std::vector<FieldRecord> fields;            // of media
   std::vector<float> voxels;                  // and the coarse cells over them
   std::map<const VoxelGrid*, int> voxels_of;  // where those of a grid begin: fields may share it

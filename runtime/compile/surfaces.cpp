@@ -7,6 +7,7 @@
 
 #include "kernels/model/models.h"
 #include "kernels/shared/path_state.h"
+#include "runtime/scene/mixture.h"
 #include "runtime/scene/structure.h"
 
 namespace itn {
@@ -45,14 +46,23 @@ std::string nests_text(const Structure& s, std::size_t at) {
   return text + "  return x;\n}\n";
 }
 
-// What a BSDF's file declares, and what lib/structure.h takes beside it.
+// What a model's file declares.
+std::string declaration_text(const Model& m) {
+  const std::string prefix = capitals(m.name);
+  std::string numbers;
+  for (const DeclaredNumber& n : m.numbers)
+    numbers += fmt::format(" NUMBER({}, {}, {}, {}, {})", prefix, n.name, n.channels, n.role, n.coordinate);
+  return fmt::format(
+      "#define {0}_NUMBERS(NUMBER){1}\nenum {{ MODEL_{2} = {3} }};\nenum {{ {0}_NUMBERS(DECLARE_SLOT) {0}_SLOTS }};\n",
+      prefix, numbers, m.name, m.id);
+}
+
+// As lib/structure.h takes it.
 std::string structure_text(const Structure& s) {
   const Model& m = s.model;
   const std::string prefix = capitals(m.name);
-  std::string numbers, leaves, functions, bumps;
+  std::string leaves, functions, bumps;
   int random = 0;
-  for (const DeclaredNumber& n : m.numbers)
-    numbers += fmt::format(" NUMBER({}, {}, {}, {}, {})", prefix, n.name, n.channels, n.role, n.coordinate);
   for (std::size_t at = 0; at < s.leaves.size(); ++at) {
     const Structure::Leaf& leaf = s.leaves[at];
     const bool passes = leaf.piece < 0;
@@ -66,11 +76,22 @@ std::string structure_text(const Structure& s) {
   }
   for (const Piece& piece : s.pieces)
     if (piece.model->traits & BSDF_BUMPED) bumps += fmt::format(" BUMP({})", piece.first_number);
-  return fmt::format(
-      "#define {0}_NUMBERS(NUMBER){1}\n#define {0}_TRAITS {2}\n#define {0}_RANDOM {3}\n#define {0}_LEAVES(LEAF){4}\n"
-      "#define {0}_BUMPS(BUMP){8}\n"
-      "enum {{ MODEL_{5} = {6} }};\nenum {{ {0}_NUMBERS(DECLARE_SLOT) {0}_SLOTS }};\n{7}",
-      prefix, numbers, m.traits, random, leaves, m.name, m.id, functions, bumps);
+  return declaration_text(m) + fmt::format(
+                                   "#define {0}_TRAITS {1}\n#define {0}_RANDOM {2}\n#define "
+                                   "{0}_LEAVES(LEAF){3}\n#define {0}_BUMPS(BUMP){4}\n{5}",
+                                   prefix, m.traits, random, leaves, bumps, functions);
+}
+
+// Of a table or a mixture, as lib/mixture.h takes it.
+std::string phase_text(const Model& m) {
+  const std::string prefix = capitals(m.name);
+  if (m.table) return declaration_text(m) + fmt::format("#define {}_VALUES {}\n", prefix, m.table);
+  std::string parts;
+  const std::vector<Mixture::Part>& all = m.mixture->parts;
+  for (std::size_t k = 0; k < all.size(); ++k)
+    parts += fmt::format(" PART({}, {}, {})", k, all[k].model->name, all[k].first);
+  return declaration_text(m) +
+         fmt::format("#define {0}_PARTS {1}\n#define {0}_EACH(PART){2}\n", prefix, all.size(), parts);
 }
 
 }  // namespace
@@ -142,10 +163,7 @@ ModelsOfLaunch models_of(const LaunchData& data) {
     return std::any_of(data.media.begin(), data.media.end(),
                        [&](const MediumRecord& m) { return m.model == model.id; });
   });
-  result.phases = some(phase_models(), [&](const Model& model) {
-    return std::any_of(data.media.begin(), data.media.end(),
-                       [&](const MediumRecord& m) { return m.phase == model.id; });
-  });
+  for (const auto& [id, model] : data.phases) result.phases.push_back(model);
   result.lights = some(light_models(), [&](const Model& model) {
     return std::any_of(data.lights.begin(), data.lights.end(),
                        [&](const LightRecord& l) { return l.model == model.id; });
@@ -154,6 +172,21 @@ ModelsOfLaunch models_of(const LaunchData& data) {
     return std::any_of(data.environments.begin(), data.environments.end(),
                        [&](const EnvironmentRecord& e) { return e.model == model.id; });
   });
+  return result;
+}
+
+std::vector<const Model*> made_models(const LaunchData& data) {
+  std::vector<const Model*> result;
+  const auto add = [&](const Model* model) {
+    const bool made = model->structure || model->mixture || model->table;
+    if (made && std::find(result.begin(), result.end(), model) == result.end()) result.push_back(model);
+  };
+  for (const auto& [id, model] : data.structures) add(model);
+  for (const auto& [id, model] : data.phases) {
+    if (model->mixture)
+      for (const Mixture::Part& part : model->mixture->parts) add(part.model);
+    add(model);
+  }
   return result;
 }
 
@@ -174,6 +207,11 @@ std::string surfaces_text(const LaunchData& data) {
   for (const auto& [model, slot] : data.textured)
     textured += fmt::format(" || ((model) == {} && (slot) == {})", model, slot);
   const ModelsOfLaunch models = models_of(data);
+  std::vector<const Model*> tables, mixtures;
+  for (const Model* model : made_models(data)) {
+    if (model->table) tables.push_back(model);
+    if (model->mixture) mixtures.push_back(model);
+  }
   const auto list = [](const std::vector<const Model*>& family) {
     std::string text;
     for (const Model* model : family) text += fmt::format(" MODEL({}, {})", model->name, capitals(model->name));
@@ -183,18 +221,19 @@ std::string surfaces_text(const LaunchData& data) {
       "#define SURFACES {}\n#define SURFACE_LIST(SURFACE){}\n#define BSDFS_OF_SCENE(MODEL){}\n"
       "#define MEDIUM_COUNT {}\n#define MEDIA_OF_SCENE(MODEL){}\n#define PHASE_COUNT {}\n#define "
       "PHASES_OF_SCENE(MODEL){}\n"
+      "#define TABLES_OF_SCENE(MODEL){}\n#define MIXTURES_OF_SCENE(MODEL){}\n"
       "#define LIGHTS_OF_SCENE(MODEL){}\n#define ENVIRONMENTS_OF_SCENE(MODEL){}\n#define TEXTURED(model, slot) "
       "(false{})\n"
       "#define STRUCTURES_OF_SCENE(MODEL){}\n#define PASSED_SURFACES(SURFACE){}\n#define ORIGIN_WORDS {}\n",
       kinds.size(), surfaces, list(models.bsdfs), models.media.size(), list(models.media), models.phases.size(),
-      list(models.phases), list(models.lights), list(models.environments), textured, list(models.structures), passed,
-      origin_words(data));
+      list(models.phases), list(tables), list(mixtures), list(models.lights), list(models.environments), textured,
+      list(models.structures), passed, origin_words(data));
 }
 
 std::string structures_text(const LaunchData& data) {
   std::string text;
-  for (const SurfaceKind& kind : surfaces_of(data))
-    if (kind.model->structure) text += structure_text(*kind.model->structure);
+  for (const Model* model : made_models(data))
+    text += model->structure ? structure_text(*model->structure) : phase_text(*model);
   return text;
 }
 

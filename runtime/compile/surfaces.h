@@ -34,6 +34,10 @@ struct ModelsOfLaunch {
 };
 ModelsOfLaunch models_of(const LaunchData& data);
 
+// What of the launch is made for scenes: structures, mixtures of phase functions, and tables, those inside of mixtures
+// too.
+std::vector<const Model*> made_models(const LaunchData& data);
+
 // How many places behind the numbers of a model say which colours of textures they are (kernels/lib/numbers.h).
 int origin_words(const LaunchData& data);
 

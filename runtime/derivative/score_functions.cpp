@@ -14,6 +14,7 @@
 #include "runtime/derivative/print.h"
 #include "runtime/derivative/recorded.h"
 #include "runtime/scene/model.h"
+#include "runtime/scene/phase_formula.h"
 #include "runtime/scene/structure_formula.h"
 
 namespace itn {
@@ -150,21 +151,19 @@ Declared structure_chosen_score(const Structure& structure) {
           model.number_slots, record};
 }
 
-#define ITN_PHASE_SCORE(name, PREFIX, type)              \
-  Declared name##_score() {                              \
-    const auto record = [](const Declared& declared) {   \
-      Recorder r(declared);                              \
-      const std::vector<Recorded> n = r.numbers();       \
-      const Recorded cosine = r.real("cosine");          \
-      return r.scores({name##_value(n.data(), cosine)}); \
-    };                                                   \
-    return {"score_" #name,                              \
-            #name "_value(n, cosine)",                   \
-            {"const REAL* n", "REAL cosine", "REAL* d"}, \
-            PREFIX##_SLOTS,                              \
-            record};                                     \
-  }
-PHASE_LIST(ITN_PHASE_SCORE)
+Declared phase_score(const Model& model) {
+  const auto record = [&model](const Declared& declared) {
+    Recorder r(declared);
+    const std::vector<Recorded> n = r.numbers();
+    const Recorded cosine = r.real("cosine");
+    return r.scores({phase_value(model, n.data(), cosine)});
+  };
+  return {"score_" + model.name,
+          model.name + "_value(n, cosine)",
+          {"const REAL* n", "REAL cosine", "REAL* d"},
+          model.number_slots,
+          record};
+}
 
 #define ITN_MEDIUM_SCORE(name, PREFIX, event)              \
   Declared name##_##event##_score() {                      \
@@ -233,12 +232,11 @@ std::deque<Function> declare_all() {
     all.emplace_back(model##_chosen_score(v, variant_name(#model, v)));   \
     all.emplace_back(model##_decision_score(v, variant_name(#model, v))); \
   }
-#define ITN_DECLARE_PHASE(name, PREFIX, type) all.emplace_back(name##_score());
 #define ITN_DECLARE_MEDIUM(name, PREFIX, type) \
   all.emplace_back(name##_scattering_score()); \
   all.emplace_back(name##_passage_score());
   BSDF_LIST(ITN_DECLARE_BSDF)
-  PHASE_LIST(ITN_DECLARE_PHASE)
+  for (const Model& phase : phase_models()) all.emplace_back(phase_score(phase));
   MEDIUM_LIST(ITN_DECLARE_MEDIUM)
   all.emplace_back(sky_derivative());
   return all;
@@ -249,36 +247,33 @@ std::deque<Function>& all_functions() {
   return all;
 }
 
-// Those of structures, from when they are first asked for.
-class StructureFunctions {
+// Those of models that are made for scenes, from when they are first asked for.
+class MadeFunctions {
  public:
-  // That of a value or of what is chosen.
-  Function& of(const Structure& structure, bool chosen) {
+  Function& of(const Declared& declared) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    for (Function& function : all_)
-      if (function.declared.name == name(structure, chosen)) return function;
-    all_.emplace_back(chosen ? structure_chosen_score(structure) : structure_score(structure));
-    return all_.back();
+    if (Function* known = named(declared.name)) return *known;
+    return all_.emplace_back(declared);
   }
 
-  Function* find(const std::string& wanted) {
+  Function* find(const std::string& name) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    for (Function& function : all_)
-      if (function.declared.name == wanted) return &function;
-    return nullptr;
+    return named(name);
   }
 
  private:
-  static std::string name(const Structure& structure, bool chosen) {
-    return "score_" + variant_name(structure.model.name, 0) + (chosen ? "_chosen" : "");
+  Function* named(const std::string& name) {
+    for (Function& function : all_)
+      if (function.declared.name == name) return &function;
+    return nullptr;
   }
 
   std::mutex mutex_;
   std::deque<Function> all_;
 };
 
-StructureFunctions& structure_functions() {
-  static StructureFunctions all;
+MadeFunctions& made_functions() {
+  static MadeFunctions all;
   return all;
 }
 
@@ -348,15 +343,20 @@ std::vector<std::string> score_function_names() {
 const ScoreFunction& score_function(const std::string& name) {
   for (Function& function : all_functions())
     if (function.declared.name == name) return function.recorded();
-  if (Function* function = structure_functions().find(name)) return function->recorded();
+  if (Function* function = made_functions().find(name)) return function->recorded();
   throw std::invalid_argument("no score function " + name);
 }
 
 const ScoreFunction& score_function(const Structure& structure, bool chosen) {
-  return structure_functions().of(structure, chosen).recorded();
+  return made_functions().of(chosen ? structure_chosen_score(structure) : structure_score(structure)).recorded();
 }
 
-std::string print_scores(const ScoreRequest& wanted, int channels, const std::vector<const Structure*>& structures) {
+const ScoreFunction& score_function(const Model& phase) {
+  if (!phase.mixture && !phase.table) return score_function("score_" + phase.name);
+  return made_functions().of(phase_score(phase)).recorded();
+}
+
+std::string print_scores(const ScoreRequest& wanted, int channels, const std::vector<const Model*>& made) {
   for (const auto& [name, slots] : wanted) {
     const ScoreFunction& function = score_function(name);
     for (const int slot : slots)
@@ -379,11 +379,15 @@ std::string print_scores(const ScoreRequest& wanted, int channels, const std::ve
             "\n";
   };
   for (Function& function : all_functions()) add(function);
-  for (const Structure* structure : structures) {
-    add(structure_functions().of(*structure, false));
-    add(structure_functions().of(*structure, true));
-    text += choose_variant(structure->model.name, 1, "", value_arguments) +
-            choose_variant(structure->model.name, 1, "_chosen", value_arguments);
+  for (const Model* model : made) {
+    if (!model->structure) {
+      add(made_functions().of(phase_score(*model)));
+      continue;
+    }
+    add(made_functions().of(structure_score(*model->structure)));
+    add(made_functions().of(structure_chosen_score(*model->structure)));
+    text += choose_variant(model->name, 1, "", value_arguments) +
+            choose_variant(model->name, 1, "_chosen", value_arguments);
   }
   for (const Model& model : bsdf_models()) {
     const int variants = static_cast<int>(model.variants.size());

@@ -36,6 +36,9 @@ const ScoreFunction& score_function(const std::string& name);
 // Of a structure's value, or of what it chooses.
 struct Structure;
 const ScoreFunction& score_function(const Structure& structure, bool chosen);
+// Of a phase function, also of a table or a mixture.
+struct Model;
+const ScoreFunction& score_function(const Model& phase);
 
 // Function -> the slots asked for; those of derivatives that are no score: {0}.
 using ScoreRequest = std::map<std::string, std::set<int>>;
@@ -43,8 +46,8 @@ using ScoreRequest = std::map<std::string, std::set<int>>;
 // OpenCL C of every function, so that callers need no #if: what is not asked for is set to 0 and costs nothing, a
 // function of which nothing is asked for not even its recording. channels: of the throughput, 1 or 3; d[slot * channels
 // + channel] is d log f[channel] / d n[slot]. To be read after shared/portable.h. Throws std::invalid_argument for a
-// function or a slot that is not there. structures: of the program, whose functions come with the others.
-std::string print_scores(const ScoreRequest& wanted, int channels,
-                         const std::vector<const Structure*>& structures = {});
+// function or a slot that is not there. made: models that are made for the program's scenes (compile/surfaces.h), whose
+// functions come with the others.
+std::string print_scores(const ScoreRequest& wanted, int channels, const std::vector<const Model*>& made = {});
 
 }  // namespace itn

@@ -11,6 +11,7 @@
 #include "runtime/base/colour.h"
 #include "runtime/base/statistics.h"
 #include "runtime/derivative/parameter_chain.h"
+#include "runtime/scene/phase_formula.h"
 
 namespace itn {
 namespace {
@@ -60,7 +61,7 @@ struct Influence {
 // The two coefficients in one channel, and what they depend on.
 std::pair<std::array<double, 2>, std::vector<Influence>> coefficients(const Medium& medium, std::size_t channel) {
   const PhaseFunction& phase = medium.phase;
-  const std::vector<double> mean = phase.model->mean_cosine(phase.slots());  // and its derivatives
+  const std::vector<double> mean = mean_cosine(*phase.model, phase.slots());  // and its derivatives
   const auto chain = jacobian(reduced_scattering_and_absorption,
                               std::array{number_of(medium, extinction)[channel],
                                          number_of(medium, single_scattering_albedo)[channel], mean[0]});

@@ -14,8 +14,7 @@ namespace {
 void check_loose_objects(Builder& builder, Properties& root) {
   for (const Element* element : root.objects("texture")) check_texture(builder, *element);
   for (const Element* element : root.objects("volume")) check_texture(builder, *element);
-  Medium medium;
-  for (const Element* element : root.objects("phase")) build_phase(builder, *element, medium);
+  for (const Element* element : root.objects("phase")) build_phase(builder, *element);
   Sensor sensor;
   for (const Element* element : root.objects("film")) build_film(builder, *element, sensor);
   for (const Element* element : root.objects("rfilter")) build_filter(builder, *element, sensor);

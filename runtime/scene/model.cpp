@@ -2,17 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <iterator>
-#include <map>
-#include <mutex>
 #include <sstream>
 #include <stdexcept>
 
 #include "kernels/model/models.h"
 #include "kernels/model/nest/list.h"
 #include "runtime/derivative/dual.h"
-#include "runtime/scene/structure.h"
 
 namespace itn {
 namespace {
@@ -21,11 +17,6 @@ std::vector<std::string> words(const std::string& text) {
   std::istringstream in(text);
   std::vector<std::string> result{std::istream_iterator<std::string>(in), {}};
   return result.empty() ? std::vector<std::string>{""} : result;
-}
-
-void declare(Model& model, const char* name, const ParameterKind& kind, double fallback, const char* unit) {
-  model.parameters.push_back({name, kind, fallback, unit, model.parameter_slots});
-  model.parameter_slots += kind.channels;
 }
 
 // The parameters as dual numbers, each moving along a direction of its own.
@@ -71,18 +62,6 @@ PHASE_LIST(ITN_MODEL_CONVERSIONS)
 LIGHT_LIST(ITN_MODEL_CONVERSIONS)
 NEST_LIST(ITN_MODEL_CONVERSIONS)
 
-#define ITN_MEAN_COSINE(name, PREFIX, type)                                      \
-  std::vector<double> name##_mean(const std::vector<double>& at) {               \
-    const auto parameters = moving<ITN_PARAMETER_SLOTS(PREFIX)>(at);             \
-    std::vector<Dual<ITN_PARAMETER_SLOTS(PREFIX)>> n(PREFIX##_SLOTS);            \
-    name##_numbers(parameters.data(), n.data());                                 \
-    const auto mean = name##_mean_cosine(n.data());                              \
-    std::vector<double> result{mean.value};                                      \
-    result.insert(result.end(), mean.derivative.begin(), mean.derivative.end()); \
-    return result;                                                               \
-  }
-PHASE_LIST(ITN_MEAN_COSINE)
-
 Vector3<double> vector3(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
 
 #define ITN_ARRIVES(name, PREFIX, type)                                                                    \
@@ -97,7 +76,7 @@ Vector3<double> vector3(const std::array<double, 3>& v) { return {v[0], v[1], v[
   }
 LIGHT_LIST(ITN_ARRIVES)
 
-#define ITN_PARAMETER(name, kind, fallback, unit) declare(model, #name, parameter_kind::kind, fallback, unit);
+#define ITN_PARAMETER(name, kind, fallback, unit) model.declare(#name, parameter_kind::kind, fallback, unit);
 #define ITN_NUMBER(PREFIX, name, channels, role, coordinate) \
   model.numbers.push_back({#name, PREFIX##_##name, channels, role, coordinate});
 #define ITN_MODEL(name_, PREFIX, type_) \
@@ -120,12 +99,6 @@ LIGHT_LIST(ITN_ARRIVES)
     model.refusal = name##_refusal;                   \
     models.push_back(model);                          \
   }
-#define ITN_PHASE_MODEL(name, PREFIX, type) \
-  {                                         \
-    ITN_MODEL(name, PREFIX, type)           \
-    model.mean_cosine = name##_mean;        \
-    models.push_back(model);                \
-  }
 #define ITN_LIGHT_MODEL(name, PREFIX, type) \
   {                                         \
     ITN_MODEL(name, PREFIX, type)           \
@@ -133,10 +106,10 @@ LIGHT_LIST(ITN_ARRIVES)
     model.arrives = name##_arrival;         \
     models.push_back(model);                \
   }
-#define ITN_MEDIUM_MODEL(name, PREFIX, type) \
-  {                                          \
-    ITN_MODEL(name, PREFIX, type)            \
-    models.push_back(model);                 \
+#define ITN_PLAIN_MODEL(name, PREFIX, type) \
+  {                                         \
+    ITN_MODEL(name, PREFIX, type)           \
+    models.push_back(model);                \
   }
 #define ITN_NEST_MODEL(name, PREFIX, type) \
   {                                        \
@@ -162,6 +135,12 @@ const char* no_obstacle(const double*, int) { return differentiable; }
   }
 
 }  // namespace
+
+void Model::declare(const std::string& parameter_name, const ParameterKind& kind, double fallback,
+                    const std::string& unit) {
+  parameters.push_back({parameter_name, kind, fallback, unit, parameter_slots});
+  parameter_slots += kind.channels;
+}
 
 const DeclaredParameter& Model::parameter(const std::string& wanted) const {
   for (const DeclaredParameter& p : parameters)
@@ -191,89 +170,11 @@ const DeclaredNumber& Model::number_called(const std::string& wanted) const {
     return all;                                 \
   }
 ITN_FAMILY(bsdf, BSDF_LIST, ITN_BSDF_MODEL)
-ITN_FAMILY(phase, PHASE_LIST, ITN_PHASE_MODEL)
-ITN_FAMILY(medium, MEDIUM_LIST, ITN_MEDIUM_MODEL)
+ITN_FAMILY(phase, PHASE_LIST, ITN_PLAIN_MODEL)
+ITN_FAMILY(medium, MEDIUM_LIST, ITN_PLAIN_MODEL)
 ITN_FAMILY(light, LIGHT_LIST, ITN_LIGHT_MODEL)
 ITN_FAMILY(nest, NEST_LIST, ITN_NEST_MODEL)
 ITN_FAMILY(environment, ENVIRONMENT_LIST, ITN_ENVIRONMENT_MODEL)
-
-const Model& spherical_harmonics_model(int order) {
-  static std::mutex access;
-  static std::map<int, Model> made;
-  const std::lock_guard lock(access);
-  const auto found = made.find(order);
-  if (found != made.end()) return found->second;
-  Model model = *find_model(environment_models(), "sphericalharmonics");
-  for (int l = 1; l <= order; ++l)
-    for (int m = -l; m <= l; ++m)
-      declare(model, ("c_" + std::to_string(l) + "_" + std::to_string(m)).c_str(), parameter_kind::COEFFICIENT, 0, "");
-  return made.emplace(order, std::move(model)).first->second;
-}
-
-int spherical_harmonics_order(const Model& model) {
-  return static_cast<int>(std::lround(std::sqrt(static_cast<double>(model.parameters.size())))) - 1;
-}
-
-const Model& tabulated_model(std::size_t values) {
-  static std::mutex access;
-  static std::map<std::size_t, Model> made;
-  const std::lock_guard lock(access);
-  const auto found = made.find(values);
-  if (found != made.end()) return found->second;
-  const Model& all = *find_model(phase_models(), "tabphase");
-  Model model = all;
-  model.parameters.resize(values);
-  model.parameter_slots = static_cast<int>(values);
-  const auto with_absent = [](std::vector<double> parameters) {
-    parameters.resize(TABULATED_MOST, -1);
-    return parameters;
-  };
-  model.to_numbers = [&all, with_absent](int variant, const std::vector<double>& parameters) {
-    return all.to_numbers(variant, with_absent(parameters));
-  };
-  model.jacobian = [&all, with_absent, values](int variant, const std::vector<double>& at) {
-    auto by = all.jacobian(variant, with_absent(at));
-    for (std::vector<double>& of_number : by) of_number.resize(values);
-    return by;
-  };
-  model.mean_cosine = [&all, with_absent, values](const std::vector<double>& at) {
-    std::vector<double> mean = all.mean_cosine(with_absent(at));
-    mean.resize(1 + values);
-    return mean;
-  };
-  return made.emplace(values, std::move(model)).first->second;
-}
-
-const Model& dictionary_model(std::size_t entries) {
-  static std::mutex access;
-  static std::map<std::size_t, Model> made;
-  const std::lock_guard lock(access);
-  const auto found = made.find(entries);
-  if (found != made.end()) return found->second;
-  Model model = *find_model(nest_models(), "dictionary");
-  for (std::size_t k = 0; k < entries; ++k) {
-    const std::string index = std::to_string(k);
-    declare(model, ("weight_" + index).c_str(), parameter_kind::NON_NEGATIVE, 1, "");
-    model.numbers.push_back({"share_" + index, model.number_slots++, 1, ROLE_FACTOR, COORDINATE_ITSELF});
-  }
-  model.to_numbers = [entries](int, const std::vector<double>& weights) {
-    std::vector<double> shares(entries);
-    dictionary_shares(entries, weights.data(), shares.data());
-    return shares;
-  };
-  model.jacobian = [entries](int, const std::vector<double>& at) {
-    std::vector<std::vector<double>> by(entries, std::vector<double>(entries));
-    for (std::size_t k = 0; k < entries; ++k) {
-      std::vector<Dual<1>> weights(at.begin(), at.end()), shares(entries);
-      weights[k] = Dual<1>::variable(at[k], 0);
-      dictionary_shares(entries, weights.data(), shares.data());
-      for (std::size_t i = 0; i < entries; ++i) by[i][k] = shares[i].derivative[0];
-    }
-    return by;
-  };
-  model.obstacle = [](const double* weights, int slot) { return dictionary_weight_obstacle(weights[slot]); };
-  return made.emplace(entries, std::move(model)).first->second;
-}
 
 const Model* find_model(const std::vector<Model>& models, const std::string& type) {
   const auto found = std::find_if(models.begin(), models.end(), [&](const Model& m) { return m.type == type; });

@@ -35,6 +35,7 @@ struct Arrival {
 };
 
 struct Structure;
+struct Mixture;
 
 struct Model {
   int id = 0;                         // MODEL_* of kernels/model/models.h
@@ -44,7 +45,10 @@ struct Model {
   std::vector<DeclaredParameter> parameters;
   std::vector<DeclaredNumber> numbers;
   int parameter_slots = 0, number_slots = 0;
-  const Structure* structure = nullptr;  // made of what XML nests (structure.h); null: a model of kernels/model
+  // Made for a scene: of what XML nests (structure.h, mixture.h), or a table of so many values (sized_model.h).
+  const Structure* structure = nullptr;
+  const Mixture* mixture = nullptr;
+  int table = 0;
 
   // Of a variant, from the values of all parameters, slot after slot.
   std::function<std::vector<double>(int variant, const std::vector<double>&)> to_numbers;
@@ -53,8 +57,6 @@ struct Model {
   Refusal (*refusal)(const double*) = nullptr;  // why such values cannot be rendered
   // Why there is no derivative by a parameter's slot; or empty.
   std::function<const char*(const double*, int)> obstacle;
-  // Of phase functions: the mean cosine, and its derivative by each parameter's slot.
-  std::function<std::vector<double>(const std::vector<double>&)> mean_cosine;
 
   const char* formula = "";  // of environments: the function of runtime/derivative that derivatives call; or empty
 
@@ -62,6 +64,8 @@ struct Model {
   Arrival (*arrives)(const std::vector<double>&, const std::array<double, 3>&, const std::array<double, 3>&,
                      const std::array<double, 3>&) = nullptr;
 
+  // One parameter more, in the next slots.
+  void declare(const std::string& parameter_name, const ParameterKind& kind, double fallback, const std::string& unit);
   // The parameter of that name. Throws std::logic_error: there is none.
   const DeclaredParameter& parameter(const std::string& wanted) const;
   // The number that n[slot] belongs to.
@@ -77,16 +81,6 @@ const std::vector<Model>& phase_models();
 const std::vector<Model>& medium_models();
 const std::vector<Model>& light_models();        // of lights with a place in the scene
 const std::vector<Model>& environment_models();  // of light around it: parameters alone
-
-// sphericalharmonics up to an order: its parameters are c_l_m, for l = 0 ... order and m = -l ... l.
-const Model& spherical_harmonics_model(int order);
-int spherical_harmonics_order(const Model& model);
-
-// tabphase of so many values, 2 to TABULATED_MOST.
-const Model& tabulated_model(std::size_t values);
-
-// The nest `dictionary` around so many BSDFs: its parameters are weight_0, weight_1, ..., its numbers their shares.
-const Model& dictionary_model(std::size_t entries);
 
 // The first model of that type, or null.
 const Model* find_model(const std::vector<Model>& models, const std::string& type);

@@ -88,6 +88,7 @@ constexpr ParameterKind INDEX_TEXTURE{1, least_ior, greatest_ior, true, true, Re
 constexpr ParameterKind INDEX_OR_SPECULAR{1, least_ior, greatest_ior, true, true, Reader::index_or_specular};
 constexpr ParameterKind SAMPLING_RATE{1, 0, unbounded, true, false, Reader::number, false};
 constexpr ParameterKind INDEX{1, least_ior, greatest_ior, true, true, Reader::index};
+constexpr ParameterKind MIXING_WEIGHT{1, 0, 1, true, true, Reader::number, true, "a share"};
 constexpr ParameterKind SHARE{1, 0, 1, true, true, Reader::share, true, "a share"};
 constexpr ParameterKind NORMAL_TEXTURE{3, 0, 1, true, true, Reader::normals, false};
 constexpr ParameterKind BUMP_TEXTURE{3, -unbounded, unbounded, false, false, Reader::bumps, false};

@@ -2,11 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <deque>
-#include <memory>
+#include <map>
 #include <mutex>
-#include <stdexcept>
 
 #include "kernels/model/nest/list.h"
 #include "runtime/base/fingerprint.h"
@@ -73,97 +70,55 @@ int traits_of_all(const Structure& s) {
   return BSDF_STRUCTURE | kept | (smooth ? BSDF_SMOOTH : some ? BSDF_PARTLY_SMOOTH : 0);
 }
 
-// Names of what is piece `k`'s among the numbers and parameters of all.
-std::string piece_name(std::size_t k, const std::string& name) { return fmt::format("p{}_{}", k, name); }
-
-// Runs over the values of a piece's parameters, slot after slot.
-std::vector<double> of_piece(const Piece& piece, const std::vector<double>& parameters) {
-  const auto from = parameters.begin() + piece.first_parameter;
-  return {from, from + piece.model->parameter_slots};
-}
-
 void declare(Structure& s) {
   Model& m = s.model;
-  for (std::size_t k = 0; k < s.pieces.size(); ++k) {
-    Piece& piece = s.pieces[k];
-    piece.first_number = m.number_slots;
-    piece.first_parameter = m.parameter_slots;
-    for (DeclaredNumber n : piece.model->numbers) {
+  declare_pieces(s.pieces, m);
+  for (std::size_t k = 0; k < s.pieces.size(); ++k)
+    for (DeclaredNumber n : s.pieces[k].model->numbers) {
       n.name = piece_name(k, n.name);
-      n.slot += piece.first_number;
+      n.slot += s.pieces[k].first_number;
       if (n.role == ROLE_DENSITY || n.role == ROLE_INDEX) n.role = ROLE_FACTOR;  // no score of a density is asked for
       m.numbers.push_back(n);
     }
-    for (DeclaredParameter p : piece.model->parameters) {
-      p.called = p.name;
-      p.name = piece_name(k, p.name);
-      p.slot += piece.first_parameter;
-      m.parameters.push_back(p);
-    }
-    m.number_slots += piece.model->number_slots;
-    m.parameter_slots += piece.model->parameter_slots;
-  }
-  s.picked = m.number_slots++;
+  s.picked = slots_of_pieces(s.pieces);
+  m.number_slots = s.picked + 1;
   m.numbers.push_back({"picked", s.picked, 1, ROLE_FIXED, COORDINATE_ITSELF});
 }
 
 void convert(Structure& s) {
   Model& m = s.model;
   const std::vector<Piece> pieces = s.pieces;
-  const auto numbers = static_cast<std::size_t>(m.number_slots), slots = static_cast<std::size_t>(m.parameter_slots);
-  m.to_numbers = [pieces, numbers](int, const std::vector<double>& parameters) {
-    std::vector<double> n(numbers);
-    for (const Piece& piece : pieces) {
-      const std::vector<double> own = piece.model->to_numbers(piece.variant, of_piece(piece, parameters));
-      std::copy(own.begin(), own.end(), n.begin() + piece.first_number);
-    }
+  m.to_numbers = [pieces](int, const std::vector<double>& parameters) {
+    std::vector<double> n = numbers_of_pieces(pieces, parameters);
+    n.push_back(0);  // picked
     return n;
   };
-  m.jacobian = [pieces, numbers, slots](int, const std::vector<double>& parameters) {
-    std::vector<std::vector<double>> by(numbers, std::vector<double>(slots));
-    for (const Piece& piece : pieces) {
-      const auto own = piece.model->jacobian(piece.variant, of_piece(piece, parameters));
-      for (std::size_t i = 0; i < own.size(); ++i)
-        std::copy(own[i].begin(), own[i].end(),
-                  by[static_cast<std::size_t>(piece.first_number) + i].begin() + piece.first_parameter);
-    }
+  m.jacobian = [pieces](int, const std::vector<double>& parameters) {
+    auto by = jacobian_of_pieces(pieces, parameters);
+    by.emplace_back(parameters.size());
     return by;
   };
-  m.obstacle = [pieces](const double* parameters, int slot) {
-    for (const Piece& piece : pieces)
-      if (slot >= piece.first_parameter && slot < piece.first_parameter + piece.model->parameter_slots)
-        return piece.model->obstacle(parameters + piece.first_parameter, slot - piece.first_parameter);
-    throw std::logic_error("no parameter of a structure");
-  };
+  m.obstacle = [pieces](const double* parameters, int slot) { return obstacle_of_pieces(pieces, parameters, slot); };
 }
-
-// Numbers of models beyond those of kernels/model/models.h, the same in every process.
-constexpr std::uint64_t first_id = 1U << 20U, ids = 1U << 30U;
 
 // The one of its kind, which stays.
 const Structure& interned(Structure&& s, const std::string& type) {
   static std::mutex mutex;
-  static std::deque<std::unique_ptr<Structure>> all;
-  const std::uint64_t key = fingerprint(description(s));
-  const std::string name = fmt::format("structure_{:016x}", key);
+  static std::map<std::string, Structure> all;
+  const std::string key = description(s);
   const std::lock_guard<std::mutex> lock(mutex);
-  for (const auto& known : all)
-    if (known->model.name == name) return *known;
-  auto made = std::make_unique<Structure>(std::move(s));
-  Model& m = made->model;
+  if (const auto known = all.find(key); known != all.end()) return known->second;
+  Structure& made = all.emplace(key, std::move(s)).first->second;
+  Model& m = made.model;
   m = {};
-  m.id = static_cast<int>(first_id + key % ids);
-  for (const auto& known : all)
-    if (known->model.id == m.id) throw std::logic_error("two structures with one number");
-  m.name = name;
+  name_made_model(m, fmt::format("structure_{:016x}", fingerprint(key)), fingerprint(key));
   m.type = type;
   m.variants = {""};
-  m.traits = traits_of_all(*made);
-  m.structure = made.get();
-  declare(*made);
-  convert(*made);
-  all.push_back(std::move(made));
-  return *all.back();
+  m.traits = traits_of_all(made);
+  m.structure = &made;
+  declare(made);
+  convert(made);
+  return made;
 }
 
 void append_values(const Instance& instance, std::vector<Texture>& values, std::vector<std::string>& owners) {

@@ -5,16 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "runtime/scene/pieces.h"
 #include "runtime/scene/scene.h"
 
 namespace itn {
-
-// A nest or a leaf: its numbers and parameters among those of the structure.
-struct Piece {
-  const Model* model = nullptr;
-  int variant = 0;
-  int first_number = 0, first_parameter = 0;
-};
 
 struct Structure {
   // From outside in one of the nest's branches (kernels/model/nest/list.h).
@@ -27,7 +21,7 @@ struct Structure {
     std::vector<Enter> nests;
   };
 
-  std::vector<Piece> pieces;
+  std::vector<Piece> pieces;  // nests and leaves
   std::vector<Leaf> leaves;
   Model model;
   int picked = 0;  // the slot that holds the leaf of a sample

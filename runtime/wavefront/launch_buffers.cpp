@@ -21,8 +21,7 @@ void LaunchBuffers::upload_scenes(const Device& device, const LaunchData& data) 
   // Stages may read a whole model's numbers wherever one begins.
   std::vector<float> padded = data.numbers;
   std::size_t most = MOST_SLOTS;
-  for (const auto& [number, structure] : data.structures)
-    most = std::max(most, static_cast<std::size_t>(structure->number_slots));
+  for (const Model* model : made_models(data)) most = std::max(most, static_cast<std::size_t>(model->number_slots));
   padded.resize(padded.size() + most);
   cameras = device.upload(data.cameras, "cameras");
   shapes = device.upload(data.shapes, "shapes");

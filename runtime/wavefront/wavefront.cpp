@@ -140,13 +140,11 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   definitions["GENERATE_BELOW"] = std::to_string(width_);
   definitions["MEDIUM_EVENTS"] = std::to_string(medium_events);
   definitions["OPERATOR_SINGLE"] = std::to_string(op == Operator::single);
-  std::vector<const Structure*> structures;
-  for (const auto& [number, model] : data.structures) structures.push_back(model->structure);
-  program_ =
-      device.build("wavefront.cl", definitions,
-                   {{"derivative/score.h", print_scores(derivatives.functions, throughput_channels_, structures)},
-                    {"scene/surfaces.h", features_.at("surfaces.h")},
-                    {"scene/structures.h", features_.at("structures.h")}});
+  program_ = device.build(
+      "wavefront.cl", definitions,
+      {{"derivative/score.h", print_scores(derivatives.functions, throughput_channels_, made_models(data))},
+       {"scene/surfaces.h", features_.at("surfaces.h")},
+       {"scene/structures.h", features_.at("structures.h")}});
   stages_ = stages_of(data);
   stage_times_ = stage_times_of(data);
   const std::size_t queues = stages_.size();

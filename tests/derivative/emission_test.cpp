@@ -12,6 +12,7 @@
 #include "runtime/device/device.h"
 #include "runtime/scene/hosek_wilkie.h"
 #include "runtime/scene/parameters.h"
+#include "runtime/scene/sized_model.h"
 #include "tests/support/plain_program.h"
 
 using namespace itn;

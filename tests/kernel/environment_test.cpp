@@ -12,6 +12,7 @@
 #include "runtime/compile/surfaces.h"
 #include "runtime/device/device.h"
 #include "runtime/scene/hosek_wilkie.h"
+#include "runtime/scene/sized_model.h"
 
 namespace {
 

@@ -7,7 +7,8 @@
 #include "../support/chi_square.h"
 #include "../support/lane_function.h"
 #include "kernels/model/phase/tabulated.h"
-#include "runtime/scene/model.h"
+#include "runtime/scene/phase_formula.h"
+#include "runtime/scene/sized_model.h"
 
 using namespace itn;
 using namespace itn::test;
@@ -18,9 +19,11 @@ constexpr double significance = 1e-6;
 
 std::vector<std::vector<double>> tables() {
   std::vector<std::vector<double>> result{{1, 3}, {0, 2}, {5, 0}, {0, 1, 0}, {1, 0, 0, 4}, {2, 1, 0.3, 0.2, 0.4, 9}};
-  std::vector<double> longest;
-  for (int i = 0; i < TABULATED_MOST; ++i) longest.push_back(i % 7 == 3 ? 0 : std::exp(0.1 * i) + (i * 37) % 5);
-  result.push_back(longest);
+  for (const int size : {32, TABULATED_MOST}) {
+    std::vector<double> longest;
+    for (int i = 0; i < size; ++i) longest.push_back(i % 7 == 3 ? 0 : std::exp(3.2 * i / size) + (i * 37) % 5);
+    result.push_back(longest);
+  }
   return result;
 }
 
@@ -48,8 +51,9 @@ TEST_CASE("a tabulated phase function is its table, made to integrate to 1", "[m
       moment += c * between(table, c) * 2 / steps;
     }
     for (const double c : {-1.0, -0.93, -0.5, 0.0, 0.123, 0.77, 1.0})
-      CHECK(tabulated_value(n.data(), c) == Approx(between(table, c) / (2 * PI_ * sum)).epsilon(1e-6).margin(1e-12));
-    const std::vector<double> mean = model.mean_cosine(table);
+      CHECK(tabulated_value(model.table, n.data(), c) ==
+            Approx(between(table, c) / (2 * PI_ * sum)).epsilon(1e-6).margin(1e-12));
+    const std::vector<double> mean = mean_cosine(model, table);
     CHECK(mean.at(0) == Approx(moment / sum).margin(1e-6));
     REQUIRE(mean.size() == 1 + table.size());
     // A factor on all values changes nothing.
@@ -78,10 +82,11 @@ TEST_CASE("samples of a tabulated phase function follow it (chi-square)", "[mode
   const int width = GENERATE(1, 16);
   constexpr std::size_t count = 1 << 16;
   for (const std::vector<double>& table : tables()) {
-    const std::vector<double> n = tabulated_model(table.size()).to_numbers(0, table);
-    LaneFunction call{{"model/phase/tabulated.h"}, {"u"}, {"c", "s"}, "REAL n[33] = {"};
+    const Model& model = tabulated_model(table.size());
+    const std::vector<double> n = model.to_numbers(0, table);
+    LaneFunction call{{"model/phase/tabulated.h"}, {"u"}, {"c", "s"}, "REAL n[] = {"};
     for (const double x : n) call.body += "(REAL)(" + std::to_string(x) + "f), ";
-    call.body += "};\ntabulated_draw(n, u, &c, &s);";
+    call.body += "};\ntabulated_draw(" + std::to_string(table.size()) + ", n, u, &c, &s);";
     const Columns out = run_lanes(call, width, {uniform_numbers(count, 4)});
     std::vector<Point> samples;
     double off_circle = 0;
@@ -90,7 +95,7 @@ TEST_CASE("samples of a tabulated phase function follow it (chi-square)", "[mode
       samples.push_back({c, 0.5});
       off_circle = std::max(off_circle, std::abs(c * c + s * s - 1));
     }
-    const auto density = [&](double c, double) { return 2 * PI_ * tabulated_value(n.data(), c); };
+    const auto density = [&](double c, double) { return 2 * PI_ * tabulated_value(model.table, n.data(), c); };
     const ChiSquare result = chi_square(samples, density, {-1, 1 + 1e-6, 0, 1, 200, 1});
     CAPTURE(table, width, result.statistic, result.degrees_of_freedom);
     CHECK(result.p_value > significance);

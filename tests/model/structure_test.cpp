@@ -14,6 +14,7 @@
 #include "../support/lane_function.h"
 #include "runtime/compile/surfaces.h"
 #include "runtime/derivative/score_functions.h"
+#include "runtime/scene/sized_model.h"
 #include "runtime/scene/structure_formula.h"
 
 using namespace itn;

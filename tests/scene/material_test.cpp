@@ -402,14 +402,65 @@ TEST_CASE("a tabulated phase function has as many parameters as values") {
   CHECK(find_parameter(parameters, "p.value_2").not_differentiable.empty());
   CHECK_FALSE(find_parameter(parameters, "p.value_3").not_differentiable.empty());
   CHECK_THROWS(find_parameter(parameters, "p.value_4"));
-  SceneFolder().check_error(medium("1"), 4, {"1 numbers", "2 to 32"});
+  SceneFolder().check_error(medium("1"), 4, {"1 numbers", "2 to 128"});
   SceneFolder().check_error(medium("1, -2"), 4, {"-2 is negative"});
   SceneFolder().check_error(medium("0, 0"), 4, {"all are 0"});
   SceneFolder().check_error(medium("1, two"), 3, {"two"});
   std::string many = "1";
-  for (int k = 0; k < 32; ++k) many += ", 1";
-  SceneFolder().check_error(medium(many), 4, {"33 numbers"});
+  for (int k = 0; k < 128; ++k) many += ", 1";
+  SceneFolder().check_error(medium(many), 4, {"129 numbers"});
   SceneFolder().check_error("<medium type=\"homogeneous\">\n<phase type=\"tabphase\"/></medium>", 3, {"values"});
+}
+
+TEST_CASE("mixtures of phase functions keep the names of what they are made of") {
+  const auto medium = [](const std::string& phase) {
+    return "<medium type=\"homogeneous\" id=\"m\">\n" + phase + "</medium>";
+  };
+  const auto blend = [](const std::string& weight, const std::string& inside) {
+    return "<phase type=\"blendphase\" id=\"b\">" + weight + inside + "</phase>";
+  };
+  const auto dictionary = [](const std::string& weights, const std::string& inside) {
+    return "<phase type=\"dictionary\" id=\"d\"><string name=\"weights\" value=\"" + weights + "\"/>" + inside +
+           "</phase>";
+  };
+  const std::string even = "<phase type=\"isotropic\"/>", hg = "<phase type=\"hg\"/>";
+  const std::string peak = "<phase type=\"hg\" id=\"p\">" + number("g", "0.5") + "</phase>";
+  const Scene scene =
+      SceneFolder().load(medium(blend(number("weight", "0.25"), even + dictionary("3 0 1", peak + even + hg))));
+  const PhaseFunction& phase = scene.media.at(0).phase;
+  CHECK(phase.type() == "blendphase");
+  CHECK(phase.slots() == std::vector<double>{0.25, 3, 0, 1, 0.5, 0.8});
+  const std::vector<Parameter> parameters = list_parameters(scene);
+  CHECK(find_parameter(parameters, "b.weight").not_differentiable.empty());
+  CHECK(find_parameter(parameters, "b.weight").range() == "[0, 1]");
+  CHECK(find_parameter(parameters, "d.weight_0").value == 3);
+  CHECK_FALSE(find_parameter(parameters, "d.weight_1").not_differentiable.empty());
+  CHECK(find_parameter(parameters, "p.g").value == 0.5);
+  CHECK(find_parameter(parameters, "hg0.g").value == 0.8);
+  Scene moved = scene;
+  set_parameter(moved, find_parameter(parameters, "p.g"), 0.7);
+  CHECK(moved.media[0].phase.slots()[4] == 0.7);
+
+  const auto check = [&](const std::string& phase_text, const std::vector<std::string>& words) {
+    SceneFolder().check_error(medium(phase_text), 3, words);
+  };
+  check(blend(number("weight", "0.5"), even), {"1 nested <phase>; need two"});
+  check(blend(number("weight", "0.5"), even + hg + even), {"3 nested <phase>; need two"});
+  check(blend("", even + hg), {"weight"});
+  check(blend(number("weight", "1.5"), even + hg), {"weight = 1.5", "[0, 1]"});
+  check(dictionary("1", ""), {"0 nested <phase>"});
+  check(dictionary("1 2", even), {"2 weights for 1 nested <phase>"});
+  check(dictionary("1 -2", even + hg), {"weight 1 is -2"});
+  check(dictionary("0 0", even + hg), {"their sum is 0"});
+  check(blend(number("weight", "0.5"), even + "<phase type=\"sggx\"/>"),
+        {"\"sggx\"", "\"blendphase\"", "\"dictionary\""});
+  std::string many, ones;
+  for (int k = 0; k < 33; ++k) {
+    many += even;
+    ones += "1 ";
+  }
+  check(blend(number("weight", "0.5"), dictionary(ones, many) + dictionary(ones, many)),
+        {"66 phase functions", "the most is 64"});
 }
 
 TEST_CASE("faulty media are refused") {

@@ -92,6 +92,8 @@ TEST_CASE("replayed paths give the gradient of derivative images from the same s
         {"plastics", {"matt.alpha", "plate.int_ior", "squares.color1.G", "glaze.alpha"}},
         {"principled",
          {"lacquer.clearcoat_gloss", "glass.spec_trans", "leaf.diff_trans", "gilt.color0", "worn.color1"}},
+        {"mixtures",
+         {"haze.weight", "drops.weight", "halo.value_3", "peak.g", "soot.weight", "backward.g", "air.sigma_t"}},
         {"tabulated", {"haze.value_3", "haze.value_10", "halo.value_0", "smoke.sigma_t"}},
         {"rough_textures", {"frost.color0", "squares.color1"}}}) {
     INFO(name);

@@ -80,6 +80,7 @@ std::vector<Case> cases() {
       {"lights_rough", false},
       {"lights_surfaces", false},
       {"mirrors", false},
+      {"mixtures", true},
       {"plastics", false},
       {"rough_textures", false},
   };

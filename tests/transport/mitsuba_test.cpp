@@ -48,6 +48,7 @@ const MitsubaScene scenes[] = {
     {"max_depth_null", 1024},
     {"mesh_attribute", 1024},
     {"mirrors", 1024},
+    {"mixtures", 4096},
     {"nested", 1024},
     {"null_constant", 1024},
     {"null_envmap", 1024},

@@ -7,12 +7,16 @@
  *   name_mean_cosine(n)
  * and for the host:
  *   name_numbers(parameters, n)        over any scalar: differentiated for the chain rule
- *   name_obstacle(parameters, slot)    why there is no derivative by parameters[slot]; empty: there is */
+ *   name_obstacle(parameters, slot)    why there is no derivative by parameters[slot]; empty: there is
+ *
+ * Two are not in the list, whose numbers differ from scene to scene: a table of values (tabulated.h), and a mixture of any
+ * of all these (mixture.h). */
 #ifndef ITN_PHASE_LIST_H
 #define ITN_PHASE_LIST_H
 #include "model/phase/draine.h"
 #include "model/phase/henyey_greenstein.h"
 #include "model/phase/isotropic.h"
+#include "model/phase/mixture.h"
 #include "model/phase/rayleigh.h"
 #include "model/phase/tabulated.h"
 #include "model/phase/vmf.h"
@@ -22,7 +26,6 @@
   PHASE(henyey_greenstein, HENYEY_GREENSTEIN, "hg") \
   PHASE(vmf, VMF, "vmf")                            \
   PHASE(rayleigh, RAYLEIGH, "rayleigh")             \
-  PHASE(draine, DRAINE, "draine")                   \
-  PHASE(tabulated, TABULATED, "tabphase")
+  PHASE(draine, DRAINE, "draine")
 
 #endif

@@ -5,6 +5,7 @@
 
 #include "runtime/base/colour.h"
 #include "runtime/compile/environment/fill.h"
+#include "runtime/scene/sized_model.h"
 
 namespace itn {
 namespace {

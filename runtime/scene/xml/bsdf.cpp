@@ -73,25 +73,6 @@ void check_opaque(const std::vector<Inner>& inside) {
                        fmt::join(opaque_types(), " or ")));
 }
 
-// One weight for each entry of a dictionary.
-void read_weights(Properties& properties, std::size_t entries, Instance& nest) {
-  const std::string text = properties.text("weights");
-  const std::vector<double> weights = parse_numbers(text, properties.element().where, "\"weights\"");
-  if (weights.size() != entries)
-    properties.fail_at("weights",
-                       fmt::format("{} weights for {} nested <bsdf>; need one each", weights.size(), entries));
-  nest.become(dictionary_model(entries));
-  double sum = 0;
-  for (std::size_t k = 0; k < entries; ++k) {
-    if (weights[k] < 0)
-      properties.fail_at("weights", fmt::format("weight {} is {}; need one not below 0", k, weights[k]));
-    nest.values[k].value.fill(weights[k]);
-    sum += weights[k];
-  }
-  if (!(sum > 0 && std::isfinite(sum)))
-    properties.fail_at("weights", "their sum is " + fmt::format("{}", sum) + "; need one above 0");
-}
-
 Bsdf build_nest(Builder& builder, Properties& properties, const Element& element, const Model& model) {
   const bool twosided = model.type == "twosided";
   std::vector<Inner> inside;
@@ -105,7 +86,7 @@ Bsdf build_nest(Builder& builder, Properties& properties, const Element& element
   nest.id = element.id;
   nest.where = element.where;
   if (model.type == "dictionary") {
-    read_weights(properties, inside.size(), nest);
+    read_weights(properties, "bsdf", inside.size(), nest);
   } else {
     nest.become(model);
     read_parameters(builder, properties, nest);

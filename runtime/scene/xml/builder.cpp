@@ -28,11 +28,10 @@ int build_once(Builder& builder, const Element& element, std::map<const Element*
 }
 
 void examine(Builder& builder, const Element& element) {
-  Medium medium;
   Sensor sensor;
   if (element.tag == "bsdf") build_bsdf(builder, element);
   if (element.tag == "medium") build_medium(builder, element);
-  if (element.tag == "phase") build_phase(builder, element, medium);
+  if (element.tag == "phase") build_phase(builder, element);
   if (element.tag == "texture" || element.tag == "volume") check_texture(builder, element);
   if (element.tag == "emitter") build_emitter(builder, element);
   if (element.tag == "shape") build_shape(builder, element);
@@ -98,8 +97,10 @@ Volume build_volume(Builder& builder, const Element& element) {
   return volume;
 }
 
-void build_phase(Builder& builder, const Element& element, Medium& medium) {
-  build_or_examine(builder, element, [&] { read_phase(builder, element, medium); });
+PhaseFunction build_phase(Builder& builder, const Element& element) {
+  PhaseFunction phase = Medium().phase;
+  build_or_examine(builder, element, [&] { phase = read_phase(builder, element); });
+  return phase;
 }
 
 void build_film(Builder& builder, const Element& element, Sensor& sensor) {

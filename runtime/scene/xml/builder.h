@@ -52,7 +52,7 @@ void build_integrator(Builder& builder, const Element& element);
 Texture build_texture(Builder& builder, const Element& element);  // <texture>
 void check_texture(Builder& builder, const Element& element);     // any <texture> or <volume>, also a spectrum
 Volume build_volume(Builder& builder, const Element& element);    // <volume type="gridvolume">
-void build_phase(Builder& builder, const Element& element, Medium& medium);  // <phase>, into the medium
+PhaseFunction build_phase(Builder& builder, const Element& element);
 void build_film(Builder& builder, const Element& element, Sensor& sensor);
 void build_filter(Builder& builder, const Element& element, Sensor& sensor);
 void build_sampler(Builder& builder, const Element& element, Sensor& sensor);
@@ -67,7 +67,7 @@ void read_sensor(Builder& builder, const Element& element, const Shape* on);
 void read_integrator(Builder& builder, const Element& element);
 Texture read_texture(Builder& builder, const Element& element);
 Volume read_volume(Builder& builder, const Element& element);
-void read_phase(Builder& builder, const Element& element, Medium& medium);
+PhaseFunction read_phase(Builder& builder, const Element& element);
 void read_film(Builder& builder, const Element& element, Sensor& sensor);
 void read_filter(Builder& builder, const Element& element, Sensor& sensor);
 void read_sampler(Builder& builder, const Element& element, Sensor& sensor);
@@ -78,6 +78,8 @@ void read_parameters(Builder& builder, Properties& properties, Instance& instanc
 Texture read_medium_parameter(Builder& builder, Properties& properties, const DeclaredParameter& parameter);
 // Refuses a value outside of the parameter's range.
 void check_in_range(Properties& properties, const DeclaredParameter& parameter, double value);
+// "weights" of a dictionary: one for each of so many elements of a tag.
+void read_weights(Properties& properties, const std::string& tag, std::size_t entries, Instance& nest);
 // The types of the models, for messages.
 std::vector<std::string> types_of(const std::vector<Model>& models);
 // The parameter `name`: a colour in [0, 1], or a texture of values up to `most`.

@@ -8,11 +8,13 @@
 #include "kernels/model/obstacle.h"
 #include "kernels/shared/declaration.h"
 #include "runtime/base/colour.h"
+#include "runtime/scene/sized_model.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/ior.h"
 #include "runtime/scene/xml/message.h"
 #include "runtime/scene/xml/metal.h"
+#include "runtime/scene/xml/values.h"
 
 namespace itn {
 namespace {
@@ -308,6 +310,24 @@ Texture read(Builder& builder, Properties& properties, const Model& model, const
 void read_parameters(Builder& builder, Properties& properties, Instance& instance) {
   for (std::size_t i = 0; i < instance.values.size(); ++i)
     instance.values[i] = read(builder, properties, *instance.model, instance.model->parameters[i]);
+}
+
+void read_weights(Properties& properties, const std::string& tag, std::size_t entries, Instance& nest) {
+  const std::string text = properties.text("weights");
+  const std::vector<double> weights = parse_numbers(text, properties.element().where, "\"weights\"");
+  if (weights.size() != entries)
+    properties.fail_at("weights",
+                       fmt::format("{} weights for {} nested <{}>; need one each", weights.size(), entries, tag));
+  nest.become(dictionary_model(entries));
+  double sum = 0;
+  for (std::size_t k = 0; k < entries; ++k) {
+    if (weights[k] < 0)
+      properties.fail_at("weights", fmt::format("weight {} is {}; need one not below 0", k, weights[k]));
+    nest.values[k].value.fill(weights[k]);
+    sum += weights[k];
+  }
+  if (!(sum > 0 && std::isfinite(sum)))
+    properties.fail_at("weights", "their sum is " + fmt::format("{}", sum) + "; need one above 0");
 }
 
 std::vector<std::string> types_of(const std::vector<Model>& models) {

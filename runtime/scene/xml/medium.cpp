@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
-#include "kernels/model/models.h"
+#include "kernels/model/phase/tabulated.h"
+#include "runtime/scene/mixture.h"
+#include "runtime/scene/sized_model.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
 #include "runtime/scene/xml/values.h"
@@ -31,20 +33,59 @@ void read_table(Properties& properties, PhaseFunction& phase) {
   for (std::size_t i = 0; i < values.size(); ++i) phase.values[i].value.fill(values[i]);
 }
 
+// A blend of two or a dictionary of any number.
+PhaseFunction read_mixture(Builder& builder, Properties& properties, Instance nest) {
+  const bool blend = properties.type() == "blendphase";
+  const std::vector<const Element*> found = properties.objects("phase");
+  if (blend ? found.size() != 2 : found.empty())
+    properties.fail_at("", fmt::format("{} nested <phase>; need {}", found.size(),
+                                       blend ? "two, for weight 0 and weight 1" : "one for each weight"));
+  if (blend) {
+    nest.become(blend_phase_model());
+    nest.values[0].value.fill(properties.number("weight"));
+    check_in_range(properties, nest.model->parameters[0], nest.number("weight"));
+  } else {
+    read_weights(properties, "phase", found.size(), nest);
+  }
+  std::vector<PhaseFunction> inside;
+  std::size_t parts = 0;
+  for (const Element* element : found) {
+    inside.push_back(build_phase(builder, *element));
+    parts += parts_of(*inside.back().model);
+  }
+  if (parts > most_parts)
+    properties.fail_at(
+        "", fmt::format("{} phase functions are nested in it, each as often as it is met; the most is {}", parts,
+                        most_parts));
+  return make_mixture(nest, inside);
+}
+
+std::vector<std::string> phase_types() {
+  std::vector<std::string> types = types_of(phase_models());
+  types.insert(types.end(), {"tabphase", "blendphase", "dictionary"});
+  return types;
+}
+
 }  // namespace
 
-void read_phase(Builder& builder, const Element& element, Medium& medium) {
+PhaseFunction read_phase(Builder& builder, const Element& element) {
   Properties properties = builder.properties(element);
-  const Model* model = find_model(phase_models(), properties.type());
-  if (!model) fail_type(element, types_of(phase_models()));
-  medium.phase.become(*model);
-  medium.phase.id = element.id;
-  medium.phase.where = element.where;
-  if (model->id == MODEL_tabulated)
-    read_table(properties, medium.phase);
-  else
-    read_parameters(builder, properties, medium.phase);
+  PhaseFunction phase;
+  phase.id = element.id;
+  phase.where = element.where;
+  const std::string& type = properties.type();
+  if (type == "tabphase") {
+    read_table(properties, phase);
+  } else if (type == "blendphase" || type == "dictionary") {
+    phase = read_mixture(builder, properties, phase);
+  } else {
+    const Model* model = find_model(phase_models(), type);
+    if (!model) fail_type(element, phase_types());
+    phase.become(*model);
+    read_parameters(builder, properties, phase);
+  }
   properties.finish();
+  return phase;
 }
 
 int read_medium(Builder& builder, const Element& element) {
@@ -60,7 +101,7 @@ int read_medium(Builder& builder, const Element& element) {
   // Hints on how Mitsuba samples: they change no expected value.
   properties.boolean("sample_emitters", true);
   properties.boolean("has_spectral_extinction", true);
-  if (const Element* phase = properties.object("phase")) build_phase(builder, *phase, medium);
+  if (const Element* phase = properties.object("phase")) medium.phase = build_phase(builder, *phase);
   properties.finish();
   builder.scene.media.push_back(medium);
   return static_cast<int>(builder.scene.media.size()) - 1;
