@@ -150,7 +150,7 @@ PLUGINS = [
     ('phase', 'hg', '', '', MEDIA),
     ('phase', 'rayleigh', '', '', MEDIA),
     ('phase', 'blendphase', number('weight', 0.5) + '<phase type="isotropic"/><phase type="hg"/>', '', MEDIA),
-    ('phase', 'tabphase', text('values', '1, 2, 3'), 'of at most 32 values', MEDIA),
+    ('phase', 'tabphase', text('values', '1, 2, 3'), 'of at most 128 values', MEDIA),
     ('phase', 'sggx', '', '', 'no phase functions of microflakes yet'),
     ('volume', 'constvolume', number('value', 0.5), 'where a colour may stand; in space its cube bounds sigma_t alone, as in Mitsuba', MEDIA, 'albedo'),
     ('volume', 'gridvolume', text('filename', 't.vol'), 'of one channel or three, of media alone', MEDIA, 'albedo'),

@@ -97,6 +97,7 @@ double step(const Scene& scene, const Parameter& p) {
     return std::min(0.01 * x, 0.2 * (1 - x));
   // inner and outer points between the same whole numbers, where the sky has kinks
   if (p.is(Owner::environment, "turbidity")) return 0.4 * std::abs(x - std::round(x));
+  if (p.is(Owner::phase, "weight")) return 0.25 * std::min(x, 1 - x);
   if (p.is(Owner::phase, "g")) return 0.15 * (1 - std::abs(x));
   if (p.member == "int_ior" || p.member == "ext_ior") {
     const Bsdf& bsdf = scene.bsdfs[static_cast<std::size_t>(p.indices.front())];
