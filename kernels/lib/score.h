@@ -97,13 +97,20 @@ inline void add_scores(__global const JobRecord* job, Scores* s, int model, cons
 #endif
 }
 
+/* Where many parameters move many numbers each, as values of tables do, compilers could not unroll, and would say so. */
+#if PARTS * RADIANCE_CHANNELS > 768
+#define FOR_EACH_PART(p) for (int p = 0; p < PARTS; ++p)
+#else
+#define FOR_EACH_PART(p) UNROLL_FOR(int p = 0; p < PARTS; ++p)
+#endif
+
 /* Adds radiance to the lanes in `mask`, and its derivatives. */
 inline void gather_radiance(const Launch* launch, Pool* pool, INT slots, MASK mask,
                             const REAL radiance[RADIANCE_CHANNELS], const Scores* s) {
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     const REAL x = SELECT(mask, radiance[c], 0.0f);
     STORE(pool, RADIANCE + c, slots, LOAD(pool, RADIANCE + c, slots) + x);
-    UNROLL_FOR(int p = 0; p < PARTS; ++p) {
+    FOR_EACH_PART(p) {
       const int field = DERIVATIVE + parts[p].image * RADIANCE_CHANNELS + c;
       if (parts[p].score[c] >= 0)
         STORE(pool, field, slots,
