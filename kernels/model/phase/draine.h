@@ -99,7 +99,8 @@ MODEL draine_mean_cosine(const REAL* n) {
 }
 
 #ifndef __OPENCL_VERSION__
-inline constexpr double greatest_draine_alpha = 1e6; /* the light at right angles, which it takes away, is 1e-6 then */
+static inline constexpr double greatest_draine_alpha =
+    1e6; /* the light at right angles, which it takes away, is 1e-6 then */
 
 MODEL_VOID draine_numbers(const REAL* parameters, REAL* n) {
   henyey_greenstein_numbers(parameters, n);
