@@ -3,7 +3,7 @@
 #define ITN_OBSTACLE_H
 #ifndef __OPENCL_VERSION__
 
-static inline constexpr const char* differentiable = "";
+inline constexpr const char* differentiable = "";
 
 /* Why such parameters cannot be rendered: "int_ior" "and ext_ior are both" 1.4; "need different ones". Without a
  * parameter: they can. */
@@ -13,7 +13,7 @@ struct Refusal {
   double value = 0;
   const char* need = "";
 };
-static inline constexpr double least_alpha = 1e-4; /* smaller roughness is rendered as this one, as in Mitsuba */
+inline constexpr double least_alpha = 1e-4; /* smaller roughness is rendered as this one, as in Mitsuba */
 
 /* Of numbers that are factors of a path's throughput: their score, 1 / value, is not defined where they are 0. */
 inline const char* unless_zero(double value) {

@@ -65,7 +65,7 @@ struct GaussLegendre {
  * random number of the sampler by Gauss, along the other by half a period: GGX turns evenly, Beckmann's slopes
  * across are symmetric. */
 template <int along, int across, class REAL, class What>
-static inline REAL mean_over_visible_normals(int distribution, REAL alpha, REAL mu, const What& what) {
+inline REAL mean_over_visible_normals(int distribution, REAL alpha, REAL mu, const What& what) {
   static const GaussLegendre<along> first;
   static const GaussLegendre<across> second;
   const REAL3 wi = make3(SQRT(NUMBER(1) - mu * mu), NUMBER(0), mu);
@@ -100,7 +100,7 @@ MODEL rough_transmittance_integral(int distribution, REAL alpha, REAL eta, REAL 
  * light that is mirrored. So the edge of total reflection lies at the end of an integral over ci: a kink inside
  * would spoil its derivatives. */
 template <class REAL>
-static inline REAL mirrored_back(int distribution, REAL alpha, REAL ci) {
+inline REAL mirrored_back(int distribution, REAL alpha, REAL ci) {
   constexpr int facets = 24, azimuths = 12;
   static const GaussLegendre<facets> of_facets;
   static const GaussLegendre<azimuths> of_azimuths;

@@ -99,8 +99,7 @@ MODEL draine_mean_cosine(const REAL* n) {
 }
 
 #ifndef __OPENCL_VERSION__
-static inline constexpr double greatest_draine_alpha =
-    1e6; /* the light at right angles, which it takes away, is 1e-6 then */
+inline constexpr double greatest_draine_alpha = 1e6; /* the light at right angles, which it takes away, is 1e-6 then */
 
 MODEL_VOID draine_numbers(const REAL* parameters, REAL* n) {
   henyey_greenstein_numbers(parameters, n);

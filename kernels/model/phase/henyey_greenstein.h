@@ -48,8 +48,7 @@ MODEL_VOID henyey_greenstein_draw(const REAL* n, REAL u, REAL* cosine, REAL* sin
 MODEL henyey_greenstein_mean_cosine(const REAL* n) { return n[HENYEY_GREENSTEIN_g]; }
 
 #ifndef __OPENCL_VERSION__
-static inline constexpr double greatest_g =
-    0.999999; /* of |g|: sharper peaks are rendered as this one, 1e-6 radian wide */
+inline constexpr double greatest_g = 0.999999; /* of |g|: sharper peaks are rendered as this one, 1e-6 radian wide */
 
 MODEL_VOID henyey_greenstein_numbers(const REAL* parameters, REAL* n) {
   n[0] = smaller(larger(parameters[0], REAL(-greatest_g)), REAL(greatest_g));
