@@ -38,7 +38,7 @@ MODEL_VOID homogeneous_passage(const REAL* n, REAL distance, REAL* f) {
 }
 
 #ifndef __OPENCL_VERSION__
-static inline constexpr double greatest_sigma_t = 1e30; /* [1 / scene unit]: denser media are rendered as this one */
+inline constexpr double greatest_sigma_t = 1e30; /* [1 / scene unit]: denser media are rendered as this one */
 
 /* parameters: sigma_t (3), albedo (3), scale */
 MODEL_VOID homogeneous_numbers(const REAL* parameters, REAL* n) {
