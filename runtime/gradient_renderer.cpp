@@ -37,9 +37,9 @@ struct GradientRenderer::State {
     JobRecord job;
     const DerivativeData on_device = compile(scene, job);
     by_light = !on_device.derivatives.empty();
-    wavefront = std::make_unique<Wavefront>(device, data, std::vector<JobRecord>{job}, on_device, options.op,
-                                            options.width, options.schedule,
-                                            derivatives.scores.empty() ? Baselines::off : options.baselines, true);
+    wavefront = std::make_unique<Wavefront>(
+        device, data, std::vector<JobRecord>{job}, on_device, options.op, options.width, options.schedule,
+        derivatives.scores.empty() && derivatives.grids() == 0 ? Baselines::off : options.baselines, true);
     film = std::make_unique<Film>(device, sensor.crop_width * sensor.crop_height, 1, wavefront->channels(),
                                   sensor.luminance);
     if (options.paths_a_launch > 0) launch_paths = options.paths_a_launch;
@@ -108,24 +108,44 @@ struct GradientRenderer::State {
     return pulls;
   }
 
-  // One for each parameter.
-  std::vector<Bitmap> develop_texels(const std::vector<std::int64_t>& sums, double quantum) const {
-    std::vector<Bitmap> result(static_cast<std::size_t>(derivatives.images()));
-    for (const DifferentiatedTexture& texture : derivatives.textures) {
-      Bitmap& of = result[static_cast<std::size_t>(texture.image)];
-      of = {texture.bitmap->width, texture.bitmap->height, texture.bitmap->channels, {}};
-      const auto first = static_cast<std::size_t>(texture.first_texel);
-      for (std::size_t i = first; i < first + texture.texels(); ++i) {
-        const std::int64_t* sum = sums.data() + i * channels();
-        if (of.channels == 1)  // moves all channels of the radiance
-          of.data.push_back(static_cast<float>(
-              quantum * static_cast<double>(std::accumulate(sum, sum + channels(), std::int64_t{0}))));
-        else
-          for (std::size_t c = 0; c < channels(); ++c)
-            of.data.push_back(static_cast<float>(quantum * static_cast<double>(sum[c])));
-      }
+  // Those by the texels of a texture or the voxels of a grid, which have one channel or three.
+  std::vector<float> develop_texels(const DifferentiatedTexture& texture, int of_channels,
+                                    const std::vector<std::int64_t>& sums, double quantum) const {
+    std::vector<float> result;
+    const auto first = static_cast<std::size_t>(texture.first_texel);
+    for (std::size_t i = first; i < first + texture.texels(); ++i) {
+      const std::int64_t* sum = sums.data() + i * channels();
+      if (of_channels == 1)  // moves all channels of the radiance
+        result.push_back(
+            static_cast<float>(quantum * static_cast<double>(std::accumulate(sum, sum + channels(), std::int64_t{0}))));
+      else
+        for (std::size_t c = 0; c < channels(); ++c)
+          result.push_back(static_cast<float>(quantum * static_cast<double>(sum[c])));
     }
     return result;
+  }
+
+  // One for each parameter.
+  void develop_texels(const std::vector<std::int64_t>& sums, double quantum, WeighedDerivatives& result) const {
+    result.texels.resize(static_cast<std::size_t>(derivatives.images()));
+    result.voxels.resize(result.texels.size());
+    for (const DifferentiatedTexture& texture : derivatives.textures) {
+      const auto image = static_cast<std::size_t>(texture.image);
+      const int of_channels = texture.grid ? texture.grid->channels : texture.bitmap->channels;
+      std::vector<float> values = develop_texels(texture, of_channels, sums, quantum);
+      if (texture.grid) {
+        VoxelGrid& of = result.voxels[image];
+        of.width = texture.grid->width;
+        of.height = texture.grid->height;
+        of.depth = texture.grid->depth;
+        of.channels = of_channels;
+        of.low = texture.grid->low;
+        of.high = texture.grid->high;
+        of.data = std::move(values);
+      } else {
+        result.texels[image] = {texture.bitmap->width, texture.bitmap->height, of_channels, std::move(values)};
+      }
+    }
   }
 
   WeighedDerivatives develop(const std::vector<std::int64_t>& sums, double quantum) const {
@@ -135,6 +155,9 @@ struct GradientRenderer::State {
                         " products are not finite, or too large to be summed");
     std::vector<std::vector<double>> of_set(static_cast<std::size_t>(derivatives.images()), std::vector<double>(sets));
     std::size_t light_numbers = data.numbers.size();
+    const auto first_field = light_numbers + static_cast<std::size_t>(std::count_if(
+                                                 derivatives.derivatives.begin(), derivatives.derivatives.end(),
+                                                 [](const DerivativeRecord& d) { return is_of_light(d); }));
     for (std::size_t p = 0; p < derivatives.parts.size(); ++p) {
       const PartRecord& part = derivatives.parts[p];
       const DerivativeRecord& derivative = derivatives.derivatives[p];
@@ -142,8 +165,10 @@ struct GradientRenderer::State {
       for (std::size_t c = 0; c < channels(); ++c) {
         const auto factor = static_cast<double>(derivative.factor[c]);
         if (factor == 0) continue;
-        const Number n =
-            of_light ? Number{light_numbers * channels() + c, factor * factor} : number(derivatives.numbers[p], c);
+        const int field = derivatives.numbers[p].field;
+        const Number n = field >= 0 ? Number{(first_field + static_cast<std::size_t>(field)) * channels() + c, 1}
+                         : of_light ? Number{light_numbers * channels() + c, factor * factor}
+                                    : number(derivatives.numbers[p], c);
         for (std::size_t s = 0; s < sets; ++s)
           of_set[static_cast<std::size_t>(part.image)][s] +=
               factor * quantum / n.scale * static_cast<double>(sums[s * stride + n.index]);
@@ -245,9 +270,9 @@ WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<
     if (s.options.progress)
       s.options.progress(0.5 + 0.5 * static_cast<double>(l + 1) / static_cast<double>(traced.launches.size()));
   }
-  std::vector<Bitmap> texels = s.develop_texels(s.wavefront->texel_gradient(), quantum);
+  const std::vector<std::int64_t> texels = s.wavefront->texel_gradient();
   WeighedDerivatives result = s.develop(s.wavefront->take_gradient(), quantum);
-  result.texels = std::move(texels);
+  s.develop_texels(texels, quantum, result);
   result.render_s = seconds_since(start);
   return result;
 }

@@ -20,6 +20,8 @@ struct WeighedDerivatives {
   // texels and channels, and here is the derivative by every texel, of the bitmap's size and channels and in its order:
   // by the linear value that shaders see. Empty for numbers. A texel of 0 has none by what is a factor (kernels/model).
   std::vector<Bitmap> texels;
+  // The same of parameters that are grids (Parameter::by_voxels), whose voxels may be 0.
+  std::vector<VoxelGrid> voxels;
   double render_s = 0;
 };
 

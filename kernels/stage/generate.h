@@ -120,6 +120,13 @@ inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
 #endif
   begin_segment(pool, slots, o, (REAL)(1.0f), (MASK)(-1));
   begin_replay(launch, job, pool, slots, valid, pixel, sample);
+#if VOXEL_SUMS
+  if (job->replay == REPLAY_PROBES) { /* who has no use for a probe is done */
+    const MASK idle = valid & !(LOAD(pool, PROBE_TARGET, slots) < INFINITY);
+    push(pool, QUEUE_FREE, slots, idle);
+    valid = valid & !idle;
+  }
+#endif
 #if FUSED && WIDTH == BOX_WIDTH && !HAS_ROUND
   /* Samples of a pixel come together here. */
   LaneHits hits;

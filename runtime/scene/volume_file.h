@@ -12,4 +12,7 @@ enum class VoxelValues { from_zero, of_any_sign };
 // is not finite or, where that is asked for, negative (says where).
 VoxelGrid read_volume_file(const std::string& file, VoxelValues values = VoxelValues::from_zero);
 
+// In place of what the file held, whole or not at all. Throws ResultError: not writable.
+void write_volume_file(const std::string& file, const VoxelGrid& grid);
+
 }  // namespace itn
