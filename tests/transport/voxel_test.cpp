@@ -157,3 +157,42 @@ TEST_CASE("the gradient by a voxel is the difference of that voxel, empty or at 
     CHECK(std::abs(z) < largest_z_bound(24, significance));
   }
 }
+
+TEST_CASE("voxels times their gradients are the derivative by the grid's scale", "[derivative][stat]") {
+  // d / d scale = sum of voxel d / d voxel, whatever the grid: with colours, rough boundaries and a sun, lamps,
+  // baselines
+  for (const auto& [name, id] :
+       {std::pair<const char*, const char*>{"grid_rgb", "smoke"}, {"grid_rough", "smoke"}, {"grid_inside", "smoke"}})
+    for (const Baselines baselines : {Baselines::off, Baselines::on}) {
+      const Scene scene = load_scene(test_scene("mitsuba/" + std::string(name) + ".xml"));
+      std::vector<std::string> grids;
+      for (const Parameter& p : list_parameters(scene))
+        if (p.by_voxels) grids.push_back(p.name);
+      REQUIRE(grids.size() == 1);
+      const std::string medium = grids[0].substr(0, grids[0].rfind('.'));
+      const Parameter p = find_parameter(list_parameters(scene), grids[0]);
+      const std::vector<float>& voxels = grid_of(scene, p)->data;
+      const double scale = find_parameter(list_parameters(scene), medium + ".scale").value;
+      double sum = 0, square = 0, of_scale = 0;
+      constexpr int runs = 12;
+      for (int run = 0; run < runs; ++run) {
+        RenderOptions options = by({medium + ".scale", grids[0]}, static_cast<std::uint64_t>(run));
+        options.baselines = baselines;
+        const WeighedDerivatives result = gradient(scene, options, 16);
+        double d = -result.value[0] * scale;
+        for (std::size_t i = 0; i < voxels.size(); ++i)
+          d += static_cast<double>(voxels[i]) * static_cast<double>(result.voxels[1].data[i]);
+        sum += d / runs;
+        square += d * d / runs;
+        of_scale += result.value[0] * scale / runs;
+        CHECK(result.value[1] ==
+              Approx(std::accumulate(result.voxels[1].data.begin(), result.voxels[1].data.end(), 0.0))
+                  .epsilon(1e-4)
+                  .margin(1e-4 * std::abs(result.value[0])));
+      }
+      const double error = std::sqrt((square - sum * sum) / (runs - 1));
+      fmt::print("{} baselines {}: scale {:.4f}, difference {:.4f} +- {:.4f}\n", name, baselines == Baselines::on,
+                 of_scale, sum, error);
+      CHECK(std::abs(sum) < 6 * error + 1e-4 * std::abs(of_scale));
+    }
+}
