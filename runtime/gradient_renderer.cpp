@@ -126,26 +126,14 @@ struct GradientRenderer::State {
   }
 
   // One for each parameter.
-  void develop_texels(const std::vector<std::int64_t>& sums, double quantum, WeighedDerivatives& result) const {
-    result.texels.resize(static_cast<std::size_t>(derivatives.images()));
-    result.voxels.resize(result.texels.size());
+  std::vector<VoxelGrid> develop_texels(const std::vector<std::int64_t>& sums, double quantum) const {
+    std::vector<VoxelGrid> result(static_cast<std::size_t>(derivatives.images()));
     for (const DifferentiatedTexture& texture : derivatives.textures) {
-      const auto image = static_cast<std::size_t>(texture.image);
-      const int of_channels = texture.grid ? texture.grid->channels : texture.bitmap->channels;
-      std::vector<float> values = develop_texels(texture, of_channels, sums, quantum);
-      if (texture.grid) {
-        VoxelGrid& of = result.voxels[image];
-        of.width = texture.grid->width;
-        of.height = texture.grid->height;
-        of.depth = texture.grid->depth;
-        of.channels = of_channels;
-        of.low = texture.grid->low;
-        of.high = texture.grid->high;
-        of.data = std::move(values);
-      } else {
-        result.texels[image] = {texture.bitmap->width, texture.bitmap->height, of_channels, std::move(values)};
-      }
+      VoxelGrid& of = result[static_cast<std::size_t>(texture.image)];
+      of = texture.shape();
+      of.data = develop_texels(texture, of.channels, sums, quantum);
     }
+    return result;
   }
 
   WeighedDerivatives develop(const std::vector<std::int64_t>& sums, double quantum) const {
@@ -270,9 +258,9 @@ WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<
     if (s.options.progress)
       s.options.progress(0.5 + 0.5 * static_cast<double>(l + 1) / static_cast<double>(traced.launches.size()));
   }
-  const std::vector<std::int64_t> texels = s.wavefront->texel_gradient();
+  std::vector<VoxelGrid> values = s.develop_texels(s.wavefront->texel_gradient(), quantum);
   WeighedDerivatives result = s.develop(s.wavefront->take_gradient(), quantum);
-  s.develop_texels(texels, quantum, result);
+  result.values = std::move(values);
   result.render_s = seconds_since(start);
   return result;
 }

@@ -36,10 +36,22 @@ struct DifferentiatedTexture {
   int first_texel = 0;             // of the sums by texels (TextureRecord::gradient, FieldRecord::gradient)
   const Bitmap* bitmap = nullptr;  // one of the two
   const VoxelGrid* grid = nullptr;
+  VoxelGrid shape() const {  // without values; of a bitmap with depth 1
+    VoxelGrid of;
+    of.width = grid ? grid->width : bitmap->width;
+    of.height = grid ? grid->height : bitmap->height;
+    of.depth = grid ? grid->depth : 1;
+    of.channels = grid ? grid->channels : bitmap->channels;
+    if (grid) {
+      of.low = grid->low;
+      of.high = grid->high;
+    }
+    return of;
+  }
   std::size_t texels() const {
-    return grid ? static_cast<std::size_t>(grid->width) * static_cast<std::size_t>(grid->height) *
-                      static_cast<std::size_t>(grid->depth)
-                : static_cast<std::size_t>(bitmap->width) * static_cast<std::size_t>(bitmap->height);
+    const VoxelGrid of = shape();
+    return static_cast<std::size_t>(of.width) * static_cast<std::size_t>(of.height) *
+           static_cast<std::size_t>(of.depth);
   }
 };
 

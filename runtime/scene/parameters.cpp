@@ -269,6 +269,24 @@ void set_grid(Scene& scene, const Parameter& p, const std::shared_ptr<const Voxe
   }
 }
 
+VoxelGrid values_of(const Scene& scene, const Parameter& p) {
+  if (p.by_voxels) return *grid_of(scene, p);
+  const Bitmap& bitmap = *bitmap_of(scene, p);
+  VoxelGrid values;
+  values.width = bitmap.width;
+  values.height = bitmap.height;
+  values.depth = 1;
+  values.channels = bitmap.channels;
+  values.data = bitmap.data;
+  return values;
+}
+
+void set_values(Scene& scene, const Parameter& p, VoxelGrid values) {
+  if (p.by_voxels) return set_grid(scene, p, std::make_shared<const VoxelGrid>(std::move(values)));
+  Bitmap bitmap{values.width, values.height, values.channels, std::move(values.data)};
+  set_bitmap(scene, p, std::make_shared<const Bitmap>(std::move(bitmap)));
+}
+
 Parameter find_parameter(const std::vector<Parameter>& parameters, const std::string& name) {
   std::string names;
   for (const Parameter& p : parameters) {
