@@ -6,7 +6,7 @@
 #define BITMAP_COLOURS(COLOUR)
 
 #ifdef __OPENCL_VERSION__
-inline int wrap_texel(int i, int size, int wrap) {
+static inline int wrap_texel(int i, int size, int wrap) {
   if (i >= 0 && i < size) return i; /* most are: divisions are slow */
   if (wrap == TEXTURE_CLAMP) return clamp(i, 0, size - 1);
   int period = wrap == TEXTURE_MIRROR ? 2 * size : size;
@@ -15,15 +15,15 @@ inline int wrap_texel(int i, int size, int wrap) {
   return i < size ? i : period - 1 - i;
 }
 
-inline void texel(__global const TextureRecord* t, __global const float* texels, int x, int y, float weight,
-                  float rgb[3]) {
+static inline void texel(__global const TextureRecord* t, __global const float* texels, int x, int y, float weight,
+                         float rgb[3]) {
   __global const float* p =
       texels + t->offset + 3 * (wrap_texel(y, t->height, t->wrap) * t->width + wrap_texel(x, t->width, t->wrap));
   UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] += weight * p[c];
 }
 
 /* The texels that a place shows, by their numbers, and their weights. Returns how many: four, or the nearest alone. */
-inline int bitmap_texels(__global const TextureRecord* t, float u, float v, int which[4], float weight[4]) {
+static inline int bitmap_texels(__global const TextureRecord* t, float u, float v, int which[4], float weight[4]) {
   const float x = u * t->width, y = v * t->height;
   if (t->nearest) {
     which[0] = wrap_texel((int)floor(y), t->height, t->wrap) * t->width + wrap_texel((int)floor(x), t->width, t->wrap);
@@ -40,8 +40,8 @@ inline int bitmap_texels(__global const TextureRecord* t, float u, float v, int 
   return 4;
 }
 
-inline int bitmap_value(__global const TextureRecord* t, __global const float* texels, __global const float* number,
-                        TexturePlace at, float rgb[3]) {
+static inline int bitmap_value(__global const TextureRecord* t, __global const float* texels,
+                               __global const float* number, TexturePlace at, float rgb[3]) {
   int which[4];
   float weight[4];
   const int shown = bitmap_texels(t, at.u, at.v, which, weight);
@@ -55,8 +55,8 @@ inline int bitmap_value(__global const TextureRecord* t, __global const float* t
 }
 
 /* d value / d u and d value / d v of the first channel, after to_uv. */
-inline void bitmap_slopes(__global const TextureRecord* t, __global const float* texels, float u, float v,
-                          float slopes[2]) {
+static inline void bitmap_slopes(__global const TextureRecord* t, __global const float* texels, float u, float v,
+                                 float slopes[2]) {
   slopes[0] = slopes[1] = 0.0f;
   if (t->nearest) return;
   const float x = u * t->width, y = v * t->height;

@@ -7,8 +7,8 @@
 #define CHECKERBOARD_COLOURS(COLOUR) COLOUR(color0, TEXTURE_COLOUR, 0.4) COLOUR(color1, TEXTURE_COLOUR, 0.2)
 
 #ifdef __OPENCL_VERSION__
-inline int checkerboard_value(__global const TextureRecord* t, __global const float* texels,
-                              __global const float* number, TexturePlace at, float rgb[3]) {
+static inline int checkerboard_value(__global const TextureRecord* t, __global const float* texels,
+                                     __global const float* number, TexturePlace at, float rgb[3]) {
   const int colour = (at.u - floor(at.u) > 0.5f) == (at.v - floor(at.v) > 0.5f) ? 1 : 2;
   UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = number[colour * t->numbers + c];
   return colour;

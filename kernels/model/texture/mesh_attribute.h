@@ -10,8 +10,8 @@
 #define MESH_ATTRIBUTE_COLOURS(COLOUR)
 
 #ifdef __OPENCL_VERSION__
-inline int mesh_attribute_value(__global const TextureRecord* t, __global const float* texels,
-                                __global const float* number, TexturePlace at, float rgb[3]) {
+static inline int mesh_attribute_value(__global const TextureRecord* t, __global const float* texels,
+                                       __global const float* number, TexturePlace at, float rgb[3]) {
 #if HAS_ATTRIBUTES
   __global const float* corner = texels + as_int(texels[t->offset + at.shape]) + 9 * at.primitive;
   UNROLL_FOR(int c = 0; c < 3; ++c)
