@@ -8,6 +8,7 @@
  *   medium_dimming       transmittance of a way of a connection
  *   medium_thickness     what scores of a way are by: distance, where a medium is the same everywhere
  *   add_medium_flight, add_passage, sum_medium   to scores and baselines
+ *   sum_way_by_voxels, sum_scattering_by_voxels  to the sums by the voxels of a field (lib/voxel_gradient.h)
  *   typical_sigma_t      for choices that are right with any value
  * A medium is its numbers, and the field (lib/field.h) that these are times. */
 #ifndef ITN_MEDIUM_LANES_H
