@@ -108,7 +108,7 @@ TEST_CASE("a grid is found from images of what it fills, its empty voxels too") 
   const TemporaryFolder folder;
   VoxelGrid truth;
   truth.width = truth.height = truth.depth = 3;
-  for (int i = 0; i < 27; ++i) truth.data.push_back(i % 4 == 0 ? 0.0F : 0.5F * static_cast<float>(i * 5 % 7));
+  for (int i = 0; i < 27; ++i) truth.data.push_back(i % 4 == 0 ? 0.0F : 0.2F * static_cast<float>(i * 5 % 7));
   write_volume_file(folder / "grid.vol", truth);
   std::string sensors;
   for (const char* from : {"4, 0, 1", "-2, 3.5, 1", "-2, -3.5, -1", "0.5, 0.5, 4.3"})
@@ -139,9 +139,9 @@ TEST_CASE("a grid is found from images of what it fills, its empty voxels too") 
   std::fill(start.data.begin(), start.data.end(), 0.0F);
   set_values(scene, find_parameter(list_parameters(scene), "smoke.sigma_t"), start);
   TextureInversionOptions options;
-  options.iterations = 60;
+  options.iterations = 120;
   options.spp = 32;
-  options.learning_rate = 0.2;
+  options.learning_rate = 0.1;
   TextureInversion inversion(device(), scene, {"smoke.sigma_t"}, {0, 1, 2, 3}, targets, {}, options);
   TextureInversionState state = inversion.start();
   const double before = rms(inversion.textures(state)[0].data, truth.data);
