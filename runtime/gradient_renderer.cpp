@@ -37,9 +37,9 @@ struct GradientRenderer::State {
     JobRecord job;
     const DerivativeData on_device = compile(scene, job);
     by_light = !on_device.derivatives.empty();
-    wavefront = std::make_unique<Wavefront>(device, data, std::vector<JobRecord>{job}, on_device, options.op,
-                                            options.width, options.schedule,
-                                            derivatives.scores.empty() ? Baselines::off : options.baselines, true);
+    wavefront = std::make_unique<Wavefront>(
+        device, data, std::vector<JobRecord>{job}, on_device, options.op, options.width, options.schedule,
+        derivatives.scores.empty() && derivatives.grids() == 0 ? Baselines::off : options.baselines, true);
     film = std::make_unique<Film>(device, sensor.crop_width * sensor.crop_height, 1, wavefront->channels(),
                                   sensor.luminance);
     if (options.paths_a_launch > 0) launch_paths = options.paths_a_launch;
@@ -108,22 +108,30 @@ struct GradientRenderer::State {
     return pulls;
   }
 
+  // Those by the texels of a texture or the voxels of a grid, which have one channel or three.
+  std::vector<float> develop_texels(const DifferentiatedTexture& texture, int of_channels,
+                                    const std::vector<std::int64_t>& sums, double quantum) const {
+    std::vector<float> result;
+    const auto first = static_cast<std::size_t>(texture.first_texel);
+    for (std::size_t i = first; i < first + texture.texels(); ++i) {
+      const std::int64_t* sum = sums.data() + i * channels();
+      if (of_channels == 1)  // moves all channels of the radiance
+        result.push_back(
+            static_cast<float>(quantum * static_cast<double>(std::accumulate(sum, sum + channels(), std::int64_t{0}))));
+      else
+        for (std::size_t c = 0; c < channels(); ++c)
+          result.push_back(static_cast<float>(quantum * static_cast<double>(sum[c])));
+    }
+    return result;
+  }
+
   // One for each parameter.
-  std::vector<Bitmap> develop_texels(const std::vector<std::int64_t>& sums, double quantum) const {
-    std::vector<Bitmap> result(static_cast<std::size_t>(derivatives.images()));
+  std::vector<VoxelGrid> develop_texels(const std::vector<std::int64_t>& sums, double quantum) const {
+    std::vector<VoxelGrid> result(static_cast<std::size_t>(derivatives.images()));
     for (const DifferentiatedTexture& texture : derivatives.textures) {
-      Bitmap& of = result[static_cast<std::size_t>(texture.image)];
-      of = {texture.bitmap->width, texture.bitmap->height, texture.bitmap->channels, {}};
-      const auto first = static_cast<std::size_t>(texture.first_texel);
-      for (std::size_t i = first; i < first + texture.texels(); ++i) {
-        const std::int64_t* sum = sums.data() + i * channels();
-        if (of.channels == 1)  // moves all channels of the radiance
-          of.data.push_back(static_cast<float>(
-              quantum * static_cast<double>(std::accumulate(sum, sum + channels(), std::int64_t{0}))));
-        else
-          for (std::size_t c = 0; c < channels(); ++c)
-            of.data.push_back(static_cast<float>(quantum * static_cast<double>(sum[c])));
-      }
+      VoxelGrid& of = result[static_cast<std::size_t>(texture.image)];
+      of = texture.shape();
+      of.data = develop_texels(texture, of.channels, sums, quantum);
     }
     return result;
   }
@@ -135,6 +143,9 @@ struct GradientRenderer::State {
                         " products are not finite, or too large to be summed");
     std::vector<std::vector<double>> of_set(static_cast<std::size_t>(derivatives.images()), std::vector<double>(sets));
     std::size_t light_numbers = data.numbers.size();
+    const auto first_field = light_numbers + static_cast<std::size_t>(std::count_if(
+                                                 derivatives.derivatives.begin(), derivatives.derivatives.end(),
+                                                 [](const DerivativeRecord& d) { return is_of_light(d); }));
     for (std::size_t p = 0; p < derivatives.parts.size(); ++p) {
       const PartRecord& part = derivatives.parts[p];
       const DerivativeRecord& derivative = derivatives.derivatives[p];
@@ -142,8 +153,10 @@ struct GradientRenderer::State {
       for (std::size_t c = 0; c < channels(); ++c) {
         const auto factor = static_cast<double>(derivative.factor[c]);
         if (factor == 0) continue;
-        const Number n =
-            of_light ? Number{light_numbers * channels() + c, factor * factor} : number(derivatives.numbers[p], c);
+        const int field = derivatives.numbers[p].field;
+        const Number n = field >= 0 ? Number{(first_field + static_cast<std::size_t>(field)) * channels() + c, 1}
+                         : of_light ? Number{light_numbers * channels() + c, factor * factor}
+                                    : number(derivatives.numbers[p], c);
         for (std::size_t s = 0; s < sets; ++s)
           of_set[static_cast<std::size_t>(part.image)][s] +=
               factor * quantum / n.scale * static_cast<double>(sums[s * stride + n.index]);
@@ -245,9 +258,9 @@ WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<
     if (s.options.progress)
       s.options.progress(0.5 + 0.5 * static_cast<double>(l + 1) / static_cast<double>(traced.launches.size()));
   }
-  std::vector<Bitmap> texels = s.develop_texels(s.wavefront->texel_gradient(), quantum);
+  std::vector<VoxelGrid> values = s.develop_texels(s.wavefront->texel_gradient(), quantum);
   WeighedDerivatives result = s.develop(s.wavefront->take_gradient(), quantum);
-  result.texels = std::move(texels);
+  result.values = std::move(values);
   result.render_s = seconds_since(start);
   return result;
 }

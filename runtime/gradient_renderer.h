@@ -16,10 +16,11 @@ struct WeighedDerivatives {
   // between sets beside noise makes them too large (by the light, where there is hardly any noise, two to three times).
   // Infinite where an image has fewer than 16 x 8 pixels.
   std::vector<double> value, stderr_;
-  // Of parameters that are textures (Parameter::by_texels) value and stderr_ are those by the same addition to all
-  // texels and channels, and here is the derivative by every texel, of the bitmap's size and channels and in its order:
-  // by the linear value that shaders see. Empty for numbers. A texel of 0 has none by what is a factor (kernels/model).
-  std::vector<Bitmap> texels;
+  // Of parameters that are textures or grids (Parameter::has_values) value and stderr_ are those by the same addition
+  // to all texels and channels, and here is the derivative by every texel or voxel, of the same size and channels and
+  // in the same order: by the linear value that shaders see. Empty for numbers. A texel of 0 has none by what is a
+  // factor (kernels/model); a voxel of 0 has one.
+  std::vector<VoxelGrid> values;
   double render_s = 0;
 };
 

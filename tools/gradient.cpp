@@ -16,6 +16,7 @@
 #include "runtime/inversion/image_loss.h"
 #include "runtime/scene/load.h"
 #include "runtime/scene/parameters.h"
+#include "runtime/scene/volume_file.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
 #include "tools/progress.h"
@@ -38,11 +39,11 @@ struct Options {
 // (tools/README.md).
 constexpr std::size_t most_images = 12;
 
-// The parameters that are textures.
+// The parameters that are textures or grids.
 std::vector<Parameter> textures_of(const Scene& scene, const Options& options) {
   std::vector<Parameter> result;
   for (const Parameter& p : list_parameters(scene))
-    if (p.by_texels &&
+    if (p.has_values() &&
         std::find(options.parameters.begin(), options.parameters.end(), p.name) != options.parameters.end())
       result.push_back(p);
   return result;
@@ -50,16 +51,16 @@ std::vector<Parameter> textures_of(const Scene& scene, const Options& options) {
 
 bool by_replay(const Options& options, const std::vector<Parameter>& textures) {
   if (options.mode == "images" && !textures.empty())
-    throw UsageError("--mode images: no image could show the derivative by each texel of " + textures.front().name +
-                     "; need adjoint");
+    throw UsageError("--mode images: no image could show the derivative by each texel or voxel of " +
+                     textures.front().name + "; need adjoint");
   return options.mode == "adjoint" || !textures.empty() ||
          (options.mode == "automatic" && options.parameters.size() > most_images);
 }
 
 struct ImageLoss {
   LossGradient loss;
-  std::vector<Bitmap> texels;  // as of WeighedDerivatives
-  double trace_s = 0;          // of replayed paths
+  std::vector<VoxelGrid> values;  // as of WeighedDerivatives
+  double trace_s = 0;             // of replayed paths
   double exposure = 1;
 };
 
@@ -92,54 +93,56 @@ ImageLoss from_replayed_paths(const Device& device, const Scene& scene, const Re
   });
   result.loss.gradient = gradient.value;
   result.loss.gradient_stderr = gradient.stderr_;
-  result.texels = std::move(gradient.texels);
+  result.values = std::move(gradient.values);
   result.trace_s = gradient.render_s;
   return result;
 }
 
-// The gradient by a texture, as a file: the mean over the targets.
+// The gradient by a texture or a grid, as a file: the mean over the targets.
 struct TextureGradient {
   std::string parameter, file;
-  Bitmap texels;
+  VoxelGrid values;
+  bool by_voxels = false;
 };
 
 std::vector<TextureGradient> start_gradients(const Scene& scene, const Options& options,
                                              const std::vector<Parameter>& textures) {
   std::vector<TextureGradient> result;
   for (const Parameter& p : textures) {
-    const Bitmap& bitmap = *bitmap_of(scene, p);
+    VoxelGrid values = values_of(scene, p);
+    std::fill(values.data.begin(), values.data.end(), 0.0F);
     std::filesystem::create_directories(options.folder);
-    result.push_back({p.name,
-                      (std::filesystem::path(options.folder) / ("gradient." + p.name + ".exr")).string(),
-                      {bitmap.width, bitmap.height, bitmap.channels, std::vector<float>(bitmap.data.size())}});
+    const std::string name = "gradient." + p.name + (p.by_voxels ? ".vol" : ".exr");
+    result.push_back({p.name, (std::filesystem::path(options.folder) / name).string(), std::move(values), p.by_voxels});
     check_writable(result.back().file);
   }
   return result;
 }
 
-void add_texels(std::vector<TextureGradient>& gradients, const Options& options, const std::vector<Bitmap>& texels) {
+void add_values(std::vector<TextureGradient>& gradients, const Options& options, const std::vector<VoxelGrid>& values) {
   const auto images = static_cast<float>(options.images.sensors.size());
   for (TextureGradient& gradient : gradients) {
     const auto at = std::find(options.parameters.begin(), options.parameters.end(), gradient.parameter);
-    const Bitmap& of = texels[static_cast<std::size_t>(at - options.parameters.begin())];
-    for (std::size_t i = 0; i < of.data.size(); ++i) gradient.texels.data[i] += of.data[i] / images;
+    const VoxelGrid& of = values[static_cast<std::size_t>(at - options.parameters.begin())];
+    for (std::size_t i = 0; i < of.data.size(); ++i) gradient.values.data[i] += of.data[i] / images;
   }
 }
 
-std::vector<std::string> channel_names(const Bitmap& bitmap) {
-  return bitmap.channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
+std::vector<std::string> channel_names(const VoxelGrid& values) {
+  return values.channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
 }
 
 void write_gradient(const TextureGradient& gradient, const Options& options) {
-  const Bitmap& of = gradient.texels;
+  const VoxelGrid& of = gradient.values;
+  if (gradient.by_voxels) return write_volume_file(gradient.file, of);
   write_exr(
       gradient.file,
       {of.width, of.height, channel_names(of), of.data, {{"scene", options.scene}, {"parameter", gradient.parameter}}});
 }
 
-double norm(const Bitmap& bitmap) {
+double norm(const VoxelGrid& values) {
   double square = 0;
-  for (const float v : bitmap.data) square += static_cast<double>(v) * static_cast<double>(v);
+  for (const float v : values.data) square += static_cast<double>(v) * static_cast<double>(v);
   return std::sqrt(square);
 }
 
@@ -151,11 +154,13 @@ nlohmann::ordered_json to_json(const LossGradient& result, const Options& option
     gradient[options.parameters[p]] = {{"value", result.gradient[p]}, {"stderr", result.gradient_stderr[p]}};
   for (const TextureGradient& texture : textures) {
     nlohmann::ordered_json& entry = gradient[texture.parameter];
-    const Bitmap& of = texture.texels;
+    const VoxelGrid& of = texture.values;
     std::vector<double> sum(static_cast<std::size_t>(of.channels));
     for (std::size_t i = 0; i < of.data.size(); ++i) sum[i % sum.size()] += static_cast<double>(of.data[i]);
-    entry["texels"] = {{"file", texture.file},          {"width", of.width}, {"height", of.height},
-                       {"channels", channel_names(of)}, {"sum", sum},        {"norm", norm(of)}};
+    nlohmann::ordered_json file{{"file", texture.file}, {"width", of.width}, {"height", of.height}};
+    if (texture.by_voxels) file["depth"] = of.depth;
+    file.update({{"channels", channel_names(of)}, {"sum", sum}, {"norm", norm(of)}});
+    entry[texture.by_voxels ? "voxels" : "texels"] = file;
   }
   nlohmann::ordered_json time{{"scene_s", scene_s}, {"render_s", render_s}};
   if (replay) time["trace_s"] = trace_s;
@@ -182,7 +187,7 @@ void run(Options options) {
   const std::vector<int>& sensors = options.images.sensors;
   const std::vector<Parameter> textures = textures_of(scene, options);
   const bool replay = by_replay(options, textures);
-  std::vector<TextureGradient> by_texels = start_gradients(scene, options, textures);
+  std::vector<TextureGradient> by_values = start_gradients(scene, options, textures);
   const Device device(common.device);
 
   std::vector<LossGradient> losses;
@@ -208,23 +213,23 @@ void run(Options options) {
     report(1);
     exposures.push_back(image.exposure);
     losses.push_back(image.loss);
-    add_texels(by_texels, options, image.texels);
+    add_values(by_values, options, image.values);
     trace_s += image.trace_s;
   }
   progress.clear();
   const LossGradient result = mean_of(losses);
-  for (const TextureGradient& gradient : by_texels) write_gradient(gradient, options);
+  for (const TextureGradient& gradient : by_values) write_gradient(gradient, options);
   if (common.talkative()) {
     fmt::print("loss {:.6g}  standard error {:.2g}\n", result.loss, result.loss_stderr);
     if (options.exposure) fmt::print("exposure {:.6g}\n", fmt::join(exposures, " "));
     for (std::size_t p = 0; p < options.parameters.size(); ++p)
       fmt::print("d loss / d {}: {:.6g}  standard error {:.2g}\n", options.parameters[p], result.gradient[p],
                  result.gradient_stderr[p]);
-    for (const TextureGradient& gradient : by_texels)
-      fmt::print("d loss / d texels of {}: norm {:.6g}, in {}\n", gradient.parameter, norm(gradient.texels),
-                 gradient.file);
+    for (const TextureGradient& gradient : by_values)
+      fmt::print("d loss / d {} of {}: norm {:.6g}, in {}\n", gradient.by_voxels ? "voxels" : "texels",
+                 gradient.parameter, norm(gradient.values), gradient.file);
   }
-  write_json(common, to_json(result, options, replay, exposures, by_texels, scene_s, seconds() - scene_s, trace_s));
+  write_json(common, to_json(result, options, replay, exposures, by_values, scene_s, seconds() - scene_s, trace_s));
 }
 
 }  // namespace
@@ -238,8 +243,8 @@ void add_gradient(CLI::App& app) {
   command
       ->add_option(
           "--parameter", options->parameters,
-          "scene parameter to differentiate by (itn parameters lists them), or a bitmap: by each texel; may be "
-          "repeated")
+          "scene parameter to differentiate by (itn parameters lists them), or a bitmap or grid: by each texel or "
+          "voxel; may be repeated")
       ->required()
       ->take_all();
   command
@@ -250,7 +255,7 @@ void add_gradient(CLI::App& app) {
       ->capture_default_str();
   command
       ->add_option("-o,--output", options->folder,
-                   "folder for the gradients by textures: gradient.PARAMETER.exr, of the texture's size")
+                   "folder for the gradients by textures and grids: gradient.PARAMETER.exr or .vol, of the same size")
       ->capture_default_str();
   command->add_flag("--exposure", options->exposure,
                     "each target is known up to a factor: the loss is the smallest over the factors");

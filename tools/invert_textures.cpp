@@ -15,6 +15,7 @@
 #include "runtime/image/preview.h"
 #include "runtime/image/srgb.h"
 #include "runtime/inversion/stored_texture_inversion.h"
+#include "runtime/scene/volume_file.h"
 #include "tools/progress.h"
 
 namespace itn::tools {
@@ -27,7 +28,7 @@ std::vector<std::string> letters(int channels) {
 }
 
 // As scenes read it again: colours in sRGB; numbers as they are, for a texture with raw = true.
-std::vector<std::uint8_t> bytes_of(const Bitmap& bitmap) {
+std::vector<std::uint8_t> bytes_of(const VoxelGrid& bitmap) {
   std::vector<std::uint8_t> bytes;
   for (std::size_t i = 0; i < bitmap.data.size(); ++i) {
     const double v = std::clamp(static_cast<double>(bitmap.data[i]), 0.0, 1.0);
@@ -37,7 +38,16 @@ std::vector<std::uint8_t> bytes_of(const Bitmap& bitmap) {
   return bytes;
 }
 
-Json write_texture(const std::string& file, const Bitmap& bitmap, const TextureQuestion& question,
+Json write_grid(const std::string& file, const VoxelGrid& grid) {
+  write_volume_file(file + ".vol", grid);
+  return {{"file", file + ".vol"},
+          {"width", grid.width},
+          {"height", grid.height},
+          {"depth", grid.depth},
+          {"channels", letters(grid.channels)}};
+}
+
+Json write_texture(const std::string& file, const VoxelGrid& bitmap, const TextureQuestion& question,
                    const std::string& parameter) {
   write_exr(file + ".exr", {bitmap.width,
                             bitmap.height,
@@ -79,7 +89,7 @@ void print_step(const TextureInversionStep& step, const TextureInversionOptions&
 
 bool names_texture(const std::vector<Parameter>& all, const std::vector<std::string>& names) {
   return std::any_of(all.begin(), all.end(), [&](const Parameter& p) {
-    return p.by_texels && std::find(names.begin(), names.end(), p.name) != names.end();
+    return p.has_values() && std::find(names.begin(), names.end(), p.name) != names.end();
   });
 }
 
@@ -106,10 +116,12 @@ void invert_textures(const TextureQuestion& question, const Scene& scene, const 
   for (std::size_t t = 0; t < targets.size(); ++t)
     write_images(stored, targets.size() == 1 ? "" : "_" + std::to_string(t), images[t], targets[t]);
   Json textures = Json::object();
-  const std::vector<Bitmap> found = inversion.textures(stored.state());
-  for (std::size_t p = 0; p < found.size(); ++p)
-    textures[question.parameters[p]] =
-        write_texture(stored.file(question.parameters[p]), found[p], question, question.parameters[p]);
+  const std::vector<VoxelGrid> found = inversion.textures(stored.state());
+  for (std::size_t p = 0; p < found.size(); ++p) {
+    const std::string &name = question.parameters[p], file = stored.file(name);
+    textures[name] = inversion.parameters()[p].by_voxels ? write_grid(file, found[p])
+                                                         : write_texture(file, found[p], question, name);
+  }
   const Json result{{"schema", "itn.invert/1"},
                     {"scene", question.scene},
                     {"method", "adam"},

@@ -30,18 +30,22 @@ void run(const CommonOptions& options, const std::string& file) {
     fmt::print("{:<{}}  {:>10}  {:<10}  {:<12}  {}\n", "name", width, "value", "range", "unit", "differentiable");
   for (const Parameter& p : parameters) {
     const bool differentiable = p.not_differentiable.empty();
-    nlohmann::ordered_json texels;
-    if (p.by_texels) {
-      const Bitmap& bitmap = *bitmap_of(scene, p);
-      texels = {{"width", bitmap.width}, {"height", bitmap.height}, {"channels", bitmap.channels}};
+    std::string by_values;
+    nlohmann::ordered_json size;
+    if (p.has_values()) {
+      const VoxelGrid values = values_of(scene, p);
+      by_values = p.by_texels ? fmt::format("by texels: {} x {}", values.width, values.height)
+                              : fmt::format("by voxels: {} x {} x {}", values.width, values.height, values.depth);
+      size = {{"width", values.width}, {"height", values.height}};
+      if (p.by_voxels) size["depth"] = values.depth;
+      size["channels"] = values.channels;
     }
     if (options.talkative())
       fmt::print("{:<{}}  {:>10}  {:<10}  {:<12}  {}\n", p.name, width,
                  std::isnan(p.value) ? "-" : fmt::format("{:.6g}", p.value), p.range(), p.unit.empty() ? "1" : p.unit,
-                 differentiable ? "yes"
-                 : p.by_texels
-                     ? fmt::format("by texels: {} x {}", texels["width"].get<int>(), texels["height"].get<int>())
-                     : "no: " + p.not_differentiable);
+                 differentiable   ? "yes"
+                 : p.has_values() ? by_values
+                                  : "no: " + p.not_differentiable);
     result["parameters"].push_back({{"name", p.name},
                                     {"value", bound(p.value)},
                                     {"low", bound(p.low)},
@@ -50,7 +54,7 @@ void run(const CommonOptions& options, const std::string& file) {
                                     {"unit", p.unit},
                                     {"differentiable", differentiable},
                                     {"reason", p.not_differentiable}});
-    if (p.by_texels) result["parameters"].back()["texels"] = texels;
+    if (p.has_values()) result["parameters"].back()[p.by_texels ? "texels" : "voxels"] = size;
   }
   write_json(options, result);
 }

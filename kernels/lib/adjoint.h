@@ -17,8 +17,10 @@
 #include "lib/texture.h"
 
 #if ADJOINT
+enum { STREAM_CHOICE = 0x81 }; /* of a path's first event: which of its flights becomes a probe */
 #define FIRST_LIGHT_NUMBER (NUMBERS * RADIANCE_CHANNELS)
-#define SUMS_OF_A_SET (FIRST_LIGHT_NUMBER + LIGHT_NUMBERS * RADIANCE_CHANNELS + 1) /* the last: what was lost */
+#define FIRST_VOXEL_NUMBER (FIRST_LIGHT_NUMBER + LIGHT_NUMBERS * RADIANCE_CHANNELS)
+#define SUMS_OF_A_SET (FIRST_VOXEL_NUMBER + VOXEL_SUMS * RADIANCE_CHANNELS + 1) /* the last: what was lost */
 
 /* Which slots of models are summed: known when the program is built. */
 __constant SumRecord summed[SUMS + 1] = {SUM_RECORDS};
@@ -196,6 +198,19 @@ inline void pull_light(const Launch* launch, __global const JobRecord* job, cons
 }
 #endif
 
+#if VOXEL_SUMS
+/* A path that may become a probe (lib/probe.h): which of its flights will. sum: over all of them */
+inline void begin_probe(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, REAL sum) {
+  const Random random = load_random(job, pool, slots);
+  REAL u[4];
+  draw(&random, STREAM_CHOICE, u);
+  STORE(pool, PROBE_TARGET, slots, SELECT(sum > 0.0f, u[0] * sum, INFINITY));
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
+    STORE(pool, PROBE_WEIGHT + c, slots, LOAD(pool, PULL + c, slots) * sum);
+  STORE_INT(pool, PROBE_FIELD, slots, -1);
+}
+#endif
+
 /* A path that is traced again learns what it gathers. */
 inline void begin_replay(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                          INT pixel, INT sample) {
@@ -209,6 +224,9 @@ inline void begin_replay(const Launch* launch, __global const JobRecord* job, Po
   }
   UNROLL_FOR(int c = 0; c < BASELINE_TOTALS; ++c)
     STORE(pool, TOTAL_BASELINE + c, slots, GATHER((launch->samples + RADIANCE_CHANNELS + c), output * SAMPLE_SIZE));
+#if VOXEL_SUMS
+  begin_probe(launch, job, pool, slots, GATHER((launch->samples + SAMPLE_SIZE - 1), output * SAMPLE_SIZE));
+#endif
 #endif
 }
 

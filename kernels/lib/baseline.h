@@ -71,7 +71,7 @@ __attribute__((always_inline)) inline void expected_future(const Launch* launch,
 /* What a decision's score meets. weight: throughput with all its factors */
 inline void expect(Pulled* p, __global const JobRecord* job, const Pool* pool, INT slots, const Baseline* b,
                    const REAL weight[], const REAL v[]) {
-  if (!job->replay) return;
+  if (job->replay != REPLAY_SUMS) return;
   pull_by_rest(p, job, pool, slots, b->of);
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
@@ -135,7 +135,7 @@ inline void add_lobe(__global const JobRecord* job, const Pool* pool, INT slots,
   Baseline b = load_baseline(pool, slots);
 #if ADJOINT
   expect(&scores->pulled, job, pool, slots, &b, weight, v);
-  if (!job->replay) return;
+  if (job->replay != REPLAY_SUMS) return;
   UNROLL_FOR(int k = 0; k < SUMS; ++k)
     UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
       const int slot = summed[k].slot;

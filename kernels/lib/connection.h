@@ -14,6 +14,10 @@
 typedef struct {
   const Medium* medium;
   REAL passage[FIELD_CHANNELS]; /* thickness */
+#if VOXEL_SUMS
+  REAL3 from, direction; /* of the passage: its random numbers are those of segment 1 */
+  REAL distance;
+#endif
   const Phase* phase;
   REAL cosine;
   int model;               /* of the surface's BSDF; MODEL_none */
@@ -44,10 +48,16 @@ inline void add_connection_start(__global const JobRecord* job, Scores* scores, 
 #if ADJOINT
 #define PASSAGES (MEDIA * FIELD_CHANNELS)
 /* A connection's own factors weigh what it brings, and nothing else. through: thickness of each medium on the way, FIELD_CHANNELS each */
-inline void pull_connection(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
-                            const REAL arriving[], const ConnectionStart* start, const Lanes through[]) {
+inline void pull_connection(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+                            const Random* random, MASK mask, const REAL arriving[], const ConnectionStart* start,
+                            const Lanes through[]) {
   REAL weight[RADIANCE_CHANNELS];
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) weight[c] = arriving[c] * LOAD(pool, PULL + c, slots);
+#if VOXEL_SUMS
+  if (start->medium)
+    sum_way_by_voxels(launch, job, pool, slots, start->medium, random, 1, start->from, start->direction,
+                      start->distance, mask & start->mask, weight);
+#endif
   Scores own = no_scores();
   own.pulled = pulled(weight);
   add_connection_start(job, &own, start);
@@ -126,13 +136,20 @@ inline void pass_way(const Launch* launch, __global const JobRecord* job, Obstac
 #endif
 
 #if HAS_FIELDS
-/* Lanes of a connection in `direction` pass it. segment: how many ways there were before */
-inline void pass_fields(const Launch* launch, __global const JobRecord* job, Obstacles* way, const Random* random,
-                        int segment, REAL3 direction, const FieldPassage* p) {
+/* Lanes of a connection in `direction` pass it. segment: how many ways there were before; pulled_weight: as of
+ * follow_connection */
+inline void pass_fields(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+                        Obstacles* way, const Random* random, int segment, REAL3 direction, const FieldPassage* p,
+                        const REAL pulled_weight[]) {
   const MASK mask = lane_mask(p->lanes);
   const REAL3 from = make3(p->x.real, p->y.real, p->z.real);
   const INT index = SELECT_INT(mask, p->medium.integer, 0);
   const Medium medium = load_medium(launch, index);
+  if (pulled_weight) { /* what it passes is known already */
+    sum_way_by_voxels(launch, job, pool, slots, &medium, random, segment + 1, from, direction, p->distance.real, mask,
+                      pulled_weight);
+    return;
+  }
   REAL through[THROUGHPUT_CHANNELS], thickness[FIELD_CHANNELS];
   medium_dimming(launch, &medium, random, segment, from, direction, p->distance.real, mask, through);
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way->dimming[c] *= SELECT(mask, through[c], 1.0f);
@@ -336,7 +353,7 @@ inline Obstacles follow_connection(const Launch* launch, __global const JobRecor
       if (follow_lane(launch, job, &f, &way, l, &hits, (open & (1u << l)) != 0)) next |= 1u << l;
     }
 #if HAS_FIELDS
-    if (f.fields.lanes) pass_fields(launch, job, &way, random, segment, to, &f.fields);
+    if (f.fields.lanes) pass_fields(launch, job, pool, slots, &way, random, segment, to, &f.fields, pulled_weight);
 #endif
     bits = next;
     mask = mask & lane_mask(next);
@@ -378,9 +395,9 @@ inline void add_connection(const Launch* launch, __global const JobRecord* job, 
   const MASK lit = lane_mask(way.reached);
   gather_radiance(launch, pool, slots, lit, arriving, &there);
 #if ADJOINT
-  if (job->replay) {
-    pull_connection(launch, job, pool, slots, lit, arriving, start, way.through);
-#if HAS_PASSAGES
+  if (job->replay == REPLAY_SUMS) {
+    pull_connection(launch, job, pool, slots, random, lit, arriving, start, way.through);
+#if HAS_PASSAGES || VOXEL_SUMS
     REAL weight_of_all[RADIANCE_CHANNELS];
     UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) weight_of_all[c] = arriving[c] * LOAD(pool, PULL + c, slots);
     follow_connection(launch, job, pool, slots, random, lit, from, light->source.direction, light->distance, skip,

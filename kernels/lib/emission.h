@@ -16,7 +16,7 @@ inline void gather_light_derivatives(const Launch* launch, __global const JobRec
                                      MASK mask, const REAL weight[RADIANCE_CHANNELS], const LightSource* source) {
 #if HAS_LIGHT_DERIVATIVES
 #if ADJOINT
-  if (!job->replay) return;
+  if (job->replay != REPLAY_SUMS) return;
 #endif
 #if HAS_LIGHTS
   INT numbers = GATHER_INT(LIGHT_MEMBER_INT(launch, first_number), max(source->index, 0) * LIGHT_WORDS);

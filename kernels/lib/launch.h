@@ -19,7 +19,8 @@ typedef struct {
 } Launch;
 
 #define BASELINE_TOTALS (ADJOINT && BASELINES ? THROUGHPUT_CHANNELS : 0) /* at a sample's end, for its replay */
-#define SAMPLE_SIZE (RADIANCE_CHANNELS * (1 + DERIVATIVES) + BASELINE_TOTALS)
+#define PROBE_TOTALS (VOXEL_SUMS > 0)                                    /* as well: lib/probe.h */
+#define SAMPLE_SIZE (RADIANCE_CHANNELS * (1 + DERIVATIVES) + BASELINE_TOTALS + PROBE_TOTALS)
 
 __constant PartRecord parts[PARTS + 1] = {PART_RECORDS};
 
@@ -120,39 +121,6 @@ inline REAL brightest(const REAL throughput[], const REAL weight[3]) {
 #else
   return MAX(throughput[0] * weight[0], MAX(throughput[1] * weight[1], throughput[2] * weight[2]));
 #endif
-}
-
-/* The path is complete: its radiance is written where its pixel and sample say, its slot is free. */
-inline void finish(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK mask) {
-  Lanes slot;
-  slot.integer = slots;
-  uint bits = lane_bits(mask);
-  __global const int* ints = (__global const int*)pool->fields;
-#if ADJOINT
-  if (job->replay) bits = 0; /* the samples are written already */
-#endif
-  FOR_EACH_LANE(l, bits) {
-    int s = slot.i[l];
-    int output = job->first_output +
-                 (ints[PIXEL * pool->stride + s] - job->first_pixel) / job->pixel_step * job->samples +
-                 ints[SAMPLE * pool->stride + s] - job->first_sample;
-    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS * (1 + DERIVATIVES); ++c)
-      launch->samples[output * SAMPLE_SIZE + c] = pool->fields[(RADIANCE + c) * pool->stride + s];
-    UNROLL_FOR(int c = 0; c < BASELINE_TOTALS; ++c)
-      launch->samples[output * SAMPLE_SIZE + RADIANCE_CHANNELS + c] = pool->fields[(BASELINE + c) * pool->stride + s];
-#if BASELINES
-    UNROLL_FOR(int p = 0; p < PARTS; ++p)
-      UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
-        const PartRecord part = parts[p];
-        const int field =
-            BASELINE + (THROUGHPUT_CHANNELS == 1 ? part.score[c] : part.score[c] * THROUGHPUT_CHANNELS + c);
-        if (part.score[c] >= 0)
-          launch->samples[output * SAMPLE_SIZE + (1 + part.image) * RADIANCE_CHANNELS + c] -=
-              launch->derivatives[p].factor[c] * job->future_tint[c] * pool->fields[field * pool->stride + s];
-      }
-#endif
-  }
-  push(pool, QUEUE_FREE, slots, mask);
 }
 
 /* Paths that have arrived at primitives wait for the stage of their boundary. */

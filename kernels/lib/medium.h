@@ -8,12 +8,14 @@
  *   medium_dimming       transmittance of a way of a connection
  *   medium_thickness     what scores of a way are by: distance, where a medium is the same everywhere
  *   add_medium_flight, add_passage, sum_medium   to scores and baselines
+ *   sum_way_by_voxels, sum_scattering_by_voxels  to the sums by the voxels of a field (lib/voxel_gradient.h)
  *   typical_sigma_t      for choices that are right with any value
  * A medium is its numbers, and the field (lib/field.h) that these are times. */
 #ifndef ITN_MEDIUM_LANES_H
 #define ITN_MEDIUM_LANES_H
 #include "lib/baseline.h"
 #include "lib/field.h"
+#include "lib/voxel_gradient.h"
 
 /* Extinction and albedo are the first numbers of every medium. */
 enum {
@@ -257,6 +259,45 @@ inline void sum_medium(const Launch* launch, __global const JobRecord* job, cons
   sum_scores(launch, job, pool, slots, scores, MODEL_##name, medium->first, 0, IN_MEDIUM(name, mask));
   MEDIA_OF_SCENE(SUM_MEDIUM)
 }
+
+/* Replay: a way through a medium, to the sums by voxels. segment: as of medium_thickness; pulled: what is pulled for
+ * what comes over it, in each channel of the radiance */
+inline void sum_way_by_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+                              const Medium* medium, const Random* random, int segment, REAL3 from, REAL3 direction,
+                              REAL distance, MASK mask, const REAL pulled[]) {
+#if VOXEL_SUMS
+  uint left = lane_bits(mask & (medium->field >= 0));
+  if (!left) return;
+  REAL u[4], x[RADIANCE_CHANNELS];
+  draw(random, (uint)(STREAM_THICKNESS + segment), u);
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
+    x[c] = -pulled[c] * medium->n[MEDIUM_sigma_t + (THROUGHPUT_CHANNELS == 1 ? 0 : c)];
+  while (left) {
+    __global const FieldRecord* field;
+    const MASK here = next_field(launch, medium->field, &left, &field);
+    if (field->gradient >= 0)
+      add_way_to_voxels(launch, job, pool, slots, here, field, from, direction, distance, u[0], x);
+  }
+#endif
+}
+
+#if VOXEL_SUMS
+/* A scattering at `place`, at the end of a flight, which goes to the sums as ways do. */
+inline void sum_scattering_by_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+                                     const Medium* medium, const Flight* flight, REAL3 place, MASK mask,
+                                     const REAL pulled[]) {
+  uint left = lane_bits(mask & (medium->field >= 0));
+  while (left) {
+    __global const FieldRecord* field;
+    const MASK here = next_field(launch, medium->field, &left, &field);
+    if (field->gradient < 0) continue;
+    REAL x[RADIANCE_CHANNELS];
+    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
+      x[c] = pulled[c] / MAX(flight->there[FIELD_CHANNELS == 3 ? c : 0], (REAL)(knee_of(field)));
+    add_to_voxels(launch, job, pool, slots, here, field, place, x);
+  }
+}
+#endif
 
 /* What a passage adds to carried[k], which is one: the same whatever sigma_t is. */
 inline REAL score_of_passage(int k, REAL thickness) {

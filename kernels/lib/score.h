@@ -72,7 +72,7 @@ inline void store_scores(const Pool* pool, INT slots, const Scores* s) {
 inline void sum_scores(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                        const Scores* s, int model, INT first, const REAL uv[], MASK mask) {
 #if ADJOINT
-  if (job->replay) add_pulled(launch, job, pool, slots, mask, &s->pulled, model, first, uv);
+  if (job->replay == REPLAY_SUMS) add_pulled(launch, job, pool, slots, mask, &s->pulled, model, first, uv);
 #endif
 }
 
@@ -83,7 +83,7 @@ inline void add_scores(__global const JobRecord* job, Scores* s, int model, cons
   UNROLL_FOR(int k = 0; k < SCORES; ++k)
     if (carried[k].model == model) s->of[k] += step_of(job, k, step);
 #if ADJOINT
-  if (!job->replay) return;
+  if (job->replay != REPLAY_SUMS) return;
   UNROLL_FOR(int k = 0; k < SUMS; ++k)
     UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
       if (!is_summed(k, model, c)) continue;

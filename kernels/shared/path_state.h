@@ -11,6 +11,8 @@
  *   DERIVATIVE        of the radiance: RADIANCE_CHANNELS for each of DERIVATIVES
  *   SCORE             see ScoreRecord
  *   BASELINE          THROUGHPUT_CHANNELS each (lib/baseline.h)
+ *   PROBE_PASSED, PROBE_TARGET   lib/probe.h: ProbeState
+ *   PROBE_WEIGHT      what the probe's path will weigh what it gathers with
  *   REFRACTION_SCALE  (n here / n at the camera)^-2: radiance over basic radiance
  *   PIXEL, SAMPLE     ints: with the job's seed and EVENT the counter of the random numbers
  *   DEPTH             scatterings so far, surfaces and media, index-matched boundaries not counted
@@ -24,6 +26,7 @@
  *   TOTAL             lib/adjoint.h: what the whole path gathers, 0 unless it is replayed
  *   PULL              what its derivatives are weighed with
  *   TOTAL_BASELINE    what BASELINE ends as
+ *   PROBE_PLACE, PROBE_FIELD   where it was, -1: nowhere yet
  *   SPECTRAL_WEIGHT, HERO   see lib/launch.h
  *   ARRIVAL           waiting in QUEUE_CONNECT: direction of travel before the scattering; on arrival at a boundary:
  *                     where the last flight began
@@ -38,6 +41,9 @@
   FIELD(DERIVATIVE, DERIVATIVES* RADIANCE_CHANNELS)                   \
   FIELD(SCORE, SCORES)                                                \
   FIELD(BASELINE, BASELINES*(SCORES + ADJOINT) * THROUGHPUT_CHANNELS) \
+  FIELD(PROBE_PASSED, (VOXEL_SUMS > 0))                               \
+  FIELD(PROBE_TARGET, (VOXEL_SUMS > 0))                               \
+  FIELD(PROBE_WEIGHT, (VOXEL_SUMS > 0) * RADIANCE_CHANNELS)           \
   FIELD(REFRACTION_SCALE, 1)                                          \
   FIELD(PIXEL, 1)                                                     \
   FIELD(SAMPLE, 1)                                                    \
@@ -53,6 +59,8 @@
   FIELD(TOTAL, ADJOINT* RADIANCE_CHANNELS)                            \
   FIELD(PULL, ADJOINT* RADIANCE_CHANNELS)                             \
   FIELD(TOTAL_BASELINE, ADJOINT* BASELINES* THROUGHPUT_CHANNELS)      \
+  FIELD(PROBE_PLACE, 3 * (VOXEL_SUMS > 0))                            \
+  FIELD(PROBE_FIELD, (VOXEL_SUMS > 0))                                \
   FIELD(SPECTRAL_WEIGHT, 3 * SPECTRAL)                                \
   FIELD(HERO, SPECTRAL)                                               \
   FIELD(ARRIVAL, 3 * MEDIUM_LIGHT_SAMPLING)                           \

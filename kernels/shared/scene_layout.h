@@ -80,7 +80,9 @@ typedef struct {
   int wrap;    /* TEXTURE_REPEAT ... */
   int nearest; /* else linear */
   int first_voxel, first_cell;
-  float mean; /* value */
+  float mean;   /* value */
+  int gradient; /* where the sums by its voxels begin (lib/voxel_gradient.h); -1: nobody asks for them */
+  int sum;      /* which of the sums over all voxels of a field is its */
 } FieldRecord;
 
 /* A number of a scene that factors of a path's throughput depend on: the path carries its score, the sum of
@@ -117,6 +119,10 @@ typedef struct {
   float colour[3]; /* d its colour / d parameter */
 } DerivativeRecord;
 
+/* Paths are traced again, whose samples are there already: for the sums of the gradient (lib/adjoint.h), or for what
+ * probes add to it (lib/probe.h). */
+enum { REPLAY_SUMS = 1, REPLAY_PROBES = 2 };
+
 /* One image with one set of parameters. */
 typedef struct {
   int camera, geometry, environment;
@@ -136,13 +142,14 @@ typedef struct {
   unsigned int seed_low, seed_high;
   float future_tint[3]; /* of the expected futures, where a throughput channel stands for several of radiance */
   int pilot;            /* 1: paths tell what they visit */
-  int replay;           /* 1: paths are traced again for the gradient (lib/adjoint.h); the samples are theirs already */
+  int replay;           /* REPLAY_*; else samples are traced for the first time */
   /* Replay: pixel p's weights of derivatives are at first_pull + (p - first_pixel) / pixel_step, one a channel. */
   int first_pull;
 } JobRecord;
 
 /* Gradients (lib/adjoint.h) are summed in sets of pixels of their own, whose spread tells their noise, as
- * [set][number][radiance channel]: the launch's numbers, then each parameter of the light. */
+ * [set][number][radiance channel]: the launch's numbers, then each parameter of the light, then each field, by all of its
+ * voxels. */
 #define GRADIENT_ROWS 4
 #define GRADIENT_COLUMNS 8
 #define GRADIENT_SETS (GRADIENT_ROWS * GRADIENT_COLUMNS)

@@ -115,6 +115,11 @@ inline void connect_through(int surface, int model, int variant, const Launch* l
   ConnectionStart start = connection_start(here);
   start.medium = &x->inside;
   medium_thickness(launch, &x->inside, random, 1, x->position, e->inward, e->hits.distance.real, here, start.passage);
+#if VOXEL_SUMS
+  start.from = x->position;
+  start.direction = e->inward;
+  start.distance = e->hits.distance.real;
+#endif
   start.phase = &x->phase;
   start.cosine = cosine;
   start.model = model;

@@ -1,6 +1,7 @@
 /* Stage escape: the path has left the scene and meets the light around it. */
 #ifndef ITN_STAGE_ESCAPE_H
 #define ITN_STAGE_ESCAPE_H
+#include "lib/path_end.h"
 #include "lib/emission.h"
 #include "lib/launch.h"
 #include "lib/light_sampling.h"

@@ -73,6 +73,18 @@ inline void camera_ray(const Launch* launch, __global const CameraRecord* camera
 #endif
 }
 
+/* Paths that are traced again for their probes (lib/probe.h): those without one are done. Returns the others. */
+inline MASK keep_probes(__global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
+#if VOXEL_SUMS
+  if (job->replay != REPLAY_PROBES) return valid;
+  const MASK idle = valid & !(LOAD(pool, PROBE_TARGET, slots) < INFINITY);
+  push(pool, QUEUE_FREE, slots, idle);
+  return valid & !idle;
+#else
+  return valid;
+#endif
+}
+
 inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT slots, MASK valid, INT pixel,
                            INT sample) {
   __global const JobRecord* job = launch->jobs + job_index;
@@ -120,6 +132,7 @@ inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
 #endif
   begin_segment(pool, slots, o, (REAL)(1.0f), (MASK)(-1));
   begin_replay(launch, job, pool, slots, valid, pixel, sample);
+  valid = keep_probes(job, pool, slots, valid);
 #if FUSED && WIDTH == BOX_WIDTH && !HAS_ROUND
   /* Samples of a pixel come together here. */
   LaneHits hits;

@@ -8,7 +8,9 @@
 #include "lib/launch.h"
 #include "lib/light_connection.h"
 #include "lib/medium.h"
+#include "lib/path_end.h"
 #include "lib/phase_score.h"
+#include "lib/probe.h"
 #include "stage/ray.h"
 
 #if HAS_MEDIUM
@@ -32,6 +34,9 @@ typedef struct {
   Scores scores;
   Baseline baseline;
 
+#if VOXEL_SUMS
+  ProbeState probe;
+#endif
   MASK alive, arrived, dead, escaped; /* alive: still in flight */
   INT hit_primitive;
   REAL hit_u, hit_v;
@@ -55,6 +60,9 @@ typedef struct {
   REAL3 from, there;
   FlightCell end;
   MASK flies, meets, scatters;
+#if VOXEL_SUMS
+  Probe probe;
+#endif
 } Event;
 
 inline Walk load_walk(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK valid) {
@@ -80,6 +88,9 @@ inline Walk load_walk(const Launch* launch, __global const JobRecord* job, const
   w.scores = load_scores(job, pool, slots);
   w.baseline = load_baseline(pool, slots);
   w.refraction_scale = LOAD(pool, REFRACTION_SCALE, slots);
+#if VOXEL_SUMS
+  w.probe = load_probe_state(pool, slots);
+#endif
   w.alive = valid;
   w.arrived = w.dead = w.escaped = (MASK)(0);
   w.hit_primitive = (INT)(-1);
@@ -101,17 +112,33 @@ inline Walk load_walk(const Launch* launch, __global const JobRecord* job, const
   return w;
 }
 
+/* Flights that end at a place which was not drawn as a collision. */
+inline MASK is_probe(const Event* e) {
+#if VOXEL_SUMS
+  return e->probe.flies;
+#else
+  return (MASK)(0);
+#endif
+}
+
 /* A free flight to the next collision, or to a surface before it. */
 inline Event fly(const Launch* launch, __global const JobRecord* job, Walk* w, REAL mean_free_path) {
   __global const GeometryRecord* geometry = launch->geometries + job->geometry;
   Event e;
   e.flies = w->alive;
+#if VOXEL_SUMS
+  e.probe = choose_probe(launch, job, &w->medium, &w->random, &w->probe, w->position, w->direction,
+                         brightest(w->throughput, w->weight), w->alive);
+#endif
   e.random = w->random;
   e.from = w->position;
   draw(&w->random, 0, e.u);
   w->random.event += SELECT_INT(w->alive, 1, 0);
   e.flight = medium_flight(launch, &w->medium, &e.random, e.u[0], w->position, w->direction, w->hero, mean_free_path,
                            w->weight, w->alive);
+#if VOXEL_SUMS
+  e.flight.distance = SELECT(e.probe.flies, e.probe.distance, e.flight.distance);
+#endif
   const REAL flight = e.flight.distance;
   e.distance = flight;
   e.there = add3(w->position, scale3(w->direction, flight));
@@ -132,6 +159,10 @@ inline Event fly(const Launch* launch, __global const JobRecord* job, Walk* w, R
   const MASK gone = w->alive & !e.meets & (flight > 1e30f);
   e.scatters = w->alive & !e.meets & !gone;
   w->escaped = w->escaped | gone;
+#if VOXEL_SUMS
+  w->dead = w->dead | (e.meets & e.probe.flies);
+  e.meets = e.meets & !e.probe.flies;
+#endif
   w->arrived = w->arrived | e.meets;
 #if MEDIUM_LIGHT_SAMPLING
   w->vertex = select3(e.meets, w->position, w->vertex);
@@ -156,7 +187,40 @@ inline void score_flight(const Launch* launch, __global const JobRecord* job, co
   record_visit(launch, job, pool, slots, &w->random, w->random.event - 1, DECISION_FLIGHT, state, total, e->flies);
   add_medium_flight(launch, job, pool, slots, &w->scores, &w->baseline, &w->medium, thickness, e->meets, e->scatters,
                     total, state);
+#if VOXEL_SUMS
+  if (job->replay != REPLAY_SUMS) return;
+  REAL pulled[RADIANCE_CHANNELS];
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
+    pulled[c] = w->scores.pulled.weight[c] - w->scores.pulled.expected[c];
+  sum_way_by_voxels(launch, job, pool, slots, &w->medium, &e->random, 0, e->from, w->direction, e->distance,
+                    e->meets | e->scatters, pulled);
+  sum_scattering_by_voxels(launch, job, pool, slots, &w->medium, &e->flight, e->there, e->scatters, pulled);
+#endif
 }
+
+#if VOXEL_SUMS
+/* Flights that are probes get to their places. state: before the flight */
+inline void land(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, Walk* w, Event* e,
+                 INT state) {
+  const MASK lands = e->probe.flies & e->scatters;
+  if (!ANY(lands)) return;
+  REAL expected[RADIANCE_CHANNELS];
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) expected[c] = (REAL)(0.0f);
+#if BASELINES
+  REAL total[THROUGHPUT_CHANNELS], v[THROUGHPUT_CHANNELS];
+  weigh(w, total);
+  expected_future(launch, state, v);
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
+    const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
+    expected[c] = job->future_tint[c] * total[t] * v[t];
+  }
+#endif
+  const MASK tells = land_probe(launch, pool, slots, &w->medium, &e->random, &e->probe, e->from, w->direction, e->there,
+                                lands, expected);
+  w->dead = w->dead | (lands & !tells);
+  e->scatters = e->scatters & (tells | !lands);
+}
+#endif
 
 /* Albedo and roulette at the flight's end. `alive` is who goes on. total: of these; future: expected before the turn */
 inline void survive(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Walk* w, Event* e,
@@ -242,6 +306,9 @@ inline void store_walk(const Launch* launch, __global const JobRecord* job, Pool
   sum_medium(launch, job, pool, slots, &w->scores, &w->medium, valid);
   sum_phase(launch, job, pool, slots, &w->scores, &w->phase, valid);
   store_baseline(pool, slots, &w->baseline);
+#if VOXEL_SUMS
+  store_probe_state(pool, slots, &w->probe);
+#endif
   STORE_INT(pool, EVENT, slots, w->random.event);
   STORE_INT(pool, DEPTH, slots, w->depth);
   STORE_INT(pool, SKIP, slots, w->skip);
@@ -274,9 +341,12 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   for (int event = 0; event < MEDIUM_EVENTS; ++event) {
     const INT state = medium_state(w.first_cell, DECISION_FLIGHT, &w.below, dot3(w.below.normal, w.direction));
     Event e = fly(launch, job, &w, mean_free_path);
+#if VOXEL_SUMS
+    land(launch, job, pool, slots, &w, &e, state);
+#endif
 #if SPECTRAL
     weigh_medium_flight(launch, &w.medium, &e.random, e.from, w.direction, w.hero, mean_free_path, &e.flight,
-                        e.distance, e.meets, e.scatters, w.weight);
+                        e.distance, e.meets, e.scatters & !is_probe(&e), w.weight);
 #endif
     w.cell = e.end; /* who met a surface needs none */
     w.below = depth_of(&w.cell, typical_sigma_t(&w.medium));

@@ -2,6 +2,7 @@
  * BSDF_TRANSMITS; `model` and `variant` are constants where this is inlined. */
 #ifndef ITN_STAGE_OPAQUE_H
 #define ITN_STAGE_OPAQUE_H
+#include "lib/path_end.h"
 #include "lib/connection.h"
 #include "lib/light_sampling.h"
 #include "stage/emission.h"

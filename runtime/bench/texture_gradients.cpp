@@ -61,7 +61,7 @@ TextureGradientCost texture_gradient_cost(const Device& device, const Scene& sce
         });
     if (run > 0) {
       value_s.push_back(value.render_s);
-      ours.add(gradient.render_s, gradient.texels[0].data);
+      ours.add(gradient.render_s, gradient.values[0].data);
     }
     if (!peer) continue;
     const PeerImage theirs = peer->differentiate_by_texels(file, texture, value.spp, options.seed);

@@ -50,6 +50,8 @@ class Builder {
     for (const int index : p.indices)
       if (p.by_texels)
         add_texels(p, index, image);
+      else if (p.by_voxels)
+        add_voxels(p, index, image);
       else if (p.owner == Owner::texture)
         add_textures(p, index, image);
       else if (p.owner == Owner::light)
@@ -136,18 +138,32 @@ class Builder {
       data_.numbers.push_back({bsdf.model, place.first, number.slot, number.channels == 3, 0, number.slot});
       const auto at = static_cast<std::size_t>(job_.first_number + place.first + number.slot);
       const auto texture = static_cast<std::size_t>(launch_.number_textures[at]);
-      launch_.textures[texture].gradient = sums_of_texels(bsdf.values[i].bitmap.get(), image);
+      launch_.textures[texture].gradient = sums_of_texels(bsdf.values[i].bitmap.get(), nullptr, image);
     }
   }
 
-  // Where those by a bitmap's texels begin. Surfaces of the same parameter share them.
-  int sums_of_texels(const Bitmap* bitmap, int image) {
+  // The grid that a medium's sigma_t is times.
+  void add_voxels(const Parameter& p, int index, int image) {
+    const Medium& medium = scene_.media[static_cast<std::size_t>(index)];
+    const MediumRecord& record = launch_.media[static_cast<std::size_t>(start().first_medium + index)];
+    FieldRecord& field = launch_.fields[static_cast<std::size_t>(record.field)];
+    field.gradient = sums_of_texels(nullptr, medium.value(p.member).volume->grid.get(), image);
+    field.sum = data_.grids() - 1;
+    if (!data_.parts.empty() && data_.parts.back().image == image) return;  // of another medium with the same grid
+    data_.derivatives.push_back({{1, 1, 1}, -1, -1, {0, 0, 0}});
+    data_.parts.push_back({image, {-1, -1, -1}});
+    data_.numbers.push_back({});
+    data_.numbers.back().field = field.sum;
+  }
+
+  // Where those by a bitmap's texels or a grid's voxels begin. Surfaces or media of the same parameter share them.
+  int sums_of_texels(const Bitmap* bitmap, const VoxelGrid* grid, int image) {
     for (const DifferentiatedTexture& known : data_.textures)
-      if (known.image == image && known.bitmap == bitmap) return known.first_texel;
+      if (known.image == image && known.bitmap == bitmap && known.grid == grid) return known.first_texel;
     const std::size_t first = data_.texels();
-    const DifferentiatedTexture texture{image, static_cast<int>(first), bitmap};
+    const DifferentiatedTexture texture{image, static_cast<int>(first), bitmap, grid};
     if (first + texture.texels() > static_cast<std::size_t>(std::numeric_limits<int>::max() / 3))
-      throw InputError("the textures to differentiate by have more than 7e8 texels; need smaller ones");
+      throw InputError("the textures and grids to differentiate by have more than 7e8 texels; need smaller ones");
     data_.textures.push_back(texture);
     return texture.first_texel;
   }
@@ -266,7 +282,7 @@ DerivativeData derivative_data(const Scene& scene, const std::vector<std::string
   Builder builder(scene, job, launch);
   for (auto name = names.begin(); name != names.end(); ++name) {
     const Parameter p = find_parameter(parameters, *name);
-    if (!p.not_differentiable.empty() && !(p.by_texels && with_textures))
+    if (!p.not_differentiable.empty() && !((p.by_texels || p.by_voxels) && with_textures))
       throw UsageError(fmt::format("parameter {} cannot be differentiated by: {}", p.name, p.not_differentiable));
     if (std::find(names.begin(), name, *name) != name)
       throw UsageError(fmt::format("parameter {}: named twice", *name));

@@ -1,5 +1,6 @@
 // Parameters by which an image is differentiated, as the records and the code that the device needs for it.
 #pragma once
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@ struct NumberOfPart {
   bool colour = false;  // n[slot + c] in channel c
   int origin = 0;       // as of ScoreRecord
   int texels = -1;      // as of SumRecord
+  int field = -1;       // without a model: all voxels of a field alike (FieldRecord::sum)
   // Of n[slot + c], from n on.
   int place(int c) const { return model->place_of_colour(slot + c, origin); }
 };
@@ -28,13 +30,28 @@ inline bool is_of_light(const DerivativeRecord& derivative) {
   return derivative.environment >= 0 || derivative.light >= 0;
 }
 
-// A texture by whose texels the derivative is.
+// A texture by whose texels the derivative is, or a grid by whose voxels it is.
 struct DifferentiatedTexture {
-  int image = 0;        // which derivative it is
-  int first_texel = 0;  // of the sums by texels (TextureRecord::gradient)
-  const Bitmap* bitmap = nullptr;
+  int image = 0;                   // which derivative it is
+  int first_texel = 0;             // of the sums by texels (TextureRecord::gradient, FieldRecord::gradient)
+  const Bitmap* bitmap = nullptr;  // one of the two
+  const VoxelGrid* grid = nullptr;
+  VoxelGrid shape() const {  // without values; of a bitmap with depth 1
+    VoxelGrid of;
+    of.width = grid ? grid->width : bitmap->width;
+    of.height = grid ? grid->height : bitmap->height;
+    of.depth = grid ? grid->depth : 1;
+    of.channels = grid ? grid->channels : bitmap->channels;
+    if (grid) {
+      of.low = grid->low;
+      of.high = grid->high;
+    }
+    return of;
+  }
   std::size_t texels() const {
-    return static_cast<std::size_t>(bitmap->width) * static_cast<std::size_t>(bitmap->height);
+    const VoxelGrid of = shape();
+    return static_cast<std::size_t>(of.width) * static_cast<std::size_t>(of.height) *
+           static_cast<std::size_t>(of.depth);
   }
 };
 
@@ -46,6 +63,10 @@ struct DerivativeData {
   std::vector<DifferentiatedTexture> textures;
   std::size_t texels() const {  // of all of them
     return textures.empty() ? 0 : static_cast<std::size_t>(textures.back().first_texel) + textures.back().texels();
+  }
+  int grids() const {
+    return static_cast<int>(
+        std::count_if(textures.begin(), textures.end(), [](const DifferentiatedTexture& t) { return t.grid; }));
   }
   int images() const { return parts.empty() ? 0 : parts.back().image + 1; }
   ScoreRequest functions;  // the derivatives of the models that it takes

@@ -163,6 +163,7 @@ int append_field(const Volume& volume, LaunchData& data) {
            : volume.wrap == Volume::Wrap::mirror ? TEXTURE_MIRROR
                                                  : TEXTURE_CLAMP;
   r.nearest = volume.nearest;
+  r.gradient = r.sum = -1;
   double sum = 0;
   for (const float value : grid.data) sum += static_cast<double>(value);
   r.mean = static_cast<float>(sum / static_cast<double>(grid.data.size()));

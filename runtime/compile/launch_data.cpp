@@ -386,6 +386,7 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   set("HAS_PASSAGES", has(BSDF_PASSES, BSDF_PASSES));
   set("HAS_MEDIUM", !data.media.empty());
   set("HAS_FIELDS", !data.fields.empty());
+  set("VOXEL_SUMS", false);
   d["FIELD_CHANNELS"] = data.coloured_field ? "3" : "1";
   set("HAS_TEXTURE", !data.textures.empty());
   set("HAS_ATTRIBUTES", std::any_of(data.textures.begin(), data.textures.end(),

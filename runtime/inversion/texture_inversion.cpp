@@ -9,6 +9,7 @@ namespace itn {
 namespace {
 
 // At the ends of a range derivatives may be lost (a black texel brings no path), so texels keep a little off them.
+// Voxels may be empty.
 constexpr double share_kept_off = 1e-3;
 
 struct Ends {
@@ -16,30 +17,35 @@ struct Ends {
 };
 
 Ends ends_of(const Parameter& p) {
+  if (p.by_voxels) return {p.low, p.high};
   const double off = std::isfinite(p.high - p.low) ? share_kept_off * (p.high - p.low) : share_kept_off;
   return {p.low + off, p.high_included || !std::isfinite(p.high) ? p.high : p.high - off};
 }
 
 }  // namespace
 
-double roughness_of(const Bitmap& bitmap, double weight, double* gradient) {
-  const auto width = static_cast<std::size_t>(bitmap.width), height = static_cast<std::size_t>(bitmap.height);
-  const auto channels = static_cast<std::size_t>(bitmap.channels), row = width * channels;
-  const double pairs = static_cast<double>(channels * ((width - 1) * height + width * (height - 1)));
+double roughness_of(const VoxelGrid& values, double weight, double* gradient) {
+  const auto width = static_cast<std::size_t>(values.width), height = static_cast<std::size_t>(values.height),
+             depth = static_cast<std::size_t>(values.depth), channels = static_cast<std::size_t>(values.channels);
+  const std::size_t row = width * channels, layer = row * height;
+  const auto pairs = static_cast<double>(
+      channels * ((width - 1) * height * depth + width * (height - 1) * depth + width * height * (depth - 1)));
   if (pairs == 0) return 0;
   double sum = 0;
   const auto add = [&](std::size_t a, std::size_t b) {
-    const double d = static_cast<double>(bitmap.data[a]) - static_cast<double>(bitmap.data[b]);
+    const double d = static_cast<double>(values.data[a]) - static_cast<double>(values.data[b]);
     sum += d * d;
     gradient[a] += weight * 2 * d / pairs;
     gradient[b] -= weight * 2 * d / pairs;
   };
-  for (std::size_t y = 0; y < height; ++y)
-    for (std::size_t i = 0; i < row; ++i) {
-      const std::size_t at = y * row + i;
-      if (i + channels < row) add(at, at + channels);
-      if (y + 1 < height) add(at, at + row);
-    }
+  for (std::size_t z = 0; z < depth; ++z)
+    for (std::size_t y = 0; y < height; ++y)
+      for (std::size_t i = 0; i < row; ++i) {
+        const std::size_t at = z * layer + y * row + i;
+        if (i + channels < row) add(at, at + channels);
+        if (y + 1 < height) add(at, at + row);
+        if (z + 1 < depth) add(at, at + layer);
+      }
   return sum / pairs;
 }
 
@@ -55,8 +61,8 @@ TextureInversion::TextureInversion(const Device& device, const Scene& scene, con
   const std::vector<Parameter> all = list_parameters(scene);
   for (const std::string& name : parameters) {
     parameters_.push_back(find_parameter(all, name));
-    if (!parameters_.back().by_texels)
-      throw UsageError("parameter " + name + ": not a bitmap; need bitmaps alone, or numbers alone");
+    if (!parameters_.back().has_values())
+      throw UsageError("parameter " + name + ": neither a bitmap nor a grid; need these alone, or numbers alone");
   }
   for (std::size_t t = 0; t < sensors.size(); ++t) {
     RenderOptions of_image = render_options;
@@ -71,17 +77,17 @@ TextureInversionState TextureInversion::start() const {
   TextureInversionState state;
   for (const Parameter& p : parameters_) {
     const Ends ends = ends_of(p);
-    for (const float v : bitmap_of(scene_, p)->data)
+    for (const float v : values_of(scene_, p).data)
       state.x.push_back(std::clamp(static_cast<double>(v), ends.low, ends.high));
   }
   return state;
 }
 
-std::vector<Bitmap> TextureInversion::textures(const TextureInversionState& state) const {
-  std::vector<Bitmap> result;
+std::vector<VoxelGrid> TextureInversion::textures(const TextureInversionState& state) const {
+  std::vector<VoxelGrid> result;
   std::size_t at = 0;
   for (const Parameter& p : parameters_) {
-    result.push_back(*bitmap_of(scene_, p));
+    result.push_back(values_of(scene_, p));
     for (float& v : result.back().data) v = static_cast<float>(state.x[at++]);
   }
   return result;
@@ -89,9 +95,8 @@ std::vector<Bitmap> TextureInversion::textures(const TextureInversionState& stat
 
 Scene TextureInversion::scene_with(const TextureInversionState& state) const {
   Scene scene = scene_;
-  std::vector<Bitmap> bitmaps = textures(state);
-  for (std::size_t p = 0; p < bitmaps.size(); ++p)
-    set_bitmap(scene, parameters_[p], std::make_shared<Bitmap>(std::move(bitmaps[p])));
+  std::vector<VoxelGrid> values = textures(state);
+  for (std::size_t p = 0; p < values.size(); ++p) set_values(scene, parameters_[p], std::move(values[p]));
   return scene;
 }
 
@@ -101,14 +106,14 @@ TextureInversionStep TextureInversion::advance(TextureInversionState& state) {
   std::vector<LossGradient> losses;
   for (std::size_t t = 0; t < targets_.size(); ++t) {
     renderers_[t]->replace(scene);
-    const WeighedDerivatives by_texels = renderers_[t]->render(
+    const WeighedDerivatives derivatives = renderers_[t]->render(
         state.iteration * options_.spp, split_samples(options_.spp), [&](const std::vector<Rendering>& groups) {
           const double exposure = options_.exposure ? best_exposure(groups, targets_[t]) : 1;
           losses.push_back(loss_gradient(groups, targets_[t], exposure));
           return loss_weights(groups, targets_[t], exposure);
         });
     std::size_t at = 0;
-    for (const Bitmap& of : by_texels.texels)
+    for (const VoxelGrid& of : derivatives.values)
       for (const float v : of.data) gradient[at++] += static_cast<double>(v) / static_cast<double>(targets_.size());
   }
   const LossGradient loss = mean_of(losses);
@@ -116,16 +121,16 @@ TextureInversionStep TextureInversion::advance(TextureInversionState& state) {
   // Adam's step does not depend on the size of gradients, but for a small number beside them: texels of a large
   // picture must not come near it.
   double* of_texture = gradient.data();
-  for (const Bitmap& bitmap : textures(state)) {
-    step.roughness += roughness_of(bitmap, options_.smoothness, of_texture);
-    of_texture += bitmap.data.size();
+  for (const VoxelGrid& values : textures(state)) {
+    step.roughness += roughness_of(values, options_.smoothness, of_texture);
+    of_texture += values.data.size();
   }
   for (double& g : gradient) g *= static_cast<double>(gradient.size());
   adam_step(state.x, gradient, state.moments, state.iteration, options_.iterations, options_.learning_rate);
   std::size_t at = 0;
   for (const Parameter& p : parameters_) {
     const Ends ends = ends_of(p);
-    for (std::size_t i = 0; i < bitmap_of(scene_, p)->data.size(); ++i, ++at)
+    for (std::size_t i = values_of(scene_, p).data.size(); i > 0; --i, ++at)
       state.x[at] = std::clamp(state.x[at], ends.low, ends.high);
   }
   ++state.iteration;

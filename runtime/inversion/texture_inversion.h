@@ -1,6 +1,7 @@
-// Analysis by synthesis where the texels of bitmaps are unknown: Adam (adam_step.h) on the mean squared difference from
-// the targets, as for a few numbers (inversion.h), with the gradient by path replay. Texels are the unknowns
-// themselves, kept in their range; those that no path sees stay as they are, unless neighbours are asked to be alike.
+// Analysis by synthesis where the texels of bitmaps or the voxels of grids are unknown: Adam (adam_step.h) on the mean
+// squared difference from the targets, as for a few numbers (inversion.h), with the gradient by path replay. Texels are
+// the unknowns themselves, kept in their range; those that no path sees stay as they are, unless neighbours are asked
+// to be alike.
 #pragma once
 #include <memory>
 #include <string>
@@ -22,7 +23,7 @@ struct TextureInversionOptions {
 
 struct TextureInversionState {
   int iteration = 0;      // the next one
-  std::vector<double> x;  // the texels: texture after texture, as Bitmap::data
+  std::vector<double> x;  // the texels or voxels: parameter after parameter, as VoxelGrid::data
   AdamMoments moments;
 };
 
@@ -34,8 +35,8 @@ struct TextureInversionStep {
 
 class TextureInversion {
  public:
-  // parameters: Parameter::by_texels. sensors: one a target. device and targets must outlive this. Throws UsageError: a
-  // parameter that is no bitmap; and as GradientRenderer.
+  // parameters: Parameter::has_values. sensors: one a target. device and targets must outlive this. Throws UsageError:
+  // a parameter that is neither bitmap nor grid; and as GradientRenderer.
   TextureInversion(const Device& device, const Scene& scene, const std::vector<std::string>& parameters,
                    const std::vector<int>& sensors, const std::vector<TargetImage>& targets,
                    const RenderOptions& render_options, const TextureInversionOptions& options);
@@ -45,7 +46,7 @@ class TextureInversion {
   TextureInversionStep advance(TextureInversionState& state);
 
   const std::vector<Parameter>& parameters() const { return parameters_; }
-  std::vector<Bitmap> textures(const TextureInversionState& state) const;  // one a parameter
+  std::vector<VoxelGrid> textures(const TextureInversionState& state) const;  // one a parameter
   // What the sensors see of them, times the exposure, with samples that no iteration took; and the loss.
   std::vector<Rendering> render(const TextureInversionState& state, int spp, LossGradient* loss) const;
 
@@ -62,7 +63,7 @@ class TextureInversion {
   std::vector<std::unique_ptr<GradientRenderer>> renderers_;  // one a target
 };
 
-// Mean squared difference of texels side by side and above each other; adds `weight` times its gradient.
-double roughness_of(const Bitmap& bitmap, double weight, double* gradient);
+// Mean squared difference of texels or voxels beside each other; adds `weight` times its gradient.
+double roughness_of(const VoxelGrid& values, double weight, double* gradient);
 
 }  // namespace itn

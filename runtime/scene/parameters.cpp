@@ -16,6 +16,8 @@ namespace {
 const char* const textured_value = "a texture, not a number";
 const char* const bitmap_value = "a texture, not a number; itn gradient and itn invert take it texel by texel";
 const char* const grid_value = "a grid of voxels, not a number; scale and a constant albedo are numbers";
+const char* const voxels_value =
+    "a grid of voxels, not a number; itn gradient and itn invert take it voxel by voxel; scale is a number";
 
 struct Range {
   double low, high;
@@ -46,6 +48,7 @@ class List {
                           id_,
                           {index_},
                           component,
+                          false,
                           false});
   }
   // why_not: for a component of that value.
@@ -75,6 +78,19 @@ class List {
     parameters.back().by_texels = by_texels;
   }
 
+  // Of extinction alone: an albedo of 0 ends the paths that could tell what it changes.
+  void grid(const Instance& instance, const DeclaredParameter& p, const Range& range) {
+    const Model& model = *instance.model;
+    const std::string why_not = model.obstacle(instance.slots().data(), p.slot);
+    const bool by_voxels = owner_ == Owner::medium && model.number_called(p.name).role == ROLE_DENSITY;
+    number(p.shown(), std::nan(""), range,
+           !by_voxels        ? grid_value
+           : why_not.empty() ? voxels_value
+                             : model.obstacle(instance.slots().data(), p.slot),
+           p.unit);
+    parameters.back().by_voxels = by_voxels && why_not.empty();
+  }
+
   // What its model declares.
   void declared(const Instance& instance) {
     const Model& model = *instance.model;
@@ -88,7 +104,7 @@ class List {
       const auto value = [&](int c) { return slots[static_cast<std::size_t>(p.slot + c)]; };
       const auto why_not = [&](double, int c) { return model.obstacle(slots.data(), p.slot + c); };
       if (of.is_grid())
-        number(p.shown(), std::nan(""), range, grid_value, p.unit);
+        grid(instance, p, range);
       else if (of.bitmap)
         bitmap(instance, p, *of.bitmap, range);
       else if (!of.is_constant())
@@ -238,6 +254,37 @@ void set_bitmap(Scene& scene, const Parameter& p, const std::shared_ptr<const Bi
     Bsdf& bsdf = scene.bsdfs.at(static_cast<std::size_t>(index));
     for (const std::size_t i : bsdf.values_called(p.id, p.member)) bsdf.values[i].bitmap = bitmap;
   }
+}
+
+const std::shared_ptr<const VoxelGrid>& grid_of(const Scene& scene, const Parameter& p) {
+  return scene.media.at(static_cast<std::size_t>(p.indices.at(0))).value(p.member).volume->grid;
+}
+
+void set_grid(Scene& scene, const Parameter& p, const std::shared_ptr<const VoxelGrid>& grid) {
+  for (const int index : p.indices) {
+    Texture& value = scene.media.at(static_cast<std::size_t>(index)).value(p.member);
+    Volume volume = *value.volume;
+    volume.grid = grid;
+    value.volume = std::make_shared<const Volume>(std::move(volume));
+  }
+}
+
+VoxelGrid values_of(const Scene& scene, const Parameter& p) {
+  if (p.by_voxels) return *grid_of(scene, p);
+  const Bitmap& bitmap = *bitmap_of(scene, p);
+  VoxelGrid values;
+  values.width = bitmap.width;
+  values.height = bitmap.height;
+  values.depth = 1;
+  values.channels = bitmap.channels;
+  values.data = bitmap.data;
+  return values;
+}
+
+void set_values(Scene& scene, const Parameter& p, VoxelGrid values) {
+  if (p.by_voxels) return set_grid(scene, p, std::make_shared<const VoxelGrid>(std::move(values)));
+  Bitmap bitmap{values.width, values.height, values.channels, std::move(values.data)};
+  set_bitmap(scene, p, std::make_shared<const Bitmap>(std::move(bitmap)));
 }
 
 Parameter find_parameter(const std::vector<Parameter>& parameters, const std::string& name) {

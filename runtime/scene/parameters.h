@@ -30,6 +30,8 @@ struct Parameter {
   // Its value is a bitmap, and the renderer can differentiate by the texels (GradientRenderer); not_differentiable says
   // why not as by a number.
   bool by_texels = false;
+  bool by_voxels = false;  // the same of a grid and its voxels
+  bool has_values() const { return by_texels || by_voxels; }
 
   bool belongs_to(int index) const { return std::find(indices.begin(), indices.end(), index) != indices.end(); }
   bool is(Owner of, const std::string& its_member) const { return owner == of && member == its_member; }
@@ -58,6 +60,14 @@ const std::shared_ptr<const Bitmap>& bitmap_of(const Scene& scene, const Paramet
 
 // Puts another in its place, of the same size and channels.
 void set_bitmap(Scene& scene, const Parameter& parameter, const std::shared_ptr<const Bitmap>& bitmap);
+
+// As of bitmaps: the grid of a parameter that is by_voxels.
+const std::shared_ptr<const VoxelGrid>& grid_of(const Scene& scene, const Parameter& parameter);
+void set_grid(Scene& scene, const Parameter& parameter, const std::shared_ptr<const VoxelGrid>& grid);
+
+// Of either: a bitmap is a grid of depth 1.
+VoxelGrid values_of(const Scene& scene, const Parameter& parameter);
+void set_values(Scene& scene, const Parameter& parameter, VoxelGrid values);
 
 // Media, phase functions, BSDFs with their textures, lights, then the environment, in the order of the scene.
 std::vector<Parameter> list_parameters(const Scene& scene);

@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "runtime/base/error.h"
+#include "runtime/base/file.h"
 
 namespace itn {
 namespace {
@@ -96,6 +97,19 @@ VoxelGrid read_volume_file(const std::string& file, VoxelValues allowed) {
   if (!in) fail(file, "cannot be read to its end; copy the whole file");
   check_values(grid, file, allowed);
   return grid;
+}
+
+void write_volume_file(const std::string& file, const VoxelGrid& grid) {
+  std::string bytes("VOL\3", 4);
+  const auto put = [&](const auto& number) {
+    const auto* const from = reinterpret_cast<const char*>(&number);
+    bytes.append(from, sizeof(number));
+  };
+  for (const int n : {1, grid.width, grid.height, grid.depth, grid.channels}) put(static_cast<std::int32_t>(n));
+  for (const Vec3& corner : {grid.low, grid.high})
+    for (std::size_t axis = 0; axis < 3; ++axis) put(static_cast<float>(corner[axis]));
+  for (const float value : grid.data) put(value);
+  write_file(file, bytes);
 }
 
 }  // namespace itn

@@ -18,4 +18,7 @@ std::size_t checked_values(const VoxelGrid& grid, const std::string& file);
 // Throws InputError: a value is not finite, too large or, where that is asked for, negative (says where).
 void check_values(const VoxelGrid& grid, const std::string& file, VoxelValues allowed);
 
+// In place of what the file held, whole or not at all. Throws ResultError: not writable.
+void write_volume_file(const std::string& file, const VoxelGrid& grid);
+
 }  // namespace itn

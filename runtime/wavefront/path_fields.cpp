@@ -9,8 +9,8 @@ PathFields path_fields(const std::map<std::string, std::string>& definitions) {
   const std::size_t THROUGHPUT_CHANNELS = number("THROUGHPUT_CHANNELS"),
                     RADIANCE_CHANNELS = number("RADIANCE_CHANNELS"), DERIVATIVES = number("DERIVATIVES"),
                     SCORES = number("SCORES"), BASELINES = number("BASELINES"), ADJOINT = number("ADJOINT"),
-                    SPECTRAL = number("SPECTRAL"), LIGHT_SAMPLING = number("LIGHT_SAMPLING"),
-                    MEDIUM_LIGHT_SAMPLING = number("MEDIUM_LIGHT_SAMPLING"),
+                    VOXEL_SUMS = number("VOXEL_SUMS"), SPECTRAL = number("SPECTRAL"),
+                    LIGHT_SAMPLING = number("LIGHT_SAMPLING"), MEDIUM_LIGHT_SAMPLING = number("MEDIUM_LIGHT_SAMPLING"),
                     ROUGH_LIGHT_SAMPLING = number("ROUGH_LIGHT_SAMPLING"), HAS_AREA_LIGHTS = number("HAS_AREA_LIGHTS");
   PathFields fields;
 #define ITN_FIELD(name, count)       \

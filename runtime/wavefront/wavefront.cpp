@@ -90,7 +90,9 @@ std::map<std::string, std::string> features(const LaunchData& data, const Deriva
     result["MEDIA"] = std::to_string(data.media.size());
     result["NUMBERS"] = std::to_string(data.numbers.size());
     result["SUMS"] = std::to_string(sums.size());
-    result["TEXEL_SUMS"] = std::to_string(!derivatives.textures.empty());
+    const int grids = derivatives.grids();
+    result["TEXEL_SUMS"] = std::to_string(static_cast<int>(derivatives.textures.size()) > grids);
+    result["VOXEL_SUMS"] = std::to_string(grids);
     for (const SumRecord& r : sums)
       result["SUM_RECORDS"] +=
           fmt::format("{{{},{},{},{},{},{}}},", r.model, r.slot, r.channel, r.origin, r.at, r.texels);
@@ -129,6 +131,7 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
            : cpu  ? std::min(staged_slots, staged_slots_a_cpu_unit * device.info().compute_units)
                   : staged_slots;
   if (adjoint_) {
+    by_voxels_ = derivatives.grids() > 0;
     texels_ = derivatives.texels() * static_cast<std::size_t>(channels_);
     const std::uint64_t room = std::min<std::uint64_t>(most_texel_sums, device.free_memory() / 8);
     own_texels_ = fused_ && static_cast<std::uint64_t>(workers_) * texels_ * sizeof(std::int64_t) <= room;
@@ -174,9 +177,10 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   buffers_.misplaced = device.upload(std::vector<cl_uint>{0}, "misplaced arrivals");
   floats_a_sample_ = channels_ * (1 + std::stoi(definitions["DERIVATIVES"]));
   if (adjoint_ && definitions["BASELINES"] == "1") floats_a_sample_ += throughput_channels_;
-  if (adjoint_) {
-    numbers_ = (data.numbers.size() + derivatives.derivatives.size()) * static_cast<std::size_t>(channels_);
-  }
+  if (by_voxels_) floats_a_sample_ += 1;
+  if (adjoint_)
+    numbers_ = (data.numbers.size() + derivatives.derivatives.size() + static_cast<std::size_t>(derivatives.grids())) *
+               static_cast<std::size_t>(channels_);
   clear_gradient();
   const std::size_t bytes_a_sample = static_cast<std::size_t>(floats_a_sample_) * sizeof(float);
   const std::uint64_t budget = std::min(std::uint64_t{256} << 20, device.info().max_allocation / 4);
@@ -226,6 +230,7 @@ void Wavefront::trace(const std::vector<JobSlice>& slices, std::size_t at) {
 void Wavefront::replay(const std::vector<JobSlice>& slices, const std::vector<float>& pulls, std::size_t at) {
   buffers_.pulls = device_.upload(pulls, "pulls");
   trace_jobs(slices, Purpose::replay, at);
+  if (by_voxels_) trace_jobs(slices, Purpose::probes, at);
 }
 
 // Of every work-item a gradient of its own, but for that by texels.
@@ -307,7 +312,7 @@ void Wavefront::trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose,
     job.samples = slice.samples;
     job.first_output = static_cast<int>(at) + paths;
     job.pilot = purpose == Purpose::pilot;
-    job.replay = purpose == Purpose::replay;
+    job.replay = purpose == Purpose::replay ? REPLAY_SUMS : purpose == Purpose::probes ? REPLAY_PROBES : 0;
     job.first_pull = pulled_pixels;
     pulled_pixels += slice.pixels;
     jobs.push_back(job);

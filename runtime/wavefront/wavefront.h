@@ -47,11 +47,12 @@ class Wavefront {
 
   // With `adjoint`: traces slices again whose samples are as trace(slices, at) left them, and adds to the gradient of
   // every number of the launch (lib/adjoint.h). pulls: of each pixel of each slice, channels() of them.
+  // By voxels: probes are traced, too (lib/probe.h).
   void replay(const std::vector<JobSlice>& slices, const std::vector<float>& pulls, std::size_t at);
   // [set][number], and of each set a last one: of the first set how many products were lost, the integers being too
   // small. The next gradient starts from 0.
   std::vector<std::int64_t> take_gradient();
-  // Of it, [texel][channel] of the textures in `derivatives`; to be read before it is taken.
+  // Of it, [texel][channel] of the textures and grids in `derivatives`; to be read before it is taken.
   std::vector<std::int64_t> texel_gradient() const;
 
   // From now on trace() of the staged schedule waits for every launch and counts its time to its stage.
@@ -63,7 +64,7 @@ class Wavefront {
 
  private:
   void upload_records(const LaunchData& data, const DerivativeData& derivatives);
-  enum class Purpose { samples, pilot, replay };
+  enum class Purpose { samples, pilot, replay, probes };
   void trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose, std::size_t at = 0);
   void learn_baselines();
   void clear_gradient();
@@ -79,6 +80,7 @@ class Wavefront {
   bool adjoint_;
   std::size_t numbers_ = 0;  // of a set of gradients, a channel each
   std::size_t texels_ = 0;   // of textures that are differentiated by, a channel each
+  bool by_voxels_ = false;   // are grids differentiated by?
   bool own_texels_ = false;  // has every work-item sums of its own of them?
   int width_, channels_, workers_, slots_;
   std::size_t sample_capacity_;

@@ -1,10 +1,12 @@
 // Textures from images: what they should be, within the noise of the target, and the same after a stop.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "runtime/base/file.h"
 #include "runtime/inversion/stored_texture_inversion.h"
 #include "runtime/scene/load.h"
+#include "runtime/scene/volume_file.h"
 #include "tests/stage/stage_test.h"
 #include "tests/support/temporary_folder.h"
 
@@ -102,12 +104,62 @@ TEST_CASE("a texture's inversion that was stopped ends with the same numbers") {
   CHECK(read_file(stopped / "iterations.jsonl") == read_file(whole / "iterations.jsonl"));
 }
 
+TEST_CASE("a grid is found from images of what it fills, its empty voxels too") {
+  const TemporaryFolder folder;
+  VoxelGrid truth;
+  truth.width = truth.height = truth.depth = 3;
+  for (int i = 0; i < 27; ++i) truth.data.push_back(i % 4 == 0 ? 0.0F : 0.2F * static_cast<float>(i * 5 % 7));
+  write_volume_file(folder / "grid.vol", truth);
+  std::string sensors;
+  for (const char* from : {"4, 0, 1", "-2, 3.5, 1", "-2, -3.5, -1", "0.5, 0.5, 4.3"})
+    sensors += R"(<sensor type="perspective"><float name="fov" value="40"/>
+      <transform name="to_world"><lookat origin=")" +
+               std::string(from) + R"(" target="0, 0, 0" up="0, 0.1, 1"/></transform>
+      <film type="hdrfilm"><integer name="width" value="16"/><integer name="height" value="16"/></film></sensor>)";
+  write_file(folder / "scene.xml", R"(<scene version="3.0.0">
+  <integrator type="volpath"><integer name="max_depth" value="16"/></integrator>)" +
+                                       sensors + R"(
+  <emitter type="constant"><rgb name="radiance" value="0.5, 0.6, 0.7"/></emitter>
+  <emitter type="point"><point name="position" x="2" y="-2" z="2"/><rgb name="intensity" value="9, 8, 7"/></emitter>
+  <shape type="cube"><bsdf type="null"/><medium name="interior" type="heterogeneous" id="smoke">
+    <volume type="gridvolume" name="sigma_t"><string name="filename" value="grid.vol"/>
+      <transform name="to_world"><scale value="2"/><translate x="-1" y="-1" z="-1"/></transform></volume>
+    <float name="albedo" value="0.6"/></medium></shape></scene>)");
+  Scene scene = load_scene(folder / "scene.xml");
+  std::vector<TargetImage> targets;
+  for (int k = 0; k < 4; ++k) {
+    RenderOptions options;
+    options.spp = 1024;
+    options.seed = 77;
+    options.sensor = k;
+    const Rendering image = render(device(), scene, options);
+    targets.push_back({image.width, image.height, 3, image.mean, std::vector<float>(image.mean.size() / 3, 1.0F), {}});
+  }
+  VoxelGrid start = truth;
+  std::fill(start.data.begin(), start.data.end(), 0.0F);
+  set_values(scene, find_parameter(list_parameters(scene), "smoke.sigma_t"), start);
+  TextureInversionOptions options;
+  options.iterations = 120;
+  options.spp = 32;
+  options.learning_rate = 0.1;
+  TextureInversion inversion(device(), scene, {"smoke.sigma_t"}, {0, 1, 2, 3}, targets, {}, options);
+  TextureInversionState state = inversion.start();
+  const double before = rms(inversion.textures(state)[0].data, truth.data);
+  while (state.iteration < options.iterations) inversion.advance(state);
+  CHECK(rms(inversion.textures(state)[0].data, truth.data) < 0.25 * before);
+}
+
 TEST_CASE("the gradient of a texture's roughness is its difference") {
-  Bitmap bitmap{3, 2, 2, {0.1F, 0.7F, 0.3F, 0.2F, 0.9F, 0.4F, 0.5F, 0.6F, 0.8F, 0.1F, 0.2F, 0.5F}};
-  std::vector<double> gradient(bitmap.data.size()), ignored(gradient);
-  roughness_of(bitmap, 2, gradient.data());
-  for (std::size_t i = 0; i < bitmap.data.size(); ++i) {
-    Bitmap more = bitmap, less = bitmap;
+  VoxelGrid values;
+  values.width = 3;
+  values.height = GENERATE(2, 1);
+  values.depth = 2 / values.height;
+  values.channels = 2;
+  values.data = {0.1F, 0.7F, 0.3F, 0.2F, 0.9F, 0.4F, 0.5F, 0.6F, 0.8F, 0.1F, 0.2F, 0.5F};
+  std::vector<double> gradient(values.data.size()), ignored(gradient);
+  roughness_of(values, 2, gradient.data());
+  for (std::size_t i = 0; i < values.data.size(); ++i) {
+    VoxelGrid more = values, less = values;
     more.data[i] += 0.125F;
     less.data[i] -= 0.125F;
     const double difference = (roughness_of(more, 0, ignored.data()) - roughness_of(less, 0, ignored.data())) / 0.25;

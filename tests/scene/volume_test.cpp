@@ -4,7 +4,9 @@
 #include <limits>
 
 #include "runtime/scene/parameters.h"
+#include "runtime/scene/volume_file.h"
 #include "tests/scene/scene_folder.h"
+#include "tests/support/temporary_folder.h"
 
 using namespace itn;
 
@@ -98,6 +100,39 @@ TEST_CASE("a grid volume arrives with everything that it says") {
   const std::vector<Parameter> parameters = list_parameters(scene);
   CHECK_THAT(find_parameter(parameters, "m.sigma_t").not_differentiable, Catch::Contains("a grid of voxels"));
   CHECK(find_parameter(parameters, "m.scale").not_differentiable.empty());
+}
+
+TEST_CASE("a grid of extinctions is differentiated by its voxels, and can be replaced") {
+  SceneFolder folder;
+  folder.write("g.vol", File().bytes());
+  Scene scene = folder.load(medium(grid("sigma_t") + grid("albedo")));
+  const Parameter p = find_parameter(list_parameters(scene), "m.sigma_t");
+  CHECK(p.by_voxels);
+  CHECK_THAT(p.not_differentiable, Catch::Contains("voxel by voxel"));
+  CHECK_FALSE(find_parameter(list_parameters(scene), "m.albedo").by_voxels);
+  VoxelGrid other = values_of(scene, p);
+  CHECK(other.depth == 4);
+  other.data[5] = 7;
+  set_values(scene, p, other);
+  CHECK(grid_of(scene, p)->data[5] == 7);
+  CHECK(scene.media.at(0).value("albedo").volume->grid->data[5] == 0.5F);
+}
+
+TEST_CASE("a volume file that is written is read as it was") {
+  const TemporaryFolder folder;
+  VoxelGrid grid;
+  grid.width = 2;
+  grid.height = 1;
+  grid.depth = 3;
+  grid.channels = 3;
+  grid.low = {-1, -2, 0.5};
+  grid.high = {1, 4, 8};
+  for (int i = 0; i < 18; ++i) grid.data.push_back(0.25F * static_cast<float>(i));
+  write_volume_file(folder / "g.vol", grid);
+  const VoxelGrid again = read_volume_file(folder / "g.vol");
+  CHECK((again.width == 2 && again.height == 1 && again.depth == 3 && again.channels == 3));
+  CHECK((again.low == grid.low && again.high == grid.high));
+  CHECK(again.data == grid.data);
 }
 
 TEST_CASE("a constant volume fills its cube") {

@@ -1,10 +1,12 @@
 // itn gradient as a user meets it.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "runtime/image/exr.h"
+#include "runtime/scene/volume_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
 
@@ -154,4 +156,31 @@ TEST_CASE("itn gradient: by a texture it is an image of the texture's size") {
   const Result refused = run_itn(arguments);
   CHECK(refused.exit_code == 2);
   CHECK_THAT(refused.error, Catch::Contains("--mode images") && Catch::Contains("diffuse0.reflectance"));
+}
+
+TEST_CASE("itn gradient: by a grid it is a grid of the same size") {
+  const TemporaryFolder folder;
+  const std::string scene = ITN_SOURCE_DIR "/scenes/test/mitsuba/grid_null.xml";
+  REQUIRE(
+      run_itn({"render", scene, "-o", folder / "target.exr", "--spp", "4", "--size", "24x16", "--quiet"}).exit_code ==
+      0);
+  const Result parameters = run_itn({"parameters", scene, "--quiet", "--json", "-"});
+  const auto listed = nlohmann::json::parse(parameters.output)["parameters"];
+  const auto found = std::find_if(listed.begin(), listed.end(), [](const auto& p) { return p.contains("voxels"); });
+  REQUIRE(found != listed.end());
+  const std::string name = (*found)["name"];
+  const Result result = run_itn({"gradient", scene, "--target", folder / "target.exr", "--size", "24x16", "--spp", "4",
+                                 "--parameter", name, "-o", folder / "made", "--json", "-"});
+  INFO(result.error);
+  REQUIRE(result.exit_code == 0);
+  const auto gradient = nlohmann::json::parse(result.output)["gradient"][name];
+  const itn::VoxelGrid grid =
+      itn::read_volume_file(folder / ("made/gradient." + name + ".vol"), itn::VoxelValues::of_any_sign);
+  CHECK(gradient["voxels"]["file"] == folder / ("made/gradient." + name + ".vol"));
+  CHECK(gradient["voxels"]["depth"] == grid.depth);
+  CHECK((*found)["voxels"]["width"] == grid.width);
+  double sum = 0;
+  for (const float v : grid.data) sum += static_cast<double>(v);
+  CHECK(sum != 0);
+  CHECK(gradient["value"].get<double>() == Approx(sum).epsilon(1e-3));
 }

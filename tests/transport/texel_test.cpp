@@ -100,7 +100,7 @@ Scene moved(const Scene& scene, const std::string& name, std::size_t texel, doub
   return result;
 }
 
-double sum_of(const Bitmap& bitmap) { return std::accumulate(bitmap.data.begin(), bitmap.data.end(), 0.0); }
+double sum_of(const VoxelGrid& values) { return std::accumulate(values.data.begin(), values.data.end(), 0.0); }
 
 std::string rotated(const std::string& filter, const std::string& wrap) {
   return fmt::format(R"(<string name="filter_type" value="{}"/><string name="wrap_mode" value="{}"/>
@@ -122,7 +122,7 @@ TEST_CASE("the gradient by a texel is the central difference of that texel", "[d
         folder, R"(<bsdf type="diffuse" id="wood">)" + texture("reflectance", file, rotated(filter, wrap)) + "</bsdf>");
     const RenderOptions options = by({"wood.reflectance"});
     const WeighedDerivatives result = gradient(scene, options, 16);
-    const Bitmap& texels = result.texels[0];
+    const VoxelGrid& texels = result.values[0];
     REQUIRE(texels.width == width);
     REQUIRE(texels.channels == channels);
     REQUIRE(texels.data.size() == static_cast<std::size_t>(width * height * channels));
@@ -184,7 +184,7 @@ TEST_CASE("texels that are all alike have the gradient by a constant together", 
     REQUIRE(by_number.value[0] != 0);
     CHECK(by_texels.value[0] == Approx(by_number.value[0]).epsilon(2e-4));
     CHECK(by_texels.stderr_[0] == Approx(by_number.stderr_[0]).epsilon(1e-3));
-    CHECK(sum_of(by_texels.texels[0]) == Approx(by_number.value[0]).epsilon(2e-4));
+    CHECK(sum_of(by_texels.values[0]) == Approx(by_number.value[0]).epsilon(2e-4));
   }
 }
 
@@ -201,9 +201,9 @@ TEST_CASE("the texels of each channel have its share of the gradient by a colour
   const WeighedDerivatives by_number = gradient(
       constant, by({"wall.reflectance.R", "wood.reflectance.R", "wood.reflectance.G", "wood.reflectance.B"}), 32);
   CHECK(by_texels.value[0] == Approx(by_number.value[0]).epsilon(1e-4));
-  CHECK(by_texels.texels[0].data.empty());
+  CHECK(by_texels.values[0].data.empty());
   std::array<double, 3> sum{};
-  const std::vector<float>& texels = by_texels.texels[1].data;
+  const std::vector<float>& texels = by_texels.values[1].data;
   for (std::size_t i = 0; i < texels.size(); ++i) sum[i % 3] += static_cast<double>(texels[i]);
   for (std::size_t c = 0; c < 3; ++c) CHECK(sum[c] == Approx(by_number.value[1 + c]).epsilon(1e-4));
 }
@@ -215,19 +215,19 @@ TEST_CASE("launches, schedules and widths change no bit of a gradient by texels"
                                        texture("reflectance", file, rotated("bilinear", "repeat")) + "</bsdf>");
   const RenderOptions options = by({"wood.reflectance"});
   const WeighedDerivatives whole = gradient(scene, options, 16);
-  CHECK(gradient(scene, options, 16).texels[0].data == whole.texels[0].data);
+  CHECK(gradient(scene, options, 16).values[0].data == whole.values[0].data);
   RenderOptions small = options, staged = options;
   small.paths_a_launch = 777;
   staged.schedule = Schedule::staged;
-  CHECK(gradient(scene, small, 16).texels[0].data == whole.texels[0].data);
-  CHECK(gradient(scene, staged, 16).texels[0].data == whole.texels[0].data);
+  CHECK(gradient(scene, small, 16).values[0].data == whole.values[0].data);
+  CHECK(gradient(scene, staged, 16).values[0].data == whole.values[0].data);
   // one gradient after the other
   GradientRenderer renderer(device(), scene, options);
   const auto weights = [](const std::vector<Rendering>& groups) {
     return std::vector<std::vector<double>>{weights_of(groups[0])};
   };
   renderer.render(0, {16}, weights);
-  CHECK(renderer.render(0, {16}, weights).texels[0].data == whole.texels[0].data);
+  CHECK(renderer.render(0, {16}, weights).values[0].data == whole.values[0].data);
 }
 
 TEST_CASE("textures are not differentiated by in images", "[derivative]") {

@@ -1,0 +1,146 @@
+/* Probes: the part of gradients by voxels (lib/voxel_gradient.h) that scatterings of paths cannot tell, since paths
+ * scatter seldom or never where a field is small or 0. Paths are traced a third time. Each has, from the first time, the
+ * sum over its flights of throughput times "room", the length of what lies ahead of a flight and may need a probe,
+ * weighed by a guess of the transmittance up to there. In proportion to it one flight is chosen, and ends at a place that
+ * is chosen in proportion to the room: there the path scatters, whatever the field is, and goes on by other random
+ * numbers. What it then gathers, times
+ *   transmittance up to the place * (1 - value / knee) * sum / (throughput * guess of the transmittance)
+ * is on average what all its flights would scatter to it for a unit of extinction there.
+ *
+ * What baselines (lib/baseline.h) expect of a scattering is taken off here too: with the scores of scatterings alone the
+ * mean of a flight's score is not 0. */
+#ifndef ITN_PROBE_H
+#define ITN_PROBE_H
+#include "lib/medium.h"
+
+#if VOXEL_SUMS
+enum { STREAM_PROBE = 0x80 };
+#define PROBED_EVENTS 0x1000000 /* events after the probe: random numbers that the path had not drawn */
+#define LEAST_GUESS 1e-3f       /* of a transmittance */
+
+/* The room on a way without an end. Where the sum of what was passed reaches `target` is *at, and *guess the guess up to
+ * there. */
+inline REAL room_ahead(const Launch* launch, __global const FieldRecord* field, REAL sigma_t, REAL3 from,
+                       REAL3 direction, MASK mask, REAL target, REAL* at, REAL* guess) {
+  const float knee = knee_of(field);
+  Way w = enter_field(launch, field, from, direction, (REAL)(ENDLESS), mask);
+  REAL room = (REAL)(0.0f), depth = (REAL)(0.0f);
+  MASK looks = mask;
+  while (ANY(w.inside)) {
+    const REAL length = end_of_cell(&w) - w.at, seen = MAX(EXP(-depth), (REAL)(LEAST_GUESS));
+    const REAL before = room;
+    room += SELECT(w.inside & (w.least < knee), length * seen, 0.0f);
+    const MASK reached = looks & w.inside & (room > before) & (room >= target);
+    *at = SELECT(reached, w.at + MIN(MAX((target - before) / seen, (REAL)(0.0f)), length), *at);
+    *guess = SELECT(reached, seen, *guess);
+    looks = looks & !reached;
+    depth += SELECT(w.inside, 0.5f * sigma_t * (w.greatest + w.least) * length, 0.0f);
+    next_cell(launch, field, direction, w.inside, &w);
+  }
+  return room;
+}
+
+/* What a path knows of its probe. */
+typedef struct {
+  REAL passed; /* sum over the flights so far */
+  REAL target; /* the flight that reaches it becomes the probe; infinite: none will */
+} ProbeState;
+
+/* A flight that becomes a probe. */
+typedef struct {
+  MASK flies;
+  REAL distance, guess, throughput;
+} Probe;
+
+inline ProbeState load_probe_state(const Pool* pool, INT slots) {
+  ProbeState s;
+  s.passed = LOAD(pool, PROBE_PASSED, slots);
+  s.target = LOAD(pool, PROBE_TARGET, slots);
+  return s;
+}
+
+inline void store_probe_state(const Pool* pool, INT slots, const ProbeState* s) {
+  STORE(pool, PROBE_PASSED, slots, s->passed);
+  STORE(pool, PROBE_TARGET, slots, s->target);
+}
+
+/* Before the flight of an event. The event of those that become probes is another from here on. */
+inline Probe choose_probe(const Launch* launch, __global const JobRecord* job, const Medium* medium, Random* random,
+                          ProbeState* s, REAL3 from, REAL3 direction, REAL throughput, MASK mask) {
+  Probe p;
+  p.flies = (MASK)(0);
+  p.distance = p.guess = (REAL)(1.0f);
+  p.throughput = throughput;
+  if (job->replay == REPLAY_SUMS) return p;
+  const REAL sigma_t = mean_sigma_t(medium->n + MEDIUM_sigma_t);
+  if (job->replay == REPLAY_PROBES) mask = mask & (s->target < INFINITY);
+  uint left = lane_bits(mask & (medium->field >= 0) & (throughput > 0.0f));
+  while (left) {
+    __global const FieldRecord* field;
+    const MASK here = next_field(launch, medium->field, &left, &field);
+    if (field->gradient < 0) continue;
+    REAL at = (REAL)(0.0f), guess = (REAL)(1.0f);
+    const REAL room = room_ahead(launch, field, sigma_t, from, direction, here, (REAL)(INFINITY), &at, &guess);
+    s->passed += SELECT(here, throughput * room, 0.0f);
+    if (job->replay != REPLAY_PROBES) continue;
+    const MASK chosen = here & (room > 0.0f) & (s->passed >= s->target);
+    if (!ANY(chosen)) continue;
+    random->event += SELECT_INT(chosen, PROBED_EVENTS, 0);
+    REAL u[4];
+    draw(random, STREAM_PROBE, u);
+    room_ahead(launch, field, sigma_t, from, direction, chosen, u[0] * room, &at, &guess);
+    p.flies = p.flies | chosen;
+    p.distance = SELECT(chosen, at, p.distance);
+    p.guess = SELECT(chosen, guess, p.guess);
+    s->target = SELECT(chosen, (REAL)(INFINITY), s->target);
+  }
+  return p;
+}
+
+/* Probes that have got to their places. expected: of the scattering, in each channel of the radiance. Returns who tells
+ * something. */
+inline MASK land_probe(const Launch* launch, Pool* pool, INT slots, const Medium* medium, const Random* random,
+                       const Probe* p, REAL3 from, REAL3 direction, REAL3 place, MASK mask,
+                       const REAL expected[RADIANCE_CHANNELS]) {
+  MASK tells = (MASK)(0);
+  REAL through[THROUGHPUT_CHANNELS];
+  medium_dimming(launch, medium, random, 0, from, direction, p->distance, mask, through);
+  uint left = lane_bits(mask);
+  while (left) {
+    __global const FieldRecord* field;
+    const MASK here = next_field(launch, medium->field, &left, &field);
+    REAL value[FIELD_CHANNELS];
+    field_value(launch, field, place, FIELD_CHANNELS, value);
+    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
+      const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
+      const REAL lack = MAX(1.0f - value[FIELD_CHANNELS == 3 ? c : 0] / knee_of(field), (REAL)(0.0f));
+      REAL weight = LOAD(pool, PROBE_WEIGHT + c, slots);
+      weight =
+          SELECT(here, weight * lack * through[t] * medium->n[MEDIUM_sigma_t + t] / (p->throughput * p->guess), weight);
+      STORE(pool, PROBE_WEIGHT + c, slots, weight);
+      tells = tells | (here & (weight != 0.0f));
+      STORE(pool, RADIANCE + c, slots, SELECT(here, -expected[c], LOAD(pool, RADIANCE + c, slots)));
+    }
+  }
+  const REAL3 old = load3(pool, PROBE_PLACE, slots);
+  store3(pool, PROBE_PLACE, slots, select3(mask, place, old));
+  STORE_INT(pool, PROBE_FIELD, slots, SELECT_INT(mask, medium->field, LOAD_INT(pool, PROBE_FIELD, slots)));
+  return tells;
+}
+
+/* A probe's path is complete. */
+inline void finish_probe(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask) {
+  const INT of = LOAD_INT(pool, PROBE_FIELD, slots);
+  uint left = lane_bits(mask & (of >= 0));
+  while (left) {
+    __global const FieldRecord* field;
+    const MASK here = next_field(launch, of, &left, &field);
+    REAL x[RADIANCE_CHANNELS];
+    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
+      x[c] = LOAD(pool, PROBE_WEIGHT + c, slots) * LOAD(pool, RADIANCE + c, slots);
+    add_to_voxels(launch, job, pool, slots, here, field, load3(pool, PROBE_PLACE, slots), x);
+  }
+}
+#endif
+
+#endif
