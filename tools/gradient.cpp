@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
@@ -32,6 +33,7 @@ struct Options {
   std::vector<std::string> parameters;
   std::string mode = "automatic", folder = ".";  // folder: of the gradients by textures
   bool exposure = false;
+  int repeats = 1;
 };
 
 // Derivative images take time for each parameter, replayed paths for none: beyond this many they are quicker
@@ -81,15 +83,15 @@ ImageLoss from_derivative_images(const Device& device, const Scene& scene, const
   return result;
 }
 
-ImageLoss from_replayed_paths(const Device& device, const Scene& scene, const RenderOptions& options, int spp,
-                              const TargetImage& target, bool exposure) {
+ImageLoss from_replayed_paths(GradientRenderer& renderer, int first_sample, int spp, const TargetImage& target,
+                              bool exposure) {
   ImageLoss result;
-  GradientRenderer renderer(device, scene, options);
-  WeighedDerivatives gradient = renderer.render(0, split_samples(spp), [&](const std::vector<Rendering>& groups) {
-    if (exposure) result.exposure = best_exposure(groups, target);
-    result.loss = loss_gradient(groups, target, result.exposure);
-    return loss_weights(groups, target, result.exposure);
-  });
+  WeighedDerivatives gradient =
+      renderer.render(first_sample, split_samples(spp), [&](const std::vector<Rendering>& groups) {
+        if (exposure) result.exposure = best_exposure(groups, target);
+        result.loss = loss_gradient(groups, target, result.exposure);
+        return loss_weights(groups, target, result.exposure);
+      });
   result.loss.gradient = gradient.value;
   result.loss.gradient_stderr = gradient.stderr_;
   result.texels = std::move(gradient.texels);
@@ -97,32 +99,37 @@ ImageLoss from_replayed_paths(const Device& device, const Scene& scene, const Re
   return result;
 }
 
-// The gradient by a texture, as a file: the mean over the targets.
+// The gradient by a texture, as a file: the mean over repetitions with other samples, each of which is the mean over
+// the targets.
 struct TextureGradient {
   std::string parameter, file;
-  Bitmap texels;
+  Bitmap texels;                            // the mean, at the end
+  std::vector<std::vector<float>> repeats;  // as texels.data
 };
 
 std::vector<TextureGradient> start_gradients(const Scene& scene, const Options& options,
                                              const std::vector<Parameter>& textures) {
   std::vector<TextureGradient> result;
   for (const Parameter& p : textures) {
-    const Bitmap& bitmap = *bitmap_of(scene, p);
+    const Bitmap bitmap = texels_of(scene, p);
     std::filesystem::create_directories(options.folder);
     result.push_back({p.name,
                       (std::filesystem::path(options.folder) / ("gradient." + p.name + ".exr")).string(),
-                      {bitmap.width, bitmap.height, bitmap.channels, std::vector<float>(bitmap.data.size())}});
+                      {bitmap.width, bitmap.height, bitmap.channels, std::vector<float>(bitmap.data.size())},
+                      std::vector<std::vector<float>>(static_cast<std::size_t>(options.repeats),
+                                                      std::vector<float>(bitmap.data.size()))});
     check_writable(result.back().file);
   }
   return result;
 }
 
-void add_texels(std::vector<TextureGradient>& gradients, const Options& options, const std::vector<Bitmap>& texels) {
+void add_texels(std::vector<TextureGradient>& gradients, const Options& options, const std::vector<Bitmap>& texels,
+                std::size_t repeat) {
   const auto images = static_cast<float>(options.images.sensors.size());
   for (TextureGradient& gradient : gradients) {
     const auto at = std::find(options.parameters.begin(), options.parameters.end(), gradient.parameter);
     const Bitmap& of = texels[static_cast<std::size_t>(at - options.parameters.begin())];
-    for (std::size_t i = 0; i < of.data.size(); ++i) gradient.texels.data[i] += of.data[i] / images;
+    for (std::size_t i = 0; i < of.data.size(); ++i) gradient.repeats[repeat][i] += of.data[i] / images;
   }
 }
 
@@ -130,11 +137,36 @@ std::vector<std::string> channel_names(const Bitmap& bitmap) {
   return bitmap.channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
 }
 
-void write_gradient(const TextureGradient& gradient, const Options& options) {
+// The texels become the mean. Returns their standard errors; of one repetition: none.
+std::vector<float> end_gradient(TextureGradient& gradient) {
+  std::vector<float> errors;
+  const auto n = static_cast<double>(gradient.repeats.size());
+  for (std::size_t i = 0; i < gradient.texels.data.size(); ++i) {
+    double mean = 0, square = 0;
+    for (const std::vector<float>& repeat : gradient.repeats) mean += static_cast<double>(repeat[i]) / n;
+    gradient.texels.data[i] = static_cast<float>(mean);
+    for (const std::vector<float>& repeat : gradient.repeats)
+      square += std::pow(static_cast<double>(repeat[i]) - mean, 2);
+    if (n > 1) errors.push_back(static_cast<float>(std::sqrt(square / (n * (n - 1)))));
+  }
+  return errors;
+}
+
+void write_gradient(const TextureGradient& gradient, const std::vector<float>& errors, const Options& options) {
   const Bitmap& of = gradient.texels;
-  write_exr(
-      gradient.file,
-      {of.width, of.height, channel_names(of), of.data, {{"scene", options.scene}, {"parameter", gradient.parameter}}});
+  std::vector<std::string> names = channel_names(of);
+  std::vector<float> data = of.data;
+  if (!errors.empty()) {
+    const std::size_t channels = names.size();
+    for (std::size_t c = 0; c < channels; ++c) names.push_back("stderr." + names[c]);
+    data.clear();
+    for (std::size_t i = 0; i < of.data.size(); i += channels)
+      for (const std::vector<float>* part : {&of.data, &errors})
+        data.insert(data.end(), part->begin() + static_cast<std::ptrdiff_t>(i),
+                    part->begin() + static_cast<std::ptrdiff_t>(i + channels));
+  }
+  write_exr(gradient.file,
+            {of.width, of.height, names, data, {{"scene", options.scene}, {"parameter", gradient.parameter}}});
 }
 
 double norm(const Bitmap& bitmap) {
@@ -182,6 +214,8 @@ void run(Options options) {
   const std::vector<int>& sensors = options.images.sensors;
   const std::vector<Parameter> textures = textures_of(scene, options);
   const bool replay = by_replay(options, textures);
+  if (options.repeats > 1 && !replay)
+    throw UsageError("--repeats: derivative images say their standard errors themselves; need --mode adjoint");
   std::vector<TextureGradient> by_texels = start_gradients(scene, options, textures);
   const Device device(common.device);
 
@@ -198,22 +232,28 @@ void run(Options options) {
     render_options.cancel = &interrupt_flag();
     const int spp = common.spp ? common.spp : scene.sensors[static_cast<std::size_t>(sensors[t])].spp;
     if (spp < 2) throw UsageError("--spp 1: an unbiased loss compares different samples of a pixel; need 2 or more");
+    int repeat = 0;
     const auto report = [&](double done) {
-      progress.update((static_cast<double>(t) + done) / static_cast<double>(sensors.size()));
+      progress.update((static_cast<double>(t) + (repeat + done) / options.repeats) /
+                      static_cast<double>(sensors.size()));
     };
     if (replay) render_options.progress = report;
-    const ImageLoss image =
-        replay ? from_replayed_paths(device, scene, render_options, spp, targets[t], options.exposure)
-               : from_derivative_images(device, scene, render_options, spp, targets[t], options.exposure, report);
-    report(1);
-    exposures.push_back(image.exposure);
-    losses.push_back(image.loss);
-    add_texels(by_texels, options, image.texels);
-    trace_s += image.trace_s;
+    std::optional<GradientRenderer> renderer;
+    if (replay) renderer.emplace(device, scene, render_options);
+    for (; repeat < options.repeats; ++repeat) {
+      const ImageLoss image =
+          replay ? from_replayed_paths(*renderer, repeat * spp, spp, targets[t], options.exposure)
+                 : from_derivative_images(device, scene, render_options, spp, targets[t], options.exposure, report);
+      report(1);
+      exposures.push_back(image.exposure);
+      losses.push_back(image.loss);
+      add_texels(by_texels, options, image.texels, static_cast<std::size_t>(repeat));
+      trace_s += image.trace_s;
+    }
   }
   progress.clear();
   const LossGradient result = mean_of(losses);
-  for (const TextureGradient& gradient : by_texels) write_gradient(gradient, options);
+  for (TextureGradient& gradient : by_texels) write_gradient(gradient, end_gradient(gradient), options);
   if (common.talkative()) {
     fmt::print("loss {:.6g}  standard error {:.2g}\n", result.loss, result.loss_stderr);
     if (options.exposure) fmt::print("exposure {:.6g}\n", fmt::join(exposures, " "));
@@ -251,6 +291,12 @@ void add_gradient(CLI::App& app) {
   command
       ->add_option("-o,--output", options->folder,
                    "folder for the gradients by textures: gradient.PARAMETER.exr, of the texture's size")
+      ->capture_default_str();
+  command
+      ->add_option("--repeats", options->repeats,
+                   "adjoint: so many gradients of different samples; their mean is the gradient, and files of textures "
+                   "get the standard error of each texel")
+      ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   command->add_flag("--exposure", options->exposure,
                     "each target is known up to a factor: the loss is the smallest over the factors");

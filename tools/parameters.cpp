@@ -32,7 +32,7 @@ void run(const CommonOptions& options, const std::string& file) {
     const bool differentiable = p.not_differentiable.empty();
     nlohmann::ordered_json texels;
     if (p.by_texels) {
-      const Bitmap& bitmap = *bitmap_of(scene, p);
+      const Bitmap bitmap = texels_of(scene, p);
       texels = {{"width", bitmap.width}, {"height", bitmap.height}, {"channels", bitmap.channels}};
     }
     if (options.talkative())

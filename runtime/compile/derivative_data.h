@@ -16,9 +16,11 @@ static_assert(sizeof(ScoreRecord) == 20 && sizeof(SumRecord) == 24 && sizeof(Der
 struct NumberOfPart {
   const Model* model = nullptr;
   int first = 0, slot = 0;
-  bool colour = false;  // n[slot + c] in channel c
-  int origin = 0;       // as of ScoreRecord
-  int texels = -1;      // as of SumRecord
+  bool colour = false;   // n[slot + c] in channel c
+  int components = 1;    // n[slot + k] in all channels: of a direction three, of the slopes of heights two
+  int origin = 0;        // as of ScoreRecord
+  int texels = -1;       // as of SumRecord
+  bool heights = false;  // by which texels are, and of which the same everywhere changes nothing
   // Of n[slot + c], from n on.
   int place(int c) const { return model->place_of_colour(slot + c, origin); }
 };
@@ -32,9 +34,12 @@ inline bool is_of_light(const DerivativeRecord& derivative) {
 struct DifferentiatedTexture {
   int image = 0;        // which derivative it is
   int first_texel = 0;  // of the sums by texels (TextureRecord::gradient)
+  int width = 0, height = 0, channels = 1;
   const Bitmap* bitmap = nullptr;
+  // Of an attribute of meshes the sums are by corners of triangles: of which value each is one, -1: of none of them.
+  std::vector<int> corners{};
   std::size_t texels() const {
-    return static_cast<std::size_t>(bitmap->width) * static_cast<std::size_t>(bitmap->height);
+    return bitmap ? static_cast<std::size_t>(width) * static_cast<std::size_t>(height) : corners.size();
   }
 };
 
@@ -44,7 +49,8 @@ struct DerivativeData {
   std::vector<DerivativeRecord> derivatives;  // one a part
   std::vector<NumberOfPart> numbers;          // one a part; by the light: without a model
   std::vector<DifferentiatedTexture> textures;
-  std::size_t texels() const {  // of all of them
+  bool by_directions = false, by_pictures = false;  // by texels that are normals or heights; by those that tint lights
+  std::size_t texels() const {                      // of all of them
     return textures.empty() ? 0 : static_cast<std::size_t>(textures.back().first_texel) + textures.back().texels();
   }
   int images() const { return parts.empty() ? 0 : parts.back().image + 1; }

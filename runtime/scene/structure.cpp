@@ -107,6 +107,21 @@ void declare(Structure& s) {
   m.numbers.push_back({"picked", s.picked, 1, ROLE_FIXED, COORDINATE_ITSELF});
 }
 
+const char* const mirrored_inside =
+    "what is inside mirrors light in a direction that would move with it, and paths are held fixed; need a rough one "
+    "inside, such as roughconductor or roughplastic";
+
+// Of each piece: does it bend the normals of leaves that choose directions?
+std::vector<bool> pieces_that_turn_mirrors(const Structure& s) {
+  std::vector<bool> result(s.pieces.size());
+  for (const Structure::Leaf& leaf : s.leaves)
+    for (const Structure::Enter& nest : leaf.nests)
+      if (nest.piece >= 0 && (nest.nest->traits & BSDF_ANISOTROPIC) && leaf.piece >= 0 &&
+          (s.traits_of(leaf) & (BSDF_SMOOTH | BSDF_PARTLY_SMOOTH)))
+        result[static_cast<std::size_t>(nest.piece)] = true;
+  return result;
+}
+
 void convert(Structure& s) {
   Model& m = s.model;
   const std::vector<Piece> pieces = s.pieces;
@@ -129,10 +144,15 @@ void convert(Structure& s) {
     }
     return by;
   };
-  m.obstacle = [pieces](const double* parameters, int slot) {
-    for (const Piece& piece : pieces)
-      if (slot >= piece.first_parameter && slot < piece.first_parameter + piece.model->parameter_slots)
-        return piece.model->obstacle(parameters + piece.first_parameter, slot - piece.first_parameter);
+  const std::vector<bool> turns_mirrors = pieces_that_turn_mirrors(s);
+  m.obstacle = [pieces, turns_mirrors](const double* parameters, int slot) {
+    for (std::size_t k = 0; k < pieces.size(); ++k) {
+      const Piece& piece = pieces[k];
+      if (slot < piece.first_parameter || slot >= piece.first_parameter + piece.model->parameter_slots) continue;
+      if (turns_mirrors[k] && piece.model->parameters.front().slot == slot - piece.first_parameter)
+        return mirrored_inside;
+      return piece.model->obstacle(parameters + piece.first_parameter, slot - piece.first_parameter);
+    }
     throw std::logic_error("no parameter of a structure");
   };
 }

@@ -51,8 +51,10 @@ class Wavefront {
   // [set][number], and of each set a last one: of the first set how many products were lost, the integers being too
   // small. The next gradient starts from 0.
   std::vector<std::int64_t> take_gradient();
-  // Of it, [texel][channel] of the textures in `derivatives`; to be read before it is taken.
+  // Of it, [texel][channel] of the textures in `derivatives`; to be read before it is taken. texel_channels(): those of
+  // the radiance, or three where some texels are directions.
   std::vector<std::int64_t> texel_gradient() const;
+  int texel_channels() const { return texel_channels_; }
 
   // From now on trace() of the staged schedule waits for every launch and counts its time to its stage.
   void time_stages() { timed_ = true; }
@@ -80,6 +82,7 @@ class Wavefront {
   std::size_t numbers_ = 0;  // of a set of gradients, a channel each
   std::size_t texels_ = 0;   // of textures that are differentiated by, a channel each
   bool own_texels_ = false;  // has every work-item sums of its own of them?
+  int texel_channels_ = 1;
   int width_, channels_, workers_, slots_;
   std::size_t sample_capacity_;
   std::map<std::string, std::string> features_;  // what the program was made for
