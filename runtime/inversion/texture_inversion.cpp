@@ -24,6 +24,9 @@ Ends ends_of(const Parameter& p) {
   return {p.low + off, p.high_included || !std::isfinite(p.high) ? p.high : p.high - off};
 }
 
+// Of the greatest step size (adam_step.h) that with which the last quarter of the iterations begins: (1 + cos 135) / 2.
+constexpr double rate_of_last_quarter = 0.1464466;
+
 // Samples of the images at the end.
 constexpr int least_final_samples = 64;
 int final_samples(const TextureInversionOptions& options) { return std::max(least_final_samples, options.spp); }
@@ -230,7 +233,8 @@ TextureInversionStep TextureInversion::advance(TextureInversionState& state) {
   // picture must not come near it.
   for (double& g : by) g *= static_cast<double>(by.size());
   const int iterations = state.repeat == 0 ? options_.iterations : iterations_of_repeat();
-  adam_step(state.x, by, state.moments, state.iteration, iterations, options_.learning_rate);
+  const double rate = options_.learning_rate * (state.repeat == 0 ? 1 : rate_of_last_quarter);
+  adam_step(state.x, by, state.moments, state.iteration, iterations, rate);
   for (const Unknown& unknown : unknowns_) {
     const Ends ends = ends_of(unknown.parameter);
     for (std::size_t i = unknown.first; i < unknown.first + unknown.count; ++i)

@@ -3,9 +3,10 @@
 // Texels are the unknowns themselves, kept in their range; numbers have coordinates (coordinate.h). What no path sees
 // stays as it is, unless neighbours are asked to be alike.
 //
-// How well they are known: the inversion is repeated from what was found, for targets to which noise of the same size
-// was added once more (a parametric bootstrap). By what the repetitions differ from what was found, the latter differs
-// from the truth, as far as the scene is right and the iterations were enough.
+// How well they are known: as many iterations as the last quarter, with its step sizes, begin anew at what was found,
+// with other samples, for targets to which noise of the same size was added once more (a parametric bootstrap). By what
+// these repetitions differ from what was found, the latter differs from the truth, as far as the scene is right and the
+// iterations were enough.
 #pragma once
 #include <memory>
 #include <optional>

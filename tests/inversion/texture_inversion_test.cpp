@@ -15,8 +15,8 @@ namespace {
 
 constexpr int size = 8;
 
-// A floor of 8 x 8 texels, seen from above in light from all around and a lamp.
-Scene floor_of(const std::shared_ptr<const Bitmap>& bitmap) {
+// A floor of 8 x 8 texels, seen from above in light from all around and a lamp. more: of the scene
+Scene floor_of(const std::shared_ptr<const Bitmap>& bitmap, const std::string& more = "") {
   const TemporaryFolder folder;
   write_file(folder / "scene.xml", R"(<scene version="3.0.0">
   <integrator type="volpath"><integer name="max_depth" value="3"/></integrator>
@@ -27,7 +27,8 @@ Scene floor_of(const std::shared_ptr<const Bitmap>& bitmap) {
   </sensor>
   <emitter type="constant"><rgb name="radiance" value="0.3, 0.4, 0.5"/></emitter>
   <emitter type="point"><point name="position" x="1" y="-1" z="2"/><rgb name="intensity" value="6, 5, 4"/></emitter>
-  <shape type="rectangle"><bsdf type="diffuse" id="wood"/></shape></scene>)");
+  <shape type="rectangle"><bsdf type="diffuse" id="wood"/></shape>)" +
+                                       more + "</scene>");
   Scene scene = load_scene(folder / "scene.xml");
   Texture& reflectance = scene.bsdfs[0].value("reflectance");
   reflectance = make_bitmap(bitmap);
@@ -116,7 +117,10 @@ TEST_CASE("a texture's standard errors cover the truth as often as they say, and
 
 TEST_CASE("numbers are found beside a texture") {
   const auto truth = picture(painted);
-  Scene true_scene = floor_of(truth), scene = floor_of(picture(grey));
+  // a known surface tells light and floor apart
+  const std::string patch = R"(<shape type="rectangle"><transform name="to_world"><scale value="0.4"/>
+    <translate z="0.05"/></transform><bsdf type="diffuse"/></shape>)";
+  Scene true_scene = floor_of(truth, patch), scene = floor_of(picture(grey), patch);
   const std::vector<std::string> names = [&] {
     std::vector<std::string> result{"wood.reflectance"};
     for (const Parameter& p : list_parameters(scene))
@@ -124,7 +128,8 @@ TEST_CASE("numbers are found beside a texture") {
     return result;
   }();
   REQUIRE(names.size() == 4);
-  for (std::size_t k = 1; k < 4; ++k) set_parameter(scene, find_parameter(list_parameters(scene), names[k]), 4 + 0.1 * static_cast<double>(k));
+  for (std::size_t k = 1; k < 4; ++k)
+    set_parameter(scene, find_parameter(list_parameters(scene), names[k]), 4 + 0.1 * static_cast<double>(k));
   const std::vector<TargetImage> targets{target_from(true_scene)};
   TextureInversionOptions options;
   options.iterations = 150;
