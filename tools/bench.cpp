@@ -15,6 +15,7 @@
 #include "runtime/bench/derivatives.h"
 #include "runtime/bench/measurement.h"
 #include "runtime/bench/stages.h"
+#include "runtime/bench/texture_gradients.h"
 #include "runtime/renderer.h"
 #include "runtime/scene/load.h"
 #include "tools/common.h"
@@ -27,7 +28,7 @@ struct Options {
   CommonOptions common;
   std::string peer, peer_python = ".peers/bin/python", only, scenes;
   int runs = 5;
-  bool stages = false, derivatives = false;
+  bool surfaces = false, stages = false, derivatives = false;
   std::string baselines = "automatic";
 };
 
@@ -179,6 +180,46 @@ void cost_of_derivatives(const Device& device, MitsubaPeer* peer, const std::vec
   if (talk) fmt::print("{:<40} speed {:>6.2f}x\n", "value and gradient, geometric mean", std::exp(speeds));
 }
 
+void cost_of_texture_gradients(const Device& device, MitsubaPeer* peer, const std::vector<BenchScene>& scenes,
+                               const Options& options, nlohmann::ordered_json& result) {
+  const bool talk = options.common.talkative();
+  if (talk) {
+    fmt::print(
+        "\ngradient of the mean by 512 x 512 texels, image included: time over that of the image alone{}\n",
+        peer ? "; speed beside prb's, z of the sum over the texels, efficiency by the variance of all texels" : "");
+    fmt::print("{:<26} {:>6}", "scene", "cost");
+    if (peer) fmt::print(" {:>9} {:>9} {:>11}", "speed", "z sum", "efficiency");
+    fmt::print("\n");
+  }
+  RenderOptions render_options;
+  render_options.spp = options.common.spp;
+  render_options.seed = options.common.seed;
+  render_options.cancel = &interrupt_flag();
+  double speeds = 0, count = 0;
+  for (const BenchScene& scene : scenes) {
+    if (scene.texture.empty()) continue;
+    const TextureGradientCost cost = texture_gradient_cost(device, load_scene(scene.file), scene.file, scene.texture,
+                                                           render_options, options.runs, peer);
+    nlohmann::ordered_json json{{"cost", cost.ours.seconds / cost.value_s}, {"itn_s", cost.ours.seconds}};
+    if (talk) fmt::print("{:<26} {:>6.3f}", scene.name, cost.ours.seconds / cost.value_s);
+    if (peer) {
+      const double speed = cost.peer.seconds / cost.ours.seconds,
+                   z = (cost.ours.sum - cost.peer.sum) / std::hypot(cost.ours.stderr_, cost.peer.stderr_),
+                   efficiency = speed * cost.peer.variance / cost.ours.variance;
+      speeds += std::log(speed);
+      ++count;
+      json.update({{"mitsuba_s", cost.peer.seconds}, {"speed", speed}, {"z", z}, {"efficiency", efficiency}});
+      if (talk) fmt::print(" {:>8.2f}x {:>9.2f} {:>10.2f}x", speed, z, efficiency);
+    }
+    if (talk) fmt::print("\n");
+    std::fflush(stdout);
+    result["texture_gradients"][scene.name] = json;
+  }
+  if (!peer || count == 0) return;
+  result["geometric_mean"]["all"]["texture_gradient"] = std::exp(speeds / count);
+  if (talk) fmt::print("{:<40} speed {:>6.2f}x\n", "gradient by texels, geometric mean", std::exp(speeds / count));
+}
+
 void run(const Options& options) {
   if (!options.common.definitions.empty())
     throw UsageError("-D " + options.common.definitions.front() + ": bench makes its own scenes, which have no $name");
@@ -188,7 +229,8 @@ void run(const Options& options) {
   std::unique_ptr<MitsubaPeer> peer;
   if (compare) peer = std::make_unique<MitsubaPeer>(options.peer_python, folder.path());
 
-  std::vector<BenchScene> scenes = write_bench_scenes(folder.path());
+  std::vector<BenchScene> scenes =
+      options.surfaces ? write_surface_scenes(folder.path()) : write_media_scenes(folder.path());
   std::erase_if(scenes, [&](const BenchScene& scene) { return scene.name.find(options.only) == std::string::npos; });
   if (scenes.empty()) throw UsageError("--only " + options.only + ": no scene of the bench has this in its name");
 
@@ -221,7 +263,8 @@ void run(const Options& options) {
       result["geometric_mean"][label] = {{"paths_per_s", mean.speed}, {"efficiency", mean.efficiency}};
     }
   }
-  if (options.derivatives) cost_of_derivatives(device, peer.get(), scenes, options, result);
+  if (options.derivatives)
+    (options.surfaces ? cost_of_texture_gradients : cost_of_derivatives)(device, peer.get(), scenes, options, result);
   if (options.stages) time_stages_of(device, scenes, options, result);
   write_json(options.common, result);
 }
@@ -235,13 +278,16 @@ void add_bench(CLI::App& app) {
   command->add_option("--peer", options->peer, "also render in: mitsuba")->check(CLI::IsMember({"mitsuba"}));
   command->add_option("--peer-python", options->peer_python,
                       "python that has Mitsuba (default: .peers/bin/python, where tools/peers puts it)");
+  command->add_flag(
+      "--surfaces", options->surfaces,
+      "surfaces without media, beside Mitsuba's path and prb, in place of media beside volpath and prbvolpath");
   command->add_option("--runs", options->runs, "images of each scene and renderer (default: 5)")
       ->check(CLI::Range(2, 1000));
   command->add_option("--only", options->only, "only scenes with this in their name");
   command->add_flag(
       "--derivatives", options->derivatives,
-      "then the cost of derivatives by sigma_t, albedo and g; with --peer beside prbvolpath (3 runs or more tell "
-      "standard errors)");
+      "then the cost of derivatives by sigma_t, albedo and g, or by all texels of a texture; with --peer beside "
+      "prbvolpath or prb (3 runs or more tell standard errors)");
   command->add_option("--baselines", options->baselines, "of the derivatives: quieter where they are on, at more time")
       ->check(CLI::IsMember({"automatic", "on", "off"}))
       ->capture_default_str();

@@ -35,9 +35,9 @@ typedef struct {
   REAL x, y, z;
 } REAL3;
 
-#define MODEL inline REAL
-#define MODEL3 inline REAL3
-#define MODEL_VOID inline void
+#define MODEL static inline REAL
+#define MODEL3 static inline REAL3
+#define MODEL_VOID static inline void
 #define NUMBER(value) ((REAL)(float)(value))
 /* Conversions (towards zero) and reinterpretations, lane by lane. */
 #define CAST_REAL JOIN(convert_, REAL_NAME)

@@ -93,15 +93,24 @@ PeerGradient MitsubaPeer::differentiate(const std::string& scene, int spp, std::
   return {result.at("seconds").get<double>(), sum("sigma_t"), sum("albedo"), sum("g")};
 }
 
-PeerImage MitsubaPeer::render(const std::string& scene, int spp, std::uint64_t seed) {
-  const std::string file = folder_ + "/peer.raw";
-  const nlohmann::json job{{"scene", scene}, {"spp", spp}, {"seed", seed}, {"output", file}};
-  const std::string answer = ask(job.dump(), scene);
-  const auto result = nlohmann::json::parse(answer);
-  const std::string bytes = read_file(file);
+PeerImage MitsubaPeer::ask_for_image(const std::string& job, const std::string& scene) {
+  const auto result = nlohmann::json::parse(ask(job, scene));
+  const std::string bytes = read_file(image_file());
   PeerImage image{result.at("seconds").get<double>(), std::vector<float>(bytes.size() / sizeof(float))};
   std::memcpy(image.pixels.data(), bytes.data(), image.pixels.size() * sizeof(float));
   return image;
+}
+
+PeerImage MitsubaPeer::render(const std::string& scene, int spp, std::uint64_t seed) {
+  const nlohmann::json job{{"scene", scene}, {"spp", spp}, {"seed", seed}, {"output", image_file()}};
+  return ask_for_image(job.dump(), scene);
+}
+
+PeerImage MitsubaPeer::differentiate_by_texels(const std::string& scene, const std::string& texture, int spp,
+                                               std::uint64_t seed) {
+  const nlohmann::json job{
+      {"scene", scene}, {"spp", spp}, {"seed", seed}, {"texture", texture}, {"output", image_file()}};
+  return ask_for_image(job.dump(), scene);
 }
 
 }  // namespace itn

@@ -34,8 +34,12 @@ class MitsubaPeer {
   PeerImage render(const std::string& scene, int spp, std::uint64_t seed);
   // Value and gradient by prbvolpath.
   PeerGradient differentiate(const std::string& scene, int spp, std::uint64_t seed);
+  // Value and gradient of the image's mean by prb, by the texels of a texture: `pixels` are those of the texture.
+  PeerImage differentiate_by_texels(const std::string& scene, const std::string& texture, int spp, std::uint64_t seed);
 
  private:
+  std::string image_file() const { return folder_ + "/peer.raw"; }
+  PeerImage ask_for_image(const std::string& job, const std::string& scene);
   std::string read_line();
   std::string ask(const std::string& job, const std::string& scene);
   std::string folder_, version_;

@@ -4,6 +4,7 @@ One JSON object a line on standard input, {"scene": FILE, "spp": N, "seed": K, "
 standard output, {"seconds": T, "width": W, "height": H}, the image as raw float32 RGB in the output file.
 With "gradient": true, prbvolpath renders the image and then differentiates its mean by sigma_t, albedo and g of the scene's
 medium; the answer has "gradient", one list of numbers for each of them, and no image is written.
+With "texture": NAME, prb does so by the texels of that texture (floor.reflectance), and the output file has the gradient, raw float32.
 Seconds are path tracing alone: the scene is loaded before, once; the caller throws the first run (kernel compilation) away.
 """
 import json
@@ -17,19 +18,34 @@ answers = os.fdopen(os.dup(1), 'w')
 os.dup2(2, 1)
 
 
-def load_differentiable(mi, dr, file):
-    """The scene, its parameters by our names, and prbvolpath with the file's depths."""
-    scene = mi.load_file(file)
+def differentiating(mi, kind, file):
+    """The integrator prb or prbvolpath with the file's depths."""
     with open(file) as source:
         depths = dict(re.findall(r'name="(max_depth|rr_depth)" value="(-?\d+)"', source.read()))
-    integrator = mi.load_dict({'type': 'prbvolpath', **{name: int(value) for name, value in depths.items()}})
+    return mi.load_dict({'type': kind, **{name: int(value) for name, value in depths.items()}})
+
+
+def load_textured(mi, dr, file, texture):
+    """The scene, its parameters, the texels' name among them, and prb."""
+    scene = mi.load_file(file)
+    parameters = mi.traverse(scene)
+    # Mitsuba names a surface inside of a shape after the shape, whatever its id
+    key, = [key for key in parameters.keys() if key.endswith('.bsdf.' + texture.split('.', 1)[1] + '.data')]
+    dr.enable_grad(parameters[key])
+    parameters.update()
+    return scene, parameters, key, differentiating(mi, 'prb', file)
+
+
+def load_differentiable(mi, dr, file):
+    """The scene, its parameters by our names, and prbvolpath."""
+    scene = mi.load_file(file)
     parameters = mi.traverse(scene)
     keys = {}
     for name, end in {'sigma_t': 'sigma_t.value.value', 'albedo': 'albedo.value.value', 'g': 'phase_function.g'}.items():
         keys[name], = [key for key in parameters.keys() if key.endswith(end)]
         dr.enable_grad(parameters[keys[name]])
     parameters.update()
-    return scene, parameters, keys, integrator
+    return scene, parameters, keys, differentiating(mi, 'prbvolpath', file)
 
 
 def main():
@@ -42,6 +58,7 @@ def main():
     print(json.dumps({'mitsuba': mi.__version__, 'variant': mi.variant()}), file=answers, flush=True)
     scene, loaded = None, None
     differentiable, differentiable_file = None, None
+    textured, textured_file = None, None
     for line in sys.stdin:
         job = json.loads(line)
         if job.get('gradient'):
@@ -60,6 +77,21 @@ def main():
             print(json.dumps({'seconds': seconds,
                               'gradient': {name: values.tolist() for name, values in gradient.items()}}),
                   file=answers, flush=True)
+            continue
+        if 'texture' in job:
+            if job['scene'] != textured_file:
+                textured, textured_file = load_textured(mi, dr, job['scene'], job['texture']), job['scene']
+            view, parameters, key, integrator = textured
+            dr.set_grad(parameters[key], 0)
+            dr.sync_thread()
+            start = time.perf_counter()
+            dr.backward(dr.mean(mi.render(view, parameters, integrator=integrator, spp=job['spp'], seed=job['seed']),
+                                axis=None))
+            gradient = np.array(dr.grad(parameters[key]), dtype=np.float32)
+            dr.sync_thread()
+            seconds = time.perf_counter() - start
+            gradient.tofile(job['output'])
+            print(json.dumps({'seconds': seconds}), file=answers, flush=True)
             continue
         if job['scene'] != loaded:
             scene, loaded = mi.load_file(job['scene']), job['scene']

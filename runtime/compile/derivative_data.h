@@ -17,10 +17,10 @@ struct NumberOfPart {
   const Model* model = nullptr;
   int first = 0, slot = 0;
   bool colour = false;   // n[slot + c] in channel c
-  int components = 1;    // n[slot + k] in all channels: of a direction three, of the slopes of heights two
   int origin = 0;        // as of ScoreRecord
   int texels = -1;       // as of SumRecord
   bool heights = false;  // by which texels are, and of which the same everywhere changes nothing
+  int components = 1;    // n[slot + k] in all channels: of a direction three, of the slopes of heights two
   // Of n[slot + c], from n on.
   int place(int c) const { return model->place_of_colour(slot + c, origin); }
 };

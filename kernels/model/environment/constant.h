@@ -13,22 +13,23 @@
 #ifdef __OPENCL_VERSION__
 #include "lib/vector.h"
 
-inline void constant_radiance(__global const EnvironmentRecord* record, __global const float* tables, REAL3 d,
-                              REAL rgb[3]) {
+static inline void constant_radiance(__global const EnvironmentRecord* record, __global const float* tables, REAL3 d,
+                                     REAL rgb[3]) {
   UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = record->radiance[c];
 }
 
-inline void constant_derivative(__global const EnvironmentRecord* record, __global const EnvironmentRecord* moving,
-                                __global const float* tables, REAL3 d, REAL rgb[3]) {
+static inline void constant_derivative(__global const EnvironmentRecord* record,
+                                       __global const EnvironmentRecord* moving, __global const float* tables, REAL3 d,
+                                       REAL rgb[3]) {
   constant_radiance(moving, tables, d, rgb);
 }
 
-inline REAL constant_pdf(__global const EnvironmentRecord* record, __global const float* tables, REAL3 d) {
+static inline REAL constant_pdf(__global const EnvironmentRecord* record, __global const float* tables, REAL3 d) {
   return (REAL)(float)(1 / (4 * PI_));
 }
 
-inline REAL3 constant_sample(__global const EnvironmentRecord* record, __global const float* tables, REAL u0, REAL u1,
-                             REAL* pdf) {
+static inline REAL3 constant_sample(__global const EnvironmentRecord* record, __global const float* tables, REAL u0,
+                                    REAL u1, REAL* pdf) {
   *pdf = (REAL)(float)(1 / (4 * PI_));
   return uniform_sphere(u0, u1);
 }

@@ -17,8 +17,8 @@
 /* Mitsuba 3's convention: y is up, +z is the middle of the picture, -x to the right of it; the first and the last row are the
  * poles themselves, so there are height - 1 steps of polar angle; columns are `width` steps of azimuth about their centres;
  * between pixels the radiance is bilinear in these angles. A cell of the sampling table lies between four pixels. */
-inline void envmap_cell(__global const EnvironmentRecord* record, REAL3 d, INT* row, INT* column, REAL* down,
-                        REAL* across) {
+static inline void envmap_cell(__global const EnvironmentRecord* record, REAL3 d, INT* row, INT* column, REAL* down,
+                               REAL* across) {
   const int width = record->width, height = record->height;
   REAL x = angle_of(d.x, -d.z) * (float)(0.5 / PI_) - 0.5f / width;
   x = (x - floor(x)) * width;
@@ -29,8 +29,8 @@ inline void envmap_cell(__global const EnvironmentRecord* record, REAL3 d, INT* 
   *down = y - CAST_REAL(*row);
 }
 
-inline void envmap_radiance(__global const EnvironmentRecord* record, __global const float* tables, REAL3 d,
-                            REAL rgb[3]) {
+static inline void envmap_radiance(__global const EnvironmentRecord* record, __global const float* tables, REAL3 d,
+                                   REAL rgb[3]) {
   INT row, column;
   REAL down, across;
   envmap_cell(record, d, &row, &column, &down, &across);
@@ -44,14 +44,14 @@ inline void envmap_radiance(__global const EnvironmentRecord* record, __global c
   }
 }
 
-inline void envmap_derivative(__global const EnvironmentRecord* record, __global const EnvironmentRecord* moving,
-                              __global const float* tables, REAL3 d, REAL rgb[3]) {
+static inline void envmap_derivative(__global const EnvironmentRecord* record, __global const EnvironmentRecord* moving,
+                                     __global const float* tables, REAL3 d, REAL rgb[3]) {
   envmap_radiance(moving, tables, d, rgb);
 }
 
 /* sin^2(theta / 2) at the top of a row, and its increase across the row: proportional to solid angle, and with digits where
  * cos theta has none. */
-inline void envmap_row_bounds(__global const EnvironmentRecord* record, INT row, REAL* top, REAL* increase) {
+static inline void envmap_row_bounds(__global const EnvironmentRecord* record, INT row, REAL* top, REAL* increase) {
   const float step = 1.0f / (record->height - 1);
   REAL sine, cosine;
   sin_cos_2pi(CAST_REAL(row) * (0.25f * step), &sine, &cosine);
@@ -60,11 +60,11 @@ inline void envmap_row_bounds(__global const EnvironmentRecord* record, INT row,
   *increase = sine * sin((float)(0.5 * PI_) * step);
 }
 
-inline REAL envmap_density(__global const EnvironmentRecord* record, REAL probability, REAL increase) {
+static inline REAL envmap_density(__global const EnvironmentRecord* record, REAL probability, REAL increase) {
   return probability * record->width / ((float)(4 * PI_) * increase);
 }
 
-inline REAL envmap_pdf(__global const EnvironmentRecord* record, __global const float* tables, REAL3 d) {
+static inline REAL envmap_pdf(__global const EnvironmentRecord* record, __global const float* tables, REAL3 d) {
   INT row, column;
   REAL down, across, top, increase;
   envmap_cell(record, d, &row, &column, &down, &across);
@@ -73,8 +73,8 @@ inline REAL envmap_pdf(__global const EnvironmentRecord* record, __global const 
   return envmap_density(record, probability, increase);
 }
 
-inline REAL3 envmap_sample(__global const EnvironmentRecord* record, __global const float* tables, REAL u0, REAL u1,
-                           REAL* pdf) {
+static inline REAL3 envmap_sample(__global const EnvironmentRecord* record, __global const float* tables, REAL u0,
+                                  REAL u1, REAL* pdf) {
   const int rows = record->height - 1, columns = record->width;
   REAL of_row, of_column, top, increase, sine, cosine;
   const INT row = pick_cell(tables, record->sampling, rows, &u0, &of_row);

@@ -8,7 +8,7 @@
  * a cell is the difference of its bounds exactly. Rows come first, then each row's columns. */
 
 /* The cell of u; u becomes its place in the cell, [0, 1). */
-inline INT pick_cell(__global const float* tables, INT cdf, int n, REAL* u, REAL* probability) {
+static inline INT pick_cell(__global const float* tables, INT cdf, int n, REAL* u, REAL* probability) {
   int step = 1;
   while (2 * step < n) step *= 2;
   INT cell = 0;
@@ -22,7 +22,8 @@ inline INT pick_cell(__global const float* tables, INT cdf, int n, REAL* u, REAL
   return cell;
 }
 
-inline REAL cell_probability(__global const float* tables, int rows_cdf, int rows, int columns, INT row, INT column) {
+static inline REAL cell_probability(__global const float* tables, int rows_cdf, int rows, int columns, INT row,
+                                    INT column) {
   const INT at = rows_cdf + row;
   const INT along = rows_cdf + (rows + 1) + row * (columns + 1) + column;
   return (GATHER(tables, at + 1) - GATHER(tables, at)) * (GATHER(tables, along + 1) - GATHER(tables, along));

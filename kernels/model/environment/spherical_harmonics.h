@@ -59,22 +59,23 @@ MODEL_VOID spherical_harmonics_sum(HARMONICS_COEFFICIENTS c, int order, REAL3 d,
 #include "model/angle.h"
 #include "model/environment/sampling_table.h"
 
-inline void spherical_harmonics_radiance(__global const EnvironmentRecord* record, __global const float* tables,
-                                         REAL3 d, REAL rgb[3]) {
+static inline void spherical_harmonics_radiance(__global const EnvironmentRecord* record, __global const float* tables,
+                                                REAL3 d, REAL rgb[3]) {
   spherical_harmonics_sum(tables + record->values, record->width, d, rgb);
 }
 
-inline void spherical_harmonics_derivative(__global const EnvironmentRecord* record,
-                                           __global const EnvironmentRecord* moving, __global const float* tables,
-                                           REAL3 d, REAL rgb[3]) {
+static inline void spherical_harmonics_derivative(__global const EnvironmentRecord* record,
+                                                  __global const EnvironmentRecord* moving,
+                                                  __global const float* tables, REAL3 d, REAL rgb[3]) {
   spherical_harmonics_radiance(moving, tables, d, rgb);
 }
 
-inline REAL spherical_harmonics_density(REAL probability) {
+static inline REAL spherical_harmonics_density(REAL probability) {
   return probability * (float)(HARMONICS_ROWS * HARMONICS_COLUMNS / (4 * PI_));
 }
 
-inline REAL spherical_harmonics_pdf(__global const EnvironmentRecord* record, __global const float* tables, REAL3 d) {
+static inline REAL spherical_harmonics_pdf(__global const EnvironmentRecord* record, __global const float* tables,
+                                           REAL3 d) {
   REAL turn = angle_of(d.y, d.x) * (float)(0.5 / PI_);
   turn = SELECT(turn < 0, turn + 1, turn);
   const INT row = clamp(CAST_INT((1 - d.z) * (0.5f * HARMONICS_ROWS)), (INT)0, (INT)(HARMONICS_ROWS - 1));
@@ -83,8 +84,8 @@ inline REAL spherical_harmonics_pdf(__global const EnvironmentRecord* record, __
       cell_probability(tables, record->sampling, HARMONICS_ROWS, HARMONICS_COLUMNS, row, column));
 }
 
-inline REAL3 spherical_harmonics_sample(__global const EnvironmentRecord* record, __global const float* tables, REAL u0,
-                                        REAL u1, REAL* pdf) {
+static inline REAL3 spherical_harmonics_sample(__global const EnvironmentRecord* record, __global const float* tables,
+                                               REAL u0, REAL u1, REAL* pdf) {
   REAL of_row, of_column, sine, cosine;
   const INT row = pick_cell(tables, record->sampling, HARMONICS_ROWS, &u0, &of_row);
   const INT column = pick_cell(tables, record->sampling + (HARMONICS_ROWS + 1) + row * (HARMONICS_COLUMNS + 1),

@@ -25,7 +25,7 @@ typedef struct {
   REAL cos_theta, gamma, one_minus_cos;
 } SkyAngles;
 
-inline SkyAngles sky_angles(__global const EnvironmentRecord* record, REAL3 d) {
+static inline SkyAngles sky_angles(__global const EnvironmentRecord* record, REAL3 d) {
   __global const float* s = record->sun_local;
   const REAL3 sun = make3((REAL)s[0], (REAL)s[1], (REAL)s[2]);
   const REAL3 chord = sub3(d, sun);
@@ -36,8 +36,8 @@ inline SkyAngles sky_angles(__global const EnvironmentRecord* record, REAL3 d) {
   return angles;
 }
 
-inline void sunsky_radiance(__global const EnvironmentRecord* record, __global const float* tables, REAL3 d,
-                            REAL rgb[3]) {
+static inline void sunsky_radiance(__global const EnvironmentRecord* record, __global const float* tables, REAL3 d,
+                                   REAL rgb[3]) {
   const SkyAngles angles = sky_angles(record, d);
   UNROLL_FOR(int c = 0; c < 3; ++c) {
     REAL k[SKY_COEFFICIENTS];
@@ -49,11 +49,11 @@ inline void sunsky_radiance(__global const EnvironmentRecord* record, __global c
 
 #if HAS_LIGHT_DERIVATIVES
 /* Printed from model/sky_hosek_wilkie.h to derivative/score.h. */
-inline void derivative_sky_hosek_wilkie(const REAL* k, const REAL* d_k, REAL cos_theta, REAL gamma, REAL one_minus_cos,
-                                        REAL* d_radiance);
+static inline void derivative_sky_hosek_wilkie(const REAL* k, const REAL* d_k, REAL cos_theta, REAL gamma,
+                                               REAL one_minus_cos, REAL* d_radiance);
 
-inline void sunsky_derivative(__global const EnvironmentRecord* record, __global const EnvironmentRecord* moving,
-                              __global const float* tables, REAL3 d, REAL rgb[3]) {
+static inline void sunsky_derivative(__global const EnvironmentRecord* record, __global const EnvironmentRecord* moving,
+                                     __global const float* tables, REAL3 d, REAL rgb[3]) {
   const SkyAngles angles = sky_angles(record, d);
   UNROLL_FOR(int c = 0; c < 3; ++c) {
     REAL k[SKY_COEFFICIENTS], d_k[SKY_COEFFICIENTS], d_radiance;
@@ -68,11 +68,11 @@ inline void sunsky_derivative(__global const EnvironmentRecord* record, __global
 #endif
 
 /* Solid angle of a cell: its rows are bounded by cos theta = (row / SKY_ROWS)^2. */
-inline REAL sunsky_density(REAL probability, INT row) {
+static inline REAL sunsky_density(REAL probability, INT row) {
   return probability * (float)(SKY_ROWS * SKY_ROWS * SKY_COLUMNS / (2 * PI_)) / CAST_REAL(2 * row + 1);
 }
 
-inline REAL sunsky_pdf(__global const EnvironmentRecord* record, __global const float* tables, REAL3 d) {
+static inline REAL sunsky_pdf(__global const EnvironmentRecord* record, __global const float* tables, REAL3 d) {
   const float ca = record->sun_azimuth_cos, sa = record->sun_azimuth_sin;
   REAL turn = angle_of(d.y * ca - d.x * sa, d.x * ca + d.y * sa) * (float)(0.5 / PI_);
   turn = SELECT(turn < 0, turn + 1, turn);
@@ -83,8 +83,8 @@ inline REAL sunsky_pdf(__global const EnvironmentRecord* record, __global const 
   return SELECT(d.z < 0, 0, sunsky_density(probability, row));
 }
 
-inline REAL3 sunsky_sample(__global const EnvironmentRecord* record, __global const float* tables, REAL u0, REAL u1,
-                           REAL* pdf) {
+static inline REAL3 sunsky_sample(__global const EnvironmentRecord* record, __global const float* tables, REAL u0,
+                                  REAL u1, REAL* pdf) {
   REAL of_row, of_column, sine, cosine;
   const INT row = pick_cell(tables, record->sampling, SKY_ROWS, &u0, &of_row);
   const INT column =

@@ -17,7 +17,7 @@ typedef struct {
   REAL share, seen, lit;
 } Nest;
 #define NEST Nest
-#define MODEL_NEST inline Nest
+#define MODEL_NEST static inline Nest
 #else
 template <class Real>
 struct Nest {

@@ -7,7 +7,7 @@
 #define BITMAP_TRAITS 0
 
 #ifdef __OPENCL_VERSION__
-inline int wrap_texel(int i, int size, int wrap) {
+static inline int wrap_texel(int i, int size, int wrap) {
   if (i >= 0 && i < size) return i; /* most are: divisions are slow */
   if (wrap == TEXTURE_CLAMP) return clamp(i, 0, size - 1);
   int period = wrap == TEXTURE_MIRROR ? 2 * size : size;
@@ -23,7 +23,7 @@ typedef struct {
   float a, b;
 } BitmapPlace;
 
-inline BitmapPlace bitmap_place(__global const TextureRecord* t, float u, float v) {
+static inline BitmapPlace bitmap_place(__global const TextureRecord* t, float u, float v) {
   BitmapPlace p;
   const float x = u * t->width, y = v * t->height;
   p.shown = t->nearest ? 1 : 4;
@@ -42,8 +42,8 @@ inline BitmapPlace bitmap_place(__global const TextureRecord* t, float u, float 
   return p;
 }
 
-inline int bitmap_texels(__global const TextureRecord* t, __global const float* texels, TexturePlace at, int which[4],
-                         float weight[4]) {
+static inline int bitmap_texels(__global const TextureRecord* t, __global const float* texels, TexturePlace at,
+                                int which[4], float weight[4]) {
   const BitmapPlace p = bitmap_place(t, at.u, at.v);
   UNROLL_FOR(int k = 0; k < 4; ++k) {
     if (k >= p.shown) continue;
@@ -54,8 +54,8 @@ inline int bitmap_texels(__global const TextureRecord* t, __global const float* 
 }
 
 /* The same of d value / d u and d value / d v, after to_uv; of nearest texels: none. */
-inline int bitmap_slope_texels(__global const TextureRecord* t, float u, float v, int which[4], float along_u[4],
-                               float along_v[4]) {
+static inline int bitmap_slope_texels(__global const TextureRecord* t, float u, float v, int which[4], float along_u[4],
+                                      float along_v[4]) {
   if (t->nearest) return 0;
   const BitmapPlace p = bitmap_place(t, u, v);
   UNROLL_FOR(int k = 0; k < 4; ++k) {
@@ -66,8 +66,8 @@ inline int bitmap_slope_texels(__global const TextureRecord* t, float u, float v
   return 4;
 }
 
-inline int bitmap_value(__global const TextureRecord* t, __global const float* texels, __global const float* number,
-                        TexturePlace at, float rgb[3]) {
+static inline int bitmap_value(__global const TextureRecord* t, __global const float* texels,
+                               __global const float* number, TexturePlace at, float rgb[3]) {
   int which[4];
   float weight[4];
   const int shown = bitmap_texels(t, texels, at, which, weight);
@@ -81,8 +81,8 @@ inline int bitmap_value(__global const TextureRecord* t, __global const float* t
 }
 
 /* d value / d u and d value / d v of the first channel, after to_uv. */
-inline void bitmap_slopes(__global const TextureRecord* t, __global const float* texels, float u, float v,
-                          float slopes[2]) {
+static inline void bitmap_slopes(__global const TextureRecord* t, __global const float* texels, float u, float v,
+                                 float slopes[2]) {
   int which[4];
   float along_u[4], along_v[4];
   slopes[0] = slopes[1] = 0.0f;

@@ -8,15 +8,15 @@
 #define CHECKERBOARD_TRAITS 0
 
 #ifdef __OPENCL_VERSION__
-inline int checkerboard_value(__global const TextureRecord* t, __global const float* texels,
-                              __global const float* number, TexturePlace at, float rgb[3]) {
+static inline int checkerboard_value(__global const TextureRecord* t, __global const float* texels,
+                                     __global const float* number, TexturePlace at, float rgb[3]) {
   const int colour = (at.u - floor(at.u) > 0.5f) == (at.v - floor(at.v) > 0.5f) ? 1 : 2;
   UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = number[colour * t->numbers + c];
   return colour;
 }
 
-inline int checkerboard_texels(__global const TextureRecord* t, __global const float* texels, TexturePlace at,
-                               int which[4], float weight[4]) {
+static inline int checkerboard_texels(__global const TextureRecord* t, __global const float* texels, TexturePlace at,
+                                      int which[4], float weight[4]) {
   return 0;
 }
 #endif

@@ -12,8 +12,8 @@
 #define MESH_ATTRIBUTE_TRAITS TEXTURE_ON_MESH
 
 #ifdef __OPENCL_VERSION__
-inline int mesh_attribute_value(__global const TextureRecord* t, __global const float* texels,
-                                __global const float* number, TexturePlace at, float rgb[3]) {
+static inline int mesh_attribute_value(__global const TextureRecord* t, __global const float* texels,
+                                       __global const float* number, TexturePlace at, float rgb[3]) {
 #if HAS_ATTRIBUTES
   __global const float* corner = texels + as_int(texels[t->offset + at.shape]) + 9 * at.primitive;
   UNROLL_FOR(int c = 0; c < 3; ++c)
@@ -22,8 +22,8 @@ inline int mesh_attribute_value(__global const TextureRecord* t, __global const 
   return 0;
 }
 
-inline int mesh_attribute_texels(__global const TextureRecord* t, __global const float* texels, TexturePlace at,
-                                 int which[4], float weight[4]) {
+static inline int mesh_attribute_texels(__global const TextureRecord* t, __global const float* texels, TexturePlace at,
+                                        int which[4], float weight[4]) {
 #if HAS_ATTRIBUTES
   const int corner = as_int(texels[t->offset + at.shape]) + 9 * at.primitive - t->offset - t->width;
   UNROLL_FOR(int k = 0; k < 3; ++k) which[k] = corner / 3 + k;

@@ -1,0 +1,27 @@
+// What the gradient by every texel of a texture costs, beside Mitsuba's prb.
+#pragma once
+#include <string>
+
+#include "runtime/bench/mitsuba_peer.h"
+#include "runtime/renderer.h"
+
+namespace itn {
+
+// A gradient of the image's mean over pixels and channels by the texels of a texture.
+struct TexelGradient {
+  double seconds = 0;           // with the image itself
+  double sum = 0, stderr_ = 0;  // over the texels: mean of the runs, and its standard error
+  double variance = 0;          // of one run, summed over the texels
+};
+
+struct TextureGradientCost {
+  double value_s = 0;        // an image alone
+  TexelGradient ours, peer;  // peer.seconds is 0: no peer
+};
+
+// Medians of `runs` runs, 2 or more, after one that does not count. peer: may be null.
+TextureGradientCost texture_gradient_cost(const Device& device, const Scene& scene, const std::string& file,
+                                          const std::string& texture, RenderOptions options, int runs,
+                                          MitsubaPeer* peer);
+
+}  // namespace itn
