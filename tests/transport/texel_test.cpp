@@ -362,11 +362,14 @@ TEST_CASE("the gradient by a normal or a height is its central difference where 
     check_texels(room_with(folder, normal_map(folder, inside), "", 2, lamp), "relief.normalmap", 16, 2e-3);
     check_texels(room_with(folder, bump_map(folder, inside), "", 2, lamp), "dents.texture", 16, 2e-3);
   }
-  // behind twosided, on a sphere, whose texture coordinates are round
+  // behind twosided, on a sphere, whose texture coordinates are round; of facets of which few are seen at grazing
+  // angles, where bent normals turn away from the viewer
+  const std::string satin = R"(<bsdf type="roughconductor"><string name="material" value="Cu"/>
+    <float name="alpha" value="0.4"/></bsdf>)";
   const std::string ball = R"(<shape type="sphere"><point name="center" x="0" y="0" z="0.6"/>
     <float name="radius" value="0.5"/><bsdf type="twosided">)";
   const std::string ground = R"(<bsdf type="diffuse"/>)";
-  check_texels(room_with(folder, ground, ball + bump_map(folder, glossy) + "</bsdf></shape>", 2, lamp), "dents.texture",
+  check_texels(room_with(folder, ground, ball + bump_map(folder, satin) + "</bsdf></shape>", 2, lamp), "dents.texture",
                16, 2e-3);
 }
 
