@@ -76,7 +76,7 @@ def write_scene(images):
   <bsdf type="blendbsdf"><float name="weight" value="0.5"/>
     <bsdf type="diffuse" id="paint"><texture type="bitmap" name="reflectance"><boolean name="raw" value="true"/>
       <string name="filename" value="$picture"/><string name="format" value="variant"/></texture></bsdf>
-    <bsdf type="roughdielectric"><float name="alpha" value="0.3"/></bsdf></bsdf>
+    <bsdf type="roughdielectric"><string name="distribution" value="ggx"/><float name="alpha" value="0.3"/></bsdf></bsdf>
   <medium type="homogeneous" name="interior" id="wax"><float name="sigma_t" value="$sigma_t"/>
     <float name="albedo" value="$albedo"/></medium>
 </shape></scene>''')
