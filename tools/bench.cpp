@@ -28,7 +28,7 @@ struct Options {
   CommonOptions common;
   std::string peer, peer_python = ".peers/bin/python", only, scenes;
   int runs = 5;
-  bool surfaces = false, stages = false, derivatives = false;
+  bool surfaces = false, volumes = false, stages = false, derivatives = false;
   std::string baselines = "automatic";
 };
 
@@ -229,8 +229,9 @@ void run(const Options& options) {
   std::unique_ptr<MitsubaPeer> peer;
   if (compare) peer = std::make_unique<MitsubaPeer>(options.peer_python, folder.path());
 
-  std::vector<BenchScene> scenes =
-      options.surfaces ? write_surface_scenes(folder.path()) : write_media_scenes(folder.path());
+  std::vector<BenchScene> scenes = (options.surfaces  ? write_surface_scenes
+                                    : options.volumes ? write_volume_scenes
+                                                      : write_media_scenes)(folder.path());
   std::erase_if(scenes, [&](const BenchScene& scene) { return scene.name.find(options.only) == std::string::npos; });
   if (scenes.empty()) throw UsageError("--only " + options.only + ": no scene of the bench has this in its name");
 
@@ -278,9 +279,9 @@ void add_bench(CLI::App& app) {
   command->add_option("--peer", options->peer, "also render in: mitsuba")->check(CLI::IsMember({"mitsuba"}));
   command->add_option("--peer-python", options->peer_python,
                       "python that has Mitsuba (default: .peers/bin/python, where tools/peers puts it)");
-  command->add_flag(
-      "--surfaces", options->surfaces,
-      "surfaces without media, beside Mitsuba's path and prb, in place of media beside volpath and prbvolpath");
+  CLI::Option* surfaces =
+      command->add_flag("--surfaces", options->surfaces, "surfaces without media, beside Mitsuba's path and prb");
+  command->add_flag("--volumes", options->volumes, "grids of voxels, beside Mitsuba's volpath")->excludes(surfaces);
   command->add_option("--runs", options->runs, "images of each scene and renderer (default: 5)")
       ->check(CLI::Range(2, 1000));
   command->add_option("--only", options->only, "only scenes with this in their name");

@@ -17,6 +17,7 @@
 #define CHANCE_SCALE 0.25f
 #define CHANCE_ANYWHERE 0.12f
 #define CHANCE_OF_LIGHTS 1.0f
+#define CHANCE_IN_FIELDS 6.0f
 /* Probability of trying a connection from a scattering vertex, proportional to what is expected of it: throughput, phase
  * function towards the sun's middle (refracted at the nearest surface), and transmittance over the least distance to a
  * surface. Rays are what a connection costs; a vertex deep inside, or one whose light arrives from behind, rarely pays for
@@ -47,6 +48,14 @@ inline REAL connection_chance(const Launch* launch, __global const JobRecord* jo
   const REAL along = MAX(dot3(towards, normal), (REAL)(0.25f));
   expected = MAX(expected, (CHANCE_SCALE * 12.566371f) * phase_value(phase, dot3(arrival, towards)) *
                                SELECT(facing > 0.0f, 1.0f, 0.3f) * EXP(-sigma_t * distance / along));
+#endif
+#if HAS_FIELDS
+  /* A straight line out of a grid costs little beside flights with their null collisions, and grids often thin out on the way. */
+  __global const int* of_media = (__global const int*)launch->media;
+  const MASK straight_out_of_field =
+      (GATHER_INT((of_media + FIELD_OF(MediumRecord, field)), at) >= 0) &
+      (GATHER_INT((of_media + FIELD_OF(MediumRecord, connection)), at) != CONNECTION_REFRACTED);
+  expected *= SELECT(straight_out_of_field, CHANCE_IN_FIELDS, 1.0f);
 #endif
   return MAX((REAL)(CHANCE_FLOOR), MIN((REAL)(0.999f), throughput * expected));
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "runtime/base/file.h"
+#include "runtime/base/parallel.h"
 #include "runtime/image/exr.h"
 
 namespace itn {
@@ -126,7 +127,63 @@ void write_ply(const std::string& path, const Triangles& mesh) {
   write_file(path, bytes);
 }
 
+// Smooth noise on the whole numbers, from 0 to 1.
+double lattice_noise(double x, double y, double z) {
+  const double i = std::floor(x), j = std::floor(y), k = std::floor(z);
+  const auto value = [&](double a, double b, double c) {
+    auto h = static_cast<std::uint32_t>(static_cast<std::int32_t>(i + a) * 73856093) ^
+             static_cast<std::uint32_t>(static_cast<std::int32_t>(j + b) * 19349663) ^
+             static_cast<std::uint32_t>(static_cast<std::int32_t>(k + c) * 83492791);
+    h = (h ^ (h >> 16)) * 0x7feb352dU;
+    h = (h ^ (h >> 15)) * 0x846ca68bU;
+    return static_cast<double>(h ^ (h >> 16)) * 0x1p-32;
+  };
+  const auto eased = [](double t) { return t * t * (3 - 2 * t); };
+  const double u = eased(x - i), v = eased(y - j), w = eased(z - k);
+  const auto along_x = [&](double b, double c) { return std::lerp(value(0, b, c), value(1, b, c), u); };
+  return std::lerp(std::lerp(along_x(0, 0), along_x(1, 0), v), std::lerp(along_x(0, 1), along_x(1, 1), v), w);
+}
+
+double octaves(double x, double y, double z) {
+  return (4 * lattice_noise(x, y, z) + 2 * lattice_noise(2 * x, 2 * y, 2 * z) + lattice_noise(4 * x, 4 * y, 4 * z)) / 7;
+}
+
+double cloud_density(double x, double y, double z) {
+  const double from_centre = std::hypot(x - 0.5, y - 0.5, z - 0.5);
+  if (from_centre > 0.5) return 0;
+  return std::clamp(2.5 * (octaves(8 * x, 8 * y, 8 * z) + 0.12 - 1.3 * from_centre), 0.0, 1.0);
+}
+
+double plume_density(double x, double y, double z) {
+  const double bend = 0.08 * std::sin(9 * z), width = 0.06 + 0.3 * z;
+  const double from_axis = std::hypot(x - 0.5 - bend, y - 0.5 + 0.5 * bend) / width;
+  if (from_axis > 1) return 0;
+  return std::clamp(3 * (octaves(12 * x, 12 * y, 12 * z - 3) - 0.25 - 0.5 * from_axis), 0.0, 1.0) * (1 - 0.6 * z);
+}
+
+// value: of the centres of voxels in the unit cube.
+void write_volume(const std::string& path, double (*value)(double, double, double)) {
+  constexpr std::int32_t size = 256;
+  std::vector<float> voxels(static_cast<std::size_t>(size) * size * size);
+  parallel_for(size, [&](int k) {
+    std::size_t at = static_cast<std::size_t>(k) * size * size;
+    for (int j = 0; j < size; ++j)
+      for (int i = 0; i < size; ++i)
+        voxels[at++] = static_cast<float>(value((i + 0.5) / size, (j + 0.5) / size, (k + 0.5) / size));
+  });
+  std::string bytes = "VOL";
+  append(bytes, std::uint8_t{3});
+  for (const std::int32_t number : {1, size, size, size, 1}) append(bytes, number);  // 1: 32-bit floats
+  for (const float bound : {0.0F, 0.0F, 0.0F, 1.0F, 1.0F, 1.0F}) append(bytes, bound);
+  bytes.append(reinterpret_cast<const char*>(voxels.data()), voxels.size() * sizeof(float));
+  write_file(path, bytes);
+}
+
 }  // namespace
+
+void write_cloud(const std::string& path) { write_volume(path, cloud_density); }
+
+void write_plume(const std::string& path) { write_volume(path, plume_density); }
 
 void write_knot(const std::string& path) { write_ply(path, torus_knot()); }
 

@@ -18,4 +18,9 @@ void write_tiles(const std::string& path, int size);
 // longitude.
 void write_window_sky(const std::string& path);
 
+// Densities from 0 to 1 in the unit cube as Mitsuba's .vol: 256 x 256 x 256 voxels, 64 MiB. A heap of cumulus, 40 % of
+// the voxels empty, and a column of smoke that widens upwards, 80 % empty.
+void write_cloud(const std::string& path);
+void write_plume(const std::string& path);
+
 }  // namespace itn

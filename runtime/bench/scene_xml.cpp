@@ -39,6 +39,13 @@ std::string bench_sunsky_xml(double aperture) {
                      aperture);
 }
 
+std::string bench_constant_xml() {
+  return R"(  <emitter type="constant">
+    <rgb name="radiance" value="1, 1, 1"/>
+  </emitter>
+)";
+}
+
 std::string bench_rough_xml(const char* distribution, double alpha, double ior) {
   return fmt::format(R"(    <bsdf type="roughdielectric">
       <string name="distribution" value="{}"/>

@@ -12,6 +12,8 @@ std::string bench_scene_xml(const char* integrator, int max_depth, int rr_depth,
 // Sun and sky, the sun 30 degrees from the zenith. Widening it (aperture, in degrees) keeps its power.
 std::string bench_sunsky_xml(double aperture);
 
+std::string bench_constant_xml();
+
 std::string bench_rough_xml(const char* distribution, double alpha, double ior);
 
 }  // namespace itn

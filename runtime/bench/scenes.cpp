@@ -31,11 +31,6 @@ std::string object_xml(const char* mesh, const std::string& bsdf, const std::str
 
 std::string scalar_albedo(double albedo) { return fmt::format(R"(<float name="albedo" value="{}"/>)", albedo); }
 
-constexpr const char* constant_xml = R"(  <emitter type="constant">
-    <rgb name="radiance" value="1, 1, 1"/>
-  </emitter>
-)";
-
 constexpr const char* floor_xml = R"(  <shape type="rectangle">
     <transform name="to_world">
       <scale x="8" y="8"/>
@@ -74,7 +69,7 @@ std::vector<BenchScene> write_media_scenes(const std::string& folder) {
       add(sunny ? "knot, sunsky" : "knot, constant",
           fmt::format("knot {} {} {} {}", sunny ? "sunsky" : "constant", sigma_t, albedo, g),
           bench_scene_xml("volpath", 256, 5, 36, knot_view,
-                          (sunny ? bench_sunsky_xml(0.5358) : constant_xml) +
+                          (sunny ? bench_sunsky_xml(0.5358) : bench_constant_xml()) +
                               object_xml("knot.ply", bench_rough_xml("ggx", 0.2, 1.5),
                                          medium_xml(sigma_t, scalar_albedo(albedo), g))));
 

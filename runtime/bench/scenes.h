@@ -15,5 +15,6 @@ struct BenchScene {
 // Each writes scenes and what they refer to into an existing folder. Throws ResultError.
 std::vector<BenchScene> write_media_scenes(const std::string& folder);
 std::vector<BenchScene> write_surface_scenes(const std::string& folder);
+std::vector<BenchScene> write_volume_scenes(const std::string& folder);
 
 }  // namespace itn
