@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """A painted translucent ball from 1, 4 and 16 images: its texture, and the medium inside, found by `itn invert`.
 
-    recover_texture.py FOLDER [--itn build/bin/itn] [--images 1 4 16] [--iterations 100] [--spp 8] [--mitsuba]
+    recover_texture.py FOLDER [--itn build/bin/itn] [--images 1 4 16] [--iterations 100] [--spp 8] [--known] [--mitsuba]
 
 Needs Python's mitsuba and numpy (tools/peers), if only to read images. Writes scene, targets and results into FOLDER, and prints
 a row for each number of images: of the texels that some path has seen the root mean squared difference from the truth at the
-start and at the end, which share of them lies within two of the standard errors that itn says, sigma_t and albedo, and seconds.
+start and at the end, which share of them lies within two of the standard errors that itn says, seconds, and the medium's numbers.
 With --mitsuba also Mitsuba's prbvolpath with the same optimiser: Adam on texels, log sigma_t and logit albedo, the same rates,
 iterations and samples; the first iteration, which compiles, is made twice and counted once.
 """
@@ -31,7 +31,10 @@ parser.add_argument('--images', type=int, nargs='+', default=[1, 4, 16])
 parser.add_argument('--iterations', type=int, default=100)
 parser.add_argument('--spp', type=int, default=8)
 parser.add_argument('--mitsuba', action='store_true')
+parser.add_argument('--known', action='store_true', help='the medium is known: it starts from the truth and stays')
 options = parser.parse_args()
+if options.known:
+    START = TRUE
 mi.set_variant('llvm_ad_rgb')
 mi.set_log_level(mi.LogLevel.Error)
 options.folder.mkdir(parents=True, exist_ok=True)
@@ -69,7 +72,7 @@ def write_scene(images):
 <default name="sigma_t" value="{START['sigma_t']}"/><default name="albedo" value="{START['albedo']}"/>
 <integrator type="volpath"><integer name="max_depth" value="64"/><integer name="rr_depth" value="16"/></integrator>
 {"".join(sensor(k) for k in range(images))}
-<emitter type="constant"><rgb name="radiance" value="0.5, 0.5, 0.5"/></emitter>
+<emitter type="constant"><rgb name="radiance" value="0.05, 0.05, 0.05"/></emitter>
 <emitter type="point"><point name="position" x="3" y="-3" z="4"/>
   <rgb name="intensity" value="20, 20, 20"/></emitter>
 <shape type="sphere" id="ball">
@@ -98,22 +101,24 @@ def make_targets(path, images):
         targets.append(options.folder / f'target_{k}.exr')
         if not targets[-1].exists():
             itn('render', path, '--sensor', k, '-D', 'picture=truth.ppm', '-D', f'sigma_t={TRUE["sigma_t"]}', '-D',
-                f'albedo={TRUE["albedo"]}', '--spp', 256, '--seed', 1000 + k, '-o', targets[-1])
+                f'albedo={TRUE["albedo"]}', '--spp', 1024, '--seed', 1000 + k, '-o', targets[-1])
     return targets
 
 
 def by_itn(path, targets, truth):
     out, result = options.folder / f'itn_{len(targets)}', options.folder / f'itn_{len(targets)}.json'
     wanted = [argument for target in targets for argument in ('--target', target)]
-    itn('invert', path, *wanted, '--parameter', 'paint.reflectance', '--parameter', 'wax.sigma_t', '--parameter',
-        'wax.albedo', '--iterations', options.iterations, '--spp', options.spp, '-o', out, '--json', result)
+    for name in () if options.known else TRUE:
+        wanted += ['--parameter', f'wax.{name}']
+    itn('invert', path, *wanted, '--parameter', 'paint.reflectance', '--iterations', options.iterations, '--spp',
+        options.spp, '-o', out, '--json', result)
     found, error = read(out / 'paint.reflectance.exr'), read(out / 'paint.reflectance.uncertainty.exr')
     lines = [json.loads(line) for line in (out / 'iterations.jsonl').read_text().splitlines()]
     answer = json.loads(result.read_text())
     seen = np.isfinite(error)
     share = len([line for line in lines if line['repeat'] == 0]) / len(lines)
     return {'texels': found, 'seen': seen, 'within': np.mean((abs(found - truth) < 2 * error)[seen]),
-            'numbers': {name: answer['parameters'][f'wax.{name}'] for name in TRUE},
+            'numbers': answer['parameters'],
             'seconds': answer['time']['total_s'], 'share': share}
 
 
@@ -160,16 +165,15 @@ def rms(texels, truth, seen):
 truth = painted()
 write_ppm('start.ppm', np.full((HEIGHT, WIDTH, 3), 0.5))
 targets = make_targets(write_scene(max(options.images)), max(options.images))
-print('images  seen  rms at start  rms at end  within 2 errors  sigma_t  albedo  seconds (with uncertainty)')
+print('images  seen  rms at start  rms at end  within 2 errors  seconds (with uncertainty)   the medium')
 for images in options.images:
     path = write_scene(images)
     own = by_itn(path, targets[:images], truth)
-    numbers = own['numbers']
+    numbers = '   '.join(f"{name} {found['value']:.4g} ({found['low']:.4g} to {found['high']:.4g})"
+                         for name, found in own['numbers'].items())
     print(f"{images:6d} {own['seen'].mean():5.2f} {rms(np.full_like(truth, 128 / 255), truth, own['seen']):13.4f} "
           f"{rms(own['texels'], truth, own['seen']):11.4f} {own['within']:16.2f} "
-          f"{numbers['sigma_t']['value']:8.3f} {numbers['albedo']['value']:7.4f} "
-          f"{own['seconds'] * own['share']:8.1f} ({own['seconds']:.1f})   95 %: sigma_t {numbers['sigma_t']['low']:.3f} to "
-          f"{numbers['sigma_t']['high']:.3f}, albedo {numbers['albedo']['low']:.4f} to {numbers['albedo']['high']:.4f}",
+          f"{own['seconds'] * own['share']:8.1f} ({own['seconds']:.1f})   {numbers}",
           flush=True)
     if options.mitsuba:
         other = by_mitsuba(path, targets[:images])

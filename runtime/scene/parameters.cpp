@@ -61,7 +61,7 @@ const Texture& texture_of(const Scene& scene, const Parameter& p) {
 // Gives the meshes that show `attribute` there another called after the parameter; returns its name.
 std::string set_attribute(Scene& scene, const Parameter& p, const std::string& attribute, const Bitmap& texels) {
   auto from = texels.data.begin();
-  const std::string name = attribute.substr(0, attribute.find('_') + 1) + p.name;  // "face_" or "vertex_" stays
+  std::string name = attribute.substr(0, attribute.find('_') + 1) + p.name;  // "face_" or "vertex_" stays
   for (const Mesh* mesh : attribute_meshes(scene, p.indices, attribute)) {
     MeshAttribute other = *mesh->attribute(attribute);
     const auto count = static_cast<std::ptrdiff_t>(other.values.size());
