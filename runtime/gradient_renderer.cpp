@@ -36,7 +36,7 @@ struct GradientRenderer::State {
     append_geometry(scene, data.geometry);
     JobRecord job;
     const DerivativeData on_device = compile(scene, job);
-    by_light = !on_device.derivatives.empty();
+    by_light = !on_device.derivatives.empty() || on_device.by_pictures;
     wavefront = std::make_unique<Wavefront>(
         device, data, std::vector<JobRecord>{job}, on_device, options.op, options.width, options.schedule,
         derivatives.scores.empty() && derivatives.grids() == 0 ? Baselines::off : options.baselines, true);
@@ -56,6 +56,8 @@ struct GradientRenderer::State {
     on_device.functions = derivatives.functions;
     on_device.numbers = derivatives.numbers;
     on_device.textures = derivatives.textures;
+    on_device.by_directions = derivatives.by_directions;
+    on_device.by_pictures = derivatives.by_pictures;
     const std::vector<Parameter> all = list_parameters(scene);
     for (std::size_t p = 0; p < derivatives.parts.size(); ++p) {
       DerivativeRecord& record = derivatives.derivatives[p];
@@ -108,30 +110,24 @@ struct GradientRenderer::State {
     return pulls;
   }
 
-  // Those by the texels of a texture or the voxels of a grid, which have one channel or three.
-  std::vector<float> develop_texels(const DifferentiatedTexture& texture, int of_channels,
-                                    const std::vector<std::int64_t>& sums, double quantum) const {
-    std::vector<float> result;
-    const auto first = static_cast<std::size_t>(texture.first_texel);
-    for (std::size_t i = first; i < first + texture.texels(); ++i) {
-      const std::int64_t* sum = sums.data() + i * channels();
-      if (of_channels == 1)  // moves all channels of the radiance
-        result.push_back(
-            static_cast<float>(quantum * static_cast<double>(std::accumulate(sum, sum + channels(), std::int64_t{0}))));
-      else
-        for (std::size_t c = 0; c < channels(); ++c)
-          result.push_back(static_cast<float>(quantum * static_cast<double>(sum[c])));
-    }
-    return result;
-  }
-
   // One for each parameter.
   std::vector<VoxelGrid> develop_texels(const std::vector<std::int64_t>& sums, double quantum) const {
     std::vector<VoxelGrid> result(static_cast<std::size_t>(derivatives.images()));
+    const auto of_texel = static_cast<std::size_t>(wavefront->texel_channels());
     for (const DifferentiatedTexture& texture : derivatives.textures) {
+      const auto own = static_cast<std::size_t>(texture.shape.channels);
+      std::vector<std::int64_t> total(texture.values() * own);
+      for (std::size_t i = 0; i < texture.texels(); ++i) {
+        const int value = texture.corners.empty() ? static_cast<int>(i) : texture.corners[i];
+        if (value < 0) continue;
+        const std::int64_t* sum = sums.data() + (static_cast<std::size_t>(texture.first_texel) + i) * of_texel;
+        // one number moves all channels of the radiance
+        for (std::size_t c = 0; c < of_texel; ++c)
+          total[static_cast<std::size_t>(value) * own + (own == 1 ? 0 : c)] += sum[c];
+      }
       VoxelGrid& of = result[static_cast<std::size_t>(texture.image)];
-      of = texture.shape();
-      of.data = develop_texels(texture, of.channels, sums, quantum);
+      of = texture.shape;
+      for (const std::int64_t sum : total) of.data.push_back(static_cast<float>(quantum * static_cast<double>(sum)));
     }
     return result;
   }
@@ -152,14 +148,17 @@ struct GradientRenderer::State {
       const bool of_light = is_of_light(derivative);
       for (std::size_t c = 0; c < channels(); ++c) {
         const auto factor = static_cast<double>(derivative.factor[c]);
-        if (factor == 0) continue;
-        const int field = derivatives.numbers[p].field;
-        const Number n = field >= 0 ? Number{(first_field + static_cast<std::size_t>(field)) * channels() + c, 1}
-                         : of_light ? Number{light_numbers * channels() + c, factor * factor}
-                                    : number(derivatives.numbers[p], c);
-        for (std::size_t s = 0; s < sets; ++s)
-          of_set[static_cast<std::size_t>(part.image)][s] +=
-              factor * quantum / n.scale * static_cast<double>(sums[s * stride + n.index]);
+        const NumberOfPart& by = derivatives.numbers[p];
+        if (factor == 0 || by.heights) continue;  // heights that are all moved alike change nothing
+        for (int k = 0; k < by.components; ++k) {
+          Number n = by.field >= 0 ? Number{(first_field + static_cast<std::size_t>(by.field)) * channels() + c, 1}
+                     : of_light    ? Number{light_numbers * channels() + c, factor * factor}
+                                   : number(by, c);
+          if (k > 0) n.index += static_cast<std::size_t>(k) * channels();
+          for (std::size_t s = 0; s < sets; ++s)
+            of_set[static_cast<std::size_t>(part.image)][s] +=
+                factor * quantum / n.scale * static_cast<double>(sums[s * stride + n.index]);
+        }
       }
       light_numbers += of_light;
     }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
@@ -33,6 +34,7 @@ struct Options {
   std::vector<std::string> parameters;
   std::string mode = "automatic", folder = ".";  // folder: of the gradients by textures
   bool exposure = false;
+  int repeats = 1;
 };
 
 // Derivative images take time for each parameter, replayed paths for none: beyond this many they are quicker
@@ -82,15 +84,15 @@ ImageLoss from_derivative_images(const Device& device, const Scene& scene, const
   return result;
 }
 
-ImageLoss from_replayed_paths(const Device& device, const Scene& scene, const RenderOptions& options, int spp,
-                              const TargetImage& target, bool exposure) {
+ImageLoss from_replayed_paths(GradientRenderer& renderer, int first_sample, int spp, const TargetImage& target,
+                              bool exposure) {
   ImageLoss result;
-  GradientRenderer renderer(device, scene, options);
-  WeighedDerivatives gradient = renderer.render(0, split_samples(spp), [&](const std::vector<Rendering>& groups) {
-    if (exposure) result.exposure = best_exposure(groups, target);
-    result.loss = loss_gradient(groups, target, result.exposure);
-    return loss_weights(groups, target, result.exposure);
-  });
+  WeighedDerivatives gradient =
+      renderer.render(first_sample, split_samples(spp), [&](const std::vector<Rendering>& groups) {
+        if (exposure) result.exposure = best_exposure(groups, target);
+        result.loss = loss_gradient(groups, target, result.exposure);
+        return loss_weights(groups, target, result.exposure);
+      });
   result.loss.gradient = gradient.value;
   result.loss.gradient_stderr = gradient.stderr_;
   result.values = std::move(gradient.values);
@@ -98,11 +100,14 @@ ImageLoss from_replayed_paths(const Device& device, const Scene& scene, const Re
   return result;
 }
 
-// The gradient by a texture or a grid, as a file: the mean over the targets.
+// The gradient by a texture or a grid, as a file: the mean over repetitions with other samples, each of which is the
+// mean over the targets.
 struct TextureGradient {
-  std::string parameter, file;
-  VoxelGrid values;
+  std::string parameter, file;  // without the file's extension
+  VoxelGrid values;             // the mean, at the end
   bool by_voxels = false;
+  std::vector<std::vector<float>> repeats;  // as values.data
+  std::string path() const { return file + (by_voxels ? ".vol" : ".exr"); }
 };
 
 std::vector<TextureGradient> start_gradients(const Scene& scene, const Options& options,
@@ -112,19 +117,21 @@ std::vector<TextureGradient> start_gradients(const Scene& scene, const Options& 
     VoxelGrid values = values_of(scene, p);
     std::fill(values.data.begin(), values.data.end(), 0.0F);
     std::filesystem::create_directories(options.folder);
-    const std::string name = "gradient." + p.name + (p.by_voxels ? ".vol" : ".exr");
-    result.push_back({p.name, (std::filesystem::path(options.folder) / name).string(), std::move(values), p.by_voxels});
-    check_writable(result.back().file);
+    const std::vector<std::vector<float>> repeats(static_cast<std::size_t>(options.repeats), values.data);
+    result.push_back({p.name, (std::filesystem::path(options.folder) / ("gradient." + p.name)).string(),
+                      std::move(values), p.by_voxels, repeats});
+    check_writable(result.back().path());
   }
   return result;
 }
 
-void add_values(std::vector<TextureGradient>& gradients, const Options& options, const std::vector<VoxelGrid>& values) {
+void add_values(std::vector<TextureGradient>& gradients, const Options& options, const std::vector<VoxelGrid>& values,
+                std::size_t repeat) {
   const auto images = static_cast<float>(options.images.sensors.size());
   for (TextureGradient& gradient : gradients) {
     const auto at = std::find(options.parameters.begin(), options.parameters.end(), gradient.parameter);
     const VoxelGrid& of = values[static_cast<std::size_t>(at - options.parameters.begin())];
-    for (std::size_t i = 0; i < of.data.size(); ++i) gradient.values.data[i] += of.data[i] / images;
+    for (std::size_t i = 0; i < of.data.size(); ++i) gradient.repeats[repeat][i] += of.data[i] / images;
   }
 }
 
@@ -132,12 +139,43 @@ std::vector<std::string> channel_names(const VoxelGrid& values) {
   return values.channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
 }
 
-void write_gradient(const TextureGradient& gradient, const Options& options) {
+// The values become the mean. Returns their standard errors; of one repetition: none.
+std::vector<float> end_gradient(TextureGradient& gradient) {
+  std::vector<float> errors;
+  const auto n = static_cast<double>(gradient.repeats.size());
+  for (std::size_t i = 0; i < gradient.values.data.size(); ++i) {
+    double mean = 0, square = 0;
+    for (const std::vector<float>& repeat : gradient.repeats) mean += static_cast<double>(repeat[i]) / n;
+    gradient.values.data[i] = static_cast<float>(mean);
+    for (const std::vector<float>& repeat : gradient.repeats)
+      square += std::pow(static_cast<double>(repeat[i]) - mean, 2);
+    if (n > 1) errors.push_back(static_cast<float>(std::sqrt(square / (n * (n - 1)))));
+  }
+  return errors;
+}
+
+void write_gradient(const TextureGradient& gradient, const std::vector<float>& errors, const Options& options) {
   const VoxelGrid& of = gradient.values;
-  if (gradient.by_voxels) return write_volume_file(gradient.file, of);
-  write_exr(
-      gradient.file,
-      {of.width, of.height, channel_names(of), of.data, {{"scene", options.scene}, {"parameter", gradient.parameter}}});
+  if (gradient.by_voxels) {
+    write_volume_file(gradient.path(), of);
+    if (errors.empty()) return;
+    VoxelGrid of_errors = of;
+    of_errors.data = errors;
+    return write_volume_file(gradient.file + ".stderr.vol", of_errors);
+  }
+  std::vector<std::string> names = channel_names(of);
+  std::vector<float> data = of.data;
+  if (!errors.empty()) {
+    const std::size_t channels = names.size();
+    for (std::size_t c = 0; c < channels; ++c) names.push_back("stderr." + names[c]);
+    data.clear();
+    for (std::size_t i = 0; i < of.data.size(); i += channels)
+      for (const std::vector<float>* part : {&of.data, &errors})
+        data.insert(data.end(), part->begin() + static_cast<std::ptrdiff_t>(i),
+                    part->begin() + static_cast<std::ptrdiff_t>(i + channels));
+  }
+  write_exr(gradient.path(),
+            {of.width, of.height, names, data, {{"scene", options.scene}, {"parameter", gradient.parameter}}});
 }
 
 double norm(const VoxelGrid& values) {
@@ -157,7 +195,7 @@ nlohmann::ordered_json to_json(const LossGradient& result, const Options& option
     const VoxelGrid& of = texture.values;
     std::vector<double> sum(static_cast<std::size_t>(of.channels));
     for (std::size_t i = 0; i < of.data.size(); ++i) sum[i % sum.size()] += static_cast<double>(of.data[i]);
-    nlohmann::ordered_json file{{"file", texture.file}, {"width", of.width}, {"height", of.height}};
+    nlohmann::ordered_json file{{"file", texture.path()}, {"width", of.width}, {"height", of.height}};
     if (texture.by_voxels) file["depth"] = of.depth;
     file.update({{"channels", channel_names(of)}, {"sum", sum}, {"norm", norm(of)}});
     entry[texture.by_voxels ? "voxels" : "texels"] = file;
@@ -188,6 +226,8 @@ void run(Options options) {
   const std::vector<Parameter> textures = textures_of(scene, options);
   const bool replay = by_replay(options, textures);
   std::vector<TextureGradient> by_values = start_gradients(scene, options, textures);
+  if (options.repeats > 1 && !replay)
+    throw UsageError("--repeats: derivative images say their standard errors themselves; need --mode adjoint");
   const Device device(common.device);
 
   std::vector<LossGradient> losses;
@@ -203,22 +243,28 @@ void run(Options options) {
     render_options.cancel = &interrupt_flag();
     const int spp = common.spp ? common.spp : scene.sensors[static_cast<std::size_t>(sensors[t])].spp;
     if (spp < 2) throw UsageError("--spp 1: an unbiased loss compares different samples of a pixel; need 2 or more");
+    int repeat = 0;
     const auto report = [&](double done) {
-      progress.update((static_cast<double>(t) + done) / static_cast<double>(sensors.size()));
+      progress.update((static_cast<double>(t) + (repeat + done) / options.repeats) /
+                      static_cast<double>(sensors.size()));
     };
     if (replay) render_options.progress = report;
-    const ImageLoss image =
-        replay ? from_replayed_paths(device, scene, render_options, spp, targets[t], options.exposure)
-               : from_derivative_images(device, scene, render_options, spp, targets[t], options.exposure, report);
-    report(1);
-    exposures.push_back(image.exposure);
-    losses.push_back(image.loss);
-    add_values(by_values, options, image.values);
-    trace_s += image.trace_s;
+    std::optional<GradientRenderer> renderer;
+    if (replay) renderer.emplace(device, scene, render_options);
+    for (; repeat < options.repeats; ++repeat) {
+      const ImageLoss image =
+          replay ? from_replayed_paths(*renderer, repeat * spp, spp, targets[t], options.exposure)
+                 : from_derivative_images(device, scene, render_options, spp, targets[t], options.exposure, report);
+      report(1);
+      exposures.push_back(image.exposure);
+      losses.push_back(image.loss);
+      add_values(by_values, options, image.values, static_cast<std::size_t>(repeat));
+      trace_s += image.trace_s;
+    }
   }
   progress.clear();
   const LossGradient result = mean_of(losses);
-  for (const TextureGradient& gradient : by_values) write_gradient(gradient, options);
+  for (TextureGradient& gradient : by_values) write_gradient(gradient, end_gradient(gradient), options);
   if (common.talkative()) {
     fmt::print("loss {:.6g}  standard error {:.2g}\n", result.loss, result.loss_stderr);
     if (options.exposure) fmt::print("exposure {:.6g}\n", fmt::join(exposures, " "));
@@ -227,7 +273,7 @@ void run(Options options) {
                  result.gradient_stderr[p]);
     for (const TextureGradient& gradient : by_values)
       fmt::print("d loss / d {} of {}: norm {:.6g}, in {}\n", gradient.by_voxels ? "voxels" : "texels",
-                 gradient.parameter, norm(gradient.values), gradient.file);
+                 gradient.parameter, norm(gradient.values), gradient.path());
   }
   write_json(common, to_json(result, options, replay, exposures, by_values, scene_s, seconds() - scene_s, trace_s));
 }
@@ -256,6 +302,12 @@ void add_gradient(CLI::App& app) {
   command
       ->add_option("-o,--output", options->folder,
                    "folder for the gradients by textures and grids: gradient.PARAMETER.exr or .vol, of the same size")
+      ->capture_default_str();
+  command
+      ->add_option("--repeats", options->repeats,
+                   "adjoint: so many gradients of different samples; their mean is the gradient, and files of textures "
+                   "get the standard error of each texel")
+      ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   command->add_flag("--exposure", options->exposure,
                     "each target is known up to a factor: the loss is the smallest over the factors");

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
 
@@ -35,6 +36,7 @@ struct Options {
   int starts = 1;
   double noise = -1;                      // not given
   double smoothness = 0;                  // of textures
+  int repeats = 4;                        // of textures
   std::vector<std::string> only_numbers;  // options that were given and mean nothing to textures
   InversionOptions inversion;
 };
@@ -120,6 +122,14 @@ void print(const InversionOutcome& outcome, const std::vector<Coordinate>& coord
   fmt::print("{}/report.html: {:.1f} s\n", outcome.question.folder, outcome.seconds);
 }
 
+bool errors_known(const std::vector<TargetImage>& targets) {
+  return std::all_of(targets.begin(), targets.end(), [](const TargetImage& t) { return !t.error.empty(); });
+}
+
+double relative_noise(const Options& options, const std::vector<TargetImage>& targets) {
+  return options.noise >= 0 ? options.noise : errors_known(targets) ? 0 : assumed_noise;
+}
+
 void find_textures(const Options& options, const Scene& scene, const std::vector<TargetImage>& targets,
                    const Device& device) {
   if (!options.only_numbers.empty())
@@ -131,12 +141,15 @@ void find_textures(const Options& options, const Scene& scene, const std::vector
   how.learning_rate = options.inversion.learning_rate;
   how.smoothness = options.smoothness;
   how.exposure = options.inversion.exposure;
+  how.repeats = options.repeats;
+  how.relative_noise = relative_noise(options, targets);
   RenderOptions render_options;
   render_options.seed = options.common.seed;
   render_options.op = options.op;
   render_options.cancel = &interrupt_flag();
   StoredRun::Json asked = request(options, device);
   asked["smoothness"] = options.smoothness;
+  asked["repeats"] = options.repeats;
   invert_textures({options.common, options.scene, options.folder, options.parameters, options.images, how}, scene,
                   targets, device, render_options, asked);
 }
@@ -164,9 +177,7 @@ void run(Options options) {
   if (double(how.iteration_limit()) * how.sample_limit() > most_samples)
     throw UsageError(fmt::format("--iterations {} of --spp {}: need at most {} samples in all", how.iteration_limit(),
                                  how.sample_limit(), most_samples));
-  const bool errors_known =
-      std::all_of(targets.begin(), targets.end(), [](const TargetImage& t) { return !t.error.empty(); });
-  how.relative_noise = options.noise >= 0 ? options.noise : errors_known ? 0 : assumed_noise;
+  how.relative_noise = relative_noise(options, targets);
 
   RenderOptions render_options;
   render_options.seed = common.seed;
@@ -189,7 +200,7 @@ void run(Options options) {
   progress.clear();
 
   const InversionQuestion question{options.scene,          options.method, options.folder,
-                                   options.images.targets, options.prior,  errors_known || options.noise >= 0};
+                                   options.images.targets, options.prior,  errors_known(targets) || options.noise >= 0};
   InversionOutcome outcome = conclude(question, inversion, model.coordinates(), scene, stored.started());
   outcome.seconds = seconds();
   write_inversion(outcome, model.coordinates(), targets);
@@ -213,8 +224,8 @@ void add_invert(CLI::App& app) {
   add_target_options(*command, options->images);
   command
       ->add_option("--parameter", options->parameters,
-                   "scene parameter to find (itn parameters lists them); may be repeated. Bitmaps are found texel by "
-                   "texel, with adam, and not beside numbers")
+                   "scene parameter to find (itn parameters lists them); may be repeated. Textures are found texel by "
+                   "texel, with adam, and numbers beside them")
       ->required()
       ->take_all();
   command->add_option("-o,--output", options->folder, "folder for the result: report.html, result.json, images")
@@ -259,11 +270,18 @@ void add_invert(CLI::App& app) {
                    "textures: what the mean squared difference of neighbouring texels weighs beside that of the images")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
+  command
+      ->add_option(
+          "--repeats", options->repeats,
+          "textures: repetitions for targets with other noise, of a quarter of the iterations each, whose spread "
+          "is the uncertainty; 0: none")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
   add_operator_option(*command, options->op);
   add_common_options(*command, options->common, "1024 at most (Gauss-Newton), 16 (Adam)");
   add_open_option(*command, options->common);
   command->callback([options, command] {
-    for (const char* name : {"--noise", "--init", "--start", "--starts", "--prior"})
+    for (const char* name : {"--init", "--start", "--starts", "--prior"})
       if (command->count(name) > 0) options->only_numbers.emplace_back(name);
     if (command->count("--method") > 0 && options->method != "adam")
       options->only_numbers.push_back("--method " + options->method);

@@ -47,19 +47,58 @@ Json write_grid(const std::string& file, const VoxelGrid& grid) {
           {"channels", letters(grid.channels)}};
 }
 
-Json write_texture(const std::string& file, const VoxelGrid& bitmap, const TextureQuestion& question,
-                   const std::string& parameter) {
+void write_picture(const std::string& file, const VoxelGrid& bitmap, const TextureQuestion& question,
+                   const Parameter& parameter, const std::vector<std::uint8_t>& bytes) {
   write_exr(file + ".exr", {bitmap.width,
                             bitmap.height,
                             letters(bitmap.channels),
                             bitmap.data,
-                            {{"scene", question.scene}, {"parameter", parameter}}});
-  write_png(file + ".png", bitmap.width, bitmap.height, bytes_of(bitmap));
+                            {{"scene", question.scene}, {"parameter", parameter.name}}});
+  write_png(file + ".png", bitmap.width, bitmap.height, bytes);
+}
+
+Json write_texture(const std::string& file, const VoxelGrid& bitmap, const TextureQuestion& question,
+                   const Parameter& parameter) {
+  write_picture(file, bitmap, question, parameter, bytes_of(bitmap));
   return {{"file", file + ".exr"},
           {"picture", file + ".png"},
           {"width", bitmap.width},
           {"height", bitmap.height},
           {"channels", letters(bitmap.channels)}};
+}
+
+// Its picture is white where the standard error is the greatest, or not known.
+Json write_uncertainty(const std::string& file, const VoxelGrid& errors, const TextureQuestion& question,
+                       const Parameter& parameter) {
+  double greatest = 0, square = 0, known = 0;
+  for (const float v : errors.data) {
+    if (!std::isfinite(v)) continue;
+    greatest = std::max(greatest, static_cast<double>(v));
+    square += static_cast<double>(v) * static_cast<double>(v);
+    ++known;
+  }
+  std::vector<std::uint8_t> bytes;
+  for (const float v : errors.data) {
+    const double share = std::isfinite(v) ? static_cast<double>(v) / std::max(greatest, 1e-30) : 1;
+    bytes.insert(bytes.end(), errors.channels == 1 ? 3 : 1, static_cast<std::uint8_t>(std::lround(255 * share)));
+  }
+  write_picture(file, errors, question, parameter, bytes);
+  return {{"file", file + ".exr"},
+          {"picture", file + ".png"},
+          {"white", greatest},
+          {"rms", known > 0 ? Json(std::sqrt(square / known)) : Json()},
+          {"unseen", errors.data.size() - static_cast<std::size_t>(known)}};
+}
+
+// As of an inversion of numbers.
+Json number_found(const TextureInversion& inversion, const TextureInversionState& state, std::size_t p, bool known) {
+  Json result{{"value", inversion.number(state, p)}};
+  if (!known) return result;
+  const double low = inversion.number(state, p, -1.96), high = inversion.number(state, p, 1.96);
+  result["low"] = low;
+  result["high"] = high;
+  result["stderr"] = (high - low) / (2 * 1.96);
+  return result;
 }
 
 // What the textures look like beside the target.
@@ -80,7 +119,8 @@ void write_images(const StoredTextureInversion& stored, const std::string& numbe
 }
 
 void print_step(const TextureInversionStep& step, const TextureInversionOptions& how) {
-  fmt::print("iteration {:3}  {:4} spp  loss {:.4g}{}\n", step.iteration, how.spp, step.loss,
+  fmt::print("{}iteration {:3}  {:4} spp  loss {:.4g}{}\n",
+             step.repeat > 0 ? fmt::format("repetition {}  ", step.repeat) : "", step.iteration, how.spp, step.loss,
              how.smoothness > 0 ? fmt::format("  roughness {:.4g}", step.roughness) : "");
   std::fflush(stdout);
 }
@@ -102,41 +142,64 @@ void invert_textures(const TextureQuestion& question, const Scene& scene, const 
   if (!common.json.empty() && common.json != "-") check_writable(common.json);
   TextureInversion inversion(device, scene, question.parameters, question.images.sensors, targets, render_options, how);
   StoredTextureInversion stored(question.folder, request, inversion);
-  Progress progress(question.scene, how.iterations, "iterations", !common.quiet);
-  while (stored.state().iteration < how.iterations) {
+  Progress progress(question.scene, inversion.steps(), "iterations", !common.quiet);
+  while (!stored.state().finished) {
     const TextureInversionStep& step = stored.advance();
     progress.clear();
     if (common.talkative()) print_step(step, how);
-    progress.update(static_cast<double>(stored.state().iteration) / how.iterations);
+    progress.update(static_cast<double>(stored.steps().size()) / inversion.steps());
   }
   progress.clear();
 
   LossGradient loss;
-  const std::vector<Rendering> images = inversion.render(stored.state(), std::max(64, how.spp), &loss);
+  const std::vector<Rendering> images = inversion.render(stored.state(), &loss);
   for (std::size_t t = 0; t < targets.size(); ++t)
     write_images(stored, targets.size() == 1 ? "" : "_" + std::to_string(t), images[t], targets[t]);
-  Json textures = Json::object();
-  const std::vector<VoxelGrid> found = inversion.textures(stored.state());
-  for (std::size_t p = 0; p < found.size(); ++p) {
-    const std::string &name = question.parameters[p], file = stored.file(name);
-    textures[name] = inversion.parameters()[p].by_voxels ? write_grid(file, found[p])
-                                                         : write_texture(file, found[p], question, name);
+  Json textures = Json::object(), numbers = Json::object();
+  const std::vector<Parameter> parameters = inversion.parameters();
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    const Parameter& parameter = parameters[p];
+    if (!parameter.has_values()) {
+      numbers[parameter.name] = number_found(inversion, stored.state(), p, how.repeats > 0);
+      continue;
+    }
+    const std::string file = stored.file(parameter.name);
+    Json& texture = textures[parameter.name];
+    const VoxelGrid values = inversion.values(stored.state(), p);
+    if (parameter.by_voxels) {
+      texture = write_grid(file, values);
+      if (how.repeats > 0) {
+        write_volume_file(file + ".uncertainty.vol", inversion.uncertainty(stored.state(), p));
+        texture["uncertainty"] = {{"file", file + ".uncertainty.vol"}};
+      }
+      continue;
+    }
+    texture = write_texture(file, values, question, parameter);
+    if (how.repeats > 0)
+      texture["uncertainty"] =
+          write_uncertainty(file + ".uncertainty", inversion.uncertainty(stored.state(), p), question, parameter);
   }
   const Json result{{"schema", "itn.invert/1"},
                     {"scene", question.scene},
                     {"method", "adam"},
-                    {"parameters", Json::object()},
+                    {"parameters", numbers},
                     {"textures", textures},
                     {"ambiguity", Json::array()},
                     {"loss", loss.loss},
                     {"loss_stderr", std::isfinite(loss.loss_stderr) ? Json(loss.loss_stderr) : Json()},
                     {"loss_at_start", stored.steps().front().loss},
-                    {"iterations", stored.state().iteration},
+                    {"iterations", how.iterations},
+                    {"repeats", how.repeats},
                     {"time", {{"total_s", seconds()}}}};
   write_file(stored.file("result.json"), result.dump(2) + "\n");
   if (common.talkative()) {
     fmt::print("loss {:.4g} +- {:.2g}, at the start {:.4g}\n", loss.loss, loss.loss_stderr,
                stored.steps().front().loss);
+    for (const auto& [name, number] : numbers.items())
+      fmt::print("{:<24} {:>10.5g}{}\n", name, number["value"].get<double>(),
+                 number.contains("low") ? fmt::format("   95 %: {:.5g} to {:.5g}", number["low"].get<double>(),
+                                                      number["high"].get<double>())
+                                        : "");
     for (const auto& [name, texture] : textures.items())
       fmt::print("{}: {}\n", name, texture["file"].get<std::string>());
   }

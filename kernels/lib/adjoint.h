@@ -8,13 +8,14 @@
  * pulls so that a unit is 2^-42 of the sum of |pull * radiance| (runtime/gradient_renderer.cpp). Derivatives are d log
  * f / d log number, for g times 1 - g^2 (shared/declaration.h): of order 1, so that one scale suits all.
  *
- * By the texels of a bitmap that stands for a number the gradient is that by the number itself, times the weights with
- * which the bitmap's texels were looked up. Of these sums there is one for each texel and channel of the radiance, with
+ * By the texels of a texture that stands for a number the gradient is that by the number itself, times the weights with
+ * which its texels were looked up; by the heights of a bump map it is that by their slopes, times the weights of these.
+ * Of these sums there is one for each texel and channel of the radiance, or component of a normal (TEXEL_CHANNELS), with
  * no sets of pixels; work-items share them unless there is room for their own (OWN_TEXELS). */
 #ifndef ITN_ADJOINT_H
 #define ITN_ADJOINT_H
 #include "lib/launch.h"
-#include "lib/texture.h"
+#include "lib/numbers.h"
 
 #if ADJOINT
 enum { STREAM_CHOICE = 0x81 }; /* of a path's first event: which of its flights becomes a probe */
@@ -109,53 +110,85 @@ inline INT gradient_set(const Launch* launch, __global const JobRecord* job, con
 }
 
 #if TEXEL_SUMS
-/* To the texels that a number is made of. number: where its texture is told; u, v: as of load_number; x: what was pulled
- * for it in each channel of the radiance */
-inline void add_to_texels(const Launch* launch, int number, float u, float v, const long x[RADIANCE_CHANNELS]) {
+/* To the sum of one texel. */
+inline void add_to_texel(const Launch* launch, int texel, int channel, long x) {
+  __global uint* sum = launch->texel_gradient + ((size_t)texel * TEXEL_CHANNELS + channel) * 2;
+#if OWN_TEXELS
+  *(__global long*)sum += x;
+#else
+  add_shared(sum, x);
+#endif
+}
+
+/* To the texels that a number is made of. number: where its texture is told; x: what was pulled for it in each channel, or
+ * for each component of a direction */
+inline void add_to_texels(const Launch* launch, int number, TexturePlace place, const long x[TEXEL_CHANNELS]) {
   const int texture = launch->number_textures[number];
   if (texture < 0 || launch->textures[texture].gradient < 0) return;
   __global const TextureRecord* t = launch->textures + texture;
   int which[4];
-  float to[2], weight[4];
-  texture_place(t, u, v, to);
-  const int shown = bitmap_texels(t, to[0], to[1], which, weight);
+  float weight[4];
+  const int shown = texture_texels(t, launch->texels, place, which, weight);
   UNROLL_FOR(int k = 0; k < 4; ++k) {
     if (k >= shown) continue;
-    __global uint* sum = launch->texel_gradient + (size_t)(t->gradient + which[k]) * (2 * RADIANCE_CHANNELS);
-    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
-      const long part = convert_long_rte(weight[k] * (float)x[c]);
-#if OWN_TEXELS
-      ((__global long*)sum)[c] += part;
-#else
-      add_shared(sum + 2 * c, part);
-#endif
-    }
+    UNROLL_FOR(int c = 0; c < TEXEL_CHANNELS; ++c)
+      add_to_texel(launch, t->gradient + which[k], c, convert_long_rte(weight[k] * (float)x[c]));
   }
+}
+
+/* As add_to_texels, of heights. x: what was pulled for their two slopes. Returns what was lost. */
+inline uint add_to_heights(const Launch* launch, int number, TexturePlace place, const long x[TEXEL_CHANNELS]) {
+  const int texture = launch->number_textures[number];
+  uint lost = 0;
+  if (texture < 0 || launch->textures[texture].gradient < 0) return lost;
+  __global const TextureRecord* t = launch->textures + texture;
+  int which[4];
+  float along_u[4], along_v[4];
+  const int shown = texture_slope_texels(t, place.u, place.v, which, along_u, along_v);
+  UNROLL_FOR(int k = 0; k < 4; ++k) {
+    if (k >= shown) continue;
+    const float part = along_u[k] * (float)x[0] + along_v[k] * (float)x[1];
+    const bool fits = fabs(part) < 4e18f;
+    add_to_texel(launch, t->gradient + which[k], 0, convert_long_rte(fits ? part : 0.0f));
+    lost += fits ? 0 : 1;
+  }
+  return lost;
+}
+
+/* What was pulled for the number whose first slot is `texels`, by channel or by component. */
+inline void pulled_for_number(const Pulled* p, int model, int texels, LongLanes sum[TEXEL_CHANNELS]) {
+  const int role = role_of(model, texels);
+  const bool direction = role == ROLE_NORMAL || role == ROLE_BUMP;
+  UNROLL_FOR(int c = 0; c < TEXEL_CHANNELS; ++c) sum[c].integer = (LONG)(0);
+  UNROLL_FOR(int k = 0; k < SUMS; ++k)
+    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
+      if (summed[k].texels == texels && is_summed(k, model, c))
+        sum[direction ? summed[k].slot - texels : c].integer += p->sum[k * RADIANCE_CHANNELS + c];
 }
 
 /* As add_pulled, whose sums these are, too. */
 inline void add_pulled_to_texels(const Launch* launch, uint bits, const Pulled* p, int model, INT first,
                                  const REAL uv[]) {
-  Lanes u, v, instance;
-  u.real = uv[0];
-  v.real = uv[1];
+  const TexturePlaces places = texture_places(uv);
+  Lanes instance;
   instance.integer = first;
   UNROLL_FOR(int k = 0; k < SUMS; ++k) {
     const int texels = summed[k].texels;
     const bool begins = k == 0 || summed[k - 1].model != model || summed[k - 1].texels != texels; /* a number */
     if (summed[k].model != model || texels < 0 || !begins) continue;
-    LongLanes sum[RADIANCE_CHANNELS];
-    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
-      sum[c].integer = (LONG)(0);
-      UNROLL_FOR(int other = 0; other < SUMS; ++other)
-        if (summed[other].texels == texels && is_summed(other, model, c))
-          sum[c].integer += p->sum[other * RADIANCE_CHANNELS + c];
-    }
+    LongLanes sum[TEXEL_CHANNELS];
+    pulled_for_number(p, model, texels, sum);
+    uint lost = 0;
     FOR_EACH_LANE(l, bits) {
-      long x[RADIANCE_CHANNELS];
-      UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) x[c] = sum[c].i[l];
-      add_to_texels(launch, instance.i[l] + texels, u.f[l], v.f[l], x);
+      long x[TEXEL_CHANNELS];
+      UNROLL_FOR(int c = 0; c < TEXEL_CHANNELS; ++c) x[c] = sum[c].i[l];
+      const TexturePlace place = texture_place_of(launch, &places, l);
+      if (role_of(model, texels) == ROLE_BUMP)
+        lost += add_to_heights(launch, instance.i[l] + texels, place, x);
+      else
+        add_to_texels(launch, instance.i[l] + texels, place, x);
     }
+    if (lost) add_to_gradient(launch, SUMS_OF_A_SET - 1, lost);
   }
 }
 #endif

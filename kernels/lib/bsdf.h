@@ -77,8 +77,7 @@ BSDF_DISPATCH MASK bsdf_straight(int model, const REAL n[], REAL3 wi, REAL3 wo) 
 #undef STRUCTURE_CASE
 
 /* Bump maps: from the slopes of their textures to normals in the frame (model/nest/bump_map.h). */
-#define BEND_BY_SLOPES(first) \
-  bend_by_slopes(n + first + BUMP_MAP_texture, n[first + BUMP_MAP_scale], &axes, normal, frame);
+#define BEND_BY_SLOPES(first) bend_by_slopes(n + first, &axes, normal, frame);
 #define STRUCTURE_CASE(name, PREFIX) \
   case MODEL_##name: PREFIX##_BUMPS(BEND_BY_SLOPES) break;
 BSDF_DISPATCH void bsdf_bump(int model, const Launch* launch, INT primitive, REAL3 position, REAL3 normal,
@@ -98,6 +97,27 @@ BSDF_DISPATCH REAL bsdf_passage(int model, REAL n[], REAL3 wi) {
 }
 #undef STRUCTURE_CASE
 
+/* d log f / d the normals of bump maps, in d, to those by the slopes that made them. */
+#define STEP_BY_SLOPES(first)                                                                     \
+  UNROLL_FOR(int c = 0; c < CHANNELS; ++c) {                                                      \
+    REAL by_u = (REAL)(0.0f), by_v = (REAL)(0.0f);                                                \
+    UNROLL_FOR(int k = 0; k < 3; ++k) {                                                           \
+      by_u += d[(first + BUMP_MAP_texture + k) * CHANNELS + c] * n[first + BUMP_MAP_along_u + k]; \
+      by_v += d[(first + BUMP_MAP_texture + k) * CHANNELS + c] * n[first + BUMP_MAP_along_v + k]; \
+      d[(first + BUMP_MAP_texture + k) * CHANNELS + c] = (REAL)(0.0f);                            \
+    }                                                                                             \
+    d[(first + BUMP_MAP_texture) * CHANNELS + c] = by_u;                                          \
+    d[(first + BUMP_MAP_texture + 1) * CHANNELS + c] = by_v;                                      \
+  }
+#define STRUCTURE_CASE(name, PREFIX) \
+  case MODEL_##name: PREFIX##_BUMPS(STEP_BY_SLOPES) break;
+BSDF_DISPATCH void step_by_slopes(int model, const REAL n[], REAL d[]) {
+#if TEXEL_SUMS
+  switch (model) { STRUCTURES_OF_SCENE(STRUCTURE_CASE) }
+#endif
+}
+#undef STRUCTURE_CASE
+
 /* What an event adds to the scores of the numbers. first: of the numbers; a BSDF_CASE writes d log f / d n to d. */
 #define BSDF_STEP(CASES)                                                                                               \
   Step step = no_step(first);                                                                                          \
@@ -105,6 +125,7 @@ BSDF_DISPATCH REAL bsdf_passage(int model, REAL n[], REAL3 wi) {
   REAL d[MOST_SLOTS * CHANNELS];                                                                                       \
   UNROLL_FOR(int i = 0; i < MOST_SLOTS * CHANNELS; ++i) d[i] = (REAL)(0.0f);                                           \
   switch (model) { CASES }                                                                                             \
+  step_by_slopes(model, n, d);                                                                                         \
   add_step(&step, d, mask);                                                                                            \
   return step;
 

@@ -3,7 +3,9 @@
  * Tests: tests/transport (images of Mitsuba 3.9.1) */
 #ifndef ITN_BUMP_H
 #define ITN_BUMP_H
+#include "derivative/score.h"
 #include "lib/surface_frame.h"
+#include "model/nest/bump_map.h"
 
 /* dp/du and dp/dv of the surface, in the world. */
 typedef struct {
@@ -28,6 +30,12 @@ inline void round_axes(__global const float* record, INT at, INT flags, REAL3 po
 }
 #endif
 
+inline void store_normal(REAL3 normal, REAL n[3]) {
+  n[0] = normal.x;
+  n[1] = normal.y;
+  n[2] = normal.z;
+}
+
 /* triangles: as of launch_arguments.h */
 inline TextureAxes texture_axes(__global const PrimitiveRecord* primitives, __global const float* triangles,
                                 INT primitive, REAL3 position, REAL3 normal) {
@@ -44,20 +52,21 @@ inline TextureAxes texture_axes(__global const PrimitiveRecord* primitives, __gl
   return axes;
 }
 
-/* One of them with a height that grows by `slope` along it; of any length. */
-inline REAL3 tilted(REAL3 axis, REAL slope, REAL3 n) {
-  const REAL3 along = add3(axis, scale3(n, slope - dot3(n, axis)));
-  return scale3(along, 1.0f / SQRT(MAX(dot3(along, along), (REAL)(1e-30f))));
-}
-
-/* slopes: d height / d u and d height / d v without `scale`; becomes the bent normal in the frame, on the geometric
- * normal's side. */
-inline void bend_by_slopes(REAL slopes[3], REAL scale, const TextureAxes* axes, REAL3 normal, const Frame* frame) {
-  const REAL3 bent = cross3(tilted(axes->u, slopes[0] * scale, frame->n), tilted(axes->v, slopes[1] * scale, frame->n));
-  const REAL3 within = frame_to_local(frame, scale3(bent, SELECT(dot3(bent, normal) < 0.0f, -1.0f, 1.0f)));
-  slopes[0] = within.x;
-  slopes[1] = within.y;
-  slopes[2] = within.z;
+/* n: of a bump map (model/nest/bump_map.h), whose first numbers are d height / d u and d height / d v without `scale`;
+ * they become the bent normal in the frame, on the geometric normal's side. */
+inline void bend_by_slopes(REAL n[], const TextureAxes* axes, REAL3 normal, const Frame* frame) {
+  REAL slopes[2] = {n[BUMP_MAP_texture] * n[BUMP_MAP_scale], n[BUMP_MAP_texture + 1] * n[BUMP_MAP_scale]};
+#if TEXEL_SUMS
+  UNROLL_FOR(int k = 0; k < 2; ++k) {
+    const int to = k == 0 ? BUMP_MAP_along_u : BUMP_MAP_along_v;
+    REAL grows[2] = {(REAL)(0.0f), (REAL)(0.0f)}, along[3];
+    grows[k] = n[BUMP_MAP_scale];
+    derivative_bumped_normal(axes->u, axes->v, frame->n, normal, slopes, grows, along);
+    store_normal(frame_to_local(frame, make3(along[0], along[1], along[2])), n + to);
+  }
+#endif
+  store_normal(frame_to_local(frame, bumped_normal(axes->u, axes->v, frame->n, normal, slopes[0], slopes[1])),
+               n + BUMP_MAP_texture);
 }
 
 #endif

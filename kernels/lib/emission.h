@@ -10,10 +10,56 @@
 #include "lib/light.h"
 #include "derivative/score.h"
 
+#if LIGHT_TEXELS
+/* To the texels of pictures that tint lights, and to the sums of these numbers. x: pull times what a texel's change is
+ * multiplied by; first: of each lane's light, -1: it has no picture. */
+inline void add_to_pictures(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
+                            INT first, const REAL uv[2], const REAL x[RADIANCE_CHANNELS]) {
+  Lanes number, set, u, v;
+  LongLanes sum[RADIANCE_CHANNELS];
+  MASK beyond = (MASK)(0);
+  number.integer = first + LIGHT_TINT_SLOT;
+  set.integer = gradient_set(launch, job, pool, slots) * SUMS_OF_A_SET;
+  u.real = uv[0];
+  v.real = uv[1];
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) sum[c].integer = rounded(x[c], &beyond);
+  FOR_EACH_LANE(l, lane_bits(mask & (first >= 0))) {
+    long own[TEXEL_CHANNELS] = {0};
+    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
+      own[c] = sum[c].i[l];
+      const int at = number.i[l] + (THROUGHPUT_CHANNELS == 1 ? 0 : c);
+      add_to_gradient(launch, set.i[l] + at * RADIANCE_CHANNELS + c, own[c]);
+    }
+    add_to_texels(launch, number.i[l], (TexturePlace){u.f[l], v.f[l]}, own);
+  }
+  add_lost(launch, mask & (first >= 0) & beyond);
+}
+
+/* weight, source: as of gather_light_derivatives. */
+inline void gather_light_texels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+                                MASK mask, const REAL weight[RADIANCE_CHANNELS], const LightSource* source) {
+  const INT light = max(source->index, 0);
+  const INT model = GATHER_INT(LIGHT_MEMBER_INT(launch, model), light * LIGHT_WORDS);
+  const INT numbers = GATHER_INT(LIGHT_MEMBER_INT(launch, first_number), light * LIGHT_WORDS);
+  INT first = (INT)(-1);
+#define FIND_PICTURE(name, PREFIX) \
+  if (PREFIX##_TRAITS & LIGHT_TINTED) first = SELECT_INT(model == MODEL_##name, numbers, first);
+  LIGHTS_OF_SCENE(FIND_PICTURE)
+  REAL rgb[3], x[RADIANCE_CHANNELS];
+  light_colour(launch, light, rgb);
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
+    x[c] = LOAD(pool, PULL + c, slots) * weight[c] * rgb[c] * source->plain;
+  add_to_pictures(launch, job, pool, slots, mask & (source->index >= 0), first, source->uv, x);
+}
+#endif
+
 /* Adds to the derivatives by the light what reaches the lanes in `mask` from where it comes. weight: what the radiance of the
  * light is multiplied by on its way to the pixel. */
 inline void gather_light_derivatives(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
                                      MASK mask, const REAL weight[RADIANCE_CHANNELS], const LightSource* source) {
+#if LIGHT_TEXELS
+  if (job->replay) gather_light_texels(launch, job, pool, slots, mask, weight, source);
+#endif
 #if HAS_LIGHT_DERIVATIVES
 #if ADJOINT
   if (job->replay != REPLAY_SUMS) return;

@@ -12,12 +12,24 @@ typedef struct {
   INT index;       /* of the launch's lights; -1: around the scene, from `direction` */
   REAL share[3];   /* times its colour it is what arrives */
   REAL3 direction; /* unit, towards the light */
+#if LIGHT_TEXELS
+  REAL plain; /* the share but for the picture that tints it */
+  REAL uv[2]; /* where the picture was looked up */
+#endif
 } LightSource;
 
-inline LightSource light_around(REAL3 direction) {
-  LightSource source = {(INT)(-1), {(REAL)(0.0f), (REAL)(0.0f), (REAL)(0.0f)}, direction};
+inline LightSource light_source(INT index, REAL3 direction) {
+  LightSource source;
+  source.index = index;
+  source.share[0] = source.share[1] = source.share[2] = (REAL)(0.0f);
+  source.direction = direction;
+#if LIGHT_TEXELS
+  source.plain = source.uv[0] = source.uv[1] = (REAL)(0.0f);
+#endif
   return source;
 }
+
+inline LightSource light_around(REAL3 direction) { return light_source((INT)(-1), direction); }
 
 /* Light drawn for a vertex. */
 typedef struct {
@@ -82,9 +94,12 @@ inline void light_colour(const Launch* launch, INT light, REAL rgb[3]) {
   UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = GATHER((launch->numbers + c), first);
 }
 
+/* Where LIGHT_TINTED, the first of the numbers that tint the colour. */
+#define LIGHT_TINT_SLOT 3
+
 /* What tints a light at (u, v) of its picture: first: of its numbers. */
 inline void light_tint(const Launch* launch, INT first, const REAL uv[2], REAL rgb[3]) {
-  UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = GATHER((launch->numbers + 3 + c), first);
+  UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = GATHER((launch->numbers + LIGHT_TINT_SLOT + c), first);
 #if HAS_TEXTURE
   Lanes at, u, v, value[3];
   at.integer = first;
@@ -92,10 +107,10 @@ inline void light_tint(const Launch* launch, INT first, const REAL uv[2], REAL r
   v.real = uv[1];
   UNROLL_FOR(int c = 0; c < 3; ++c) value[c].real = rgb[c];
   UNROLL_FOR(int l = 0; l < WIDTH; ++l) {
-    const int texture = launch->number_textures[at.i[l] + 3];
+    const int texture = launch->number_textures[at.i[l] + LIGHT_TINT_SLOT];
     if (texture < 0) continue;
     float tint[3];
-    texture_value(launch->textures + texture, launch->texels, launch->numbers + at.i[l] + 3,
+    texture_value(launch->textures + texture, launch->texels, launch->numbers + at.i[l] + LIGHT_TINT_SLOT,
                   (TexturePlace){u.f[l], v.f[l]}, tint);
     UNROLL_FOR(int c = 0; c < 3; ++c) value[c].f[l] = tint[c];
   }
@@ -103,30 +118,41 @@ inline void light_tint(const Launch* launch, INT first, const REAL uv[2], REAL r
 #endif
 }
 
+#if LIGHT_TEXELS
+#define REMEMBER_PLAIN(is, own_share, uv)               \
+  source->plain = SELECT(is, own_share, source->plain); \
+  source->uv[0] = SELECT(is, uv[0], source->uv[0]);     \
+  source->uv[1] = SELECT(is, uv[1], source->uv[1]);
+#else
+#define REMEMBER_PLAIN(is, own_share, uv)
+#endif
+
 /* What each lane's light brings to `from`: see model/light/list.h. */
 inline void light_arrives(const Launch* launch, INT light, REAL3 from, REAL3 on, REAL3 normal, const REAL on_uv[2],
-                          REAL3* towards, REAL* distance, REAL share[3], MASK* on_shape) {
-  const REAL nowhere[2] = {(REAL)(0.0f), (REAL)(0.0f)};
+                          LightSource* source, REAL* distance, MASK* on_shape) {
+  REAL nowhere[TEXTURE_PLACE];
+  UNROLL_FOR(int k = 0; k < TEXTURE_PLACE; ++k) nowhere[k] = (REAL)(0.0f);
   const INT model = GATHER_INT(LIGHT_MEMBER_INT(launch, model), light * LIGHT_WORDS);
   const INT first = GATHER_INT(LIGHT_MEMBER_INT(launch, first_number), light * LIGHT_WORDS);
-  *towards = make3((REAL)(0.0f), (REAL)(0.0f), (REAL)(1.0f));
-  *distance = share[0] = share[1] = share[2] = (REAL)(0.0f);
+  *source = light_source(light, make3((REAL)(0.0f), (REAL)(0.0f), (REAL)(1.0f)));
+  *distance = (REAL)(0.0f);
   *on_shape = (MASK)(0);
-#define LIGHT_ARRIVES(name, PREFIX)                                                         \
-  {                                                                                         \
-    REAL n[MOST_SLOTS], own_distance, own_share, uv[2] = {on_uv[0], on_uv[1]}, tint[3];     \
-    REAL3 own_towards;                                                                      \
-    load_numbers(launch, MODEL_##name, first, nowhere, n);                                  \
-    name##_arrives(n, from, on, normal, &own_towards, &own_distance, &own_share, uv);       \
-    const MASK is = model == MODEL_##name;                                                  \
-    *towards = select3(is, own_towards, *towards);                                          \
-    *distance = SELECT(is, own_distance, *distance);                                        \
-    if (PREFIX##_TRAITS & LIGHT_TINTED)                                                     \
-      light_tint(launch, SELECT_INT(is, first, 0), uv, tint);                               \
-    else                                                                                    \
-      tint[0] = tint[1] = tint[2] = (REAL)(1.0f);                                           \
-    UNROLL_FOR(int c = 0; c < 3; ++c) share[c] = SELECT(is, own_share * tint[c], share[c]); \
-    if (PREFIX##_TRAITS & LIGHT_ON_SHAPE) *on_shape = *on_shape | is;                       \
+#define LIGHT_ARRIVES(name, PREFIX)                                                                         \
+  {                                                                                                         \
+    REAL n[MOST_SLOTS], own_distance, own_share, uv[2] = {on_uv[0], on_uv[1]}, tint[3];                     \
+    REAL3 own_towards;                                                                                      \
+    load_numbers(launch, MODEL_##name, first, nowhere, n);                                                  \
+    name##_arrives(n, from, on, normal, &own_towards, &own_distance, &own_share, uv);                       \
+    const MASK is = model == MODEL_##name;                                                                  \
+    source->direction = select3(is, own_towards, source->direction);                                        \
+    *distance = SELECT(is, own_distance, *distance);                                                        \
+    if (PREFIX##_TRAITS & LIGHT_TINTED)                                                                     \
+      light_tint(launch, SELECT_INT(is, first, 0), uv, tint);                                               \
+    else                                                                                                    \
+      tint[0] = tint[1] = tint[2] = (REAL)(1.0f);                                                           \
+    UNROLL_FOR(int c = 0; c < 3; ++c) source->share[c] = SELECT(is, own_share * tint[c], source->share[c]); \
+    REMEMBER_PLAIN(is, own_share, uv)                                                                       \
+    if (PREFIX##_TRAITS & LIGHT_ON_SHAPE) *on_shape = *on_shape | is;                                       \
   }
   LIGHTS_OF_SCENE(LIGHT_ARRIVES)
 }

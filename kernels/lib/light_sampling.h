@@ -80,14 +80,17 @@ inline MASK sample_light_of_scene(const Launch* launch, __global const JobRecord
   REAL uv[2];
   sample_light_surface(launch, light, u[0], u[1], u[3], &on, &normal, uv);
   MASK on_shape;
-  light_arrives(launch, light, from, on, normal, uv, &s->source.direction, &s->distance, s->source.share, &on_shape);
-  s->source.index = light;
+  light_arrives(launch, light, from, on, normal, uv, &s->source, &s->distance, &on_shape);
   light_colour(launch, light, s->rgb);
   UNROLL_FOR(int c = 0; c < 3; ++c) s->rgb[c] *= s->source.share[c];
   s->by_chance = SELECT(on_shape, 1.0f, 0.0f);
   s->pdf = SELECT(on_shape, light_surface_pdf(launch, job, light, s->distance, -dot3(s->source.direction, normal)),
                   job->light_share * GATHER(LIGHT_MEMBER(launch, share), light * LIGHT_WORDS));
+#if LIGHT_TEXELS
+  const REAL brings = s->source.plain; /* a black texel has a derivative, too */
+#else
   const REAL brings = MAX(s->source.share[0], MAX(s->source.share[1], s->source.share[2]));
+#endif
   return (brings > 0.0f) & (s->pdf > 0.0f) & (s->pdf < 1e30f);
 }
 #endif
@@ -109,6 +112,10 @@ inline MASK sample_light(const Launch* launch, __global const JobRecord* job, MA
     s->source.index = SELECT_INT(of_scene, own.source.index, s->source.index);
     UNROLL_FOR(int c = 0; c < 3; ++c) s->source.share[c] = SELECT(of_scene, own.source.share[c], s->source.share[c]);
     s->source.direction = select3(of_scene, own.source.direction, s->source.direction);
+#if LIGHT_TEXELS
+    s->source.plain = SELECT(of_scene, own.source.plain, s->source.plain);
+    UNROLL_FOR(int k = 0; k < 2; ++k) s->source.uv[k] = SELECT(of_scene, own.source.uv[k], s->source.uv[k]);
+#endif
     s->distance = SELECT(of_scene, own.distance, s->distance);
     s->pdf = SELECT(arrives, own.pdf, SELECT(of_scene, 1.0f, s->pdf));
     s->by_chance = SELECT(of_scene, own.by_chance, s->by_chance);

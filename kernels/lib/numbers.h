@@ -30,31 +30,18 @@ __attribute__((always_inline)) inline void load_number(const Launch* launch, int
   }
 #if HAS_TEXTURE
   if (!TEXTURED(model, slot)) return;
-  Lanes at, u, v, value[3], origin;
-#if HAS_ATTRIBUTES
-  Lanes b1, b2, primitive;
-  b1.real = uv[2];
-  b2.real = uv[3];
-  primitive.real = uv[4];
-#endif
+  Lanes at, value[3], origin;
+  const TexturePlaces places = texture_places(uv);
   at.integer = first;
-  u.real = uv[0];
-  v.real = uv[1];
   origin.integer = (INT)(0);
   UNROLL_FOR(int c = 0; c < loaded; ++c) value[c].real = n[slot + c];
   UNROLL_FOR(int l = 0; l < WIDTH; ++l) {
     const int texture = launch->number_textures[at.i[l] + slot];
     if (texture < 0) continue;
     float rgb[3];
-    TexturePlace place = {u.f[l], v.f[l]};
-#if HAS_ATTRIBUTES
-    place.b1 = b1.f[l];
-    place.b2 = b2.f[l];
-    place.primitive = primitive.i[l];
-    place.shape = launch->primitives[place.primitive].shape;
-#endif
+    const TexturePlace place = texture_place_of(launch, &places, l);
     if (role == ROLE_BUMP)
-      texture_slopes(launch->textures + texture, launch->texels, u.f[l], v.f[l], rgb);
+      texture_slopes(launch->textures + texture, launch->texels, place.u, place.v, rgb);
     else
       origin.i[l] =
           texture_value(launch->textures + texture, launch->texels, launch->numbers + at.i[l] + slot, place, rgb);

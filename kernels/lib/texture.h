@@ -1,7 +1,39 @@
 /* The textures by their records: model/texture/list.h expanded. */
 #ifndef ITN_TEXTURE_H
 #define ITN_TEXTURE_H
+#include "lib/launch.h"
 #include "model/texture/list.h"
+
+/* Where textures are looked up, a lane each, as surface_frame() tells it. */
+typedef struct {
+  Lanes u, v;
+#if HAS_ATTRIBUTES
+  Lanes b1, b2, primitive;
+#endif
+} TexturePlaces;
+
+inline TexturePlaces texture_places(const REAL texture[]) {
+  TexturePlaces p;
+  p.u.real = texture[0];
+  p.v.real = texture[1];
+#if HAS_ATTRIBUTES
+  p.b1.real = texture[2];
+  p.b2.real = texture[3];
+  p.primitive.real = texture[4];
+#endif
+  return p;
+}
+
+inline TexturePlace texture_place_of(const Launch* launch, const TexturePlaces* p, int lane) {
+  TexturePlace place = {p->u.f[lane], p->v.f[lane]};
+#if HAS_ATTRIBUTES
+  place.b1 = p->b1.f[lane];
+  place.b2 = p->b2.f[lane];
+  place.primitive = p->primitive.i[lane];
+  place.shape = launch->primitives[place.primitive].shape;
+#endif
+  return place;
+}
 
 /* Coordinates after to_uv. */
 inline void texture_place(__global const TextureRecord* t, float u, float v, float to[2]) {
@@ -24,6 +56,21 @@ inline int texture_value(__global const TextureRecord* t, __global const float* 
 }
 #undef TEXTURE_CASE
 
+/* The texels that it is a sum of. */
+#define TEXTURE_CASE(name, PREFIX, type) \
+  case TEXTURE_##name: return name##_texels(t, texels, to, which, weight);
+inline int texture_texels(__global const TextureRecord* t, __global const float* texels, TexturePlace at, int which[4],
+                          float weight[4]) {
+  TexturePlace to = at;
+  float uv[2];
+  texture_place(t, at.u, at.v, uv);
+  to.u = uv[0];
+  to.v = uv[1];
+  switch (t->kind) { TEXTURE_LIST(TEXTURE_CASE) }
+  return 0;
+}
+#undef TEXTURE_CASE
+
 /* d value / d u and d value / d v of a bitmap, the same in all channels; of nearest texels: 0. */
 inline void texture_slopes(__global const TextureRecord* t, __global const float* texels, float u, float v,
                            float slopes[3]) {
@@ -33,6 +80,20 @@ inline void texture_slopes(__global const TextureRecord* t, __global const float
   slopes[0] = t->to_uv[0] * along[0] + t->to_uv[3] * along[1];
   slopes[1] = t->to_uv[1] * along[0] + t->to_uv[4] * along[1];
   slopes[2] = 0.0f;
+}
+
+/* The texels that these are sums of, and their weights. Returns how many. */
+inline int texture_slope_texels(__global const TextureRecord* t, float u, float v, int which[4], float along_u[4],
+                                float along_v[4]) {
+  float to[2], x[4], y[4];
+  texture_place(t, u, v, to);
+  const int shown = bitmap_slope_texels(t, to[0], to[1], which, x, y);
+  UNROLL_FOR(int k = 0; k < 4; ++k) {
+    if (k >= shown) continue;
+    along_u[k] = t->to_uv[0] * t->width * x[k] + t->to_uv[3] * t->height * y[k];
+    along_v[k] = t->to_uv[1] * t->width * x[k] + t->to_uv[4] * t->height * y[k];
+  }
+  return shown;
 }
 
 #endif

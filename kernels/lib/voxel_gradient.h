@@ -59,7 +59,7 @@ inline void add_to_voxels(const Launch* launch, __global const JobRecord* job, c
       FOR_EACH_LANE(l, bits) {
         if (part.i[l] == 0) continue;
         __global uint* sum =
-            launch->texel_gradient + (size_t)(field->gradient + v.at[k].i[l]) * (2 * RADIANCE_CHANNELS) + 2 * c;
+            launch->texel_gradient + (size_t)(field->gradient + v.at[k].i[l]) * (2 * TEXEL_CHANNELS) + 2 * c;
 #if OWN_TEXELS
         *(__global long*)sum += part.i[l];
 #else

@@ -35,9 +35,10 @@
  *   ROLE_DENSITY   sampled densities depend on it, and their score quiets derivatives (lib/baseline.h)
  *   ROLE_INDEX     sampled densities depend on it, but with a score of infinite variance (at the critical angle)
  *   ROLE_FIXED     nothing is differentiated by it
- *   ROLE_NORMAL    as ROLE_FIXED: a direction, of which grey programs have all three channels, too
- *   ROLE_BUMP      as ROLE_NORMAL, made of the slopes of its texture (lib/bump.h) */
-enum { ROLE_FACTOR, ROLE_DENSITY, ROLE_INDEX, ROLE_FIXED, ROLE_NORMAL, ROLE_BUMP };
+ *   ROLE_NORMAL    a direction, of which grey programs have all three channels, too; differentiated by texels alone
+ *   ROLE_BUMP      as ROLE_NORMAL, made of the slopes of its texture (lib/bump.h), which scores by it are by
+ *   ROLE_TINT      of a light, what multiplies its colour; differentiated by texels alone */
+enum { ROLE_FACTOR, ROLE_DENSITY, ROLE_INDEX, ROLE_FIXED, ROLE_NORMAL, ROLE_BUMP, ROLE_TINT };
 
 /* What gradients by replay are taken by (lib/adjoint.h), so that all are of order 1: d coordinate = d number / scale.
  *   COORDINATE_LOG      scale: the number, which is positive

@@ -63,10 +63,10 @@ typedef struct {
   int kind; /* TEXTURE_* of model/texture/list.h */
   float to_uv[6];
   int numbers;               /* of the model */
-  int offset, width, height; /* bitmap */
+  int offset, width, height; /* bitmap, mesh_attribute: see there */
   int wrap;                  /* TEXTURE_REPEAT ... */
   int nearest;               /* else bilinear */
-  int gradient;              /* bitmap: where the sums by its texels begin (lib/adjoint.h); -1: nobody asks for them */
+  int gradient;              /* where the sums by its texels begin (lib/adjoint.h); -1: nobody asks for them */
 } TextureRecord;
 
 /* A field (lib/field.h): voxels of one channel or three, x fastest, channels interleaved, and over the box that they fill
@@ -101,7 +101,8 @@ typedef struct {
   int origin; /* as of ScoreRecord */
   int at;     /* the number is numbers[first + at] */
   int texels; /* -1, or the first slot of the number: by the texels of its textures, too, and by the number itself
-                 instead of its coordinate */
+                 instead of its coordinate. A direction has three slots, each in all channels, and what a bump map's
+                 heights make of it two: by their slopes */
 } SumRecord;
 
 /* A derivative of the image is a sum of parts, one for each medium, BSDF or light that the parameter is a number of:

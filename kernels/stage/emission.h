@@ -15,8 +15,13 @@ inline void gather_emission(const Launch* launch, __global const JobRecord* job,
   shines = shines & (LOAD_INT(pool, DEPTH, slots) >= SCATTERED_ONCE);
 #endif
   if (!ANY(shines)) return;
-  LightSource source = {
-      SELECT_INT(shines, s->light, job->first_light), {(REAL)(1.0f), (REAL)(1.0f), (REAL)(1.0f)}, s->direction};
+  LightSource source = light_source(SELECT_INT(shines, s->light, job->first_light), s->direction);
+  UNROLL_FOR(int c = 0; c < 3; ++c) source.share[c] = (REAL)(1.0f);
+#if LIGHT_TEXELS
+  source.plain = (REAL)(1.0f);
+  source.uv[0] = s->texture[0];
+  source.uv[1] = s->texture[1];
+#endif
   REAL scale = LOAD(pool, REFRACTION_SCALE, slots);
 #if LIGHT_SAMPLING
   /* against having sampled it where the path came from */

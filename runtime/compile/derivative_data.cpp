@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 
 #include "kernels/model/models.h"
 #include "runtime/base/colour.h"
@@ -48,7 +49,9 @@ class Builder {
     if (p.owner == Owner::environment) return add_environment(p, image);
     launch_.coloured_light |= p.component >= 0;  // where all components are equal, the derivatives are not
     for (const int index : p.indices)
-      if (p.by_texels)
+      if (p.by_texels && p.owner == Owner::light)
+        add_picture(p, index, image);
+      else if (p.by_texels)
         add_texels(p, index, image);
       else if (p.by_voxels)
         add_voxels(p, index, image);
@@ -125,7 +128,7 @@ class Builder {
     }
   }
 
-  // A bitmap, wherever the BSDF has it.
+  // A texture of texels, wherever the BSDF has it.
   void add_texels(const Parameter& p, int index, int image) {
     const Bsdf& bsdf = scene_.bsdfs[static_cast<std::size_t>(index)];
     for (const std::size_t i : bsdf.values_called(p.id, p.member)) {
@@ -135,11 +138,42 @@ class Builder {
       for (int c = 0; c < 3; ++c) part.score[c] = score(p.owner, place, number, c);
       data_.derivatives.push_back({{1, 1, 1}, -1, -1, {0, 0, 0}});  // a texture is the number itself
       data_.parts.push_back(part);
-      data_.numbers.push_back({bsdf.model, place.first, number.slot, number.channels == 3, 0, number.slot});
-      const auto at = static_cast<std::size_t>(job_.first_number + place.first + number.slot);
-      const auto texture = static_cast<std::size_t>(launch_.number_textures[at]);
-      launch_.textures[texture].gradient = sums_of_texels(bsdf.values[i].bitmap.get(), nullptr, image);
+      NumberOfPart by{bsdf.model, place.first, number.slot, number.channels == 3};
+      by.texels = number.slot;
+      by.heights = number.role == ROLE_BUMP;
+      if (number.role == ROLE_BUMP || number.role == ROLE_NORMAL) {
+        by.colour = false;
+        by.components = by.heights ? 2 : 3;
+        data_.by_directions = true;
+      }
+      if (by.heights) data_.functions["derivative_bumped_normal"] = {0};
+      data_.numbers.push_back(by);
+      sum_texels(p, bsdf.values[i], job_.first_number + place.first + number.slot, image);
     }
+  }
+
+  // What tints a light.
+  void add_picture(const Parameter& p, int index, int image) {
+    const Light& light = scene_.lights[static_cast<std::size_t>(index)];
+    const DeclaredNumber& number = light.model->number_called(p.member);
+    const int first = start().light_numbers[static_cast<std::size_t>(index)];
+    data_.derivatives.push_back({{1, 1, 1}, -1, -1, {0, 0, 0}});
+    data_.parts.push_back({image, {-1, -1, -1}});
+    NumberOfPart by{light.model, first - job_.first_number, number.slot, true};
+    by.texels = number.slot;
+    data_.numbers.push_back(by);
+    data_.by_pictures = true;
+    sum_texels(p, light.value(p.member), first + number.slot, image);
+  }
+
+  // number: in whose place the launch has the texture.
+  void sum_texels(const Parameter& p, const Texture& shown, int number, int image) {
+    const auto record = static_cast<std::size_t>(launch_.number_textures[static_cast<std::size_t>(number)]);
+    DifferentiatedTexture texture;
+    texture.bitmap = shown.bitmap.get();
+    texture.set_shape(values_of(scene_, p));
+    if (!shown.bitmap) texture.corners = corners_of(p, shown.attribute);
+    launch_.textures[record].gradient = sums_of(std::move(texture), image);
   }
 
   // The grid that a medium's sigma_t is times.
@@ -147,7 +181,10 @@ class Builder {
     const Medium& medium = scene_.media[static_cast<std::size_t>(index)];
     const MediumRecord& record = launch_.media[static_cast<std::size_t>(start().first_medium + index)];
     FieldRecord& field = launch_.fields[static_cast<std::size_t>(record.field)];
-    field.gradient = sums_of_texels(nullptr, medium.value(p.member).volume->grid.get(), image);
+    DifferentiatedTexture grid;
+    grid.grid = medium.value(p.member).volume->grid.get();
+    grid.set_shape(*grid.grid);
+    field.gradient = sums_of(std::move(grid), image);
     field.sum = data_.grids() - 1;
     if (!data_.parts.empty() && data_.parts.back().image == image) return;  // of another medium with the same grid
     data_.derivatives.push_back({{1, 1, 1}, -1, -1, {0, 0, 0}});
@@ -156,16 +193,38 @@ class Builder {
     data_.numbers.back().field = field.sum;
   }
 
-  // Where those by a bitmap's texels or a grid's voxels begin. Surfaces or media of the same parameter share them.
-  int sums_of_texels(const Bitmap* bitmap, const VoxelGrid* grid, int image) {
+  // Where the sums by the texels or voxels of `wanted` begin. Surfaces or media of the same parameter share them.
+  int sums_of(DifferentiatedTexture wanted, int image) {
     for (const DifferentiatedTexture& known : data_.textures)
-      if (known.image == image && known.bitmap == bitmap && known.grid == grid) return known.first_texel;
-    const std::size_t first = data_.texels();
-    const DifferentiatedTexture texture{image, static_cast<int>(first), bitmap, grid};
-    if (first + texture.texels() > static_cast<std::size_t>(std::numeric_limits<int>::max() / 3))
+      if (known.image == image && known.bitmap == wanted.bitmap && known.grid == wanted.grid) return known.first_texel;
+    wanted.image = image;
+    wanted.first_texel = static_cast<int>(data_.texels());
+    if (data_.texels() + wanted.texels() > static_cast<std::size_t>(std::numeric_limits<int>::max() / 3))
       throw InputError("the textures and grids to differentiate by have more than 7e8 texels; need smaller ones");
-    data_.textures.push_back(texture);
-    return texture.first_texel;
+    data_.textures.push_back(std::move(wanted));
+    return data_.textures.back().first_texel;
+  }
+
+  // Of each corner that the launch has of the attribute (append_attributes) which value of the parameter it is.
+  std::vector<int> corners_of(const Parameter& p, const std::string& name) const {
+    std::map<const Mesh*, std::size_t> first;
+    std::size_t values = 0;
+    for (const Mesh* mesh : attribute_meshes(scene_, p.indices, name)) {
+      first[mesh] = values;
+      const MeshAttribute& attribute = *mesh->attribute(name);
+      values += attribute.values.size() / attribute.channels;
+    }
+    std::vector<int> corners;
+    for (const Shape& shape : scene_.shapes) {
+      const MeshAttribute* attribute = shape.mesh ? shape.mesh->attribute(name) : nullptr;
+      if (!attribute) continue;
+      const bool own = p.belongs_to(shape.bsdf);
+      for (std::size_t i = 0; i < shape.mesh->triangle.size(); ++i)
+        for (const std::uint32_t corner : shape.mesh->triangle[i])
+          corners.push_back(own ? static_cast<int>(first[shape.mesh.get()] + (attribute->is_of_faces() ? i : corner))
+                                : -1);
+    }
+    return corners;
   }
 
   // One part for each number that the model's parameter of that index moves.

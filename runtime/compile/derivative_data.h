@@ -17,10 +17,12 @@ static_assert(sizeof(ScoreRecord) == 20 && sizeof(SumRecord) == 24 && sizeof(Der
 struct NumberOfPart {
   const Model* model = nullptr;
   int first = 0, slot = 0;
-  bool colour = false;  // n[slot + c] in channel c
-  int origin = 0;       // as of ScoreRecord
-  int texels = -1;      // as of SumRecord
-  int field = -1;       // without a model: all voxels of a field alike (FieldRecord::sum)
+  bool colour = false;   // n[slot + c] in channel c
+  int origin = 0;        // as of ScoreRecord
+  int texels = -1;       // as of SumRecord
+  int field = -1;        // without a model: all voxels of a field alike (FieldRecord::sum)
+  bool heights = false;  // by which texels are, and of which the same everywhere changes nothing
+  int components = 1;    // n[slot + k] in all channels: of a direction three, of the slopes of heights two
   // Of n[slot + c], from n on.
   int place(int c) const { return model->place_of_colour(slot + c, origin); }
 };
@@ -32,27 +34,25 @@ inline bool is_of_light(const DerivativeRecord& derivative) {
 
 // A texture by whose texels the derivative is, or a grid by whose voxels it is.
 struct DifferentiatedTexture {
-  int image = 0;                   // which derivative it is
-  int first_texel = 0;             // of the sums by texels (TextureRecord::gradient, FieldRecord::gradient)
-  const Bitmap* bitmap = nullptr;  // one of the two
-  const VoxelGrid* grid = nullptr;
-  VoxelGrid shape() const {  // without values; of a bitmap with depth 1
-    VoxelGrid of;
-    of.width = grid ? grid->width : bitmap->width;
-    of.height = grid ? grid->height : bitmap->height;
-    of.depth = grid ? grid->depth : 1;
-    of.channels = grid ? grid->channels : bitmap->channels;
-    if (grid) {
-      of.low = grid->low;
-      of.high = grid->high;
-    }
-    return of;
+  int image = 0;                    // which derivative it is
+  int first_texel = 0;              // of the sums by texels (TextureRecord::gradient, FieldRecord::gradient)
+  VoxelGrid shape;                  // of the result, without values; of a texture with depth 1
+  const Bitmap* bitmap = nullptr;   // one of the two,
+  const VoxelGrid* grid = nullptr;  // or an attribute of meshes:
+  std::vector<int> corners{};       // of each corner of a triangle which value it is, -1: none; the sums are by corners
+  void set_shape(const VoxelGrid& values) {
+    shape.width = values.width;
+    shape.height = values.height;
+    shape.depth = values.depth;
+    shape.channels = values.channels;
+    shape.low = values.low;
+    shape.high = values.high;
   }
-  std::size_t texels() const {
-    const VoxelGrid of = shape();
-    return static_cast<std::size_t>(of.width) * static_cast<std::size_t>(of.height) *
-           static_cast<std::size_t>(of.depth);
+  std::size_t values() const {
+    return static_cast<std::size_t>(shape.width) * static_cast<std::size_t>(shape.height) *
+           static_cast<std::size_t>(shape.depth);
   }
+  std::size_t texels() const { return bitmap || grid ? values() : corners.size(); }
 };
 
 struct DerivativeData {
@@ -61,7 +61,8 @@ struct DerivativeData {
   std::vector<DerivativeRecord> derivatives;  // one a part
   std::vector<NumberOfPart> numbers;          // one a part; by the light: without a model
   std::vector<DifferentiatedTexture> textures;
-  std::size_t texels() const {  // of all of them
+  bool by_directions = false, by_pictures = false;  // by texels that are normals or heights; by those that tint lights
+  std::size_t texels() const {                      // of all of them
     return textures.empty() ? 0 : static_cast<std::size_t>(textures.back().first_texel) + textures.back().texels();
   }
   int grids() const {

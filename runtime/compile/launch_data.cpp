@@ -139,6 +139,7 @@ void append_attributes(const Scene& scene, const JobRecord& job, LaunchData& dat
   for (const auto& [index, texture] : data.attributes) {
     const std::size_t table = data.texels.size();
     data.textures[index].offset = static_cast<int>(table);
+    data.textures[index].width = static_cast<int>(scene.shapes.size());
     data.texels.resize(table + scene.shapes.size());
     std::size_t first = data.geometry.records[static_cast<std::size_t>(job.geometry)].first_primitive;
     for (std::size_t k = 0; k < scene.shapes.size(); ++k) {
@@ -390,7 +391,7 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   d["FIELD_CHANNELS"] = data.coloured_field ? "3" : "1";
   set("HAS_TEXTURE", !data.textures.empty());
   set("HAS_ATTRIBUTES", std::any_of(data.textures.begin(), data.textures.end(),
-                                    [](const TextureRecord& t) { return t.kind == TEXTURE_mesh_attribute; }));
+                                    [](const TextureRecord& t) { return texture_has(t.kind, TEXTURE_ON_MESH); }));
   set("HAS_SMOOTH", smooth);
   set("HAS_ROUND", round || data.round_zone);
   set("HAS_LENS", std::any_of(data.cameras.begin(), data.cameras.end(), [](const CameraRecord& c) {

@@ -27,6 +27,7 @@ struct Declared {
   std::vector<std::string> arguments;  // as of ScoreFunction
   int slots = 0;                       // of n, which scores are by
   std::function<ScoreFunction(const Declared&)> record;
+  int results = 0;  // where it is no score: 0: one number; else an array of so many
 };
 
 // Hands out a function's inputs while its formula is recorded.
@@ -66,13 +67,16 @@ class Recorder {
   }
 
   // df when each of `moving` has the tangent beside it
-  ScoreFunction derivative(const Recorded& f, const std::vector<Recorded>& moving,
+  ScoreFunction derivative(const std::vector<Recorded>& f, const std::vector<Recorded>& moving,
                            const std::vector<Recorded>& tangents) {
     Graph& graph = function_.graph;
-    function_.values = {f.node_in(graph)};
     std::map<int, int> tangent;
     for (std::size_t i = 0; i < moving.size(); ++i) tangent[moving[i].node_in(graph)] = tangents[i].node_in(graph);
-    function_.derivatives[{0, 0}] = Differentiator(graph, tangent).derivative(function_.values[0]);
+    Differentiator along(graph, tangent);
+    for (std::size_t k = 0; k < f.size(); ++k) {
+      function_.values.push_back(f[k].node_in(graph));
+      function_.derivatives[{static_cast<int>(k), 0}] = along.derivative(function_.values[k]);
+    }
     return std::move(function_);
   }
 
@@ -191,7 +195,7 @@ Declared sky_derivative() {
     constexpr int coefficients = 10;
     const std::vector<Recorded> k = r.reals("k", coefficients), d_k = r.reals("d_k", coefficients);
     const Recorded cos_theta = r.real("cos_theta"), gamma = r.real("gamma"), one_minus_cos = r.real("one_minus_cos");
-    return r.derivative(sky_hosek_wilkie(k.data(), cos_theta, gamma, one_minus_cos), k, d_k);
+    return r.derivative({sky_hosek_wilkie(k.data(), cos_theta, gamma, one_minus_cos)}, k, d_k);
   };
   return {
       "derivative_sky_hosek_wilkie",
@@ -199,6 +203,23 @@ Declared sky_derivative() {
       {"const REAL* k", "const REAL* d_k", "REAL cos_theta", "REAL gamma", "REAL one_minus_cos", "REAL* d_radiance"},
       0,
       record};
+}
+
+Declared bumped_normal_derivative() {
+  const auto record = [](const Declared& declared) {
+    Recorder r(declared);
+    const RecordedVector u = r.real3("u"), v = r.real3("v"), n = r.real3("n"), normal = r.real3("normal");
+    const std::vector<Recorded> slopes = r.reals("slopes", 2), d_slopes = r.reals("d_slopes", 2);
+    const RecordedVector bent = bumped_normal(u, v, n, normal, slopes[0], slopes[1]);
+    return r.derivative({bent.x, bent.y, bent.z}, slopes, d_slopes);
+  };
+  return {
+      "derivative_bumped_normal",
+      "bumped_normal(u, v, n, normal, slopes[0], slopes[1]), slopes moving along d_slopes",
+      {"REAL3 u", "REAL3 v", "REAL3 n", "REAL3 normal", "const REAL* slopes", "const REAL* d_slopes", "REAL* d_normal"},
+      0,
+      record,
+      3};
 }
 
 int variant_count(const std::string& name) {
@@ -239,6 +260,7 @@ std::deque<Function> declare_all() {
   for (const Model& phase : phase_models()) all.emplace_back(phase_score(phase));
   MEDIUM_LIST(ITN_DECLARE_MEDIUM)
   all.emplace_back(sky_derivative());
+  all.emplace_back(bumped_normal_derivative());
   return all;
 }
 
@@ -293,12 +315,24 @@ std::string choose_variant(const std::string& model, int variants, const std::st
 
 bool is_score(const std::string& name) { return name.rfind("score_", 0) == 0; }
 
-// What "REAL* d_name" points to, the last of the arguments.
-std::string result_of(const std::vector<std::string>& arguments) { return arguments.back().substr(4); }
+// What "REAL* d_name" points to, the last of the arguments: one number, or an array of `results`.
+std::vector<std::string> results_of(const std::vector<std::string>& arguments, int results) {
+  if (results == 0) return {arguments.back().substr(4)};
+  const std::string name = arguments.back().substr(arguments.back().rfind(' ') + 1);
+  std::vector<std::string> all;
+  for (int k = 0; k < results; ++k) all.push_back(fmt::format("{}[{}]", name, k));
+  return all;
+}
 
 std::vector<Output> outputs_of(const ScoreFunction& function, const std::set<int>& slots, int channels) {
-  if (!is_score(function.name)) return {{result_of(function.arguments), function.derivatives.at({0, 0})}};
   std::vector<Output> outputs;
+  if (!is_score(function.name)) {
+    const auto count = static_cast<int>(function.values.size());
+    const std::vector<std::string> results = results_of(function.arguments, count == 1 ? 0 : count);
+    for (int k = 0; k < count; ++k)
+      outputs.push_back({results[static_cast<std::size_t>(k)], function.derivatives.at({k, 0})});
+    return outputs;
+  }
   for (const auto& [at, node] : function.derivatives)
     if (at.second < channels)
       outputs.push_back({fmt::format("d[{}]", at.first * channels + at.second), slots.count(at.first) > 0 ? node : -1});
@@ -307,8 +341,11 @@ std::vector<Output> outputs_of(const ScoreFunction& function, const std::set<int
 
 // Of a function of which nothing is asked for.
 std::vector<Output> zeros_of(const Declared& declared, int channels) {
-  if (!is_score(declared.name)) return {{result_of(declared.arguments), -1}};
   std::vector<Output> outputs;
+  if (!is_score(declared.name)) {
+    for (const std::string& result : results_of(declared.arguments, declared.results)) outputs.push_back({result, -1});
+    return outputs;
+  }
   outputs.reserve(static_cast<std::size_t>(declared.slots * channels));
   for (int i = 0; i < declared.slots * channels; ++i) outputs.push_back({fmt::format("d[{}]", i), -1});
   return outputs;

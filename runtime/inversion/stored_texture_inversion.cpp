@@ -4,8 +4,11 @@
 
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <limits>
+#include <sstream>
 
+#include "runtime/base/error.h"
 #include "runtime/base/file.h"
 
 namespace itn {
@@ -17,72 +20,94 @@ using Json = StoredRun::Json;
 Json number(double v) { return std::isfinite(v) ? Json(v) : Json(); }
 
 Json to_json(const TextureInversionStep& s) {
-  return {
-      {"iteration", s.iteration}, {"loss", s.loss}, {"loss_stderr", number(s.loss_stderr)}, {"roughness", s.roughness}};
+  return {{"repeat", s.repeat},
+          {"iteration", s.iteration},
+          {"loss", s.loss},
+          {"loss_stderr", number(s.loss_stderr)},
+          {"roughness", s.roughness}};
 }
 
 TextureInversionStep step_from(const Json& j) {
   const Json& error = j.at("loss_stderr");
-  return {j.at("iteration"), j.at("loss"),
+  return {j.at("repeat"), j.at("iteration"), j.at("loss"),
           error.is_null() ? std::numeric_limits<double>::infinity() : error.get<double>(), j.at("roughness")};
 }
 
-// Of an iteration: the file before it stays whole until state.json names the next.
-std::string texels_file(int iteration) { return fmt::format("state-{}.bin", iteration % 2); }
+// After so many steps: the file before it stays whole until state.json names the next.
+std::string unknowns_file(std::size_t steps) { return fmt::format("state-{}.bin", steps % 2); }
+
+// What of a state is one number for each unknown.
+std::vector<std::vector<double>*> parts_of(TextureInversionState& state) {
+  return {&state.x, &state.moments.first, &state.moments.second, &state.found, &state.squares};
+}
+
+void append_line(const std::string& file, const std::string& line) {
+  std::ofstream out(file, std::ios::app | std::ios::binary);
+  out << line << "\n";
+  out.close();
+  if (!out) throw ResultError(file + ": cannot be written");
+}
 
 }  // namespace
 
 StoredTextureInversion::StoredTextureInversion(const std::string& folder, const StoredRun::Json& request,
                                                TextureInversion& inversion)
-    : folder_(folder, "state.json", "itn.invert.textures.state/1", "an inversion"),
+    : folder_(folder, "state.json", "itn.invert.textures.state/2", "an inversion"),
       request_(request),
       inversion_(inversion),
       state_(inversion.start()) {
   check_writable(folder_.run().file());
   folder_.run().require_same(request_);
   const Json stored = folder_.run().before("steps");
-  if (!stored.is_null()) load(stored);
+  if (!stored.is_null()) load(stored.get<std::size_t>());
 }
 
-void StoredTextureInversion::load(const StoredRun::Json& stored) {
+void StoredTextureInversion::load(std::size_t steps) {
+  std::istringstream lines(read_file(folder_.file("iterations.jsonl")));
+  std::string line, kept;
   try {
-    for (const Json& step : stored) steps_.push_back(step_from(step));
+    while (steps_.size() < steps && std::getline(lines, line)) {
+      steps_.push_back(step_from(Json::parse(line)));
+      kept += line + "\n";
+    }
+    state_.iteration = folder_.run().before("iteration");
+    state_.repeat = folder_.run().before("repeat");
+    state_.finished = folder_.run().before("finished");
   } catch (const Json::exception&) {
     folder_.run().refuse();
   }
-  state_.iteration = static_cast<int>(steps_.size());
-  if (steps_.empty()) return;
-  const std::string bytes = read_file(folder_.file(texels_file(state_.iteration)));
-  const std::size_t part = state_.x.size() * sizeof(double);
-  if (bytes.size() != 3 * part) folder_.run().refuse();
-  state_.moments.first.resize(state_.x.size());
-  state_.moments.second.resize(state_.x.size());
-  std::memcpy(state_.x.data(), bytes.data(), part);
-  std::memcpy(state_.moments.first.data(), bytes.data() + part, part);
-  std::memcpy(state_.moments.second.data(), bytes.data() + 2 * part, part);
+  const std::string bytes = read_file(folder_.file(unknowns_file(steps)));
+  const std::vector<std::vector<double>*> parts = parts_of(state_);
+  const std::size_t count = state_.x.size(), part = count * sizeof(double);
+  if (steps_.size() != steps || bytes.size() != parts.size() * part) folder_.run().refuse();
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    parts[k]->resize(count);
+    std::memcpy(parts[k]->data(), bytes.data() + k * part, part);
+  }
+  write_file(folder_.file("iterations.jsonl"), kept);  // without a step that was not stored
 }
 
 const TextureInversionStep& StoredTextureInversion::advance() {
+  if (steps_.empty()) write_file(folder_.file("iterations.jsonl"), "");
   steps_.push_back(inversion_.advance(state_));
   store();
   return steps_.back();
 }
 
-void StoredTextureInversion::store() const {
-  std::string bytes, lines;
-  for (const auto* numbers : {&state_.x, &state_.moments.first, &state_.moments.second}) {
-    const std::size_t at = bytes.size(), size = numbers->size() * sizeof(double);
+void StoredTextureInversion::store() {
+  std::string bytes;
+  for (std::vector<double>* part : parts_of(state_)) {
+    const std::size_t at = bytes.size(), size = state_.x.size() * sizeof(double);
+    part->resize(state_.x.size());  // what is not there yet is 0
     bytes.resize(at + size);
-    std::memcpy(bytes.data() + at, numbers->data(), size);
+    std::memcpy(bytes.data() + at, part->data(), size);
   }
-  Json steps = Json::array();
-  for (const TextureInversionStep& step : steps_) {
-    steps.push_back(to_json(step));
-    lines += steps.back().dump() + "\n";
-  }
-  write_file(folder_.file(texels_file(state_.iteration)), bytes);
-  write_file(folder_.file("iterations.jsonl"), lines);
-  folder_.run().write(request_, {{"steps", steps}});
+  write_file(folder_.file(unknowns_file(steps_.size())), bytes);
+  append_line(folder_.file("iterations.jsonl"), to_json(steps_.back()).dump());
+  folder_.run().write(request_, {{"steps", steps_.size()},
+                                 {"iteration", state_.iteration},
+                                 {"repeat", state_.repeat},
+                                 {"finished", state_.finished}});
 }
 
 }  // namespace itn

@@ -1,5 +1,5 @@
-// An inversion of textures, stored in a folder after every iteration (state.json beside the texels in state-0.bin or
-// state-1.bin, and iterations.jsonl to read along), so that the same request goes on where it was stopped.
+// An inversion of textures, stored in a folder after every iteration (state.json beside the unknowns in state-0.bin or
+// state-1.bin, and a line in iterations.jsonl), so that the same request goes on where it was stopped.
 #pragma once
 #include <string>
 #include <vector>
@@ -22,8 +22,8 @@ class StoredTextureInversion {
   std::string file(const std::string& name) const { return folder_.file(name); }
 
  private:
-  void load(const StoredRun::Json& stored);
-  void store() const;
+  void load(std::size_t steps);
+  void store();
 
   RunFolder folder_;
   StoredRun::Json request_;

@@ -2,8 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
 
 #include "runtime/base/error.h"
+#include "runtime/base/random.h"
 
 namespace itn {
 namespace {
@@ -20,6 +24,33 @@ Ends ends_of(const Parameter& p) {
   if (p.by_voxels) return {p.low, p.high};
   const double off = std::isfinite(p.high - p.low) ? share_kept_off * (p.high - p.low) : share_kept_off;
   return {p.low + off, p.high_included || !std::isfinite(p.high) ? p.high : p.high - off};
+}
+
+// Of the greatest step size (adam_step.h) that with which the last quarter of the iterations begins: (1 + cos 135) / 2.
+constexpr double rate_of_last_quarter = 0.1464466;
+
+// Samples of the images at the end.
+constexpr int least_final_samples = 64;
+int final_samples(const TextureInversionOptions& options) { return std::max(least_final_samples, options.spp); }
+
+// Of a repetition's streams: independent of the seeds of rendering, which count from the same one.
+double random_normal(std::uint64_t seed, std::uint64_t stream, std::uint64_t index) {
+  const std::uint64_t key = mixed_bits(seed ^ 0x6e6f697379ULL);
+  const double radius = std::sqrt(-2 * std::log(random_uniform(key, stream, 2 * index)));
+  return radius * std::cos(2 * std::numbers::pi * random_uniform(key, stream, 2 * index + 1));
+}
+
+// Renderings of different samples as one.
+Rendering joined(const std::vector<Rendering>& groups) {
+  Rendering all = groups.front();
+  all.spp = 0;
+  for (const Rendering& group : groups) all.spp += group.spp;
+  for (std::size_t i = 0; i < all.mean.size(); ++i) {
+    double sum = 0;
+    for (const Rendering& group : groups) sum += group.spp * static_cast<double>(group.mean[i]);
+    all.mean[i] = static_cast<float>(sum / all.spp);
+  }
+  return all;
 }
 
 }  // namespace
@@ -59,10 +90,23 @@ TextureInversion::TextureInversion(const Device& device, const Scene& scene, con
       render_options_(render_options),
       options_(options) {
   const std::vector<Parameter> all = list_parameters(scene);
+  std::size_t first = 0;
   for (const std::string& name : parameters) {
-    parameters_.push_back(find_parameter(all, name));
-    if (!parameters_.back().has_values())
-      throw UsageError("parameter " + name + ": neither a bitmap nor a grid; need these alone, or numbers alone");
+    const Parameter p = find_parameter(all, name);
+    Unknown unknown{p, {}, {}, first, 1};
+    if (p.has_values()) {
+      if (options.smoothness > 0 && p.by_texels && !is_picture(scene, p))
+        throw UsageError("parameter " + name +
+                         ": an attribute of meshes has no neighbours that could be alike; need --smoothness 0");
+      unknown.start = values_of(scene, p);
+      unknown.count = unknown.start.data.size();
+    } else {
+      if (!p.not_differentiable.empty())
+        throw UsageError("parameter " + name + " cannot be found: " + p.not_differentiable);
+      unknown.coordinate.emplace(p);
+    }
+    first += unknown.count;
+    unknowns_.push_back(std::move(unknown));
   }
   for (std::size_t t = 0; t < sensors.size(); ++t) {
     RenderOptions of_image = render_options;
@@ -73,89 +117,176 @@ TextureInversion::TextureInversion(const Device& device, const Scene& scene, con
   }
 }
 
+std::vector<Parameter> TextureInversion::parameters() const {
+  std::vector<Parameter> result;
+  for (const Unknown& unknown : unknowns_) result.push_back(unknown.parameter);
+  return result;
+}
+
 TextureInversionState TextureInversion::start() const {
   TextureInversionState state;
-  for (const Parameter& p : parameters_) {
-    const Ends ends = ends_of(p);
-    for (const float v : values_of(scene_, p).data)
-      state.x.push_back(std::clamp(static_cast<double>(v), ends.low, ends.high));
+  for (const Unknown& unknown : unknowns_) {
+    if (unknown.coordinate) {
+      state.x.push_back(unknown.coordinate->of(unknown.parameter.value));
+      continue;
+    }
+    const Ends ends = ends_of(unknown.parameter);
+    for (const float v : unknown.start.data) state.x.push_back(std::clamp(static_cast<double>(v), ends.low, ends.high));
   }
   return state;
 }
 
-std::vector<VoxelGrid> TextureInversion::textures(const TextureInversionState& state) const {
-  std::vector<VoxelGrid> result;
-  std::size_t at = 0;
-  for (const Parameter& p : parameters_) {
-    result.push_back(values_of(scene_, p));
-    for (float& v : result.back().data) v = static_cast<float>(state.x[at++]);
-  }
+VoxelGrid TextureInversion::values_of_unknown(const Unknown& unknown, const std::vector<double>& values) const {
+  VoxelGrid result = unknown.start;
+  for (std::size_t i = 0; i < unknown.count; ++i) result.data[i] = static_cast<float>(values[unknown.first + i]);
   return result;
 }
 
-Scene TextureInversion::scene_with(const TextureInversionState& state) const {
+VoxelGrid TextureInversion::values(const TextureInversionState& state, std::size_t parameter) const {
+  return values_of_unknown(unknowns_.at(parameter), state.x);
+}
+
+VoxelGrid TextureInversion::uncertainty(const TextureInversionState& state, std::size_t parameter) const {
+  std::vector<double> errors;
+  for (const double square : state.squares) errors.push_back(std::sqrt(square / options_.repeats));
+  return values_of_unknown(unknowns_.at(parameter), errors);
+}
+
+double TextureInversion::number(const TextureInversionState& state, std::size_t parameter,
+                                double standard_errors) const {
+  const Unknown& unknown = unknowns_.at(parameter);
+  const double error = standard_errors == 0 ? 0 : std::sqrt(state.squares.at(unknown.first) / options_.repeats);
+  return unknown.coordinate->value(state.x[unknown.first] + standard_errors * error);
+}
+
+Scene TextureInversion::scene_with(const std::vector<double>& x) const {
   Scene scene = scene_;
-  std::vector<VoxelGrid> values = textures(state);
-  for (std::size_t p = 0; p < values.size(); ++p) set_values(scene, parameters_[p], std::move(values[p]));
+  for (const Unknown& unknown : unknowns_) {
+    if (unknown.coordinate)
+      set_parameter(scene, unknown.parameter, unknown.coordinate->value(x[unknown.first]));
+    else
+      set_values(scene, unknown.parameter, values_of_unknown(unknown, x));
+  }
   return scene;
 }
 
-TextureInversionStep TextureInversion::advance(TextureInversionState& state) {
-  const Scene scene = scene_with(state);
-  std::vector<double> gradient(state.x.size());
+int TextureInversion::iterations_of_repeat() const { return std::max(1, options_.iterations / 4); }
+
+int TextureInversion::first_sample(int repeat, int iteration) const {
+  if (repeat == 0) return iteration * options_.spp;
+  const int before = options_.iterations + (repeat - 1) * iterations_of_repeat();
+  return (before + iteration) * options_.spp + final_samples(options_);
+}
+
+const std::vector<TargetImage>& TextureInversion::targets_of(int repeat) {
+  if (repeat == 0) return targets_;
+  if (noisy_repeat_ == repeat) return noisy_;
+  noisy_ = targets_;
+  noisy_repeat_ = repeat;
+  for (std::size_t t = 0; t < noisy_.size(); ++t)
+    for (std::size_t i = 0; i < noisy_[t].value.size(); ++i) {
+      const auto value = static_cast<double>(targets_[t].value[i]);
+      const double stated = targets_[t].error.empty() ? 0 : static_cast<double>(targets_[t].error[i]);
+      const double noise = std::hypot(stated, options_.relative_noise * value);
+      const auto stream = static_cast<std::uint64_t>(repeat) << 32U | t;
+      noisy_[t].value[i] = static_cast<float>(value + noise * random_normal(render_options_.seed, stream, i));
+    }
+  return noisy_;
+}
+
+std::vector<double> TextureInversion::gradient(const TextureInversionState& state, LossGradient* loss) {
+  const Scene scene = scene_with(state.x);
+  const std::vector<TargetImage>& targets = targets_of(state.repeat);
+  std::vector<double> result(state.x.size());
   std::vector<LossGradient> losses;
-  for (std::size_t t = 0; t < targets_.size(); ++t) {
+  for (std::size_t t = 0; t < targets.size(); ++t) {
     renderers_[t]->replace(scene);
-    const WeighedDerivatives derivatives = renderers_[t]->render(
-        state.iteration * options_.spp, split_samples(options_.spp), [&](const std::vector<Rendering>& groups) {
-          const double exposure = options_.exposure ? best_exposure(groups, targets_[t]) : 1;
-          losses.push_back(loss_gradient(groups, targets_[t], exposure));
-          return loss_weights(groups, targets_[t], exposure);
-        });
-    std::size_t at = 0;
-    for (const VoxelGrid& of : derivatives.values)
-      for (const float v : of.data) gradient[at++] += static_cast<double>(v) / static_cast<double>(targets_.size());
+    const WeighedDerivatives by =
+        renderers_[t]->render(first_sample(state.repeat, state.iteration), split_samples(options_.spp),
+                              [&](const std::vector<Rendering>& groups) {
+                                const double exposure = options_.exposure ? best_exposure(groups, targets[t]) : 1;
+                                losses.push_back(loss_gradient(groups, targets[t], exposure));
+                                return loss_weights(groups, targets[t], exposure);
+                              });
+    const auto count = static_cast<double>(targets.size());
+    for (std::size_t p = 0; p < unknowns_.size(); ++p) {
+      const Unknown& unknown = unknowns_[p];
+      if (unknown.coordinate)
+        result[unknown.first] += by.value[p] * unknown.coordinate->slope(state.x[unknown.first]) / count;
+      else
+        for (std::size_t i = 0; i < unknown.count; ++i)
+          result[unknown.first + i] += static_cast<double>(by.values[p].data[i]) / count;
+    }
   }
-  const LossGradient loss = mean_of(losses);
-  TextureInversionStep step{state.iteration, loss.loss, loss.loss_stderr, 0};
+  *loss = mean_of(losses);
+  return result;
+}
+
+double TextureInversion::add_roughness(const std::vector<double>& x, std::vector<double>& gradient) const {
+  double sum = 0;
+  for (const Unknown& unknown : unknowns_)
+    if (!unknown.coordinate)
+      sum += roughness_of(values_of_unknown(unknown, x), options_.smoothness, gradient.data() + unknown.first);
+  return sum;
+}
+
+TextureInversionStep TextureInversion::advance(TextureInversionState& state) {
+  LossGradient loss;
+  std::vector<double> by = gradient(state, &loss);
+  TextureInversionStep step{state.repeat, state.iteration, loss.loss, loss.loss_stderr, 0};
+  step.roughness = add_roughness(state.x, by);
   // Adam's step does not depend on the size of gradients, but for a small number beside them: texels of a large
   // picture must not come near it.
-  double* of_texture = gradient.data();
-  for (const VoxelGrid& values : textures(state)) {
-    step.roughness += roughness_of(values, options_.smoothness, of_texture);
-    of_texture += values.data.size();
+  for (double& g : by) g *= static_cast<double>(by.size());
+  const int iterations = state.repeat == 0 ? options_.iterations : iterations_of_repeat();
+  const double rate = options_.learning_rate * (state.repeat == 0 ? 1 : rate_of_last_quarter);
+  adam_step(state.x, by, state.moments, state.iteration, iterations, rate);
+  for (const Unknown& unknown : unknowns_) {
+    const Ends ends = ends_of(unknown.parameter);
+    for (std::size_t i = unknown.first; i < unknown.first + unknown.count; ++i)
+      state.x[i] =
+          unknown.coordinate ? unknown.coordinate->clamp(state.x[i]) : std::clamp(state.x[i], ends.low, ends.high);
   }
-  for (double& g : gradient) g *= static_cast<double>(gradient.size());
-  adam_step(state.x, gradient, state.moments, state.iteration, options_.iterations, options_.learning_rate);
-  std::size_t at = 0;
-  for (const Parameter& p : parameters_) {
-    const Ends ends = ends_of(p);
-    for (std::size_t i = values_of(scene_, p).data.size(); i > 0; --i, ++at)
-      state.x[at] = std::clamp(state.x[at], ends.low, ends.high);
-  }
-  ++state.iteration;
+  if (++state.iteration == iterations) end_repeat(state);
   return step;
 }
 
-std::vector<Rendering> TextureInversion::render(const TextureInversionState& state, int spp, LossGradient* loss) const {
-  const Scene scene = scene_with(state);
+void TextureInversion::end_repeat(TextureInversionState& state) const {
+  if (state.repeat == 0) {
+    state.found = state.x;
+    state.squares.assign(state.x.size(), 0);
+    for (std::size_t i = 0; i < state.x.size(); ++i)  // of what no path has seen nothing is known
+      if (state.moments.second[i] == 0) state.squares[i] = std::numeric_limits<double>::infinity();
+  } else {
+    for (std::size_t i = 0; i < state.x.size(); ++i)
+      state.squares[i] += (state.x[i] - state.found[i]) * (state.x[i] - state.found[i]);
+  }
+  state.x = state.found;
+  state.finished = state.repeat == options_.repeats;
+  if (state.finished) return;
+  ++state.repeat;
+  state.iteration = 0;
+  state.moments = {};
+}
+
+std::vector<Rendering> TextureInversion::render(const TextureInversionState& state, LossGradient* loss) const {
+  const Scene scene = scene_with(state.x);
   std::vector<Rendering> images;
   std::vector<LossGradient> losses;
-  const int first = options_.iterations * options_.spp;
   for (std::size_t t = 0; t < targets_.size(); ++t) {
     RenderOptions of_image = render_options_;
     of_image.sensor = sensors_[t];
     of_image.seed = render_options_.seed + t;
     Renderer renderer(device_, scene, of_image);
     std::vector<Rendering> groups;
-    int sample = first;
-    for (const int samples : split_samples(spp)) {
+    int sample = options_.iterations * options_.spp;
+    for (const int samples : split_samples(final_samples(options_))) {
       groups.push_back(renderer.render(sample, samples));
       sample += samples;
     }
     const double exposure = options_.exposure ? best_exposure(groups, targets_[t]) : 1;
     losses.push_back(loss_gradient(groups, targets_[t], exposure));
-    images.push_back(renderer.render(first, spp));
+    images.push_back(joined(groups));
     for (float& v : images.back().mean) v = static_cast<float>(exposure * static_cast<double>(v));
   }
   *loss = mean_of(losses);

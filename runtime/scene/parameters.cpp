@@ -14,10 +14,71 @@ namespace itn {
 namespace {
 
 const char* const textured_value = "a texture, not a number";
-const char* const bitmap_value = "a texture, not a number; itn gradient and itn invert take it texel by texel";
+const char* const texel_value = "a texture, not a number; itn gradient and itn invert take it texel by texel";
+const char* const uneven_attributes =
+    "an attribute of other channels than the parameter has; itn gradient and itn invert take those of one channel, or "
+    "of "
+    "three for a colour";
 const char* const grid_value = "a grid of voxels, not a number; scale and a constant albedo are numbers";
 const char* const voxels_value =
     "a grid of voxels, not a number; itn gradient and itn invert take it voxel by voxel; scale is a number";
+
+// Values of an attribute on meshes that have it.
+Bitmap attribute_values(const std::vector<const Mesh*>& meshes, const Texture& texture) {
+  Bitmap result{0, 1, 1, {}};
+  for (const Mesh* mesh : meshes) {
+    const MeshAttribute& attribute = *mesh->attribute(texture.attribute);
+    const bool first = result.data.empty();
+    const auto channels = static_cast<int>(attribute.channels);
+    result.channels = first || result.channels == channels ? channels : 0;  // 0: they differ
+    for (const float v : attribute.values)
+      result.data.push_back(static_cast<float>(texture.scale * static_cast<double>(v)));
+  }
+  result.width = result.channels > 0 ? static_cast<int>(result.data.size()) / result.channels : 0;
+  return result;
+}
+
+Bitmap texels_shown(const Scene& scene, const std::vector<int>& bsdfs, const Texture& texture) {
+  if (texture.bitmap) return *texture.bitmap;
+  return attribute_values(attribute_meshes(scene, bsdfs, texture.attribute), texture);
+}
+
+const Instance& textured_instance(const Scene& scene, const Parameter& p, int index) {
+  const auto i = static_cast<std::size_t>(index);
+  if (p.owner == Owner::light) return scene.lights.at(i);
+  return scene.bsdfs.at(i);
+}
+
+Instance& textured_instance(Scene& scene, const Parameter& p, int index) {
+  const auto i = static_cast<std::size_t>(index);
+  if (p.owner == Owner::light) return scene.lights.at(i);
+  return scene.bsdfs.at(i);
+}
+
+const Texture& texture_of(const Scene& scene, const Parameter& p) {
+  const Instance& instance = textured_instance(scene, p, p.indices.at(0));
+  return instance.values.at(instance.values_called(p.id, p.member).at(0));
+}
+
+// Gives the meshes that show `attribute` there another called after the parameter; returns its name.
+std::string set_attribute(Scene& scene, const Parameter& p, const std::string& attribute, const Bitmap& texels) {
+  auto from = texels.data.begin();
+  std::string name = attribute.substr(0, attribute.find('_') + 1) + p.name;  // "face_" or "vertex_" stays
+  for (const Mesh* mesh : attribute_meshes(scene, p.indices, attribute)) {
+    MeshAttribute other = *mesh->attribute(attribute);
+    const auto count = static_cast<std::ptrdiff_t>(other.values.size());
+    other.name = name;
+    std::copy(from, from + count, other.values.begin());
+    from += count;
+    auto changed = std::make_shared<Mesh>(*mesh);
+    const auto same = [&](const MeshAttribute& a) { return a.name == other.name; };
+    std::erase_if(changed->attributes, same);
+    changed->attributes.push_back(std::move(other));
+    for (Shape& shape : scene.shapes)
+      if (shape.mesh.get() == mesh) shape.mesh = changed;
+  }
+  return name;
+}
 
 struct Range {
   double low, high;
@@ -26,6 +87,8 @@ struct Range {
 
 class List {
  public:
+  explicit List(const Scene& scene) : scene_(scene) {}
+
   // Of what the next parameters are, and its id.
   void begin(Owner owner, int index, const std::string& id) {
     owner_ = owner;
@@ -64,17 +127,19 @@ class List {
   }
 
   // The model's obstacles are asked for at the mean texel: what is in the way of a few texels only leaves them out.
-  void bitmap(const Instance& instance, const DeclaredParameter& p, const Bitmap& of, const Range& range) {
+  void texels(const Instance& instance, const DeclaredParameter& p, const Texture& of, const Range& range) {
     const Model& model = *instance.model;
-    const int role = model.number_called(p.name).role;
-    const bool fixed = role == ROLE_FIXED || role == ROLE_NORMAL || role == ROLE_BUMP;
-    const std::vector<float>& texels = of.data;
+    const DeclaredNumber& its_number = model.number_called(p.name);
+    const Bitmap texels = texels_shown(scene_, {index_}, of);
     std::vector<double> slots = instance.slots();
     std::fill_n(slots.begin() + p.slot, p.kind.channels,
-                std::accumulate(texels.begin(), texels.end(), 0.0) / static_cast<double>(texels.size()));
-    const char* why_not = fixed ? textured_value : model.obstacle(slots.data(), p.slot);
-    const bool by_texels = owner_ == Owner::bsdf && std::string(why_not).empty();
-    number(p.shown(), std::nan(""), range, by_texels ? bitmap_value : why_not, p.unit);
+                std::accumulate(texels.data.begin(), texels.data.end(), 0.0) /
+                    static_cast<double>(std::max<std::size_t>(1, texels.data.size())));
+    const char* why_not = its_number.role == ROLE_FIXED ? textured_value : model.obstacle(slots.data(), p.slot);
+    const bool even = of.bitmap || texels.channels == 1 || (texels.channels == 3 && its_number.channels == 3);
+    if (!even) why_not = uneven_attributes;
+    const bool by_texels = std::string(why_not).empty();
+    number(p.shown(), std::nan(""), range, by_texels ? texel_value : why_not, p.unit);
     parameters.back().by_texels = by_texels;
   }
 
@@ -98,15 +163,16 @@ class List {
     for (std::size_t i = 0; i < model.parameters.size(); ++i) {
       const DeclaredParameter& p = model.parameters[i];
       const Texture& of = instance.values[i];
-      if (!p.kind.listed) continue;
+      const bool has_texels = of.bitmap || !of.attribute.empty();
+      if (!p.kind.listed && !has_texels) continue;
       id_ = instance.owner(i);
       const Range range{p.kind.low, p.kind.high, p.kind.low_included, p.kind.high_included};
       const auto value = [&](int c) { return slots[static_cast<std::size_t>(p.slot + c)]; };
       const auto why_not = [&](double, int c) { return model.obstacle(slots.data(), p.slot + c); };
       if (of.is_grid())
         grid(instance, p, range);
-      else if (of.bitmap)
-        bitmap(instance, p, *of.bitmap, range);
+      else if (has_texels)
+        texels(instance, p, of, range);
       else if (!of.is_constant())
         number(p.shown(), std::nan(""), range, textured_value, p.unit);
       else if (p.kind.channels == 3)
@@ -119,6 +185,7 @@ class List {
   std::vector<Parameter> parameters;
 
  private:
+  const Scene& scene_;
   Owner owner_ = Owner::medium;
   int index_ = 0;
   std::string id_;
@@ -212,12 +279,24 @@ void set_number(Scene& scene, const Parameter& p, std::size_t index, double valu
 
 }  // namespace
 
+std::vector<const Mesh*> attribute_meshes(const Scene& scene, const std::vector<int>& bsdfs,
+                                          const std::string& attribute) {
+  std::vector<const Mesh*> meshes;
+  for (const Shape& shape : scene.shapes) {
+    const Mesh* mesh = shape.mesh.get();
+    if (!mesh || std::find(bsdfs.begin(), bsdfs.end(), shape.bsdf) == bsdfs.end()) continue;
+    if (mesh->attribute(attribute) && std::find(meshes.begin(), meshes.end(), mesh) == meshes.end())
+      meshes.push_back(mesh);
+  }
+  return meshes;
+}
+
 std::string Parameter::range() const {
   return fmt::format("{}{}, {}{}", low_included ? '[' : '(', low, high, high_included ? ']' : ')');
 }
 
 std::vector<Parameter> list_parameters(const Scene& scene) {
-  List list;
+  List list(scene);
   for (std::size_t i = 0; i < scene.media.size(); ++i) add(list, scene.media[i], static_cast<int>(i));
   for (std::size_t i = 0; i < scene.bsdfs.size(); ++i) {
     if (!scene.bsdfs[i].model || is_inside_another(scene, i)) continue;
@@ -244,15 +323,26 @@ void set_parameter(Scene& scene, const Parameter& p, double value) {
   for (const int i : p.indices) set_number(scene, p, static_cast<std::size_t>(i), value);
 }
 
-const std::shared_ptr<const Bitmap>& bitmap_of(const Scene& scene, const Parameter& p) {
-  const Bsdf& bsdf = scene.bsdfs.at(static_cast<std::size_t>(p.indices.at(0)));
-  return bsdf.values.at(bsdf.values_called(p.id, p.member).at(0)).bitmap;
+Bitmap texels_of(const Scene& scene, const Parameter& p) {
+  return texels_shown(scene, p.indices, texture_of(scene, p));
 }
 
-void set_bitmap(Scene& scene, const Parameter& p, const std::shared_ptr<const Bitmap>& bitmap) {
+bool is_picture(const Scene& scene, const Parameter& p) { return texture_of(scene, p).bitmap != nullptr; }
+
+void set_texels(Scene& scene, const Parameter& p, const Bitmap& texels) {
+  const Texture shown = texture_of(scene, p);
+  const auto bitmap = shown.bitmap ? std::make_shared<const Bitmap>(texels) : nullptr;
+  const std::string attribute = bitmap ? "" : set_attribute(scene, p, shown.attribute, texels);
   for (const int index : p.indices) {
-    Bsdf& bsdf = scene.bsdfs.at(static_cast<std::size_t>(index));
-    for (const std::size_t i : bsdf.values_called(p.id, p.member)) bsdf.values[i].bitmap = bitmap;
+    Instance& instance = textured_instance(scene, p, index);
+    for (const std::size_t i : instance.values_called(p.id, p.member)) {
+      Texture& texture = instance.values[i];
+      texture.bitmap = bitmap;
+      if (!bitmap) {
+        texture.attribute = attribute;
+        texture.scale = 1;
+      }
+    }
   }
 }
 
@@ -271,20 +361,19 @@ void set_grid(Scene& scene, const Parameter& p, const std::shared_ptr<const Voxe
 
 VoxelGrid values_of(const Scene& scene, const Parameter& p) {
   if (p.by_voxels) return *grid_of(scene, p);
-  const Bitmap& bitmap = *bitmap_of(scene, p);
+  Bitmap bitmap = texels_of(scene, p);
   VoxelGrid values;
   values.width = bitmap.width;
   values.height = bitmap.height;
   values.depth = 1;
   values.channels = bitmap.channels;
-  values.data = bitmap.data;
+  values.data = std::move(bitmap.data);
   return values;
 }
 
 void set_values(Scene& scene, const Parameter& p, VoxelGrid values) {
   if (p.by_voxels) return set_grid(scene, p, std::make_shared<const VoxelGrid>(std::move(values)));
-  Bitmap bitmap{values.width, values.height, values.channels, std::move(values.data)};
-  set_bitmap(scene, p, std::make_shared<const Bitmap>(std::move(bitmap)));
+  set_texels(scene, p, {values.width, values.height, values.channels, std::move(values.data)});
 }
 
 Parameter find_parameter(const std::vector<Parameter>& parameters, const std::string& name) {

@@ -27,8 +27,8 @@ struct Parameter {
   // where they share it. Of the environment: meaningless.
   std::vector<int> indices{0};
   int component = -1;  // of a colour; -1: all
-  // Its value is a bitmap, and the renderer can differentiate by the texels (GradientRenderer); not_differentiable says
-  // why not as by a number.
+  // Its value is a texture of texels (texels_of), and the renderer can differentiate by them (GradientRenderer);
+  // not_differentiable says why not as by a number.
   bool by_texels = false;
   bool by_voxels = false;  // the same of a grid and its voxels
   bool has_values() const { return by_texels || by_voxels; }
@@ -55,17 +55,26 @@ std::vector<std::string> by_component(const std::vector<Parameter>& parameters, 
 // listed, or a copy. Throws UsageError: outside of the range (names it), or a texture.
 void set_parameter(Scene& scene, const Parameter& parameter, double value);
 
-// The bitmap of a parameter that is by_texels; of one or three channels, as Texture has it.
-const std::shared_ptr<const Bitmap>& bitmap_of(const Scene& scene, const Parameter& parameter);
+// The texels of a parameter that is by_texels, of one channel or three: those of its bitmap, or in one row the values
+// that its attribute has on the scene's meshes (attribute_meshes), times the texture's factor.
+Bitmap texels_of(const Scene& scene, const Parameter& parameter);
 
-// Puts another in its place, of the same size and channels.
-void set_bitmap(Scene& scene, const Parameter& parameter, const std::shared_ptr<const Bitmap>& bitmap);
+// Puts others in their place, as many and of the same channels. Other textures that show the same bitmap or attribute
+// stay as they are.
+void set_texels(Scene& scene, const Parameter& parameter, const Bitmap& texels);
 
-// As of bitmaps: the grid of a parameter that is by_voxels.
+// Are its texels places of a picture, with neighbours?
+bool is_picture(const Scene& scene, const Parameter& parameter);
+
+// The meshes on which these BSDFs show an attribute, each once, in the order of the shapes.
+std::vector<const Mesh*> attribute_meshes(const Scene& scene, const std::vector<int>& bsdfs,
+                                          const std::string& attribute);
+
+// As of textures: the grid of a parameter that is by_voxels.
 const std::shared_ptr<const VoxelGrid>& grid_of(const Scene& scene, const Parameter& parameter);
 void set_grid(Scene& scene, const Parameter& parameter, const std::shared_ptr<const VoxelGrid>& grid);
 
-// Of either: a bitmap is a grid of depth 1.
+// Of either: a texture is a grid of depth 1.
 VoxelGrid values_of(const Scene& scene, const Parameter& parameter);
 void set_values(Scene& scene, const Parameter& parameter, VoxelGrid values);
 

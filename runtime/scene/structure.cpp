@@ -85,6 +85,21 @@ void declare(Structure& s) {
   m.numbers.push_back({"picked", s.picked, 1, ROLE_FIXED, COORDINATE_ITSELF});
 }
 
+const char* const mirrored_inside =
+    "what is inside mirrors light in a direction that would move with it, and paths are held fixed; need a rough one "
+    "inside, such as roughconductor or roughplastic";
+
+// Of each piece: does it bend the normals of leaves that choose directions?
+std::vector<bool> pieces_that_turn_mirrors(const Structure& s) {
+  std::vector<bool> result(s.pieces.size());
+  for (const Structure::Leaf& leaf : s.leaves)
+    for (const Structure::Enter& nest : leaf.nests)
+      if (nest.piece >= 0 && (nest.nest->traits & BSDF_ANISOTROPIC) && leaf.piece >= 0 &&
+          (s.traits_of(leaf) & (BSDF_SMOOTH | BSDF_PARTLY_SMOOTH)))
+        result[static_cast<std::size_t>(nest.piece)] = true;
+  return result;
+}
+
 void convert(Structure& s) {
   Model& m = s.model;
   const std::vector<Piece> pieces = s.pieces;
@@ -98,7 +113,13 @@ void convert(Structure& s) {
     by.emplace_back(parameters.size());
     return by;
   };
-  m.obstacle = [pieces](const double* parameters, int slot) { return obstacle_of_pieces(pieces, parameters, slot); };
+  const std::vector<bool> turns_mirrors = pieces_that_turn_mirrors(s);
+  m.obstacle = [pieces, turns_mirrors](const double* parameters, int slot) {
+    for (std::size_t k = 0; k < pieces.size(); ++k)
+      if (turns_mirrors[k] && slot == pieces[k].first_parameter + pieces[k].model->parameters.front().slot)
+        return mirrored_inside;
+    return obstacle_of_pieces(pieces, parameters, slot);
+  };
 }
 
 // The one of its kind, which stays.

@@ -13,6 +13,7 @@ namespace {
     TextureModel model;                                   \
     model.id = TEXTURE_##name;                            \
     model.type = type_;                                   \
+    model.traits = PREFIX##_TRAITS;                       \
     PREFIX##_COLOURS(ITN_COLOUR) models.push_back(model); \
   }
 
@@ -27,6 +28,12 @@ std::vector<TextureModel> make_models() {
 const std::vector<TextureModel>& texture_models() {
   static const std::vector<TextureModel> all = make_models();
   return all;
+}
+
+bool texture_has(int id, int trait) {
+  const auto& all = texture_models();
+  return std::any_of(all.begin(), all.end(),
+                     [&](const TextureModel& m) { return m.id == id && (m.traits & trait) != 0; });
 }
 
 const TextureModel* find_texture(const std::string& type) {

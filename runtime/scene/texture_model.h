@@ -17,10 +17,14 @@ struct DeclaredColour {
 struct TextureModel {
   int id = 0;        // TEXTURE_* of kernels/model/texture/list.h
   std::string type;  // of the element in scene files
+  int traits = 0;    // TEXTURE_*
   std::vector<DeclaredColour> colours;
 };
 
 const std::vector<TextureModel>& texture_models();
+
+// Does the texture of that number have the trait?
+bool texture_has(int id, int trait);
 
 // The texture of that type, or null.
 const TextureModel* find_texture(const std::string& type);

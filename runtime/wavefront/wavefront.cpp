@@ -64,7 +64,10 @@ std::vector<SumRecord> sums_of(const DerivativeData& derivatives, int throughput
     if (std::none_of(sums.begin(), sums.end(), same)) sums.push_back(r);
   };
   for (const NumberOfPart& part : derivatives.numbers) {
-    if (!part.model) continue;
+    if (!part.model || part.model->arrives) continue;  // light is summed where it is met
+    for (int k = 0; k < part.components && part.components > 1; ++k)
+      add({part.model->id, part.slot + k, -1, part.origin, part.place(k), part.texels});
+    if (part.components > 1) continue;
     const bool by_channel = part.colour && throughput_channels == 3;
     for (int c = 0; c < (by_channel ? 3 : 1); ++c)
       add({part.model->id, part.slot + c, by_channel ? c : -1, part.origin, part.place(c), part.texels});
@@ -93,6 +96,8 @@ std::map<std::string, std::string> features(const LaunchData& data, const Deriva
     const int grids = derivatives.grids();
     result["TEXEL_SUMS"] = std::to_string(static_cast<int>(derivatives.textures.size()) > grids);
     result["VOXEL_SUMS"] = std::to_string(grids);
+    result["TEXEL_CHANNELS"] = derivatives.by_directions ? "3" : result["RADIANCE_CHANNELS"];
+    result["LIGHT_TEXELS"] = std::to_string(derivatives.by_pictures);
     for (const SumRecord& r : sums)
       result["SUM_RECORDS"] +=
           fmt::format("{{{},{},{},{},{},{}}},", r.model, r.slot, r.channel, r.origin, r.at, r.texels);
@@ -132,7 +137,8 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
                   : staged_slots;
   if (adjoint_) {
     by_voxels_ = derivatives.grids() > 0;
-    texels_ = derivatives.texels() * static_cast<std::size_t>(channels_);
+    texel_channels_ = std::stoi(definitions["TEXEL_CHANNELS"]);
+    texels_ = derivatives.texels() * static_cast<std::size_t>(texel_channels_);
     const std::uint64_t room = std::min<std::uint64_t>(most_texel_sums, device.free_memory() / 8);
     own_texels_ = fused_ && static_cast<std::uint64_t>(workers_) * texels_ * sizeof(std::int64_t) <= room;
     definitions["OWN_TEXELS"] = std::to_string(own_texels_ ? texels_ : 0);

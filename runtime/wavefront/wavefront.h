@@ -53,7 +53,9 @@ class Wavefront {
   // small. The next gradient starts from 0.
   std::vector<std::int64_t> take_gradient();
   // Of it, [texel][channel] of the textures and grids in `derivatives`; to be read before it is taken.
+  // texel_channels(): those of the radiance, or three where some texels are directions.
   std::vector<std::int64_t> texel_gradient() const;
+  int texel_channels() const { return texel_channels_; }
 
   // From now on trace() of the staged schedule waits for every launch and counts its time to its stage.
   void time_stages() { timed_ = true; }
@@ -82,6 +84,7 @@ class Wavefront {
   std::size_t texels_ = 0;   // of textures that are differentiated by, a channel each
   bool by_voxels_ = false;   // are grids differentiated by?
   bool own_texels_ = false;  // has every work-item sums of its own of them?
+  int texel_channels_ = 1;
   int width_, channels_, workers_, slots_;
   std::size_t sample_capacity_;
   std::map<std::string, std::string> features_;  // what the program was made for

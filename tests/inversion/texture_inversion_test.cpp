@@ -17,8 +17,8 @@ namespace {
 
 constexpr int size = 8;
 
-// A floor of 8 x 8 texels, seen from above in light from all around and a lamp.
-Scene floor_of(const std::shared_ptr<const Bitmap>& bitmap) {
+// A floor of 8 x 8 texels, seen from above in light from all around and a lamp. more: of the scene
+Scene floor_of(const std::shared_ptr<const Bitmap>& bitmap, const std::string& more = "") {
   const TemporaryFolder folder;
   write_file(folder / "scene.xml", R"(<scene version="3.0.0">
   <integrator type="volpath"><integer name="max_depth" value="3"/></integrator>
@@ -29,7 +29,8 @@ Scene floor_of(const std::shared_ptr<const Bitmap>& bitmap) {
   </sensor>
   <emitter type="constant"><rgb name="radiance" value="0.3, 0.4, 0.5"/></emitter>
   <emitter type="point"><point name="position" x="1" y="-1" z="2"/><rgb name="intensity" value="6, 5, 4"/></emitter>
-  <shape type="rectangle"><bsdf type="diffuse" id="wood"/></shape></scene>)");
+  <shape type="rectangle"><bsdf type="diffuse" id="wood"/></shape>)" +
+                                       more + "</scene>");
   Scene scene = load_scene(folder / "scene.xml");
   Texture& reflectance = scene.bsdfs[0].value("reflectance");
   reflectance = make_bitmap(bitmap);
@@ -48,12 +49,12 @@ std::shared_ptr<Bitmap> picture(double (*value)(int, int, int)) {
 double painted(int x, int y, int c) { return 0.15 + 0.7 * ((x * 3 + y * 5 + c * 7) % 11) / 10; }
 double grey(int, int, int) { return 0.5; }
 
-TargetImage target_from(const Scene& scene) {
+TargetImage target_from(const Scene& scene, int spp = 256) {
   RenderOptions options;
-  options.spp = 256;
+  options.spp = spp;
   options.seed = 77;
   const Rendering image = render(device(), scene, options);
-  return {image.width, image.height, 3, image.mean, std::vector<float>(image.mean.size() / 3, 1.0F), {}};
+  return {image.width, image.height, 3, image.mean, std::vector<float>(image.mean.size() / 3, 1.0F), image.stderr_};
 }
 
 double rms(const std::vector<float>& a, const std::vector<float>& b) {
@@ -73,14 +74,80 @@ TEST_CASE("a texture is found from one image of the surface that has it") {
   options.spp = 8;
   TextureInversion inversion(device(), floor_of(picture(grey)), {"wood.reflectance"}, {0}, targets, {}, options);
   TextureInversionState state = inversion.start();
-  const double before = rms(inversion.textures(state)[0].data, truth->data);
+  const double before = rms(inversion.texels(state, 0).data, truth->data);
   CHECK(before > 0.2);
   while (state.iteration < options.iterations) inversion.advance(state);
-  CHECK(rms(inversion.textures(state)[0].data, truth->data) < 0.02);
+  CHECK(rms(inversion.texels(state, 0).data, truth->data) < 0.02);
   LossGradient loss;
-  const std::vector<Rendering> images = inversion.render(state, 64, &loss);
+  const std::vector<Rendering> images = inversion.render(state, &loss);
   CHECK(images.size() == 1);
   CHECK(loss.loss < 1e-3);
+}
+
+TEST_CASE("a texture's standard errors cover the truth as often as they say, and unseen texels have none") {
+  const auto truth = picture(painted);
+  Scene scene = floor_of(picture(grey)), true_scene = floor_of(truth);
+  for (Scene* of : {&scene, &true_scene})  // half of the picture is beyond the floor's edge
+    of->bsdfs[0].value("reflectance").to_uv = {0.5, 0, 0, 0, 1, 0};
+  const std::vector<TargetImage> targets{target_from(true_scene, 32)};
+  TextureInversionOptions options;
+  options.iterations = 80;
+  options.spp = 8;
+  options.repeats = 6;
+  TextureInversion inversion(device(), scene, {"wood.reflectance"}, {0}, targets, {}, options);
+  TextureInversionState state = inversion.start();
+  while (!state.finished) inversion.advance(state);
+  const Bitmap found = inversion.texels(state, 0), errors = inversion.uncertainty(state, 0);
+  int unseen = 0, within_one = 0, within_two = 0;
+  for (std::size_t i = 0; i < errors.data.size(); ++i) {
+    if (std::isinf(errors.data[i])) {
+      CHECK(found.data[i] == 0.5F);
+      ++unseen;
+      continue;
+    }
+    const float off = std::abs(found.data[i] - truth->data[i]);
+    within_one += off < errors.data[i];
+    within_two += off < 2 * errors.data[i];
+  }
+  CHECK(unseen == size * 3 * 3);  // columns 5 to 7: the fifth is still between the edge's texels
+  const double seen = size * size * 3 - unseen;
+  INFO(within_one / seen << " within one standard error, " << within_two / seen << " within two");
+  CHECK(within_one / seen > 0.5);
+  CHECK(within_one / seen < 0.85);
+  CHECK(within_two / seen > 0.8);
+}
+
+TEST_CASE("numbers are found beside a texture") {
+  const auto truth = picture(painted);
+  // a known surface tells light and floor apart
+  const std::string patch = R"(<shape type="rectangle"><transform name="to_world"><scale value="0.4"/>
+    <translate z="0.05"/></transform><bsdf type="diffuse"/></shape>)";
+  Scene true_scene = floor_of(truth, patch), scene = floor_of(picture(grey), patch);
+  const std::vector<std::string> names = [&] {
+    std::vector<std::string> result{"wood.reflectance"};
+    for (const Parameter& p : list_parameters(scene))
+      if (p.owner == Owner::light) result.push_back(p.name);
+    return result;
+  }();
+  REQUIRE(names.size() == 4);
+  for (std::size_t k = 1; k < 4; ++k)
+    set_parameter(scene, find_parameter(list_parameters(scene), names[k]), 4 + 0.1 * static_cast<double>(k));
+  const std::vector<TargetImage> targets{target_from(true_scene)};
+  TextureInversionOptions options;
+  options.iterations = 150;
+  options.spp = 8;
+  options.repeats = 4;
+  TextureInversion inversion(device(), scene, names, {0}, targets, {}, options);
+  TextureInversionState state = inversion.start();
+  while (!state.finished) inversion.advance(state);
+  for (std::size_t k = 1; k < 4; ++k) {
+    const double wanted = find_parameter(list_parameters(true_scene), names[k]).value;
+    INFO(names[k] << " " << inversion.number(state, k) << ", " << inversion.number(state, k, -1) << " to "
+                  << inversion.number(state, k, 1));
+    CHECK(inversion.number(state, k) == Approx(wanted).epsilon(0.05));
+    CHECK(inversion.number(state, k, -4) < wanted);
+    CHECK(inversion.number(state, k, 4) > wanted);
+  }
 }
 
 TEST_CASE("a texture's inversion that was stopped ends with the same numbers") {
@@ -89,19 +156,29 @@ TEST_CASE("a texture's inversion that was stopped ends with the same numbers") {
   options.iterations = 6;
   options.spp = 2;
   options.smoothness = 0.1;
+  options.repeats = 2;  // of one iteration each
+  options.relative_noise = 0.01;
   TextureInversion inversion(device(), floor_of(picture(grey)), {"wood.reflectance"}, {0}, targets, {}, options);
-  const TemporaryFolder whole, stopped;
+  REQUIRE(inversion.steps() == 8);
+  const TemporaryFolder whole;
   StoredTextureInversion at_once(whole.path().string(), {{"a", 1}}, inversion);
-  for (int i = 0; i < 6; ++i) at_once.advance();
-  {
-    StoredTextureInversion first(stopped.path().string(), {{"a", 1}}, inversion);
-    for (int i = 0; i < 3; ++i) first.advance();
+  while (!at_once.state().finished) at_once.advance();
+  CHECK(at_once.steps().size() == 8);
+  for (const int before : {3, 7}) {
+    const TemporaryFolder stopped;
+    {
+      StoredTextureInversion first(stopped.path().string(), {{"a", 1}}, inversion);
+      for (int i = 0; i < before; ++i) first.advance();
+    }
+    // a step that was written down and not stored
+    write_file(stopped / "iterations.jsonl", read_file(stopped / "iterations.jsonl") + "{\"half");
+    StoredTextureInversion second(stopped.path().string(), {{"a", 1}}, inversion);
+    REQUIRE(second.steps().size() == static_cast<std::size_t>(before));
+    while (!second.state().finished) second.advance();
+    CHECK(second.state().x == at_once.state().x);
+    CHECK(second.state().squares == at_once.state().squares);
+    CHECK(read_file(stopped / "iterations.jsonl") == read_file(whole / "iterations.jsonl"));
   }
-  StoredTextureInversion second(stopped.path().string(), {{"a", 1}}, inversion);
-  REQUIRE(second.steps().size() == 3);
-  for (int i = 0; i < 3; ++i) second.advance();
-  CHECK(second.state().x == at_once.state().x);
-  CHECK(read_file(stopped / "iterations.jsonl") == read_file(whole / "iterations.jsonl"));
 }
 
 TEST_CASE("a grid is found from images of what it fills, its empty voxels too") {

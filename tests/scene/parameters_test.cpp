@@ -118,10 +118,10 @@ TEST_CASE("a bitmap is differentiated by its texels, and can be replaced whereve
   const itn::Parameter p = itn::find_parameter(itn::list_parameters(scene), "tiles.reflectance");
   CHECK(p.by_texels);
   CHECK_THAT(p.not_differentiable, Catch::Contains("texel by texel"));
-  auto other = std::make_shared<itn::Bitmap>(*itn::bitmap_of(scene, p));
-  other->data[0] = 0.125F;
-  itn::set_bitmap(scene, p, other);
-  CHECK(itn::bitmap_of(scene, p) == other);
+  itn::Bitmap other = itn::texels_of(scene, p);
+  other.data[0] = 0.125F;
+  itn::set_texels(scene, p, other);
+  CHECK(itn::texels_of(scene, p).data == other.data);
   CHECK(!itn::find_parameter(itn::list_parameters(scene), "wall.reflectance").by_texels);
 }
 

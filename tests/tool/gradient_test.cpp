@@ -152,6 +152,16 @@ TEST_CASE("itn gradient: by a texture it is an image of the texture's size") {
   CHECK(square > 0);
   CHECK(gradient["texels"]["norm"].get<double>() == Approx(std::sqrt(square)));
   CHECK(gradient["value"].get<double>() == Approx(sum).epsilon(1e-4));
+  std::vector<std::string> repeated = arguments;
+  repeated.insert(repeated.end(), {"--repeats", "3"});
+  REQUIRE(run_itn(repeated).exit_code == 0);
+  const itn::ExrImage mean = itn::read_exr(folder / "made/gradient.diffuse0.reflectance.exr");
+  REQUIRE(mean.channels.size() == 2 * image.channels.size());
+  const auto error = static_cast<std::size_t>(mean.channel("stderr." + mean.channels[0]));
+  double errors = 0;
+  for (std::size_t i = error; i < mean.data.size(); i += mean.channels.size())
+    errors += static_cast<double>(mean.data[i]);
+  CHECK(errors > 0);
   arguments.insert(arguments.end(), {"--mode", "images"});
   const Result refused = run_itn(arguments);
   CHECK(refused.exit_code == 2);

@@ -39,27 +39,38 @@ std::string texture(const std::string& name, const std::string& file, const std:
                      name, file, more);
 }
 
-// A floor whose texture is repeated, turned and moved, and a wall on which its light falls, in light from a lamp and
-// from all around. inside: more of the scene. No path ends by chance.
-Scene room(const TemporaryFolder& folder, const std::string& floor, const std::string& inside = "") {
+const std::string lamp = R"(<emitter type="point"><point name="position" x="1" y="-1" z="2"/>
+  <rgb name="intensity" value="6, 5, 4"/></emitter>)";
+const std::string lamp_and_sky =
+    R"(<emitter type="constant"><rgb name="radiance" value="0.3, 0.4, 0.5"/></emitter>)" + lamp;
+
+// A floor whose texture is repeated, turned and moved, and a wall on which its light falls. inside: more of the scene.
+// No path ends by chance.
+Scene room_with(const TemporaryFolder& folder, const std::string& floor, const std::string& inside, int depth,
+                const std::string& lights, const std::string& floor_shape = R"(<shape type="rectangle">)") {
   const std::string file = folder / "scene.xml";
-  write_file(file, R"(<scene version="3.0.0">
-  <integrator type="volpath"><integer name="max_depth" value="4"/><integer name="rr_depth" value="100"/></integrator>
+  write_file(file, fmt::format(R"(<scene version="3.0.0">
+  <integrator type="volpath"><integer name="max_depth" value="{}"/><integer name="rr_depth" value="100"/></integrator>)",
+                               depth) +
+                       R"(
   <sensor type="perspective">
     <float name="fov" value="40"/>
     <transform name="to_world"><lookat origin="0, -3, 2" target="0, 0, 0.2" up="0, 0, 1"/></transform>
     <film type="hdrfilm"><integer name="width" value="16"/><integer name="height" value="16"/>
       <rfilter type="box"/></film>
   </sensor>
-  <emitter type="constant"><rgb name="radiance" value="0.3, 0.4, 0.5"/></emitter>
-  <emitter type="point"><point name="position" x="1" y="-1" z="2"/><rgb name="intensity" value="6, 5, 4"/></emitter>
-  <shape type="rectangle">)" +
+)" + lights + floor_shape +
                        floor + R"(</shape>
   <shape type="rectangle">
     <transform name="to_world"><rotate x="1" angle="90"/><translate y="1" z="1"/></transform>
     <bsdf type="twosided"><bsdf type="diffuse" id="wall"><rgb name="reflectance" value="0.6, 0.5, 0.4"/></bsdf></bsdf>
   </shape>)" + inside + "</scene>");
   return load_scene(file);
+}
+
+// In light from a lamp and from all around.
+Scene room(const TemporaryFolder& folder, const std::string& floor, const std::string& inside = "") {
+  return room_with(folder, floor, inside, 4, lamp_and_sky);
 }
 
 // A weight of each value of an image.
@@ -93,10 +104,10 @@ RenderOptions by(const std::vector<std::string>& parameters) {
 // One texel moved: channel and texel as in the bitmap's data.
 Scene moved(const Scene& scene, const std::string& name, std::size_t texel, double offset) {
   const Parameter p = find_parameter(list_parameters(scene), name);
-  auto bitmap = std::make_shared<Bitmap>(*bitmap_of(scene, p));
-  bitmap->data[texel] += static_cast<float>(offset);
+  Bitmap texels = texels_of(scene, p);
+  texels.data[texel] += static_cast<float>(offset);
   Scene result = scene;
-  set_bitmap(result, p, bitmap);
+  set_texels(result, p, texels);
   return result;
 }
 
@@ -106,6 +117,113 @@ std::string rotated(const std::string& filter, const std::string& wrap) {
   return fmt::format(R"(<string name="filter_type" value="{}"/><string name="wrap_mode" value="{}"/>
     <transform name="to_uv"><scale x="1.7" y="1.4"/><rotate z="1" angle="20"/><translate x="-0.3" y="0.2"/></transform>)",
                      filter, wrap);
+}
+
+// Normals that lean by up to 20 degrees, as colours.
+float leaning(std::size_t i) {
+  return i % 3 == 2 ? 0.9F + 0.01F * static_cast<float>(i % 7) : 0.4F + 0.02F * static_cast<float>(i * 7 % 11);
+}
+
+// Texels against central differences of the same samples. h: how far a texel is moved.
+void check_texels(const Scene& scene, const std::string& name, int spp, double h, double relative = 1e-3) {
+  const RenderOptions options = by({name});
+  const Bitmap texels = gradient(scene, options, spp).texels[0];
+  float largest = 0;
+  for (const float v : texels.data) largest = std::max(largest, std::abs(v));
+  REQUIRE(largest > 0);
+  const std::size_t count = texels.data.size();
+  for (std::size_t k = 0; k < 8; ++k) {
+    const std::size_t texel = k * count / 8 + k % (count / 8);
+    const double difference =
+        (weighed(moved(scene, name, texel, h), options, spp) - weighed(moved(scene, name, texel, -h), options, spp)) /
+        (2 * h);
+    INFO("texel " << texel);
+    CHECK(static_cast<double>(texels.data[texel]) ==
+          Approx(difference).epsilon(relative).margin(0.1 * relative * static_cast<double>(largest)));
+  }
+}
+
+// Where samples move with texels: the mean of differences over seeds against that of the gradients, along a direction
+// in which all texels move. They differ by no more than their noise, which is `precise` of the derivative.
+void check_mean_along(const Scene& scene, const std::string& name, double h, double precise) {
+  constexpr int seeds = 32, spp = 128;
+  const Parameter p = find_parameter(list_parameters(scene), name);
+  const bool normals = texels_of(scene, p).channels == 3;  // all lean to one side; heights: half of them rises
+  const auto direction = [&](std::size_t i) {
+    return normals ? std::array{0.5, -1.0, 0.0}[i % 3] : i % 4 < 2 ? 1 : -1;
+  };
+  const auto moved_along = [&](double step) {
+    Bitmap texels = texels_of(scene, p);
+    for (std::size_t i = 0; i < texels.data.size(); ++i) texels.data[i] += static_cast<float>(step * direction(i));
+    Scene result = scene;
+    set_texels(result, p, texels);
+    return result;
+  };
+  const Scene more = moved_along(h), less = moved_along(-h);
+  std::vector<double> lack;
+  double derivative = 0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    RenderOptions options = by({name});
+    options.seed = static_cast<std::uint64_t>(seed);
+    const std::vector<float> texels = gradient(scene, options, spp).texels[0].data;
+    double along = 0;
+    for (std::size_t i = 0; i < texels.size(); ++i) along += direction(i) * static_cast<double>(texels[i]);
+    derivative += along / seeds;
+    lack.push_back(along - (weighed(more, options, spp) - weighed(less, options, spp)) / (2 * h));
+  }
+  const double mean = std::accumulate(lack.begin(), lack.end(), 0.0) / seeds;
+  double square = 0;
+  for (const double v : lack) square += (v - mean) * (v - mean);
+  const double error = std::sqrt(square / (seeds * (seeds - 1)));
+  INFO(name << ": " << derivative << " lacks " << mean << " +- " << error);
+  CHECK(std::abs(mean) < 3.5 * error);
+  CHECK(error < precise * std::abs(derivative));
+}
+
+// What is under a bent normal: one that reflects alike in all directions, and one that does not. GGX: samples of
+// Beckmann's facets are weighed by a fit that is up to 0.35 % off by the angle to the normal (kernels/model/README.md),
+// whose slope a central difference would see.
+const std::string matt = R"(<bsdf type="diffuse"><rgb name="reflectance" value="0.7, 0.5, 0.3"/></bsdf>)";
+const std::string glossy = R"(<bsdf type="roughconductor"><string name="material" value="Cu"/>
+  <string name="distribution" value="ggx"/><float name="alpha" value="0.4"/></bsdf>)";
+
+std::string normal_map(const TemporaryFolder& folder, const std::string& inside) {
+  const std::string file = picture(folder, 3, leaning);
+  return R"(<bsdf type="normalmap" id="relief">)" + texture("normalmap", file, rotated("bilinear", "repeat")) + inside +
+         "</bsdf>";
+}
+
+std::string bump_map(const TemporaryFolder& folder, const std::string& inside) {
+  const std::string file = picture(folder, 1, uneven);
+  return R"(<bsdf type="bumpmap" id="dents"><float name="scale" value="0.4"/>)" +
+         texture("heights", file, rotated("bilinear", "repeat")) + inside + "</bsdf>";
+}
+
+// A floor of a mesh: 3 x 3 places with colours.
+std::string painted_floor(const TemporaryFolder& folder) {
+  std::string ply = R"(ply
+format ascii 1.0
+element vertex 9
+property float x
+property float y
+property float z
+property float r
+property float g
+property float b
+element face 8
+property list uchar int vertex_index
+end_header
+)";
+  for (int i = 0; i < 9; ++i)
+    ply +=
+        fmt::format("{} {} 0 {} {} {}\n", i % 3 - 1, i / 3 - 1, 0.2 + 0.05 * i, 0.9 - 0.08 * i, 0.3 + 0.04 * (i % 4));
+  for (int y = 0; y < 2; ++y)
+    for (int x = 0; x < 2; ++x) {
+      const int a = 3 * y + x;
+      ply += fmt::format("3 {} {} {}\n3 {} {} {}\n", a, a + 1, a + 4, a, a + 4, a + 3);
+    }
+  write_file(folder / "floor.ply", ply);
+  return R"(<shape type="ply"><string name="filename" value=")" + (folder / "floor.ply") + R"("/>)";
 }
 
 }  // namespace
@@ -235,4 +353,99 @@ TEST_CASE("textures are not differentiated by in images", "[derivative]") {
   const std::string file = picture(folder, 1, uneven);
   const Scene scene = room(folder, R"(<bsdf type="diffuse" id="wood">)" + texture("reflectance", file, "") + "</bsdf>");
   CHECK_THROWS_WITH(Renderer(device(), scene, by({"wood.reflectance"})), Catch::Contains("texel by texel"));
+}
+
+TEST_CASE("the gradient by a normal or a height is its central difference where light comes from one direction",
+          "[derivative]") {
+  const TemporaryFolder folder;
+  for (const std::string& inside : {matt, glossy}) {
+    check_texels(room_with(folder, normal_map(folder, inside), "", 2, lamp), "relief.normalmap", 16, 2e-3);
+    check_texels(room_with(folder, bump_map(folder, inside), "", 2, lamp), "dents.texture", 16, 2e-3);
+  }
+  // behind twosided, on a sphere, whose texture coordinates are round; of facets of which few are seen at grazing
+  // angles, where bent normals turn away from the viewer
+  const std::string satin = R"(<bsdf type="roughconductor"><string name="material" value="Cu"/>
+    <float name="alpha" value="0.4"/></bsdf>)";
+  const std::string ball = R"(<shape type="sphere"><point name="center" x="0" y="0" z="0.6"/>
+    <float name="radius" value="0.5"/><bsdf type="twosided">)";
+  const std::string ground = R"(<bsdf type="diffuse"/>)";
+  check_texels(room_with(folder, ground, ball + bump_map(folder, satin) + "</bsdf></shape>", 2, lamp), "dents.texture",
+               16, 2e-3);
+}
+
+TEST_CASE("the gradient by a normal or a height has the mean of central differences in light from everywhere",
+          "[derivative]") {
+  const TemporaryFolder folder;
+  for (const std::string& inside : {matt, glossy}) {
+    check_mean_along(room(folder, normal_map(folder, inside)), "relief.normalmap", 0.02, 0.02);
+    check_mean_along(room(folder, bump_map(folder, inside)), "dents.texture", 0.02, 0.1);
+  }
+}
+
+TEST_CASE("heights that are all moved alike change nothing", "[derivative]") {
+  const TemporaryFolder folder;
+  const WeighedDerivatives result = gradient(room(folder, bump_map(folder, matt)), by({"dents.texture"}), 16);
+  CHECK(result.value[0] == 0);
+  float size = 0;
+  for (const float v : result.texels[0].data) size += std::abs(v);
+  CHECK(std::abs(sum_of(result.texels[0])) < 1e-5 * static_cast<double>(size));
+}
+
+TEST_CASE("the gradient by the value at a vertex is its central difference", "[derivative]") {
+  const TemporaryFolder folder;
+  const std::string floor = R"(<bsdf type="diffuse" id="wood"><texture type="mesh_attribute" name="reflectance">
+    <string name="name" value="vertex_color"/><float name="scale" value="0.8"/></texture></bsdf>)";
+  const Scene scene = room_with(folder, floor, "", 4, lamp_and_sky, painted_floor(folder));
+  check_texels(scene, "wood.reflectance", 16, 0.02);
+  const WeighedDerivatives result = gradient(scene, by({"wood.reflectance"}), 16);
+  CHECK(result.texels[0].width == 9);
+  CHECK(sum_of(result.texels[0]) == Approx(result.value[0]).epsilon(1e-5));
+}
+
+TEST_CASE("the gradient by the texel of a light is its central difference", "[derivative]") {
+  const TemporaryFolder folder;
+  const std::string file = picture(folder, 3, [](std::size_t i) { return i == 4 ? 0.0F : uneven(i); });
+  const std::string panel = R"(<shape type="rectangle"><transform name="to_world"><scale value="0.6"/>
+    <rotate x="1" angle="180"/><translate z="1.5" x="0.3"/></transform><emitter type="area" id="panel">)" +
+                            texture("radiance", file, rotated("bilinear", "mirror")) + "</emitter></shape>";
+  const std::string ground = R"(<bsdf type="diffuse"/>)";
+  check_texels(room_with(folder, ground, panel, 4, lamp_and_sky), "panel.radiance", 64, 0.02);
+  const std::string slide = R"(<emitter type="projector" id="slide"><float name="fov" value="60"/>
+    <transform name="to_world"><lookat origin="0.5, -0.5, 2.5" target="0, 0, 0" up="0, 1, 0"/></transform>)" +
+                            texture("irradiance", file, R"(<string name="filter_type" value="bilinear"/>)") +
+                            "</emitter>";
+  const Scene scene = room_with(folder, ground, slide, 4, lamp);
+  check_texels(scene, "slide.irradiance", 64, 0.02);
+  const WeighedDerivatives result = gradient(scene, by({"slide.irradiance"}), 16);
+  CHECK(sum_of(result.texels[0]) == Approx(result.value[0]).epsilon(1e-5));
+}
+
+TEST_CASE("launches and schedules change no bit of a gradient by heights, normals, vertices and lights",
+          "[derivative]") {
+  const TemporaryFolder folder;
+  const std::string file = picture(folder, 3, uneven);
+  const std::string panel = R"(<shape type="rectangle"><transform name="to_world"><scale value="0.6"/>
+    <rotate x="1" angle="180"/><translate z="1.5" x="0.3"/></transform><emitter type="area" id="panel">)" +
+                            texture("radiance", file, "") + "</emitter></shape>";
+  const TemporaryFolder other;
+  const std::string ball = R"(<shape type="sphere"><point name="center" x="0" y="0" z="0.6"/>
+    <float name="radius" value="0.3"/>)" +
+                           normal_map(other, glossy) + "</shape>";
+  const TemporaryFolder third;
+  const Scene scene = room_with(folder, bump_map(third, matt), panel + ball, 4, lamp_and_sky);
+  const RenderOptions options = by({"dents.texture", "relief.normalmap", "panel.radiance"});
+  const WeighedDerivatives whole = gradient(scene, options, 16);
+  RenderOptions small = options, staged = options;
+  small.paths_a_launch = 777;
+  staged.schedule = Schedule::staged;
+  for (const RenderOptions& way : {options, small, staged}) {
+    const WeighedDerivatives same = gradient(scene, way, 16);
+    for (std::size_t p = 0; p < 3; ++p) CHECK(same.texels[p].data == whole.texels[p].data);
+  }
+}
+
+TEST_CASE("normals under which a mirror would turn are refused with the remedy", "[derivative]") {
+  const TemporaryFolder folder;
+  const Scene scene = room(folder, normal_map(folder, R"(<bsdf type="conductor"/>)"));
+  CHECK_THROWS_WITH(GradientRenderer(device(), scene, by({"relief.normalmap"})), Catch::Contains("need a rough one"));
 }

@@ -11,7 +11,7 @@
 
 #define PROJECTOR_NUMBERS(NUMBER)                              \
   NUMBER(PROJECTOR, colour, 3, ROLE_FACTOR, COORDINATE_LOG)    \
-  NUMBER(PROJECTOR, irradiance, 3, ROLE_FIXED, COORDINATE_LOG) \
+  NUMBER(PROJECTOR, irradiance, 3, ROLE_TINT, COORDINATE_LOG)  \
   LIGHT_AXIS(NUMBER, PROJECTOR, left)                          \
   LIGHT_AXIS(NUMBER, PROJECTOR, up)                            \
   LIGHT_AXIS(NUMBER, PROJECTOR, axis)                          \

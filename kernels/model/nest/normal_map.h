@@ -27,7 +27,7 @@ MODEL_VOID normal_map_enter(int branch, const REAL* n, REAL3 wi, REAL3 wo, NEST*
 MODEL_VOID normal_map_numbers(const REAL* parameters, REAL* n) {
   for (int k = 0; k < 5; ++k) n[k] = parameters[k];
 }
-inline const char* normal_map_obstacle(const double*, int) { return "a direction, not a number of the image"; }
+inline const char* normal_map_obstacle(const double*, int) { return differentiable; }
 #endif
 
 #endif

@@ -7,12 +7,18 @@
  *                             the value at that place of the surface, its coordinates after to_uv, of the record t;
  *                             number: that for which the texture stands, as shared/scene_layout.h says. Returns which
  *                             of its colours the value is, from 1 on: what is differentiated by them. 0: none of them
+ *   name_texels(t, texels, at, which, weight)
+ *                             the texels that the value is a sum of, by their numbers from 0 on, and their weights.
+ *                             Returns how many: 0 where it is made of colours
+ *   PREFIX_TRAITS             TEXTURE_ON_MESH: it must know the primitive and the place on it
  *
  * One path at a time: surfaces side by side show different textures. */
 #ifndef ITN_TEXTURE_LIST_H
 #define ITN_TEXTURE_LIST_H
 #include "shared/portable.h"
 #include "shared/scene_layout.h"
+
+#define TEXTURE_ON_MESH 1
 
 #ifdef __OPENCL_VERSION__
 /* Of one path. primitive, shape, b1, b2 (barycentric, of the second and third corner): where there are attributes
