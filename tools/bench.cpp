@@ -223,6 +223,7 @@ void cost_of_texture_gradients(const Device& device, MitsubaPeer* peer, const st
 void run(const Options& options) {
   if (!options.common.definitions.empty())
     throw UsageError("-D " + options.common.definitions.front() + ": bench makes its own scenes, which have no $name");
+  if (options.surfaces && options.volumes) throw UsageError("--surfaces --volumes: one at a time");
   const bool compare = !options.peer.empty();
   const Device device(options.common.device);
   const Folder folder(options.scenes);
@@ -279,9 +280,8 @@ void add_bench(CLI::App& app) {
   command->add_option("--peer", options->peer, "also render in: mitsuba")->check(CLI::IsMember({"mitsuba"}));
   command->add_option("--peer-python", options->peer_python,
                       "python that has Mitsuba (default: .peers/bin/python, where tools/peers puts it)");
-  CLI::Option* surfaces =
-      command->add_flag("--surfaces", options->surfaces, "surfaces without media, beside Mitsuba's path and prb");
-  command->add_flag("--volumes", options->volumes, "grids of voxels, beside Mitsuba's volpath")->excludes(surfaces);
+  command->add_flag("--surfaces", options->surfaces, "surfaces without media, beside Mitsuba's path and prb");
+  command->add_flag("--volumes", options->volumes, "grids of voxels, beside Mitsuba's volpath");
   command->add_option("--runs", options->runs, "images of each scene and renderer (default: 5)")
       ->check(CLI::Range(2, 1000));
   command->add_option("--only", options->only, "only scenes with this in their name");

@@ -29,6 +29,29 @@ Number at(const std::array<char, header_bytes>& header, std::size_t byte) {
 
 [[noreturn]] void fail(const std::string& file, const std::string& what) { throw InputError(file + ": " + what); }
 
+std::string size_of(const VoxelGrid& grid) {
+  return fmt::format("{} x {} x {} voxels", grid.width, grid.height, grid.depth);
+}
+
+}  // namespace
+
+std::size_t checked_values(const VoxelGrid& grid, const std::string& file) {
+  const std::string size = size_of(grid);
+  constexpr int most_along_axis = 1 << 20;
+  for (const int n : {grid.width, grid.height, grid.depth})
+    if (n < 1 || n > most_along_axis)
+      fail(file, fmt::format("{}; need 1 to {} along each axis", size, most_along_axis));
+  if (grid.channels != 1 && grid.channels != 3)
+    fail(file, fmt::format("{} channels; need 1 (numbers) or 3 (linear sRGB)", grid.channels));
+  // The greatest product of two fits into 64 bits; that of three need not.
+  const std::uint64_t layer = static_cast<std::uint64_t>(grid.width) * static_cast<std::uint64_t>(grid.height),
+                      rows = static_cast<std::uint64_t>(grid.depth) * static_cast<std::uint64_t>(grid.channels);
+  if (layer > most_values / rows)
+    fail(file, fmt::format("{} of {} channels; the most that is rendered is {} values (2 GiB): resample the grid", size,
+                           grid.channels, most_values));
+  return layer * rows;
+}
+
 void check_values(const VoxelGrid& grid, const std::string& file, VoxelValues allowed) {
   const float least = allowed == VoxelValues::from_zero ? 0 : -greatest_value;
   const auto width = static_cast<std::size_t>(grid.width), height = static_cast<std::size_t>(grid.height),
@@ -41,8 +64,6 @@ void check_values(const VoxelGrid& grid, const std::string& file, VoxelValues al
                            voxel / width % height, voxel / width / height, value, least, greatest_value));
   }
 }
-
-}  // namespace
 
 VoxelGrid read_volume_file(const std::string& file, VoxelValues allowed) {
   std::ifstream in(file, std::ios::binary);
@@ -63,23 +84,10 @@ VoxelGrid read_volume_file(const std::string& file, VoxelValues allowed) {
   grid.height = at<std::int32_t>(header, 12);
   grid.depth = at<std::int32_t>(header, 16);
   grid.channels = at<std::int32_t>(header, 20);
-  const std::string size = fmt::format("{} x {} x {} voxels", grid.width, grid.height, grid.depth);
-  constexpr int most_along_axis = 1 << 20;
-  for (const int n : {grid.width, grid.height, grid.depth})
-    if (n < 1 || n > most_along_axis)
-      fail(file, fmt::format("{}; need 1 to {} along each axis", size, most_along_axis));
-  if (grid.channels != 1 && grid.channels != 3)
-    fail(file, fmt::format("{} channels; need 1 (numbers) or 3 (linear sRGB)", grid.channels));
-  // The greatest product of two fits into 64 bits; that of three need not.
-  const std::uint64_t layer = static_cast<std::uint64_t>(grid.width) * static_cast<std::uint64_t>(grid.height),
-                      rows = static_cast<std::uint64_t>(grid.depth) * static_cast<std::uint64_t>(grid.channels);
-  if (layer > most_values / rows)
-    fail(file, fmt::format("{} of {} channels; the most that is rendered is {} values (2 GiB): resample the grid", size,
-                           grid.channels, most_values));
-  const std::uint64_t values = layer * rows, needed = header_bytes + sizeof(float) * values;
+  const std::uint64_t values = checked_values(grid, file), needed = header_bytes + sizeof(float) * values;
   if (status || bytes < needed)
-    fail(file,
-         fmt::format("{} bytes; {} of {} channels take {}: copy the whole file", bytes, size, grid.channels, needed));
+    fail(file, fmt::format("{} bytes; {} of {} channels take {}: copy the whole file", bytes, size_of(grid),
+                           grid.channels, needed));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     grid.low[axis] = static_cast<double>(at<float>(header, 24 + 4 * axis));
     grid.high[axis] = static_cast<double>(at<float>(header, 36 + 4 * axis));

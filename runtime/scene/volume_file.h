@@ -15,4 +15,10 @@ VoxelGrid read_volume_file(const std::string& file, VoxelValues values = VoxelVa
 // In place of what the file held, whole or not at all. Throws ResultError: not writable.
 void write_volume_file(const std::string& file, const VoxelGrid& grid);
 
+// How many values a grid of this size and these channels has. Throws InputError: more than are rendered, or none.
+std::size_t checked_values(const VoxelGrid& grid, const std::string& file);
+
+// Throws InputError: a value is not finite, too large or, where that is asked for, negative (says where).
+void check_values(const VoxelGrid& grid, const std::string& file, VoxelValues allowed);
+
 }  // namespace itn

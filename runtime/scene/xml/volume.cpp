@@ -1,10 +1,11 @@
-// <volume type="gridvolume">, and the parameters of media that may be volumes.
+// <volume type="gridvolume"> and <volume type="vdbvolume">, and the parameters of media that may be volumes.
 #include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "runtime/base/error.h"
+#include "runtime/scene/openvdb_file.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/volume_file.h"
 #include "runtime/scene/xml/builder.h"
@@ -38,18 +39,33 @@ Transform box_of_file(Properties& properties, const VoxelGrid& grid) {
   return translate(grid.low) * scale(grid.high - grid.low);
 }
 
+// Ours: a grid of an OpenVDB file, where the file says that it is.
+void load_openvdb(Properties& properties, Volume& volume) {
+  try {
+    PlacedGrid placed = read_openvdb_file(properties.file("filename"), properties.text("grid", "density"));
+    volume.to_world = volume.to_world * placed.to_world;
+    volume.grid = std::make_shared<const VoxelGrid>(std::move(placed.grid));
+  } catch (const InputError& error) {
+    properties.fail_at("filename", error.what());
+  }
+}
+
 }  // namespace
 
 Volume read_volume(Builder& builder, const Element& element) {
   Properties properties = builder.properties(element);
-  if (properties.type() != "gridvolume") fail_type(element, {"constvolume", "gridvolume"});
+  const bool is_openvdb = properties.type() == "vdbvolume";
+  if (!is_openvdb && properties.type() != "gridvolume") fail_type(element, {"constvolume", "gridvolume", "vdbvolume"});
   Volume volume;
   volume.to_world = properties.transform("to_world");
-  volume.grid = load_grid(builder, properties);
+  if (is_openvdb)
+    load_openvdb(properties, volume);
+  else
+    volume.grid = load_grid(builder, properties);
   volume.nearest = properties.choice("filter_type", {"trilinear", "nearest"}) == "nearest";
   const std::string wrap = properties.choice("wrap_mode", {"clamp", "repeat", "mirror"});
   volume.wrap = wrap == "clamp" ? Volume::Wrap::clamp : wrap == "repeat" ? Volume::Wrap::repeat : Volume::Wrap::mirror;
-  if (properties.boolean("use_grid_bbox", false))
+  if (!is_openvdb && properties.boolean("use_grid_bbox", false))
     volume.to_world = volume.to_world * box_of_file(properties, *volume.grid);
   // How Mitsuba converts, stores and samples it: they change no value of an RGB render.
   properties.boolean("raw", false);

@@ -1,0 +1,19 @@
+// Grids of voxels in OpenVDB files.
+#pragma once
+#include <string>
+
+#include "runtime/scene/scene.h"
+
+namespace itn {
+
+struct PlacedGrid {
+  VoxelGrid grid;      // from the first to the last active voxel, and a layer of the background around
+  Transform to_world;  // of the unit cube, which the voxels fill, as the file says
+};
+
+// The grid of that name: numbers (float, double, half), or colours (vectors of three). Throws InputError: unreadable,
+// cut, no such grid (says which there are), another class of grid, no linear transform, empty, too large, or a value
+// that is not finite or negative (says where).
+PlacedGrid read_openvdb_file(const std::string& file, const std::string& name);
+
+}  // namespace itn

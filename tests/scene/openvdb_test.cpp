@@ -1,0 +1,130 @@
+// Volumes from OpenVDB files, whole and damaged; the files are written by OpenVDB itself.
+#include <openvdb/io/File.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/LevelSetSphere.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "runtime/scene/transform.h"
+#include "tests/scene/scene_folder.h"
+
+using namespace itn;
+
+namespace {
+
+// Voxels (2, -1, 3) to (4, 2, 7), of 0.5 along each axis, which begin at (10, 0, 0); value x + 10 y + 100 z, but for
+// the first, which is not active.
+template <class Grid>
+typename Grid::Ptr steps(const std::string& name) {
+  openvdb::initialize();
+  auto grid = Grid::create();
+  grid->setName(name);
+  auto transform = openvdb::math::Transform::createLinearTransform(0.5);
+  transform->postTranslate({10, 0, 0});
+  grid->setTransform(transform);
+  auto accessor = grid->getAccessor();
+  for (int z = 3; z <= 7; ++z)
+    for (int y = -1; y <= 2; ++y)
+      for (int x = 2; x <= 4; ++x)
+        if (x > 2 || y > -1 || z > 3)
+          accessor.setValue({x, y, z}, typename Grid::ValueType(static_cast<float>(x + 10 * (y + 1) + 100 * z)));
+  return grid;
+}
+
+void write(const SceneFolder& folder, const openvdb::GridPtrVec& grids) {
+  openvdb::io::File(folder.path("g.vdb")).write(grids);
+}
+
+std::string medium(const std::string& grid = "density") {
+  return "<medium type=\"heterogeneous\" id=\"m\">\n<volume type=\"vdbvolume\" name=\"sigma_t\">\n"
+         "<string name=\"filename\" value=\"g.vdb\"/><string name=\"grid\" value=\"" +
+         grid + "\"/></volume></medium>";
+}
+
+float voxel(const VoxelGrid& grid, int x, int y, int z, int channel = 0) {
+  return grid.data[static_cast<std::size_t>(((z * grid.height + y) * grid.width + x) * grid.channels + channel)];
+}
+
+}  // namespace
+
+TEST_CASE("a grid of an OpenVDB file arrives where the file says, with a layer of the background around") {
+  SceneFolder folder;
+  write(folder, {steps<openvdb::FloatGrid>("temperature"), steps<openvdb::FloatGrid>("density")});
+  const Volume volume = *folder.load(medium()).media.at(0).value("sigma_t").volume;
+  REQUIRE(volume.grid);
+  const VoxelGrid& grid = *volume.grid;
+  CHECK(grid.width == 5);
+  CHECK(grid.height == 6);
+  CHECK(grid.depth == 7);
+  CHECK(grid.channels == 1);
+  CHECK(voxel(grid, 1, 1, 1) == 0);  // not active
+  CHECK(voxel(grid, 2, 1, 1) == 303);
+  CHECK(voxel(grid, 3, 4, 5) == 734);
+  CHECK(voxel(grid, 0, 3, 3) == 0);
+  CHECK(voxel(grid, 4, 3, 3) == 0);
+  // The middle of the first active layer's first voxel, (2, -1, 3): 1.5 voxels into the grid.
+  const Vec3 middle = transform_point(volume.to_world, {1.5 / 5, 1.5 / 6, 1.5 / 7});
+  CHECK(middle[0] == Approx(11));
+  CHECK(middle[1] == Approx(-0.5));
+  CHECK(middle[2] == Approx(1.5));
+}
+
+TEST_CASE("OpenVDB grids of doubles and of colours") {
+  SceneFolder folder;
+  write(folder, {steps<openvdb::DoubleGrid>("density"), steps<openvdb::Vec3SGrid>("tint")});
+  CHECK(voxel(*folder.load(medium()).media.at(0).value("sigma_t").volume->grid, 3, 4, 5) == 734);
+  const VoxelGrid tint = *folder.load(medium("tint")).media.at(0).value("sigma_t").volume->grid;
+  CHECK(tint.channels == 3);
+  for (const int channel : {0, 1, 2}) CHECK(voxel(tint, 3, 4, 5, channel) == 734);
+}
+
+TEST_CASE("OpenVDB grids that are no densities are refused") {
+  SceneFolder folder;
+  write(folder, {steps<openvdb::FloatGrid>("density")});
+  folder.check_error(medium("smoke"), 4, {"no grid \"smoke\"", "density"});
+
+  write(folder, {openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(1, {0, 0, 0}, 0.1F)});
+  folder.check_error(medium(""), 4, {"level set"});
+
+  write(folder, {steps<openvdb::Int32Grid>("density")});
+  folder.check_error(medium(), 4, {"int32", "need float"});
+
+  auto empty = openvdb::FloatGrid::create();
+  empty->setName("density");
+  write(folder, {empty});
+  folder.check_error(medium(), 4, {"no active voxels"});
+
+  for (const float value : {-1.0F, std::numeric_limits<float>::quiet_NaN(), 1e35F}) {
+    auto grid = steps<openvdb::FloatGrid>("density");
+    grid->getAccessor().setValue({3, 1, 5}, value);
+    write(folder, {grid});
+    folder.check_error(medium(), 4, {"voxel (2, 3, 3)"});
+  }
+
+  auto wide = steps<openvdb::FloatGrid>("density");
+  wide->getAccessor().setValue({2000000000, 0, 0}, 1);
+  wide->getAccessor().setValue({-2000000000, 0, 0}, 1);
+  write(folder, {wide});
+  folder.check_error(medium(), 4, {"along each axis"});
+
+  auto frustum = steps<openvdb::FloatGrid>("density");
+  frustum->setTransform(
+      openvdb::math::Transform::createFrustumTransform(openvdb::BBoxd({0, 0, 0}, {10, 10, 10}), 0.5, 2));
+  write(folder, {frustum});
+  folder.check_error(medium(), 4, {"frustum"});
+}
+
+TEST_CASE("OpenVDB files that are none, or cut, are refused") {
+  SceneFolder folder;
+  folder.write("g.vdb", "VOL, or anything else that is no OpenVDB file at all");
+  folder.check_error(medium(), 4, {"g.vdb", "OpenVDB"});
+  write(folder, {steps<openvdb::FloatGrid>("density")});
+  const auto whole = std::filesystem::file_size(folder.path("g.vdb"));
+  for (const std::uintmax_t size : {whole - 200, whole / 2, whole / 4, std::uintmax_t{20}, std::uintmax_t{0}}) {
+    INFO(size << " of " << whole << " bytes");
+    std::filesystem::resize_file(folder.path("g.vdb"), size);
+    folder.check_error(medium(), 4, {"g.vdb"});
+  }
+}
