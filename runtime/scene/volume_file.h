@@ -12,13 +12,13 @@ enum class VoxelValues { from_zero, of_any_sign };
 // is not finite or, where that is asked for, negative (says where).
 VoxelGrid read_volume_file(const std::string& file, VoxelValues values = VoxelValues::from_zero);
 
+// In place of what the file held, whole or not at all. Throws ResultError: not writable.
+void write_volume_file(const std::string& file, const VoxelGrid& grid);
+
 // How many values a grid of this size and these channels has. Throws InputError: more than are rendered, or none.
 std::size_t checked_values(const VoxelGrid& grid, const std::string& file);
 
 // Throws InputError: a value is not finite, too large or, where that is asked for, negative (says where).
 void check_values(const VoxelGrid& grid, const std::string& file, VoxelValues allowed);
-
-// In place of what the file held, whole or not at all. Throws ResultError: not writable.
-void write_volume_file(const std::string& file, const VoxelGrid& grid);
 
 }  // namespace itn

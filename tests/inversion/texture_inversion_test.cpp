@@ -74,10 +74,10 @@ TEST_CASE("a texture is found from one image of the surface that has it") {
   options.spp = 8;
   TextureInversion inversion(device(), floor_of(picture(grey)), {"wood.reflectance"}, {0}, targets, {}, options);
   TextureInversionState state = inversion.start();
-  const double before = rms(inversion.texels(state, 0).data, truth->data);
+  const double before = rms(inversion.values(state, 0).data, truth->data);
   CHECK(before > 0.2);
   while (state.iteration < options.iterations) inversion.advance(state);
-  CHECK(rms(inversion.texels(state, 0).data, truth->data) < 0.02);
+  CHECK(rms(inversion.values(state, 0).data, truth->data) < 0.02);
   LossGradient loss;
   const std::vector<Rendering> images = inversion.render(state, &loss);
   CHECK(images.size() == 1);
@@ -97,7 +97,7 @@ TEST_CASE("a texture's standard errors cover the truth as often as they say, and
   TextureInversion inversion(device(), scene, {"wood.reflectance"}, {0}, targets, {}, options);
   TextureInversionState state = inversion.start();
   while (!state.finished) inversion.advance(state);
-  const Bitmap found = inversion.texels(state, 0), errors = inversion.uncertainty(state, 0);
+  const VoxelGrid found = inversion.values(state, 0), errors = inversion.uncertainty(state, 0);
   int unseen = 0, within_one = 0, within_two = 0;
   for (std::size_t i = 0; i < errors.data.size(); ++i) {
     if (std::isinf(errors.data[i])) {
@@ -221,9 +221,9 @@ TEST_CASE("a grid is found from images of what it fills, its empty voxels too") 
   options.learning_rate = 0.1;
   TextureInversion inversion(device(), scene, {"smoke.sigma_t"}, {0, 1, 2, 3}, targets, {}, options);
   TextureInversionState state = inversion.start();
-  const double before = rms(inversion.textures(state)[0].data, truth.data);
+  const double before = rms(inversion.values(state, 0).data, truth.data);
   while (state.iteration < options.iterations) inversion.advance(state);
-  CHECK(rms(inversion.textures(state)[0].data, truth.data) < 0.25 * before);
+  CHECK(rms(inversion.values(state, 0).data, truth.data) < 0.25 * before);
 }
 
 TEST_CASE("the gradient of a texture's roughness is its difference") {
