@@ -185,8 +185,10 @@ void cost_of_texture_gradients(const Device& device, MitsubaPeer* peer, const st
   const bool talk = options.common.talkative();
   if (talk) {
     fmt::print(
-        "\ngradient of the mean by 512 x 512 texels, image included: time over that of the image alone{}\n",
-        peer ? "; speed beside prb's, z of the sum over the texels, efficiency by the variance of all texels" : "");
+        "\ngradient of the mean by 512 x 512 texels or 256 x 256 x 256 voxels, image included: time over that of the "
+        "image alone{}\n",
+        peer ? "; speed beside prb's or prbvolpath's, z of the sum over them, efficiency by the variance of them all"
+             : "");
     fmt::print("{:<26} {:>6}", "scene", "cost");
     if (peer) fmt::print(" {:>9} {:>9} {:>11}", "speed", "z sum", "efficiency");
     fmt::print("\n");
@@ -217,7 +219,7 @@ void cost_of_texture_gradients(const Device& device, MitsubaPeer* peer, const st
   }
   if (!peer || count == 0) return;
   result["geometric_mean"]["all"]["texture_gradient"] = std::exp(speeds / count);
-  if (talk) fmt::print("{:<40} speed {:>6.2f}x\n", "gradient by texels, geometric mean", std::exp(speeds / count));
+  if (talk) fmt::print("{:<40} speed {:>6.2f}x\n", "gradient, geometric mean", std::exp(speeds / count));
 }
 
 void run(const Options& options) {
@@ -266,7 +268,8 @@ void run(const Options& options) {
     }
   }
   if (options.derivatives)
-    (options.surfaces ? cost_of_texture_gradients : cost_of_derivatives)(device, peer.get(), scenes, options, result);
+    (options.surfaces || options.volumes ? cost_of_texture_gradients : cost_of_derivatives)(device, peer.get(), scenes,
+                                                                                            options, result);
   if (options.stages) time_stages_of(device, scenes, options, result);
   write_json(options.common, result);
 }
@@ -285,10 +288,10 @@ void add_bench(CLI::App& app) {
   command->add_option("--runs", options->runs, "images of each scene and renderer (default: 5)")
       ->check(CLI::Range(2, 1000));
   command->add_option("--only", options->only, "only scenes with this in their name");
-  command->add_flag(
-      "--derivatives", options->derivatives,
-      "then the cost of derivatives by sigma_t, albedo and g, or by all texels of a texture; with --peer beside "
-      "prbvolpath or prb (3 runs or more tell standard errors)");
+  command->add_flag("--derivatives", options->derivatives,
+                    "then the cost of derivatives by sigma_t, albedo and g, or by all texels of a texture, voxels of a "
+                    "grid; with --peer beside "
+                    "prbvolpath or prb (3 runs or more tell standard errors)");
   command->add_option("--baselines", options->baselines, "of the derivatives: quieter where they are on, at more time")
       ->check(CLI::IsMember({"automatic", "on", "off"}))
       ->capture_default_str();

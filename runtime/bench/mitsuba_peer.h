@@ -34,7 +34,8 @@ class MitsubaPeer {
   PeerImage render(const std::string& scene, int spp, std::uint64_t seed);
   // Value and gradient by prbvolpath.
   PeerGradient differentiate(const std::string& scene, int spp, std::uint64_t seed);
-  // Value and gradient of the image's mean by prb, by the texels of a texture: `pixels` are those of the texture.
+  // Value and gradient of the image's mean, by prb by the texels of a texture, by prbvolpath by the voxels of a
+  // medium's sigma_t: `pixels` are theirs.
   PeerImage differentiate_by_texels(const std::string& scene, const std::string& texture, int spp, std::uint64_t seed);
 
  private:

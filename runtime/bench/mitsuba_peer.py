@@ -4,7 +4,8 @@ One JSON object a line on standard input, {"scene": FILE, "spp": N, "seed": K, "
 standard output, {"seconds": T, "width": W, "height": H}, the image as raw float32 RGB in the output file.
 With "gradient": true, prbvolpath renders the image and then differentiates its mean by sigma_t, albedo and g of the scene's
 medium; the answer has "gradient", one list of numbers for each of them, and no image is written.
-With "texture": NAME, prb does so by the texels of that texture (floor.reflectance), and the output file has the gradient, raw float32.
+With "texture": NAME, prb does so by the texels of that texture (floor.reflectance), prbvolpath by the voxels of that grid (material.sigma_t),
+and the output file has the gradient, raw float32.
 Seconds are path tracing alone: the scene is loaded before, once; the caller throws the first run (kernel compilation) away.
 """
 import json
@@ -26,14 +27,17 @@ def differentiating(mi, kind, file):
 
 
 def load_textured(mi, dr, file, texture):
-    """The scene, its parameters, the texels' name among them, and prb."""
+    """The scene, its parameters, the name of the texels or voxels among them, and prb or prbvolpath."""
     scene = mi.load_file(file)
     parameters = mi.traverse(scene)
+    member = texture.split('.', 1)[1]
+    is_grid = member == 'sigma_t'
     # Mitsuba names a surface inside of a shape after the shape, whatever its id
-    key, = [key for key in parameters.keys() if key.endswith('.bsdf.' + texture.split('.', 1)[1] + '.data')]
+    end = '.sigma_t.data' if is_grid else f'.bsdf.{member}.data'
+    key, = [key for key in parameters.keys() if key.endswith(end)]
     dr.enable_grad(parameters[key])
     parameters.update()
-    return scene, parameters, key, differentiating(mi, 'prb', file)
+    return scene, parameters, key, differentiating(mi, 'prbvolpath' if is_grid else 'prb', file)
 
 
 def load_differentiable(mi, dr, file):

@@ -9,7 +9,7 @@ struct BenchScene {
   std::string name;   // "knot constant 25 .6 .5": what the table calls it
   std::string group;  // rows of a group share a geometric mean
   std::string file;
-  std::string texture{};  // the parameter whose texels the derivatives are by; empty: derivatives by a medium, if any
+  std::string texture{};  // the parameter whose texels or voxels the derivatives are by; empty: by a medium
 };
 
 // Each writes scenes and what they refer to into an existing folder. Throws ResultError.

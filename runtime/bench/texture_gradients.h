@@ -1,4 +1,4 @@
-// What the gradient by every texel of a texture costs, beside Mitsuba's prb.
+// What the gradient by every texel of a texture or voxel of a grid costs, beside Mitsuba's prb and prbvolpath.
 #pragma once
 #include <string>
 
@@ -7,7 +7,7 @@
 
 namespace itn {
 
-// A gradient of the image's mean over pixels and channels by the texels of a texture.
+// A gradient of the image's mean over pixels and channels by the texels of a texture, or the voxels of a grid.
 struct TexelGradient {
   double seconds = 0;           // with the image itself
   double sum = 0, stderr_ = 0;  // over the texels: mean of the runs, and its standard error

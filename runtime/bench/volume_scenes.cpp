@@ -59,7 +59,8 @@ std::vector<BenchScene> write_volume_scenes(const std::string& folder) {
                                        (sunny ? bench_sunsky_xml(0.5358) : bench_constant_xml()) +
                                            volume_xml(c.grid, c.scale, c.albedo, c.rough ? rough : matched)));
       scenes.push_back({fmt::format("{} {} {} {} {}", c.grid, light, c.rough ? "rough" : "matched", c.scale, c.albedo),
-                        fmt::format("{}, {}", c.rough ? "rough boundary" : "index-matched", light), file, ""});
+                        fmt::format("{}, {}", c.rough ? "rough boundary" : "index-matched", light), file,
+                        "material.sigma_t"});
     }
   return scenes;
 }

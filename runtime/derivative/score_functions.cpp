@@ -319,8 +319,8 @@ bool is_score(const std::string& name) { return name.rfind("score_", 0) == 0; }
 std::vector<std::string> results_of(const std::vector<std::string>& arguments, int results) {
   if (results == 0) return {arguments.back().substr(4)};
   const std::string name = arguments.back().substr(arguments.back().rfind(' ') + 1);
-  std::vector<std::string> all;
-  for (int k = 0; k < results; ++k) all.push_back(fmt::format("{}[{}]", name, k));
+  std::vector<std::string> all(static_cast<std::size_t>(results));
+  for (std::size_t k = 0; k < all.size(); ++k) all[k] = fmt::format("{}[{}]", name, k);
   return all;
 }
 

@@ -127,7 +127,7 @@ float leaning(std::size_t i) {
 // Texels against central differences of the same samples. h: how far a texel is moved.
 void check_texels(const Scene& scene, const std::string& name, int spp, double h, double relative = 1e-3) {
   const RenderOptions options = by({name});
-  const Bitmap texels = gradient(scene, options, spp).texels[0];
+  const VoxelGrid texels = gradient(scene, options, spp).values[0];
   float largest = 0;
   for (const float v : texels.data) largest = std::max(largest, std::abs(v));
   REQUIRE(largest > 0);
@@ -165,7 +165,7 @@ void check_mean_along(const Scene& scene, const std::string& name, double h, dou
   for (int seed = 1; seed <= seeds; ++seed) {
     RenderOptions options = by({name});
     options.seed = static_cast<std::uint64_t>(seed);
-    const std::vector<float> texels = gradient(scene, options, spp).texels[0].data;
+    const std::vector<float> texels = gradient(scene, options, spp).values[0].data;
     double along = 0;
     for (std::size_t i = 0; i < texels.size(); ++i) along += direction(i) * static_cast<double>(texels[i]);
     derivative += along / seeds;
@@ -387,8 +387,8 @@ TEST_CASE("heights that are all moved alike change nothing", "[derivative]") {
   const WeighedDerivatives result = gradient(room(folder, bump_map(folder, matt)), by({"dents.texture"}), 16);
   CHECK(result.value[0] == 0);
   float size = 0;
-  for (const float v : result.texels[0].data) size += std::abs(v);
-  CHECK(std::abs(sum_of(result.texels[0])) < 1e-5 * static_cast<double>(size));
+  for (const float v : result.values[0].data) size += std::abs(v);
+  CHECK(std::abs(sum_of(result.values[0])) < 1e-5 * static_cast<double>(size));
 }
 
 TEST_CASE("the gradient by the value at a vertex is its central difference", "[derivative]") {
@@ -398,8 +398,8 @@ TEST_CASE("the gradient by the value at a vertex is its central difference", "[d
   const Scene scene = room_with(folder, floor, "", 4, lamp_and_sky, painted_floor(folder));
   check_texels(scene, "wood.reflectance", 16, 0.02);
   const WeighedDerivatives result = gradient(scene, by({"wood.reflectance"}), 16);
-  CHECK(result.texels[0].width == 9);
-  CHECK(sum_of(result.texels[0]) == Approx(result.value[0]).epsilon(1e-5));
+  CHECK(result.values[0].width == 9);
+  CHECK(sum_of(result.values[0]) == Approx(result.value[0]).epsilon(1e-5));
 }
 
 TEST_CASE("the gradient by the texel of a light is its central difference", "[derivative]") {
@@ -417,7 +417,7 @@ TEST_CASE("the gradient by the texel of a light is its central difference", "[de
   const Scene scene = room_with(folder, ground, slide, 4, lamp);
   check_texels(scene, "slide.irradiance", 64, 0.02);
   const WeighedDerivatives result = gradient(scene, by({"slide.irradiance"}), 16);
-  CHECK(sum_of(result.texels[0]) == Approx(result.value[0]).epsilon(1e-5));
+  CHECK(sum_of(result.values[0]) == Approx(result.value[0]).epsilon(1e-5));
 }
 
 TEST_CASE("launches and schedules change no bit of a gradient by heights, normals, vertices and lights",
@@ -440,7 +440,7 @@ TEST_CASE("launches and schedules change no bit of a gradient by heights, normal
   staged.schedule = Schedule::staged;
   for (const RenderOptions& way : {options, small, staged}) {
     const WeighedDerivatives same = gradient(scene, way, 16);
-    for (std::size_t p = 0; p < 3; ++p) CHECK(same.texels[p].data == whole.texels[p].data);
+    for (std::size_t p = 0; p < 3; ++p) CHECK(same.values[p].data == whole.values[p].data);
   }
 }
 
