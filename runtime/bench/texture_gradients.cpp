@@ -4,6 +4,7 @@
 
 #include "runtime/base/statistics.h"
 #include "runtime/gradient_renderer.h"
+#include "runtime/scene/parameters.h"
 
 namespace itn {
 namespace {
@@ -11,14 +12,15 @@ namespace {
 // Of several gradients.
 class Gradients {
  public:
-  void add(double seconds, const std::vector<float>& texels) {
+  // values: of the texels
+  void add(double seconds, const std::vector<float>& texels, const std::vector<float>& values) {
     seconds_.push_back(seconds);
     mean_.resize(texels.size());
     square_.resize(texels.size());
     double sum = 0;
     for (std::size_t i = 0; i < texels.size(); ++i) {
       const double x = static_cast<double>(texels[i]);
-      sum += x;
+      sum += x * static_cast<double>(values[i]);
       mean_[i] += x;
       square_[i] += x * x;
     }
@@ -47,6 +49,7 @@ TextureGradientCost texture_gradient_cost(const Device& device, const Scene& sce
                                           const std::string& texture, RenderOptions options, int runs,
                                           MitsubaPeer* peer) {
   const std::uint64_t seed = options.seed;
+  const std::vector<float> values = values_of(scene, find_parameter(list_parameters(scene), texture)).data;
   std::vector<double> value_s;
   Gradients ours, others;
   for (int run = 0; run <= runs; ++run) {
@@ -61,11 +64,11 @@ TextureGradientCost texture_gradient_cost(const Device& device, const Scene& sce
         });
     if (run > 0) {
       value_s.push_back(value.render_s);
-      ours.add(gradient.render_s, gradient.values[0].data);
+      ours.add(gradient.render_s, gradient.values[0].data, values);
     }
     if (!peer) continue;
     const PeerImage theirs = peer->differentiate_by_texels(file, texture, value.spp, options.seed);
-    if (run > 0) others.add(theirs.seconds, theirs.pixels);
+    if (run > 0) others.add(theirs.seconds, theirs.pixels, values);
   }
   TextureGradientCost cost;
   cost.value_s = median(value_s);

@@ -9,9 +9,11 @@ namespace itn {
 
 // A gradient of the image's mean over pixels and channels by the texels of a texture, or the voxels of a grid.
 struct TexelGradient {
-  double seconds = 0;           // with the image itself
-  double sum = 0, stderr_ = 0;  // over the texels: mean of the runs, and its standard error
-  double variance = 0;          // of one run, summed over the texels
+  double seconds = 0;  // with the image itself
+  // Value times gradient, summed over the texels, which is the derivative by a factor on them all: the mean of the runs
+  // and its standard error. Texels of 0, for which Mitsuba has another derivative, are not in it.
+  double sum = 0, stderr_ = 0;
+  double variance = 0;  // of one run, summed over the texels
 };
 
 struct TextureGradientCost {
