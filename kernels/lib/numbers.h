@@ -3,7 +3,7 @@
 #ifndef ITN_NUMBERS_H
 #define ITN_NUMBERS_H
 #include "lib/launch.h"
-#include "lib/texture.h"
+#include "lib/texture_places.h"
 #include "model/nest/list.h"
 #include "scene/structures.h"
 #include "scene/surfaces.h"

@@ -1,39 +1,8 @@
 /* The textures by their records: model/texture/list.h expanded. */
 #ifndef ITN_TEXTURE_H
 #define ITN_TEXTURE_H
-#include "lib/launch.h"
+#include "lib/vector.h"
 #include "model/texture/list.h"
-
-/* Where textures are looked up, a lane each, as surface_frame() tells it. */
-typedef struct {
-  Lanes u, v;
-#if HAS_ATTRIBUTES
-  Lanes b1, b2, primitive;
-#endif
-} TexturePlaces;
-
-inline TexturePlaces texture_places(const REAL texture[]) {
-  TexturePlaces p;
-  p.u.real = texture[0];
-  p.v.real = texture[1];
-#if HAS_ATTRIBUTES
-  p.b1.real = texture[2];
-  p.b2.real = texture[3];
-  p.primitive.real = texture[4];
-#endif
-  return p;
-}
-
-inline TexturePlace texture_place_of(const Launch* launch, const TexturePlaces* p, int lane) {
-  TexturePlace place = {p->u.f[lane], p->v.f[lane]};
-#if HAS_ATTRIBUTES
-  place.b1 = p->b1.f[lane];
-  place.b2 = p->b2.f[lane];
-  place.primitive = p->primitive.i[lane];
-  place.shape = launch->primitives[place.primitive].shape;
-#endif
-  return place;
-}
 
 /* Coordinates after to_uv. */
 inline void texture_place(__global const TextureRecord* t, float u, float v, float to[2]) {

@@ -30,8 +30,10 @@ static inline int mesh_attribute_texels(__global const TextureRecord* t, __globa
   weight[0] = 1.0f - at.b1 - at.b2;
   weight[1] = at.b1;
   weight[2] = at.b2;
+  return 3;
+#else
+  return 0;
 #endif
-  return HAS_ATTRIBUTES ? 3 : 0;
 }
 #endif
 
