@@ -304,9 +304,10 @@ void add_gradient(CLI::App& app) {
                    "folder for the gradients by textures and grids: gradient.PARAMETER.exr or .vol, of the same size")
       ->capture_default_str();
   command
-      ->add_option("--repeats", options->repeats,
-                   "adjoint: so many gradients of different samples; their mean is the gradient, and files of textures "
-                   "get the standard error of each texel")
+      ->add_option(
+          "--repeats", options->repeats,
+          "adjoint: so many gradients of different samples; their mean is the gradient, and files of textures and "
+          "grids get the standard error of each value")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   command->add_flag("--exposure", options->exposure,

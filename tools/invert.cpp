@@ -225,7 +225,7 @@ void add_invert(CLI::App& app) {
   command
       ->add_option("--parameter", options->parameters,
                    "scene parameter to find (itn parameters lists them); may be repeated. Textures are found texel by "
-                   "texel, with adam, and numbers beside them")
+                   "texel, grids voxel by voxel, with adam, and numbers beside them")
       ->required()
       ->take_all();
   command->add_option("-o,--output", options->folder, "folder for the result: report.html, result.json, images")
@@ -266,15 +266,16 @@ void add_invert(CLI::App& app) {
       ->check(CLI::Range(1e-6, 10.0))
       ->capture_default_str();
   command
-      ->add_option("--smoothness", options->smoothness,
-                   "textures: what the mean squared difference of neighbouring texels weighs beside that of the images")
+      ->add_option(
+          "--smoothness", options->smoothness,
+          "textures and grids: what the mean squared difference of neighbours weighs beside that of the images")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
   command
-      ->add_option(
-          "--repeats", options->repeats,
-          "textures: repetitions for targets with other noise, of a quarter of the iterations each, whose spread "
-          "is the uncertainty; 0: none")
+      ->add_option("--repeats", options->repeats,
+                   "textures and grids: repetitions for targets with other noise, of a quarter of the iterations each, "
+                   "whose spread "
+                   "is the uncertainty; 0: none")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   add_operator_option(*command, options->op);
