@@ -8,6 +8,12 @@
 Everything runs in the libraries behind the command `itn`: the same scene, samples and seed give the same bits.
 `itn.torch` brings it into PyTorch.
 """
+import os as _os
+
+# Threads of the networks wait for each other asleep: several times faster where the machine has other work. OpenMP looks
+# at this when it is loaded, and PyTorch's, which is another one, is to have its own way.
+_given = _os.environ.get("OMP_WAIT_POLICY")
+_os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 try:
     from . import _itn
 except ImportError as error:
@@ -16,10 +22,19 @@ except ImportError as error:
     raise ImportError("itn needs OpenCL, and libOpenCL.so.1 is not there: install it with a driver, on Debian and "
                       "Ubuntu by `apt install pocl-opencl-icd ocl-icd-libopencl1`") from None
 
+finally:
+    if _given is None:
+        del _os.environ["OMP_WAIT_POLICY"]
+
 from ._itn import DeviceError, Error, InputError, ResultError, UsageError, __version__, device, devices, set_device
 from .gradient import Gradcheck, Gradient, gradcheck, gradient
+from .invert import Interval, Inversion, invert
+from .learn import (DataSet, Prediction, Shape, Training, dataset, evaluate, predict, read_exr, shapes, train,
+                    write_exr)
 from .rendering import Rendering, render
 from .scene import Parameter, Parameters, Scene, load
 
-__all__ = ["DeviceError", "Error", "Gradcheck", "Gradient", "InputError", "Parameter", "Parameters", "Rendering", "ResultError", "Scene",
-           "UsageError", "__version__", "device", "devices", "gradcheck", "gradient", "load", "render", "set_device"]
+__all__ = ["DataSet", "DeviceError", "Error", "Gradcheck", "Gradient", "InputError", "Interval", "Inversion",
+           "Parameter", "Parameters", "Prediction", "Rendering", "ResultError", "Scene", "Shape", "Training", "UsageError",
+           "__version__", "dataset", "device", "devices", "evaluate", "gradcheck", "gradient", "invert", "load", "predict",
+           "read_exr", "render", "set_device", "shapes", "train", "write_exr"]

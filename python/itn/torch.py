@@ -264,3 +264,85 @@ def image_loss(scene: Scene, parameters: Mapping[str, torch.Tensor], target: Any
 def target(scene: Scene, image: Any, mask: Any = None, sensor: int = 0) -> _itn.Target:
     """A target that is checked and copied once, for many calls of `image_loss`."""
     return make_target(scene, sensor, image, mask)
+
+
+class Network(torch.nn.Module):
+    """A network of itn as a torch module: seven stages of a 3x3 convolution, ReLU and 2x2 maximum, and one linear layer.
+
+    `forward(images)` takes (images, channels, size, size) as `input()` makes them, and returns raw outputs, equal to itn's own
+    to rounding; `values(raw)` turns those into parameters. `description` says what it was trained on.
+    """
+
+    def __init__(self, network: _itn.Network):
+        super().__init__()
+        self.description: dict = network.description
+        self.outputs: list[tuple[str, float, float, bool]] = self.description["outputs"]
+        weights = network.weights()
+        stages = sum(name.startswith("convolution") and name.endswith("weight") for name in weights)
+        self.convolutions = torch.nn.ModuleList()
+        for k in range(stages):
+            weight = torch.from_numpy(weights[f"convolution{k}.weight"])
+            layer = torch.nn.Conv2d(weight.shape[1], weight.shape[0], 3, padding=1)
+            layer.weight.data, layer.bias.data = weight, torch.from_numpy(weights[f"convolution{k}.bias"])
+            self.convolutions.append(layer)
+        weight = torch.from_numpy(weights["fully_connected.weight"])
+        self.last = torch.nn.Linear(weight.shape[1], weight.shape[0])
+        self.last.weight.data, self.last.bias.data = weight, torch.from_numpy(weights["fully_connected.bias"])
+
+    def input(self, luminance: torch.Tensor) -> torch.Tensor:
+        """Of linear luminance (..., size, size) what a network of one channel sees: (..., 1, size, size)."""
+        m = self.description["luminance"]
+        dark = 0.01 * m
+        return torch.log((luminance.clamp(min=0) + dark) / (m + dark)).unsqueeze(-3)
+
+    def forward(self, images: torch.Tensor) -> torch.Tensor:
+        for layer in self.convolutions:
+            images = torch.relu(layer(images))
+            if images.shape[-1] > 1:
+                images = torch.nn.functional.max_pool2d(images, 2)
+        return self.last(images.flatten(1))
+
+    def values(self, raw: torch.Tensor) -> dict[str, torch.Tensor]:
+        """Parameters by name, from raw outputs (images, outputs); sigma_t in 1/mm."""
+        result = {}
+        for k, (name, low, high, logarithmic) in enumerate(self.outputs):
+            share = torch.sigmoid(raw[:, k])
+            result[name] = low * (high / low) ** share if logarithmic else low + (high - low) * share
+        return result
+
+
+def network(file: str | os.PathLike = "shipped") -> Network:
+    """The network that ships with itn, or that of a training's folder or a .safetensors file, with its weights."""
+    return Network(_itn.network(os.fspath(file)))
+
+
+class Dataset(torch.utils.data.Dataset):
+    """The images of a data set (`itn.dataset`): pairs of luminance (1, size, size), linear, and a tensor of their
+    parameters sigma_t [1/mm], albedo, g.
+
+    split: train, validation, unseen_light, unseen_shape, unseen_both; None: all. transform: of the luminance.
+    """
+
+    parameters = ("sigma_t", "albedo", "g")
+
+    def __init__(self, folder: str | os.PathLike, split: str | None = "train", transform: Any = None):
+        self.folder = Path(folder)
+        try:
+            manifest = json.loads((self.folder / "manifest.json").read_text(encoding="utf-8"))
+        except OSError:
+            raise _itn.InputError(f"{folder}: has no manifest.json; itn.dataset makes data sets") from None
+        self.images = [i for i in manifest["images"] if split in (None, i["split"])]
+        if not self.images:
+            splits = sorted({i["split"] for i in manifest["images"]})
+            raise _itn.UsageError(f"split {split!r}: {folder} has no such images, only {', '.join(splits)}")
+        self.transform = transform
+
+    def __len__(self) -> int:
+        return len(self.images)
+
+    def __getitem__(self, index: int) -> tuple[torch.Tensor, torch.Tensor]:
+        image = self.images[index]
+        luminance = torch.from_numpy(_itn.read_exr(str(self.folder / image["file"]))[0]["Y"])[None]
+        if self.transform:
+            luminance = self.transform(luminance)
+        return luminance, torch.tensor([image[name] for name in self.parameters])

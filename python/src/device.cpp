@@ -11,6 +11,7 @@ namespace nb = nanobind;
 
 std::mutex choice_mutex;
 std::shared_ptr<SharedDevice> chosen;
+std::string chosen_spec;
 
 nb::dict describe(const DeviceInfo& info) {
   nb::dict result;
@@ -32,6 +33,11 @@ std::shared_ptr<SharedDevice> shared_device() {
   const std::lock_guard lock(choice_mutex);
   if (!chosen) chosen = std::make_shared<SharedDevice>("");
   return chosen;
+}
+
+std::string shared_device_spec() {
+  const std::lock_guard lock(choice_mutex);
+  return chosen_spec;
 }
 
 void bind_device(nb::module_& module) {
@@ -61,6 +67,7 @@ void bind_device(nb::module_& module) {
         auto device = std::make_shared<SharedDevice>(spec);
         const std::lock_guard lock(choice_mutex);
         chosen = std::move(device);
+        chosen_spec = spec;
       },
       nb::arg("spec"),
       "Index, cpu, gpu or a part of a name, for all calls after this one. Default: the environment variable "

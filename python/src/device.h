@@ -19,6 +19,8 @@ struct SharedDevice {
 
 // As set_device() chose it, else as commands do without --device.
 std::shared_ptr<SharedDevice> shared_device();
+// The same as it was asked for, for jobs that open a device of their own.
+std::string shared_device_spec();
 
 void bind_device(nanobind::module_& module);
 

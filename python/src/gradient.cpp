@@ -169,7 +169,8 @@ nb::object render_batch(const SceneObject& object, const std::vector<std::string
   const RendererKey key{sensor, operator_of(single), {}};
   const std::vector<Rendering> images = interruptible(progress, [&](Running& running) {
     return with_renderer(object.renderers().batches, key, running, [&](Kept<BatchRenderer>& kept) {
-      return kept.renderer->render(batch_of(kept, scenes, seeds, first_sample), spp);
+      const std::vector<BatchImage> batch = batch_of(kept, scenes, seeds, first_sample);  // makes the renderer
+      return kept.renderer->render(batch, spp);
     });
   });
   std::vector<float> all;
@@ -186,7 +187,8 @@ nb::object weigh_batch(const SceneObject& object, const std::vector<std::string>
   const RendererKey key{sensor, operator_of(single), names};
   const std::vector<Rendering> images = interruptible(nb::none(), [&](Running& running) {
     return with_renderer(object.renderers().batches, key, running, [&](Kept<BatchRenderer>& kept) {
-      return kept.renderer->render(batch_of(kept, scenes, seeds, first_sample), spp);
+      const std::vector<BatchImage> batch = batch_of(kept, scenes, seeds, first_sample);  // makes the renderer
+      return kept.renderer->render(batch, spp);
     });
   });
   if (weights.size() != images.size() * images.front().mean.size())
@@ -219,7 +221,8 @@ nb::dict batch_loss(const SceneObject& object, const std::vector<std::string>& n
   interruptible(progress, [&](Running& running) {
     const std::vector<Rendering> images =
         with_renderer(object.renderers().batches, key, running, [&](Kept<BatchRenderer>& kept) {
-          return kept.renderer->render(batch_of(kept, scenes, seeds, first_sample), spp, static_cast<int>(groups));
+          const std::vector<BatchImage> batch = batch_of(kept, scenes, seeds, first_sample);
+          return kept.renderer->render(batch, spp, static_cast<int>(groups));
         });
     for (std::size_t i = 0; i < scenes.size(); ++i) {
       const auto first = images.begin() + static_cast<std::ptrdiff_t>(i * groups);

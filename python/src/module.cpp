@@ -3,8 +3,10 @@
 #include <nanobind/stl/string.h>
 
 #include "python/src/device.h"
+#include "python/src/files.h"
 #include "python/src/gradient.h"
 #include "python/src/invert.h"
+#include "python/src/learn.h"
 #include "python/src/render.h"
 #include "python/src/scene.h"
 #include "python/src/target.h"
@@ -59,4 +61,6 @@ NB_MODULE(_itn, module) {
   itn::python::bind_target(module);
   itn::python::bind_gradient(module);
   itn::python::bind_invert(module);
+  itn::python::bind_learn(module);
+  itn::python::bind_files(module);
 }
