@@ -33,8 +33,9 @@ from .learn import (DataSet, Prediction, Shape, Training, dataset, evaluate, pre
                     write_exr)
 from .rendering import Rendering, render
 from .scene import Parameter, Parameters, Scene, load
+from .scene_dict import Transform, load_dict
 
 __all__ = ["DataSet", "DeviceError", "Error", "Gradcheck", "Gradient", "InputError", "Interval", "Inversion",
-           "Parameter", "Parameters", "Prediction", "Rendering", "ResultError", "Scene", "Shape", "Training", "UsageError",
-           "__version__", "dataset", "device", "devices", "evaluate", "gradcheck", "gradient", "invert", "load", "predict",
+           "Parameter", "Parameters", "Prediction", "Rendering", "ResultError", "Scene", "Shape", "Training", "Transform", "UsageError",
+           "__version__", "dataset", "device", "devices", "evaluate", "gradcheck", "gradient", "invert", "load", "load_dict", "predict",
            "read_exr", "render", "set_device", "shapes", "train", "write_exr"]

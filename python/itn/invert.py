@@ -101,7 +101,7 @@ def _fingerprint(value: Any) -> str:
 def _request(scene: Scene, targets: Sequence[Any], **asked: Any) -> str:
     """All that the numbers depend on: a folder goes on only with the same."""
     values = {name: _fingerprint(value) if np.ndim(value) else value for name, value in scene.parameters.items()}
-    return json.dumps({"python": _itn.__version__, "scene": scene.file, "file": _fingerprint(scene.file), "values": values,
+    return json.dumps({"python": _itn.__version__, "scene": scene.file, "file": scene._text or _fingerprint(scene.file), "values": values,
                        "targets": [_fingerprint(t) for t in targets], "device": _itn.device()["name"], **asked}, default=str)
 
 

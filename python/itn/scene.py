@@ -123,6 +123,7 @@ class Scene:
 
     def __init__(self, scene: _itn.Scene):
         self._scene = scene
+        self._text: str | None = None  # of scenes without a file
 
     @property
     def parameters(self) -> Parameters:
@@ -144,7 +145,9 @@ class Scene:
 
     def copy(self) -> Scene:
         """The same scene with parameters of its own; meshes, textures and grids are shared until they are set."""
-        return Scene(self._scene.copy())
+        result = Scene(self._scene.copy())
+        result._text = self._text
+        return result
 
     def __repr__(self) -> str:
         sensor = self.sensors[0]
