@@ -103,7 +103,7 @@ def gradient(scene: Scene, target: Image | Sequence[Image], parameters: Sequence
     names = scene._scene.by_component(list(parameters))
     with shown(progress, "gradient") as tell:
         result = _itn.image_loss(scene._scene, None, names, targets, sensors, spp, seed_number(seed), 0,
-                                 operator_flag(operator), exposure, mode, tell)
+                                 operator_flag(operator), exposure, mode, True, tell)
     return Gradient(result["loss"], result["loss_stderr"], {**result["gradient"], **result["values"]},
                     result["gradient_stderr"], result["exposures"])
 

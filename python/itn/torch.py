@@ -223,7 +223,7 @@ class _ImageLoss(torch.autograd.Function):
             ctx.arrays = {}
             return torch.from_numpy(result["loss"]).to(tensors[0].dtype)
         result = _itn.image_loss(scene, call.variant(tensors), names, list(call.targets), [call.sensor], call.spp,
-                                 call.seeds[0], 0, call.single, call.exposure, call.mode, None)
+                                 call.seeds[0], 0, call.single, call.exposure, call.mode, False, None)
         ctx.numbers, ctx.arrays = result["gradient"], result["values"]
         return torch.tensor(result["loss"], dtype=tensors[0].dtype if tensors else torch.float32)
 

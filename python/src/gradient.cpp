@@ -52,7 +52,8 @@ bool by_replay(const SceneObject& object, const std::vector<std::string>& names,
 // Of each target the loss and gradient; those of several are independent.
 nb::dict image_loss(const SceneObject& object, const Variant* variant, const std::vector<std::string>& names,
                     const Targets& targets, const std::vector<int>& sensors, int spp, std::uint64_t seed,
-                    int first_sample, bool single, bool exposure, const std::string& mode, const nb::object& progress) {
+                    int first_sample, bool single, bool exposure, const std::string& mode, bool errors,
+                    const nb::object& progress) {
   const std::shared_ptr<const Scene> scene = rendered(object, variant);
   const bool replay = by_replay(object, names, mode);
   std::vector<LossGradient> losses;
@@ -65,12 +66,12 @@ nb::dict image_loss(const SceneObject& object, const Variant* variant, const std
       if (replay)
         measured = with_renderer(object.renderers().gradients, key, running, [&](Kept<GradientRenderer>& kept) {
           show(kept, scene, seed + t);
-          return measure_loss(*kept.renderer, first_sample, spp, *targets[t], exposure);
+          return measure_loss(*kept.renderer, first_sample, spp, *targets[t], exposure, errors);
         });
       else
         measured = with_renderer(object.renderers().images, key, running, [&](Kept<Renderer>& kept) {
           show(kept, scene, seed + t);
-          return measure_loss(*kept.renderer, first_sample, spp, *targets[t], exposure, {});
+          return measure_loss(*kept.renderer, first_sample, spp, *targets[t], exposure, {}, errors);
         });
       losses.push_back(measured.loss);
       values.push_back(std::move(measured.values));
@@ -217,7 +218,7 @@ nb::dict batch_loss(const SceneObject& object, const std::vector<std::string>& n
     throw UsageError(fmt::format("spp: got {}, need 2 to {} or a multiple of it", spp, groups));
   const std::vector<Scene> scenes = with_values(object, names, values);
   const RendererKey key{sensor, operator_of(single), names};
-  std::vector<double> losses, gradient, errors;
+  std::vector<double> losses, gradient;
   interruptible(progress, [&](Running& running) {
     const std::vector<Rendering> images =
         with_renderer(object.renderers().batches, key, running, [&](Kept<BatchRenderer>& kept) {
@@ -226,17 +227,16 @@ nb::dict batch_loss(const SceneObject& object, const std::vector<std::string>& n
         });
     for (std::size_t i = 0; i < scenes.size(); ++i) {
       const auto first = images.begin() + static_cast<std::ptrdiff_t>(i * groups);
-      const LossGradient of = loss_gradient({first, first + static_cast<std::ptrdiff_t>(groups)}, *targets[i]);
+      const LossGradient of =
+          loss_gradient({first, first + static_cast<std::ptrdiff_t>(groups)}, *targets[i], 1, false);
       losses.push_back(of.loss);
       gradient.insert(gradient.end(), of.gradient.begin(), of.gradient.end());
-      errors.insert(errors.end(), of.gradient_stderr.begin(), of.gradient_stderr.end());
     }
     return 0;
   });
   nb::dict result;
   result["loss"] = numpy_array(std::move(losses), {scenes.size()});
   result["gradient"] = numpy_array(std::move(gradient), {scenes.size(), names.size()});
-  result["gradient_stderr"] = numpy_array(std::move(errors), {scenes.size(), names.size()});
   return result;
 }
 
@@ -244,7 +244,7 @@ nb::dict batch_loss(const SceneObject& object, const std::vector<std::string>& n
 
 void bind_gradient(nb::module_& module) {
   module.def("image_loss", &image_loss, "scene"_a, "variant"_a.none(), "parameters"_a, "targets"_a, "sensors"_a,
-             "spp"_a, "seed"_a, "first_sample"_a, "single"_a, "exposure"_a, "mode"_a, "progress"_a.none());
+             "spp"_a, "seed"_a, "first_sample"_a, "single"_a, "exposure"_a, "mode"_a, "errors"_a, "progress"_a.none());
   module.def("weigh", &weigh, "scene"_a, "variant"_a.none(), "parameters"_a, "weights"_a, "spp"_a, "seed"_a,
              "first_sample"_a, "sensor"_a, "single"_a);
   module.def("gradcheck", &gradcheck, "scene"_a, "parameters"_a, "spp"_a, "seed"_a, "sensor"_a, "single"_a,

@@ -5,7 +5,7 @@
 namespace itn {
 
 MeasuredLoss measure_loss(Renderer& renderer, int first_sample, int spp, const TargetImage& target, bool exposure,
-                          const std::function<void(double)>& progress) {
+                          const std::function<void(double)>& progress, bool errors) {
   std::vector<Rendering> groups;
   int done = 0;
   for (const int samples : split_samples(spp)) {
@@ -15,17 +15,17 @@ MeasuredLoss measure_loss(Renderer& renderer, int first_sample, int spp, const T
   }
   MeasuredLoss result;
   if (exposure) result.exposure = best_exposure(groups, target);
-  result.loss = loss_gradient(groups, target, result.exposure);
+  result.loss = loss_gradient(groups, target, result.exposure, errors);
   return result;
 }
 
 MeasuredLoss measure_loss(GradientRenderer& renderer, int first_sample, int spp, const TargetImage& target,
-                          bool exposure) {
+                          bool exposure, bool errors) {
   MeasuredLoss result;
   WeighedDerivatives gradient =
       renderer.render(first_sample, split_samples(spp), [&](const std::vector<Rendering>& groups) {
         if (exposure) result.exposure = best_exposure(groups, target);
-        result.loss = loss_gradient(groups, target, result.exposure);
+        result.loss = loss_gradient(groups, target, result.exposure, errors);
         return loss_weights(groups, target, result.exposure);
       });
   result.loss.gradient = gradient.value;

@@ -21,10 +21,11 @@ struct MeasuredLoss {
 constexpr std::size_t most_derivative_images = 12;
 
 // Of samples first_sample ... first_sample + spp - 1, spp >= 2. exposure: the target is known up to a factor.
-// progress, may be empty: called with the fraction done. Throws as the renderer, and best_exposure().
+// errors: as of loss_gradient(). progress, may be empty: called with the fraction done. Throws as the renderer, and
+// best_exposure().
 MeasuredLoss measure_loss(Renderer& renderer, int first_sample, int spp, const TargetImage& target, bool exposure,
-                          const std::function<void(double)>& progress);
+                          const std::function<void(double)>& progress, bool errors = true);
 MeasuredLoss measure_loss(GradientRenderer& renderer, int first_sample, int spp, const TargetImage& target,
-                          bool exposure);
+                          bool exposure, bool errors = true);
 
 }  // namespace itn
