@@ -209,26 +209,33 @@ nb::object weigh_batch(const SceneObject& object, const std::vector<std::string>
   return numpy_array(std::move(sums), {images.size(), names.size()});
 }
 
+// Of whole batches the images of 16 groups would be moved about for longer than their paths take: fewer groups, of
+// which all are multiplied with each other, are as unbiased (image_loss.h) and leave out a quarter of the pairs.
+std::size_t batch_groups(int spp) {
+  for (const int groups : {4, 3, 2})
+    if (spp % groups == 0) return count(groups);
+  if (spp <= 16) return count(spp);
+  throw UsageError(fmt::format("spp: got {}, need 2 to 16 or a multiple of 2 or 3, for a batch", spp));
+}
+
 // Losses and gradients of them against a target each.
 nb::dict batch_loss(const SceneObject& object, const std::vector<std::string>& names, const Matrix& values,
                     const Targets& targets, int spp, const std::vector<std::uint64_t>& seeds, int first_sample,
                     int sensor, bool single, const nb::object& progress) {
-  const std::size_t groups = split_samples(spp).size();
-  if (count(spp) % groups != 0)
-    throw UsageError(fmt::format("spp: got {}, need 2 to {} or a multiple of it", spp, groups));
+  const std::size_t groups = batch_groups(spp);
   const std::vector<Scene> scenes = with_values(object, names, values);
   const RendererKey key{sensor, operator_of(single), names};
   std::vector<double> losses, gradient;
   interruptible(progress, [&](Running& running) {
-    const std::vector<Rendering> images =
+    std::vector<Rendering> images =
         with_renderer(object.renderers().batches, key, running, [&](Kept<BatchRenderer>& kept) {
           const std::vector<BatchImage> batch = batch_of(kept, scenes, seeds, first_sample);
           return kept.renderer->render(batch, spp, static_cast<int>(groups));
         });
     for (std::size_t i = 0; i < scenes.size(); ++i) {
-      const auto first = images.begin() + static_cast<std::ptrdiff_t>(i * groups);
-      const LossGradient of =
-          loss_gradient({first, first + static_cast<std::ptrdiff_t>(groups)}, *targets[i], 1, false);
+      const auto first = std::make_move_iterator(images.begin() + static_cast<std::ptrdiff_t>(i * groups));
+      const std::vector<Rendering> of_image(first, first + static_cast<std::ptrdiff_t>(groups));
+      const LossGradient of = loss_gradient(of_image, *targets[i], 1, false);
       losses.push_back(of.loss);
       gradient.insert(gradient.end(), of.gradient.begin(), of.gradient.end());
     }
