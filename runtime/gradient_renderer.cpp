@@ -206,6 +206,11 @@ void GradientRenderer::replace(const Scene& scene) {
     throw std::logic_error("a scene that needs another program than the one before");
 }
 
+void GradientRenderer::reseed(std::uint64_t seed) {
+  state_->options.seed = seed;
+  state_->wavefront->reseed(seed);
+}
+
 WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<int>& samples_of_groups,
                                             const GroupWeights& weights) {
   State& s = *state_;

@@ -38,6 +38,8 @@ class GradientRenderer {
   // The same scene with other texels or numbers that keep what the program was made for: which of them are there, and
   // which are grey. Throws std::logic_error: they do not.
   void replace(const Scene& scene);
+  // As Renderer's.
+  void reseed(std::uint64_t seed);
 
   // Sum over groups, pixels and channels of weight times derivative image, the same up to rounding as with the
   // derivative images of the same samples. Group g: the samples of every pixel after those of group g - 1, from

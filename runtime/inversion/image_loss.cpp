@@ -102,11 +102,13 @@ std::vector<int> split_samples(int spp) {
   return samples;
 }
 
-LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetImage& target, double exposure) {
+LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetImage& target, double exposure,
+                           bool errors) {
   const std::size_t parameters = groups.front().derivatives.size(), count = groups.size();
   const std::size_t channels = static_cast<std::size_t>(target.channels);
   const double infinity = std::numeric_limits<double>::infinity();
   // The loss first, then the gradient.
+  const bool jackknife = errors && count >= 3;
   std::vector<double> sum(1 + parameters), variance(1 + parameters);
   double weights = 0;
   std::vector<double> without(count);  // an estimate from all groups but one
@@ -132,7 +134,7 @@ LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetIma
         PairSum pairs;
         for (std::size_t g = 0; g < count; ++g) pairs.add(groups[g].spp, x(g), y(g));
         all += estimate(pairs);
-        if (count < 3) continue;
+        if (!jackknife) continue;
         for (std::size_t g = 0; g < count; ++g) {
           PairSum rest = pairs;
           rest.add(groups[g].spp, x(g), y(g), -1);
@@ -140,7 +142,7 @@ LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetIma
         }
       }
       sum[k] += weight * all;
-      if (count < 3) {
+      if (!jackknife) {
         variance[k] = infinity;
         continue;
       }
