@@ -3,13 +3,17 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
+#include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/printable.h"
 
 namespace itn::tools {
 namespace {
@@ -102,14 +106,42 @@ std::string name_of(Operator op) { return op == Operator::single ? "single" : "f
 
 void write_json(const CommonOptions& options, const nlohmann::ordered_json& result) {
   if (options.json.empty()) return;
-  const std::string text = result.dump(2) + "\n";
+  // Names of files may be any bytes.
+  const std::string text = result.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
   if (options.json != "-") return write_file(options.json, text);
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
     throw ResultError("standard output: the result cannot be written; is the disk full or the reader gone?");
 }
 
+void check_outputs(const CommonOptions& options, std::vector<std::string> files) {
+  if (!options.json.empty() && options.json != "-") files.push_back(options.json);
+  std::set<std::string> names;
+  for (const std::string& file : files) {
+    check_writable(file);
+    std::error_code error;
+    const std::filesystem::path whole = std::filesystem::weakly_canonical(file, error);
+    const bool is_new = names.insert(error ? file : whole.string()).second;
+    // A device takes any number.
+    if (!is_new && !std::filesystem::is_other(file, error))
+      throw UsageError(file + ": would be written twice by the same command; choose another name");
+  }
+}
+
+void refuse_inside(const std::string& folder, const std::vector<std::string>& files) {
+  std::error_code error;
+  const auto whole = [&](const std::string& name) { return std::filesystem::weakly_canonical(name, error); };
+  const std::filesystem::path from = whole(folder);
+  for (const std::string& file : files) {
+    if (file.empty() || file == "-") continue;
+    const std::filesystem::path inside = whole(file);
+    if (std::mismatch(from.begin(), from.end(), inside.begin(), inside.end()).first == from.end())
+      throw UsageError(file + ": is in " + folder +
+                       ", which is read by the same command; choose a place outside of it");
+  }
+}
+
 void warn(const CommonOptions& options, const std::string& text) {
-  if (!options.quiet) std::fprintf(stderr, "warning: %s\n", text.c_str());
+  if (!options.quiet) std::fprintf(stderr, "warning: %s\n", printable(text).c_str());
 }
 
 }  // namespace itn::tools

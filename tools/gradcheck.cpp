@@ -8,6 +8,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/inputs.h"
 #include "runtime/base/statistics.h"
 #include "runtime/derivative/difference.h"
 #include "runtime/renderer.h"
@@ -232,11 +233,13 @@ nlohmann::ordered_json to_json(const Report& report, const Options& options, con
 
 void run(const Options& options) {
   const CommonOptions& common = options.common;
+  Inputs inputs;
   const Scene scene = load_scene(options.scene, common.definition_map(), {.open = common.open});
   for (const std::string& text : scene.warnings) warn(common, text);
   Report report;
   choose(scene, options, report);
-  if (!common.json.empty() && common.json != "-") check_writable(common.json);
+  inputs.end();
+  check_outputs(common, {});
   const Device device(common.device);
   measure(device, scene, options, report);
   if (common.talkative()) print(report);

@@ -11,6 +11,7 @@
 #include "network/dataset_examples.h"
 #include "network/loss.h"
 #include "runtime/base/error.h"
+#include "runtime/base/inputs.h"
 #include "runtime/scene/load.h"
 #include "runtime/training/known_scene.h"
 #include "runtime/training/trained_network.h"
@@ -78,7 +79,9 @@ class Known {
   }
 
   static std::string canonical(const std::filesystem::path& path) {
-    return std::filesystem::weakly_canonical(path).string();
+    std::error_code error;
+    const std::filesystem::path result = std::filesystem::weakly_canonical(path, error);
+    return error ? path.string() : result.string();
   }
 
   const Options& options_;
@@ -106,6 +109,7 @@ void check(const Options& options, const NetworkDescription& network) {
 }
 
 void run(const Options& options) {
+  Inputs inputs;
   Network network = network_of(options.run);
   const NetworkDescription& description = network.description();
   check(options, description);
@@ -149,7 +153,7 @@ void run(const Options& options) {
 void take_run(Options& options) {
   const std::string first = options.images.front();
   options.run = shipped_run;
-  if (std::filesystem::path(first).extension() == ".exr" && !std::filesystem::is_directory(first)) return;
+  if (std::filesystem::path(first).extension() == ".exr" && !is_folder(first)) return;
   options.run = first;
   options.images.erase(options.images.begin());
   if (options.images.empty()) throw UsageError(first + ": is taken for a RUN; which images?");
