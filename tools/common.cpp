@@ -26,6 +26,14 @@ std::string is_seed(const std::string& text) {
   return "got " + text + ", need a whole number from 0 to 2^64 - 1";
 }
 
+// One for all names of a file, also of one that is not there.
+std::string whole_name(const std::string& file) {
+  std::error_code error;
+  const std::filesystem::path absolute = std::filesystem::absolute(file, error);
+  const std::filesystem::path whole = std::filesystem::weakly_canonical(absolute, error);
+  return (error ? absolute.lexically_normal() : whole).string();
+}
+
 }  // namespace
 
 const Sensor& chosen_sensor(const Scene& scene, int index) {
@@ -113,27 +121,24 @@ void write_json(const CommonOptions& options, const nlohmann::ordered_json& resu
     throw ResultError("standard output: the result cannot be written; is the disk full or the reader gone?");
 }
 
-void check_outputs(const CommonOptions& options, std::vector<std::string> files) {
+void check_outputs(const CommonOptions& options, std::vector<std::string> files, const std::vector<std::string>& own) {
   if (!options.json.empty() && options.json != "-") files.push_back(options.json);
   std::set<std::string> names;
+  for (const std::string& file : own) names.insert(whole_name(file));
   for (const std::string& file : files) {
     check_writable(file);
+    const bool is_new = names.insert(whole_name(file)).second;
     std::error_code error;
-    const std::filesystem::path whole = std::filesystem::weakly_canonical(file, error);
-    const bool is_new = names.insert(error ? file : whole.string()).second;
-    // A device takes any number.
-    if (!is_new && !std::filesystem::is_other(file, error))
+    if (!is_new && !std::filesystem::is_other(file, error))  // a device takes any number
       throw UsageError(file + ": would be written twice by the same command; choose another name");
   }
 }
 
 void refuse_inside(const std::string& folder, const std::vector<std::string>& files) {
-  std::error_code error;
-  const auto whole = [&](const std::string& name) { return std::filesystem::weakly_canonical(name, error); };
-  const std::filesystem::path from = whole(folder);
+  const std::filesystem::path from = whole_name(folder);
   for (const std::string& file : files) {
     if (file.empty() || file == "-") continue;
-    const std::filesystem::path inside = whole(file);
+    const std::filesystem::path inside = whole_name(file);
     if (std::mismatch(from.begin(), from.end(), inside.begin(), inside.end()).first == from.end())
       throw UsageError(file + ": is in " + folder +
                        ", which is read by the same command; choose a place outside of it");

@@ -51,8 +51,9 @@ const Sensor& chosen_sensor(const Scene& scene, int index);
 void write_json(const CommonOptions& options, const nlohmann::ordered_json& result);
 
 // Asked before work that takes long: can --json and these files be written, each once, none of what was read (Inputs)?
-// Throws ResultError or UsageError.
-void check_outputs(const CommonOptions& options, std::vector<std::string> files);
+// own: what the command writes into its folder, which may not be there yet. Throws ResultError or UsageError.
+void check_outputs(const CommonOptions& options, std::vector<std::string> files,
+                   const std::vector<std::string>& own = {});
 
 // Throws UsageError where one of the files is the folder or in it, links followed; empty names and "-" are no files.
 void refuse_inside(const std::string& folder, const std::vector<std::string>& files);

@@ -62,7 +62,7 @@ void run(const Options& options, bool seed_given) {
   const DatasetPlan plan = plan_dataset(config, version(), device.info().name + ", " + device.info().platform);
   inputs.end();
   const FolderLock lock(options.folder);
-  check_outputs(common, {manifest_file(options.folder)});
+  check_outputs(common, {}, {manifest_file(options.folder)});
 
   const auto start = std::chrono::steady_clock::now();
   Progress progress(options.config, static_cast<double>(plan.manifest.images.size()), "images", !common.quiet);

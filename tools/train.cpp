@@ -91,12 +91,11 @@ void run(Options options) {
   options.request.device = options.common.device;
   options.request.spp = options.common.spp;
   for (const std::string& data : options.request.data) refuse_inside(data, {options.common.json, options.exported});
-  make_folder(options.request.folder);
-  std::vector<std::string> files;
+  std::vector<std::string> files, own;
   for (const char* name : {"network.safetensors", "checkpoint.safetensors", "run.json", "curve.jsonl"})
-    files.push_back(options.request.folder + "/" + name);
+    own.push_back(options.request.folder + "/" + name);
   if (!options.exported.empty()) files.push_back(options.exported);
-  check_outputs(options.common, files);
+  check_outputs(options.common, files, own);
   TrainingRun run(options.request, interrupt_flag());
   if (options.common.talkative()) print_beginning(options, run);
   learn(options, run);

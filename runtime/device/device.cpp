@@ -257,6 +257,9 @@ cl::Program Device::build(const std::string& entry, const std::map<std::string, 
   } catch (const cl::BuildError& error) {
     std::string log;
     for (const auto& [device, text] : error.getBuildLog()) log += trimmed(text);
+    if (const std::string fault = kernel_cache_fault(); !fault.empty())
+      throw DeviceError(info_.name + ": building kernels/" + entry + " failed, and its results cannot be kept in " +
+                        kernel_cache_folder() + ": " + fault);
     throw DeviceError(info_.name + ": building kernels/" + entry + " failed: " + error_name(error.err()) +
                       "; options: " + options + "; log:\n" + (log.empty() ? "(the driver gave none)" : log));
   } catch (const cl::Error& error) {

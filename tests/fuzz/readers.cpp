@@ -57,10 +57,12 @@ void read_file_or_refuse(std::string_view bytes, const Read& read) {
 }
 
 constexpr std::array all{
-    Reader{"ply", [](std::string_view bytes) {
+    Reader{"ply",
+           [](std::string_view bytes) {
              read_file_or_refuse(bytes, [](const std::string& file) { check_mesh(read_ply(file), file); });
            }},
-    Reader{"obj", [](std::string_view bytes) {
+    Reader{"obj",
+           [](std::string_view bytes) {
              read_file_or_refuse(bytes, [](const std::string& file) { check_mesh(read_obj(file), file); });
            }},
     Reader{"serialized",
@@ -70,16 +72,16 @@ constexpr std::array all{
            }},
     Reader{"vol",
            [](std::string_view bytes) {
-             read_file_or_refuse(bytes, [](const std::string& file) { read_volume_file(file, VoxelValues::of_any_sign); });
+             read_file_or_refuse(bytes,
+                                 [](const std::string& file) { read_volume_file(file, VoxelValues::of_any_sign); });
            }},
-    Reader{"exr", [](std::string_view bytes) {
-             read_file_or_refuse(bytes, [](const std::string& file) { read_exr(file); });
-           }},
-    Reader{"image", [](std::string_view bytes) {  // PNG and what else textures may be
+    Reader{"exr",
+           [](std::string_view bytes) { read_file_or_refuse(bytes, [](const std::string& file) { read_exr(file); }); }},
+    Reader{"image",
+           [](std::string_view bytes) {  // PNG and what else textures may be
              read_file_or_refuse(bytes, [](const std::string& file) { read_bitmap(file); });
            }},
-    Reader{"safetensors",
-           [](std::string_view bytes) { read_or_refuse([&] { parse_safetensors(bytes, "file"); }); }},
+    Reader{"safetensors", [](std::string_view bytes) { read_or_refuse([&] { parse_safetensors(bytes, "file"); }); }},
     Reader{"manifest", [](std::string_view bytes) { read_or_refuse([&] { parse_manifest(bytes, "file"); }); }},
     Reader{"json", [](std::string_view bytes) { read_or_refuse([&] { parse_json<nlohmann::json>(bytes, "file"); }); }},
 };

@@ -42,7 +42,7 @@ TEST_CASE("PLY elements that come twice are refused, and normals for some vertic
                     normal = "property float nx\nproperty float ny\nproperty float nz\n";
   folder.write("t.ply", begin + "element vertex 3\n" + position + normal + "element vertex 3\n" + position + face +
                             "end_header\n0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n0 0 1\n1 0 1\n0 1 1\n3 3 4 5\n");
-  CHECK_THAT(refusal(folder, "t.ply"), Contains("t.ply:9: element vertex for the second time"));
+  CHECK_THAT(refusal(folder, "t.ply"), Contains("t.ply:10: element vertex for the second time"));
   folder.write("f.ply", begin + "element vertex 3\n" + position + face + face +
                             "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 2\n");
   CHECK_THAT(refusal(folder, "f.ply"), Contains("element face for the second time"));
@@ -68,7 +68,7 @@ TEST_CASE("coordinates beyond what single precision can multiply are refused, wh
        {"<shape type=\"ply\">" + string("filename", "far.ply") + "</shape>",
         "<shape type=\"ply\">" + string("filename", "t.ply") + scale + "</shape>",
         std::string("<shape type=\"sphere\"><float name=\"radius\" value=\"1e13\"/></shape>"),
-        std::string("<shape type=\"sphere\"><point name=\"center\" x=\"1e37\" y=\"0\" z=\"0\"/></shape>"),
+        std::string("<shape type=\"sphere\"><point name=\"center\" x=\"1e20\" y=\"0\" z=\"0\"/></shape>"),
         "<shape type=\"rectangle\">" + scale + "</shape>", "<sensor type=\"perspective\">" + scale + "</sensor>",
         std::string("<emitter type=\"point\"><point name=\"position\" x=\"0\" y=\"0\" z=\"-1e20\"/></emitter>")}) {
     CAPTURE(body);

@@ -168,7 +168,8 @@ Mesh read_with_assimp(const std::string& file, const std::string& extension) {
   if (std::find(formats.begin(), formats.end(), extension) == formats.end()) {
     std::string all = ".ply, .obj, .serialized";
     for (const char* format : formats) all += std::string(", ") + format;
-    throw InputError(file + ": a mesh that ends in \"" + extension + "\"; need one of " + all + ": export it as PLY");
+    throw InputError(file + ": not a readable mesh: its name ends in \"" + extension + "\"; need one of " + all +
+                     ": export it as PLY");
   }
   check_regular_file(file);
   try {

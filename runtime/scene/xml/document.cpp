@@ -119,7 +119,7 @@ void check_outermost(const pugi::xml_document& document, const LineTable& lines)
            std::string("a second outermost element <") + node.name() + ">; need one: mend the file");
     found = true;
   }
-  if (!found) fail(lines.locate(0), "no element; need <scene version=\"3.0.0\">");
+  if (!found) fail(lines.locate(0), "malformed XML: no element; need <scene version=\"3.0.0\">");
 }
 
 class Reader {
@@ -161,7 +161,7 @@ class Reader {
       fail(lines.locate(result.offset), std::string("malformed XML: ") + result.description() + "; mend the file here");
     check_outermost(document, lines);
     std::error_code status;
-    open_files_.push_back(fs::weakly_canonical(file, status).string());
+    open_files_.push_back(fs::weakly_canonical(fs::absolute(file, status), status).string());
     const pugi::xml_node top = document.document_element();
     const Location where = lines.locate(top.offset_debug() - 1);
     if (top.attribute("version").empty())
@@ -314,7 +314,7 @@ class Reader {
     if (file.empty())
       fail(element.where, "include: no such file " + quote(name) + "; looked in " + list_folders(resolver.folders()));
     std::error_code status;
-    const std::string canonical = fs::weakly_canonical(file, status).string();
+    const std::string canonical = fs::weakly_canonical(fs::absolute(file, status), status).string();
     if (std::find(open_files_.begin(), open_files_.end(), canonical) != open_files_.end())
       fail(element.where, "include: " + quote(file) + " includes itself; break the circle");
     std::string text;
