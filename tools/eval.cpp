@@ -84,7 +84,8 @@ void run(Options options) {
   options.evaluation.spp = common.spp;
   options.evaluation.seed = common.seed;
   if (common.spp != 0 && common.spp < 2) throw UsageError("--spp: the noise of an image needs 2 samples or more");
-  if (!common.json.empty() && common.json != "-") check_writable(common.json);
+  refuse_inside(options.evaluation.data, {common.json});
+  check_outputs(common, {});
   Evaluation e = begin_evaluation(options.evaluation);
   for (const EvaluatedRun& r : e.runs)
     for (const std::string& text : r.warnings) warn(common, text);

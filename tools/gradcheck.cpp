@@ -7,7 +7,13 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+<<<<<<< HEAD
 #include "runtime/derivative/derivative_check.h"
+=======
+#include "runtime/base/inputs.h"
+#include "runtime/base/statistics.h"
+#include "runtime/derivative/difference.h"
+>>>>>>> hostile
 #include "runtime/renderer.h"
 #include "runtime/scene/load.h"
 #include "runtime/scene/parameters.h"
@@ -58,11 +64,19 @@ void print(const DerivativeCheck& report) {
 
 void run(const Options& options) {
   const CommonOptions& common = options.common;
+  Inputs inputs;
   const Scene scene = load_scene(options.scene, common.definition_map(), {.open = common.open});
   for (const std::string& text : scene.warnings) warn(common, text);
+<<<<<<< HEAD
   DerivativeCheck report = plan_check(scene, options.parameters);
   const Sensor& sensor = chosen_sensor(scene, options.sensor);
   if (!common.json.empty() && common.json != "-") check_writable(common.json);
+=======
+  Report report;
+  choose(scene, options, report);
+  inputs.end();
+  check_outputs(common, {});
+>>>>>>> hostile
   const Device device(common.device);
   RenderOptions render_options;
   render_options.sensor = options.sensor;

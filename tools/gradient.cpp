@@ -11,6 +11,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/inputs.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/image/exr.h"
 #include "runtime/inversion/measured_loss.h"
@@ -70,7 +71,7 @@ std::vector<TextureGradient> start_gradients(const Scene& scene, const Options& 
   for (const Parameter& p : textures) {
     VoxelGrid values = values_of(scene, p);
     std::fill(values.data.begin(), values.data.end(), 0.0F);
-    std::filesystem::create_directories(options.folder);
+    make_folder(options.folder);
     const std::vector<std::vector<float>> repeats(static_cast<std::size_t>(options.repeats), values.data);
     result.push_back({p.name, (std::filesystem::path(options.folder) / ("gradient." + p.name)).string(),
                       std::move(values), p.by_voxels, repeats});
@@ -170,12 +171,15 @@ nlohmann::ordered_json to_json(const LossGradient& result, const Options& option
 void run(Options options) {
   const CommonOptions& common = options.common;
   const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
+  Inputs inputs;
   const Scene scene =
       load_scene(options.scene, common.definition_map(), {.size = options.images.size, .open = common.open});
   for (const std::string& text : scene.warnings) warn(common, text);
   options.parameters = by_component(list_parameters(scene), options.parameters);
   const double scene_s = seconds();
   const std::vector<TargetImage> targets = read_targets(options.images, scene);
+  inputs.end();
+  check_outputs(common, {});
   const std::vector<int>& sensors = options.images.sensors;
   const std::vector<Parameter> textures = textures_of(scene, options);
   const bool replay = by_replay(options, textures);
