@@ -46,6 +46,11 @@ def tints(x, y, z):
     return 0.95 - 0.3 * x, 0.9 - 0.6 * y * z, 0.5 + 0.4 * math.sin(6 * z) ** 2
 
 
+def layered(skin, fat, bone):
+    """From the top: 0.3, 0.5 and 0.2 of the height."""
+    return lambda x, y, z: skin if z > 0.7 else fat if z > 0.2 else bone
+
+
 class Noise:
     """Gradient noise of a lattice (Perlin 2002), of mean 0."""
 
@@ -90,6 +95,8 @@ def cloud(seed):
 
 
 def main():
+    write('test/layers.vol', (1, 1, 10), layered(4, 1, 10))
+    write('test/layers_albedo.vol', (1, 1, 10), layered(0.9, 0.6, 0.98))
     write('test/mitsuba/waves.vol', (12, 10, 14), waves, (-0.9, -0.8, -0.7, 0.8, 0.9, 1))
     write('test/mitsuba/waves_rgb.vol', (9, 11, 8), coloured_waves)
     write('test/mitsuba/tints.vol', (5, 6, 7), tints, (-1, -1, -1, 1, 1, 1))

@@ -188,13 +188,14 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   for (std::size_t i = 0; i < medium.values.size(); ++i) {
     const Texture& value = medium.values[i];
     const bool coloured_grid = value.is_grid() && value.volume->grid->channels == 3;
-    const bool extinction = medium.model->parameters[i].name == "sigma_t";
+    const ParameterKind& kind = medium.model->parameters[i].kind;
+    const bool extinction = kind.field == std::string("sigma_t");
     if (value.is_grid() || (value.volume && extinction))
       (extinction ? r.field : r.albedo_field) = append_field(*value.volume, data);
     if (extinction) data.coloured_field |= coloured_grid;
     if (grey(value.value) && !coloured_grid) continue;
     data.coloured = true;
-    data.spectral |= medium.model->number_called(medium.model->parameters[i].name).role == ROLE_DENSITY;
+    data.spectral |= kind.quantity == Quantity::unbounded;  // a coefficient, not an albedo
   }
   return r;
 }

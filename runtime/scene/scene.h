@@ -149,6 +149,8 @@ struct Medium : Instance {
   PhaseFunction phase;
 
   bool has_grid() const;  // of any parameter
+  // As of any instance, with the mean cosine of the phase function where the model asks for it.
+  std::vector<double> slots() const;
 
   Medium();  // homogeneous and isotropic, with Mitsuba's defaults
 };

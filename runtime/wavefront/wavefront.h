@@ -85,6 +85,7 @@ class Wavefront {
   std::size_t numbers_ = 0;  // of a set of gradients, a channel each
   std::size_t texels_ = 0;   // of textures that are differentiated by, a channel each
   bool by_voxels_ = false;   // are grids differentiated by?
+  bool has_probes_ = false;  // do their voxels need probes?
   bool own_texels_ = false;  // has every work-item sums of its own of them?
   int texel_channels_ = 1;
   int width_, channels_, workers_, slots_;

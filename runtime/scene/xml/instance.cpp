@@ -272,6 +272,8 @@ Texture read(Builder& builder, Properties& properties, const Model& model, const
     case ParameterKind::Reader::bumps:
       value = bumps(builder, properties);
       break;
+    case ParameterKind::Reader::of_phase:  // Medium::slots
+      break;
     case ParameterKind::Reader::any_number:
       number(properties.number(p.name, p.fallback));
       break;
