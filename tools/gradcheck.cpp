@@ -7,13 +7,8 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
-<<<<<<< HEAD
-#include "runtime/derivative/derivative_check.h"
-=======
 #include "runtime/base/inputs.h"
-#include "runtime/base/statistics.h"
-#include "runtime/derivative/difference.h"
->>>>>>> hostile
+#include "runtime/derivative/derivative_check.h"
 #include "runtime/renderer.h"
 #include "runtime/scene/load.h"
 #include "runtime/scene/parameters.h"
@@ -67,16 +62,10 @@ void run(const Options& options) {
   Inputs inputs;
   const Scene scene = load_scene(options.scene, common.definition_map(), {.open = common.open});
   for (const std::string& text : scene.warnings) warn(common, text);
-<<<<<<< HEAD
   DerivativeCheck report = plan_check(scene, options.parameters);
   const Sensor& sensor = chosen_sensor(scene, options.sensor);
-  if (!common.json.empty() && common.json != "-") check_writable(common.json);
-=======
-  Report report;
-  choose(scene, options, report);
   inputs.end();
   check_outputs(common, {});
->>>>>>> hostile
   const Device device(common.device);
   RenderOptions render_options;
   render_options.sensor = options.sensor;

@@ -25,8 +25,8 @@ struct Options {
   std::vector<double> light;
 };
 
-<<<<<<< HEAD
 void run(const Options& options) {
+  Inputs inputs;
   std::optional<Scene> scene;
   if (!options.scene.empty()) {
     scene = load_scene(options.scene, options.common.definition_map(), {.open = options.common.open});
@@ -36,96 +36,6 @@ void run(const Options& options) {
   const PredictionRequest request{options.run,    options.images,  scene ? &*scene : nullptr,
                                   options.sensor, options.dataset, options.shape_buffers,
                                   options.light};
-=======
-// Shape and light of the images, for networks of six channels.
-class Known {
- public:
-  Known(const Options& options, const NetworkDescription& network) : options_(options), network_(network) {
-    if (!options.scene.empty()) {
-      look_at(load_scene(options.scene, options.common.definition_map(), {.open = options.common.open}));
-    } else if (!options.shape_buffers.empty()) {
-      shapes_[0] = read_resampled_seen_shape(options.shape_buffers, network.size);
-      double square = 0;
-      for (const double part : options.light) square += part * part;
-      if (!(square > 0 && std::isfinite(square))) throw UsageError("--light: need a direction");
-      for (std::size_t i = 0; i < 3; ++i) light_[i] = options.light[i] / std::sqrt(square);
-    } else {
-      manifest_ = read_manifest(options.dataset);
-      for (const Manifest::Image& image : manifest_.images)
-        images_[canonical(std::filesystem::path(options.dataset) / image.file)] = &image;
-    }
-  }
-
-  // What the scene's medium is inside of; none without a scene.
-  const std::optional<Body>& body() const { return body_; }
-
-  KnownScene of(const std::string& file) {
-    if (view_) return view_->known();
-    if (!options_.shape_buffers.empty()) return {shapes_.at(0), light_};
-    const auto found = images_.find(canonical(file));
-    if (found == images_.end())
-      throw InputError(file + ": is no image of the data set " + options_.dataset +
-                       "; give --shape-buffers and --light");
-    const Manifest::Image& image = *found->second;
-    if (!shapes_.count(image.shape)) {
-      const std::string& buffers = manifest_.shapes[static_cast<std::size_t>(image.shape)].buffers;
-      shapes_[image.shape] = read_resampled_seen_shape((std::filesystem::path(options_.dataset) / buffers).string(),
-                                                       network_.size, manifest_.hash);
-    }
-    return {shapes_.at(image.shape), manifest_.lights[static_cast<std::size_t>(image.light)].direction};
-  }
-
- private:
-  void look_at(const Scene& scene) {
-    const std::string who = "--scene " + options_.scene;
-    for (const std::string& text : scene.warnings) warn(options_.common, text);
-    chosen_sensor(scene, options_.sensor);  // throws where there is none
-    if (scene.media.size() != 1)
-      throw UsageError(fmt::format("{}: the network knows one medium, the scene has {}", who, scene.media.size()));
-    body_ = body_of(scene, 0, who);
-    if (network_.channels > 1) view_.emplace(scene, options_.sensor, network_.size, *body_, who);
-  }
-
-  static std::string canonical(const std::filesystem::path& path) {
-    std::error_code error;
-    const std::filesystem::path result = std::filesystem::weakly_canonical(path, error);
-    return error ? path.string() : result.string();
-  }
-
-  const Options& options_;
-  const NetworkDescription& network_;
-  Manifest manifest_;
-  std::map<std::string, const Manifest::Image*> images_;
-  std::map<int, SeenShape> shapes_;
-  std::array<double, 3> light_{};
-  std::optional<Body> body_;
-  std::optional<SceneView> view_;
-};
-
-void check(const Options& options, const NetworkDescription& network) {
-  const bool one_by_one = !options.shape_buffers.empty() || !options.light.empty();
-  if (network.channels == 1) {
-    if (one_by_one || !options.dataset.empty())
-      throw UsageError(options.run +
-                       ": its network sees luminance alone; leave out --dataset, --shape-buffers and --light");
-  } else if (!options.dataset.empty() + !options.scene.empty() + one_by_one != 1 ||
-             options.shape_buffers.empty() != options.light.empty()) {
-    throw UsageError(
-        options.run +
-        ": its network knows shape and light; give --dataset, or --scene, or both --shape-buffers and --light");
-  }
-}
-
-void run(const Options& options) {
-  Inputs inputs;
-  Network network = network_of(options.run);
-  const NetworkDescription& description = network.description();
-  check(options, description);
-  std::optional<Known> known;
-  if (description.channels > 1 || !options.scene.empty()) known.emplace(options, description);
-
-  const bool in_scene = known && known->body();
->>>>>>> hostile
   nlohmann::ordered_json images = nlohmann::ordered_json::array();
   const auto each = [&](const NetworkDescription& network, const ImagePrediction& image) {
     nlohmann::ordered_json line{{"file", image.file}};

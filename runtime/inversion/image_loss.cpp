@@ -106,10 +106,6 @@ std::vector<int> split_samples(int spp) {
   return samples;
 }
 
-<<<<<<< HEAD
-LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetImage& target, double exposure,
-                           bool errors) {
-=======
 namespace {
 
 // The variance of an estimate from pairs of groups, the mean of h(i, j) over them: with h = mean + g(i) + g(j) + s(i,
@@ -168,13 +164,13 @@ class PairVariance {
 
 }  // namespace
 
-LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetImage& target, double exposure) {
->>>>>>> hostile
+LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetImage& target, double exposure,
+                           bool errors) {
   const std::size_t parameters = groups.front().derivatives.size(), count = groups.size();
   const std::size_t channels = static_cast<std::size_t>(target.channels);
   constexpr std::size_t least_groups = 3;
   // The loss first, then the gradient.
-  const bool jackknife = errors && count >= 3;
+  const bool spread = errors && count >= least_groups;
   std::vector<double> sum(1 + parameters), variance(1 + parameters);
   double weights = 0;
   PairVariance pair_variance(groups);
@@ -190,12 +186,6 @@ LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetIma
         const std::size_t i = pixel * channels + c;
         const double wanted = target.value[i];
         PairSum pairs;
-<<<<<<< HEAD
-        for (std::size_t g = 0; g < count; ++g) pairs.add(groups[g].spp, x(g), y(g));
-        all += estimate(pairs);
-        if (!jackknife) continue;
-=======
->>>>>>> hostile
         for (std::size_t g = 0; g < count; ++g) {
           const Rendering& group = groups[g];
           x[c * count + g] = exposure * static_cast<double>(group.mean[i]);
@@ -207,18 +197,7 @@ LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetIma
                       : 2 * (pairs.product() - wanted * pairs.mean_y());
       }
       sum[k] += weight * all;
-<<<<<<< HEAD
-      if (!jackknife) {
-        variance[k] = infinity;
-        continue;
-      }
-      const auto n = static_cast<double>(count);
-      double mean = 0, square = 0;
-      for (const double w : without) mean += w / n;
-      for (const double w : without) square += (w - mean) * (w - mean);
-      variance[k] += weight * weight * square * (n - 1) / n;
-=======
-      if (count < least_groups) continue;
+      if (!spread) continue;
       // (x_i - I) y_j, of both orders
       variance[k] += weight * weight * pair_variance([&](std::size_t i, std::vector<double>& h) {
                        for (std::size_t c = 0; c < channels; ++c) {
@@ -229,14 +208,13 @@ LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetIma
                          for (std::size_t j = 0; j < count; ++j) h[j] += x_i * ys[j] + y_i * xs[j] - own;
                        }
                      });
->>>>>>> hostile
     }
   }
   LossGradient result;
   const double scale = 1 / (weights * static_cast<double>(channels));
   // Of single pixels the unbiased estimate may be below 0, and of very few ones their sum.
   const auto error = [&](double v) {
-    return count < least_groups ? std::numeric_limits<double>::infinity() : std::sqrt(std::max(v, 0.0)) * scale;
+    return spread ? std::sqrt(std::max(v, 0.0)) * scale : std::numeric_limits<double>::infinity();
   };
   result.loss = sum[0] * scale;
   result.loss_stderr = error(variance[0]);

@@ -65,7 +65,9 @@ class Known {
   }
 
   static std::string canonical(const std::filesystem::path& path) {
-    return std::filesystem::weakly_canonical(path).string();
+    std::error_code error;
+    const std::filesystem::path result = std::filesystem::weakly_canonical(path, error);
+    return error ? path.string() : result.string();
   }
 
   const PredictionRequest& request_;
