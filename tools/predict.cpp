@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "runtime/base/error.h"
+#include "runtime/base/file.h"
 #include "runtime/base/inputs.h"
 #include "runtime/scene/load.h"
 #include "runtime/training/predict_images.h"
