@@ -137,13 +137,11 @@ Estimate difference(const Scene& scene, std::size_t voxel, double h, int spp) {
 
 namespace {
 
-// The mean over runs with other samples, of each number that `of` gives, and its standard error.
-std::vector<Estimate> mean_of_runs(const Scene& scene, const RenderOptions& options, int runs, int spp,
-                                   const std::function<std::vector<double>(const WeighedDerivatives&)>& of) {
-  GradientRenderer renderer(device(), scene, options);
+// The mean over runs, of each number that `of` gives, and its standard error.
+std::vector<Estimate> mean_of_runs(int runs, const std::function<std::vector<double>(int)>& of) {
   std::vector<double> sum, square;
   for (int run = 0; run < runs; ++run) {
-    const std::vector<double> values = of(gradient(renderer, run * spp, spp));
+    const std::vector<double> values = of(run);
     sum.resize(values.size());
     square.resize(values.size());
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -155,6 +153,18 @@ std::vector<Estimate> mean_of_runs(const Scene& scene, const RenderOptions& opti
   for (std::size_t i = 0; i < sum.size(); ++i)
     result.push_back({sum[i], std::sqrt(std::max(square[i] - sum[i] * sum[i], 0.0) / (runs - 1))});
   return result;
+}
+
+// Over gradients of other samples of one scene.
+std::vector<Estimate> mean_of_gradients(const Scene& scene, const RenderOptions& options, int runs, int spp,
+                                        const std::function<std::vector<double>(const WeighedDerivatives&)>& of) {
+  GradientRenderer renderer(device(), scene, options);
+  return mean_of_runs(runs, [&](int run) { return of(gradient(renderer, run * spp, spp)); });
+}
+
+std::vector<double> first_values(const WeighedDerivatives& result) {
+  const std::vector<float>& data = result.values[0].data;
+  return {data.begin(), data.end()};
 }
 
 double z_of(const Estimate& a, const Estimate& b) {
@@ -176,11 +186,7 @@ TEST_CASE("the gradient by a voxel is the difference of that voxel, empty or at 
     setting.medium =
         heterogeneous(grid_file(folder, 3, 2, 2, values), R"(<float name="albedo" value="0.75"/>)", filter);
     const Scene scene = cube(folder, setting);
-    const std::vector<Estimate> gradients =
-        mean_of_runs(scene, by({"smoke.sigma_t"}), 12, 512, [](const WeighedDerivatives& result) {
-          const std::vector<float>& data = result.values[0].data;
-          return std::vector<double>(data.begin(), data.end());
-        });
+    const std::vector<Estimate> gradients = mean_of_gradients(scene, by({"smoke.sigma_t"}), 12, 512, first_values);
     REQUIRE(gradients.size() == values.size());
     for (const std::size_t i : voxels) {
       const Estimate expected = difference(scene, i, 0.3, 4096);
@@ -210,19 +216,17 @@ TEST_CASE("the gradient by a voxel of an albedo is the difference of that voxel,
         <transform name="to_world"><scale value="2"/><translate x="-1" y="-1" z="-1"/></transform></volume>)";
     const Scene scene = cube(folder, setting);
     const std::vector<std::size_t> which{0, 4, 6, 7, 8, 11};
-    const std::vector<Estimate> gradients = mean_of_runs(12, [&](std::uint64_t seed) {
-      const std::vector<float> data = gradient(scene, by({"smoke.albedo"}, seed), 256).values[0].data;
-      return std::vector<double>(data.begin(), data.end());
-    });
+    const std::vector<Estimate> gradients = mean_of_gradients(scene, by({"smoke.albedo"}), 12, 256, first_values);
     REQUIRE(gradients.size() == values.size());
     // An albedo moves no flight: of the same random numbers differences have little noise.
     const Parameter p = find_parameter(list_parameters(scene), "smoke.albedo");
-    const std::vector<Estimate> differences = mean_of_runs(8, [&](std::uint64_t seed) {
+    const std::vector<Estimate> differences = mean_of_runs(8, [&](int run) {
       std::vector<double> result;
       for (const std::size_t i : which) {
         double sum = 0;
         for (const auto& [offset, factor] : stencil(static_cast<double>(values[i]), 0.05))
-          sum += factor * weighed(moved(scene, p, i, offset * 0.05), 70 + seed, 512).value / 0.05;
+          sum += factor * weighed(moved(scene, p, i, offset * 0.05), 70 + static_cast<std::uint64_t>(run), 512).value /
+                 0.05;
         result.push_back(sum);
       }
       return result;
@@ -248,14 +252,14 @@ TEST_CASE("the gradients by the voxels of a constant grid of albedos are the der
     <string name="filename" value="{}"/></volume>)",
                                          grid_file(folder, 4, 3, 5, std::vector<float>(60, 0.85F)));
   const Scene constant = cube(folder, setting);
-  const auto sum = [&](const Scene& scene, std::uint64_t seed) {
-    const WeighedDerivatives result = gradient(scene, by({"smoke.albedo"}, seed), 256);
-    const VoxelGrid& values = result.values[0];
-    if (!values.data.empty()) CHECK(sum_of(values) == Approx(result.value[0]).epsilon(1e-5));
-    return std::vector<double>{result.value[0], result.stderr_[0]};
+  const auto of_all = [](const Scene& scene, std::uint64_t seed) {
+    return mean_of_gradients(scene, by({"smoke.albedo"}, seed), 8, 256, [](const WeighedDerivatives& result) {
+      const VoxelGrid& values = result.values[0];
+      if (!values.data.empty()) CHECK(sum_of(values) == Approx(result.value[0]).epsilon(1e-5));
+      return std::vector<double>{result.value[0], result.stderr_[0]};
+    });
   };
-  const std::vector<Estimate> a = mean_of_runs(8, [&](std::uint64_t seed) { return sum(homogeneous, seed); });
-  const std::vector<Estimate> b = mean_of_runs(8, [&](std::uint64_t seed) { return sum(constant, seed + 50); });
+  const std::vector<Estimate> a = of_all(homogeneous, 5), b = of_all(constant, 50);
   INFO("number " << a[0].value << " +- " << a[0].stderr_ << ", grid " << b[0].value << " +- " << b[0].stderr_);
   CHECK(std::abs(z_of(a[0], b[0])) < 6);
   CHECK(b[1].value == Approx(a[1].value).epsilon(0.2));  // as quiet
@@ -274,7 +278,7 @@ TEST_CASE("the gradients by the voxels of a constant grid are the derivative by 
     const auto of_all = [&](const Scene& scene, std::uint64_t seed) {
       RenderOptions options = by({"smoke.sigma_t"}, seed);
       options.baselines = baselines;
-      return mean_of_runs(scene, options, 12, 256, [](const WeighedDerivatives& result) {
+      return mean_of_gradients(scene, options, 12, 256, [](const WeighedDerivatives& result) {
         const VoxelGrid& values = result.values[0];
         if (!values.data.empty()) CHECK(sum_of(values) == Approx(result.value[0]).epsilon(1e-5));
         return std::vector<double>{result.value[0], result.stderr_[0]};
@@ -342,7 +346,7 @@ TEST_CASE("voxels times their gradients are the derivative by the grid's scale",
         CHECK(sum_of(result.values[1]) == Approx(result.value[1]).epsilon(1e-4).margin(1e-4 * std::abs(by_scale)));
         return std::vector<double>{by_voxels - by_scale, by_scale};
       };
-      const std::vector<Estimate> differences = mean_of_runs(scene, options, 8, 16, compare);
+      const std::vector<Estimate> differences = mean_of_gradients(scene, options, 8, 16, compare);
       INFO(name << ": scale " << differences[1].value << ", difference " << differences[0].value << " +- "
                 << differences[0].stderr_);
       CHECK(std::abs(differences[0].value) < 6.5 * differences[0].stderr_);
