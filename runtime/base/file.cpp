@@ -151,7 +151,7 @@ fs::path resolved(const fs::path& path) {
 
 fs::path checked_target(const std::string& path) {
   refuse_input(path);
-  const fs::path target = resolved(path);
+  fs::path target = resolved(path);
   std::error_code error;
   if (target.filename().empty() || fs::is_directory(target, error))
     throw ResultError(target.string() + ": is a folder; give a file name");
