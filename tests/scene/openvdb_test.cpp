@@ -1,7 +1,6 @@
 // Volumes from OpenVDB files, whole and damaged; the files are written by OpenVDB itself.
 #include <openvdb/io/File.h>
 #include <openvdb/openvdb.h>
-#include <openvdb/tools/LevelSetSphere.h>
 
 #include <cmath>
 #include <filesystem>
@@ -85,7 +84,9 @@ TEST_CASE("OpenVDB grids that are no densities are refused") {
   write(folder, {steps<openvdb::FloatGrid>("density")});
   folder.check_error(medium("smoke"), 4, {"no grid \"smoke\"", "density"});
 
-  write(folder, {openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(1, {0, 0, 0}, 0.1F)});
+  const auto distances = steps<openvdb::FloatGrid>("density");
+  distances->setGridClass(openvdb::GRID_LEVEL_SET);
+  write(folder, {distances});
   folder.check_error(medium(""), 4, {"level set"});
 
   write(folder, {steps<openvdb::Int32Grid>("density")});

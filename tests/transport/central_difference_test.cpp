@@ -122,7 +122,7 @@ std::vector<Comparison> compare(const Scene& scene, const std::vector<Parameter>
     names.push_back(p.name);
     for (const int k : {-2, -1, 1, 2}) scenes.push_back(moved_scene(scene, p, k * step(scene, p)));
   }
-  SampledScenes sampled(scenes, names, op, std::vector<std::uint64_t>(scenes.size(), 21));
+  SampledScenes sampled(scenes, names, op, std::vector<std::uint64_t>(scenes.size(), 21), Shapes::of_the_first);
   const std::size_t channels = sampled.channels(), images = sampled.images();
 
   std::vector<Comparison> result(parameters.size());

@@ -115,7 +115,7 @@ class Comparison {
       scenes.push_back(load_scene(test_scene(r.row.scene), r.row.definitions));
       seeds.push_back(++seed_);  // another one for each row, or chance would push all rows the same way
     }
-    SampledScenes sampled(scenes, names, rows.front().row.op, seeds);
+    SampledScenes sampled(scenes, names, rows.front().row.op, seeds, Shapes::own);
     for (std::size_t i = 0; i < rows.size(); ++i) compare(rows[i], sampled, static_cast<int>(i));
   }
 

@@ -13,7 +13,7 @@ namespace {
 
 // Every stage is used, the first scene alone uses nearly all: rough and smooth boundaries, media, diffuse surfaces,
 // textures, sun and environment light.
-const char* const scenes[] = {"sunsky_rough_floor", "camera_inside", "rgb_sigma_t"};
+const char* const scenes[] = {"sunsky_rough_floor", "rgb_sigma_t"};
 
 Rendering image_of(const char* name, RenderOptions options) {
   options.spp = 24;
@@ -27,7 +27,6 @@ bool identical(const Image& a, const Image& b) { return a.mean == b.mean && a.st
 const std::map<std::string, std::vector<std::string>> differentiated{
     {"sunsky_rough_floor",
      {"jelly.sigma_t", "jelly.albedo.G", "hg0.g", "roughdielectric0.alpha", "roughdielectric0.int_ior"}},
-    {"camera_inside", {"haze.sigma_t", "core.scale", "hg0.g", "diffuse0.reflectance.R"}},
     {"rgb_sigma_t", {"wax.sigma_t.R", "wax.albedo.B", "wax.scale", "hg0.g"}}};
 
 Rendering derivatives_of(const std::string& name, RenderOptions options) {

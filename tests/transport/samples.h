@@ -27,19 +27,23 @@ class Moments {
   double count_ = 0, mean_ = 0, square_ = 0;
 };
 
-// Scenes with the same shapes of data (features, channels, differentiated parameters) seen by their first sensors.
+// Whether scenes have the shapes of the first, which then are prepared once, or shapes of their own.
+enum class Shapes { of_the_first, own };
+
+// Scenes with the same features, channels and differentiated parameters, seen by their first sensors.
 class SampledScenes {
  public:
   // derivatives: names of parameters of the first scene; the others are differentiated by the same places. Scenes of
   // the same seed have common random numbers.
   SampledScenes(const std::vector<Scene>& scenes, const std::vector<std::string>& derivatives, Operator op,
-                const std::vector<std::uint64_t>& seeds)
+                const std::vector<std::uint64_t>& seeds, Shapes shapes)
       : images_(1 + derivatives.size()) {
     LaunchData data;
     data.geometry.box_width = 8;
     std::vector<JobRecord> jobs;
     for (std::size_t i = 0; i < scenes.size(); ++i) {
-      jobs.push_back(append_scene(scenes[i], 0, data));
+      jobs.push_back(i > 0 && shapes == Shapes::of_the_first ? append_scene(scenes[i], 0, 0, data)
+                                                             : append_scene(scenes[i], 0, data));
       jobs.back().seed_low = static_cast<unsigned>(seeds[i]);
       const Sensor& sensor = scenes[i].sensors[0];
       pixels_.push_back(sensor.crop_width * sensor.crop_height);

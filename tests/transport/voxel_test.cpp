@@ -71,10 +71,15 @@ std::vector<double> weights_of(const Rendering& image) {
   return weights;
 }
 
-WeighedDerivatives gradient(const Scene& scene, const RenderOptions& options, int spp) {
-  return GradientRenderer(device(), scene, options).render(0, {spp}, [](const std::vector<Rendering>& groups) {
+WeighedDerivatives gradient(GradientRenderer& renderer, int first, int spp) {
+  return renderer.render(first, {spp}, [](const std::vector<Rendering>& groups) {
     return std::vector<std::vector<double>>{weights_of(groups[0])};
   });
+}
+
+WeighedDerivatives gradient(const Scene& scene, const RenderOptions& options, int spp) {
+  GradientRenderer renderer(device(), scene, options);
+  return gradient(renderer, 0, spp);
 }
 
 RenderOptions by(const std::vector<std::string>& parameters, std::uint64_t seed = 5) {
@@ -130,11 +135,13 @@ Estimate difference(const Scene& scene, std::size_t voxel, double h, int spp) {
 
 namespace {
 
-// The mean over runs with other seeds, of each number that `of` gives, and its standard error.
-std::vector<Estimate> mean_of_runs(int runs, const std::function<std::vector<double>(std::uint64_t)>& of) {
+// The mean over runs with other samples, of each number that `of` gives, and its standard error.
+std::vector<Estimate> mean_of_runs(const Scene& scene, const RenderOptions& options, int runs, int spp,
+                                   const std::function<std::vector<double>(const WeighedDerivatives&)>& of) {
+  GradientRenderer renderer(device(), scene, options);
   std::vector<double> sum, square;
   for (int run = 0; run < runs; ++run) {
-    const std::vector<double> values = of(static_cast<std::uint64_t>(run));
+    const std::vector<double> values = of(gradient(renderer, run * spp, spp));
     sum.resize(values.size());
     square.resize(values.size());
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -167,10 +174,11 @@ TEST_CASE("the gradient by a voxel is the difference of that voxel, empty or at 
     setting.medium =
         heterogeneous(grid_file(folder, 3, 2, 2, values), R"(<float name="albedo" value="0.75"/>)", filter);
     const Scene scene = cube(folder, setting);
-    const std::vector<Estimate> gradients = mean_of_runs(12, [&](std::uint64_t seed) {
-      const std::vector<float> data = gradient(scene, by({"smoke.sigma_t"}, seed), 512).values[0].data;
-      return std::vector<double>(data.begin(), data.end());
-    });
+    const std::vector<Estimate> gradients =
+        mean_of_runs(scene, by({"smoke.sigma_t"}), 12, 512, [](const WeighedDerivatives& result) {
+          const std::vector<float>& data = result.values[0].data;
+          return std::vector<double>(data.begin(), data.end());
+        });
     REQUIRE(gradients.size() == values.size());
     for (const std::size_t i : voxels) {
       const Estimate expected = difference(scene, i, 0.3, 4096);
@@ -191,16 +199,16 @@ TEST_CASE("the gradients by the voxels of a constant grid are the derivative by 
   setting.medium = heterogeneous(grid_file(folder, 4, 3, 5, std::vector<float>(60, 1.5F)), albedo);
   const Scene constant = cube(folder, setting);
   for (const Baselines baselines : {Baselines::off, Baselines::on}) {
-    const auto sum = [&](const Scene& scene, std::uint64_t seed) {
+    const auto of_all = [&](const Scene& scene, std::uint64_t seed) {
       RenderOptions options = by({"smoke.sigma_t"}, seed);
       options.baselines = baselines;
-      const WeighedDerivatives result = gradient(scene, options, 256);
-      const VoxelGrid& values = result.values[0];
-      if (!values.data.empty()) CHECK(sum_of(values) == Approx(result.value[0]).epsilon(1e-5));
-      return std::vector<double>{result.value[0], result.stderr_[0]};
+      return mean_of_runs(scene, options, 12, 256, [](const WeighedDerivatives& result) {
+        const VoxelGrid& values = result.values[0];
+        if (!values.data.empty()) CHECK(sum_of(values) == Approx(result.value[0]).epsilon(1e-5));
+        return std::vector<double>{result.value[0], result.stderr_[0]};
+      });
     };
-    const std::vector<Estimate> a = mean_of_runs(12, [&](std::uint64_t seed) { return sum(homogeneous, seed); });
-    const std::vector<Estimate> b = mean_of_runs(12, [&](std::uint64_t seed) { return sum(constant, seed + 50); });
+    const std::vector<Estimate> a = of_all(homogeneous, 5), b = of_all(constant, 50);
     INFO("homogeneous " << a[0].value << " +- " << a[0].stderr_ << ", grid " << b[0].value << " +- " << b[0].stderr_);
     CHECK(std::abs(z_of(a[0], b[0])) < 5.5);
     CHECK(b[1].value == Approx(a[1].value).epsilon(0.2));  // as quiet: no probes where nothing is thin
@@ -248,17 +256,17 @@ TEST_CASE("voxels times their gradients are the derivative by the grid's scale",
       const Parameter p = *std::find_if(all.begin(), all.end(), [](const Parameter& each) { return each.by_voxels; });
       const Parameter scale = find_parameter(all, p.id + ".scale");
       const std::vector<float>& voxels = grid_of(scene, p)->data;
-      const std::vector<Estimate> differences = mean_of_runs(8, [&](std::uint64_t seed) {
-        RenderOptions options = by({scale.name, p.name}, seed);
-        options.baselines = baselines;
-        const WeighedDerivatives result = gradient(scene, options, 16);
+      RenderOptions options = by({scale.name, p.name});
+      options.baselines = baselines;
+      const auto compare = [&](const WeighedDerivatives& result) {
         const double by_scale = result.value[0] * scale.value;
         const double by_voxels = std::inner_product(
             voxels.begin(), voxels.end(), result.values[1].data.begin(), 0.0, std::plus<>(),
             [](float voxel, float d) { return static_cast<double>(voxel) * static_cast<double>(d); });
         CHECK(sum_of(result.values[1]) == Approx(result.value[1]).epsilon(1e-4).margin(1e-4 * std::abs(by_scale)));
         return std::vector<double>{by_voxels - by_scale, by_scale};
-      });
+      };
+      const std::vector<Estimate> differences = mean_of_runs(scene, options, 8, 16, compare);
       INFO(name << ": scale " << differences[1].value << ", difference " << differences[0].value << " +- "
                 << differences[0].stderr_);
       CHECK(std::abs(differences[0].value) < 6.5 * differences[0].stderr_);
