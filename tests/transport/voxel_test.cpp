@@ -137,13 +137,11 @@ Estimate difference(const Scene& scene, std::size_t voxel, double h, int spp) {
 
 namespace {
 
-// The mean over runs with other samples, of each number that `of` gives, and its standard error.
-std::vector<Estimate> mean_of_runs(const Scene& scene, const RenderOptions& options, int runs, int spp,
-                                   const std::function<std::vector<double>(const WeighedDerivatives&)>& of) {
-  GradientRenderer renderer(device(), scene, options);
+// The mean over runs, of each number that `of` gives, and its standard error.
+std::vector<Estimate> mean_of_runs(int runs, const std::function<std::vector<double>(int)>& of) {
   std::vector<double> sum, square;
   for (int run = 0; run < runs; ++run) {
-    const std::vector<double> values = of(gradient(renderer, run * spp, spp));
+    const std::vector<double> values = of(run);
     sum.resize(values.size());
     square.resize(values.size());
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -155,6 +153,13 @@ std::vector<Estimate> mean_of_runs(const Scene& scene, const RenderOptions& opti
   for (std::size_t i = 0; i < sum.size(); ++i)
     result.push_back({sum[i], std::sqrt(std::max(square[i] - sum[i] * sum[i], 0.0) / (runs - 1))});
   return result;
+}
+
+// Of gradients, each from other samples.
+std::vector<Estimate> mean_of_runs(const Scene& scene, const RenderOptions& options, int runs, int spp,
+                                   const std::function<std::vector<double>(const WeighedDerivatives&)>& of) {
+  GradientRenderer renderer(device(), scene, options);
+  return mean_of_runs(runs, [&](int run) { return of(gradient(renderer, run * spp, spp)); });
 }
 
 double z_of(const Estimate& a, const Estimate& b) {
@@ -210,19 +215,21 @@ TEST_CASE("the gradient by a voxel of an albedo is the difference of that voxel,
         <transform name="to_world"><scale value="2"/><translate x="-1" y="-1" z="-1"/></transform></volume>)";
     const Scene scene = cube(folder, setting);
     const std::vector<std::size_t> which{0, 4, 6, 7, 8, 11};
-    const std::vector<Estimate> gradients = mean_of_runs(12, [&](std::uint64_t seed) {
-      const std::vector<float> data = gradient(scene, by({"smoke.albedo"}, seed), 256).values[0].data;
-      return std::vector<double>(data.begin(), data.end());
-    });
+    const std::vector<Estimate> gradients =
+        mean_of_runs(scene, by({"smoke.albedo"}), 12, 256, [](const WeighedDerivatives& result) {
+          const std::vector<float>& data = result.values[0].data;
+          return std::vector<double>(data.begin(), data.end());
+        });
     REQUIRE(gradients.size() == values.size());
     // An albedo moves no flight: of the same random numbers differences have little noise.
     const Parameter p = find_parameter(list_parameters(scene), "smoke.albedo");
-    const std::vector<Estimate> differences = mean_of_runs(8, [&](std::uint64_t seed) {
+    const std::vector<Estimate> differences = mean_of_runs(8, [&](int run) {
       std::vector<double> result;
       for (const std::size_t i : which) {
         double sum = 0;
         for (const auto& [offset, factor] : stencil(static_cast<double>(values[i]), 0.05))
-          sum += factor * weighed(moved(scene, p, i, offset * 0.05), 70 + seed, 512).value / 0.05;
+          sum += factor * weighed(moved(scene, p, i, offset * 0.05), static_cast<std::uint64_t>(70 + run), 512).value /
+                 0.05;
         result.push_back(sum);
       }
       return result;
@@ -248,14 +255,14 @@ TEST_CASE("the gradients by the voxels of a constant grid of albedos are the der
     <string name="filename" value="{}"/></volume>)",
                                          grid_file(folder, 4, 3, 5, std::vector<float>(60, 0.85F)));
   const Scene constant = cube(folder, setting);
-  const auto sum = [&](const Scene& scene, std::uint64_t seed) {
-    const WeighedDerivatives result = gradient(scene, by({"smoke.albedo"}, seed), 256);
-    const VoxelGrid& values = result.values[0];
-    if (!values.data.empty()) CHECK(sum_of(values) == Approx(result.value[0]).epsilon(1e-5));
-    return std::vector<double>{result.value[0], result.stderr_[0]};
+  const auto of_all = [&](const Scene& scene, std::uint64_t seed) {
+    return mean_of_runs(scene, by({"smoke.albedo"}, seed), 8, 256, [](const WeighedDerivatives& result) {
+      const VoxelGrid& values = result.values[0];
+      if (!values.data.empty()) CHECK(sum_of(values) == Approx(result.value[0]).epsilon(1e-5));
+      return std::vector<double>{result.value[0], result.stderr_[0]};
+    });
   };
-  const std::vector<Estimate> a = mean_of_runs(8, [&](std::uint64_t seed) { return sum(homogeneous, seed); });
-  const std::vector<Estimate> b = mean_of_runs(8, [&](std::uint64_t seed) { return sum(constant, seed + 50); });
+  const std::vector<Estimate> a = of_all(homogeneous, 5), b = of_all(constant, 50);
   INFO("number " << a[0].value << " +- " << a[0].stderr_ << ", grid " << b[0].value << " +- " << b[0].stderr_);
   CHECK(std::abs(z_of(a[0], b[0])) < 6);
   CHECK(b[1].value == Approx(a[1].value).epsilon(0.2));  // as quiet
