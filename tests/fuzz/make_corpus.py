@@ -76,7 +76,7 @@ def exr(width=2, height=2, compression=0, channels=("B", "G", "R"), attributes=(
     row = struct.pack("<%df" % (width * len(channels)), *range(width * len(channels)))
     chunks, table, at = b"", b"", len(head) + 8 * height
     for y in range(height):
-        chunk = struct.pack("<ii", y, len(row)) + row
+        chunk = struct.pack("<ii", y + (window or (0, 0))[1], len(row)) + row
         table += struct.pack("<Q", at + len(chunks))
         chunks += chunk
     return head + table + chunks
