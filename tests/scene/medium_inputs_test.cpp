@@ -86,8 +86,8 @@ TEST_CASE("parameters are those that the file gives, and the mean cosine is none
 TEST_CASE("dual numbers give the derivatives of the medium's numbers by the coefficients") {
   for (const Model& model : medium_inputs()) {
     INFO(model.parameters[0].name << " of " << model.type);
-    std::vector<double> at;
-    for (int i = 0; i < model.parameter_slots; ++i) at.push_back(0.3 + 0.11 * i);
+    std::vector<double> at(static_cast<std::size_t>(model.parameter_slots));
+    for (std::size_t i = 0; i < at.size(); ++i) at[i] = 0.3 + 0.11 * static_cast<double>(i);
     if (model.mean_cosine_slot() >= 0) at[static_cast<std::size_t>(model.mean_cosine_slot())] = 0.6;
     const auto by = model.jacobian(0, at);
     for (std::size_t k = 0; k < at.size(); ++k) {
