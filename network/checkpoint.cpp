@@ -6,6 +6,7 @@
 #include "network/trainer.h"
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/json_text.h"
 
 namespace itn {
 namespace {
@@ -84,7 +85,7 @@ void Trainer::read_checkpoint(const std::string& file) {
   EpochLosses sums;
   std::size_t best_epoch = 0;
   try {
-    const Json progress = Json::parse(content.text("progress", file));
+    const auto progress = parse_json<Json>(content.text("progress", file), file + ": metadata 'progress'");
     state.steps = progress.at("steps");
     sums = losses_of(progress.at("sums"));
     for (const Json& losses : progress.at("curve")) curve.push_back(losses_of(losses));

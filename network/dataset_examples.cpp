@@ -7,6 +7,7 @@
 
 #include "network/random.h"
 #include "runtime/base/error.h"
+#include "runtime/dataset/stored_image.h"
 
 namespace itn {
 namespace {
@@ -25,14 +26,14 @@ DatasetImages read_images(const std::string& folder, const Manifest& manifest, M
     if (image.split != split) continue;
     result.images.push_back(image);
     result.luminance.push_back(
-        read_luminance(path_of(folder, image.file), manifest.size, manifest.hash, &result.errors.emplace_back()));
+        luminance_of(read_stored(folder, manifest, image), path_of(folder, image.file), &result.errors.emplace_back()));
   }
   if (result.images.empty())
     throw InputError(manifest_file(folder) + ": has no images of the split " + split_name(split));
   for (const Manifest::Light& light : manifest.lights) result.lights.push_back(light.direction);
   if (with_shapes)
     for (const Manifest::Shape& shape : manifest.shapes)
-      result.shapes.push_back(read_seen_shape(path_of(folder, shape.buffers), manifest.size));
+      result.shapes.push_back(seen_shape_of(read_stored(folder, manifest, shape), path_of(folder, shape.buffers)));
   return result;
 }
 

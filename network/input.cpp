@@ -48,7 +48,7 @@ std::vector<float> plane(const ExrImage& image, const std::string& name, const s
 }
 
 // Row-major, finite.
-std::vector<float> luminance_of(const ExrImage& image, const std::string& file) {
+std::vector<float> finite_luminance(const ExrImage& image, const std::string& file) {
   std::vector<float> luminance;
   if (image.channel("Y") >= 0) {
     luminance = plane(image, "Y", file);
@@ -67,6 +67,19 @@ std::vector<float> luminance_of(const ExrImage& image, const std::string& file) 
     if (!std::isfinite(luminance[i]))
       fail_at(file, image.width, i, fmt::format("is {}, need a finite number", luminance[i]));
   return luminance;
+}
+
+// What lies below 0 is noise, or no radiance. Nothing but black says nothing about an object.
+void check_radiance(const std::vector<float>& luminance, const std::string& file) {
+  double above = 0, below = 0;
+  for (const float value : luminance) (value > 0 ? above : below) += std::fabs(static_cast<double>(value));
+  constexpr double most_below = 0.1;
+  if (below > most_below * above)
+    throw InputError(
+        fmt::format("{}: its pixels below 0 weigh {:.3g} of those above; need radiance: is it a difference, "
+                    "or is black subtracted wrongly?",
+                    file, below / above));
+  if (above == 0) throw InputError(file + ": is black; need an image of a lit object");
 }
 
 struct Weight {
@@ -92,8 +105,11 @@ std::vector<std::vector<Weight>> windows(int from, int size) {
 
 std::vector<float> read_luminance(const std::string& file, int size, const std::string& hash,
                                   std::vector<float>* errors) {
-  const ExrImage image = read_square(file, size, hash);
-  std::vector<float> luminance = luminance_of(image, file);
+  return luminance_of(read_square(file, size, hash), file, errors);
+}
+
+std::vector<float> luminance_of(const ExrImage& image, const std::string& file, std::vector<float>* errors) {
+  std::vector<float> luminance = finite_luminance(image, file);
   if (!errors) return luminance;
   *errors = image.channel("stderr.Y") < 0 ? std::vector<float>(luminance.size()) : plane(image, "stderr.Y", file);
   if (!std::all_of(errors->begin(), errors->end(), [](float error) { return std::isfinite(error); }))
@@ -103,7 +119,8 @@ std::vector<float> read_luminance(const std::string& file, int size, const std::
 
 std::vector<float> read_resampled_luminance(const std::string& file, int size) {
   const ExrImage image = read_square(file, any_size, "");
-  const std::vector<float> luminance = luminance_of(image, file);
+  const std::vector<float> luminance = finite_luminance(image, file);
+  check_radiance(luminance, file);
   const std::vector<std::vector<Weight>> window = windows(image.width, size);
   const auto width = static_cast<std::size_t>(image.width);
   std::vector<float> result;
@@ -142,7 +159,10 @@ SeenShape seen_shape(std::vector<float> normal, const std::vector<float>& depth,
 }
 
 SeenShape read_seen_shape(const std::string& file, int size, const std::string& hash) {
-  const ExrImage image = read_square(file, size, hash);
+  return seen_shape_of(read_square(file, size, hash), file);
+}
+
+SeenShape seen_shape_of(const ExrImage& image, const std::string& file) {
   std::vector<float> mask = plane(image, "mask", file), normal;
   const std::vector<float> depth = plane(image, "depth", file);
   for (const char* name : {"normal.X", "normal.Y", "normal.Z"}) {
@@ -165,6 +185,11 @@ SeenShape read_resampled_seen_shape(const std::string& file, int size, const std
   for (std::size_t axis = 0; axis < 3; ++axis) resampled(&whole.normal[axis * pixels], shape.normal);
   resampled(whole.nearness.data(), shape.nearness);
   resampled(whole.mask.data(), shape.mask);
+  if (std::find(shape.mask.begin(), shape.mask.end(), 1.0F) == shape.mask.end())
+    throw InputError(
+        fmt::format("{}: the object is smaller than a pixel of the {} x {} that the network sees; need "
+                    "buffers that it fills: cut them, and the image, around it",
+                    file, size, size));
   return shape;
 }
 

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "network/network.h"
+#include "runtime/image/exr.h"
 
 namespace itn {
 
@@ -25,9 +26,11 @@ constexpr double darkest_radiance = 0.01;
 // finite, another hash. errors: become the pixels' standard errors, channel stderr.Y, or 0 where the file has none.
 std::vector<float> read_luminance(const std::string& file, int size, const std::string& hash = "",
                                   std::vector<float>* errors = nullptr);
+std::vector<float> luminance_of(const ExrImage& image, const std::string& file, std::vector<float>* errors = nullptr);
 
 // As read_luminance(), of any square image: averaged over the squares of size x size pixels, or between pixels where it
-// has fewer. Throws InputError: not square, and what read_luminance() throws beside the size.
+// has fewer. Throws InputError: not square, black or with much below 0, and what read_luminance() throws beside the
+// size.
 std::vector<float> read_resampled_luminance(const std::string& file, int size);
 
 // A shape as the camera sees it (runtime/dataset/README.md).
@@ -46,8 +49,10 @@ SeenShape seen_shape(std::vector<float> normal, const std::vector<float>& depth,
 // From a file. Throws InputError: another size, channels missing, a mask of other numbers than 0 and 1 or of zeros
 // alone, normals of another length than 1 on the object, numbers there that are not finite, another hash.
 SeenShape read_seen_shape(const std::string& file, int size, const std::string& hash = "");
+SeenShape seen_shape_of(const ExrImage& image, const std::string& file);
 
-// The same of any square buffers; a pixel has what is seen at its middle.
+// The same of any square buffers; a pixel has what is seen at its middle. Throws InputError, too, where no pixel has
+// the object.
 SeenShape read_resampled_seen_shape(const std::string& file, int size, const std::string& hash = "");
 
 struct KnownScene {

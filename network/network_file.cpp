@@ -5,6 +5,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/json_text.h"
 
 namespace itn {
 namespace {
@@ -89,7 +90,8 @@ NetworkDescription network_description(const Safetensors& content, const std::st
   description.mm_per_unit = number(content, "mm_per_unit", file);
   try {
     description.outputs.clear();
-    for (const nlohmann::json& range : nlohmann::json::parse(content.text("outputs", file)))
+    for (const nlohmann::json& range :
+         parse_json<nlohmann::json>(content.text("outputs", file), file + ": metadata 'outputs'"))
       description.outputs.push_back({range.at("name"), range.at("low"), range.at("high"), range.at("logarithmic")});
   } catch (const nlohmann::json::exception& error) {
     throw InputError(file + ": metadata 'outputs' does not say the ranges of the outputs: " + error.what());

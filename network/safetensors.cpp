@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 
 namespace itn {
 namespace {
@@ -144,7 +145,7 @@ Safetensors parse_safetensors(std::string_view bytes, const std::string& file) {
   Safetensors content;
   std::vector<Entry> entries;
   try {
-    const Json header = Json::parse(bytes.substr(8, length));
+    const auto header = parse_json<Json>(bytes.substr(8, length), file + ": no valid safetensors header");
     if (!header.is_object()) fail(file, "no valid safetensors header: no object");
     for (const auto& [name, json] : header.items()) {
       if (name == "__metadata__")

@@ -1,9 +1,12 @@
 #include "runtime/renderer.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 
 #include "runtime/base/error.h"
+#include "runtime/base/memory.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/wavefront/trace_images.h"
 
@@ -23,11 +26,25 @@ struct Renderer::State {
   State(const Device& on, const Scene& scene, const RenderOptions& given)
       : device(on), options(given), sensor(sensor_of(scene, given.sensor)) {
     if (options.paths_a_launch > 0) launch_paths = options.paths_a_launch;
+    require_film_memory(scene.file);
     const auto start = std::chrono::steady_clock::now();
     data.geometry.box_width = box_width(device);
     const JobRecord job = seeded(append_scene(scene, options.sensor, data));
     build(job, derivative_data(scene, options.derivatives, job, data));
     build_s = seconds_since(start);
+  }
+
+  // What the host holds of an image: means and standard errors, in vectors that grow to twice their size, and again as
+  // the pixels and the bytes of the file.
+  void require_film_memory(const std::string& file) const {
+    constexpr double copies = 4;
+    const double pixels = static_cast<double>(sensor.crop_width) * sensor.crop_height;
+    const double values = 2.0 * (sensor.luminance ? 1 : 3) * (1 + static_cast<double>(options.derivatives.size()));
+    constexpr double always_allowed = 1 << 28;
+    const double bytes = copies * pixels * values * sizeof(float);
+    if (bytes > always_allowed)
+      require_memory(bytes, fmt::format("{}: a film of {} x {} pixels", file, sensor.crop_width, sensor.crop_height),
+                     "make it smaller (--size), or render it in parts (crop_width ...)");
   }
 
   JobRecord seeded(JobRecord job) const {
@@ -68,6 +85,11 @@ Renderer::Renderer(const Device& device, const Scene& scene, const RenderOptions
 Renderer::~Renderer() = default;
 
 void Renderer::replace(const Scene& scene) { state_->replace(scene); }
+
+void Renderer::reseed(std::uint64_t seed) {
+  state_->options.seed = seed;
+  state_->wavefront->reseed(seed);
+}
 
 Rendering Renderer::render(int first_sample, int spp) {
   State& s = *state_;

@@ -3,13 +3,17 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
+#include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/printable.h"
 
 namespace itn::tools {
 namespace {
@@ -20,6 +24,14 @@ std::string is_seed(const std::string& text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error == std::errc() && end == text.data() + text.size()) return "";
   return "got " + text + ", need a whole number from 0 to 2^64 - 1";
+}
+
+// One for all names of a file, also of one that is not there.
+std::string whole_name(const std::string& file) {
+  std::error_code error;
+  const std::filesystem::path absolute = std::filesystem::absolute(file, error);
+  const std::filesystem::path whole = std::filesystem::weakly_canonical(absolute, error);
+  return (error ? absolute.lexically_normal() : whole).string();
 }
 
 }  // namespace
@@ -102,14 +114,39 @@ std::string name_of(Operator op) { return op == Operator::single ? "single" : "f
 
 void write_json(const CommonOptions& options, const nlohmann::ordered_json& result) {
   if (options.json.empty()) return;
-  const std::string text = result.dump(2) + "\n";
+  // Names of files may be any bytes.
+  const std::string text = result.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
   if (options.json != "-") return write_file(options.json, text);
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
     throw ResultError("standard output: the result cannot be written; is the disk full or the reader gone?");
 }
 
+void check_outputs(const CommonOptions& options, std::vector<std::string> files, const std::vector<std::string>& own) {
+  if (!options.json.empty() && options.json != "-") files.push_back(options.json);
+  std::set<std::string> names;
+  for (const std::string& file : own) names.insert(whole_name(file));
+  for (const std::string& file : files) {
+    check_writable(file);
+    const bool is_new = names.insert(whole_name(file)).second;
+    std::error_code error;
+    if (!is_new && !std::filesystem::is_other(file, error))  // a device takes any number
+      throw UsageError(file + ": would be written twice by the same command; choose another name");
+  }
+}
+
+void refuse_inside(const std::string& folder, const std::vector<std::string>& files) {
+  const std::filesystem::path from = whole_name(folder);
+  for (const std::string& file : files) {
+    if (file.empty() || file == "-") continue;
+    const std::filesystem::path inside = whole_name(file);
+    if (std::mismatch(from.begin(), from.end(), inside.begin(), inside.end()).first == from.end())
+      throw UsageError(file + ": is in " + folder +
+                       ", which is read by the same command; choose a place outside of it");
+  }
+}
+
 void warn(const CommonOptions& options, const std::string& text) {
-  if (!options.quiet) std::fprintf(stderr, "warning: %s\n", text.c_str());
+  if (!options.quiet) std::fprintf(stderr, "warning: %s\n", printable(text).c_str());
 }
 
 }  // namespace itn::tools

@@ -1,6 +1,7 @@
 // What every sub-command shares: options with one name and meaning, and where results go.
 #pragma once
 #include <cstdint>
+#include <cstdio>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -28,7 +29,8 @@ struct CommonOptions {
   // Throws UsageError for a definition without "=".
   std::map<std::string, std::string> definition_map() const;
   // May the text for people go to standard output?
-  bool talkative() const { return !quiet && json != "-"; }
+  // Not where nobody reads any more: what was begun is finished first, and main() reports it.
+  bool talkative() const { return !quiet && json != "-" && std::ferror(stdout) == 0; }
 };
 
 // default_spp: what happens without --spp.
@@ -47,6 +49,14 @@ const Sensor& chosen_sensor(const Scene& scene, int index);
 
 // Writes the result where --json says; throws ResultError when that fails.
 void write_json(const CommonOptions& options, const nlohmann::ordered_json& result);
+
+// Asked before work that takes long: can --json and these files be written, each once, none of what was read (Inputs)?
+// own: what the command writes into its folder, which may not be there yet. Throws ResultError or UsageError.
+void check_outputs(const CommonOptions& options, std::vector<std::string> files,
+                   const std::vector<std::string>& own = {});
+
+// Throws UsageError where one of the files is the folder or in it, links followed; empty names and "-" are no files.
+void refuse_inside(const std::string& folder, const std::vector<std::string>& files);
 
 // Warnings of a scene and the like: standard error, unless --quiet.
 void warn(const CommonOptions& options, const std::string& text);

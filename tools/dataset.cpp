@@ -8,13 +8,16 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "network/input.h"
+#include "runtime/base/error.h"
 #include "runtime/base/folder_lock.h"
+#include "runtime/base/inputs.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/base/version.h"
 #include "runtime/dataset/config.h"
 #include "runtime/dataset/render_dataset.h"
+#include "runtime/dataset/stored_image.h"
 #include "runtime/image/contact_sheet.h"
-#include "runtime/image/exr.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
 #include "tools/progress.h"
@@ -41,23 +44,25 @@ void write_preview(const std::string& folder, const Manifest& set) {
   ContactSheet sheet(count, columns, set.size, std::max(1, 96 / set.size));
   for (int i = 0; i < count; ++i) {
     const std::size_t at = set.images.size() * static_cast<std::size_t>(i) / static_cast<std::size_t>(count);
-    const ExrImage image = read_exr(folder + "/" + set.images[at].file);
-    const auto y = static_cast<std::size_t>(image.channel("Y"));
-    std::vector<float> luminance;
-    for (std::size_t p = y; p < image.data.size(); p += image.channels.size()) luminance.push_back(image.data[p]);
-    sheet.add(luminance, 1);
+    const Manifest::Image& image = set.images[at];
+    sheet.add(luminance_of(read_stored(folder, set, image), folder + "/" + image.file), 1);
   }
   sheet.write(folder + "/preview.png");
 }
 
 void run(const Options& options, bool seed_given) {
   const CommonOptions& common = options.common;
+  Inputs inputs;
   DatasetConfig config = read_dataset_config(options.config);
+  if (common.spp == 1)
+    throw UsageError("--spp 1: images without standard errors, which nothing can be learnt from; need 2 or more");
   if (common.spp) config.spp = common.spp;
   if (seed_given) config.seed = common.seed;
   const Device device(common.device);
   const DatasetPlan plan = plan_dataset(config, version(), device.info().name + ", " + device.info().platform);
+  inputs.end();
   const FolderLock lock(options.folder);
+  check_outputs(common, {}, {manifest_file(options.folder)});
 
   const auto start = std::chrono::steady_clock::now();
   Progress progress(options.config, static_cast<double>(plan.manifest.images.size()), "images", !common.quiet);

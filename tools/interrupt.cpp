@@ -1,10 +1,15 @@
 #include "tools/interrupt.h"
 
+#include <fcntl.h>
 #include <signal.h>  // NOLINT(modernize-deprecated-headers): sigaction is POSIX
 #include <sys/time.h>
 #include <unistd.h>
 
+#include <cstdio>
+#include <cstring>
+
 #include "runtime/base/file.h"
+#include "runtime/device/kernel_cache.h"
 
 namespace itn::tools {
 namespace {
@@ -28,6 +33,17 @@ void on_signal(int signal_number) {
   setitimer(ITIMER_REAL, &in_a_moment, nullptr);
 }
 
+char abort_text[4096];
+
+// A driver that aborts: PoCL does where a file in its cache is damaged. Only what a signal handler may do.
+void on_abort(int) {
+  remove_unfinished_file();
+  const auto ignored = write(STDERR_FILENO, abort_text, std::strlen(abort_text));
+  (void)ignored;
+  constexpr int device_failure = 4;
+  _exit(device_failure);
+}
+
 void handle(int signal_number, void (*handler)(int)) {
   struct sigaction action {};
   action.sa_handler = handler;
@@ -39,10 +55,31 @@ void handle(int signal_number, void (*handler)(int)) {
 
 const std::atomic<bool>& interrupt_flag() { return interrupted; }
 
+void open_standard_files() {
+  for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(number, F_GETFD) >= 0) continue;
+    // The lowest number that is free. Reading from the first, or writing to the others, goes on failing.
+    const int opened = open("/dev/null", number == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+    (void)opened;
+  }
+}
+
 void watch_for_interrupt() {
+  std::snprintf(
+      abort_text, sizeof abort_text,
+      "itn: the OpenCL driver, or a library, has given up; if it does so again, remove the folder of compiled "
+      "programs: rm -r %s\n",
+      kernel_cache_folder().c_str());
+  handle(SIGABRT, on_abort);
+  handle(SIGBUS, on_abort);  // a file of the cache that is cut off
   handle(SIGALRM, end_now);
   handle(SIGINT, on_signal);
   handle(SIGTERM, on_signal);
+  // A terminal that is closed, unless the caller (nohup) wants the program to go on.
+  struct sigaction hangup {};
+  if (sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler == SIG_DFL) handle(SIGHUP, on_signal);
+  // A reader that is gone: writing fails, and is reported; what takes long is stored first.
+  handle(SIGPIPE, SIG_IGN);
 }
 
 OrderlyEnd::OrderlyEnd() { orderly = true; }

@@ -1,4 +1,4 @@
-// Ctrl-C and SIGTERM: an orderly end within a second, without a partial file.
+// Ctrl-C, SIGTERM and SIGHUP: an orderly end within a second, without a partial file.
 #pragma once
 #include <atomic>
 
@@ -7,6 +7,10 @@ namespace itn::tools {
 // The first signal sets the flag for whoever polls it. What cannot poll (loading a scene, a driver compiling kernels)
 // is ended 0.5 s later, or at once by a second signal: an unfinished output file is removed, the exit code is 130.
 void watch_for_interrupt();
+
+// Where standard input, output or error is closed, the next file that is opened would take its place and get what is
+// meant for it. To be called before any file is opened.
+void open_standard_files();
 
 const std::atomic<bool>& interrupt_flag();
 

@@ -8,7 +8,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
-#include "runtime/base/fingerprint.h"
+#include "runtime/base/inputs.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/base/version.h"
 #include "runtime/inversion/inversion_report.h"
@@ -42,12 +42,10 @@ struct Options {
 };
 
 // Everything that the numbers depend on: a folder goes on only with the same.
-nlohmann::ordered_json request(const Options& o, const Device& device) {
+nlohmann::ordered_json request(const Options& o, const Device& device, const Inputs& inputs) {
+  // the scene, all that it names, and the images
   nlohmann::ordered_json files = nlohmann::ordered_json::object();
-  files[o.scene] = fingerprint_of(o.scene);
-  for (const auto* list : {&o.images.targets, &o.images.masks})
-    for (const std::string& file : *list)
-      if (!file.empty()) files[file] = fingerprint_of(file);
+  for (const auto& [file, fingerprint] : inputs.fingerprints()) files[file] = fingerprint;
   return {{"version", version()},
           {"files", files},
           {"definitions", o.common.definitions},
@@ -131,7 +129,7 @@ double relative_noise(const Options& options, const std::vector<TargetImage>& ta
 }
 
 void find_textures(const Options& options, const Scene& scene, const std::vector<TargetImage>& targets,
-                   const Device& device) {
+                   const Device& device, const Inputs& inputs) {
   if (!options.only_numbers.empty())
     throw UsageError(options.only_numbers.front() +
                      ": of numbers alone; textures are found by adam, from the scene's own");
@@ -147,7 +145,7 @@ void find_textures(const Options& options, const Scene& scene, const std::vector
   render_options.seed = options.common.seed;
   render_options.op = options.op;
   render_options.cancel = &interrupt_flag();
-  StoredRun::Json asked = request(options, device);
+  StoredRun::Json asked = request(options, device, inputs);
   asked["smoothness"] = options.smoothness;
   asked["repeats"] = options.repeats;
   invert_textures({options.common, options.scene, options.folder, options.parameters, options.images, how}, scene,
@@ -157,6 +155,7 @@ void find_textures(const Options& options, const Scene& scene, const std::vector
 void run(Options options) {
   const CommonOptions& common = options.common;
   const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
+  Inputs inputs(Inputs::Keep::fingerprints);
   Scene scene = load_scene(options.scene, common.definition_map(), {.size = options.images.size, .open = common.open});
   for (const std::string& text : scene.warnings) warn(common, text);
   const std::vector<Parameter> all = list_parameters(scene);
@@ -164,8 +163,9 @@ void run(Options options) {
     *texts = by_component(all, *texts);
   const std::vector<TargetImage> targets = read_targets(options.images, scene);
   set_starts(options, scene);
+  inputs.end();
   const Device device(common.device);
-  if (names_texture(all, options.parameters)) return find_textures(options, scene, targets, device);
+  if (names_texture(all, options.parameters)) return find_textures(options, scene, targets, device, inputs);
 
   InversionOptions& how = options.inversion;
   how.method = options.method == "adam" ? InversionOptions::Method::adam : InversionOptions::Method::gauss_newton;
@@ -187,8 +187,8 @@ void run(Options options) {
   how.prior = prior_of(options, model.coordinates());
   Inversion inversion(model, targets, how);
 
-  if (!common.json.empty() && common.json != "-") check_writable(common.json);
-  StoredInversion stored(options.folder, request(options, device), inversion, model.coordinates(),
+  check_outputs(common, {});
+  StoredInversion stored(options.folder, request(options, device, inputs), inversion, model.coordinates(),
                          inversion_starts(model.coordinates(), model.start(), options.starts, common.seed));
   Progress progress(options.scene, double(how.iteration_limit()) * options.starts, "iterations at most", !common.quiet);
   while (!stored.finished()) {

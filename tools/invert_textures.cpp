@@ -139,7 +139,7 @@ void invert_textures(const TextureQuestion& question, const Scene& scene, const 
   const TextureInversionOptions& how = question.inversion;
   const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
   if (how.spp < 2) throw UsageError("--spp 1: a loss compares different samples of a pixel; need 2 or more");
-  if (!common.json.empty() && common.json != "-") check_writable(common.json);
+  check_outputs(common, {});
   TextureInversion inversion(device, scene, question.parameters, question.images.sensors, targets, render_options, how);
   StoredTextureInversion stored(question.folder, request, inversion);
   Progress progress(question.scene, inversion.steps(), "iterations", !common.quiet);

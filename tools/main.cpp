@@ -1,9 +1,13 @@
 // itn: one binary, sub-commands; see tools/README.md.
 #include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
 #include <new>
 #include <string_view>
+#include <system_error>
 
 #include "runtime/base/error.h"
+#include "runtime/base/printable.h"
 #include "runtime/base/version.h"
 #include "runtime/device/device.h"
 #include "tools/common.h"
@@ -21,7 +25,7 @@ int report(ExitCode code, const char* text) {
     code = interrupted;
     text = "interrupted";
   }
-  std::fprintf(stderr, "itn: %s\n", text);
+  std::fprintf(stderr, "itn: %s\n", itn::printable(text).c_str());
   return code;
 }
 
@@ -54,7 +58,8 @@ int run(int argc, char** argv) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
     return report(bad_command_line, (describe(app, error, argc > 1 ? argv[1] : "") + "; see itn --help").c_str());
   }
-  if (std::fflush(stdout) != 0) throw itn::ResultError("standard output: cannot be written; is the disk full?");
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+    throw itn::ResultError("standard output: cannot be written; is the disk full?");
   return done;
 }
 
@@ -62,8 +67,12 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   if (argc > 1 && std::string_view(argv[1]) == "train") itn::tools::wait_asleep(argv);
+  itn::tools::open_standard_files();
   itn::tools::watch_for_interrupt();
   try {
+    for (int i = 1; i < argc; ++i)  // they become names in images, JSON and messages
+      if (!itn::is_utf8(argv[i]))
+        throw itn::UsageError(std::string(argv[i]) + ": is no text in UTF-8; rename the file, or give a link to it");
     return run(argc, argv);
   } catch (const itn::UsageError& error) {
     return report(bad_command_line, error.what());
@@ -78,6 +87,12 @@ int main(int argc, char** argv) {
   } catch (const cl::Error& error) {
     return report(device_failure,
                   (std::string(error.what()) + ": OpenCL error " + std::to_string(error.err())).c_str());
+  } catch (const std::filesystem::filesystem_error& error) {
+    return report(failed, (error.path1().string() + ": cannot be reached; " + error.code().message()).c_str());
+  } catch (const std::system_error& error) {  // of fmt::print
+    if (std::ferror(stdout) != 0)
+      return report(failed, "standard output: cannot be written; is the disk full or the reader gone?");
+    return report(failed, (std::string("the system refuses: ") + error.what()).c_str());
   } catch (const std::bad_alloc&) {
     return report(failed, "out of memory on the host; use a smaller mesh or image");
   } catch (const std::exception& error) {

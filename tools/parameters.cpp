@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "runtime/base/inputs.h"
 #include "runtime/scene/load.h"
 #include "tools/common.h"
 
@@ -19,6 +20,7 @@ nlohmann::ordered_json bound(double value) {
 }
 
 void run(const CommonOptions& options, const std::string& file) {
+  const Inputs inputs;
   const Scene scene = load_scene(file, options.definition_map(), {.open = options.open});
   for (const std::string& text : scene.warnings) warn(options, text);
   const std::vector<Parameter> parameters = list_parameters(scene);

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "runtime/base/inputs.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/base/version.h"
 #include "runtime/image/exr.h"
@@ -56,17 +56,26 @@ std::string preview_name(const std::string& output, std::string parameter) {
   return std::filesystem::path(output).replace_extension("." + parameter + ".png").string();
 }
 
-void check_outputs(const Options& options) {
+void check_files(const Options& options) {
   const std::string extension = std::filesystem::path(options.output).extension().string();
   if (extension == ".png" || extension == ".jpg" || extension == ".jpeg")
     throw UsageError("-o " + options.output + ": got " + extension +
                      ", need a name that ends in .exr; --preview writes a PNG beside it");
-  check_writable(options.output);
+  std::vector<std::string> files{options.output};
   if (options.preview) {
-    check_writable(preview_name(options.output));
-    for (const std::string& name : options.derivatives) check_writable(preview_name(options.output, name));
+    files.push_back(preview_name(options.output));
+    for (const std::string& name : options.derivatives) files.push_back(preview_name(options.output, name));
   }
-  if (!options.common.json.empty() && options.common.json != "-") check_writable(options.common.json);
+  check_outputs(options.common, files);
+  for (const std::string& name : options.derivatives) {
+    constexpr std::size_t longest = 255;  // of OpenEXR, which cuts what is longer
+    const std::string channel = "derivative_stderr." + name + ".R";
+    if (channel.size() > longest)
+      throw InputError(
+          fmt::format("{}: the name of {} becomes a channel of {} characters, and OpenEXR takes {}: give "
+                      "the element a shorter id",
+                      options.scene, name, channel.size(), longest));
+  }
 }
 
 ExrImage to_exr(const Rendering& image, const Scene& scene, const Options& options, const Device& device) {
@@ -166,13 +175,15 @@ void print(const Rendering& image, const Options& options, const Device& device,
 void run(Options options) {
   const CommonOptions& common = options.common;
   Times times;
+  Inputs inputs;
   const Stopwatch loading;
   const Scene scene = load_scene(options.scene, common.definition_map(), {.size = options.size, .open = common.open});
   times.scene = loading.seconds();
+  inputs.end();
   for (const std::string& text : scene.warnings) warn(common, text);
   options.derivatives = by_component(list_parameters(scene), options.derivatives);
   const Sensor& sensor = chosen_sensor(scene, options.sensor);
-  check_outputs(options);
+  check_files(options);
 
   const Device device(common.device);
   const int spp = common.spp ? common.spp : sensor.spp;
@@ -193,6 +204,15 @@ void run(Options options) {
          fmt::format("{}: {} paths met {} surfaces from the side where they cannot be: shapes that overlap or are "
                      "not closed, or a camera inside of a shape without its medium; the image is wrong there",
                      options.scene, image.paths, image.misplaced));
+
+  const auto is_zero = [](const std::vector<float>& values) {
+    return std::all_of(values.begin(), values.end(), [](float v) { return v == 0; });
+  };
+  const bool has_light = scene.environment || !scene.lights.empty();
+  if (has_light && is_zero(image.mean) && is_zero(image.stderr_))
+    warn(common, fmt::format("{}: none of {} paths found light: the standard error of 0 says nothing about what the "
+                             "image should be; light may be hidden, or so deep in a medium that paths end before it",
+                             options.scene, image.paths));
 
   const Stopwatch writing;
   write_exr(options.output, to_exr(image, scene, options, device));

@@ -94,17 +94,11 @@ nlohmann::ordered_json describe(const std::string& name, const std::string& role
           {"genus", genus(mesh)}};
 }
 
-void create_folder(const std::string& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw ResultError(folder + ": cannot be created; " + error.message() + "; choose another folder");
-}
-
 void run(const Options& options) {
   const CommonOptions& common = options.common;
   if (common.seed > std::numeric_limits<std::uint64_t>::max() - static_cast<std::uint64_t>(options.random))
     throw UsageError(fmt::format("--seed {} and --random {}: got seeds beyond 2^64 - 1", common.seed, options.random));
-  create_folder(options.output);
+  make_folder(options.output);
   const auto path = [&](const std::string& name) { return (std::filesystem::path(options.output) / name).string(); };
   check_writable(path("shapes.json"));
   const int count = static_cast<int>(named_shapes().size()) + options.random;

@@ -90,8 +90,12 @@ void run(Options options) {
   options.request.seed = options.common.seed;
   options.request.device = options.common.device;
   options.request.spp = options.common.spp;
-  if (!options.common.json.empty() && options.common.json != "-") check_writable(options.common.json);
-  if (!options.exported.empty()) check_writable(options.exported);
+  for (const std::string& data : options.request.data) refuse_inside(data, {options.common.json, options.exported});
+  std::vector<std::string> files, own;
+  for (const char* name : {"network.safetensors", "checkpoint.safetensors", "run.json", "curve.jsonl"})
+    own.push_back(options.request.folder + "/" + name);
+  if (!options.exported.empty()) files.push_back(options.exported);
+  check_outputs(options.common, files, own);
   TrainingRun run(options.request, interrupt_flag());
   if (options.common.talkative()) print_beginning(options, run);
   learn(options, run);

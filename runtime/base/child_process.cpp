@@ -2,15 +2,19 @@
 
 #include <fcntl.h>
 #include <fmt/core.h>
+#include <poll.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstring>
 #include <fstream>
+#include <limits>
 
 #include "runtime/base/error.h"
 
@@ -64,13 +68,21 @@ void write_all(int fd, const std::string& bytes) {
   _exit(0);
 }
 
-std::string read_all(int fd) {
-  std::string bytes;
+enum class Time { left, over };
+
+Time read_all(int fd, unsigned seconds, std::string& bytes) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point end = Clock::now() + std::chrono::seconds(seconds);
   std::array<char, 1 << 16> part{};
   for (;;) {
+    pollfd waited{fd, POLLIN, 0};
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now()).count();
+    if (left <= 0) return Time::over;
+    const int ready = poll(&waited, 1, static_cast<int>(std::min<std::int64_t>(left, std::numeric_limits<int>::max())));
+    if (ready == 0 || (ready < 0 && errno == EINTR)) continue;
     const ssize_t n = read(fd, part.data(), part.size());
     if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return bytes;
+    if (n <= 0) return Time::left;
     bytes.append(part.data(), static_cast<std::size_t>(n));
   }
 }
@@ -93,11 +105,14 @@ std::string in_child_process(const std::function<std::string()>& work, const Chi
     be_the_child(ends[1], work, limits, bytes_now);
   }
   close(ends[1]);
-  std::string answer = read_all(ends[0]);
+  std::string answer;
+  const Time time = read_all(ends[0], limits.wall_seconds, answer);
+  if (time == Time::over) kill(child, SIGKILL);
   close(ends[0]);
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
+  if (time == Time::over) throw InputError(fmt::format("takes more than {} s to read", limits.wall_seconds));
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)
     throw InputError(fmt::format("takes more than {} s to read", limits.seconds));
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || answer.empty())

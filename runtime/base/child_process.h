@@ -10,6 +10,7 @@ namespace itn {
 struct ChildLimits {
   std::uint64_t bytes = std::uint64_t{8} << 30;  // beyond what this process has now
   unsigned seconds = 120;                        // of CPU time
+  unsigned wall_seconds = 1200;                  // on a busy machine; a reader may also wait for what never comes
 };
 
 // What `work` returns, computed in a child process. Throws InputError: `work` threw an exception (its message), or the

@@ -1,16 +1,20 @@
 #include "runtime/base/file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/random.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "runtime/base/error.h"
+#include "runtime/base/inputs.h"
 
 namespace itn {
 namespace {
@@ -25,7 +29,13 @@ namespace fs = std::filesystem;
     message += "; choose a folder you may write to";
   else if (error == ENOSPC || error == EDQUOT)
     message += "; make room or choose another folder";
+  else if (error == ENAMETOOLONG)
+    message += "; choose a shorter name";
   throw ResultError(message);
+}
+
+[[noreturn]] void fail_to_read(const std::string& path, const std::string& why) {
+  throw InputError(path + ": cannot be read; " + why);
 }
 
 bool is_special(const fs::path& path) {
@@ -38,26 +48,46 @@ bool is_special(const fs::path& path) {
 char unfinished[4096];
 std::atomic<bool> has_unfinished{false};
 
+constexpr std::string_view temporary_mark = ".tmp-";
+constexpr std::size_t temporary_digits = 16;
+
+// Of a file's name: the temporary one must not be too long where that of the file is not.
+std::string beginning_of(const std::string& name) {
+  constexpr std::size_t longest_name = 255;
+  return name.substr(0, longest_name - temporary_mark.size() - temporary_digits);
+}
+
+// A name that nobody can have foreseen: where others may write into the folder, too, they could have put a link there.
+fs::path temporary_name(const fs::path& target) {
+  std::uint64_t bits = 0;
+  if (getrandom(&bits, sizeof bits, 0) != static_cast<ssize_t>(sizeof bits)) fail(target, errno);
+  std::string name = beginning_of(target.filename().string()) + std::string(temporary_mark);
+  for (std::size_t i = 0; i < temporary_digits; ++i) name += "0123456789abcdef"[bits >> (4 * i) & 15];
+  return target.parent_path() / name;
+}
+
+bool is_temporary(const std::string& name) {
+  const std::size_t tail = temporary_mark.size() + temporary_digits;
+  return name.size() > tail && name.compare(name.size() - tail, temporary_mark.size(), temporary_mark) == 0 &&
+         name.find_first_not_of("0123456789abcdef", name.size() - temporary_digits) == std::string::npos;
+}
+
 // An open file that is removed again unless kept.
 class Output {
  public:
-  Output(const fs::path& target, fs::path written, int flags) : target_(target), written_(std::move(written)) {
-    if (flags & O_CREAT) {
-      if (written_.native().size() >= sizeof unfinished) fail(target_, ENAMETOOLONG);
-      std::strcpy(unfinished, written_.c_str());
-      has_unfinished = true;
-    }
-    descriptor_ = ::open(written_.c_str(), O_WRONLY | O_CLOEXEC | flags, 0666);
-    if (descriptor_ < 0) {
-      has_unfinished = false;
-      fail(target_, errno);
-    }
-    remove_ = (flags & O_CREAT) != 0;
+  // A file or device that is there.
+  explicit Output(const fs::path& target) : target_(target), written_(target) {
+    descriptor_ = ::open(written_.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
+    if (descriptor_ < 0) fail(target_, errno);
   }
+  // A new one beside the target. It is locked as long as its process lives: remove_remains() knows by that.
+  static Output temporary(const fs::path& target) { return Output(target, New{}); }
   ~Output() {
     if (descriptor_ >= 0) ::close(descriptor_);
-    if (remove_) ::unlink(written_.c_str());
-    has_unfinished = false;
+    if (remove_) {
+      ::unlink(written_.c_str());
+      has_unfinished = false;
+    }
   }
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;
@@ -69,6 +99,10 @@ class Output {
       if (n > 0) bytes.remove_prefix(static_cast<std::size_t>(n));
     }
   }
+  // Without it the name could be there after a power cut, and the bytes not.
+  void sync() const {
+    if (::fsync(descriptor_) != 0 && errno != EINVAL && errno != ENOSYS) fail(target_, errno);
+  }
   void close() {
     const int result = ::close(descriptor_);
     descriptor_ = -1;
@@ -77,9 +111,32 @@ class Output {
   void rename() {
     if (::rename(written_.c_str(), target_.c_str()) != 0) fail(target_, errno);
     remove_ = has_unfinished = false;
+    close();
   }
 
  private:
+  struct New {};
+  Output(const fs::path& target, New /*new*/) : target_(target) {
+    constexpr int tries = 100;
+    for (int i = 0; i < tries && descriptor_ < 0; ++i) open_new();
+    if (descriptor_ < 0) fail(target_, EEXIST);
+  }
+  void open_new() {
+    written_ = temporary_name(target_);
+    if (written_.native().size() >= sizeof unfinished) fail(target_, ENAMETOOLONG);
+    std::strcpy(unfinished, written_.c_str());
+    descriptor_ = ::open(written_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+    if (descriptor_ < 0 && errno == EEXIST) return;
+    if (descriptor_ < 0) fail(target_, errno);
+    remove_ = has_unfinished = true;
+    struct stat status {};
+    ::flock(descriptor_, LOCK_EX);  // fails where a file system has no locks: its files are then never removed
+    if (::fstat(descriptor_, &status) == 0 && status.st_nlink > 0) return;
+    ::close(descriptor_);  // taken for remains between its creation and its lock
+    descriptor_ = -1;
+    remove_ = has_unfinished = false;
+  }
+
   fs::path target_, written_;
   int descriptor_ = -1;
   bool remove_ = false;
@@ -92,27 +149,63 @@ fs::path resolved(const fs::path& path) {
   return error ? path : target;
 }
 
-Output open_temporary(const fs::path& target) {
-  if (target.filename().empty() || fs::is_directory(target))
+fs::path checked_target(const std::string& path) {
+  refuse_input(path);
+  fs::path target = resolved(path);
+  std::error_code error;
+  if (target.filename().empty() || fs::is_directory(target, error))
     throw ResultError(target.string() + ": is a folder; give a file name");
-  fs::path temporary = target;
-  temporary += ".tmp" + std::to_string(::getpid());
-  return Output(target, temporary, O_CREAT | O_TRUNC);
+  return target;
 }
+
+// A temporary file that no living process has locked.
+void remove_if_left(const fs::path& file) {
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+  if (descriptor < 0) return;
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) ::unlink(file.c_str());
+  ::close(descriptor);
+}
+
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int number() const { return number_; }
+
+ private:
+  int number_;
+};
+
+void require_regular(const std::string& path, const struct stat& status) {
+  if (S_ISDIR(status.st_mode)) throw InputError(path + ": is a folder; give a file");
+  if (!S_ISREG(status.st_mode))
+    throw InputError(path + ": is a pipe, a socket or a device; need a file: save to one what it gives");
+}
+
+std::string gib(std::uint64_t bytes) { return std::to_string((bytes + (std::uint64_t{1} << 30) - 1) >> 30) + " GiB"; }
 
 }  // namespace
 
-void write_file(const std::string& path, std::string_view bytes) {
+void write_file(const std::string& path, std::string_view bytes, Sync sync) {
   if (is_special(path)) {
-    Output output(path, path, 0);
+    Output output(path);
     output.write(bytes);
     output.close();
     return;
   }
-  Output output = open_temporary(resolved(path));
+  Output output = Output::temporary(checked_target(path));
   output.write(bytes);
-  output.close();
+  if (sync == Sync::now) output.sync();
   output.rename();
+}
+
+void sync_folder(const std::string& folder) {
+  const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (opened.number() < 0 || ::syncfs(opened.number()) != 0) fail(folder, errno);
 }
 
 void remove_unfinished_file() noexcept {
@@ -120,20 +213,79 @@ void remove_unfinished_file() noexcept {
 }
 
 void check_writable(const std::string& path) {
-  if (is_special(path))
-    Output(path, path, 0);
-  else
-    open_temporary(resolved(path));
+  if (is_special(path)) {
+    const Output output(path);
+    return;
+  }
+  const fs::path target = checked_target(path);
+  remove_remains(target.has_parent_path() ? target.parent_path().string() : ".", target.filename().string());
+  Output::temporary(target);
 }
 
-std::string read_file(const std::string& path) {
-  if (fs::is_directory(path)) throw InputError(path + ": is a folder; give a file");
-  errno = 0;
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream bytes;
-  if (in) bytes << in.rdbuf();
-  if (!in) throw InputError(path + ": cannot be read; " + std::strerror(errno ? errno : EIO));
-  return std::move(bytes).str();
+void remove_remains(const std::string& folder, const std::string& of) {
+  std::error_code error;
+  for (fs::directory_iterator i(folder, error), end; !error && i != end; i.increment(error)) {
+    const std::string name = i->path().filename().string();
+    if (is_temporary(name) && (of.empty() || name.rfind(beginning_of(of) + std::string(temporary_mark), 0) == 0))
+      remove_if_left(i->path());
+  }
+}
+
+bool is_there(const std::string& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 || (errno != ENOENT && errno != ENOTDIR);
+}
+
+bool is_folder(const std::string& path) {
+  std::error_code error;
+  return fs::is_directory(path, error);
+}
+
+void make_folder(const std::string& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error && !is_folder(folder)) throw ResultError(folder + ": cannot be created; " + error.message());
+}
+
+void check_regular_file(const std::string& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0 || ::access(path.c_str(), R_OK) != 0) fail_to_read(path, std::strerror(errno));
+  require_regular(path, status);
+}
+
+std::string read_file(const std::string& path, std::uint64_t most) {
+  // Asked before it is opened, and again after: opening a device may move it, and names may change their meaning.
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) fail_to_read(path, std::strerror(errno));
+  require_regular(path, status);
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  if (file.number() < 0 || ::fstat(file.number(), &status) != 0) fail_to_read(path, std::strerror(errno));
+  require_regular(path, status);
+  const auto size = static_cast<std::uint64_t>(status.st_size);
+  if (size > most) throw InputError(path + ": has " + gib(size) + "; at most " + gib(most) + " are read");
+  std::string bytes(size, '\0');
+  std::size_t done = 0;
+  for (;;) {
+    if (done == bytes.size()) {  // at the end, or a file whose size says nothing, as those of /proc
+      constexpr std::size_t step = 1 << 16;
+      char more[step];
+      const ssize_t n = ::read(file.number(), more, step);
+      if (n < 0 && errno == EINTR) continue;
+      if (n < 0) fail_to_read(path, std::strerror(errno));
+      if (n == 0) break;
+      bytes.append(more, static_cast<std::size_t>(n));
+      done = bytes.size();
+      if (done > most) throw InputError(path + ": grows while it is read; at most " + gib(most) + " are read");
+      continue;
+    }
+    const ssize_t n = ::read(file.number(), bytes.data() + done, bytes.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail_to_read(path, std::strerror(errno));
+    if (n == 0) bytes.resize(done);
+    done += static_cast<std::size_t>(n);
+  }
+  note_input(path, bytes);
+  return bytes;
 }
 
 }  // namespace itn

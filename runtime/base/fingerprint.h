@@ -14,6 +14,7 @@ inline std::uint64_t fingerprint(std::string_view bytes, std::uint64_t before = 
 
 // The fingerprint as 16 hexadecimal digits.
 std::string fingerprint_text(std::string_view bytes);
+std::string fingerprint_text(std::uint64_t fingerprint);
 
 // The same of a file's bytes. Throws InputError when it cannot be read.
 std::string fingerprint_of(const std::string& file);

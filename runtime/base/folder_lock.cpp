@@ -6,20 +6,21 @@
 
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 
 #include "runtime/base/error.h"
+#include "runtime/base/file.h"
 
 namespace itn {
 
 FolderLock::FolderLock(const std::string& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw ResultError(folder + ": cannot be created; " + error.message());
+  make_folder(folder);
   const std::string name = folder + "/.lock";
-  file_ = open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  file_ = open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644);
   if (file_ < 0) throw ResultError(name + ": cannot be written; " + std::strerror(errno));
-  if (flock(file_, LOCK_EX | LOCK_NB) == 0) return;
+  if (flock(file_, LOCK_EX | LOCK_NB) == 0) {
+    remove_remains(folder);
+    return;
+  }
   const int reason = errno;
   close(file_);
   if (reason == EWOULDBLOCK)

@@ -6,6 +6,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/json_text.h"
 
 namespace itn {
 namespace {
@@ -17,8 +18,10 @@ bool same(const StoredRun::Json& a, const StoredRun::Json& b) { return nlohmann:
 
 StoredRun::StoredRun(std::string file, std::string schema, std::string job)
     : file_(std::move(file)), schema_(std::move(schema)), job_(std::move(job)) {
-  if (!std::filesystem::exists(file_)) return;
-  stored_ = Json::parse(read_file(file_), nullptr, false);
+  if (!is_there(file_)) return;
+  const std::string text = read_file(file_);
+  check_nesting(text, file_);
+  stored_ = Json::parse(text, nullptr, false);
   const auto has = [&](const char* key) { return stored_.is_object() && stored_.contains(key); };
   if (!has("schema") || stored_["schema"] != schema_ || !has("request") || !stored_["request"].is_object()) refuse();
 }

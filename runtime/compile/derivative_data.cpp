@@ -357,8 +357,9 @@ class Builder {
     }
     const Bsdf& bsdf = scene_.bsdfs[i];
     Place of_bsdf = place(*bsdf.model, bsdf.variant, bsdfs[i].first_number - base, bsdf.slots());
-    of_bsdf.grey = std::all_of(bsdf.values.begin(), bsdf.values.end(),
-                               [](const Texture& value) { return value.is_constant() && grey(value.value); });
+    of_bsdf.grey = std::all_of(bsdf.values.begin(), bsdf.values.end(), [](const Texture& value) {
+      return value.is_constant() && grey(value.value) && !value.measured;
+    });
     return of_bsdf;
   }
 

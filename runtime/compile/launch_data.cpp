@@ -96,6 +96,20 @@ void append_textures(const Instance& instance, int first, LaunchData& data) {
   }
 }
 
+// Where numbers name a table it is known by its place among those of the launch.
+void append_measured(const Bsdf& bsdf, int first, LaunchData& data) {
+  for (std::size_t i = 0; i < bsdf.values.size(); ++i) {
+    if (bsdf.model->parameters[i].kind.reader != ParameterKind::Reader::measured_table) continue;
+    const MeasuredBrdf* table = bsdf.values[i].measured.get();
+    if (!table) throw std::logic_error("a measured BSDF without its table");
+    const auto [known, is_new] = data.measured_of.try_emplace(table, static_cast<int>(data.measured_of.size()));
+    if (is_new) data.measured.insert(data.measured.end(), table->values.begin(), table->values.end());
+    const DeclaredNumber& number = bsdf.model->number_called(bsdf.model->parameters[i].name);
+    data.numbers[static_cast<std::size_t>(first + number.slot)] = static_cast<float>(known->second);
+    data.coloured = true;
+  }
+}
+
 BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
   BsdfRecord r{};
   r.first_cell = data.cells;
@@ -109,6 +123,7 @@ BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
   r.twosided = bsdf.twosided ? -1 : 0;
   r.first_number = append_numbers(*bsdf.model, bsdf.variant, bsdf.slots(), data);
   append_textures(bsdf, r.first_number, data);
+  append_measured(bsdf, r.first_number, data);
   if (bsdf.model->traits & BSDF_BASELINE) data.cells += BASELINE_BOUNDARY_CELLS;
   return r;
 }

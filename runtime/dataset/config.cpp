@@ -10,6 +10,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/json_text.h"
 #include "runtime/shapes/named_shapes.h"
 
 namespace itn {
@@ -108,8 +109,9 @@ class Reader {
   template <class Value, class Valid>
   void read(const char* key, Value& value, const std::string& need, Valid&& valid) {
     known_.emplace_back(key);
+    const Json& j = at(key);
     try {
-      Value read = json_.at(key).get<Value>();
+      Value read = j.get<Value>();
       if (!valid(read)) fail(key, need);
       value = std::move(read);
     } catch (const Json::exception&) {
@@ -118,20 +120,31 @@ class Reader {
   }
   void read_whole(const char* key, int& value, int low, int high) {
     known_.emplace_back(key);
-    const Json& j = json_.at(key);
+    const Json& j = at(key);
     if (!j.is_number_integer() || j < low || j > high)
       fail(key, fmt::format("a whole number from {} to {}", low, high));
     value = j;
   }
+  void read_seed(const char* key, std::uint64_t& value) {
+    known_.emplace_back(key);
+    const Json& j = at(key);
+    if (!j.is_number_unsigned()) fail(key, "a whole number from 0 to 2^64 - 1");
+    value = j;
+  }
   void read_number(const char* key, double& value, double low, double high) {
-    read(key, value, fmt::format("a number from {} to {}", low, high), [&](double v) { return v >= low && v <= high; });
+    const std::string need = fmt::format("a number from {} to {}", low, high);
+    if (!at(key).is_number()) fail(key, need);
+    read(key, value, need, [&](double v) { return v >= low && v <= high; });
   }
   void read_range(const char* key, std::array<double, 2>& value, double low, double high) {
-    read(key, value, fmt::format("two numbers from {} to {}, the smaller first", low, high),
-         [&](const auto& v) { return v[0] >= low && v[0] <= v[1] && v[1] <= high; });
+    const std::string need = fmt::format("two numbers from {} to {}, the smaller first", low, high);
+    if (!is_list_of_numbers(at(key)) || at(key).size() != 2) fail(key, need);
+    read(key, value, need, [&](const auto& v) { return v[0] >= low && v[0] <= v[1] && v[1] <= high; });
   }
   void read_azimuths(const char* key, std::vector<double>& value) {
-    read(key, value, "a list of angles from -180 to 180", [](const std::vector<double>& angles) {
+    const std::string need = "a list of angles from -180 to 180";
+    if (!is_list_of_numbers(at(key))) fail(key, need);
+    read(key, value, need, [](const std::vector<double>& angles) {
       return std::all_of(angles.begin(), angles.end(), [](double a) { return a >= -180 && a <= 180; });
     });
   }
@@ -143,7 +156,7 @@ class Reader {
   }
   const Json& object(const char* key) {
     known_.emplace_back(key);
-    return json_.at(key);
+    return at(key);
   }
   void finish() const {
     for (const auto& [key, value] : json_.items())
@@ -153,6 +166,16 @@ class Reader {
   }
 
  private:
+  static bool is_list_of_numbers(const Json& json) {
+    return json.is_array() && std::all_of(json.begin(), json.end(), [](const Json& j) { return j.is_number(); });
+  }
+
+  // null where there is none: null in a file takes a key away (merge_patch).
+  const Json& at(const char* key) const {
+    static const Json none;
+    return json_.contains(key) ? json_.at(key) : none;
+  }
+
   const Json& json_;
   std::string file_, place_;
   std::vector<std::string> known_;
@@ -182,10 +205,10 @@ DatasetConfig::Side read_side(Reader& config, const std::string& file, const cha
 DatasetConfig from_json(const Json& json, const std::string& file) {
   DatasetConfig config;
   Reader reader(json, file, "");
-  reader.read("size", config.size, "8, 16, 32, 64 or 128",
-              [](int n) { return n >= 8 && n <= 128 && (n & (n - 1)) == 0; });
+  reader.read_whole("size", config.size, 8, 128);
+  if ((config.size & (config.size - 1)) != 0) reader.fail("size", "8, 16, 32, 64 or 128");
   reader.read_whole("spp", config.spp, 2, 1 << 24);
-  reader.read("seed", config.seed, "a whole number of 0 or above", [](std::uint64_t) { return true; });
+  reader.read_seed("seed", config.seed);
   reader.read_number("longest_side_mm", config.longest_side_mm, 1e-6, 1e6);
   reader.read_number("zenith", config.zenith, 0, 89);
   if (reader.has("environment_scale")) reader.read_number("environment_scale", config.environment_scale, 1e-9, 1e9);
@@ -242,15 +265,10 @@ DatasetConfig read_dataset_config(const std::string& name_or_file) {
     return std::find(presets.begin(), presets.end(), name) != presets.end();
   };
   if (is_preset(name_or_file)) return preset(name_or_file);
-  if (!std::filesystem::exists(name_or_file))
+  if (!is_there(name_or_file))
     throw InputError(fmt::format("{}: no such file; need a JSON file, or one of the presets {}", name_or_file,
                                  fmt::join(presets, ", ")));
-  Json patch;
-  try {
-    patch = Json::parse(read_file(name_or_file));
-  } catch (const Json::exception& e) {
-    throw InputError(fmt::format("{}: no JSON: {}", name_or_file, e.what()));
-  }
+  auto patch = parse_json<Json>(read_file(name_or_file), name_or_file);
   std::string base = "laptop";
   if (patch.is_object() && patch.contains("preset")) {
     if (!patch["preset"].is_string() || !is_preset(patch["preset"]))

@@ -12,6 +12,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/json_text.h"
 
 namespace itn {
 namespace {
@@ -280,15 +281,13 @@ void write_manifest(const std::string& folder, const Manifest& manifest) {
 
 Manifest read_manifest(const std::string& folder) {
   const std::string file = manifest_file(folder);
-  if (!std::filesystem::exists(file))
+  if (!is_there(file))
     throw InputError(fmt::format("{}: is not there; make the data set first: itn dataset CONFIG -o {}", file, folder));
-  const std::string text = read_file(file);
-  Json json;
-  try {
-    json = Json::parse(text);
-  } catch (const Json::exception& error) {
-    throw InputError(file + ": is no JSON; " + error.what());
-  }
+  return parse_manifest(read_file(file), file);
+}
+
+Manifest parse_manifest(std::string_view text, const std::string& file) {
+  const auto json = parse_json<Json>(text, file);
   return manifest_of({json, file});
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -88,6 +89,8 @@ void write_manifest(const std::string& folder, const Manifest& manifest);
 // is there and what is needed: no such file, no JSON, another schema, keys missing or of another type, numbers outside
 // of their ranges, indices beyond the end, splits that contradict roles, files outside of the folder, two of one name.
 Manifest read_manifest(const std::string& folder);
+// The same of a file's text.
+Manifest parse_manifest(std::string_view text, const std::string& file);
 
 // The same for those who need all files. Throws InputError also where it is not complete.
 Manifest read_complete_manifest(const std::string& folder);

@@ -3,14 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
+#include <map>
 #include <set>
+#include <utility>
 
 #include "runtime/base/error.h"
+#include "runtime/base/file.h"
 #include "runtime/dataset/dataset_mesh.h"
 #include "runtime/dataset/dataset_scene.h"
 #include "runtime/dataset/dataset_shapes.h"
 #include "runtime/dataset/shape_buffers.h"
+#include "runtime/dataset/stored_image.h"
 #include "runtime/image/exr.h"
 #include "runtime/scene/mesh/mesh_file.h"
 
@@ -20,25 +23,6 @@ namespace {
 constexpr std::int64_t batch_paths = 1 << 22;  // a few seconds: what is lost when the program is killed
 constexpr std::size_t most_bytes = 1 << 28;    // of geometries in memory: those of one batch, or all of a few
 
-void create_folder(const std::string& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw ResultError(fmt::format("{}: cannot be created; {}", folder, error.message()));
-}
-
-// Is the file there, whole, and of this set?
-bool is_there(const std::string& file, const Manifest& set) {
-  if (!std::filesystem::exists(file)) return false;
-  try {
-    const ExrImage image = read_exr(file);
-    const auto hash = image.header.find("hash");
-    return image.width == set.size && image.height == set.size && hash != image.header.end() &&
-           hash->second == set.hash;
-  } catch (const InputError&) {
-    return false;
-  }
-}
-
 void write_picture(const std::string& file, const Bitmap& picture) {
   using Channels = std::vector<std::string>;
   const Channels channels = picture.channels == 1 ? Channels{"Y"} : Channels{"R", "G", "B"};
@@ -46,7 +30,7 @@ void write_picture(const std::string& file, const Bitmap& picture) {
 }
 
 void check_same(const std::string& folder, const Manifest& set) {
-  if (!std::filesystem::exists(manifest_file(folder))) return;
+  if (!is_there(manifest_file(folder))) return;
   const Manifest there = read_manifest(folder);
   if (there.hash != set.hash)
     throw UsageError(
@@ -100,7 +84,7 @@ class DatasetRenderer {
     placed_.place(shapes);
     for (const int shape : shapes) {
       const Manifest::Shape& s = set_.shapes[static_cast<std::size_t>(shape)];
-      if (!has_buffers_.insert(shape).second || is_there(path(s.buffers), set_)) continue;
+      if (!has_buffers_.insert(shape).second || is_stored(folder_, set_, s)) continue;
       write(s, shape_buffers(dataset_scene(set_, shapes_.made(shape).mesh), 0, 1));
     }
   }
@@ -112,8 +96,7 @@ class DatasetRenderer {
       out.data.push_back(static_cast<float>(buffers.depth[i]));
       out.data.push_back(static_cast<float>(buffers.mask[i]));
     }
-    out.header = {{"hash", set_.hash}, {"shape", shape.name}};
-    write_exr(path(shape.buffers), out);
+    write_stored(folder_, set_, shape, std::move(out));
   }
 
   void write(const Manifest::Image& image, const Rendering& rendering) const {
@@ -122,12 +105,7 @@ class DatasetRenderer {
       out.data.push_back(rendering.mean[i]);
       out.data.push_back(rendering.stderr_[i]);
     }
-    out.header = {
-        {"hash", set_.hash},
-        {"spp", std::to_string(set_.spp)},
-        {"seed", std::to_string(image.seed)},
-        {"parameters", fmt::format(R"({{"sigma_t":{},"albedo":{},"g":{}}})", image.sigma_t, image.albedo, image.g)}};
-    write_exr(path(image.file), out);
+    write_stored(folder_, set_, image, std::move(out));
   }
 
   const Manifest& set_;
@@ -146,21 +124,24 @@ DatasetProgress render_dataset(const Device& device, const DatasetPlan& plan, co
                                const std::atomic<bool>* cancel) {
   Manifest set = plan.manifest;
   check_same(folder, set);
-  create_folder(folder + "/images");
-  create_folder(folder + "/shapes");
+  make_folder(folder + "/images");
+  make_folder(folder + "/shapes");
   for (std::size_t s = 0; s < set.shapes.size(); ++s)
     if (const auto* mesh = std::get_if<Manifest::FileMesh>(&set.shapes[s].mesh))
       write_ply(folder + "/" + mesh->file, as_dataset_mesh(plan.mesh_files[s]));
-  if (!plan.environment_files.empty()) create_folder(folder + "/environments");
+  if (!plan.environment_files.empty()) make_folder(folder + "/environments");
   for (const auto& [file, from] : plan.environment_files) write_picture(folder + "/" + file, *read_environment(from));
   write_manifest(folder, set);
 
   DatasetProgress progress{0, set.images.size(), 0};
   std::vector<const Manifest::Image*> missing;
+  std::map<int, bool> has_buffers;  // shapes
   for (const Manifest::Image& image : set.images) {
     if (cancel && *cancel) throw Interrupted();
-    if (is_there(folder + "/" + image.file, set) &&
-        is_there(folder + "/" + set.shapes[static_cast<std::size_t>(image.shape)].buffers, set))
+    const int shape = image.shape;
+    const auto [known, is_new] = has_buffers.try_emplace(shape, false);
+    if (is_new) known->second = is_stored(folder, set, set.shapes[static_cast<std::size_t>(shape)]);
+    if (known->second && is_stored(folder, set, image))
       ++progress.done;
     else
       missing.push_back(&image);
@@ -182,6 +163,8 @@ DatasetProgress render_dataset(const Device& device, const DatasetPlan& plan, co
     report(progress);
     first = end;
   }
+  for (const char* part : {"", "/images", "/shapes"}) remove_remains(folder + part);
+  sync_folder(folder);  // a complete set is there whole, whatever happens to the machine
   set.complete = true;
   write_manifest(folder, set);
   return progress;

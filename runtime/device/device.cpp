@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "runtime/base/error.h"
+#include "runtime/device/kernel_cache.h"
 
 namespace itn {
 namespace {
@@ -162,6 +163,9 @@ const Candidate* first_usable(const std::vector<Candidate>& all, const std::stri
 }
 
 const Candidate& choose(const std::vector<Candidate>& all, const std::string& option) {
+  if (const std::string fault = all.empty() ? kernel_cache_fault() : ""; !fault.empty())
+    throw DeviceError("no OpenCL device: PoCL, if it is installed, cannot keep compiled programs in " +
+                      kernel_cache_folder() + ": " + fault);
   if (all.empty())
     throw DeviceError(
         "no OpenCL device: no installed driver offers one; install one, for instance Debian's "
@@ -253,6 +257,9 @@ cl::Program Device::build(const std::string& entry, const std::map<std::string, 
   } catch (const cl::BuildError& error) {
     std::string log;
     for (const auto& [device, text] : error.getBuildLog()) log += trimmed(text);
+    if (const std::string fault = kernel_cache_fault(); !fault.empty())
+      throw DeviceError(info_.name + ": building kernels/" + entry + " failed, and its results cannot be kept in " +
+                        kernel_cache_folder() + ": " + fault);
     throw DeviceError(info_.name + ": building kernels/" + entry + " failed: " + error_name(error.err()) +
                       "; options: " + options + "; log:\n" + (log.empty() ? "(the driver gave none)" : log));
   } catch (const cl::Error& error) {

@@ -8,6 +8,7 @@
 #include "network/input.h"
 #include "network/ms_ssim.h"
 #include "runtime/base/error.h"
+#include "runtime/dataset/stored_image.h"
 #include "runtime/image/exr.h"
 
 namespace itn {
@@ -19,8 +20,8 @@ constexpr int smallest_for_structure = 11;  // pixels a side: the window of MS-S
 
 NoisyImage read_noisy_image(const std::string& folder, const Manifest& set, const Manifest::Image& image) {
   const std::string file = (std::filesystem::path(folder) / image.file).string();
-  NoisyImage result{read_luminance(file, set.size, set.hash), {}};
-  const ExrImage exr = read_exr(file);
+  const ExrImage exr = read_stored(folder, set, image);
+  NoisyImage result{luminance_of(exr, file), {}};
   const int channel = exr.channel("stderr.Y");
   if (channel < 0) throw InputError(file + ": has no channel stderr.Y, the standard error of its pixels");
   for (std::size_t i = 0; i < result.value.size(); ++i) {

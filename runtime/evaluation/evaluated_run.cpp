@@ -10,6 +10,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/json_text.h"
 #include "runtime/training/trained_network.h"
 
 namespace itn {
@@ -23,10 +24,10 @@ std::size_t output_of(const NetworkDescription& network, const std::string& name
 
 std::vector<nlohmann::json> read_curve(const std::string& file) {
   std::vector<nlohmann::json> curve;
-  if (!std::filesystem::exists(file)) return curve;
+  if (!is_there(file)) return curve;
   std::istringstream lines(read_file(file));
   for (std::string line; std::getline(lines, line);) {
-    curve.push_back(nlohmann::json::parse(line, nullptr, false));
+    curve.push_back(parse_json<nlohmann::json>(line, fmt::format("{}:{}", file, curve.size() + 1)));
     const nlohmann::json& point = curve.back();
     if (!point.is_object() || !point.contains("epoch") || !point.contains("supervised") ||
         !point.contains("validation"))
@@ -37,10 +38,10 @@ std::vector<nlohmann::json> read_curve(const std::string& file) {
 
 // What run.json says that a reader of the report should know.
 std::vector<std::string> warnings_of(const std::string& run, const Manifest& set) {
-  const std::filesystem::path file = std::filesystem::path(run) / "run.json";
-  if (!std::filesystem::exists(file)) return {};
-  const nlohmann::json json = nlohmann::json::parse(read_file(file.string()), nullptr, false);
-  if (!json.is_object()) throw InputError(file.string() + ": not JSON");
+  const std::string file = (std::filesystem::path(run) / "run.json").string();
+  if (!is_there(file)) return {};
+  const auto json = parse_json<nlohmann::json>(read_file(file), file);
+  if (!json.is_object()) throw InputError(file + ": not by itn train; need an object { ... }");
   std::vector<std::string> warnings;
   if (!json.value("complete", true)) warnings.push_back(run + ": its training has not ended");
   const nlohmann::json request = json.value("request", nlohmann::json::object());
@@ -65,7 +66,7 @@ EvaluatedRun read_run(const std::string& path, const Manifest& set) {
   for (std::size_t p = 0; p < 3; ++p) output[p] = output_of(description, parameter_names[p], path);
   const std::string kind = description.kind;
   EvaluatedRun run{path, kind, std::move(network), output, network_fingerprint(path), {}, {}};
-  if (std::filesystem::is_directory(path)) {
+  if (is_folder(path)) {
     run.curve = read_curve((std::filesystem::path(path) / "curve.jsonl").string());
     run.warnings = warnings_of(path, set);
   }

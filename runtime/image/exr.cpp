@@ -10,6 +10,7 @@
 #include <ImfStringAttribute.h>
 #include <ImfThreading.h>
 #include <ImfVersion.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -17,6 +18,7 @@
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/base/parallel.h"
+#include "runtime/image/exr_header.h"
 
 namespace itn {
 namespace {
@@ -46,7 +48,7 @@ int ExrImage::channel(const std::string& name) const {
   return found == channels.end() ? -1 : static_cast<int>(found - channels.begin());
 }
 
-void write_exr(const std::string& path, const ExrImage& image) {
+void write_exr(const std::string& path, const ExrImage& image, Sync sync) {
   const std::size_t values =
       static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * image.channels.size();
   if (image.width <= 0 || image.height <= 0 || image.channels.empty() || image.data.size() != values)
@@ -54,6 +56,11 @@ void write_exr(const std::string& path, const ExrImage& image) {
   use_every_core();
   Imf::Header header(image.width, image.height);
   header.compression() = Imf::ZIP_COMPRESSION;
+  constexpr std::size_t longest_name = 255;
+  for (const std::string& name : image.channels)  // OpenEXR would cut it, and lose a channel of the same beginning
+    if (name.size() > longest_name)
+      throw ResultError(fmt::format("{}: the channel name {} has {} characters; OpenEXR takes {}", path, name,
+                                    name.size(), longest_name));
   for (const std::string& name : image.channels) header.channels().insert(name, Imf::Channel(Imf::FLOAT));
   for (const auto& [name, value] : image.header) header.insert(name, Imf::StringAttribute(value));
   Imf::StdOSStream memory;
@@ -62,13 +69,14 @@ void write_exr(const std::string& path, const ExrImage& image) {
     file.setFrameBuffer(frame_buffer(image, const_cast<float*>(image.data.data()), 0, 0));
     file.writePixels(image.height);
   }
-  write_file(path, memory.str());
+  write_file(path, memory.str(), sync);
 }
 
 ExrImage read_exr(const std::string& path) {
   const std::string bytes = read_file(path);  // says why when it cannot be read
   if (bytes.size() < 4 || !Imf::isImfMagic(bytes.data()))
     throw InputError(path + ": is no OpenEXR file; the first bytes are wrong");
+  check_exr_header(bytes, path);
   use_every_core();
   try {
     Imf::StdISStream memory;
@@ -78,6 +86,7 @@ ExrImage read_exr(const std::string& path) {
     ExrImage image;
     image.width = window.max.x - window.min.x + 1;
     image.height = window.max.y - window.min.y + 1;
+    image.is_part = window != file.header().displayWindow();
     for (auto c = file.header().channels().begin(); c != file.header().channels().end(); ++c) {
       if (c.channel().xSampling != 1 || c.channel().ySampling != 1)
         throw InputError(path + ": channel " + c.name() + " is subsampled; save it with a sample for each pixel");

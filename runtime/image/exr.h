@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "runtime/base/file.h"
+
 namespace itn {
 
 struct ExrImage {
@@ -11,13 +13,14 @@ struct ExrImage {
   std::vector<std::string> channels;
   std::vector<float> data;  // row-major; the channels of a pixel follow each other in the order of `channels`
   std::map<std::string, std::string> header;
+  bool is_part = false;  // of what is shown: its data window is not its display window
 
   // Where a channel stands in `channels`; -1: there is none.
   int channel(const std::string& name) const;
 };
 
 // Float32, scanlines, ZIP. Written whole or not at all (see file.h): ResultError otherwise.
-void write_exr(const std::string& path, const ExrImage& image);
+void write_exr(const std::string& path, const ExrImage& image, Sync sync = Sync::now);
 
 // Every channel (half, float and uint become float) and text attribute of the first part.
 // Throws InputError with the file's name: missing, no OpenEXR file, truncated, subsampled channels.

@@ -1,5 +1,6 @@
 #include "runtime/inversion/stored_inversion.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -23,6 +24,21 @@ Json stored(const StartedInversion& run) {
   for (const InversionStep& s : run.steps)
     steps.push_back({s.spp, s.x, s.loss, number(s.loss_stderr), s.accepted, s.distance});
   return {{"start", run.start}, {"state", run.state}, {"steps", steps}};
+}
+
+// What a state that was stored is always like: files may have been edited.
+bool is_valid(const InversionState& s, std::size_t unknowns) {
+  const auto all_finite = [](const std::vector<double>& v) {
+    return std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); });
+  };
+  const auto of_unknowns = [&](const std::vector<double>& v) {
+    return (v.empty() || v.size() == unknowns) && all_finite(v);
+  };
+  return s.x.size() == unknowns && all_finite(s.x) && s.iteration >= 0 && s.next_sample >= 0 && s.spp >= 1 &&
+         s.reference_spp >= 0 && s.reference_sample >= 0 && of_unknowns(s.reference_x) && of_unknowns(s.accepted_x) &&
+         of_unknowns(s.moments.first) && of_unknowns(s.moments.second) && all_finite(s.pool) &&
+         NormalEquations::fits(unknowns, s.pool.size()) && std::isfinite(s.accepted_loss) &&
+         s.accepted_loss_stderr >= 0 && s.damping > 0 && std::isfinite(s.damping);
 }
 
 StartedInversion started_from(const Json& j) {
@@ -61,6 +77,14 @@ StoredInversion::StoredInversion(const std::string& folder, const StoredRun::Jso
   } catch (const Json::exception&) {
     folder_.run().refuse();
   }
+  const std::size_t unknowns = inversion_.names().size();
+  const auto is_valid_run = [&](const StartedInversion& run) {
+    return run.start.size() == coordinates_.size() && is_valid(run.state, unknowns) && !run.steps.empty() &&
+           std::all_of(run.steps.begin(), run.steps.end(),
+                       [&](const InversionStep& s) { return s.x.size() == unknowns && s.spp >= 1; });
+  };
+  if (started_.size() > starts_.size() || !std::all_of(started_.begin(), started_.end(), is_valid_run))
+    folder_.run().refuse();
 }
 
 bool StoredInversion::finished() const { return started_.size() == starts_.size() && started_.back().state.done; }

@@ -10,6 +10,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/json_text.h"
 
 namespace itn {
 namespace {
@@ -59,6 +60,7 @@ StoredTextureInversion::StoredTextureInversion(const std::string& folder, const 
   check_writable(folder_.run().file());
   folder_.run().require_same(request_);
   const Json stored = folder_.run().before("steps");
+  if (!stored.is_null() && !stored.is_number_unsigned()) folder_.run().refuse();
   if (!stored.is_null()) load(stored.get<std::size_t>());
 }
 
@@ -67,7 +69,7 @@ void StoredTextureInversion::load(std::size_t steps) {
   std::string line, kept;
   try {
     while (steps_.size() < steps && std::getline(lines, line)) {
-      steps_.push_back(step_from(Json::parse(line)));
+      steps_.push_back(step_from(parse_json<Json>(line, folder_.file("iterations.jsonl"))));
       kept += line + "\n";
     }
     state_.iteration = folder_.run().before("iteration");

@@ -1,8 +1,12 @@
 #include "runtime/scene/load.h"
 
 #include <algorithm>
+#include <map>
+#include <utility>
+#include <vector>
 
 #include "kernels/shared/declaration.h"
+#include "runtime/scene/box.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
 #include "runtime/scene/xml/transform.h"
@@ -45,6 +49,35 @@ void check_lights(const Scene& scene) {
   }
 }
 
+// Is it the very same surface?
+bool coincide(const Shape& a, const Shape& b) {
+  if (a.kind != b.kind) return false;
+  if (a.kind != Shape::Kind::mesh)
+    return a.center == b.center && a.radius == b.radius && a.axis == b.axis && a.edge_u == b.edge_u &&
+           a.edge_v == b.edge_v;
+  return a.mesh == b.mesh || (a.mesh->position == b.mesh->position && a.mesh->triangle == b.mesh->triangle);
+}
+
+// Which of two surfaces at one place a path meets first is chance: where their media differ, so does the image.
+void warn_of_coinciding(Builder& builder) {
+  const auto place = [](const Shape& s) { return std::pair(box_of(s).low, box_of(s).high); };
+  std::map<decltype(place(Shape())), std::vector<const Shape*>> at;
+  for (const Shape& shape : builder.scene.shapes) {
+    if (shape.interior == shape.exterior) continue;
+    std::vector<const Shape*>& others = at[place(shape)];
+    for (const Shape* other : others)
+      if ((other->interior != shape.interior || other->exterior != shape.exterior) && coincide(*other, shape)) {
+        builder.warn(shape.where, "shape " + quote(shape.id) + " is the same surface as " + quote(other->id) + " at " +
+                                      to_string(other->where) +
+                                      ", with other media: which one a path meets is chance, and the image wrong; "
+                                      "make one of them smaller, or remove it");
+        break;
+      }
+    constexpr std::size_t most_compared = 16;
+    if (others.size() < most_compared) others.push_back(&shape);
+  }
+}
+
 // BSDFs that only stand inside of structures, which have copies of them, are no surfaces.
 void drop_nested(Builder& builder) {
   Scene& scene = builder.scene;
@@ -82,6 +115,7 @@ Scene load_scene(const std::string& file, const std::map<std::string, std::strin
   report.attempt([&] { build_scene(builder); });
   report.raise();
   check_lights(builder.scene);
+  warn_of_coinciding(builder);
   drop_nested(builder);
 
   if (builder.scene.sensors.empty()) {

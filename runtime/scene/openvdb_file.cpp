@@ -9,11 +9,12 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
-#include <filesystem>
 #include <limits>
 
 #include "runtime/base/child_process.h"
 #include "runtime/base/error.h"
+#include "runtime/base/file.h"
+#include "runtime/base/inputs.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/volume_file.h"
 
@@ -139,7 +140,7 @@ std::string printable(std::string text) {
 }  // namespace
 
 PlacedGrid read_openvdb_file(const std::string& file, const std::string& name) {
-  if (!std::filesystem::is_regular_file(file)) fail(file, "cannot be opened; need a readable .vdb file");
+  check_regular_file(file);
   std::string bytes;
   try {
     bytes = in_child_process([&] {
@@ -153,6 +154,7 @@ PlacedGrid read_openvdb_file(const std::string& file, const std::string& name) {
   } catch (const InputError& error) {
     fail(file, printable(error.what()));
   }
+  note_input(file);
   PlacedGrid placed = from_bytes(bytes);
   check_values(placed.grid, file, VoxelValues::from_zero);
   return placed;

@@ -37,6 +37,9 @@ struct ParameterKind {
     normals,
     bumps,
     any_number,
+    measured_table,
+    measured_roughness,
+    measured_gloss,
     volume,
     of_phase
   };
@@ -104,6 +107,10 @@ constexpr ParameterKind COEFFICIENT{3,    -unbounded, unbounded,         false, 
 constexpr ParameterKind ANGLE{3, -unbounded, unbounded, false, false, Reader::colour, false, "", Quantity::unbounded};
 constexpr ParameterKind TURBIDITY{1, 1, 10};
 constexpr ParameterKind GROUND_ALBEDO{3, 0, 1, true, true, Reader::colour};
+// Of what a file has measured: of the parameter `filename`.
+constexpr ParameterKind MEASURED_TABLE{1, 0, unbounded, true, false, Reader::measured_table, false};
+constexpr ParameterKind MEASURED_ROUGHNESS{1, 0, 1, false, true, Reader::measured_roughness, false};
+constexpr ParameterKind MEASURED_GLOSS{1, 0, 1, true, true, Reader::measured_gloss, false};
 constexpr ParameterKind FLAG{1, 0, 1, true, true, Reader::flag, false};
 }  // namespace parameter_kind
 

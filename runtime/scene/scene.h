@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/scene/measured_brdf.h"
 #include "runtime/scene/model.h"
 #include "runtime/scene/texture_model.h"
 
@@ -95,6 +96,9 @@ struct Texture {
 
   // Of a medium's parameters that may have one; null: the same in all space. The value of a grid is 1.
   std::shared_ptr<const Volume> volume;
+
+  // Of a measured BSDF.
+  std::shared_ptr<const MeasuredBrdf> measured;
 
   bool is_constant() const { return !model; }
   bool is_grid() const { return volume && volume->grid; }

@@ -2,12 +2,11 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
@@ -66,17 +65,15 @@ void check_values(const VoxelGrid& grid, const std::string& file, VoxelValues al
 }
 
 VoxelGrid read_volume_file(const std::string& file, VoxelValues allowed) {
-  std::ifstream in(file, std::ios::binary);
+  const std::string bytes = read_file(file);
   std::array<char, header_bytes> header{};
-  if (!in) fail(file, "cannot be opened; need a readable .vol file");
-  std::error_code status;
-  const std::uint64_t bytes = std::filesystem::file_size(file, status);
-  in.read(header.data(), header_bytes);
-  if (in.gcount() < 4 || std::memcmp(header.data(), "VOL", 3) != 0)
+  std::copy_n(bytes.begin(), std::min(bytes.size(), header_bytes), header.begin());
+  if (bytes.size() < 4 || std::memcmp(header.data(), "VOL", 3) != 0)
     fail(file, "does not begin with VOL; need a .vol file of version 3");
   if (header[3] != 3)
     fail(file, fmt::format(".vol file of version {}; need version 3", static_cast<unsigned char>(header[3])));
-  if (!in) fail(file, fmt::format("ends within its header of {} bytes; copy the whole file", header_bytes));
+  if (bytes.size() < header_bytes)
+    fail(file, fmt::format("ends within its header of {} bytes; copy the whole file", header_bytes));
   if (const auto encoding = at<std::int32_t>(header, 4); encoding != 1)
     fail(file, fmt::format("encoding {}; need 1: values of 32-bit floating point", encoding));
   VoxelGrid grid;
@@ -85,16 +82,15 @@ VoxelGrid read_volume_file(const std::string& file, VoxelValues allowed) {
   grid.depth = at<std::int32_t>(header, 16);
   grid.channels = at<std::int32_t>(header, 20);
   const std::uint64_t values = checked_values(grid, file), needed = header_bytes + sizeof(float) * values;
-  if (status || bytes < needed)
-    fail(file, fmt::format("{} bytes; {} of {} channels take {}: copy the whole file", bytes, size_of(grid),
+  if (bytes.size() < needed)
+    fail(file, fmt::format("{} bytes; {} of {} channels take {}: copy the whole file", bytes.size(), size_of(grid),
                            grid.channels, needed));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     grid.low[axis] = static_cast<double>(at<float>(header, 24 + 4 * axis));
     grid.high[axis] = static_cast<double>(at<float>(header, 36 + 4 * axis));
   }
   grid.data.resize(values);
-  in.read(reinterpret_cast<char*>(grid.data.data()), static_cast<std::streamsize>(sizeof(float) * values));
-  if (!in) fail(file, "cannot be read to its end; copy the whole file");
+  std::memcpy(grid.data.data(), bytes.data() + header_bytes, sizeof(float) * values);
   check_values(grid, file, allowed);
   return grid;
 }

@@ -15,14 +15,14 @@ namespace itn {
 namespace {
 
 std::string file_of(const std::string& run) {
-  if (!std::filesystem::exists(run))
+  if (!is_there(run))
     throw InputError(fmt::format("{0}: is not there; train it first: itn train DATA --network rn -o {0}", run));
-  if (!std::filesystem::is_directory(run)) return run;
-  const std::filesystem::path file = std::filesystem::path(run) / "network.safetensors";
-  if (!std::filesystem::exists(file))
-    throw InputError(fmt::format("{}: is not there; itn train DATA --network rn -o {} writes it after its first epoch",
-                                 file.string(), run));
-  return file.string();
+  if (!is_folder(run)) return run;
+  const std::string file = (std::filesystem::path(run) / "network.safetensors").string();
+  if (!is_there(file))
+    throw InputError(
+        fmt::format("{}: is not there; itn train DATA --network rn -o {} writes it after its first epoch", file, run));
+  return file;
 }
 
 }  // namespace

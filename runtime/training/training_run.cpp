@@ -133,7 +133,7 @@ TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>
     : request_(request), sets_(read_sets(request)), folder_(open_folder(request.folder)), cancel_(cancel) {
   request_.variation.seed = request.seed;
   const Json before = folder_.run().before("request");
-  if (before.is_null() && std::filesystem::exists(file("network.safetensors")))
+  if (before.is_null() && is_there(file("network.safetensors")))
     throw UsageError(request.folder + ": holds a network that itn train has not made; give another folder with -o");
   const int thread_count = request.threads    ? *request.threads
                            : before.is_null() ? threads()
@@ -153,8 +153,7 @@ TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>
   TrainingOptions options = training_options(request, sets_);
   if (request.kind != "rn") options.image_weight = prepare_image_loss(options, cancel);
   trainer_.emplace(*network_, *training_, *validation_, options, image_loss_.loss.get());
-  if (std::filesystem::exists(file("checkpoint.safetensors")))
-    trainer_->read_checkpoint(file("checkpoint.safetensors"));
+  if (is_there(file("checkpoint.safetensors"))) trainer_->read_checkpoint(file("checkpoint.safetensors"));
   store_record();
 }
 

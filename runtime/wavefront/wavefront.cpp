@@ -216,6 +216,14 @@ bool Wavefront::replace(const LaunchData& data, std::vector<JobRecord> jobs, con
   return true;
 }
 
+void Wavefront::reseed(std::uint64_t seed) {
+  for (JobRecord& job : jobs_) {
+    job.seed_low = static_cast<unsigned>(seed);
+    job.seed_high = static_cast<unsigned>(seed >> 32);
+  }
+  learnt_ = features_.at("BASELINES") == "0";
+}
+
 std::uint64_t Wavefront::misplaced() const {
   std::vector<cl_uint> count(1);
   device_.download(buffers_.misplaced, count);

@@ -33,6 +33,8 @@ class Wavefront {
   // False, and nothing is changed, where they need another program. The next trace() learns baselines anew.
   bool replace(const LaunchData& data, std::vector<JobRecord> jobs, const DerivativeData& derivatives,
                bool new_geometry);
+  // The random numbers of another seed in all jobs. The next trace() learns baselines anew: its pilot has them, too.
+  void reseed(std::uint64_t seed);
 
   int channels() const { return channels_; }                        // of radiance: 1 or 3
   int throughput_channels() const { return throughput_channels_; }  // 1 or 3

@@ -242,3 +242,46 @@ TEST_CASE("configurations that cannot be are refused with the key, what is there
   CHECK_THAT(refusal(R"({"environmentscale":1})"), Contains("is not known") && Contains("environment_scale"));
   CHECK_THROWS_WITH(read_dataset_config("huge"), Contains("need a JSON file, or one of the presets"));
 }
+
+TEST_CASE("numbers of a configuration are taken as they stand or refused, never rounded or wrapped") {
+  const TemporaryFolder folder;
+  const auto refusal = [&](const std::string& text) {
+    write_file(folder / "config.json", text);
+    try {
+      read_dataset_config(folder / "config.json");
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  CHECK(refusal(R"({"size": 32, "seed": 18446744073709551615, "sigma_t": [1, 2]})").empty());
+  for (const char* text : {R"({"size": 32.9})",
+                           R"({"size": 4294967304})",
+                           R"({"size": 48})",
+                           R"({"size": true})",
+                           R"({"seed": -5})",
+                           R"({"seed": 1.5})",
+                           R"({"spp": 1})",
+                           R"({"spp": 1e9})",
+                           R"({"zenith": true})",
+                           R"({"sigma_t": [1, 2, 3]})",
+                           R"({"sigma_t": [1, true]})",
+                           R"({"sigma_t": 1})",
+                           R"({"train": {"azimuths": [true]}})",
+                           R"({"size": null})",
+                           R"({"train": null})",
+                           R"({"train": {"shapes": null}})",
+                           R"({"boundary": null})",
+                           R"({"boundary": {"type": null}})",
+                           R"({"seed": null})",
+                           R"({"albedo": null})",
+                           R"(null)",
+                           R"([1])",
+                           "{",
+                           R"({"train": {"materials": 1.5}})",
+                           R"({"longest_side_mm": 1e999})"}) {
+    CAPTURE(text);
+    CHECK_THAT(refusal(text), Catch::Contains("config.json: "));
+  }
+  CHECK_THAT(refusal(std::string(50000, '[') + std::string(50000, ']')), Catch::Contains("deep"));
+}

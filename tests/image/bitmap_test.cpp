@@ -82,3 +82,23 @@ TEST_CASE("missing, foreign and truncated images are input errors") {
   itn::write_file(folder / "cut.png", bytes.substr(0, bytes.size() / 2));
   CHECK_THROWS_AS(itn::read_bitmap(folder / "cut.png"), itn::InputError);
 }
+
+TEST_CASE("a PNG that promises more than it can hold, or with a wrong checksum, is refused") {
+  const TemporaryFolder folder;
+  itn::write_png(folder / "a.png", 2, 2, std::vector<std::uint8_t>(12, 100));
+  const std::string whole = itn::read_file(folder / "a.png");
+  std::string bomb = whole;
+  bomb.replace(16, 8, std::string("\0\0\x2b\x67\0\0\x2b\x67", 8));  // 11111 x 11111
+  itn::write_file(folder / "b.png", bomb);
+  CHECK_THROWS_WITH(itn::read_bitmap(folder / "b.png"), Catch::Contains("more than its"));
+  bomb.replace(16, 8, std::string("\0\0\x2e\xe0\0\0\x2e\xe0", 8));  // 12000 x 12000
+  itn::write_file(folder / "b.png", bomb);
+  CHECK_THROWS_WITH(itn::read_bitmap(folder / "b.png"), Catch::Contains("make it smaller"));
+  for (const char* chunk : {"IHDR", "IDAT"}) {
+    std::string flipped = whole;
+    const std::size_t at = flipped.find(chunk) + 6;
+    flipped[at] = static_cast<char>(flipped[at] ^ 1);
+    itn::write_file(folder / "b.png", flipped);
+    CHECK_THROWS_AS(itn::read_bitmap(folder / "b.png"), itn::InputError);
+  }
+}

@@ -72,3 +72,30 @@ TEST_CASE("missing, foreign, truncated and damaged files are input errors with t
 TEST_CASE("a full disk while writing an image is a result error") {
   CHECK_THROWS_AS(itn::write_exr("/dev/full", example()), itn::ResultError);
 }
+
+TEST_CASE("a header that promises more than the file holds is refused before memory is taken") {
+  const TemporaryFolder folder;
+  itn::write_exr(folder / "a.exr", example());
+  const std::string whole = itn::read_file(folder / "a.exr");
+  // Places in the file: an attribute's name, its type, four bytes of length, the value.
+  const auto with = [&](const std::string& name, std::size_t at, std::int32_t value) {
+    std::string bytes = whole;
+    bytes.replace(bytes.find(name) + at, 4, reinterpret_cast<const char*>(&value), 4);
+    itn::write_file(folder / "b.exr", bytes);
+    return failure(folder / "b.exr");
+  };
+  const std::size_t window = sizeof "dataWindow" + sizeof "box2i";
+  CHECK_THAT(with("dataWindow", window + 4 + 8, 299999), Catch::Contains("more than its"));
+  CHECK_THAT(with("dataWindow", window + 4 + 8, 2000000000), Catch::Contains("pixels; at most"));
+  CHECK_THAT(with("dataWindow", window + 4 + 12, -5), Catch::Contains("data window"));
+  CHECK_THAT(with("dataWindow", window, 2000000000), Catch::Contains("an attribute of 2000000000 bytes"));
+  CHECK_THAT(with("itn.scene", sizeof "itn.scene" + sizeof "string", -1), Catch::Contains("an attribute of"));
+}
+
+TEST_CASE("names of channels that OpenEXR would cut are refused") {
+  const TemporaryFolder folder;
+  const std::string name(256, 'x');
+  CHECK_THROWS_AS(itn::write_exr(folder / "a.exr", {1, 1, {name}, {1}, {}}), itn::ResultError);
+  itn::write_exr(folder / "a.exr", {1, 1, {name.substr(1)}, {1}, {}});
+  CHECK(itn::read_exr(folder / "a.exr").channel(name.substr(1)) == 0);
+}

@@ -1,6 +1,8 @@
 #include "runtime/base/file.h"
 
+#include <fcntl.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -107,4 +109,64 @@ TEST_CASE("reading a missing file or a folder is an input error") {
   const TemporaryFolder folder;
   CHECK_THROWS_WITH(itn::read_file(folder / "a"), Catch::Contains("No such file"));
   CHECK_THROWS_AS(itn::read_file(folder.path().string()), itn::InputError);
+}
+
+TEST_CASE("pipes, devices and endless files are not read") {
+  const TemporaryFolder folder;
+  REQUIRE(mkfifo((folder / "pipe").c_str(), 0600) == 0);
+  CHECK_THROWS_WITH(itn::read_file(folder / "pipe"), Catch::Contains("is a pipe, a socket or a device"));
+  CHECK_THROWS_WITH(itn::read_file("/dev/zero"), Catch::Contains("is a pipe, a socket or a device"));
+  CHECK_THROWS_AS(itn::check_regular_file(folder / "pipe"), itn::InputError);
+  CHECK_FALSE(itn::read_file("/proc/self/status").empty());  // says that it has 0 bytes
+  itn::write_file(folder / "large", "");
+  std::filesystem::resize_file(folder / "large", std::uintmax_t{1} << 40);
+  CHECK_THROWS_WITH(itn::read_file(folder / "large"), Catch::Contains("at most"));
+  itn::write_file(folder / "small", "123");
+  CHECK_THROWS_AS(itn::read_file(folder / "small", 2), itn::InputError);
+}
+
+TEST_CASE("loops of links, long names and folders that may not be entered are refused, whoever asks") {
+  const TemporaryFolder folder;
+  std::filesystem::create_symlink(folder / "b", folder / "a");
+  std::filesystem::create_symlink(folder / "a", folder / "b");
+  CHECK_THROWS_WITH(itn::read_file(folder / "a"), Catch::Contains("cannot be read"));
+  CHECK_THROWS_AS(itn::write_file(folder / "a/x", ""), itn::ResultError);
+  CHECK(itn::is_there(folder / "a"));
+  const std::string long_name(300, 'x');
+  CHECK_THROWS_WITH(itn::read_file(folder / long_name), Catch::Contains("too long"));
+  CHECK_THAT(failure(folder / long_name), Catch::Contains("shorter name"));
+  CHECK_FALSE(itn::is_folder(folder / long_name));
+  std::filesystem::create_directory(folder / "closed");
+  itn::write_file(folder / "closed/x", "");
+  REQUIRE(chmod((folder / "closed").c_str(), 0) == 0);
+  {
+    const OrdinaryUser user;
+    CHECK_THROWS_WITH(itn::read_file(folder / "closed/x"), Catch::Contains("Permission denied"));
+    CHECK(itn::is_there(folder / "closed/x"));
+  }
+  REQUIRE(chmod((folder / "closed").c_str(), 0700) == 0);
+}
+
+TEST_CASE("a name of 255 characters can be written, though its temporary name would be longer") {
+  const TemporaryFolder folder;
+  const std::string name(255, 'x');
+  itn::write_file(folder / name, "text");
+  CHECK(itn::read_file(folder / name) == "text");
+}
+
+TEST_CASE("what a killed process has left is removed, what a living one writes is not") {
+  const TemporaryFolder folder;
+  const std::string left = folder / "a.tmp-0123456789abcdef", other = folder / "b.tmp-0123456789abcdef",
+                    own = folder / "a.tmp-notours";
+  for (const std::string& file : {left, other, own}) std::ofstream(file) << "x";
+  const int locked = open(other.c_str(), O_RDONLY);
+  REQUIRE(flock(locked, LOCK_EX) == 0);
+  itn::check_writable(folder / "a");
+  CHECK_FALSE(itn::is_there(left));
+  itn::remove_remains(folder.path().string());
+  CHECK(itn::is_there(other));
+  close(locked);
+  itn::remove_remains(folder.path().string());
+  CHECK_FALSE(itn::is_there(other));
+  CHECK(itn::is_there(own));
 }

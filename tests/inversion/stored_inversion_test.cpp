@@ -2,6 +2,8 @@
 #include "runtime/inversion/stored_inversion.h"
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <utility>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
@@ -65,6 +67,43 @@ TEST_CASE("a state that is damaged inside is refused by name") {
   write_file(folder / "fit/state.json", state);
   CHECK_THROWS_AS(small.open(folder / "fit"), InputError);
   CHECK_THROWS_WITH(small.open(folder / "fit"), Catch::Contains("state.json: not an inversion"));
+}
+
+TEST_CASE("a state of numbers that no inversion has is refused") {
+  const TemporaryFolder folder;
+  Small small(InversionOptions::Method::gauss_newton);
+  small.open(folder / "fit").advance();
+  const std::string whole = read_file(folder / "fit/state.json");
+  for (const auto& [key, value] : std::vector<std::pair<std::string, nlohmann::json>>{{"x", nlohmann::json::array()},
+                                                                                      {"x", {1, 2, 3}},
+                                                                                      {"spp", 0},
+                                                                                      {"spp", -1},
+                                                                                      {"next_sample", -1},
+                                                                                      {"iteration", -7},
+                                                                                      {"pool", {1}},
+                                                                                      {"reference_x", {1}},
+                                                                                      {"damping", 0},
+                                                                                      {"x", nullptr},
+                                                                                      {"spp", "many"}}) {
+    CAPTURE(key, value.dump());
+    auto state = nlohmann::json::parse(whole);
+    state["runs"][0]["state"][key] = value;
+    write_file(folder / "fit/state.json", state.dump());
+    CHECK_THROWS_AS(small.open(folder / "fit"), InputError);
+  }
+  auto state = nlohmann::json::parse(whole);
+  for (int i = 0; i < 5; ++i) state["runs"].push_back(state["runs"][0]);
+  write_file(folder / "fit/state.json", state.dump());
+  CHECK_THROWS_AS(small.open(folder / "fit"), InputError);
+  write_file(folder / "fit/state.json", whole);
+  CHECK_FALSE(small.open(folder / "fit").finished());
+}
+
+TEST_CASE("two inversions into one folder: the second is refused") {
+  const TemporaryFolder folder;
+  Small small(InversionOptions::Method::adam);
+  const StoredInversion first = small.open(folder / "fit");
+  CHECK_THROWS_WITH(small.open(folder / "fit"), Catch::Contains("another process is writing into it"));
 }
 
 TEST_CASE("random starts are what the seed says, the first is the given one, and all lie in the parameters' ranges") {

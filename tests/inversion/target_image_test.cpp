@@ -87,3 +87,9 @@ TEST_CASE("pixels of weight 0 may hold anything, and count as 0") {
   photo.masked = false;
   CHECK_THAT(photo.refusal(), Contains("pixel (1, 0), channel R is nan") && Contains("weight 0 in a mask"));
 }
+
+TEST_CASE("a target whose data window is not its display window is refused: its pixels would be compared with others") {
+  CHECK_THROWS_WITH(read_target(ITN_SOURCE_DIR "/tests/fuzz/corpus/exr/moved.exr", "", 2, 2, 3),
+                    Contains("moved.exr: its data window"));
+  CHECK(read_target(ITN_SOURCE_DIR "/tests/fuzz/corpus/exr/colour.exr", "", 2, 2, 3).value.size() == 12);
+}

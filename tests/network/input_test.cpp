@@ -364,3 +364,28 @@ TEST_CASE("Examples of several data sets are those of each, with its own shapes 
     CHECK(truth == expected_truth);
   }
 }
+
+TEST_CASE("a photo that is black or below 0 is refused, noise around black is not") {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::vector<float>& values) {
+    write_exr(folder / "a.exr", {2, 2, {"Y"}, values, {}});
+    return read_resampled_luminance(folder / "a.exr", 2);
+  };
+  CHECK(read({1, 2, 3, -0.01F}).size() == 4);
+  CHECK_THROWS_WITH(read({1, 2, 3, -4}), Contains("a.exr: its pixels below 0"));
+  CHECK_THROWS_WITH(read({-1, -2, -3, -4}), Contains("below 0"));
+  CHECK_THROWS_WITH(read({0, 0, 0, 0}), Contains("is black"));
+}
+
+TEST_CASE("buffers of an object that no pixel of the network sees are refused") {
+  const TemporaryFolder folder;
+  constexpr int size = 32;
+  ExrImage buffers{size, size, {"normal.X", "normal.Y", "normal.Z", "depth", "mask"}, {}, {}};
+  for (int i = 0; i < size * size; ++i) {
+    const float seen = i == 0 ? 1 : 0;
+    buffers.data.insert(buffers.data.end(), {0, 0, seen, 30, seen});
+  }
+  write_exr(folder / "a.exr", buffers);
+  CHECK(read_resampled_seen_shape(folder / "a.exr", size).mask[0] == 1);
+  CHECK_THROWS_WITH(read_resampled_seen_shape(folder / "a.exr", 8), Contains("smaller than a pixel of the 8 x 8"));
+}

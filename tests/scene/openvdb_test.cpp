@@ -87,7 +87,7 @@ TEST_CASE("OpenVDB grids that are no densities are refused") {
   const auto distances = steps<openvdb::FloatGrid>("density");
   distances->setGridClass(openvdb::GRID_LEVEL_SET);
   write(folder, {distances});
-  folder.check_error(medium(""), 4, {"level set"});
+  folder.check_error(medium(), 4, {"level set"});
 
   write(folder, {steps<openvdb::Int32Grid>("density")});
   folder.check_error(medium(), 4, {"int32", "need float"});

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "network/random.h"
-#include "runtime/image/exr.h"
+#include "runtime/dataset/stored_image.h"
 
 namespace {
 
@@ -13,8 +13,8 @@ using namespace itn;
 
 constexpr int size = made_up_size;
 
-void write_shape(const std::string& file, const std::string& hash, bool ball) {
-  ExrImage buffers{size, size, {"normal.X", "normal.Y", "normal.Z", "depth", "mask"}, {}, {{"hash", hash}}};
+ExrImage shape_buffers(bool ball) {
+  ExrImage buffers{size, size, {"normal.X", "normal.Y", "normal.Z", "depth", "mask"}, {}, {}};
   for (int i = 0; i < size * size; ++i) {
     const double x = (i % size + 0.5) / size * 2 - 1, y = (i / size + 0.5) / size * 2 - 1;
     const double square = ball ? x * x + y * y : 0.5;
@@ -24,11 +24,11 @@ void write_shape(const std::string& file, const std::string& hash, bool ball) {
          {hit ? (ball ? x : std::sqrt(0.5)) : 0, hit && ball ? y : 0, z, 30 - (hit ? z : 0), hit ? 1.0 : 0.0})
       buffers.data.push_back(static_cast<float>(value));
   }
-  write_exr(file, buffers);
+  return buffers;
 }
 
-void write_image(const std::string& file, const std::string& hash, const Manifest::Image& image) {
-  ExrImage pixels{size, size, {"Y", "stderr.Y"}, {}, {{"hash", hash}}};
+ExrImage pixels_of(const Manifest::Image& image) {
+  ExrImage pixels{size, size, {"Y", "stderr.Y"}, {}, {}};
   for (int i = 0; i < size * size; ++i) {
     const double contrast = std::log(image.sigma_t / 25) / std::log(12.0), sign = (i % size + i / size) % 2 ? -1 : 1;
     const double slope = image.g * (2.0 * (i % size) / size - 1);
@@ -36,7 +36,7 @@ void write_image(const std::string& file, const std::string& hash, const Manifes
     pixels.data.push_back(static_cast<float>(3 * std::exp(2 * image.albedo + sign * contrast + slope + noise)));
     pixels.data.push_back(0.01F);
   }
-  write_exr(file, pixels);
+  return pixels;
 }
 
 }  // namespace
@@ -52,8 +52,8 @@ MadeUpDataset::MadeUpDataset(std::string to, int training, int validation) : fol
   manifest.lights = {{0, 0, {0, 0, 1}, {}}, {0, 60, {std::sqrt(0.75), 0, 0.5}, {}}};
   std::filesystem::create_directories(folder + "/images");
   std::filesystem::create_directories(folder + "/shapes");
-  write_shape(path("shapes/ball.exr"), manifest.hash, true);
-  write_shape(path("shapes/slope.exr"), manifest.hash, false);
+  write_stored(folder, manifest, manifest.shapes[0], shape_buffers(true));
+  write_stored(folder, manifest, manifest.shapes[1], shape_buffers(false));
   for (int i = 0; i < training + validation; ++i) {
     const auto index = static_cast<std::uint64_t>(i);
     Manifest::Image image;
@@ -64,7 +64,7 @@ MadeUpDataset::MadeUpDataset(std::string to, int training, int validation) : fol
     image.albedo = 0.3 + 0.65 * random_uniform(1, 1, index);
     image.g = 0.9 * random_uniform(1, 2, index);
     image.seed = index;
-    write_image(path(image.file), manifest.hash, image);
+    write_stored(folder, manifest, image, pixels_of(image));
     manifest.images.push_back(image);
   }
   write_manifest();

@@ -155,11 +155,16 @@ std::vector<Estimate> mean_of_runs(int runs, const std::function<std::vector<dou
   return result;
 }
 
-// Of gradients, each from other samples.
-std::vector<Estimate> mean_of_runs(const Scene& scene, const RenderOptions& options, int runs, int spp,
-                                   const std::function<std::vector<double>(const WeighedDerivatives&)>& of) {
+// Over gradients of other samples of one scene.
+std::vector<Estimate> mean_of_gradients(const Scene& scene, const RenderOptions& options, int runs, int spp,
+                                        const std::function<std::vector<double>(const WeighedDerivatives&)>& of) {
   GradientRenderer renderer(device(), scene, options);
   return mean_of_runs(runs, [&](int run) { return of(gradient(renderer, run * spp, spp)); });
+}
+
+std::vector<double> first_values(const WeighedDerivatives& result) {
+  const std::vector<float>& data = result.values[0].data;
+  return {data.begin(), data.end()};
 }
 
 double z_of(const Estimate& a, const Estimate& b) {
@@ -181,11 +186,7 @@ TEST_CASE("the gradient by a voxel is the difference of that voxel, empty or at 
     setting.medium =
         heterogeneous(grid_file(folder, 3, 2, 2, values), R"(<float name="albedo" value="0.75"/>)", filter);
     const Scene scene = cube(folder, setting);
-    const std::vector<Estimate> gradients =
-        mean_of_runs(scene, by({"smoke.sigma_t"}), 12, 512, [](const WeighedDerivatives& result) {
-          const std::vector<float>& data = result.values[0].data;
-          return std::vector<double>(data.begin(), data.end());
-        });
+    const std::vector<Estimate> gradients = mean_of_gradients(scene, by({"smoke.sigma_t"}), 12, 512, first_values);
     REQUIRE(gradients.size() == values.size());
     for (const std::size_t i : voxels) {
       const Estimate expected = difference(scene, i, 0.3, 4096);
@@ -215,11 +216,7 @@ TEST_CASE("the gradient by a voxel of an albedo is the difference of that voxel,
         <transform name="to_world"><scale value="2"/><translate x="-1" y="-1" z="-1"/></transform></volume>)";
     const Scene scene = cube(folder, setting);
     const std::vector<std::size_t> which{0, 4, 6, 7, 8, 11};
-    const std::vector<Estimate> gradients =
-        mean_of_runs(scene, by({"smoke.albedo"}), 12, 256, [](const WeighedDerivatives& result) {
-          const std::vector<float>& data = result.values[0].data;
-          return std::vector<double>(data.begin(), data.end());
-        });
+    const std::vector<Estimate> gradients = mean_of_gradients(scene, by({"smoke.albedo"}), 12, 256, first_values);
     REQUIRE(gradients.size() == values.size());
     // An albedo moves no flight: of the same random numbers differences have little noise.
     const Parameter p = find_parameter(list_parameters(scene), "smoke.albedo");
@@ -228,7 +225,7 @@ TEST_CASE("the gradient by a voxel of an albedo is the difference of that voxel,
       for (const std::size_t i : which) {
         double sum = 0;
         for (const auto& [offset, factor] : stencil(static_cast<double>(values[i]), 0.05))
-          sum += factor * weighed(moved(scene, p, i, offset * 0.05), static_cast<std::uint64_t>(70 + run), 512).value /
+          sum += factor * weighed(moved(scene, p, i, offset * 0.05), 70 + static_cast<std::uint64_t>(run), 512).value /
                  0.05;
         result.push_back(sum);
       }
@@ -255,8 +252,8 @@ TEST_CASE("the gradients by the voxels of a constant grid of albedos are the der
     <string name="filename" value="{}"/></volume>)",
                                          grid_file(folder, 4, 3, 5, std::vector<float>(60, 0.85F)));
   const Scene constant = cube(folder, setting);
-  const auto of_all = [&](const Scene& scene, std::uint64_t seed) {
-    return mean_of_runs(scene, by({"smoke.albedo"}, seed), 8, 256, [](const WeighedDerivatives& result) {
+  const auto of_all = [](const Scene& scene, std::uint64_t seed) {
+    return mean_of_gradients(scene, by({"smoke.albedo"}, seed), 8, 256, [](const WeighedDerivatives& result) {
       const VoxelGrid& values = result.values[0];
       if (!values.data.empty()) CHECK(sum_of(values) == Approx(result.value[0]).epsilon(1e-5));
       return std::vector<double>{result.value[0], result.stderr_[0]};
@@ -281,7 +278,7 @@ TEST_CASE("the gradients by the voxels of a constant grid are the derivative by 
     const auto of_all = [&](const Scene& scene, std::uint64_t seed) {
       RenderOptions options = by({"smoke.sigma_t"}, seed);
       options.baselines = baselines;
-      return mean_of_runs(scene, options, 12, 256, [](const WeighedDerivatives& result) {
+      return mean_of_gradients(scene, options, 12, 256, [](const WeighedDerivatives& result) {
         const VoxelGrid& values = result.values[0];
         if (!values.data.empty()) CHECK(sum_of(values) == Approx(result.value[0]).epsilon(1e-5));
         return std::vector<double>{result.value[0], result.stderr_[0]};
@@ -349,7 +346,7 @@ TEST_CASE("voxels times their gradients are the derivative by the grid's scale",
         CHECK(sum_of(result.values[1]) == Approx(result.value[1]).epsilon(1e-4).margin(1e-4 * std::abs(by_scale)));
         return std::vector<double>{by_voxels - by_scale, by_scale};
       };
-      const std::vector<Estimate> differences = mean_of_runs(scene, options, 8, 16, compare);
+      const std::vector<Estimate> differences = mean_of_gradients(scene, options, 8, 16, compare);
       INFO(name << ": scale " << differences[1].value << ", difference " << differences[0].value << " +- "
                 << differences[0].stderr_);
       CHECK(std::abs(differences[0].value) < 6.5 * differences[0].stderr_);

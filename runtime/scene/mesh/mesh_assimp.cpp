@@ -1,14 +1,29 @@
-// Every other format, through Assimp.
+// Further formats, through Assimp, in a process of its own: on broken files it crashes, hangs and asks for all memory.
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
+#include <algorithm>
+#include <array>
+#include <assimp/DefaultLogger.hpp>
 #include <assimp/Importer.hpp>
+#include <assimp/LogStream.hpp>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
 
+#include "runtime/base/child_process.h"
 #include "runtime/base/error.h"
+#include "runtime/base/file.h"
+#include "runtime/base/inputs.h"
 #include "runtime/scene/mesh/mesh_file.h"
 
 namespace itn {
 namespace {
+
+constexpr ChildLimits limits{std::uint64_t{4} << 30, 60, 600};
+
+constexpr std::array formats{".3ds", ".dae", ".fbx", ".glb", ".gltf", ".off", ".stl"};
 
 void append(const aiMesh& part, Mesh& mesh, bool with_normals, bool with_texcoords) {
   const auto first = static_cast<std::uint32_t>(mesh.position.size());
@@ -25,22 +40,145 @@ void append(const aiMesh& part, Mesh& mesh, bool with_normals, bool with_texcoor
   }
 }
 
-}  // namespace
+// Knows which files are read: those of glTF name others.
+class NotedFiles : public Assimp::DefaultIOSystem {
+ public:
+  explicit NotedFiles(std::vector<std::string>& names) : names_(names) {}
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(file, error)) return nullptr;
+    if (std::find(names_.begin(), names_.end(), file) == names_.end()) names_.emplace_back(file);
+    return DefaultIOSystem::Open(file, mode);
+  }
 
-Mesh read_with_assimp(const std::string& file) {
+ private:
+  std::vector<std::string>& names_;
+};
+
+// What Assimp mends in silence, such as an index out of range.
+class FirstError : public Assimp::LogStream {
+ public:
+  explicit FirstError(std::string& text) : text_(text) {}
+  void write(const char* message) override {
+    if (text_.empty()) text_ = message;
+  }
+
+ private:
+  std::string& text_;
+};
+
+struct MeshFile {
+  Mesh mesh;
+  std::vector<std::string> names;  // of the files it was in
+};
+
+MeshFile import(const std::string& file) {
+  MeshFile result;
+  std::string error;
+  Assimp::DefaultLogger::create("", Assimp::Logger::NORMAL, 0);
+  Assimp::DefaultLogger::get()->attachStream(new FirstError(error), Assimp::Logger::Err);
   Assimp::Importer importer;
+  importer.SetIOHandler(new NotedFiles(result.names));
   // Identical corners become one vertex again, so that normals computed later are smooth across faces.
   const aiScene* scene =
       importer.ReadFile(file, aiProcess_Triangulate | aiProcess_PreTransformVertices | aiProcess_JoinIdenticalVertices);
-  if (!scene) throw InputError(file + ": not a readable mesh: " + importer.GetErrorString() + "; export it again");
+  if (!scene) throw InputError(std::string("not a readable mesh: ") + importer.GetErrorString() + "; export it again");
+  while (!error.empty() && error.back() == '\n') error.pop_back();
+  if (!error.empty()) throw InputError("is damaged: " + error + "; export it again");
   bool with_normals = true, with_texcoords = true;
   for (unsigned i = 0; i < scene->mNumMeshes; ++i) {
     with_normals = with_normals && scene->mMeshes[i]->HasNormals();
     with_texcoords = with_texcoords && scene->mMeshes[i]->HasTextureCoords(0);
   }
-  Mesh mesh;
-  for (unsigned i = 0; i < scene->mNumMeshes; ++i) append(*scene->mMeshes[i], mesh, with_normals, with_texcoords);
-  return mesh;
+  for (unsigned i = 0; i < scene->mNumMeshes; ++i)
+    append(*scene->mMeshes[i], result.mesh, with_normals, with_texcoords);
+  return result;
+}
+
+// How a mesh comes back from the process that has read it.
+class Writer {
+ public:
+  template <class Value>
+  void put(const std::vector<Value>& values) {
+    const std::uint64_t count = values.size();
+    bytes.append(reinterpret_cast<const char*>(&count), sizeof count);
+    bytes.append(reinterpret_cast<const char*>(values.data()), count * sizeof(Value));
+  }
+  std::string bytes;
+};
+
+class Taker {
+ public:
+  explicit Taker(const std::string& bytes) : bytes_(bytes) {}
+  template <class Value>
+  void take(std::vector<Value>& values) {
+    std::uint64_t count = 0;
+    copy(&count, sizeof count);
+    // A reader that was taken over could write anything.
+    if (count > (bytes_.size() - at_) / sizeof(Value)) throw InputError("crashes its reader: it is broken");
+    values.resize(count);
+    if (count > 0) copy(values.data(), count * sizeof(Value));
+  }
+
+ private:
+  void copy(void* to, std::size_t size) {
+    if (size > bytes_.size() - at_) throw InputError("crashes its reader: it is broken");
+    std::memcpy(to, bytes_.data() + at_, size);
+    at_ += size;
+  }
+  const std::string& bytes_;
+  std::size_t at_ = 0;
+};
+
+std::string bytes_of(const MeshFile& file) {
+  Writer out;
+  out.put(file.mesh.position);
+  out.put(file.mesh.normal);
+  out.put(file.mesh.texcoord);
+  out.put(file.mesh.triangle);
+  std::vector<char> names;
+  for (const std::string& name : file.names) {
+    names.insert(names.end(), name.begin(), name.end());
+    names.push_back('\n');
+  }
+  out.put(names);
+  return std::move(out.bytes);
+}
+
+MeshFile from_bytes(const std::string& bytes) {
+  Taker in(bytes);
+  MeshFile file;
+  in.take(file.mesh.position);
+  in.take(file.mesh.normal);
+  in.take(file.mesh.texcoord);
+  in.take(file.mesh.triangle);
+  std::vector<char> names;
+  in.take(names);
+  for (auto begin = names.begin(); begin != names.end();) {
+    const auto end = std::find(begin, names.end(), '\n');
+    file.names.emplace_back(begin, end);
+    begin = end == names.end() ? end : end + 1;
+  }
+  return file;
+}
+
+}  // namespace
+
+Mesh read_with_assimp(const std::string& file, const std::string& extension) {
+  if (std::find(formats.begin(), formats.end(), extension) == formats.end()) {
+    std::string all = ".ply, .obj, .serialized";
+    for (const char* format : formats) all += std::string(", ") + format;
+    throw InputError(file + ": not a readable mesh: its name ends in \"" + extension + "\"; need one of " + all +
+                     ": export it as PLY");
+  }
+  check_regular_file(file);
+  try {
+    MeshFile read = from_bytes(in_child_process([&] { return bytes_of(import(file)); }, limits));
+    for (const std::string& name : read.names) note_input(name);
+    return std::move(read.mesh);
+  } catch (const InputError& error) {
+    throw InputError(file + ": " + error.what());
+  }
 }
 
 }  // namespace itn

@@ -28,12 +28,26 @@ Mesh read_by_extension(const std::string& file) {
   if (extension == ".ply") return read_ply(file);
   if (extension == ".obj") return read_obj(file);
   if (extension == ".serialized") return read_serialized(file, 0);
-  return read_with_assimp(file);
+  return read_with_assimp(file, extension);
 }
 
 }  // namespace
 
 void check_mesh(const Mesh& mesh, const std::string& file) {
+  const std::size_t vertices = mesh.position.size();
+  const auto check_count = [&](std::size_t count, const char* what) {
+    if (count != 0 && count != vertices)
+      throw InputError(fmt::format("{}: {} {} for {} vertices; need one each or none: export the mesh again", file,
+                                   count, what, vertices));
+  };
+  check_count(mesh.normal.size(), "normals");
+  check_count(mesh.texcoord.size(), "texture coordinates");
+  for (const MeshAttribute& a : mesh.attributes) {
+    const std::size_t rows = a.name.rfind("face_", 0) == 0 ? mesh.triangle.size() : vertices;
+    if (a.channels == 0 || a.values.size() != rows * a.channels)
+      throw InputError(fmt::format("{}: the attribute {} has {} values; need {} of each of {}: export the mesh again",
+                                   file, a.name, a.values.size(), a.channels, rows));
+  }
   if (mesh.triangle.empty()) throw InputError(file + ": the mesh is empty; need at least one triangle");
   for (const auto& corners : mesh.triangle)
     for (const std::uint32_t corner : corners)

@@ -10,7 +10,7 @@ namespace itn {
 // the file's, in its order; OBJ corners that share all their indices become one vertex. Normals only where every vertex
 // has one. Throws InputError naming the file and the place in it when it cannot be read, is truncated, holds no
 // triangle, an index out of range or a number that is not finite. By the ending of the name: .ply, .obj and .serialized
-// (its first mesh) are read here, everything else by Assimp.
+// (its first mesh) are read here, some others by Assimp.
 Mesh read_mesh(const std::string& file);
 
 // Mesh number `index` of a file in Mitsuba's .serialized format; checked as by read_mesh().
@@ -22,7 +22,8 @@ void check_mesh(const Mesh& mesh, const std::string& file);
 // One format each; they do not look for numbers that are not finite, nor for empty meshes.
 Mesh read_ply(const std::string& file);
 Mesh read_obj(const std::string& file);
-Mesh read_with_assimp(const std::string& file);
+// extension: in small letters, with its dot; InputError for one that is not in the list of those that are read.
+Mesh read_with_assimp(const std::string& file, const std::string& extension);
 
 // Binary little-endian PLY with the mesh's normals and texture coordinates where it has them; read_ply() gives the same
 // numbers back. Written whole or not at all: ResultError otherwise.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 
 #include "runtime/base/file.h"
 #include "runtime/scene/mesh/mesh_file.h"
@@ -14,31 +15,40 @@ namespace {
 
 constexpr std::uint32_t none = 0xffffffffu;
 
-// Corners that agree in position, texture coordinate and normal are one vertex, in order of first appearance.
+// Corners that agree in position, texture coordinate and normal are one vertex, in order of first appearance. Those at
+// one position are a list, as there are few; where there are many, a table knows them, too.
 class Corners {
  public:
   std::uint32_t find_or_add(std::uint32_t position, std::uint32_t texcoord, std::uint32_t normal) {
     if (position >= first_.size()) first_.resize(position + 1, none);
     std::uint32_t* link = &first_[position];
-    while (*link != none) {
+    int listed = 0;
+    for (; *link != none; ++listed) {
       const Corner& c = corners[*link];
       if (c.texcoord == texcoord && c.normal == normal) return *link;
       link = &corners[*link].next;
     }
     const auto index = static_cast<std::uint32_t>(corners.size());
-    *link = index;
+    if (listed == most_listed) {
+      const auto [known, is_new] = further_.try_emplace({position, texcoord, normal}, index);
+      if (!is_new) return known->second;
+    } else {
+      *link = index;
+    }
     corners.push_back({position, texcoord, normal, none});
     return index;
   }
 
   struct Corner {
     std::uint32_t position, texcoord, normal;
-    std::uint32_t next;  // another one at the same position
+    std::uint32_t next;  // another one at the same position; none behind the last that is listed
   };
   std::vector<Corner> corners;
 
  private:
+  static constexpr int most_listed = 32;
   std::vector<std::uint32_t> first_;
+  std::map<std::array<std::uint32_t, 3>, std::uint32_t> further_;
 };
 
 template <std::size_t size>

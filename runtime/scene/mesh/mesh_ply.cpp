@@ -95,6 +95,10 @@ Header parse_header(TextCursor& cursor) {
       const std::string_view count = take_word(line);
       if (!parse_whole(count, element.count))
         cursor.fail(fmt::format("element {}: \"{}\" is not a count; mend the PLY header", element.name, count));
+      for (const PlyElement& before : header.elements)
+        if (before.name == element.name)
+          cursor.fail(
+              fmt::format("element {} for the second time; need each once: export the mesh again", element.name));
       header.elements.push_back(element);
     } else if (keyword == "property") {
       if (header.elements.empty()) cursor.fail("property before any element; mend the PLY header");

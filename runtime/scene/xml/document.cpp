@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <fstream>
 #include <pugixml.hpp>
 #include <set>
-#include <sstream>
 
+#include "runtime/base/file.h"
+#include "runtime/base/printable.h"
 #include "runtime/scene/xml/message.h"
 #include "runtime/scene/xml/references.h"
 #include "runtime/scene/xml/upgrade.h"
@@ -52,6 +52,9 @@ constexpr std::size_t deepest_include = 15, most_includes = 1000, most_paths = 1
 // Definitions that use each other could otherwise grow without bound.
 constexpr std::size_t longest_value = 1'000'000, longest_default = 1000;
 
+// Of all files together, and of all values once names are replaced.
+constexpr std::size_t most_bytes = 1 << 28, most_growth = 1 << 26;
+
 // Turns a byte offset into line and column.
 class LineTable {
  public:
@@ -71,14 +74,17 @@ class LineTable {
 };
 
 std::string read_text(const std::string& file) {
-  std::error_code status;
-  if (!fs::exists(file, status)) throw InputError("no such file " + quote(file) + "; check the path");
-  if (fs::is_directory(file, status)) throw InputError(quote(file) + " is a folder; need a scene file");
-  std::ifstream stream(file, std::ios::binary);
-  std::stringstream buffer;
-  buffer << stream.rdbuf();
-  if (!stream) throw InputError("cannot read " + quote(file) + "; check its permissions");
-  return buffer.str();
+  if (!is_there(file)) throw InputError(file + ": no such file; check the path");
+  if (is_folder(file)) throw InputError(file + ": is a folder; need a scene file");
+  return read_file(file, most_bytes);
+}
+
+void check_id(const std::string& id, const Location& where) {
+  constexpr std::size_t longest_id = 1000;
+  if (id.size() > longest_id)
+    fail(where, "an id of " + std::to_string(id.size()) + " characters; need at most " + std::to_string(longest_id));
+  if (std::any_of(id.begin(), id.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; }))
+    fail(where, "an id with a control character; need one of letters");
 }
 
 std::string list_folders(const std::vector<std::string>& folders) {
@@ -92,6 +98,30 @@ std::string list_folders(const std::vector<std::string>& folders) {
                 to_string(where) + ": more than " + std::to_string(most) + " " + what + "; check what includes what");
 }
 
+// A parser stops at a character 0, as if the file ended there.
+void check_characters(const std::string& text, const LineTable& lines) {
+  const bool is_utf16 = text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff");
+  const std::size_t end = is_utf16 ? std::string::npos : text.find('\0');
+  if (end != std::string::npos)
+    fail(lines.locate(static_cast<std::ptrdiff_t>(end)), "a character 0; need text in UTF-8: mend the file here");
+}
+
+// One element, and nothing that would be left out.
+void check_outermost(const pugi::xml_document& document, const LineTable& lines) {
+  bool found = false;
+  for (const pugi::xml_node node : document.children()) {
+    const bool is_text = node.type() == pugi::node_pcdata || node.type() == pugi::node_cdata;
+    const std::ptrdiff_t at = node.offset_debug();
+    if (is_text) fail(lines.locate(at), "text outside of the outermost element; mend the file here");
+    if (node.type() != pugi::node_element) continue;
+    if (found)
+      fail(lines.locate(at - 1),
+           std::string("a second outermost element <") + node.name() + ">; need one: mend the file");
+    found = true;
+  }
+  if (!found) fail(lines.locate(0), "malformed XML: no element; need <scene version=\"3.0.0\">");
+}
+
 class Reader {
  public:
   Reader(const std::string& scene_file, const std::map<std::string, std::string>& definitions, Report& report)
@@ -103,13 +133,7 @@ class Reader {
   }
 
   std::unique_ptr<Element> read_scene(const std::string& file) {
-    std::string text;
-    try {
-      text = read_text(file);
-    } catch (const InputError& error) {
-      throw InputError(file + ": " + error.what());
-    }
-    std::unique_ptr<Element> root = read_file(file, text);
+    std::unique_ptr<Element> root = parse(file, read_text(file));
     if (root->tag != "scene")
       fail(root->where, "outermost element is <" + root->tag + ">; need <scene version=\"3.0.0\">");
     return root;
@@ -126,14 +150,18 @@ class Reader {
   }
 
  private:
-  std::unique_ptr<Element> read_file(const std::string& file, const std::string& text) {
+  std::unique_ptr<Element> parse(const std::string& file, const std::string& text) {
     const LineTable lines(file, text);
+    if ((bytes_ += text.size()) > most_bytes) give_up({file, 1, 1}, most_bytes, "bytes in all files");
+    check_characters(text, lines);
     pugi::xml_document document;
-    const pugi::xml_parse_result result = document.load_buffer(text.data(), text.size());
+    const pugi::xml_parse_result result =
+        document.load_buffer(text.data(), text.size(), pugi::parse_default | pugi::parse_fragment);
     if (!result)
       fail(lines.locate(result.offset), std::string("malformed XML: ") + result.description() + "; mend the file here");
+    check_outermost(document, lines);
     std::error_code status;
-    open_files_.push_back(fs::weakly_canonical(file, status).string());
+    open_files_.push_back(fs::weakly_canonical(fs::absolute(file, status), status).string());
     const pugi::xml_node top = document.document_element();
     const Location where = lines.locate(top.offset_debug() - 1);
     if (top.attribute("version").empty())
@@ -185,6 +213,8 @@ class Reader {
       if (out.size() > longest_value)
         fail(where, "the value grows beyond " + std::to_string(longest_value) + " characters; check what $" + name +
                         " stands for");
+      if ((growth_ += value->size()) > most_growth)
+        give_up(where, most_growth, "characters of what names like $" + name + " stand for");
       i += 1 + name.size();
     }
     return out;
@@ -211,7 +241,11 @@ class Reader {
         fail(element.where, "<" + element.tag + ">: unknown attribute " + quote(name) + need_one_of(name, allowed));
       if (element.attributes.count(name))
         fail(element.where, "<" + element.tag + ">: attribute " + quote(name) + " given twice; need it once");
-      element.attributes[name] = substitute(attribute.value(), element.where);
+      std::string value = substitute(attribute.value(), element.where);
+      // Values become names in images, JSON and messages.
+      if (!is_utf8(value)) fail(element.where, quote(name) + " is no text in UTF-8; save the file in that encoding");
+      if (name == "id" || name == "as") check_id(value, element.where);
+      element.attributes[name] = std::move(value);
     }
     if (is_object_tag(element.tag) && element.tag != "scene" && element.attribute("type").empty())
       fail(element.where, "<" + element.tag + "> has no type; need <" + element.tag + " type=\"...\">");
@@ -280,7 +314,7 @@ class Reader {
     if (file.empty())
       fail(element.where, "include: no such file " + quote(name) + "; looked in " + list_folders(resolver.folders()));
     std::error_code status;
-    const std::string canonical = fs::weakly_canonical(file, status).string();
+    const std::string canonical = fs::weakly_canonical(fs::absolute(file, status), status).string();
     if (std::find(open_files_.begin(), open_files_.end(), canonical) != open_files_.end())
       fail(element.where, "include: " + quote(file) + " includes itself; break the circle");
     std::string text;
@@ -289,7 +323,7 @@ class Reader {
     } catch (const InputError& error) {
       fail(element.where, std::string("include: ") + error.what());
     }
-    std::unique_ptr<Element> included = read_file(file, text);
+    std::unique_ptr<Element> included = parse(file, text);
     if (included->tag != "scene") {
       included->attributes.erase("version");
       if (!element.attribute("name").empty()) included->attributes["name"] = element.attribute("name");
@@ -319,7 +353,7 @@ class Reader {
   std::vector<std::string> used_;
   std::vector<std::string> open_files_;  // the scene and the includes that lead to where the reader is
   std::vector<Version> versions_;        // theirs
-  std::size_t includes_ = 0, paths_ = 0, elements_ = 0, longest_name_ = 0;
+  std::size_t bytes_ = 0, growth_ = 0, includes_ = 0, paths_ = 0, elements_ = 0, longest_name_ = 0;
 };
 
 }  // namespace

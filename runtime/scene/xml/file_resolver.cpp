@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "runtime/base/file.h"
+
 namespace itn {
 
 namespace fs = std::filesystem;
@@ -21,13 +23,15 @@ void FileResolver::append(const std::string& folder) {
 }
 
 std::string FileResolver::find(const std::string& name) const {
-  std::error_code status;
-  if (fs::path(name).is_absolute()) return fs::exists(name, status) ? name : "";
+  if (fs::path(name).is_absolute()) return is_there(name) ? name : "";
+  std::string unreachable;  // its reader says why
   for (const std::string& folder : folders_) {
     const fs::path candidate = folder == "." ? fs::path(name) : fs::path(folder) / name;
+    std::error_code status;
     if (fs::exists(candidate, status)) return candidate.string();
+    if (unreachable.empty() && is_there(candidate.string())) unreachable = candidate.string();
   }
-  return "";
+  return unreachable;
 }
 
 }  // namespace itn

@@ -1,9 +1,13 @@
 #include "runtime/scene/xml/properties.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
-#include <filesystem>
+#include <cmath>
 #include <map>
 
+#include "runtime/base/file.h"
+#include "runtime/scene/load.h"
 #include "runtime/scene/xml/message.h"
 #include "runtime/scene/xml/transform.h"
 #include "runtime/scene/xml/values.h"
@@ -117,6 +121,16 @@ std::string Properties::choice(const std::string& name, const std::vector<std::s
 Vec3 Properties::vector(const std::string& name, const Vec3& fallback) {
   const Element* value = value_of(name, {"vector", "point"});
   if (!value) return fallback;
+  const Vec3 out = any_vector(*value, name);
+  for (const double v : out)
+    if (!(std::fabs(v) <= largest_extent))
+      fail(value->where, fmt::format("{}: {} has a coordinate of {:.3g}; need at most {:.0e}, for single precision",
+                                     title(), quote(name), v, largest_extent));
+  return out;
+}
+
+Vec3 Properties::any_vector(const Element& element, const std::string& name) const {
+  const Element* value = &element;
   const std::string what = title() + ": " + quote(name);
   Vec3 out{0, 0, 0};
   if (value->attributes.count("value")) {
@@ -140,7 +154,13 @@ bool Properties::is_vector(const std::string& name) const {
 
 Transform Properties::transform(const std::string& name) {
   const Element* value = value_of(name, {"transform"});
-  return value ? parse_transform(*value) : Transform{};
+  if (!value) return {};
+  const Transform transform = parse_transform(*value);
+  for (const double v : transform.m)
+    if (!(std::fabs(v) <= largest_extent))
+      fail(value->where, fmt::format("{}: {} moves or scales by {:.3g}; need at most {:.0e}, for single precision",
+                                     title(), quote(name), v, largest_extent));
+  return transform;
 }
 
 const Element* Properties::child_named(const std::string& name) const {
@@ -189,8 +209,7 @@ std::string Properties::find_file(const Element& value, const std::string& given
   FileResolver files = document_.files;
   files.append(folder_of(value.where.file));
   std::string file = files.find(given);
-  std::error_code status;
-  if (!file.empty() && std::filesystem::is_regular_file(file, status)) return file;
+  if (!file.empty() && !is_folder(file)) return file;
   std::string folders;
   for (const std::string& folder : files.folders()) folders += (folders.empty() ? "" : ", ") + folder;
   fail(value.where, title() + ": no such file " + quote(given) + "; looked in " + folders);

@@ -61,6 +61,7 @@ class Properties {
   void finish();
 
  private:
+  Vec3 any_vector(const Element& element, const std::string& name) const;
   const Element* value_of(const std::string& name, const std::vector<std::string>& tags);
   const Element& resolve(const Element& child) const;
   const Element* child_named(const std::string& name) const;

@@ -39,9 +39,11 @@ void replace_zero_normals(Builder& builder, Properties& properties, Mesh& mesh) 
 
 void check_single_precision(const Properties& properties, const Vec3& position) {
   for (const double v : position)
-    if (!std::isfinite(static_cast<float>(v)))
+    if (!(std::fabs(v) <= largest_extent))
       properties.fail_at("to_world",
-                         "to_world moves the shape beyond the range of single precision; need a smaller scale");
+                         fmt::format("a coordinate or size of {:.3g} in the world; need at most {:.0e}, for single "
+                                     "precision: set a smaller scale in to_world",
+                                     v, largest_extent));
 }
 
 void check_single_precision(const Properties& properties, const Mesh& mesh) {

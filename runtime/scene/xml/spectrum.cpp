@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <sstream>
 
+#include "runtime/base/file.h"
 #include "runtime/scene/xml/cie.h"
 #include "runtime/scene/xml/message.h"
 #include "runtime/scene/xml/values.h"
@@ -81,8 +81,8 @@ Spectrum parse_spectrum(const std::string& text, const Location& where, const st
 }
 
 Spectrum read_spectrum(const std::string& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw InputError(file + ": cannot be read; check its permissions");
+  constexpr std::uint64_t most_bytes = 1 << 24;
+  std::istringstream stream(read_file(file, most_bytes));
   Spectrum spectrum;
   int number = 0;
   for (std::string line; std::getline(stream, line);) {

@@ -3,7 +3,6 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <limits>
 
 #include "runtime/scene/xml/message.h"
 
@@ -35,8 +34,9 @@ std::string lower_case(std::string text) {
 double parse_number(const std::string& text, const Location& where, const std::string& what) {
   double out = 0;
   if (!convert(trim(text), out)) fail(where, what + ": got " + quote(text) + ", need a number");
-  if (!(std::abs(out) <= std::numeric_limits<float>::max()))
-    fail(where, what + ": got " + quote(text) + ", need a finite number within single precision");
+  constexpr double greatest = 1e30;  // products of two stay within single precision only where the other is small
+  if (!(std::abs(out) <= greatest))
+    fail(where, what + ": got " + quote(text) + ", need a finite number of at most 1e30, for single precision");
   return out;
 }
 

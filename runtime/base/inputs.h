@@ -1,0 +1,34 @@
+// What a command reads: never written over, and a job that was stopped goes on only with the same.
+#pragma once
+#include <map>
+#include <string>
+#include <string_view>
+
+namespace itn {
+
+// While one lives, read_file() and those that call note_input() add to it, until end(); write_file() and
+// check_writable() refuse the files as long as it lives. One at a time.
+class Inputs {
+ public:
+  enum class Keep { names, fingerprints };
+  explicit Inputs(Keep keep = Keep::names);
+  ~Inputs();
+  Inputs(const Inputs&) = delete;
+  Inputs& operator=(const Inputs&) = delete;
+
+  // What is read from here on is the command's own: state that it goes on from.
+  void end();
+
+  // Of each file by the name by which it was read; empty without Keep::fingerprints.
+  std::map<std::string, std::string> fingerprints() const;
+};
+
+// For readers that do not call read_file().
+void note_input(const std::string& file, std::string_view bytes);
+// The same for what foreign libraries read: reads the file again where a fingerprint is kept.
+void note_input(const std::string& file);
+
+// Throws UsageError where the file is one of the living Inputs.
+void refuse_input(const std::string& file);
+
+}  // namespace itn

@@ -1,0 +1,124 @@
+#include "runtime/dataset/stored_image.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <map>
+#include <string_view>
+#include <utility>
+
+#include "runtime/base/error.h"
+#include "runtime/base/fingerprint.h"
+
+namespace itn {
+namespace {
+
+constexpr const char* checksum_name = "checksum";
+
+using Texts = std::map<std::string, std::string>;
+
+Texts header_of(const Manifest& set, const Manifest::Image& image) {
+  return {{"hash", set.hash},
+          {"spp", std::to_string(set.spp)},
+          {"seed", std::to_string(image.seed)},
+          {"parameters", fmt::format(R"({{"sigma_t":{},"albedo":{},"g":{}}})", image.sigma_t, image.albedo, image.g)}};
+}
+
+Texts header_of(const Manifest& set, const Manifest::Shape& shape) {
+  return {{"hash", set.hash}, {"shape", shape.name}};
+}
+
+const std::string& file_of(const Manifest::Image& image) { return image.file; }
+const std::string& file_of(const Manifest::Shape& shape) { return shape.buffers; }
+
+std::string path_of(const std::string& folder, const std::string& file) {
+  return (std::filesystem::path(folder) / file).string();
+}
+
+// Of names, texts and values, by name: OpenEXR sorts the channels.
+std::string checksum_of(const ExrImage& content) {
+  std::uint64_t sum = fingerprint(fmt::format("{} {}", content.width, content.height));
+  for (const auto& [name, value] : content.header)
+    if (name != checksum_name) sum = fingerprint(fmt::format("{}={}\n", name, value), sum);
+  std::vector<std::pair<std::string, std::size_t>> channels;
+  for (std::size_t c = 0; c < content.channels.size(); ++c) channels.emplace_back(content.channels[c], c);
+  std::sort(channels.begin(), channels.end());
+  for (const auto& [name, c] : channels) {
+    sum = fingerprint(name, sum);
+    for (std::size_t i = c; i < content.data.size(); i += content.channels.size())
+      sum = fingerprint({reinterpret_cast<const char*>(&content.data[i]), sizeof(float)}, sum);
+  }
+  return fingerprint_text(sum);
+}
+
+template <class Item>
+void write(const std::string& folder, const Manifest& set, const Item& item, ExrImage content) {
+  content.header = header_of(set, item);
+  content.header[checksum_name] = checksum_of(content);
+  write_exr(path_of(folder, file_of(item)), content, Sync::later);
+}
+
+enum class Checksum { where_there, needed };
+
+template <class Item>
+ExrImage read(const std::string& folder, const Manifest& set, const Item& item, Checksum checksum) {
+  const std::string file = path_of(folder, file_of(item));
+  ExrImage content = read_exr(file);
+  if (content.width != set.size || content.height != set.size)
+    throw InputError(
+        fmt::format("{}: has {} x {} pixels, need {} x {}", file, content.width, content.height, set.size, set.size));
+  for (const auto& [name, value] : header_of(set, item)) {
+    const auto found = content.header.find(name);
+    if (found != content.header.end() && found->second == value) continue;
+    const std::string is = found == content.header.end() ? "none" : found->second;
+    if (name == "hash")
+      throw InputError(fmt::format("{}: is of another data set (hash {}, need {}); render it again", file, is, value));
+    throw InputError(
+        fmt::format("{}: is not what the manifest says: {} {}, need {}; remove the file, and itn dataset "
+                    "renders it again",
+                    file, name, is, value));
+  }
+  const auto found = content.header.find(checksum_name);
+  const bool has = found != content.header.end();
+  if (has ? found->second != checksum_of(content) : checksum == Checksum::needed)
+    throw InputError(file + ": is damaged, its checksum is wrong; remove the file, and itn dataset renders it again");
+  return content;
+}
+
+template <class Item>
+bool is_whole(const std::string& folder, const Manifest& set, const Item& item) {
+  if (!is_there(path_of(folder, file_of(item)))) return false;
+  try {
+    read(folder, set, item, Checksum::needed);
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+void write_stored(const std::string& folder, const Manifest& set, const Manifest::Image& image, ExrImage content) {
+  write(folder, set, image, std::move(content));
+}
+void write_stored(const std::string& folder, const Manifest& set, const Manifest::Shape& shape, ExrImage content) {
+  write(folder, set, shape, std::move(content));
+}
+
+ExrImage read_stored(const std::string& folder, const Manifest& set, const Manifest::Image& image) {
+  return read(folder, set, image, Checksum::where_there);
+}
+ExrImage read_stored(const std::string& folder, const Manifest& set, const Manifest::Shape& shape) {
+  return read(folder, set, shape, Checksum::where_there);
+}
+
+bool is_stored(const std::string& folder, const Manifest& set, const Manifest::Image& image) {
+  return is_whole(folder, set, image);
+}
+bool is_stored(const std::string& folder, const Manifest& set, const Manifest::Shape& shape) {
+  return is_whole(folder, set, shape);
+}
+
+}  // namespace itn

@@ -1,0 +1,24 @@
+// The images and shape buffers of a data set: each file says what it shows, and whether it is as it was written.
+#pragma once
+#include <string>
+
+#include "runtime/dataset/manifest.h"
+#include "runtime/image/exr.h"
+
+namespace itn {
+
+// Gives `content` its header and a checksum over that and the values, and writes it. Sync::later: sync_folder()
+// follows.
+void write_stored(const std::string& folder, const Manifest& set, const Manifest::Image& image, ExrImage content);
+void write_stored(const std::string& folder, const Manifest& set, const Manifest::Shape& shape, ExrImage content);
+
+// Throws InputError: the file is not there, damaged, of another set, or shows something else than the manifest says;
+// of sets from before there were checksums, those are not compared.
+ExrImage read_stored(const std::string& folder, const Manifest& set, const Manifest::Image& image);
+ExrImage read_stored(const std::string& folder, const Manifest& set, const Manifest::Shape& shape);
+
+// Is the file there as write_stored() would write it?
+bool is_stored(const std::string& folder, const Manifest& set, const Manifest::Image& image);
+bool is_stored(const std::string& folder, const Manifest& set, const Manifest::Shape& shape);
+
+}  // namespace itn

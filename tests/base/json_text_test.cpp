@@ -1,0 +1,22 @@
+#include "runtime/base/json_text.h"
+
+#include <catch2/catch.hpp>
+
+using namespace itn;
+
+TEST_CASE("JSON of 50,000 levels is refused before it is built") {
+  const std::string deep = std::string(50000, '[') + std::string(50000, ']');
+  CHECK_THROWS_WITH(parse_json<nlohmann::json>(deep, "a.json"),
+                    Catch::Contains("a.json: byte 100") && Catch::Contains("deep"));
+  CHECK_THROWS_AS(parse_json<nlohmann::json>(std::string(50000, '['), "a.json"), InputError);
+  CHECK(parse_json<nlohmann::json>(std::string(100, '[') + std::string(100, ']'), "a.json").is_array());
+}
+
+TEST_CASE("brackets in texts do not nest") {
+  const std::string brackets = "\"\\\"" + std::string(500, '[') + "\"";
+  CHECK(parse_json<nlohmann::json>(brackets, "a.json").is_string());
+}
+
+TEST_CASE("what is no JSON is an input error that names the file") {
+  CHECK_THROWS_WITH(parse_json<nlohmann::json>("{", "a.json"), Catch::Contains("a.json: is no JSON"));
+}
