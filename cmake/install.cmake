@@ -19,7 +19,7 @@ install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR}
   PATTERN style EXCLUDE PATTERN .nav.yml EXCLUDE)
 install(FILES scenes/gallery/preview.png DESTINATION ${CMAKE_INSTALL_DOCDIR}/scenes/gallery)
 foreach(folder IN ITEMS kernels kernels/model runtime runtime/dataset runtime/derivative runtime/evaluation runtime/shapes
-                        network network/weights tools scenes tests/inversion tests/stage tests/transport)
+                        network network/weights tools scenes python tests/inversion tests/stage tests/transport)
   install(FILES ${folder}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR}/${folder})
 endforeach()
 

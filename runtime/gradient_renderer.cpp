@@ -36,13 +36,18 @@ struct GradientRenderer::State {
     append_geometry(scene, data.geometry);
     JobRecord job;
     const DerivativeData on_device = compile(scene, job);
+    build(job, on_device);
+    if (options.paths_a_launch > 0) launch_paths = options.paths_a_launch;
+  }
+
+  // The program of the scene that is compiled.
+  void build(const JobRecord& job, const DerivativeData& on_device) {
     by_light = !on_device.derivatives.empty() || on_device.by_pictures;
     wavefront = std::make_unique<Wavefront>(
         device, data, std::vector<JobRecord>{job}, on_device, options.op, options.width, options.schedule,
         derivatives.scores.empty() && derivatives.grids() == 0 ? Baselines::off : options.baselines, true);
     film = std::make_unique<Film>(device, sensor.crop_width * sensor.crop_height, 1, wavefront->channels(),
                                   sensor.luminance);
-    if (options.paths_a_launch > 0) launch_paths = options.paths_a_launch;
   }
 
   // The scene, whose geometry is there, in place of what there was. Returns what the device needs of its derivatives.
@@ -202,8 +207,14 @@ GradientRenderer::~GradientRenderer() = default;
 void GradientRenderer::replace(const Scene& scene) {
   JobRecord job;
   const DerivativeData on_device = state_->compile(scene, job);
-  if (!state_->wavefront->replace(state_->data, {job}, on_device, false))
-    throw std::logic_error("a scene that needs another program than the one before");
+  // Other values may need another program: a medium that now scatters so much that baselines pay, a grey number that
+  // has got colours.
+  if (!state_->wavefront->replace(state_->data, {job}, on_device, false)) state_->build(job, on_device);
+}
+
+void GradientRenderer::reseed(std::uint64_t seed) {
+  state_->options.seed = seed;
+  state_->wavefront->reseed(seed);
 }
 
 WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<int>& samples_of_groups,

@@ -35,9 +35,10 @@ class GradientRenderer {
   GradientRenderer(const Device& device, const Scene& scene, const RenderOptions& options);
   ~GradientRenderer();
 
-  // The same scene with other texels or numbers that keep what the program was made for: which of them are there, and
-  // which are grey. Throws std::logic_error: they do not.
+  // The same scene with other texels or numbers. Where these need another program, it is built.
   void replace(const Scene& scene);
+  // As Renderer's.
+  void reseed(std::uint64_t seed);
 
   // Sum over groups, pixels and channels of weight times derivative image, the same up to rounding as with the
   // derivative images of the same samples. Group g: the samples of every pixel after those of group g - 1, from

@@ -86,6 +86,11 @@ Renderer::~Renderer() = default;
 
 void Renderer::replace(const Scene& scene) { state_->replace(scene); }
 
+void Renderer::reseed(std::uint64_t seed) {
+  state_->options.seed = seed;
+  state_->wavefront->reseed(seed);
+}
+
 Rendering Renderer::render(int first_sample, int spp) {
   State& s = *state_;
   Rendering out =

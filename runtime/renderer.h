@@ -21,6 +21,8 @@ class Renderer {
   // From now on renders this scene: the one of before with other values of its parameters (scene/parameters.h), the
   // same shapes, sensors and files. Quick: the geometry stays on the device.
   void replace(const Scene& scene);
+  // From now on the random numbers of another seed, as if this had been made with it.
+  void reseed(std::uint64_t seed);
 
  private:
   struct State;

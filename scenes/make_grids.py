@@ -46,6 +46,11 @@ def tints(x, y, z):
     return 0.95 - 0.3 * x, 0.9 - 0.6 * y * z, 0.5 + 0.4 * math.sin(6 * z) ** 2
 
 
+def layered(skin, fat, bone):
+    """From the top: 0.3, 0.5 and 0.2 of the height."""
+    return lambda x, y, z: skin if z > 0.7 else fat if z > 0.2 else bone
+
+
 class Noise:
     """Gradient noise of a lattice (Perlin 2002), of mean 0."""
 
@@ -89,11 +94,26 @@ def cloud(seed):
     return density
 
 
+def marble(seed):
+    """Albedos: veins where waves that noise bends pass 0."""
+    noise = Noise(seed)
+
+    def albedo(x, y, z):
+        bent = sum(noise(3 * 2**o * x, 3 * 2**o * y, 3 * 2**o * z) / 2**o for o in range(4))
+        vein = abs(math.sin(5 * (x + 0.6 * y + 0.8 * z) + 3 * bent))
+        return 0.998 - 0.6 * (1 - vein) ** 4
+
+    return albedo
+
+
 def main():
+    write('test/layers.vol', (1, 1, 10), layered(4, 1, 10))
+    write('test/layers_albedo.vol', (1, 1, 10), layered(0.9, 0.6, 0.98))
     write('test/mitsuba/waves.vol', (12, 10, 14), waves, (-0.9, -0.8, -0.7, 0.8, 0.9, 1))
     write('test/mitsuba/waves_rgb.vol', (9, 11, 8), coloured_waves)
     write('test/mitsuba/tints.vol', (5, 6, 7), tints, (-1, -1, -1, 1, 1, 1))
     write('gallery/cloud.vol', (48, 48, 30), cloud(5))
+    write('gallery/marble.vol', (40, 40, 40), marble(9))
 
 
 if __name__ == '__main__':

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -15,7 +14,7 @@
 #include "runtime/base/seconds_since.h"
 #include "runtime/evaluation/claims.h"
 #include "runtime/evaluation/report.h"
-#include "runtime/evaluation/stored_synthesis.h"
+#include "runtime/evaluation/run_evaluation.h"
 #include "runtime/evaluation/tables.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
@@ -56,57 +55,28 @@ void print(const Evaluation& e, const std::string& folder) {
   fmt::print("\n{}/report.html\n", folder);
 }
 
-// Calls part(progress) with a line on the terminal for it.
-template <class Part>
-void with_progress(const Options& options, const std::string& label, std::size_t images, const Part& part) {
-  Progress progress(label, static_cast<double>(images), "images", !options.common.quiet);
-  part([&](double fraction) { progress.update(fraction); });
-}
+// A line on the terminal for each part of the evaluation. Parts that are stored end in order.
+class PartLine {
+ public:
+  explicit PartLine(const Options& options) : wanted_(!options.common.quiet) {}
 
-// Every start's inversions; what there is of one is stored when it is interrupted.
-void synthesise(const Options& options, const Device& device, RenderedLoss& renderer, Evaluation& e) {
-  const EvaluationOptions& how = options.evaluation;
-  for (const std::string& start : choose_synthesis_targets(how, e)) {
-    StoredSynthesis synthesis(how, device, renderer, e, start);
-    Progress progress("inversions from " + start, static_cast<double>(e.synthesis_targets.size()) * how.iterations,
-                      "renderings", !options.common.quiet, synthesis.fraction());
-    const OrderlyEnd orderly_end;
-    try {
-      while (!synthesis.finished()) {
-        synthesis.advance();
-        progress.update(synthesis.fraction());
-      }
-    } catch (const Interrupted&) {
-      progress.clear();
-      synthesis.store();
-      throw;
-    }
-    e.syntheses.push_back(synthesis.result());
+  EvaluationProgress progress() {
+    return {[this](const std::string& label, double amount, const std::string& unit, double done, bool stored) {
+              line_.emplace(label, amount, unit, wanted_, done);
+              if (stored) orderly_end_.emplace();
+            },
+            [this](double fraction) { line_->update(fraction); },
+            [this] {
+              line_.reset();
+              orderly_end_.reset();
+            }};
   }
-  with_progress(options, "information limit", e.synthesis_targets.size(),
-                [&](const Fraction& progress) { bound_syntheses(how, renderer, e, progress); });
-}
 
-void evaluate(const Options& options, Evaluation& e) {
-  const EvaluationOptions& how = options.evaluation;
-  const std::atomic<bool>& cancel = interrupt_flag();
-  const auto predicted = std::count_if(e.set.images.begin(), e.set.images.end(), [](const Manifest::Image& image) {
-    return image.split != Manifest::Split::validation;
-  });
-  with_progress(options, "predictions", static_cast<std::size_t>(predicted) * e.runs.size(),
-                [&](const Fraction& progress) { predict_splits(how, e, cancel, progress); });
-  if (how.images == 0 && how.inversions == 0) return;
-  const Device device(options.common.device);
-  RenderedLoss renderer(device, e.set, how.data, Operator::full, &cancel);
-  if (how.images > 0) {
-    choose_rerendered(how, e, cancel);
-    with_progress(options, "re-rendering", e.rerendered.size() * (e.runs.size() + 1),
-                  [&](const Fraction& progress) { rerender_predictions(how, renderer, e, progress); });
-    with_progress(options, "information limit", e.rerendered.size(),
-                  [&](const Fraction& progress) { bound_rerendered(how, renderer, e, progress); });
-  }
-  if (how.inversions > 0) synthesise(options, device, renderer, e);
-}
+ private:
+  bool wanted_;
+  std::optional<Progress> line_;
+  std::optional<OrderlyEnd> orderly_end_;
+};
 
 void run(Options options) {
   const auto start = std::chrono::steady_clock::now();
@@ -121,7 +91,8 @@ void run(Options options) {
     for (const std::string& text : r.warnings) warn(common, text);
   const FolderLock lock(options.evaluation.report);
   if (options.threads) set_threads(*options.threads);
-  evaluate(options, e);
+  PartLine line(options);
+  run_evaluation(options.evaluation, common.device, interrupt_flag(), line.progress(), e);
   e.seconds = seconds_since(start);
   write_evaluation(options.evaluation.report, e);
   if (common.talkative()) print(e, options.evaluation.report);

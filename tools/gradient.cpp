@@ -13,9 +13,8 @@
 #include "runtime/base/file.h"
 #include "runtime/base/inputs.h"
 #include "runtime/base/seconds_since.h"
-#include "runtime/gradient_renderer.h"
 #include "runtime/image/exr.h"
-#include "runtime/inversion/image_loss.h"
+#include "runtime/inversion/measured_loss.h"
 #include "runtime/scene/load.h"
 #include "runtime/scene/parameters.h"
 #include "runtime/scene/volume_file.h"
@@ -38,10 +37,6 @@ struct Options {
   int repeats = 1;
 };
 
-// Derivative images take time for each parameter, replayed paths for none: beyond this many they are quicker
-// (tools/README.md).
-constexpr std::size_t most_images = 12;
-
 // The parameters that are textures or grids.
 std::vector<Parameter> textures_of(const Scene& scene, const Options& options) {
   std::vector<Parameter> result;
@@ -57,48 +52,7 @@ bool by_replay(const Options& options, const std::vector<Parameter>& textures) {
     throw UsageError("--mode images: no image could show the derivative by each texel or voxel of " +
                      textures.front().name + "; need adjoint");
   return options.mode == "adjoint" || !textures.empty() ||
-         (options.mode == "automatic" && options.parameters.size() > most_images);
-}
-
-struct ImageLoss {
-  LossGradient loss;
-  std::vector<VoxelGrid> values;  // as of WeighedDerivatives
-  double trace_s = 0;             // of replayed paths
-  double exposure = 1;
-};
-
-// progress: called with the fraction done
-template <class Report>
-ImageLoss from_derivative_images(const Device& device, const Scene& scene, const RenderOptions& options, int spp,
-                                 const TargetImage& target, bool exposure, const Report& progress) {
-  Renderer renderer(device, scene, options);
-  std::vector<Rendering> groups;
-  int first = 0;
-  for (const int samples : split_samples(spp)) {
-    groups.push_back(renderer.render(first, samples));
-    first += samples;
-    progress(static_cast<double>(first) / spp);
-  }
-  ImageLoss result;
-  if (exposure) result.exposure = best_exposure(groups, target);
-  result.loss = loss_gradient(groups, target, result.exposure);
-  return result;
-}
-
-ImageLoss from_replayed_paths(GradientRenderer& renderer, int first_sample, int spp, const TargetImage& target,
-                              bool exposure) {
-  ImageLoss result;
-  WeighedDerivatives gradient =
-      renderer.render(first_sample, split_samples(spp), [&](const std::vector<Rendering>& groups) {
-        if (exposure) result.exposure = best_exposure(groups, target);
-        result.loss = loss_gradient(groups, target, result.exposure);
-        return loss_weights(groups, target, result.exposure);
-      });
-  result.loss.gradient = gradient.value;
-  result.loss.gradient_stderr = gradient.stderr_;
-  result.values = std::move(gradient.values);
-  result.trace_s = gradient.render_s;
-  return result;
+         (options.mode == "automatic" && options.parameters.size() > most_derivative_images);
 }
 
 // The gradient by a texture or a grid, as a file: the mean over repetitions with other samples, each of which is the
@@ -253,12 +207,15 @@ void run(Options options) {
                       static_cast<double>(sensors.size()));
     };
     if (replay) render_options.progress = report;
-    std::optional<GradientRenderer> renderer;
-    if (replay) renderer.emplace(device, scene, render_options);
+    std::optional<GradientRenderer> replayer;
+    std::optional<Renderer> renderer;
+    if (replay)
+      replayer.emplace(device, scene, render_options);
+    else
+      renderer.emplace(device, scene, render_options);
     for (; repeat < options.repeats; ++repeat) {
-      const ImageLoss image =
-          replay ? from_replayed_paths(*renderer, repeat * spp, spp, targets[t], options.exposure)
-                 : from_derivative_images(device, scene, render_options, spp, targets[t], options.exposure, report);
+      const MeasuredLoss image = replay ? measure_loss(*replayer, repeat * spp, spp, targets[t], options.exposure)
+                                        : measure_loss(*renderer, 0, spp, targets[t], options.exposure, report);
       report(1);
       exposures.push_back(image.exposure);
       losses.push_back(image.loss);

@@ -2,18 +2,15 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <cmath>
 #include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "network/dataset_examples.h"
-#include "network/loss.h"
 #include "runtime/base/error.h"
+#include "runtime/base/file.h"
 #include "runtime/base/inputs.h"
 #include "runtime/scene/load.h"
-#include "runtime/training/known_scene.h"
+#include "runtime/training/predict_images.h"
 #include "runtime/training/trained_network.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
@@ -29,123 +26,35 @@ struct Options {
   std::vector<double> light;
 };
 
-// Shape and light of the images, for networks of six channels.
-class Known {
- public:
-  Known(const Options& options, const NetworkDescription& network) : options_(options), network_(network) {
-    if (!options.scene.empty()) {
-      look_at(load_scene(options.scene, options.common.definition_map(), {.open = options.common.open}));
-    } else if (!options.shape_buffers.empty()) {
-      shapes_[0] = read_resampled_seen_shape(options.shape_buffers, network.size);
-      double square = 0;
-      for (const double part : options.light) square += part * part;
-      if (!(square > 0 && std::isfinite(square))) throw UsageError("--light: need a direction");
-      for (std::size_t i = 0; i < 3; ++i) light_[i] = options.light[i] / std::sqrt(square);
-    } else {
-      manifest_ = read_manifest(options.dataset);
-      for (const Manifest::Image& image : manifest_.images)
-        images_[canonical(std::filesystem::path(options.dataset) / image.file)] = &image;
-    }
-  }
-
-  // What the scene's medium is inside of; none without a scene.
-  const std::optional<Body>& body() const { return body_; }
-
-  KnownScene of(const std::string& file) {
-    if (view_) return view_->known();
-    if (!options_.shape_buffers.empty()) return {shapes_.at(0), light_};
-    const auto found = images_.find(canonical(file));
-    if (found == images_.end())
-      throw InputError(file + ": is no image of the data set " + options_.dataset +
-                       "; give --shape-buffers and --light");
-    const Manifest::Image& image = *found->second;
-    if (!shapes_.count(image.shape)) {
-      const std::string& buffers = manifest_.shapes[static_cast<std::size_t>(image.shape)].buffers;
-      shapes_[image.shape] = read_resampled_seen_shape((std::filesystem::path(options_.dataset) / buffers).string(),
-                                                       network_.size, manifest_.hash);
-    }
-    return {shapes_.at(image.shape), manifest_.lights[static_cast<std::size_t>(image.light)].direction};
-  }
-
- private:
-  void look_at(const Scene& scene) {
-    const std::string who = "--scene " + options_.scene;
-    for (const std::string& text : scene.warnings) warn(options_.common, text);
-    chosen_sensor(scene, options_.sensor);  // throws where there is none
-    if (scene.media.size() != 1)
-      throw UsageError(fmt::format("{}: the network knows one medium, the scene has {}", who, scene.media.size()));
-    body_ = body_of(scene, 0, who);
-    if (network_.channels > 1) view_.emplace(scene, options_.sensor, network_.size, *body_, who);
-  }
-
-  static std::string canonical(const std::filesystem::path& path) {
-    std::error_code error;
-    const std::filesystem::path result = std::filesystem::weakly_canonical(path, error);
-    return error ? path.string() : result.string();
-  }
-
-  const Options& options_;
-  const NetworkDescription& network_;
-  Manifest manifest_;
-  std::map<std::string, const Manifest::Image*> images_;
-  std::map<int, SeenShape> shapes_;
-  std::array<double, 3> light_{};
-  std::optional<Body> body_;
-  std::optional<SceneView> view_;
-};
-
-void check(const Options& options, const NetworkDescription& network) {
-  const bool one_by_one = !options.shape_buffers.empty() || !options.light.empty();
-  if (network.channels == 1) {
-    if (one_by_one || !options.dataset.empty())
-      throw UsageError(options.run +
-                       ": its network sees luminance alone; leave out --dataset, --shape-buffers and --light");
-  } else if (!options.dataset.empty() + !options.scene.empty() + one_by_one != 1 ||
-             options.shape_buffers.empty() != options.light.empty()) {
-    throw UsageError(
-        options.run +
-        ": its network knows shape and light; give --dataset, or --scene, or both --shape-buffers and --light");
-  }
-}
-
 void run(const Options& options) {
   Inputs inputs;
-  Network network = network_of(options.run);
-  const NetworkDescription& description = network.description();
-  check(options, description);
-  std::optional<Known> known;
-  if (description.channels > 1 || !options.scene.empty()) known.emplace(options, description);
-
-  const bool in_scene = known && known->body();
+  std::optional<Scene> scene;
+  if (!options.scene.empty()) {
+    scene = load_scene(options.scene, options.common.definition_map(), {.open = options.common.open});
+    for (const std::string& text : scene->warnings) warn(options.common, text);
+    chosen_sensor(*scene, options.sensor);  // throws where there is none
+  }
+  const PredictionRequest request{options.run,    options.images,  scene ? &*scene : nullptr,
+                                  options.sensor, options.dataset, options.shape_buffers,
+                                  options.light};
   nlohmann::ordered_json images = nlohmann::ordered_json::array();
-  std::vector<float> input(network.image_values());
-  for (const std::string& file : options.images) {
-    if (interrupt_flag()) throw Interrupted();
-    const std::vector<float> luminance = read_resampled_luminance(file, description.size);
-    if (description.channels > 1) {
-      const KnownScene scene = known->of(file);
-      network_input(description, luminance, &scene, input);
-    } else {
-      network_input(description, luminance, nullptr, input);
-    }
-    std::vector<double> parameters = parameters_of(network.forward(input, 1), description.outputs);
-    nlohmann::ordered_json line{{"file", file}};
-    std::string text = file;
-    for (std::size_t i = 0; i < parameters.size(); ++i) {
-      if (in_scene && description.outputs[i].name == "sigma_t")
-        parameters[i] = sigma_t_in_scene(parameters[i], description, *known->body());
-      line[description.outputs[i].name] = parameters[i];
-      text += fmt::format("  {} {:.4g}", description.outputs[i].name, parameters[i]);
+  const auto each = [&](const NetworkDescription& network, const ImagePrediction& image) {
+    nlohmann::ordered_json line{{"file", image.file}};
+    std::string text = image.file;
+    for (std::size_t i = 0; i < image.parameters.size(); ++i) {
+      line[network.outputs[i].name] = image.parameters[i];
+      text += fmt::format("  {} {:.4g}", network.outputs[i].name, image.parameters[i]);
     }
     images.push_back(std::move(line));
     if (options.common.talkative()) fmt::print("{}\n", text);
-  }
+  };
+  const PredictedImages predicted = predict_images(request, interrupt_flag(), each);
   write_json(options.common, {{"schema", "itn.predict/1"},
                               {"run", options.run},
-                              {"network", description.kind},
-                              {"channels", description.channels},
-                              {"mm_per_unit", description.mm_per_unit},
-                              {"unit_of_sigma_t", in_scene ? "1/scene unit" : "1/mm"},
+                              {"network", predicted.network.kind},
+                              {"channels", predicted.network.channels},
+                              {"mm_per_unit", predicted.network.mm_per_unit},
+                              {"unit_of_sigma_t", predicted.in_scene ? "1/scene unit" : "1/mm"},
                               {"images", images}});
 }
 

@@ -1,18 +1,24 @@
 #!/usr/bin/env python3
-"""A painted translucent ball from 1, 4 and 16 images: its texture, and the medium inside, found by `itn invert`.
+"""A printed translucent ball from 1, 4 and 16 images: its texture, and the medium inside, found by `itn invert`.
 
-    recover_texture.py FOLDER [--itn build/bin/itn] [--images 1 4 16] [--iterations 100] [--spp 8] [--known] [--mitsuba]
+    recover_texture.py FOLDER [--itn build/bin/itn] [--images 1 4 16] [--iterations 100] [--spp 8] [--thin] [--known]
+                       [--mitsuba]
+
+The paint covers every other square of the wax, so that images show both beside each other. With --thin it hides half of
+the wax everywhere: a brighter paint and a brighter wax then look alike, and no optimiser tells them apart.
 
 Needs Python's mitsuba and numpy (tools/peers), if only to read images. Writes scene, targets and results into FOLDER, and prints
 a row for each number of images: of the texels that some path has seen the root mean squared difference from the truth at the
-start and at the end, which share of them lies within two of the standard errors that itn says, seconds, and the medium's numbers.
-With --mitsuba also Mitsuba's prbvolpath with the same optimiser: Adam on texels, log sigma_t and logit albedo, the same rates,
-iterations and samples; the first iteration, which compiles, is made twice and counted once.
+start and at the end, which share of them lies within two of the standard errors that itn says, seconds of the clock and of
+all cores, and the medium's numbers. With --mitsuba also Mitsuba's prbvolpath with the same optimiser: Adam on texels, log
+sigma_t and logit albedo, the same rates, iterations and samples; the first iteration, which compiles, is made twice and
+counted once.
 """
 import argparse
 import json
 import math
 import pathlib
+import resource
 import subprocess
 import time
 
@@ -31,6 +37,7 @@ parser.add_argument('--images', type=int, nargs='+', default=[1, 4, 16])
 parser.add_argument('--iterations', type=int, default=100)
 parser.add_argument('--spp', type=int, default=8)
 parser.add_argument('--mitsuba', action='store_true')
+parser.add_argument('--thin', action='store_true', help='paint that hides half of the wax everywhere, in place of squares')
 parser.add_argument('--known', action='store_true', help='the medium is known: it starts from the truth and stays')
 options = parser.parse_args()
 if options.known:
@@ -42,7 +49,7 @@ options.folder.mkdir(parents=True, exist_ok=True)
 
 def write_ppm(name, texels):
     pixels = np.rint(255 * texels).astype(np.uint8)
-    (options.folder / name).write_bytes(b'P6 %d %d 255\n' % (WIDTH, HEIGHT) + pixels.tobytes())
+    (options.folder / name).write_bytes(b'P6 %d %d 255\n' % pixels.shape[1::-1] + pixels.tobytes())
     return pixels / 255
 
 
@@ -65,6 +72,14 @@ def sensor(k):
     <rfilter type="box"/></film><sampler type="independent"/></sensor>'''
 
 
+def coverage():
+    """How much of the wax the paint hides: half of it all over, or all of it in squares that leave as many bare."""
+    if options.thin:
+        return '<float name="weight" value="0.5"/>'
+    return '''<texture type="bitmap" name="weight"><boolean name="raw" value="true"/>
+      <string name="filename" value="squares.ppm"/><string name="filter_type" value="nearest"/></texture>'''
+
+
 def write_scene(images):
     path = options.folder / f'scene_{images}.xml'
     path.write_text(f'''<scene version="3.0.0">
@@ -76,7 +91,7 @@ def write_scene(images):
 <emitter type="point"><point name="position" x="3" y="-3" z="4"/>
   <rgb name="intensity" value="20, 20, 20"/></emitter>
 <shape type="sphere" id="ball">
-  <bsdf type="blendbsdf"><float name="weight" value="0.5"/>
+  <bsdf type="blendbsdf">{coverage()}
     <bsdf type="diffuse" id="paint"><texture type="bitmap" name="reflectance"><boolean name="raw" value="true"/>
       <string name="filename" value="$picture"/><string name="format" value="variant"/></texture></bsdf>
     <bsdf type="roughdielectric"><string name="distribution" value="ggx"/><float name="alpha" value="0.3"/></bsdf></bsdf>
@@ -105,13 +120,20 @@ def make_targets(path, images):
     return targets
 
 
+def children_s():
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
 def by_itn(path, targets, truth):
     out, result = options.folder / f'itn_{len(targets)}', options.folder / f'itn_{len(targets)}.json'
     wanted = [argument for target in targets for argument in ('--target', target)]
     for name in () if options.known else TRUE:
         wanted += ['--parameter', f'wax.{name}']
+    begin = children_s()
     itn('invert', path, *wanted, '--parameter', 'paint.reflectance', '--iterations', options.iterations, '--spp',
         options.spp, '-o', out, '--json', result)
+    cpu = children_s() - begin
     found, error = read(out / 'paint.reflectance.exr'), read(out / 'paint.reflectance.uncertainty.exr')
     lines = [json.loads(line) for line in (out / 'iterations.jsonl').read_text().splitlines()]
     answer = json.loads(result.read_text())
@@ -119,7 +141,7 @@ def by_itn(path, targets, truth):
     share = len([line for line in lines if line['repeat'] == 0]) / len(lines)
     return {'texels': found, 'seen': seen, 'within': np.mean((abs(found - truth) < 2 * error)[seen]),
             'numbers': answer['parameters'],
-            'seconds': answer['time']['total_s'], 'share': share}
+            'seconds': answer['time']['total_s'], 'cpu': cpu, 'share': share}
 
 
 def by_mitsuba(path, targets):
@@ -130,14 +152,14 @@ def by_mitsuba(path, targets):
     picture, sigma_t, albedo = (next(key for key in parameters.keys() if key.endswith(end)) for end in
                                 ('reflectance.data', 'sigma_t.value.value', 'albedo.value.value'))
     start = mi.TensorXf(parameters[picture])
-    seconds = 0
+    seconds = cpu = 0
     for attempt in range(2):  # the first compiles
         optimizer = mi.ad.Adam(lr=0.05)
         optimizer['texels'] = mi.TensorXf(start)
         optimizer['sigma_t'] = mi.Float(math.log(START['sigma_t']))
         optimizer['albedo'] = mi.Float(math.log(START['albedo'] / (1 - START['albedo'])))
         for iteration in range(1 if attempt == 0 else options.iterations):
-            begin = time.time()
+            begin, cpu_begin = time.time(), time.process_time()
             optimizer.set_learning_rate(0.05 * 0.5 * (1 + math.cos(math.pi * iteration / options.iterations)))
             optimizer['texels'] = dr.clip(optimizer['texels'], 1e-3, 1)
             parameters[picture] = optimizer['texels']
@@ -153,7 +175,8 @@ def by_mitsuba(path, targets):
             dr.eval(optimizer['texels'])
             dr.sync_thread()
             seconds += time.time() - begin if attempt == 1 else 0
-    return {'texels': np.array(optimizer['texels']).reshape(HEIGHT, WIDTH, 3), 'seconds': seconds,
+            cpu += time.process_time() - cpu_begin if attempt == 1 else 0
+    return {'texels': np.array(optimizer['texels']).reshape(HEIGHT, WIDTH, 3), 'seconds': seconds, 'cpu': cpu,
             'sigma_t': math.exp(float(optimizer['sigma_t'][0])),
             'albedo': 1 / (1 + math.exp(-float(optimizer['albedo'][0])))}
 
@@ -163,9 +186,10 @@ def rms(texels, truth, seen):
 
 
 truth = painted()
+write_ppm('squares.ppm', np.repeat((np.indices((2 * HEIGHT, 2 * WIDTH)).sum(axis=0) % 2)[:, :, None], 3, axis=2))
 write_ppm('start.ppm', np.full((HEIGHT, WIDTH, 3), 0.5))
 targets = make_targets(write_scene(max(options.images)), max(options.images))
-print('images  seen  rms at start  rms at end  within 2 errors  seconds (with uncertainty)   the medium')
+print('images  seen  rms at start  rms at end  within 2 errors  seconds (cores)   the medium')
 for images in options.images:
     path = write_scene(images)
     own = by_itn(path, targets[:images], truth)
@@ -173,9 +197,8 @@ for images in options.images:
                          for name, found in own['numbers'].items())
     print(f"{images:6d} {own['seen'].mean():5.2f} {rms(np.full_like(truth, 128 / 255), truth, own['seen']):13.4f} "
           f"{rms(own['texels'], truth, own['seen']):11.4f} {own['within']:16.2f} "
-          f"{own['seconds'] * own['share']:8.1f} ({own['seconds']:.1f})   {numbers}",
-          flush=True)
+          f"{own['seconds'] * own['share']:8.1f} ({own['cpu'] * own['share']:.1f})   {numbers}", flush=True)
     if options.mitsuba:
         other = by_mitsuba(path, targets[:images])
-        print(f"{'mitsuba':>12} {rms(other['texels'], truth, own['seen']):25.4f} {'':16} {other['sigma_t']:8.3f} "
-              f"{other['albedo']:7.4f} {other['seconds']:8.1f}", flush=True)
+        print(f"{'mitsuba':>12} {rms(other['texels'], truth, own['seen']):25.4f} {'':16} {other['seconds']:8.1f} "
+              f"({other['cpu']:.1f})   sigma_t {other['sigma_t']:.4g}   albedo {other['albedo']:.4g}", flush=True)

@@ -2,6 +2,7 @@
 #ifndef ITN_BSDF_H
 #define ITN_BSDF_H
 #include "lib/bump.h"
+#include "lib/measured.h"
 #include "lib/score.h"
 #include "lib/structure.h"
 
@@ -45,6 +46,36 @@ BSDF_DISPATCH void bsdf_draw(int model, int variant, const REAL n[], REAL3 wi, c
   switch (model) { BSDFS_OF_SCENE(BSDF_CASE) STRUCTURES_OF_SCENE(BSDF_CASE) }
 }
 #undef BSDF_CASE
+
+/* Looks up what tables say of the two directions, to n, from where the functions above and below know. */
+#define MEASURE_LEAF(structure, at, first)                                   \
+  {                                                                          \
+    const Nest x = structure##_at_##at(n, wi, wo);                           \
+    merl_measure(launch, n + first, nest_local(&x, wi), nest_local(&x, wo)); \
+  }
+#define STRUCTURE_CASE(name, PREFIX) \
+  case MODEL_##name: PREFIX##_MEASURED(MEASURE_LEAF) break;
+BSDF_DISPATCH void bsdf_measure(int model, const Launch* launch, REAL n[], REAL3 wi, REAL3 wo) {
+  if (!(bsdf_traits(model) & BSDF_MEASURED)) return;
+  if (bsdf_traits(model) & BSDF_STRUCTURE) switch (model) {
+      STRUCTURES_OF_SCENE(STRUCTURE_CASE)
+    }
+  else
+    merl_measure(launch, n, wi, wo);
+}
+#undef STRUCTURE_CASE
+
+/* bsdf_draw, where the value in the direction drawn is looked up. */
+BSDF_DISPATCH void bsdf_sample(int model, int variant, const Launch* launch, REAL n[], REAL3 wi, const REAL u[],
+                               REAL3* wo, REAL weight[], REAL* pdf, REAL* inverse_eta) {
+  bsdf_draw(model, variant, n, wi, u, wo, weight, pdf, inverse_eta);
+  if (!(bsdf_traits(model) & BSDF_MEASURED)) return;
+  bsdf_measure(model, launch, n, wi, *wo);
+  REAL f[CHANNELS];
+  bsdf_value(model, variant, n, wi, *wo, f);
+  const REAL scale = 1.0f / (MAX(*pdf, (REAL)(1e-20f)) * *inverse_eta * *inverse_eta);
+  UNROLL_FOR(int c = 0; c < CHANNELS; ++c) weight[c] = SELECT(*pdf > 0.0f, f[c] * scale, weight[c]);
+}
 
 /* Structures: which leaf a sample is of, by u; to n, from where the functions above and below know. */
 #define STRUCTURE_CASE(name, PREFIX) \

@@ -8,7 +8,8 @@
  *   medium_dimming       transmittance of a way of a connection
  *   medium_thickness     what scores of a way are by: distance, where a medium is the same everywhere
  *   add_medium_flight, add_passage, sum_medium   to scores and baselines
- *   sum_way_by_voxels, sum_scattering_by_voxels  to the sums by the voxels of a field (lib/voxel_gradient.h)
+ *   sum_way_by_voxels, sum_scattering_by_voxels, sum_albedo_by_voxels  to the sums by the voxels of a field
+ *                                                (lib/voxel_gradient.h)
  *   typical_sigma_t      for choices that are right with any value
  * A medium is its numbers, and the field (lib/field.h) that these are times. */
 #ifndef ITN_MEDIUM_LANES_H
@@ -294,6 +295,22 @@ inline void sum_scattering_by_voxels(const Launch* launch, __global const JobRec
     REAL x[RADIANCE_CHANNELS];
     UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
       x[c] = pulled[c] / MAX(flight->there[FIELD_CHANNELS == 3 ? c : 0], (REAL)(knee_of(field)));
+    add_to_voxels(launch, job, pool, slots, here, field, place, x);
+  }
+}
+
+/* The albedo at a scattering at `place`: the field there, since the number that it is times is 1. */
+inline void sum_albedo_by_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+                                 const Medium* medium, REAL3 place, const REAL albedo[], MASK mask,
+                                 const REAL pulled[]) {
+  uint left = lane_bits(mask & (medium->albedo_field >= 0));
+  while (left) {
+    __global const FieldRecord* field;
+    const MASK here = next_field(launch, medium->albedo_field, &left, &field);
+    if (field->gradient < 0) continue;
+    REAL x[RADIANCE_CHANNELS];
+    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
+      x[c] = pulled[c] / MAX(albedo[THROUGHPUT_CHANNELS == 1 ? 0 : c], (REAL)(ALBEDO_KNEE));
     add_to_voxels(launch, job, pool, slots, here, field, place, x);
   }
 }

@@ -8,7 +8,10 @@
  * is on average what all its flights would scatter to it for a unit of extinction there.
  *
  * What baselines (lib/baseline.h) expect of a scattering is taken off here too: with the scores of scatterings alone the
- * mean of a flight's score is not 0. */
+ * mean of a flight's score is not 0.
+ *
+ * Of an albedo it is a scattering that becomes a probe, in proportion to throughput times 1 - albedo / knee, and goes on
+ * with that lack in place of the albedo: what it then gathers, times sum / (throughput * largest lack of a channel). */
 #ifndef ITN_PROBE_H
 #define ITN_PROBE_H
 #include "lib/medium.h"
@@ -126,6 +129,40 @@ inline MASK land_probe(const Launch* launch, Pool* pool, INT slots, const Medium
   store3(pool, PROBE_PLACE, slots, select3(mask, place, old));
   STORE_INT(pool, PROBE_FIELD, slots, SELECT_INT(mask, medium->field, LOAD_INT(pool, PROBE_FIELD, slots)));
   return tells;
+}
+
+/* At a scattering: in probes what the albedo lacks takes its place. */
+inline void choose_albedo_probe(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
+                                const Medium* medium, Random* random, ProbeState* s, REAL3 place, REAL throughput,
+                                MASK mask, REAL albedo[THROUGHPUT_CHANNELS]) {
+  if (job->replay == REPLAY_SUMS) return;
+  if (job->replay == REPLAY_PROBES) mask = mask & (s->target < INFINITY);
+  REAL lack[THROUGHPUT_CHANNELS], largest = (REAL)(0.0f);
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
+    lack[c] = MAX(1.0f - albedo[c] / ALBEDO_KNEE, (REAL)(0.0f));
+    largest = MAX(largest, lack[c]);
+  }
+  const REAL part = throughput * largest;
+  uint left = lane_bits(mask & (medium->albedo_field >= 0) & (part > 0.0f));
+  while (left) {
+    __global const FieldRecord* field;
+    const MASK here = next_field(launch, medium->albedo_field, &left, &field);
+    if (field->gradient < 0) continue;
+    s->passed += SELECT(here, part, 0.0f);
+    if (job->replay != REPLAY_PROBES) continue;
+    const MASK chosen = here & (s->passed >= s->target);
+    if (!ANY(chosen)) continue;
+    random->event += SELECT_INT(chosen, PROBED_EVENTS, 0);
+    s->target = SELECT(chosen, (REAL)(INFINITY), s->target);
+    UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) albedo[c] = SELECT(chosen, lack[c], albedo[c]);
+    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
+      const REAL weight = LOAD(pool, PROBE_WEIGHT + c, slots);
+      STORE(pool, PROBE_WEIGHT + c, slots, SELECT(chosen, weight / part, weight));
+      STORE(pool, RADIANCE + c, slots, SELECT(chosen, 0.0f, LOAD(pool, RADIANCE + c, slots)));
+    }
+    store3(pool, PROBE_PLACE, slots, select3(chosen, place, load3(pool, PROBE_PLACE, slots)));
+    STORE_INT(pool, PROBE_FIELD, slots, SELECT_INT(chosen, medium->albedo_field, LOAD_INT(pool, PROBE_FIELD, slots)));
+  }
 }
 
 /* A probe's path is complete. */

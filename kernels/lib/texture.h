@@ -10,16 +10,20 @@ inline void texture_place(__global const TextureRecord* t, float u, float v, flo
   to[1] = t->to_uv[3] * u + t->to_uv[4] * v + t->to_uv[5];
 }
 
+inline TexturePlace texture_moved(__global const TextureRecord* t, TexturePlace at) {
+  float uv[2];
+  texture_place(t, at.u, at.v, uv);
+  at.u = uv[0];
+  at.v = uv[1];
+  return at;
+}
+
 /* Arguments and result as in model/texture/list.h, the coordinates before to_uv. */
 #define TEXTURE_CASE(name, PREFIX, type) \
   case TEXTURE_##name: return name##_value(t, texels, number, to, rgb);
 inline int texture_value(__global const TextureRecord* t, __global const float* texels, __global const float* number,
                          TexturePlace at, float rgb[3]) {
-  TexturePlace to = at;
-  float uv[2];
-  texture_place(t, at.u, at.v, uv);
-  to.u = uv[0];
-  to.v = uv[1];
+  const TexturePlace to = texture_moved(t, at);
   switch (t->kind) { TEXTURE_LIST(TEXTURE_CASE) }
   return 0;
 }
@@ -30,11 +34,7 @@ inline int texture_value(__global const TextureRecord* t, __global const float* 
   case TEXTURE_##name: return name##_texels(t, texels, to, which, weight);
 inline int texture_texels(__global const TextureRecord* t, __global const float* texels, TexturePlace at, int which[4],
                           float weight[4]) {
-  TexturePlace to = at;
-  float uv[2];
-  texture_place(t, at.u, at.v, uv);
-  to.u = uv[0];
-  to.v = uv[1];
+  const TexturePlace to = texture_moved(t, at);
   switch (t->kind) { TEXTURE_LIST(TEXTURE_CASE) }
   return 0;
 }

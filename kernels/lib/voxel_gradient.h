@@ -1,22 +1,26 @@
-/* Gradients by the voxels of the fields that media's sigma_t is times (lib/field.h): what lib/adjoint.h sums for a
- * number, shared out among the voxels that the field was interpolated from. A voxel moves
+/* Gradients by the voxels of the fields that media's sigma_t and albedo are times (lib/field.h): what lib/adjoint.h sums
+ * for a number, shared out among the voxels that the field was interpolated from. A voxel of sigma_t moves
  *   the extinction on all ways: what comes over them, less, estimated at one place of each coarse cell (field_thickness)
  *   the light that ways scatter, in two parts:
  *     at scatterings that paths have: their score is 1 / value, but no more than 1 / knee
  *     where the field is below the knee, and 0: what the former lacks, 1 - value / knee of a scattering, at places where
  *     no path needs to scatter: a probe (lib/probe.h)
- * so that no voxel is left out, and no score grows without bound where values come near 0. Values at the greatest of
- * their cell are nothing special: null collisions have no scores. Sums are as those by texels. */
+ * One of the albedo moves what goes on from a scattering: again with a score of at most 1 / knee, and a probe for what
+ * that lacks, since paths end where the albedo is 0.
+ *
+ * So no voxel is left out, and no score grows without bound where values come near 0. Values at the greatest of their
+ * cell are nothing special: null collisions have no scores. Sums are as those by texels. */
 #ifndef ITN_VOXEL_GRADIENT_H
 #define ITN_VOXEL_GRADIENT_H
 #include "lib/adjoint.h"
 #include "lib/field.h"
+#include "shared/knee.h"
 
 #if VOXEL_SUMS
-/* Of the field's mean value: below, probes take part. */
-#define KNEE 0.25f
-
-inline float knee_of(__global const FieldRecord* field) { return field->mean > 0.0f ? KNEE * field->mean : 1.0f; }
+/* Of a field of extinctions: below, probes take part. */
+inline float knee_of(__global const FieldRecord* field) {
+  return field->mean > 0.0f ? EXTINCTION_KNEE * field->mean : 1.0f;
+}
 
 /* The voxels that the field is interpolated from at a place. */
 typedef struct {

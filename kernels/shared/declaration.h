@@ -59,7 +59,9 @@ enum { COORDINATE_LOG, COORDINATE_COSINE, COORDINATE_ITSELF };
  *   BSDF_PASSES      a structure that lets part of the light pass straight on, as an index-matched boundary does
  *   BSDF_BUMPED      a structure whose normals depend on the slopes of textures
  *   BSDF_BROAD       it transmits, and has lobes so broad that all light is sampled for them, not the sun and lights
- *                    alone */
+ *                    alone
+ *   BSDF_MEASURED    some of its numbers are values of a table for the two directions, looked up before its functions are
+ *                    called (lib/measured.h) */
 #define BSDF_TRANSMITS 1
 #define BSDF_SMOOTH 2
 #define BSDF_EVEN 4
@@ -71,6 +73,7 @@ enum { COORDINATE_LOG, COORDINATE_COSINE, COORDINATE_ITSELF };
 #define BSDF_PASSES 256
 #define BSDF_BUMPED 512
 #define BSDF_BROAD 1024
+#define BSDF_MEASURED 2048
 
 /* Traits of lights.
  *   LIGHT_ON_SHAPE   it is the surface of a shape, which paths find by chance, too

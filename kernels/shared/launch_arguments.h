@@ -15,6 +15,7 @@
  * frame around its normal (model/shading_frame.h).
  * number_textures: beside `numbers`, the texture that takes a number's place, -1: none.
  * futures: [cell][throughput channel] (lib/baseline.h); visits: of a pilot; pulls, gradient, texel_gradient: lib/adjoint.h.
+ * measured: tables of measured BSDFs (lib/measured.h).
  * samples: SAMPLE_SIZE floats each. misplaced: one count, arrivals at surfaces from the wrong side. */
 #define LAUNCH_ARGUMENTS(ARGUMENT)                \
   GEOMETRY_ARGUMENTS(ARGUMENT)                    \
@@ -33,6 +34,7 @@
   ARGUMENT(const float, light_tables)             \
   ARGUMENT(const TextureRecord, textures)         \
   ARGUMENT(const float, texels)                   \
+  ARGUMENT(const float, measured)                 \
   ARGUMENT(const DerivativeRecord, derivatives)   \
   ARGUMENT(const float, futures)                  \
   ARGUMENT(float, visits)                         \

@@ -77,7 +77,7 @@ inline void rival_densities(const Launch* launch, __global const JobRecord* job,
  * over theirs. To lights of the scene lead A and B alone, and so they do where the BSDF is broad.
  * Returns LAST_PDF for the BSDF's own direction, of density pdf. */
 inline REAL sample_light_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job,
-                                     Pool* pool, INT slots, MASK at_boundary, const Surface* s, const Reflector* r,
+                                     Pool* pool, INT slots, MASK at_boundary, const Surface* s, Reflector* r,
                                      const Random* random, REAL3 direction, REAL pdf, MASK passes) {
   const int traits = bsdf_traits(model);
   const bool broad = (traits & BSDF_BROAD) != 0, both_sides = (traits & (BSDF_THIN | BSDF_STRUCTURE)) != 0;
@@ -88,6 +88,7 @@ inline REAL sample_light_at_boundary(int model, int variant, const Launch* launc
       sample_light(launch, job, broad ? at_boundary | !at_boundary : (MASK)(0), s->position, u, &sample);
   const REAL3 light = sample.source.direction;
   const REAL3 wo = frame_to_local(&r->frame, light);
+  bsdf_measure(model, launch, r->n, r->wi, wo);
   REAL f[CHANNELS];
   bsdf_value(model, variant, r->n, r->wi, wo, f);
   const REAL bsdf_pdf = bsdf_density(model, variant, r->n, r->wi, wo);
@@ -166,7 +167,7 @@ inline void boundary_stage(int model, int variant, const Launch* launch, __globa
   const MASK scatters = valid & !s.misplaced;
   REAL3 wo;
   REAL weight[CHANNELS], pdf, inverse_eta;
-  bsdf_draw(model, variant, r.n, r.wi, u, &wo, weight, &pdf, &inverse_eta);
+  bsdf_sample(model, variant, launch, r.n, r.wi, u, &wo, weight, &pdf, &inverse_eta);
   const REAL3 direction = frame_to_world(&r.frame, wo);
   const REAL drawn_pdf = pdf;
 #if ROUGH_LIGHT_SAMPLING
@@ -181,6 +182,7 @@ inline void boundary_stage(int model, int variant, const Launch* launch, __globa
                      &scores);
   MASK found = (MASK)(0);
   UNROLL_FOR(int c = 0; c < CHANNELS; ++c) found = found | (weight[c] > 0.0f);
+  bsdf_measure(model, launch, r.n, r.wi, wo);
   const Step step = bsdf_sample_step(model, variant, r.n, s.first_number, r.wi, wo, drawn_pdf, scatters & found);
   add_scores(job, &scores, model, r.n, &step, false);
   store_scores(pool, slots, &scores);

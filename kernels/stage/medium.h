@@ -222,13 +222,27 @@ inline void land(const Launch* launch, __global const JobRecord* job, Pool* pool
 }
 #endif
 
+/* What a scattering leaves of the light, a throughput channel each. */
+inline void albedo_of_scattering(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, Walk* w,
+                                 const Event* e, REAL albedo[]) {
+  medium_albedo(launch, &w->medium, w->position, e->scatters, albedo);
+#if VOXEL_SUMS
+  if (job->replay == REPLAY_SUMS)
+    sum_albedo_by_voxels(launch, job, pool, slots, &w->medium, w->position, albedo, e->scatters,
+                         w->scores.pulled.weight);
+  else
+    choose_albedo_probe(launch, job, pool, slots, &w->medium, &w->random, &w->probe, w->position,
+                        brightest(w->throughput, w->weight), e->scatters, albedo);
+#endif
+}
+
 /* Albedo and roulette at the flight's end. `alive` is who goes on. total: of these; future: expected before the turn */
-inline void survive(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Walk* w, Event* e,
+inline void survive(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, Walk* w, Event* e,
                     REAL total[], REAL future[]) {
   w->skip = SELECT_INT(e->scatters, -1, w->skip);
   w->depth += SELECT_INT(e->scatters, 1, 0);
   REAL albedo[THROUGHPUT_CHANNELS];
-  medium_albedo(launch, &w->medium, w->position, e->scatters, albedo);
+  albedo_of_scattering(launch, job, pool, slots, w, e, albedo);
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) w->throughput[c] *= SELECT(e->scatters, albedo[c], 1.0f);
   const REAL largest = brightest(w->throughput, w->weight);
 #if OPERATOR_SINGLE

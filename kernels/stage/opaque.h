@@ -40,8 +40,8 @@ inline MASK pick_leaf(int model, const Random* random, Reflector* r) {
 /* Samples the light. weight: throughput of the path with its spectral weights, before the reflection; even: after it, of a
  * BSDF whose value is a weight times its density. */
 inline void connect_reflector(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
-                              INT slots, MASK mask, const Surface* s, const Reflector* r, const Random* random,
-                              INT depth, const REAL throughput[], const REAL spectral[3]) {
+                              INT slots, MASK mask, const Surface* s, Reflector* r, const Random* random, INT depth,
+                              const REAL throughput[], const REAL spectral[3]) {
   const bool even = (bsdf_traits(model) & BSDF_EVEN) != 0;
   const Scores scores = load_scores(job, pool, slots);
   REAL v[4];
@@ -50,6 +50,7 @@ inline void connect_reflector(int model, int variant, const Launch* launch, __gl
   const MASK sampled = sample_light(launch, job, mask | !mask, s->position, v, &light);
   const REAL3 to_light = light.source.direction;
   const REAL3 wo = frame_to_local(&r->frame, to_light);
+  bsdf_measure(model, launch, r->n, r->wi, wo);
   const REAL bsdf_pdf = bsdf_density(model, variant, r->n, r->wi, wo);
   REAL f[CHANNELS];
   bsdf_value(model, variant, r->n, r->wi, wo, f);
@@ -79,7 +80,8 @@ inline void connect_reflector(int model, int variant, const Launch* launch, __gl
 
 /* Light that arrives from `wo`, to the scores of the paths that go on. */
 inline void score_reflection(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
-                             INT slots, MASK mask, const Surface* s, const Reflector* r, REAL3 wo, REAL pdf) {
+                             INT slots, MASK mask, const Surface* s, Reflector* r, REAL3 wo, REAL pdf) {
+  bsdf_measure(model, launch, r->n, r->wi, wo);
   Scores scores = load_scores(job, pool, slots);
   const Step step = bsdf_sample_step(model, variant, r->n, s->first_number, r->wi, wo, pdf, mask);
   add_scores(job, &scores, model, r->n, &step, false);
@@ -104,7 +106,7 @@ inline void opaque_stage(int model, int variant, const Launch* launch, __global 
 
   REAL3 wo;
   REAL weight[CHANNELS], pdf, same_side;
-  bsdf_draw(model, variant, r.n, r.wi, u, &wo, weight, &pdf, &same_side);
+  bsdf_sample(model, variant, launch, r.n, r.wi, u, &wo, weight, &pdf, &same_side);
   REAL throughput[THROUGHPUT_CHANNELS], arriving[THROUGHPUT_CHANNELS], spectral[3];
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
     arriving[c] = LOAD(pool, THROUGHPUT + c, slots);

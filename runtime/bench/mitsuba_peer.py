@@ -27,7 +27,7 @@ def differentiating(mi, kind, file):
 
 
 def load_textured(mi, dr, file, texture):
-    """The scene, its parameters, the name of the texels or voxels among them, and prb or prbvolpath."""
+    """The scene, its parameters, where its texels or voxels are among them, and prb or prbvolpath."""
     scene = mi.load_file(file)
     parameters = mi.traverse(scene)
     member = texture.split('.', 1)[1]
@@ -37,7 +37,7 @@ def load_textured(mi, dr, file, texture):
     key, = [key for key in parameters.keys() if key.endswith(end)]
     dr.enable_grad(parameters[key])
     parameters.update()
-    return scene, parameters, key, differentiating(mi, 'prbvolpath' if is_grid else 'prb', file)
+    return scene, parameters, {'texels': key}, differentiating(mi, 'prbvolpath' if is_grid else 'prb', file)
 
 
 def load_differentiable(mi, dr, file):
@@ -50,6 +50,19 @@ def load_differentiable(mi, dr, file):
         dr.enable_grad(parameters[keys[name]])
     parameters.update()
     return scene, parameters, keys, differentiating(mi, 'prbvolpath', file)
+
+
+def gradient_of_mean(mi, dr, np, differentiable, job):
+    """Of the image's mean, by each of the names; and the seconds that it took."""
+    view, parameters, keys, integrator = differentiable
+    for key in keys.values():
+        dr.set_grad(parameters[key], 0)
+    dr.sync_thread()
+    start = time.perf_counter()
+    dr.backward(dr.mean(mi.render(view, parameters, integrator=integrator, spp=job['spp'], seed=job['seed']), axis=None))
+    gradient = {name: np.array(dr.grad(parameters[key])) for name, key in keys.items()}
+    dr.sync_thread()
+    return gradient, time.perf_counter() - start
 
 
 def main():
@@ -68,33 +81,16 @@ def main():
         if job.get('gradient'):
             if job['scene'] != differentiable_file:
                 differentiable, differentiable_file = load_differentiable(mi, dr, job['scene']), job['scene']
-            view, parameters, keys, integrator = differentiable
-            for key in keys.values():
-                dr.set_grad(parameters[key], 0)
-            dr.sync_thread()
-            start = time.perf_counter()
-            dr.backward(dr.mean(mi.render(view, parameters, integrator=integrator, spp=job['spp'], seed=job['seed']),
-                                axis=None))
-            gradient = {name: np.array(dr.grad(parameters[key])).ravel() for name, key in keys.items()}
-            dr.sync_thread()
-            seconds = time.perf_counter() - start
+            gradient, seconds = gradient_of_mean(mi, dr, np, differentiable, job)
             print(json.dumps({'seconds': seconds,
-                              'gradient': {name: values.tolist() for name, values in gradient.items()}}),
+                              'gradient': {name: values.ravel().tolist() for name, values in gradient.items()}}),
                   file=answers, flush=True)
             continue
         if 'texture' in job:
             if job['scene'] != textured_file:
                 textured, textured_file = load_textured(mi, dr, job['scene'], job['texture']), job['scene']
-            view, parameters, key, integrator = textured
-            dr.set_grad(parameters[key], 0)
-            dr.sync_thread()
-            start = time.perf_counter()
-            dr.backward(dr.mean(mi.render(view, parameters, integrator=integrator, spp=job['spp'], seed=job['seed']),
-                                axis=None))
-            gradient = np.array(dr.grad(parameters[key]), dtype=np.float32)
-            dr.sync_thread()
-            seconds = time.perf_counter() - start
-            gradient.tofile(job['output'])
+            gradient, seconds = gradient_of_mean(mi, dr, np, textured, job)
+            gradient['texels'].astype(np.float32).tofile(job['output'])
             print(json.dumps({'seconds': seconds}), file=answers, flush=True)
             continue
         if job['scene'] != loaded:

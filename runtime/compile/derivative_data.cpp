@@ -7,10 +7,12 @@
 #include <map>
 
 #include "kernels/model/models.h"
+#include "kernels/shared/knee.h"
 #include "runtime/base/colour.h"
 #include "runtime/base/error.h"
 #include "runtime/compile/environment.h"
 #include "runtime/scene/parameters.h"
+#include "runtime/scene/phase_formula.h"
 
 namespace itn {
 namespace {
@@ -60,8 +62,7 @@ class Builder {
       else if (p.owner == Owner::light)
         add_light(p, index, image);
       else
-        for (const std::size_t i : instance(p.owner, index).values_called(p.id, p.member))
-          add_instance(p, i, place_of(p.owner, index), image);
+        add_number(p, index, image);
   }
 
   // A sum that is by texels, too, is so for all surfaces of its model.
@@ -110,6 +111,24 @@ class Builder {
     if (const std::string formula = scene_.environment->model->formula; !formula.empty())
       data_.functions[formula] = {0};
     add_light_part(record, image);
+  }
+
+  void add_number(const Parameter& p, int index, int image) {
+    const Instance& own = instance(p.owner, index);
+    const int slot = mean_cosine_slot(p.owner, index);
+    for (const std::size_t i : own.values_called(p.id, p.member)) {
+      add_instance(p, i, place_of(p.owner, index), image);
+      if (slot < 0) continue;
+      // The medium's numbers, too, depend on the mean cosine of its phase function.
+      const auto of_phase = static_cast<std::size_t>(own.model->parameters[i].slot);
+      const double speed = mean_cosine(*own.model, own.slots())[of_phase + 1];
+      add_parts(p, Owner::medium, place_of(Owner::medium, index), image, {slot, 0, speed});
+    }
+  }
+
+  // Of the medium whose phase function this is.
+  int mean_cosine_slot(Owner owner, int index) const {
+    return owner == Owner::phase ? scene_.media[static_cast<std::size_t>(index)].model->mean_cosine_slot() : -1;
   }
 
   // A colour of a texture, wherever the BSDF has it.
@@ -176,14 +195,17 @@ class Builder {
     launch_.textures[record].gradient = sums_of(std::move(texture), image);
   }
 
-  // The grid that a medium's sigma_t is times.
+  // The grid that a medium's sigma_t or albedo is times.
   void add_voxels(const Parameter& p, int index, int image) {
     const Medium& medium = scene_.media[static_cast<std::size_t>(index)];
     const MediumRecord& record = launch_.media[static_cast<std::size_t>(start().first_medium + index)];
-    FieldRecord& field = launch_.fields[static_cast<std::size_t>(record.field)];
+    const bool is_albedo = medium.model->parameter(p.member).kind.field == std::string("albedo");
+    FieldRecord& field = launch_.fields[static_cast<std::size_t>(is_albedo ? record.albedo_field : record.field)];
     DifferentiatedTexture grid;
     grid.grid = medium.value(p.member).volume->grid.get();
     grid.set_shape(*grid.grid);
+    const std::vector<float>& voxels = grid.grid->data;
+    grid.has_probes = !is_albedo || *std::min_element(voxels.begin(), voxels.end()) < ALBEDO_KNEE;
     field.gradient = sums_of(std::move(grid), image);
     field.sum = data_.grids() - 1;
     if (!data_.parts.empty() && data_.parts.back().image == image) return;  // of another medium with the same grid
@@ -230,19 +252,32 @@ class Builder {
   // One part for each number that the model's parameter of that index moves.
   void add_instance(const Parameter& p, std::size_t index, const Place& place, int image) {
     const DeclaredParameter& declared = place.model->parameters[index];
+    add_parts(p, p.owner, place, image, {declared.slot, declared.kind.channels == 3 ? 1 : 0, 1},
+              place.origin > 0 ? declared.name : "");
+  }
+
+  // Of the parameters of a model: slot + c * step moves with that speed for channel c.
+  struct Motion {
+    int slot, step;
+    double speed;
+  };
+
+  // One part for each number, or for the one called `only`, that the motion moves.
+  void add_parts(const Parameter& p, Owner owner, const Place& place, int image, const Motion& motion,
+                 const std::string& only = "") {
     const auto by = place.model->jacobian(place.variant, place.slots);
     for (const DeclaredNumber& number : place.model->numbers) {
-      if (place.origin > 0 && number.name != declared.name) continue;
+      if (!only.empty() && number.name != only) continue;
       DerivativeRecord record{{0, 0, 0}, -1, -1, {0, 0, 0}};
       PartRecord part{image, {-1, -1, -1}};
       bool moves = false;
       for (int c = 0; c < 3; ++c) {
         if (p.component >= 0 && p.component != c) continue;
         const int slot = number.slot + (number.channels == 3 ? c : 0);
-        const int from = declared.slot + (declared.kind.channels == 3 ? c : 0);
-        record.factor[c] = static_cast<float>(by[static_cast<std::size_t>(slot)][static_cast<std::size_t>(from)]);
+        const auto from = static_cast<std::size_t>(motion.slot + c * motion.step);
+        record.factor[c] = static_cast<float>(motion.speed * by[static_cast<std::size_t>(slot)][from]);
         if (record.factor[c] == 0) continue;
-        part.score[c] = score(p.owner, place, number, c);
+        part.score[c] = score(owner, place, number, c);
         moves = true;
       }
       if (!moves) continue;
@@ -322,8 +357,9 @@ class Builder {
     }
     const Bsdf& bsdf = scene_.bsdfs[i];
     Place of_bsdf = place(*bsdf.model, bsdf.variant, bsdfs[i].first_number - base, bsdf.slots());
-    of_bsdf.grey = std::all_of(bsdf.values.begin(), bsdf.values.end(),
-                               [](const Texture& value) { return value.is_constant() && grey(value.value); });
+    of_bsdf.grey = std::all_of(bsdf.values.begin(), bsdf.values.end(), [](const Texture& value) {
+      return value.is_constant() && grey(value.value) && !value.measured;
+    });
     return of_bsdf;
   }
 

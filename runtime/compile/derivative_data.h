@@ -39,6 +39,7 @@ struct DifferentiatedTexture {
   VoxelGrid shape;                  // of the result, without values; of a texture with depth 1
   const Bitmap* bitmap = nullptr;   // one of the two,
   const VoxelGrid* grid = nullptr;  // or an attribute of meshes:
+  bool has_probes = false;          // a grid whose voxels scatterings do not tell all of (kernels/lib/probe.h)
   std::vector<int> corners{};       // of each corner of a triangle which value it is, -1: none; the sums are by corners
   void set_shape(const VoxelGrid& values) {
     shape.width = values.width;
@@ -68,6 +69,9 @@ struct DerivativeData {
   int grids() const {
     return static_cast<int>(
         std::count_if(textures.begin(), textures.end(), [](const DifferentiatedTexture& t) { return t.grid; }));
+  }
+  bool has_probes() const {
+    return std::any_of(textures.begin(), textures.end(), [](const DifferentiatedTexture& t) { return t.has_probes; });
   }
   int images() const { return parts.empty() ? 0 : parts.back().image + 1; }
   ScoreRequest functions;  // the derivatives of the models that it takes

@@ -96,6 +96,20 @@ void append_textures(const Instance& instance, int first, LaunchData& data) {
   }
 }
 
+// Where numbers name a table it is known by its place among those of the launch.
+void append_measured(const Bsdf& bsdf, int first, LaunchData& data) {
+  for (std::size_t i = 0; i < bsdf.values.size(); ++i) {
+    if (bsdf.model->parameters[i].kind.reader != ParameterKind::Reader::measured_table) continue;
+    const MeasuredBrdf* table = bsdf.values[i].measured.get();
+    if (!table) throw std::logic_error("a measured BSDF without its table");
+    const auto [known, is_new] = data.measured_of.try_emplace(table, static_cast<int>(data.measured_of.size()));
+    if (is_new) data.measured.insert(data.measured.end(), table->values.begin(), table->values.end());
+    const DeclaredNumber& number = bsdf.model->number_called(bsdf.model->parameters[i].name);
+    data.numbers[static_cast<std::size_t>(first + number.slot)] = static_cast<float>(known->second);
+    data.coloured = true;
+  }
+}
+
 BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
   BsdfRecord r{};
   r.first_cell = data.cells;
@@ -109,6 +123,7 @@ BsdfRecord bsdf_record(const Bsdf& bsdf, LaunchData& data) {
   r.twosided = bsdf.twosided ? -1 : 0;
   r.first_number = append_numbers(*bsdf.model, bsdf.variant, bsdf.slots(), data);
   append_textures(bsdf, r.first_number, data);
+  append_measured(bsdf, r.first_number, data);
   if (bsdf.model->traits & BSDF_BASELINE) data.cells += BASELINE_BOUNDARY_CELLS;
   return r;
 }
@@ -188,13 +203,14 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   for (std::size_t i = 0; i < medium.values.size(); ++i) {
     const Texture& value = medium.values[i];
     const bool coloured_grid = value.is_grid() && value.volume->grid->channels == 3;
-    const bool extinction = medium.model->parameters[i].name == "sigma_t";
+    const ParameterKind& kind = medium.model->parameters[i].kind;
+    const bool extinction = kind.field == std::string("sigma_t");
     if (value.is_grid() || (value.volume && extinction))
       (extinction ? r.field : r.albedo_field) = append_field(*value.volume, data);
     if (extinction) data.coloured_field |= coloured_grid;
     if (grey(value.value) && !coloured_grid) continue;
     data.coloured = true;
-    data.spectral |= medium.model->number_called(medium.model->parameters[i].name).role == ROLE_DENSITY;
+    data.spectral |= kind.quantity == Quantity::unbounded;  // a coefficient, not an albedo
   }
   return r;
 }

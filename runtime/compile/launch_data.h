@@ -51,6 +51,8 @@ struct LaunchData {
   std::vector<float> texels;
   std::vector<std::pair<std::size_t, const Texture*>> attributes;  // of the scene that is being appended
   std::map<const Bitmap*, int> texels_of;                          // where those of a bitmap begin: scenes may share it
+  std::vector<float> measured;                                     // tables of measured BSDFs
+  std::map<const MeasuredBrdf*, int> measured_of;                  // and which is whose
   std::vector<int> pixels;                                         // of each camera's film
   int cells = 0;                                                   // of the tables of expected futures
   bool coloured = false;        // some throughput or radiance differs between channels

@@ -61,7 +61,7 @@ std::string declaration_text(const Model& m) {
 std::string structure_text(const Structure& s) {
   const Model& m = s.model;
   const std::string prefix = capitals(m.name);
-  std::string leaves, functions, bumps;
+  std::string leaves, functions, bumps, measured;
   int random = 0;
   for (std::size_t at = 0; at < s.leaves.size(); ++at) {
     const Structure::Leaf& leaf = s.leaves[at];
@@ -71,15 +71,18 @@ std::string structure_text(const Structure& s) {
                           passes ? std::string("PASSAGE_LEAF") : std::to_string(at),
                           passes ? "passage" : s.model_of(leaf)->name, variant, s.first_of(leaf.piece),
                           !passes && is_pane(s.traits_of(leaf)) ? 1 : 0);
+    if (!passes && (s.traits_of(leaf) & BSDF_MEASURED))
+      measured += fmt::format(" LEAF({}, {}, {})", m.name, at, s.first_of(leaf.piece));
     if (!passes) random = std::max(random, random_of(*s.model_of(leaf)));
     functions += nests_text(s, at);
   }
   for (const Piece& piece : s.pieces)
     if (piece.model->traits & BSDF_BUMPED) bumps += fmt::format(" BUMP({})", piece.first_number);
-  return declaration_text(m) + fmt::format(
-                                   "#define {0}_TRAITS {1}\n#define {0}_RANDOM {2}\n#define "
-                                   "{0}_LEAVES(LEAF){3}\n#define {0}_BUMPS(BUMP){4}\n{5}",
-                                   prefix, m.traits, random, leaves, bumps, functions);
+  return declaration_text(m) +
+         fmt::format(
+             "#define {0}_TRAITS {1}\n#define {0}_RANDOM {2}\n#define "
+             "{0}_LEAVES(LEAF){3}\n#define {0}_BUMPS(BUMP){4}\n#define {0}_MEASURED(LEAF){5}\n{6}",
+             prefix, m.traits, random, leaves, bumps, measured, functions);
 }
 
 // Of a table or a mixture, as lib/mixture.h takes it.

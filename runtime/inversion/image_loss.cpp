@@ -164,11 +164,13 @@ class PairVariance {
 
 }  // namespace
 
-LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetImage& target, double exposure) {
+LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetImage& target, double exposure,
+                           bool errors) {
   const std::size_t parameters = groups.front().derivatives.size(), count = groups.size();
   const std::size_t channels = static_cast<std::size_t>(target.channels);
   constexpr std::size_t least_groups = 3;
   // The loss first, then the gradient.
+  const bool spread = errors && count >= least_groups;
   std::vector<double> sum(1 + parameters), variance(1 + parameters);
   double weights = 0;
   PairVariance pair_variance(groups);
@@ -195,7 +197,7 @@ LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetIma
                       : 2 * (pairs.product() - wanted * pairs.mean_y());
       }
       sum[k] += weight * all;
-      if (count < least_groups) continue;
+      if (!spread) continue;
       // (x_i - I) y_j, of both orders
       variance[k] += weight * weight * pair_variance([&](std::size_t i, std::vector<double>& h) {
                        for (std::size_t c = 0; c < channels; ++c) {
@@ -212,7 +214,7 @@ LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetIma
   const double scale = 1 / (weights * static_cast<double>(channels));
   // Of single pixels the unbiased estimate may be below 0, and of very few ones their sum.
   const auto error = [&](double v) {
-    return count < least_groups ? std::numeric_limits<double>::infinity() : std::sqrt(std::max(v, 0.0)) * scale;
+    return spread ? std::sqrt(std::max(v, 0.0)) * scale : std::numeric_limits<double>::infinity();
   };
   result.loss = sum[0] * scale;
   result.loss_stderr = error(variance[0]);

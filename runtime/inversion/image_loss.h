@@ -33,8 +33,10 @@ struct LossGradient {
 };
 
 // groups: two or more renderings of different samples of the same image, as split_samples() says. exposure: what the
-// rendered image is multiplied by.
-LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetImage& target, double exposure = 1);
+// rendered image is multiplied by. errors: false leaves the standard errors out (infinite), which take most of the
+// time.
+LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetImage& target, double exposure = 1,
+                           bool errors = true);
 
 // What each value of each group's image is weighed with, so that the sum of weight times derivative image is the
 // gradient of loss_gradient (but for rounding): GradientRenderer makes it from that without derivative images.

@@ -17,6 +17,15 @@ namespace {
 
 constexpr double sure = 3;  // standard errors
 
+// Compiled once: each product of another expression costs the compiler half a second and more.
+Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) { return a * b; }
+Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b, const Eigen::MatrixXd& c) {
+  return product(product(a, b), c);
+}
+Eigen::MatrixXd scaled(const Eigen::MatrixXd& columns, const Eigen::ArrayXd& by) {
+  return columns * by.matrix().asDiagonal();
+}
+
 }  // namespace
 
 NormalEquations::NormalEquations(std::size_t unknowns) {
@@ -87,7 +96,7 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
   const Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::NoQRPreconditioner> svd(relative(sum),
                                                                          Eigen::ComputeFullU | Eigen::ComputeFullV);
   const auto along = [&](const Eigen::MatrixXd& m) {
-    return Eigen::ArrayXd((svd.matrixU().transpose() * relative(m) * svd.matrixV()).diagonal());
+    return Eigen::ArrayXd(product(svd.matrixU().transpose(), relative(m), svd.matrixV()).diagonal());
   };
   const Eigen::ArrayXd value = svd.singularValues();
   Eigen::ArrayXd noise = Eigen::ArrayXd::Zero(value.size());
@@ -98,17 +107,17 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
   // prior they are at least short.
   constexpr double something = 1e-6;
   using Mask = Eigen::Array<bool, Eigen::Dynamic, 1>;
-  const Eigen::ArrayXd by_known = (svd.matrixV().transpose() * relative(known.asDiagonal()) * svd.matrixV()).diagonal();
+  const Eigen::ArrayXd by_known =
+      product(svd.matrixV().transpose(), relative(known.asDiagonal()), svd.matrixV()).diagonal();
   const Mask told = value > least, by_prior = !told && by_known > something * value.maxCoeff();
   solution.hidden = !told.all();
   solution.determined = (told || by_prior).all();
   const Eigen::MatrixXd l_inverse = l.inverse();
   const auto filter = [&](const Mask& kept) {
-    return Eigen::MatrixXd(l * svd.matrixU() * kept.cast<double>().matrix().asDiagonal() * svd.matrixU().transpose() *
-                           l_inverse);
+    return product(scaled(product(l, svd.matrixU()), kept.cast<double>()), svd.matrixU().transpose(), l_inverse);
   };
   const Eigen::ArrayXd trusted = told.select(value, by_prior.select(0.0, least));
-  solution.information = l * svd.matrixU() * trusted.matrix().asDiagonal() * svd.matrixV().transpose() * l.transpose();
+  solution.information = product(scaled(product(l, svd.matrixU()), trusted), svd.matrixV().transpose(), l.transpose());
   solution.information.diagonal() += known;
 
   const Eigen::PartialPivLU<Eigen::MatrixXd> solver(solution.information);
@@ -120,17 +129,19 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
     const Eigen::MatrixXd whole = solver.solve(Eigen::MatrixXd(half.transpose()));
     return Eigen::MatrixXd((whole + whole.transpose()) / 2);
   };
-  const auto noise_of = [&](const Eigen::MatrixXd& m) { return sandwich(not_by_prior * m * not_by_prior.transpose()); };
+  const auto noise_of = [&](const Eigen::MatrixXd& m) {
+    return sandwich(product(not_by_prior, m, not_by_prior.transpose()));
+  };
   // Residuals of fitted unknowns are a little too small.
   const double fitted = residuals_ / std::max(1.0, residuals_ - unknowns);
   const Eigen::MatrixXd from_rendering = count_ * noise_of(mean_monte_carlo);
   const Eigen::MatrixXd from_target = count_ * count_ * noise_of(target_noise);
   // A small difference of two estimates may come out negative in some directions, which a covariance is not.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> positive(from_target);
-  solution.covariance = fitted * (positive.eigenvectors() * positive.eigenvalues().cwiseMax(0.0).asDiagonal() *
-                                      positive.eigenvectors().transpose() +
-                                  from_rendering) +
-                        sandwich(open.asDiagonal());
+  const Eigen::MatrixXd& axes = positive.eigenvectors();
+  const Eigen::ArrayXd along_axes = positive.eigenvalues().cwiseMax(0.0);
+  solution.covariance =
+      fitted * (product(scaled(axes, along_axes), axes.transpose()) + from_rendering) + sandwich(open.asDiagonal());
   solution.monte_carlo_share =
       fitted * Eigen::LDLT<Eigen::MatrixXd>(solution.covariance).solve(from_rendering).trace() / unknowns;
   return solution;

@@ -60,6 +60,8 @@ BSDF_LIST(ITN_BSDF_CONVERSIONS)
 MEDIUM_LIST(ITN_MODEL_CONVERSIONS)
 PHASE_LIST(ITN_MODEL_CONVERSIONS)
 LIGHT_LIST(ITN_MODEL_CONVERSIONS)
+#define ITN_INPUT_CONVERSIONS(name, PREFIX, medium, type) ITN_CONVERSIONS(name, PREFIX, )
+MEDIUM_INPUT_LIST(ITN_INPUT_CONVERSIONS)
 NEST_LIST(ITN_MODEL_CONVERSIONS)
 
 Vector3<double> vector3(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
@@ -111,6 +113,14 @@ LIGHT_LIST(ITN_ARRIVES)
     ITN_MODEL(name, PREFIX, type)           \
     models.push_back(model);                \
   }
+#define ITN_INPUT_MODEL(input, PREFIX, medium, type_) \
+  {                                                   \
+    Model model;                                      \
+    ITN_DECLARATIONS(input, PREFIX, type_)            \
+    model.id = MODEL_##medium;                        \
+    model.name = #medium;                             \
+    models.push_back(model);                          \
+  }
 #define ITN_NEST_MODEL(name, PREFIX, type) \
   {                                        \
     Model model;                           \
@@ -148,6 +158,12 @@ const DeclaredParameter& Model::parameter(const std::string& wanted) const {
   throw std::logic_error("model " + name + " has no parameter " + wanted);
 }
 
+int Model::mean_cosine_slot() const {
+  for (const DeclaredParameter& p : parameters)
+    if (p.kind.reader == ParameterKind::Reader::of_phase) return p.slot;
+  return -1;
+}
+
 const DeclaredNumber& Model::number_of(int slot) const {
   for (const DeclaredNumber& n : numbers)
     if (slot >= n.slot && slot < n.slot + n.channels) return n;
@@ -175,6 +191,15 @@ ITN_FAMILY(medium, MEDIUM_LIST, ITN_PLAIN_MODEL)
 ITN_FAMILY(light, LIGHT_LIST, ITN_LIGHT_MODEL)
 ITN_FAMILY(nest, NEST_LIST, ITN_NEST_MODEL)
 ITN_FAMILY(environment, ENVIRONMENT_LIST, ITN_ENVIRONMENT_MODEL)
+
+const std::vector<Model>& medium_inputs() {
+  static const std::vector<Model> all = [] {
+    std::vector<Model> models;
+    MEDIUM_INPUT_LIST(ITN_INPUT_MODEL)
+    return models;
+  }();
+  return all;
+}
 
 const Model* find_model(const std::vector<Model>& models, const std::string& type) {
   const auto found = std::find_if(models.begin(), models.end(), [&](const Model& m) { return m.type == type; });

@@ -68,6 +68,8 @@ struct Model {
   void declare(const std::string& parameter_name, const ParameterKind& kind, double fallback, const std::string& unit);
   // The parameter of that name. Throws std::logic_error: there is none.
   const DeclaredParameter& parameter(const std::string& wanted) const;
+  // Of a medium: the slot of the parameter that is the mean cosine of its phase function; -1: it has none.
+  int mean_cosine_slot() const;
   // The number that n[slot] belongs to.
   const DeclaredNumber& number_of(int slot) const;
   // The number of that name, which a texture of the parameter takes the place of.
@@ -81,6 +83,9 @@ const std::vector<Model>& phase_models();
 const std::vector<Model>& medium_models();
 const std::vector<Model>& light_models();        // of lights with a place in the scene
 const std::vector<Model>& environment_models();  // of light around it: parameters alone
+
+// Media of the same type by other parameters (kernels/model/medium/list.h): id, name and numbers are the medium's own.
+const std::vector<Model>& medium_inputs();
 
 // The first model of that type, or null.
 const Model* find_model(const std::vector<Model>& models, const std::string& type);

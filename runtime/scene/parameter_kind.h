@@ -37,7 +37,11 @@ struct ParameterKind {
     normals,
     bumps,
     any_number,
-    volume
+    measured_table,
+    measured_roughness,
+    measured_gloss,
+    volume,
+    of_phase
   };
   int channels = 1;  // 3: a colour
   double low = 0, high = 0;
@@ -47,6 +51,7 @@ struct ParameterKind {
   const char* meaning = "";  // for messages
   Quantity quantity = Quantity::reflectance;
   bool by_component = false;  // given as <rgb>, it has the parameters .R .G .B even where the three are equal
+  const char* field = "";     // of volumes: the number that their grid is a factor of
 };
 
 // Named in the declarations of kernels/model.
@@ -59,9 +64,12 @@ constexpr ParameterKind TINT{3, 0, 1, true, true, Reader::colour, false};
 constexpr ParameterKind EXTINCTION{
     3, 0, unbounded, true, false, Reader::colour, true, "per scene unit", Quantity::unbounded, true};
 constexpr ParameterKind ALBEDO_VOLUME{
-    3, 0, 1, true, true, Reader::volume, true, "sigma_s / sigma_t", Quantity::reflectance, true};
+    3, 0, 1, true, true, Reader::volume, true, "sigma_s / sigma_t", Quantity::reflectance, true, "albedo"};
 constexpr ParameterKind EXTINCTION_VOLUME{
-    3, 0, unbounded, true, false, Reader::volume, true, "per scene unit", Quantity::unbounded, true};
+    3, 0, unbounded, true, false, Reader::volume, true, "per scene unit", Quantity::unbounded, true, "sigma_t"};
+constexpr ParameterKind DENSITY_VOLUME{3,    0,          unbounded,           true, false,    Reader::volume,
+                                       true, "a factor", Quantity::unbounded, true, "sigma_t"};
+constexpr ParameterKind MEAN_COSINE{1, -1, 1, false, false, Reader::of_phase, false};  // of a medium's phase function
 constexpr ParameterKind EMISSION{3, 0, unbounded, true, false, Reader::colour, true, "", Quantity::emission};
 constexpr ParameterKind POSITION{3, -unbounded, unbounded, false, false, Reader::position, false};
 constexpr ParameterKind ORIGIN{3, -unbounded, unbounded, false, false, Reader::origin, false};
@@ -99,6 +107,10 @@ constexpr ParameterKind COEFFICIENT{3,    -unbounded, unbounded,         false, 
 constexpr ParameterKind ANGLE{3, -unbounded, unbounded, false, false, Reader::colour, false, "", Quantity::unbounded};
 constexpr ParameterKind TURBIDITY{1, 1, 10};
 constexpr ParameterKind GROUND_ALBEDO{3, 0, 1, true, true, Reader::colour};
+// Of what a file has measured: of the parameter `filename`.
+constexpr ParameterKind MEASURED_TABLE{1, 0, unbounded, true, false, Reader::measured_table, false};
+constexpr ParameterKind MEASURED_ROUGHNESS{1, 0, 1, false, true, Reader::measured_roughness, false};
+constexpr ParameterKind MEASURED_GLOSS{1, 0, 1, true, true, Reader::measured_gloss, false};
 constexpr ParameterKind FLAG{1, 0, 1, true, true, Reader::flag, false};
 }  // namespace parameter_kind
 

@@ -19,7 +19,6 @@ const char* const uneven_attributes =
     "an attribute of other channels than the parameter has; itn gradient and itn invert take those of one channel, or "
     "of "
     "three for a colour";
-const char* const grid_value = "a grid of voxels, not a number; scale and a constant albedo are numbers";
 const char* const voxels_value =
     "a grid of voxels, not a number; itn gradient and itn invert take it voxel by voxel; scale is a number";
 
@@ -143,17 +142,12 @@ class List {
     parameters.back().by_texels = by_texels;
   }
 
-  // Of extinction alone: an albedo of 0 ends the paths that could tell what it changes.
   void grid(const Instance& instance, const DeclaredParameter& p, const Range& range) {
     const Model& model = *instance.model;
     const std::string why_not = model.obstacle(instance.slots().data(), p.slot);
-    const bool by_voxels = owner_ == Owner::medium && model.number_called(p.name).role == ROLE_DENSITY;
     number(p.shown(), std::nan(""), range,
-           !by_voxels        ? grid_value
-           : why_not.empty() ? voxels_value
-                             : model.obstacle(instance.slots().data(), p.slot),
-           p.unit);
-    parameters.back().by_voxels = by_voxels && why_not.empty();
+           why_not.empty() ? voxels_value : model.obstacle(instance.slots().data(), p.slot), p.unit);
+    parameters.back().by_voxels = why_not.empty();
   }
 
   // What its model declares.
@@ -248,7 +242,7 @@ void set_colour(Rgb& colour, const Parameter& p, double value) {
 void set_instance(Instance& instance, const Parameter& p, double value) {
   for (const std::size_t i : instance.values_called(p.id, p.member)) {
     Texture& of = instance.values[i];
-    if (of.is_grid()) throw UsageError(fmt::format("parameter {}: cannot be set: {}", p.name, grid_value));
+    if (of.is_grid()) throw UsageError(fmt::format("parameter {}: cannot be set: {}", p.name, voxels_value));
     if (!of.is_constant()) throw UsageError(fmt::format("parameter {}: cannot be set: {}", p.name, textured_value));
     set_colour(of.value, p, value);
   }

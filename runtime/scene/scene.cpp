@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "runtime/scene/phase_formula.h"
+
 namespace itn {
 
 void Texture::become(const TextureModel& of) {
@@ -83,6 +85,13 @@ Bsdf make_bsdf(const std::string& type, const std::string& distribution) {
 
 bool Medium::has_grid() const {
   return std::any_of(values.begin(), values.end(), [](const Texture& value) { return value.is_grid(); });
+}
+
+std::vector<double> Medium::slots() const {
+  std::vector<double> result = Instance::slots();
+  if (const int slot = model->mean_cosine_slot(); slot >= 0)
+    result[static_cast<std::size_t>(slot)] = mean_cosine(*phase.model, phase.slots())[0];
+  return result;
 }
 
 Environment::Environment() { become(*find_model(environment_models(), "constant")); }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/scene/measured_brdf.h"
 #include "runtime/scene/model.h"
 #include "runtime/scene/texture_model.h"
 
@@ -96,6 +97,9 @@ struct Texture {
   // Of a medium's parameters that may have one; null: the same in all space. The value of a grid is 1.
   std::shared_ptr<const Volume> volume;
 
+  // Of a measured BSDF.
+  std::shared_ptr<const MeasuredBrdf> measured;
+
   bool is_constant() const { return !model; }
   bool is_grid() const { return volume && volume->grid; }
   // Takes the model's fallbacks.
@@ -149,6 +153,8 @@ struct Medium : Instance {
   PhaseFunction phase;
 
   bool has_grid() const;  // of any parameter
+  // As of any instance, with the mean cosine of the phase function where the model asks for it.
+  std::vector<double> slots() const;
 
   Medium();  // homogeneous and isotropic, with Mitsuba's defaults
 };

@@ -65,7 +65,8 @@ int traits_of_all(const Structure& s) {
   }
   // A painted part of a boundary is lit as an opaque surface is, by all light.
   if ((any & BSDF_TRANSMITS) && reflects_broadly) any |= BSDF_BROAD;
-  const int kept = any & (BSDF_TRANSMITS | BSDF_THIN | BSDF_ANISOTROPIC | BSDF_PASSES | BSDF_BUMPED | BSDF_BROAD);
+  const int kept =
+      any & (BSDF_TRANSMITS | BSDF_THIN | BSDF_ANISOTROPIC | BSDF_PASSES | BSDF_BUMPED | BSDF_BROAD | BSDF_MEASURED);
   const bool some = (any & (BSDF_SMOOTH | BSDF_PARTLY_SMOOTH)) != 0;
   return BSDF_STRUCTURE | kept | (smooth ? BSDF_SMOOTH : some ? BSDF_PARTLY_SMOOTH : 0);
 }

@@ -36,6 +36,7 @@ void LaunchBuffers::upload_scenes(const Device& device, const LaunchData& data) 
   light_tables = device.upload(data.light_tables, "light tables");
   textures = device.upload(data.textures, "textures");
   texels = device.upload(data.texels, "texels");
+  measured = device.upload(data.measured, "measured tables");
 }
 
 }  // namespace itn

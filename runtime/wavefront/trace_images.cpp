@@ -34,6 +34,7 @@ std::vector<JobSlice> slices_of(const std::vector<TracedJob>& jobs, int first, i
 Image cut(const Image& all, std::size_t first, std::size_t step, std::size_t count, std::size_t channels) {
   const auto part = [&](const std::vector<float>& values) {
     std::vector<float> result;
+    result.reserve(count * channels);
     for (std::size_t i = 0; i < count; ++i) {
       const auto from = values.begin() + static_cast<std::ptrdiff_t>((first + i * step) * channels);
       result.insert(result.end(), from, from + static_cast<std::ptrdiff_t>(channels));

@@ -199,6 +199,7 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
 void Wavefront::upload_records(const LaunchData& data, const DerivativeData& derivatives) {
   buffers_.upload_scenes(device_, data);
   buffers_.derivatives = device_.upload(derivatives.derivatives, "derivatives");
+  has_probes_ = derivatives.has_probes();
   pixels_ = data.pixels;
   cells_ = data.cells;
   learnt_ = features_.at("BASELINES") == "0";  // else the next trace() learns: expected futures depend on the material
@@ -213,6 +214,14 @@ bool Wavefront::replace(const LaunchData& data, std::vector<JobRecord> jobs, con
   upload_records(data, derivatives);
   jobs_ = std::move(jobs);
   return true;
+}
+
+void Wavefront::reseed(std::uint64_t seed) {
+  for (JobRecord& job : jobs_) {
+    job.seed_low = static_cast<unsigned>(seed);
+    job.seed_high = static_cast<unsigned>(seed >> 32);
+  }
+  learnt_ = features_.at("BASELINES") == "0";
 }
 
 std::uint64_t Wavefront::misplaced() const {
@@ -236,7 +245,7 @@ void Wavefront::trace(const std::vector<JobSlice>& slices, std::size_t at) {
 void Wavefront::replay(const std::vector<JobSlice>& slices, const std::vector<float>& pulls, std::size_t at) {
   buffers_.pulls = device_.upload(pulls, "pulls");
   trace_jobs(slices, Purpose::replay, at);
-  if (by_voxels_) trace_jobs(slices, Purpose::probes, at);
+  if (has_probes_) trace_jobs(slices, Purpose::probes, at);
 }
 
 // Of every work-item a gradient of its own, but for that by texels.

@@ -33,6 +33,8 @@ class Wavefront {
   // False, and nothing is changed, where they need another program. The next trace() learns baselines anew.
   bool replace(const LaunchData& data, std::vector<JobRecord> jobs, const DerivativeData& derivatives,
                bool new_geometry);
+  // The random numbers of another seed in all jobs. The next trace() learns baselines anew: its pilot has them, too.
+  void reseed(std::uint64_t seed);
 
   int channels() const { return channels_; }                        // of radiance: 1 or 3
   int throughput_channels() const { return throughput_channels_; }  // 1 or 3
@@ -83,6 +85,7 @@ class Wavefront {
   std::size_t numbers_ = 0;  // of a set of gradients, a channel each
   std::size_t texels_ = 0;   // of textures that are differentiated by, a channel each
   bool by_voxels_ = false;   // are grids differentiated by?
+  bool has_probes_ = false;  // do their voxels need probes?
   bool own_texels_ = false;  // has every work-item sums of its own of them?
   int texel_channels_ = 1;
   int width_, channels_, workers_, slots_;

@@ -53,7 +53,7 @@ Columns draine_inputs() {
 }
 
 // A channel each.
-Columns medium_inputs() {
+Columns inputs_of_medium() {
   Columns in;
   for (unsigned channel = 0; channel < 3; ++channel) {
     in.push_back(uniform_numbers(n, 300 + channel, -3, 6));
@@ -64,7 +64,7 @@ Columns medium_inputs() {
 }
 
 Columns medium_scattering_inputs() {
-  Columns in = medium_inputs();
+  Columns in = inputs_of_medium();
   for (unsigned channel = 0; channel < 3; ++channel)
     in.insert(in.end() - 1, uniform_numbers(n, 500 + channel, 1e-3, 1));
   return in;
@@ -316,7 +316,7 @@ TEST_CASE("scores of Draine's phase function: graph, dual numbers, differences a
 
 TEST_CASE("scores of the homogeneous medium: graph, dual numbers, differences and device agree", "[derivative]") {
   check_scores<Scattering>("score_homogeneous_scattering", medium_scattering_inputs());
-  check_scores<Passage>("score_homogeneous_passage", medium_inputs());
+  check_scores<Passage>("score_homogeneous_passage", inputs_of_medium());
 }
 
 TEST_CASE("score of diffuse reflection: graph, dual numbers, differences and device agree", "[derivative]") {

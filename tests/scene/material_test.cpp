@@ -471,7 +471,7 @@ TEST_CASE("faulty media are refused") {
   check_medium_error("<phase type=\"hg\">" + number("g", "1") + "</phase>", {"g = 1 ", "(-1, 1)", "mean cosine"});
   check_medium_error("<phase type=\"hg\">" + number("g", "-1.5") + "</phase>", {"g = -1.5"});
   check_medium_error("<phase type=\"sggx\"/>", {"\"sggx\"", "\"isotropic\"", "\"hg\""});
-  check_medium_error(number("sigma_s", "1"), {"unknown parameter \"sigma_s\"", "did you mean \"sigma_t\""});
+  check_medium_error(number("sigmat", "1"), {"unknown parameter \"sigmat\"", "did you mean \"sigma_t\""});
   check_medium_error("<phase type=\"hg\"/><phase type=\"hg\"/>", {"more than one <phase>"});
 }
 

@@ -102,14 +102,14 @@ TEST_CASE("a grid volume arrives with everything that it says") {
   CHECK(find_parameter(parameters, "m.scale").not_differentiable.empty());
 }
 
-TEST_CASE("a grid of extinctions is differentiated by its voxels, and can be replaced") {
+TEST_CASE("a grid of extinctions or albedos is differentiated by its voxels, and can be replaced") {
   SceneFolder folder;
   folder.write("g.vol", File().bytes());
   Scene scene = folder.load(medium(grid("sigma_t") + grid("albedo")));
   const Parameter p = find_parameter(list_parameters(scene), "m.sigma_t");
   CHECK(p.by_voxels);
   CHECK_THAT(p.not_differentiable, Catch::Contains("voxel by voxel"));
-  CHECK_FALSE(find_parameter(list_parameters(scene), "m.albedo").by_voxels);
+  CHECK(find_parameter(list_parameters(scene), "m.albedo").by_voxels);
   VoxelGrid other = values_of(scene, p);
   CHECK(other.depth == 4);
   other.data[5] = 7;
@@ -169,6 +169,32 @@ TEST_CASE("damaged .vol files are refused with what is wrong") {
   check_bad_file(changed([](File& f) { f.values[7] = std::nanf(""); }), {"voxel (1, 0, 1) is nan", "mend the grid"});
   check_bad_file(changed([](File& f) { f.values[0] = -1; }), {"voxel (0, 0, 0) is -1"});
   check_bad_file(changed([](File& f) { f.values[23] = std::numeric_limits<float>::infinity(); }), {"is inf"});
+}
+
+TEST_CASE("a picture drives a medium: a grid that is the same along its third axis") {
+  SceneFolder folder;
+  folder.write("p.pgm", std::string("P5 3 2 255\n") + std::string("\0\xff\0\xff\0\0", 6));
+  const auto picture = [](const std::string& more, const std::string& inside = "") {
+    return "<volume type=\"texturevolume\" name=\"albedo\">" + more +
+           "\n<texture type=\"bitmap\"><string name=\"filename\" value=\"p.pgm\"/>" + inside + "</texture></volume>";
+  };
+  const std::string turned = "<transform name=\"to_world\"><scale z=\"3\"/></transform>";
+  Scene scene = folder.load(medium(picture(turned,
+                                           "<string name=\"filter_type\" value=\"nearest\"/>"
+                                           "<string name=\"wrap_mode\" value=\"clamp\"/>")));
+  const Volume& v = *scene.media.at(0).value("albedo").volume;
+  CHECK((v.grid->width == 3 && v.grid->height == 2 && v.grid->depth == 1 && v.grid->channels == 1));
+  CHECK(v.grid->data == std::vector<float>{0, 1, 0, 1, 0, 0});
+  CHECK(v.nearest);
+  CHECK(v.wrap == Volume::Wrap::clamp);
+  CHECK(v.to_world.m[10] == 3);
+  CHECK(find_parameter(list_parameters(scene), "m.albedo").by_voxels);
+  folder.check_error(medium("<volume type=\"texturevolume\" name=\"albedo\"/>"), 3, {"no <texture>", "bitmap"});
+  folder.check_error(
+      medium("<volume type=\"texturevolume\" name=\"albedo\">\n<texture type=\"checkerboard\"/></volume>"), 4,
+      {"\"checkerboard\"", "need a <texture type=\"bitmap\">"});
+  folder.check_error(medium(picture("", "<transform name=\"to_uv\"><scale value=\"2\"/></transform>")), 4,
+                     {"to_uv", "to_world"});
 }
 
 TEST_CASE("volumes that make no sense are refused where they stand") {

@@ -84,6 +84,26 @@ void check_scenes(const std::vector<std::string>& names) {
 
 }  // namespace
 
+TEST_CASE("a gradient's scene may be replaced by one that needs another program", "[derivative]") {
+  const Scene scene = scene_of("null_constant");
+  const std::string albedo = scene.media[0].id + ".albedo";
+  RenderOptions options;
+  options.derivatives = {albedo};
+  // from where baselines do not pay to where they do
+  Scene dark = scene, bright = scene;
+  set_parameter(dark, find_parameter(list_parameters(scene), albedo), 0.7);
+  set_parameter(bright, find_parameter(list_parameters(scene), albedo), 0.9);
+  const TargetImage target = uneven_target(scene.sensors[0]);
+  const GroupWeights weights = [&](const std::vector<Rendering>& groups) { return loss_weights(groups, target); };
+  GradientRenderer renderer(device(), dark, options);
+  const double before = renderer.render(0, split_samples(4), weights).value[0];
+  renderer.replace(bright);
+  CHECK(renderer.render(0, split_samples(4), weights).value ==
+        GradientRenderer(device(), bright, options).render(0, split_samples(4), weights).value);
+  renderer.replace(dark);
+  CHECK(renderer.render(0, split_samples(4), weights).value[0] == before);
+}
+
 TEST_CASE("replayed paths give the gradient of derivative images from the same samples", "[derivative]") {
   // Matched and rough boundaries, colours by sigma_t, a sun through boundaries, lights of the scene, grids.
   check_scenes({"sunsky_rough_floor", "rgb_sigma_t", "lights_rough", "grid_rgb"});

@@ -65,6 +65,7 @@ std::vector<Case> cases() {
       {"nested", false},
       {"camera_inside", true},
       {"checkerboard", true},
+      {"ours/coefficients", true},
       {"ours/dictionary", true},
       {"ours/surfaces", false},
       {"grid_null", true},

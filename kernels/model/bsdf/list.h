@@ -25,6 +25,7 @@
 #include "model/bsdf/conductor.h"
 #include "model/bsdf/dielectric.h"
 #include "model/bsdf/diffuse.h"
+#include "model/bsdf/merl.h"
 #include "model/bsdf/oren_nayar.h"
 #include "model/bsdf/plastic.h"
 #include "model/bsdf/polarized_plastic.h"
@@ -58,6 +59,7 @@
   BSDF(principled_thin, PRINCIPLED_THIN, "principledthin", "")                                        \
   BSDF(oren_nayar, OREN_NAYAR, "oren_nayar", "")                                                      \
   BSDF(ward, WARD, "ward", "")                                                                        \
-  BSDF(ashikhmin_shirley, ASHIKHMIN_SHIRLEY, "ashikhmin_shirley", "")
+  BSDF(ashikhmin_shirley, ASHIKHMIN_SHIRLEY, "ashikhmin_shirley", "")                                 \
+  BSDF(merl, MERL, "merl", "")
 
 #endif

@@ -12,11 +12,20 @@
  *   name_obstacle(parameters, slot)    why there is no derivative by parameters[slot]; empty: there is */
 #ifndef ITN_MEDIUM_LIST_H
 #define ITN_MEDIUM_LIST_H
+#include "model/medium/by_scattering.h"
 #include "model/medium/heterogeneous.h"
 #include "model/medium/homogeneous.h"
 
 #define MEDIUM_LIST(MEDIUM)                       \
   MEDIUM(homogeneous, HOMOGENEOUS, "homogeneous") \
   MEDIUM(heterogeneous, HETEROGENEOUS, "heterogeneous")
+
+/* The same media by other parameters. MEDIUM_INPUT(name, PREFIX, medium, type): PREFIX_PARAMETERS, name_numbers and
+ * name_obstacle stand for the medium's own. Scene files mean it where they give the first of these parameters. */
+#define MEDIUM_INPUT_LIST(INPUT)                                                                          \
+  INPUT(homogeneous_by_scattering, HOMOGENEOUS_BY_SCATTERING, homogeneous, "homogeneous")                 \
+  INPUT(homogeneous_by_reduced_scattering, HOMOGENEOUS_BY_REDUCED_SCATTERING, homogeneous, "homogeneous") \
+  INPUT(heterogeneous_by_scattering, HETEROGENEOUS_BY_SCATTERING, heterogeneous, "heterogeneous")         \
+  INPUT(heterogeneous_by_reduced_scattering, HETEROGENEOUS_BY_REDUCED_SCATTERING, heterogeneous, "heterogeneous")
 
 #endif

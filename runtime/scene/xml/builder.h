@@ -30,6 +30,7 @@ class Builder {
   std::size_t copied_triangles = 0;                                     // of instances
   std::map<std::string, std::shared_ptr<const Bitmap>> bitmap_of_file;  // key: path, and "raw" or "srgb"
   std::map<std::string, std::shared_ptr<const VoxelGrid>> grid_of_file;
+  std::map<std::string, std::shared_ptr<const MeasuredBrdf>> measured_of_file;
 
   Properties properties(const Element& element) { return Properties(document, element, report); }
   void warn(const Location& where, const std::string& what) { report.warn(where, what); }

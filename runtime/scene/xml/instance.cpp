@@ -8,6 +8,7 @@
 #include "kernels/model/obstacle.h"
 #include "kernels/shared/declaration.h"
 #include "runtime/base/colour.h"
+#include "runtime/base/error.h"
 #include "runtime/scene/sized_model.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
@@ -177,6 +178,20 @@ Texture bumps(Builder& builder, Properties& properties) {
   return value;
 }
 
+// The table that the parameter `filename` names; files are read once.
+std::shared_ptr<const MeasuredBrdf> measured(Builder& builder, Properties& properties) {
+  const std::string file = properties.file("filename");
+  std::shared_ptr<const MeasuredBrdf>& table = builder.measured_of_file[file];
+  if (!table) {
+    try {
+      table = std::make_shared<const MeasuredBrdf>(read_merl_file(file));
+    } catch (const InputError& error) {
+      properties.fail_at("filename", error.what());
+    }
+  }
+  return table;
+}
+
 // A number, or a texture of numbers.
 Texture number_texture(Builder& builder, Properties& properties, const DeclaredParameter& p) {
   Texture value;
@@ -272,8 +287,20 @@ Texture read(Builder& builder, Properties& properties, const Model& model, const
     case ParameterKind::Reader::bumps:
       value = bumps(builder, properties);
       break;
+    case ParameterKind::Reader::of_phase:  // Medium::slots
+      break;
     case ParameterKind::Reader::any_number:
       number(properties.number(p.name, p.fallback));
+      break;
+    case ParameterKind::Reader::measured_table:
+      value.measured = measured(builder, properties);
+      number(0);
+      break;
+    case ParameterKind::Reader::measured_roughness:
+      number(measured(builder, properties)->alpha);
+      break;
+    case ParameterKind::Reader::measured_gloss:
+      number(measured(builder, properties)->gloss);
       break;
     case ParameterKind::Reader::index:
       number(parse_ior(properties, p.name, p.fallback));

@@ -88,12 +88,47 @@ PhaseFunction read_phase(Builder& builder, const Element& element) {
   return phase;
 }
 
+namespace {
+
+// The pair of parameters that an element gives its medium by: extinction and albedo, unless it has another one.
+const Model& given_by(Properties& properties, const Model& usual) {
+  const Model* by = &usual;
+  for (const Model& other : medium_inputs()) {
+    if (other.type != usual.type || !properties.has(other.parameters[0].name)) continue;
+    if (by != &usual)
+      properties.fail_at(other.parameters[0].name, fmt::format("both {} and {} given; need one or the other",
+                                                               by->parameters[0].name, other.parameters[0].name));
+    by = &other;
+  }
+  const bool absorbs = properties.has("sigma_a");
+  if (by == &usual) {
+    if (absorbs)
+      properties.fail_at("sigma_a", "sigma_a without sigma_s or sigma_s_prime; need both, or sigma_t and albedo");
+    return usual;
+  }
+  const std::string& scattering = by->parameters[0].name;
+  for (const char* other : {"sigma_t", "albedo"})
+    if (properties.has(other))
+      properties.fail_at(other, fmt::format("both {} and {} given; need sigma_t and albedo, or {} and sigma_a",
+                                            scattering, other, scattering));
+  if (!absorbs) properties.fail_at("", fmt::format("{} without sigma_a; need both", scattering));
+  for (const std::string& coefficient : {scattering, std::string("sigma_a")})
+    if (properties.is_object(coefficient) && !properties.is_spectrum(coefficient))
+      properties.fail_at(
+          coefficient, fmt::format("{} is the same everywhere; need a number or <rgb>: for a grid give the one it has "
+                                   "in common with {} as \"density\", or grids of \"sigma_t\" and \"albedo\"",
+                                   coefficient, coefficient == "sigma_a" ? scattering : "sigma_a"));
+  return *by;
+}
+
+}  // namespace
+
 int read_medium(Builder& builder, const Element& element) {
   Properties properties = builder.properties(element);
   const Model* model = find_model(medium_models(), properties.type());
   if (!model) fail_type(element, types_of(medium_models()));
   Medium medium;
-  medium.become(*model);
+  medium.become(given_by(properties, *model));
   medium.id = element.id;
   medium.phase.id = element.id;
   medium.where = element.where;

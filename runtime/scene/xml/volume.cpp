@@ -1,4 +1,4 @@
-// <volume type="gridvolume"> and <volume type="vdbvolume">, and the parameters of media that may be volumes.
+// <volume>s of type gridvolume, vdbvolume and texturevolume, and the parameters of media that may be volumes.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -50,21 +50,60 @@ void load_openvdb(Properties& properties, Volume& volume) {
   }
 }
 
+// Ours: a picture over x and y of the unit cube, the same along z. So it is a grid of depth 1.
+void load_picture(Builder& builder, Properties& properties, Volume& volume) {
+  const Element* element = properties.object("texture");
+  if (!element) properties.fail_at("", "no <texture>; need one nested bitmap");
+  const Texture texture = build_texture(builder, *element);
+  if (!texture.model) return;  // a stand-in, which is reported
+  if (!texture.bitmap)
+    fail(element->where,
+         "the picture is a " + quote(element->attribute("type")) + "; need a <texture type=\"bitmap\">");
+  if (texture.to_uv != Texture().to_uv)
+    fail(element->where, "to_uv does not move the picture of a volume; move the volume by its to_world");
+  const Bitmap& bitmap = *texture.bitmap;
+  for (const float value : bitmap.data)
+    if (!(value >= 0) || !std::isfinite(value))
+      fail(element->where, fmt::format("a value of the picture is {}; need numbers from 0 on", value));
+  VoxelGrid grid;
+  grid.width = bitmap.width;
+  grid.height = bitmap.height;
+  grid.depth = 1;
+  grid.channels = bitmap.channels;
+  grid.data = bitmap.data;
+  volume.grid = std::make_shared<const VoxelGrid>(std::move(grid));
+  volume.nearest = texture.nearest;
+  volume.wrap = texture.wrap == Texture::Wrap::repeat   ? Volume::Wrap::repeat
+                : texture.wrap == Texture::Wrap::mirror ? Volume::Wrap::mirror
+                                                        : Volume::Wrap::clamp;
+}
+
+// How places between voxels are interpolated, and beyond them.
+void read_lookup(Properties& properties, Volume& volume) {
+  volume.nearest = properties.choice("filter_type", {"trilinear", "nearest"}) == "nearest";
+  const std::string wrap = properties.choice("wrap_mode", {"clamp", "repeat", "mirror"});
+  volume.wrap = wrap == "clamp" ? Volume::Wrap::clamp : wrap == "repeat" ? Volume::Wrap::repeat : Volume::Wrap::mirror;
+}
+
 }  // namespace
 
 Volume read_volume(Builder& builder, const Element& element) {
   Properties properties = builder.properties(element);
-  const bool is_openvdb = properties.type() == "vdbvolume";
-  if (!is_openvdb && properties.type() != "gridvolume") fail_type(element, {"constvolume", "gridvolume", "vdbvolume"});
+  const bool is_openvdb = properties.type() == "vdbvolume", is_picture = properties.type() == "texturevolume";
+  if (!is_openvdb && !is_picture && properties.type() != "gridvolume")
+    fail_type(element, {"constvolume", "gridvolume", "vdbvolume", "texturevolume"});
   Volume volume;
   volume.to_world = properties.transform("to_world");
+  if (is_picture) {
+    load_picture(builder, properties, volume);
+    properties.finish();
+    return volume;
+  }
   if (is_openvdb)
     load_openvdb(properties, volume);
   else
     volume.grid = load_grid(builder, properties);
-  volume.nearest = properties.choice("filter_type", {"trilinear", "nearest"}) == "nearest";
-  const std::string wrap = properties.choice("wrap_mode", {"clamp", "repeat", "mirror"});
-  volume.wrap = wrap == "clamp" ? Volume::Wrap::clamp : wrap == "repeat" ? Volume::Wrap::repeat : Volume::Wrap::mirror;
+  read_lookup(properties, volume);
   if (!is_openvdb && properties.boolean("use_grid_bbox", false))
     volume.to_world = volume.to_world * box_of_file(properties, *volume.grid);
   // How Mitsuba converts, stores and samples it: they change no value of an RGB render.

@@ -1,0 +1,181 @@
+"""From images to parameters."""
+from __future__ import annotations
+
+import hashlib
+import html
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import _itn
+from .gradient import Image, make_targets
+from .picture import as_html
+from .progress import shown
+from .rendering import Rendering, operator_flag, seed_number
+from .scene import Scene
+
+ASSUMED_NOISE = 0.01  # where nobody says
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A value that was found, and where it lies with 95 %."""
+
+    value: float
+    low: float
+    high: float
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __contains__(self, value: float) -> bool:
+        return self.low <= value <= self.high
+
+
+@dataclass(repr=False)
+class Inversion:
+    """What an inversion found. `parameters` are the numbers with 95 % intervals, `coefficients` what follows for diffuse
+    light (reduced scattering and absorption), `textures` and `textures_stderr` arrays of textures and grids; `images` are
+    the scene's with what was found. `verdict` and `ambiguity` say in words what to think of it."""
+
+    parameters: dict[str, Interval]
+    coefficients: dict[str, Interval]
+    textures: dict[str, np.ndarray]
+    textures_stderr: dict[str, np.ndarray]
+    converged: bool
+    loss: float
+    loss_stderr: float | None
+    verdict: list[str]
+    ambiguity: list[str]
+    images: list[np.ndarray]
+    folder: str | None      # with report.html, where one was asked for
+    json: dict              # as of `itn invert --json`
+
+    def __getitem__(self, name: str) -> Any:
+        return self.textures[name] if name in self.textures else self.parameters[name]
+
+    def apply(self, scene: Scene) -> None:
+        """Gives the scene's parameters what was found."""
+        for name, found in {**self.parameters, **self.textures}.items():
+            scene.parameters[name] = found.value if isinstance(found, Interval) else found
+
+    def _rows(self) -> list[tuple[str, str, str]]:
+        rows = [(name, f"{p.value:.5g}", f"{p.low:.5g} to {p.high:.5g}")
+                for name, p in {**self.parameters, **self.coefficients}.items()]
+        return rows + [(name, " x ".join(map(str, t.shape)), "") for name, t in self.textures.items()]
+
+    def __repr__(self) -> str:
+        lines = [*self.verdict, *(f"{n:<24} {v:>10}   95 %: {i}" if i else f"{n:<24} {v}" for n, v, i in self._rows())]
+        return "\n".join(lines + self.ambiguity)
+
+    def _repr_html_(self) -> str:
+        rows = "".join(f"<tr><td>{html.escape(n)}</td><td>{v}</td><td>{i}</td></tr>" for n, v, i in self._rows())
+        words = "".join(f"<p>{html.escape(sentence)}</p>" for sentence in [*self.verdict, *self.ambiguity])
+        pictures = "".join(as_html(image, "with what was found") for image in self.images)
+        pictures += "".join(as_html(t, html.escape(n)) for n, t in self.textures.items() if t.ndim == 3 and t.shape[0] > 1)
+        return f"{words}<table><tr><th></th><th>value</th><th>95 %</th></tr>{rows}</table>{pictures}"
+
+
+def _fingerprint(value: Any) -> str:
+    """Tells targets apart, whatever they are."""
+    if value is None:
+        return ""
+    if isinstance(value, (str, os.PathLike)):
+        with open(value, "rb") as file:
+            return hashlib.sha256(file.read()).hexdigest()
+    if isinstance(value, Rendering):
+        return _fingerprint(value.image) + _fingerprint(value.stderr)
+    if isinstance(value, _itn.Target):
+        return "a target"
+    if hasattr(value, "detach"):
+        value = value.detach().cpu()
+    return hashlib.sha256(np.ascontiguousarray(value, np.float32).tobytes()).hexdigest()
+
+
+def _request(scene: Scene, targets: Sequence[Any], **asked: Any) -> str:
+    """All that the numbers depend on: a folder goes on only with the same."""
+    values = {name: _fingerprint(value) if np.ndim(value) else value for name, value in scene.parameters.items()}
+    return json.dumps({"python": _itn.__version__, "scene": scene.file, "file": scene._text or _fingerprint(scene.file), "values": values,
+                       "targets": [_fingerprint(t) for t in targets], "device": _itn.device()["name"], **asked}, default=str)
+
+
+def _by_component(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
+    return {part: value for name, value in values.items() for part in scene._scene.by_component([name])}
+
+
+def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[str], *, method: str | None = None,
+           spp: int = 0, seed: int = 0, iterations: int = 0, noise: float | None = None, exposure: bool = False,
+           start: Mapping[str, float] | None = None, starts: int = 1, init: str | None = None,
+           prior: Mapping[str, tuple[float, float]] | None = None, learning_rate: float = 0.05, smoothness: float = 0,
+           repeats: int = 4, mask: Any = None, sensor: int | Sequence[int] | None = None, operator: str = "full",
+           output: str | os.PathLike | None = None, progress: bool | Callable[[float], object] | None = None) -> Inversion:
+    """From images of a scene to its parameters, with 95 % intervals: `itn invert`, analysis by synthesis.
+
+    target: an array of the film's size, a Rendering (with its standard errors), an OpenEXR file; several, one a sensor.
+    parameters: names of numbers; of textures and grids, too, texel by texel and voxel by voxel, by Adam. The scene's own
+    values are the start; `start` gives others, `init` a network's guess ("shipped", or a run's folder) from a target that is
+    a file. The scene is left as it is: `result.apply(scene)` changes it.
+
+    method: "gauss-newton" (default) or "adam". spp: samples a pixel, at most 1024 (Gauss-Newton), 16 (Adam). noise: standard
+    deviation of the target's noise over its radiance; default what it says itself, else 1 %. exposure: the target is
+    known up to a factor. starts: of so many places, the best end. prior: {name: (low, high)}, 95 % intervals known before.
+    smoothness, repeats: of textures and grids. output: a folder for the report, where an inversion that was stopped goes on;
+    without one it begins anew. Ctrl-C ends it.
+    """
+    targets, sensors = make_targets(scene, target, mask, sensor)
+    names = scene._scene.by_component(list(parameters))
+    for name in names:
+        scene._scene.number(name)  # is it there?
+    textures = [name for name in names if scene._scene.has_values(name)]
+    if method not in (None, "adam", "gauss-newton"):
+        raise _itn.UsageError(f"method: got {method!r}, need 'gauss-newton' or 'adam'")
+    start, prior = _by_component(scene, start or {}), _by_component(scene, prior or {})
+    if textures and (method == "gauss-newton" or start or prior or init or starts != 1):
+        raise _itn.UsageError(f"{textures[0]}: textures and grids are found by adam, from the scene's own values, without "
+                              "start, starts, prior and init")
+    if init and not isinstance(target, (str, os.PathLike)):
+        raise _itn.UsageError("init: a network looks at a target that is an OpenEXR file; itn.predict takes arrays")
+    known = all(t.noise_known for t in targets)
+    relative = noise if noise is not None else 0.0 if known else ASSUMED_NOISE
+    asked = {"parameters": names, "sensors": sensors, "method": method or ("adam" if textures else "gauss-newton"),
+             "spp": spp, "seed": seed, "iterations": iterations, "noise": relative, "exposure": exposure,
+             "learning_rate": learning_rate, "operator": operator, "masks": _fingerprint(mask) if not isinstance(mask, list)
+             else [_fingerprint(m) for m in mask], "start": start, "starts": starts, "prior": prior, "init": init,
+             "smoothness": smoothness, "repeats": repeats}
+    several = target if isinstance(target, (list, tuple)) else [target]
+    folder = os.fspath(output) if output is not None else tempfile.mkdtemp(prefix="itn-invert-")
+    request = _request(scene, several, **asked)
+    common = (scene._scene, names, targets, sensors, folder, request, spp, seed_number(seed), operator_flag(operator))
+    try:
+        with shown(progress, "invert") as tell:
+            if textures:
+                found = _itn.invert_values(*common, iterations, relative, learning_rate, exposure, smoothness, repeats, tell)
+                return _of_values(found, repeats, folder if output is not None else None)
+            found = _itn.invert_numbers(*common, asked["method"], iterations, relative, learning_rate, exposure,
+                                        {k: float(v) for k, v in start.items()}, starts,
+                                        {k: (float(v[0]), float(v[1])) for k, v in prior.items()}, init or "",
+                                        os.fspath(target) if init else "", known or noise is not None, tell)
+    finally:
+        if output is None:
+            shutil.rmtree(folder, ignore_errors=True)
+    result = json.loads(found["json"])
+    interval = lambda p: Interval(p["value"], p["low"], p["high"])
+    return Inversion({n: interval(p) for n, p in result["parameters"].items()},
+                     {n: interval(p) for n, p in result.get("coefficients", {}).items()}, {}, {}, result["converged"],
+                     result["loss"], result["loss_stderr"], found["verdict"], found["ambiguity"], found["images"],
+                     folder if output is not None else None, result)
+
+
+def _of_values(found: dict, repeats: int, folder: str | None) -> Inversion:
+    numbers = {name: Interval(value, low if repeats else float("nan"), high if repeats else float("nan"))
+               for name, (value, low, high) in found["numbers"].items()}
+    words = [f"The loss was {found['loss_at_start']:.4g} at the start and is {found['loss']:.4g} +- {found['loss_stderr']:.2g}."]
+    result = {key: found[key] for key in ("loss", "loss_stderr", "loss_at_start")}
+    return Inversion(numbers, {}, found["values"], found["stderr"], True, found["loss"], found["loss_stderr"], words, [],
+                     found["images"], folder, result)

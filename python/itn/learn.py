@@ -1,0 +1,224 @@
+"""Networks, their training and evaluation, data sets and shapes."""
+from __future__ import annotations
+
+import html
+import json
+import os
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import _itn
+from .gradient import _float_array
+from .picture import as_html
+from .progress import shown
+from .rendering import Rendering, seed_number
+from .scene import Scene
+
+Progress = "bool | Callable[[float], object] | None"
+
+
+def read_exr(file: str | os.PathLike) -> dict[str, np.ndarray]:
+    """The channels of an OpenEXR file by name, each (height, width), linear. `itn render` writes R G B (or Y),
+    stderr.R ..., derivative.NAME.R ..., derivative_stderr.NAME.R ..."""
+    return _itn.read_exr(os.fspath(file))[0]
+
+
+def write_exr(file: str | os.PathLike, image: Any) -> None:
+    """Writes an image (height, width, 1 or 3), or a dictionary of channels (height, width), or a Rendering with its standard
+    errors and derivatives, under the names that `itn render` uses."""
+    channels: dict[str, np.ndarray] = {}
+
+    def add(prefix: str, values: np.ndarray) -> None:
+        values = _float_array(values)
+        values = values[..., None] if values.ndim == 2 else values
+        for c, letter in enumerate("Y" if values.shape[2] == 1 else "RGB"):
+            channels[prefix + letter] = values[..., c]
+
+    if isinstance(image, Rendering):
+        add("", image.image)
+        add("stderr.", image.stderr)
+        for name, values in image.derivatives.items():
+            add(f"derivative.{name}.", values)
+            add(f"derivative_stderr.{name}.", image.derivatives_stderr[name])
+    elif isinstance(image, Mapping):
+        channels.update({name: _float_array(values) for name, values in image.items()})
+    else:
+        add("", image)
+    _itn.write_exr(os.fspath(file), list(channels), np.ascontiguousarray(np.stack(list(channels.values()), -1), np.float32), {})
+
+
+@dataclass(frozen=True, repr=False)
+class Shape:
+    """A closed mesh, resting on z = 0, its longest side 1."""
+
+    name: str
+    role: str                   # train, test or random
+    vertices: np.ndarray        # (n, 3) float32
+    triangles: np.ndarray       # (m, 3) uint32
+    volume: float
+    genus: int
+
+    def write(self, file: str | os.PathLike) -> None:
+        """As a PLY file."""
+        _itn.write_mesh(os.fspath(file), self.vertices, self.triangles)
+
+    def __repr__(self) -> str:
+        return f"<itn.Shape {self.name}: {len(self.triangles)} triangles, volume {self.volume:.4f}, genus {self.genus}>"
+
+
+def shapes(random: int = 0, seed: int = 0, *, names: Sequence[str] | None = None) -> list[Shape]:
+    """The ten closed meshes of the data set, and so many random ones of the seeds seed, seed + 1, ...: `itn shapes`.
+
+    names: of the ten only these (some tenths of a second each)."""
+    made = [_itn.named_shape(name) for name in (_itn.shape_names() if names is None else names)]
+    made += [_itn.random_shape(seed_number(seed + k)) for k in range(random)]
+    return [Shape(**shape) for shape in made]
+
+
+@dataclass(frozen=True, repr=False)
+class DataSet:
+    """A data set's folder. `manifest` has its images with their parameters (docs/reference/data-sets.md)."""
+
+    folder: str
+    manifest: dict
+    rendered: int   # now; the others were there
+
+    @property
+    def images(self) -> list[dict]:
+        return self.manifest["images"]
+
+    def image(self, index: int) -> np.ndarray:
+        """Luminance, (size, size)."""
+        return read_exr(Path(self.folder) / self.images[index]["file"])["Y"]
+
+    def __len__(self) -> int:
+        return len(self.images)
+
+    def __repr__(self) -> str:
+        return f"<itn.DataSet {self.folder}: {len(self)} images of {self.manifest['size']} x {self.manifest['size']} pixels>"
+
+    def _repr_html_(self) -> str:
+        some = range(0, len(self), max(1, len(self) // 8))
+        return f"<p>{html.escape(repr(self)[1:-1])}</p>" + "".join(
+            as_html(self.image(i)[..., None], html.escape(self.images[i]["split"])) for i in list(some)[:8])
+
+
+def dataset(config: str | os.PathLike | Mapping[str, Any], output: str | os.PathLike, *, spp: int = 0,
+            seed: int | None = None, progress: bool | Callable[[float], object] | None = None) -> DataSet:
+    """Renders a data set, shapes x lights x materials, into a folder: `itn dataset`.
+
+    config: a preset ("tiny", "laptop", "varied", "paper"), a JSON file, or the same as a dictionary; meshes and environments
+    in a dictionary are found from the current folder. Stopped by Ctrl-C, the same call goes on where it was."""
+    folder = os.fspath(output)
+    with tempfile.TemporaryDirectory() as temporary, shown(progress, "dataset") as tell:
+        name = os.fspath(config) if not isinstance(config, Mapping) else ""
+        if not name:
+            name = os.path.join(temporary, "config.json")
+            with open(name, "w", encoding="utf-8") as file:
+                json.dump(_absolute(config), file)
+        result = _itn.dataset(name, folder, spp, None if seed is None else seed_number(seed), tell)
+    with open(Path(folder) / "manifest.json", encoding="utf-8") as file:
+        return DataSet(folder, json.load(file), result["rendered"])
+
+
+def _absolute(config: Any) -> Any:
+    if isinstance(config, Mapping):
+        return {key: _absolute(value) for key, value in config.items()}
+    if isinstance(config, (list, tuple)):
+        return [_absolute(value) for value in config]
+    return os.path.abspath(config) if isinstance(config, (str, os.PathLike)) and os.path.isfile(config) else config
+
+
+@dataclass(frozen=True, repr=False)
+class Prediction:
+    """What a network says about images: of each output an array, a number an image."""
+
+    parameters: dict[str, np.ndarray]
+    unit_of_sigma_t: str    # 1/mm; of images in a scene 1/scene unit
+    network: dict
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.parameters[name]
+
+    def __repr__(self) -> str:
+        return "\n".join(f"{name}: {np.array2string(values, precision=4)}" for name, values in self.parameters.items())
+
+
+def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene | None = None, sensor: int = 0,
+            dataset: str | os.PathLike | None = None, shape_buffers: str | os.PathLike | None = None,
+            light: Sequence[float] = (), progress: bool | Callable[[float], object] | None = None) -> Prediction:
+    """Parameters for images by a network: `itn predict`.
+
+    images: square OpenEXR files or arrays, (size, size) of luminance or (size, size, 3), linear; one, or a list. network:
+    the one that ships with the program, a folder that training wrote, or a .safetensors file. scene: of what the images
+    show: gives shape, light and the unit of length. For networks that know shape and light also: dataset, the folder that
+    the images belong to; or shape_buffers and light, as of the command."""
+    several = list(images) if isinstance(images, (list, tuple)) else [images]
+    with tempfile.TemporaryDirectory() as temporary, shown(progress, "predict") as tell:
+        files = []
+        for k, image in enumerate(several):
+            if not isinstance(image, (str, os.PathLike)):
+                write_exr(os.path.join(temporary, f"{k}.exr"), image.image if isinstance(image, Rendering) else image)
+                image = os.path.join(temporary, f"{k}.exr")
+            files.append(os.fspath(image))
+        result = _itn.predict(files, os.fspath(network), scene._scene if scene else None, sensor,
+                              os.fspath(dataset or ""), os.fspath(shape_buffers or ""), list(map(float, light)), tell)
+    columns = np.array(result["parameters"]).reshape(len(files), -1).T
+    names = [output[0] for output in result["network"]["outputs"]]
+    return Prediction(dict(zip(names, columns)), "1/scene unit" if result["in_scene"] else "1/mm", result["network"])
+
+
+@dataclass(frozen=True, repr=False)
+class Training:
+    """A training's folder. `curve` has the losses of every epoch, `record` is run.json."""
+
+    folder: str
+    record: dict
+    curve: list[dict]
+
+    def __fspath__(self) -> str:
+        return self.folder
+
+    def __repr__(self) -> str:
+        last = self.curve[-1] if self.curve else {}
+        return f"<itn.Training {self.folder}: {len(self.curve)} epochs, validation loss {last.get('validation', float('nan')):.5f}>"
+
+
+def train(data: str | os.PathLike | DataSet | Sequence[str], network: str = "rn", output: str | os.PathLike = "", *,
+          init: str | os.PathLike = "", epochs: int = 50, batch: int = 32, learning_rate: float = 1e-4,
+          weight_decay: float = 0, noise: float = 0, mirror: bool = False, patience: int = 0, channels: int | None = None,
+          width: int | None = None, threads: int | None = None, image_weight: float | None = None, seed: int = 0, spp: int = 0,
+          progress: bool | Callable[[float], object] | None = None) -> Training:
+    """Trains a network on data sets: `itn train`, with the same options and the same numbers.
+
+    network: "rn" learns parameters; "itn", "ssn" also that the image rendered with them looks like the input (all light;
+    single scattering), weighed with image_weight (lambda). output: folder, where a training that was stopped goes on."""
+    if not output:
+        raise _itn.UsageError("output: need a folder for the network and what goes on from")
+    if network not in ("rn", "itn", "ssn"):
+        raise _itn.UsageError(f"network: got {network!r}, need 'rn', 'itn' or 'ssn'")
+    several = data if isinstance(data, (list, tuple)) else [data]
+    folders = [d.folder if isinstance(d, DataSet) else os.fspath(d) for d in several]
+    folder = os.fspath(output)
+    with shown(progress, "train") as tell:
+        record = _itn.train(folders, network, folder, os.fspath(init), channels, width, threads, image_weight, mirror, noise,
+                            epochs, batch, patience, learning_rate, weight_decay, seed_number(seed), spp, tell)
+    with open(Path(folder) / "curve.jsonl", encoding="utf-8") as file:
+        return Training(folder, json.loads(record), [json.loads(line) for line in file])
+
+
+def evaluate(data: str | os.PathLike | DataSet, runs: Sequence[str | os.PathLike], output: str | os.PathLike, *,
+             images: int = 120, inversions: int = 10, iterations: int = 200, learning_rate: float = 0.05, spp: int = 0,
+             seed: int = 0, threads: int | None = None,
+             progress: bool | Callable[[float], object] | None = None) -> dict:
+    """The paper's tables for trained networks: `itn eval`. Returns what its --json says; output/report.html shows it."""
+    folder = data.folder if isinstance(data, DataSet) else os.fspath(data)
+    os.makedirs(output, exist_ok=True)
+    with shown(progress, "evaluate") as tell:
+        return json.loads(_itn.evaluate(folder, [os.fspath(r) for r in runs], os.fspath(output), images, inversions,
+                                        iterations, learning_rate, spp, seed_number(seed), threads, tell))

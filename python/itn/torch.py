@@ -1,0 +1,348 @@
+"""itn inside PyTorch: rendering, image losses, networks and data sets.
+
+    import itn, itn.torch
+    scene = itn.load("scene.xml")
+    albedo = torch.tensor(0.8, requires_grad=True)
+    loss = itn.torch.image_loss(scene, {"wax.albedo": albedo}, photo, spp=16, seed=step)
+    loss.backward()
+
+Tensors are on the CPU; the device that itn renders on is its own matter (`itn.set_device`). The same seeds give the same
+bits from run to run.
+"""
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from . import _itn
+from .gradient import _float_array, make_target
+from .rendering import operator_flag, samples, seed_number
+from .scene import Scene
+
+
+@dataclass(frozen=True)
+class _Input:
+    """One tensor, and the scene's parameters that it gives values to: one number, a colour's three, or an array."""
+
+    names: tuple[str, ...]
+    is_array: bool
+
+
+@dataclass(frozen=True)
+class _Call:
+    """All of a rendering but the parameters' values."""
+
+    scene: Scene
+    inputs: tuple[_Input, ...]
+    batch: int | None       # how many images side by side; None: one, without a dimension for it
+    spp: int
+    seeds: tuple[int, ...]
+    sensor: int
+    single: bool
+    independent: bool = True
+    targets: tuple = ()
+    exposure: bool = False
+    mode: str = "automatic"
+
+    @property
+    def numbers(self) -> list[str]:
+        return [name for i in self.inputs if not i.is_array for name in i.names]
+
+    @property
+    def arrays(self) -> list[str]:
+        return [name for i in self.inputs if i.is_array for name in i.names]
+
+    def matrix(self, tensors: Sequence[torch.Tensor]) -> np.ndarray:
+        """(images, numbers) of a batch."""
+        columns = []
+        for tensor, i in zip(tensors, self.inputs):
+            values = tensor.detach().cpu().double().numpy()
+            if values.ndim == 0 or (values.ndim == 1 and len(i.names) == 3 and values.shape != (self.batch,)):
+                values = np.broadcast_to(values, (self.batch, *values.shape))
+            columns.append(np.broadcast_to(values.reshape(self.batch, -1), (self.batch, len(i.names))))
+        return np.ascontiguousarray(np.concatenate(columns, axis=1))
+
+    def variant(self, tensors: Sequence[torch.Tensor]) -> _itn.Variant:
+        numbers, arrays = {}, {}
+        for tensor, i in zip(tensors, self.inputs):
+            if i.is_array:
+                arrays[i.names[0]] = _float_array(tensor)
+            else:
+                values = tensor.detach().cpu().double().numpy()
+                numbers.update(zip(i.names, map(float, np.broadcast_to(values, len(i.names)))))
+        return self.scene._scene.variant(numbers, arrays)
+
+    def wanted(self, needed: Sequence[bool]) -> list[str]:
+        """The parameters by which to differentiate."""
+        return [name for i, want in zip(self.inputs, needed) if want for name in i.names]
+
+    def gradients(self, needed: Sequence[bool], tensors: Sequence[torch.Tensor], numbers: Mapping[str, Any],
+                  arrays: Mapping[str, np.ndarray], factor: torch.Tensor | float = 1) -> list[torch.Tensor | None]:
+        """One a tensor; numbers: of each parameter a float, or of a batch (images,)."""
+        result: list[torch.Tensor | None] = []
+        for tensor, i, want in zip(tensors, self.inputs, needed):
+            if not want:
+                result.append(None)
+                continue
+            if i.is_array:
+                value = torch.from_numpy(arrays[i.names[0]])
+            else:
+                value = torch.stack([torch.as_tensor(numbers[name], dtype=torch.float64) for name in i.names], dim=-1)
+            if self.batch is not None:
+                value = value * (factor.double()[:, None] if isinstance(factor, torch.Tensor) and factor.ndim else factor)
+                if tensor.ndim == 0 or (tensor.ndim == 1 and len(i.names) == 3 and tensor.shape != (self.batch,)):
+                    value = value.sum(0)
+            else:
+                value = value * factor
+            if value.numel() != tensor.numel():  # one number for a colour's components
+                value = value.sum(-1)
+            result.append(value.reshape(tensor.shape).to(tensor))
+        return result
+
+
+def _call(scene: Scene, parameters: Mapping[str, torch.Tensor], spp: int, seed: int | Sequence[int], sensor: int,
+          operator: str, least: int, batch: int | None = None, **more: Any) -> tuple[_Call, list[torch.Tensor]]:
+    inputs, tensors = [], []
+    for name, value in parameters.items():
+        tensor = value if isinstance(value, torch.Tensor) else torch.as_tensor(value)
+        names = tuple(scene._scene.by_component([name]))
+        is_array = scene._scene.has_values(names[0])
+        inputs.append(_Input(names, is_array))
+        tensors.append(tensor)
+        if is_array:
+            continue
+        own = 0 if len(names) == 1 else 1
+        shape = tuple(tensor.shape)
+        fits = shape == () or (own and shape == (len(names),))
+        if not fits and (shape[1:] in ((), (len(names),)) and (own or shape[1:] == ())):
+            if batch is not None and batch != shape[0]:
+                raise _itn.UsageError(f"parameter {name}: got a batch of {shape[0]}, elsewhere it is one of {batch}")
+            batch = shape[0]
+        elif not fits:
+            raise _itn.UsageError(f"parameter {name}: got a tensor of shape {shape}, need one number"
+                                  f"{', or ' + str(len(names)) if own else ''}, or a batch of those")
+    if batch is not None and any(i.is_array for i in inputs):
+        raise _itn.UsageError("a batch of images has numbers as parameters alone; render textures and grids one by one")
+    if len({name for i in inputs for name in i.names}) != sum(len(i.names) for i in inputs):
+        raise _itn.UsageError("parameters: one is named twice")
+    count = 1 if batch is None else batch
+    seeds = [seed + k for k in range(count)] if isinstance(seed, int) else [int(s) for s in seed]
+    if len(seeds) != count:
+        raise _itn.UsageError(f"seed: got {len(seeds)} numbers for {count} images")
+    return _Call(scene, tuple(inputs), batch, samples(scene, spp, sensor, least), tuple(map(seed_number, seeds)), sensor,
+                 operator_flag(operator), **more), tensors
+
+
+class _Render(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx, call: _Call, *tensors: torch.Tensor) -> torch.Tensor:
+        ctx.call = call
+        ctx.save_for_backward(*tensors)
+        ctx.save_for_forward(*tensors)
+        scene = call.scene._scene
+        if call.batch is not None:
+            return torch.from_numpy(_itn.render_batch(scene, call.numbers, call.matrix(tensors), call.spp, call.seeds, 0,
+                                                      call.sensor, call.single, None))
+        variant = call.variant(tensors)
+        image = _itn.render(scene, variant, [], call.spp, call.seeds[0], call.sensor, call.single, 0, None)["image"]
+        return torch.from_numpy(image)
+
+    @staticmethod
+    def backward(ctx, grad: torch.Tensor):
+        call, tensors = ctx.call, ctx.saved_tensors
+        needed = ctx.needs_input_grad[1:]
+        names = call.wanted(needed)
+        weights = _float_array(grad)
+        first = call.spp if call.independent else 0
+        scene = call.scene._scene
+        if call.batch is not None:
+            sums = _itn.weigh_batch(scene, call.numbers, call.matrix(tensors), weights, call.spp, call.seeds, first,
+                                    call.sensor, call.single)
+            numbers = {name: sums[:, k].copy() for k, name in enumerate(call.numbers)}
+            return None, *call.gradients(needed, tensors, numbers, {})
+        sums = _itn.weigh(scene, call.variant(tensors), names, weights, call.spp, call.seeds[0], first, call.sensor,
+                          call.single)
+        return None, *call.gradients(needed, tensors, sums["gradient"], sums["values"])
+
+    @staticmethod
+    def jvp(ctx, _, *tangents: torch.Tensor | None):
+        call, tensors = ctx.call, ctx.saved_tensors
+        if call.batch is not None:
+            raise NotImplementedError("forward mode: one image at a time")
+        result = None
+        names = call.wanted([t is not None for t in tangents])
+        first = call.spp if call.independent else 0
+        images = _itn.render(call.scene._scene, call.variant(tensors), names, call.spp, call.seeds[0], call.sensor,
+                             call.single, first, None)["derivatives"]
+        for i, tangent in zip(call.inputs, tangents):
+            if tangent is None:
+                continue
+            for name, part in zip(i.names, tangent.reshape(-1).expand(len(i.names))):
+                term = torch.from_numpy(images[name]) * part
+                result = term if result is None else result + term
+        return result
+
+
+def render(scene: Scene, parameters: Mapping[str, torch.Tensor], spp: int = 0, seed: int | Sequence[int] = 0, *,
+           sensor: int = 0, operator: str = "full", independent: bool = True) -> torch.Tensor:
+    """The scene's image, (height, width, channels), as a function of some of its parameters.
+
+    parameters: a tensor for each name: a number; a colour's three; a texture (height, width, channels) or a grid (depth,
+    height, width, channels). The scene itself keeps its values. With a batch of numbers, (images,) or (images, 3), the
+    result is (images, height, width, channels), all rendered side by side; the images get the seeds seed, seed + 1, ...
+
+    backward() replays paths (as long for many parameters as for one); forward mode makes derivative images. With
+    `independent` they are of other samples than the image. That is what an unbiased gradient of a loss needs: the image
+    and its derivative in grad = f'(image) d image would else share their noise, and the mean of the product is not
+    the product of the means. A loss that is not linear has a biased value all the same (E f(image) is not f(E image)):
+    for squared differences use `image_loss`, which has neither.
+    """
+    call, tensors = _call(scene, parameters, spp, seed, sensor, operator, 1, independent=independent)
+    return _Render.apply(call, *tensors)
+
+
+class _ImageLoss(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx, call: _Call, *tensors: torch.Tensor) -> torch.Tensor:
+        ctx.call = call
+        ctx.save_for_backward(*tensors)
+        needed = ctx.needs_input_grad[1:]
+        names = call.wanted(needed)
+        scene = call.scene._scene
+        if call.batch is not None:
+            result = _itn.batch_loss(scene, call.numbers, call.matrix(tensors), list(call.targets), call.spp, call.seeds, 0,
+                                     call.sensor, call.single, None)
+            ctx.numbers = {name: result["gradient"][:, k].copy() for k, name in enumerate(call.numbers)}
+            ctx.arrays = {}
+            return torch.from_numpy(result["loss"]).to(tensors[0].dtype)
+        result = _itn.image_loss(scene, call.variant(tensors), names, list(call.targets), [call.sensor], call.spp,
+                                 call.seeds[0], 0, call.single, call.exposure, call.mode, False, None)
+        ctx.numbers, ctx.arrays = result["gradient"], result["values"]
+        return torch.tensor(result["loss"], dtype=tensors[0].dtype if tensors else torch.float32)
+
+    @staticmethod
+    def backward(ctx, grad: torch.Tensor):
+        needed = ctx.needs_input_grad[1:]
+        return None, *ctx.call.gradients(needed, ctx.saved_tensors, ctx.numbers, ctx.arrays, grad)
+
+
+def image_loss(scene: Scene, parameters: Mapping[str, torch.Tensor], target: Any, spp: int = 16,
+               seed: int | Sequence[int] = 0, *, mask: Any = None, sensor: int = 0, operator: str = "full",
+               exposure: bool = False, mode: str = "automatic") -> torch.Tensor:
+    """The mean squared difference between the scene's image and a target, value and gradient both unbiased.
+
+    Were they computed as `((render(...) - target) ** 2).mean()` from one set of samples, the value would be too large by
+    the image's variance, and the gradient wrong by the covariance of the image with its derivative. Here products are of
+    different samples of each pixel, so spp is 2 at least, and no sample is wasted. The value can be negative: it is an
+    estimate of something small.
+
+    parameters: as for `render`; of a batch the result is (images,), and target a list or (images, height, width,
+    channels), one of each. target: a tensor or array of the film's size, an itn.Rendering, an OpenEXR file, or what
+    `target()` made of those, which is quicker in a loop. mask: weights of the pixels. exposure: known up to a factor.
+    Give every step another seed.
+    """
+    call, tensors = _call(scene, parameters, spp, seed, sensor, operator, 2, exposure=exposure, mode=mode)
+    if call.batch is None:
+        targets = (make_target(scene, sensor, target, mask),)
+    else:
+        if exposure:
+            raise _itn.UsageError("exposure: of single images, not of a batch")
+        masks = [mask] * call.batch if mask is None or np.ndim(mask) == 2 else list(mask)
+        targets = tuple(make_target(scene, sensor, t, m) for t, m in zip(target, masks))
+        if len(targets) != call.batch:
+            raise _itn.UsageError(f"target: got {len(targets)}, need {call.batch}, one an image of the batch")
+    return _ImageLoss.apply(_Call(**{**call.__dict__, "targets": targets}), *tensors)
+
+
+def target(scene: Scene, image: Any, mask: Any = None, sensor: int = 0) -> _itn.Target:
+    """A target that is checked and copied once, for many calls of `image_loss`."""
+    return make_target(scene, sensor, image, mask)
+
+
+class Network(torch.nn.Module):
+    """A network of itn as a torch module: seven stages of a 3x3 convolution, ReLU and 2x2 maximum, and one linear layer.
+
+    `forward(images)` takes (images, channels, size, size) as `input()` makes them, and returns raw outputs, equal to itn's own
+    to rounding; `values(raw)` turns those into parameters. `description` says what it was trained on.
+    """
+
+    def __init__(self, network: _itn.Network):
+        super().__init__()
+        self.description: dict = network.description
+        self.outputs: list[tuple[str, float, float, bool]] = self.description["outputs"]
+        weights = network.weights()
+        stages = sum(name.startswith("convolution") and name.endswith("weight") for name in weights)
+        self.convolutions = torch.nn.ModuleList()
+        for k in range(stages):
+            weight = torch.from_numpy(weights[f"convolution{k}.weight"])
+            layer = torch.nn.Conv2d(weight.shape[1], weight.shape[0], 3, padding=1)
+            layer.weight.data, layer.bias.data = weight, torch.from_numpy(weights[f"convolution{k}.bias"])
+            self.convolutions.append(layer)
+        weight = torch.from_numpy(weights["fully_connected.weight"])
+        self.last = torch.nn.Linear(weight.shape[1], weight.shape[0])
+        self.last.weight.data, self.last.bias.data = weight, torch.from_numpy(weights["fully_connected.bias"])
+
+    def input(self, luminance: torch.Tensor) -> torch.Tensor:
+        """Of linear luminance (..., size, size) what a network of one channel sees: (..., 1, size, size)."""
+        m = self.description["luminance"]
+        dark = 0.01 * m
+        return torch.log((luminance.clamp(min=0) + dark) / (m + dark)).unsqueeze(-3)
+
+    def forward(self, images: torch.Tensor) -> torch.Tensor:
+        for layer in self.convolutions:
+            images = torch.relu(layer(images))
+            if images.shape[-1] > 1:
+                images = torch.nn.functional.max_pool2d(images, 2)
+        return self.last(images.flatten(1))
+
+    def values(self, raw: torch.Tensor) -> dict[str, torch.Tensor]:
+        """Parameters by name, from raw outputs (images, outputs); sigma_t in 1/mm."""
+        result = {}
+        for k, (name, low, high, logarithmic) in enumerate(self.outputs):
+            share = torch.sigmoid(raw[:, k])
+            result[name] = low * (high / low) ** share if logarithmic else low + (high - low) * share
+        return result
+
+
+def network(file: str | os.PathLike = "shipped") -> Network:
+    """The network that ships with itn, or that of a training's folder or a .safetensors file, with its weights."""
+    return Network(_itn.network(os.fspath(file)))
+
+
+class Dataset(torch.utils.data.Dataset):
+    """The images of a data set (`itn.dataset`): pairs of luminance (1, size, size), linear, and a tensor of their
+    parameters sigma_t [1/mm], albedo, g.
+
+    split: train, validation, unseen_light, unseen_shape, unseen_both; None: all. transform: of the luminance.
+    """
+
+    parameters = ("sigma_t", "albedo", "g")
+
+    def __init__(self, folder: str | os.PathLike, split: str | None = "train", transform: Any = None):
+        self.folder = Path(folder)
+        try:
+            manifest = json.loads((self.folder / "manifest.json").read_text(encoding="utf-8"))
+        except OSError:
+            raise _itn.InputError(f"{folder}: has no manifest.json; itn.dataset makes data sets") from None
+        self.images = [i for i in manifest["images"] if split in (None, i["split"])]
+        if not self.images:
+            splits = sorted({i["split"] for i in manifest["images"]})
+            raise _itn.UsageError(f"split {split!r}: {folder} has no such images, only {', '.join(splits)}")
+        self.transform = transform
+
+    def __len__(self) -> int:
+        return len(self.images)
+
+    def __getitem__(self, index: int) -> tuple[torch.Tensor, torch.Tensor]:
+        image = self.images[index]
+        luminance = torch.from_numpy(_itn.read_exr(str(self.folder / image["file"]))[0]["Y"])[None]
+        if self.transform:
+            luminance = self.transform(luminance)
+        return luminance, torch.tensor([image[name] for name in self.parameters])

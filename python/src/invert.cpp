@@ -1,0 +1,243 @@
+#include "python/src/invert.h"
+
+#include <fmt/format.h>
+#include <nanobind/stl/map.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <nlohmann/json.hpp>
+
+#include "python/src/arrays.h"
+#include "python/src/device.h"
+#include "python/src/running.h"
+#include "python/src/scene.h"
+#include "python/src/target.h"
+#include "runtime/base/error.h"
+#include "runtime/inversion/forward_model.h"
+#include "runtime/inversion/inversion_report.h"
+#include "runtime/inversion/stored_texture_inversion.h"
+#include "runtime/training/network_start.h"
+
+namespace itn::python {
+namespace {
+
+using namespace nb::literals;
+
+// What both kinds of inversion are asked with.
+struct Question {
+  std::shared_ptr<const Scene> scene;
+  std::vector<std::string> parameters;
+  Targets targets;
+  std::vector<int> sensors;
+  std::string folder, request;  // request: JSON, all that the numbers depend on
+  std::uint64_t seed = 0;
+  bool single = false;
+};
+
+std::vector<TargetImage> images_of(const Targets& targets) {
+  std::vector<TargetImage> result;
+  for (const std::shared_ptr<TargetImage>& target : targets) result.push_back(*target);
+  return result;
+}
+
+RenderOptions render_options(const Question& question, const Running& running) {
+  RenderOptions options;
+  options.seed = question.seed;
+  options.op = question.single ? Operator::single : Operator::full;
+  options.cancel = &running.cancel();
+  return options;
+}
+
+nb::list image_arrays(const std::vector<Rendering>& images) {
+  nb::list result;
+  for (const Rendering& image : images)
+    result.append(numpy_array(std::vector<float>(image.mean),
+                              {static_cast<std::size_t>(image.height), static_cast<std::size_t>(image.width),
+                               static_cast<std::size_t>(image.channels)}));
+  return result;
+}
+
+using Numbers = std::map<std::string, double>;
+using Intervals = std::map<std::string, std::pair<double, double>>;
+
+Prior prior_of(const Intervals& known, const std::vector<Coordinate>& coordinates) {
+  Prior prior;
+  for (const auto& [name, interval] : known) {
+    const auto found = std::find_if(coordinates.begin(), coordinates.end(),
+                                    [&, wanted = name](const Coordinate& c) { return c.parameter().name == wanted; });
+    if (found == coordinates.end())
+      throw UsageError(fmt::format("prior: {} is none of the parameters that are asked for", name));
+    const auto& [low, high] = interval;
+    if (!found->parameter().contains(low) || !found->parameter().contains(high) || !(low < high))
+      throw UsageError(fmt::format("prior: {} has ({}, {}), need two numbers in {}, the smaller first", name, low, high,
+                                   found->parameter().range()));
+    prior.add_interval(coordinates, static_cast<std::size_t>(found - coordinates.begin()), low, high);
+  }
+  return prior;
+}
+
+struct NumbersFound {
+  std::string json;
+  std::vector<std::string> verdict, ambiguity;
+  std::vector<Rendering> images;
+};
+
+NumbersFound find_numbers(const Question& question, InversionOptions how, const Intervals& prior, int starts,
+                          bool noise_known, Running& running) {
+  const std::shared_ptr<SharedDevice> device = shared_device();
+  const std::lock_guard lock(device->mutex);
+  const std::vector<TargetImage> targets = images_of(question.targets);
+  ForwardModel model(device->device, *question.scene, question.parameters, question.sensors,
+                     render_options(question, running));
+  how.prior = prior_of(prior, model.coordinates());
+  Inversion inversion(model, targets, how);
+  StoredInversion stored(question.folder, StoredRun::Json::parse(question.request), inversion, model.coordinates(),
+                         inversion_starts(model.coordinates(), model.start(), starts, question.seed));
+  while (!stored.finished()) {
+    stored.advance();
+    running.update(stored.fraction(how.iteration_limit()));
+  }
+  const bool adam = how.method == InversionOptions::Method::adam;
+  const InversionQuestion words{question.scene->file,
+                                adam ? "adam" : "gauss-newton",
+                                question.folder,
+                                std::vector<std::string>(targets.size(), "an array"),
+                                {},
+                                noise_known};
+  const InversionOutcome outcome = conclude(words, inversion, model.coordinates(), *question.scene, stored.started());
+  write_inversion(outcome, model.coordinates(), targets);
+  return {to_json(outcome, model.coordinates()).dump(), verdict(outcome, model.coordinates()),
+          ambiguity_words(outcome, model.coordinates()), outcome.found().end.images};
+}
+
+nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string>& names, const Targets& targets,
+                        const std::vector<int>& sensors, const std::string& folder, const std::string& request, int spp,
+                        std::uint64_t seed, bool single, const std::string& method, int iterations, double noise,
+                        double learning_rate, bool exposure, const Numbers& start, int starts, const Intervals& prior,
+                        const std::string& init, const std::string& init_image, bool noise_known,
+                        const nb::object& progress) {
+  Scene scene = *object.scene();
+  if (!init.empty()) {
+    std::vector<std::string> given;
+    for (const auto& [name, value] : start) given.push_back(name);
+    set_network_start(scene, names, given, init, init_image, sensors.front());
+  }
+  for (const auto& [name, value] : start) {
+    if (std::find(names.begin(), names.end(), name) == names.end())
+      throw UsageError(fmt::format("start: {} is none of the parameters that are asked for", name));
+    set_parameter(scene, object.parameter(name), value);
+  }
+  InversionOptions how;
+  how.method = method == "adam" ? InversionOptions::Method::adam : InversionOptions::Method::gauss_newton;
+  if (method == "adam" && !prior.empty())
+    throw UsageError("prior: adam minimises the image loss alone; use method='gauss-newton'");
+  how.iterations = iterations;
+  how.spp = spp;
+  how.relative_noise = noise;
+  how.learning_rate = learning_rate;
+  how.exposure = exposure;
+  if (how.sample_limit() < 2) throw UsageError("spp 1: a loss compares different samples of a pixel; need 2 or more");
+  const Question question{
+      std::make_shared<const Scene>(std::move(scene)), names, targets, sensors, folder, request, seed, single};
+  const NumbersFound found = interruptible(
+      progress, [&](Running& running) { return find_numbers(question, how, prior, starts, noise_known, running); });
+  nb::dict result;
+  result["json"] = found.json;
+  result["verdict"] = found.verdict;
+  result["ambiguity"] = found.ambiguity;
+  result["images"] = image_arrays(found.images);
+  return result;
+}
+
+struct ValuesFound {
+  std::vector<Parameter> parameters;
+  std::vector<VoxelGrid> values, errors;       // of numbers: empty
+  std::vector<std::array<double, 3>> numbers;  // value, low, high; of others: not looked at
+  std::vector<Rendering> images;
+  LossGradient loss;
+  double loss_at_start = 0;
+};
+
+ValuesFound find_values(const Question& question, const TextureInversionOptions& how, Running& running) {
+  const std::shared_ptr<SharedDevice> device = shared_device();
+  const std::lock_guard lock(device->mutex);
+  const std::vector<TargetImage> targets = images_of(question.targets);
+  TextureInversion inversion(device->device, *question.scene, question.parameters, question.sensors, targets,
+                             render_options(question, running), how);
+  StoredTextureInversion stored(question.folder, StoredRun::Json::parse(question.request), inversion);
+  while (!stored.state().finished) {
+    stored.advance();
+    running.update(static_cast<double>(stored.steps().size()) / inversion.steps());
+  }
+  ValuesFound found;
+  found.parameters = inversion.parameters();
+  for (std::size_t p = 0; p < found.parameters.size(); ++p) {
+    const bool has_values = found.parameters[p].has_values();
+    found.values.push_back(has_values ? inversion.values(stored.state(), p) : VoxelGrid{});
+    found.errors.push_back(has_values && how.repeats > 0 ? inversion.uncertainty(stored.state(), p) : VoxelGrid{});
+    if (has_values)
+      found.numbers.push_back({});
+    else
+      found.numbers.push_back({inversion.number(stored.state(), p), inversion.number(stored.state(), p, -1.96),
+                               inversion.number(stored.state(), p, 1.96)});
+  }
+  found.images = inversion.render(stored.state(), &found.loss);
+  found.loss_at_start = stored.steps().front().loss;
+  return found;
+}
+
+nb::dict invert_values(const SceneObject& object, const std::vector<std::string>& names, const Targets& targets,
+                       const std::vector<int>& sensors, const std::string& folder, const std::string& request, int spp,
+                       std::uint64_t seed, bool single, int iterations, double noise, double learning_rate,
+                       bool exposure, double smoothness, int repeats, const nb::object& progress) {
+  TextureInversionOptions how;
+  how.iterations = iterations > 0 ? iterations : how.iterations;
+  how.spp = spp > 0 ? spp : how.spp;
+  how.learning_rate = learning_rate;
+  how.smoothness = smoothness;
+  how.exposure = exposure;
+  how.repeats = repeats;
+  how.relative_noise = noise;
+  if (how.spp < 2) throw UsageError("spp 1: a loss compares different samples of a pixel; need 2 or more");
+  const Question question{object.scene(), names, targets, sensors, folder, request, seed, single};
+  ValuesFound found = interruptible(progress, [&](Running& running) { return find_values(question, how, running); });
+  nb::dict values, errors, numbers;
+  for (std::size_t p = 0; p < found.parameters.size(); ++p) {
+    const char* name = found.parameters[p].name.c_str();
+    if (!found.parameters[p].has_values()) {
+      numbers[name] = nb::make_tuple(found.numbers[p][0], found.numbers[p][1], found.numbers[p][2]);
+      continue;
+    }
+    VoxelGrid& of = found.values[p];
+    std::vector<std::size_t> shape;
+    if (found.parameters[p].by_voxels) shape.push_back(static_cast<std::size_t>(of.depth));
+    for (const int side : {of.height, of.width, of.channels}) shape.push_back(static_cast<std::size_t>(side));
+    values[name] = numpy_array(std::move(of.data), shape);
+    if (repeats > 0) errors[name] = numpy_array(std::move(found.errors[p].data), shape);
+  }
+  nb::dict result;
+  result["values"] = values;
+  result["stderr"] = errors;
+  result["numbers"] = numbers;
+  result["loss"] = found.loss.loss;
+  result["loss_stderr"] = found.loss.loss_stderr;
+  result["loss_at_start"] = found.loss_at_start;
+  result["images"] = image_arrays(found.images);
+  return result;
+}
+
+}  // namespace
+
+void bind_invert(nb::module_& module) {
+  module.def("invert_numbers", &invert_numbers, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
+             "request"_a, "spp"_a, "seed"_a, "single"_a, "method"_a, "iterations"_a, "noise"_a, "learning_rate"_a,
+             "exposure"_a, "start"_a, "starts"_a, "prior"_a, "init"_a, "init_image"_a, "noise_known"_a,
+             "progress"_a.none());
+  module.def("invert_values", &invert_values, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
+             "request"_a, "spp"_a, "seed"_a, "single"_a, "iterations"_a, "noise"_a, "learning_rate"_a, "exposure"_a,
+             "smoothness"_a, "repeats"_a, "progress"_a.none());
+}
+
+}  // namespace itn::python

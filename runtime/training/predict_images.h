@@ -1,0 +1,40 @@
+// What a network says about images, of what is known of them: a scene, a data set, or shape and light themselves.
+#pragma once
+#include <atomic>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "network/network.h"
+#include "runtime/scene/scene.h"
+
+namespace itn {
+
+struct PredictionRequest {
+  std::string run;                  // trained_network.h
+  std::vector<std::string> images;  // square OpenEXR files
+  // For networks of six channels one of these; a scene also gives the unit of length.
+  const Scene* scene = nullptr;
+  int sensor = 0;
+  std::string dataset;        // folder that the images belong to
+  std::string shape_buffers;  // file of all images
+  std::vector<double> light;  // and the direction to it
+};
+
+struct ImagePrediction {
+  std::string file;
+  std::vector<double> parameters;  // of the network's outputs
+};
+
+struct PredictedImages {
+  NetworkDescription network;
+  bool in_scene = false;  // sigma_t is in 1 / scene unit, else 1 / mm
+  std::vector<ImagePrediction> images;
+};
+
+// each: is told of every image as soon as it is predicted; may be empty. Throws UsageError: what is known does not suit
+// the network; InputError; Interrupted soon after cancel is set.
+PredictedImages predict_images(const PredictionRequest& request, const std::atomic<bool>& cancel,
+                               const std::function<void(const NetworkDescription&, const ImagePrediction&)>& each);
+
+}  // namespace itn

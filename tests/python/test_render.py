@@ -1,0 +1,151 @@
+"""Images, gradients, checks and inversions."""
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import itn
+from conftest import BALL, BY, ROOT
+
+
+def test_an_image_has_errors_and_derivatives(ball):
+    r = itn.render(ball, spp=16, derivatives=BY)
+    assert r.image.shape == r.stderr.shape == (24, 32, 3) and r.image.dtype == np.float32
+    assert list(r.derivatives) == BY and r.derivatives["haze.g"].shape == r.image.shape
+    assert r.spp == 16 and r.paths >= 16 * 32 * 24
+    np.testing.assert_allclose(r.image.mean((0, 1)), r.mean, rtol=1e-5)
+    assert np.asarray(r).shape == r.image.shape
+    assert "data:image/png;base64" in r._repr_html_() and "32 x 24" in repr(r)
+
+
+def test_the_same_bits_as_the_command(ball, tmp_path):
+    program = os.environ.get("ITN_BINARY")
+    if not program:
+        pytest.skip("ITN_BINARY is not set")
+    arguments = ["--spp", "8", "--seed", "3", "--quiet", *(w for n in BY for w in ("--derivative", n))]
+    subprocess.run([program, "render", str(BALL), "-o", str(tmp_path / "a.exr"), *arguments], check=True)
+    r = itn.render(ball, spp=8, seed=3, derivatives=BY)
+    itn.write_exr(tmp_path / "b.exr", r)
+    a, b = itn.read_exr(tmp_path / "a.exr"), itn.read_exr(tmp_path / "b.exr")
+    assert set(a) == set(b) and len(a) == 18
+    for name in a:
+        np.testing.assert_array_equal(a[name], b[name], err_msg=name)
+
+
+def test_a_renderer_that_is_used_again_gives_the_bits_of_a_new_one(ball):
+    values = [(10, 0, BY), (7, 0, BY), (7, 1, BY), (7, 1, []), (10, 0, BY)]
+    used = []
+    for sigma_t, seed, by in values:
+        ball.parameters["skin.sigma_t"] = sigma_t
+        used.append(itn.render(ball, spp=4, seed=seed, derivatives=by))
+    for (sigma_t, seed, by), again in zip(values, used):
+        new = itn.render(itn.load(BALL, sigma_t=sigma_t), spp=4, seed=seed, derivatives=by)
+        np.testing.assert_array_equal(new.image, again.image)
+        for name in by:
+            np.testing.assert_array_equal(new.derivatives[name], again.derivatives[name])
+
+
+def test_progress_is_told_and_may_stop(ball):
+    told = []
+    itn.render(ball, spp=64, progress=told.append)
+    assert told and all(0 <= f <= 1 for f in told) and told == sorted(told)
+
+    class Enough(Exception):
+        pass
+
+    def stop(fraction):
+        raise Enough
+
+    with pytest.raises(Enough):
+        itn.render(ball, spp=100000, progress=stop)
+    itn.render(ball, spp=4)  # and it renders on
+
+
+def test_threads_render_while_others_run(ball):
+    """The interpreter's lock is released; results of threads are those of one thread."""
+    expected = [itn.render(ball, spp=8, seed=k).image for k in range(4)]
+    results = [None] * 4
+
+    def work(k):
+        results[k] = itn.render(ball, spp=8, seed=k).image
+
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for got, want in zip(results, expected):
+        np.testing.assert_array_equal(got, want)
+
+
+def test_ctrl_c_ends_a_rendering_at_once():
+    script = f"import itn; s = itn.load({str(BALL)!r}); itn.render(s, spp=4); print('begin', flush=True); itn.render(s, spp=1 << 22)"
+    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "begin\n"
+    time.sleep(0.5)
+    start = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert errors.rstrip().endswith("KeyboardInterrupt") and time.monotonic() - start < 10
+
+
+def test_gradients_by_images_and_by_replay_agree(ball, photo):
+    ways = [itn.gradient(ball, photo, BY, spp=256, mode=mode) for mode in ("images", "adjoint")]
+    assert ways[0].loss == pytest.approx(ways[1].loss, rel=1e-6)
+    for name in BY:
+        assert ways[0][name] == pytest.approx(ways[1][name], abs=6 * (ways[0].stderr[name] + 1e-7))
+    assert ways[0]["skin.sigma_t"] > 0  # 10 is too much
+    assert "d loss" in repr(ways[0]) and "<table>" in ways[0]._repr_html_()
+
+
+def test_targets_are_checked(ball, photo):
+    with pytest.raises(itn.UsageError, match="the size of the sensor's film"):
+        itn.gradient(ball, photo.image[:10], BY, spp=4)
+    with pytest.raises(itn.UsageError, match=r"pixel \(1, 0\) is nan"):
+        wrong = photo.image.copy()
+        wrong[0, 1] = np.nan
+        itn.gradient(ball, wrong, BY, spp=4)
+    with pytest.raises(itn.UsageError, match="every pixel is 0"):
+        itn.gradient(ball, photo, BY, spp=4, mask=np.zeros((24, 32)))
+
+
+def test_derivatives_agree_with_differences(ball):
+    check = itn.gradcheck(ball, BY, spp=64)
+    assert check and list(check.parameters) == BY and "passed" in repr(check)
+
+
+def test_an_inversion_finds_what_the_photo_was_made_with(ball, photo, tmp_path):
+    told = []
+    found = itn.invert(ball, photo, ["skin.sigma_t", "haze.g"], spp=32, prior={"haze.g": (0.45, 0.55)}, output=tmp_path,
+                       progress=told.append)
+    assert found.converged and told[-1] <= 1
+    assert 6.3 < found["skin.sigma_t"].value < 7.7 and found["skin.sigma_t"].low < found["skin.sigma_t"].value
+    assert (tmp_path / "report.html").exists() and found.images[0].shape == (24, 32, 3)
+    assert "95 %" in repr(found) and "<table>" in found._repr_html_()
+    assert ball.parameters["skin.sigma_t"] == 10
+    found.apply(ball)
+    assert ball.parameters["skin.sigma_t"] == found["skin.sigma_t"].value
+    ball.parameters["skin.sigma_t"] = 9
+    with pytest.raises(itn.UsageError):  # the folder holds another inversion
+        itn.invert(ball, photo, BY, spp=32, output=tmp_path)
+
+
+def test_memory_stays_as_it_is(ball):
+    def resident():
+        with open("/proc/self/statm", encoding="ascii") as file:
+            return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+    def renders(count):
+        for k in range(count):
+            ball.parameters["skin.sigma_t"] = 5 + 0.01 * k
+            itn.render(ball, spp=1, seed=k)
+
+    renders(100)
+    before = resident()
+    renders(500)
+    assert resident() - before < 4
