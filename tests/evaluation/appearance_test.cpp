@@ -6,7 +6,7 @@
 
 #include "network/random.h"
 #include "runtime/base/error.h"
-#include "runtime/image/exr.h"
+#include "runtime/dataset/stored_image.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace itn;
@@ -74,12 +74,12 @@ TEST_CASE("a data set's image is read with its noise, and refused without it") {
   set.hash = "00000000000000aa";
   Manifest::Image image;
   image.file = "a.exr";
-  write_exr(folder / "a.exr", {2, 2, {"Y", "stderr.Y"}, {1, 0.1F, 2, 0.2F, 3, 0.3F, 4, 0.4F}, {{"hash", set.hash}}});
+  write_stored(folder / "", set, image, {2, 2, {"Y", "stderr.Y"}, {1, 0.1F, 2, 0.2F, 3, 0.3F, 4, 0.4F}, {}});
   const NoisyImage read = read_noisy_image(folder / "", set, image);
   CHECK(read.value == std::vector<float>{1, 2, 3, 4});
   CHECK(read.error == std::vector<float>{0.1F, 0.2F, 0.3F, 0.4F});
-  write_exr(folder / "a.exr", {2, 2, {"Y"}, {1, 2, 3, 4}, {{"hash", set.hash}}});
+  write_stored(folder / "", set, image, {2, 2, {"Y"}, {1, 2, 3, 4}, {}});
   CHECK_THROWS_WITH(read_noisy_image(folder / "", set, image), Catch::Contains("no channel stderr.Y"));
-  write_exr(folder / "a.exr", {2, 2, {"Y", "stderr.Y"}, {1, -0.1F, 2, 0.2F, 3, 0.3F, 4, 0.4F}, {{"hash", set.hash}}});
+  write_stored(folder / "", set, image, {2, 2, {"Y", "stderr.Y"}, {1, -0.1F, 2, 0.2F, 3, 0.3F, 4, 0.4F}, {}});
   CHECK_THROWS_AS(read_noisy_image(folder / "", set, image), InputError);
 }
