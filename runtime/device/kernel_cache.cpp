@@ -14,7 +14,7 @@ std::string kernel_cache_folder() {
     const char* value = std::getenv(name);
     return std::string(value ? value : "");
   };
-  if (const std::string own = variable("POCL_CACHE_DIR"); !own.empty()) return own;
+  if (std::string own = variable("POCL_CACHE_DIR"); !own.empty()) return own;
   if (const std::string caches = variable("XDG_CACHE_HOME"); !caches.empty()) return caches + "/pocl/kcache";
   if (const std::string home = variable("HOME"); !home.empty()) return home + "/.cache/pocl/kcache";
   return "/tmp/pocl/kcache";

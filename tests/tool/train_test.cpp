@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "runtime/base/file.h"
+#include "runtime/dataset/stored_image.h"
 #include "runtime/image/exr.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/shapes/polygonise.h"
@@ -207,11 +208,8 @@ TEST_CASE("itn train learns from several data sets") {
   fails(train_both({}), 2, "8 pixels a side and 2 mm a scene unit, ");
   second.manifest.mm_per_unit = first.manifest.mm_per_unit;
   second.write_manifest();
-  for (const itn::Manifest::Image& image : second.manifest.images) {
-    itn::ExrImage file = itn::read_exr(second.path(image.file));
-    file.header["hash"] = second.manifest.hash;
-    itn::write_exr(second.path(image.file), file);
-  }
+  for (const itn::Manifest::Image& image : second.manifest.images)
+    itn::write_stored(second.folder, second.manifest, image, itn::read_exr(second.path(image.file)));
   fails({"train", first.folder, second.folder, "--network", "itn", "-o", folder / "run"}, 2,
         "only rn learns from several");
 
