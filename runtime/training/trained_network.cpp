@@ -18,7 +18,7 @@ std::string file_of(const std::string& run) {
   if (!is_there(run))
     throw InputError(fmt::format("{0}: is not there; train it first: itn train DATA --network rn -o {0}", run));
   if (!is_folder(run)) return run;
-  const std::string file = (std::filesystem::path(run) / "network.safetensors").string();
+  std::string file = (std::filesystem::path(run) / "network.safetensors").string();
   if (!is_there(file))
     throw InputError(
         fmt::format("{}: is not there; itn train DATA --network rn -o {} writes it after its first epoch", file, run));
