@@ -333,7 +333,8 @@ TEST_CASE("voxels times their gradients are the derivative by the grid's scale",
     for (const Baselines baselines : {Baselines::off, Baselines::on}) {
       const Scene scene = load_scene(test_scene("mitsuba/" + std::string(name) + ".xml"));
       const std::vector<Parameter> all = list_parameters(scene);
-      const Parameter p = *std::find_if(all.begin(), all.end(), [](const Parameter& each) { return each.by_voxels; });
+      const Parameter p = *std::find_if(
+          all.begin(), all.end(), [](const Parameter& each) { return each.by_voxels && each.member == "sigma_t"; });
       const Parameter scale = find_parameter(all, p.id + ".scale");
       const std::vector<float>& voxels = grid_of(scene, p)->data;
       RenderOptions options = by({scale.name, p.name});
