@@ -104,7 +104,7 @@ TEST_CASE("media with and without grids lie inside each other", "[stat]") {
 }
 
 TEST_CASE("grids: schedules, launches and widths", "[determinism]") {
-  for (const char* name : {"grid_rgb", "grid_rough", "grid_inside"}) {
+  for (const char* name : {"grid_rgb", "grid_inside"}) {
     const Scene scene = load_scene(test_scene("mitsuba/" + std::string(name) + ".xml"));
     RenderOptions options;
     options.spp = 16;

@@ -374,7 +374,7 @@ TEST_CASE("the gradient by a normal or a height is its central difference where 
 }
 
 TEST_CASE("the gradient by a normal or a height has the mean of central differences in light from everywhere",
-          "[derivative]") {
+          "[.texels]") {
   const TemporaryFolder folder;
   for (const std::string& inside : {matt, glossy}) {
     check_mean_along(room(folder, normal_map(folder, inside)), "relief.normalmap", 0.02, 0.02);

@@ -90,10 +90,8 @@ RenderOptions by(const std::vector<std::string>& parameters, std::uint64_t seed 
   return options;
 }
 
-Estimate weighed(const Scene& scene, std::uint64_t seed, int spp) {
-  RenderOptions options;
-  options.seed = seed;
-  const Rendering image = Renderer(device(), scene, options).render(0, spp);
+Estimate weighed(Renderer& renderer, int first, int spp) {
+  const Rendering image = renderer.render(first, spp);
   const std::vector<double> weights = weights_of(image);
   Estimate sum;
   for (std::size_t i = 0; i < weights.size(); ++i) {
@@ -103,6 +101,12 @@ Estimate weighed(const Scene& scene, std::uint64_t seed, int spp) {
   }
   sum.stderr_ = std::sqrt(3 * sum.stderr_);
   return sum;
+}
+
+Renderer seeded(const Scene& scene, std::uint64_t seed) {
+  RenderOptions options;
+  options.seed = seed;
+  return {device(), scene, options};
 }
 
 Scene moved(const Scene& scene, const Parameter& p, std::size_t voxel, double offset) {
@@ -125,7 +129,8 @@ Estimate difference(const Scene& scene, std::size_t voxel, double h, int spp) {
   Estimate sum;
   std::uint64_t seed = 100 * voxel;
   for (const auto& [offset, factor] : stencil(static_cast<double>(grid_of(scene, p)->data[voxel]), h)) {
-    const Estimate e = weighed(moved(scene, p, voxel, offset * h), ++seed, spp);
+    Renderer renderer = seeded(moved(scene, p, voxel, offset * h), ++seed);
+    const Estimate e = weighed(renderer, 0, spp);
     sum.value += factor * e.value / h;
     sum.stderr_ += factor * factor * e.stderr_ * e.stderr_ / h / h;
   }
@@ -220,17 +225,16 @@ TEST_CASE("the gradient by a voxel of an albedo is the difference of that voxel,
     REQUIRE(gradients.size() == values.size());
     // An albedo moves no flight: of the same random numbers differences have little noise.
     const Parameter p = find_parameter(list_parameters(scene), "smoke.albedo");
-    const std::vector<Estimate> differences = mean_of_runs(8, [&](int run) {
-      std::vector<double> result;
-      for (const std::size_t i : which) {
-        double sum = 0;
-        for (const auto& [offset, factor] : stencil(static_cast<double>(values[i]), 0.05))
-          sum += factor * weighed(moved(scene, p, i, offset * 0.05), 70 + static_cast<std::uint64_t>(run), 512).value /
-                 0.05;
-        result.push_back(sum);
+    constexpr int runs = 8, spp = 512;
+    std::vector<std::vector<double>> by_run(runs, std::vector<double>(which.size()));
+    for (std::size_t k = 0; k < which.size(); ++k)
+      for (const auto& [offset, factor] : stencil(static_cast<double>(values[which[k]]), 0.05)) {
+        Renderer renderer = seeded(moved(scene, p, which[k], offset * 0.05), 70);
+        for (std::size_t run = 0; run < runs; ++run)
+          by_run[run][k] += factor * weighed(renderer, static_cast<int>(run) * spp, spp).value / 0.05;
       }
-      return result;
-    });
+    const std::vector<Estimate> differences =
+        mean_of_runs(runs, [&](int run) { return by_run[static_cast<std::size_t>(run)]; });
     for (std::size_t k = 0; k < which.size(); ++k) {
       const Estimate &found = gradients[which[k]], &expected = differences[k];
       INFO(medium << ", value " << which[k] << ": " << found.value << " +- " << found.stderr_ << ", difference "
