@@ -64,7 +64,7 @@ std::vector<Case> cases() {
       {"sunsky_rough_floor, operator single", false, Operator::single},
       {"nested", false},
       {"camera_inside", true},
-      {"checkerboard", true},
+      {"checkerboard", false},
       {"ours/coefficients", true},
       {"ours/dictionary", true},
       {"ours/surfaces", false},
