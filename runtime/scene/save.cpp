@@ -10,6 +10,7 @@
 #include "runtime/base/error.h"
 #include "runtime/scene/xml/document.h"
 #include "runtime/scene/xml/spectrum.h"
+#include "runtime/scene/xml/values.h"
 
 namespace itn {
 namespace {
@@ -79,6 +80,24 @@ void set(Element& element, const std::string& member, const std::string& value, 
     element.children.push_back(std::move(set_to));
 }
 
+void remove_child(Element& element, const std::string& name) {
+  std::erase_if(element.children, [&](const auto& child) { return child->attribute("name") == name; });
+}
+
+// Numbers that the file has in one text: weights of a dictionary, values of a table.
+bool set_in_list(Element& element, const std::string& member, double value) {
+  const std::size_t end = member.find_last_not_of("0123456789");
+  if (end == std::string::npos || end + 1 == member.size() || member[end] != '_') return false;
+  Element* list = child_called(element, member.substr(0, end) + "s");
+  if (!list || list->tag != "string") return false;
+  std::vector<double> numbers = parse_numbers(list->attribute("value"), list->where, member);
+  const std::size_t at = std::stoul(member.substr(end + 1));
+  if (at >= numbers.size()) return false;
+  numbers[at] = value;
+  list->attributes["value"] = fmt::format("{}", fmt::join(numbers, ", "));
+  return true;
+}
+
 Element* find_id(Element& element, const std::string& id) {
   if (element.id == id) return &element;
   for (auto& child : element.children)
@@ -143,14 +162,26 @@ std::string scene_text(const std::string& file, const std::map<std::string, std:
   for (std::size_t i = 0; i < parameters.size(); ++i)
     if (const Parameter& p = parameters[i]; p.component >= 0)
       colours[{p.id, p.member}][static_cast<std::size_t>(p.component)] = values[i];
+  std::set<std::string> by_name;  // ids of metals that were given by name
+  const auto is_moved = [&](std::size_t i) {
+    return !std::isnan(parameters[i].value) && parameters[i].value != values[i];
+  };
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const Parameter& p = parameters[i];
     Element* owner = find_id(*document.root, p.id);
-    if (std::isnan(p.value) || p.value == values[i] || !owner) continue;  // without an owner check() complains
+    if (!is_moved(i) || !owner || (p.member != "eta" && p.member != "k") || !child_called(*owner, "material")) continue;
+    remove_child(*owner, "material");
+    by_name.insert(p.id);
+  }
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const Parameter& p = parameters[i];
+    Element* owner = find_id(*document.root, p.id);
+    const bool of_metal = by_name.count(p.id) > 0 && (p.member == "eta" || p.member == "k");
+    if (!(is_moved(i) || of_metal) || !owner) continue;  // without an owner check() complains
     if (p.component >= 0) {
       const Rgb& colour = colours[{p.id, p.member}];
       set(*owner, p.member, fmt::format("{}, {}, {}", colour[0], colour[1], colour[2]), true);
-    } else {
+    } else if (!set_in_list(*owner, p.member, values[i])) {
       set(*owner, p.member, fmt::format("{}", values[i]), false);
     }
   }

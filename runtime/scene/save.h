@@ -13,7 +13,7 @@ namespace itn {
 // parameters, one for each that list_parameters() gave for it; those of textures are not looked at. Names, defaults and
 // includes are written out, comments are not, and <path> elements say where the files are that it names, so that it may
 // be kept anywhere on the same machine. It is read again before it is returned. Throws UsageError: a value that the
-// file has no place for, such as one that follows from a metal's name.
+// file has no place for, because it follows from something else there.
 std::string scene_text(const std::string& file, const std::map<std::string, std::string>& definitions,
                        const LoadOptions& options, const std::vector<Parameter>& parameters,
                        const std::vector<double>& values);

@@ -23,6 +23,11 @@ Slider slider_of(const Parameter& p) {
   constexpr double just_inside = 1e-3;  // of the range, where its end does not belong to it
   constexpr double wide = 100;          // a range that spans more is looked at in factors
   Slider slider;
+  if (!std::isfinite(p.low)) {
+    constexpr double least = 0.25;
+    const double most = 4 * std::max(std::fabs(p.value), least);
+    return {Slider::Scale::linear, -most, std::min(most, p.high)};
+  }
   if (!std::isfinite(p.high)) {
     const double top = p.value > p.low ? 8 * (p.value - p.low) : 1;  // (1 / 2)^3 of it is the value
     slider = {Slider::Scale::from_low, p.low, p.low + top};
@@ -34,9 +39,9 @@ Slider slider_of(const Parameter& p) {
     return {Slider::Scale::logarithm, std::max(p.low, p.value / factor), std::min(p.high, p.value * factor)};
   }
   const double width = p.high - p.low;
-  const double most = 4 * std::max(p.value, 1.0);
   slider = {Slider::Scale::linear, p.low, p.high};
-  if (p.low == 0 && p.high > wide) slider.high = std::min(p.high, most);  // such as a metal's index of refraction
+  if (p.low == 0 && p.high > wide)  // such as a metal's index of refraction
+    slider.high = std::min(p.high, 4 * std::max(p.value, 1.0));
   if (!p.low_included) slider.low += just_inside * width;
   if (!p.high_included) slider.high -= just_inside * width;
   if (p.is(Owner::medium, "albedo")) slider.scale = Slider::Scale::to_high;
