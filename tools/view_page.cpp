@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -59,6 +60,22 @@ std::vector<float> residual_of(const Rendering& image, const TargetImage& target
   for (std::size_t i = 0; i < residual.size(); ++i)
     if (target.weight[i / static_cast<std::size_t>(target.channels)] > 0) residual[i] = image.mean[i] - target.value[i];
   return residual;
+}
+
+// Where it is more than two standard errors from 0; elsewhere 0. Channels share their paths, and so their noise.
+std::vector<float> known_derivative(const Image& derivative, int channels) {
+  constexpr float sure = 2;
+  std::vector<float> result = derivative.mean;
+  const auto n = static_cast<std::size_t>(channels);
+  for (std::size_t i = 0; i < result.size(); i += n) {
+    float mean = 0, error = 0;
+    for (std::size_t c = i; c < i + n; ++c) {
+      mean += derivative.mean[c];
+      error += derivative.stderr_[c];
+    }
+    if (!(std::fabs(mean) > sure * error)) std::fill_n(result.begin() + static_cast<std::ptrdiff_t>(i), n, 0.0F);
+  }
+  return result;
 }
 
 Json to_json(const ViewStep& step) {
@@ -158,7 +175,7 @@ WebResponse ViewPage::frame(const WebRequest& request) {
     pictures.push_back(tone_mapped(image.mean, image.channels, look.exposure()));
     names.push_back("image");
     if (!image.derivatives.empty()) {
-      SignedPicture derivative = red_blue(image.derivatives.front().mean, image.channels);
+      SignedPicture derivative = red_blue(known_derivative(image.derivatives.front(), image.channels), image.channels);
       json["derivative"] = {{"parameter", shown->derivative},
                             {"scale", number(derivative.scale)},
                             {"mean", image.derivatives.front().mean_of_image},

@@ -14,7 +14,7 @@
 namespace itn {
 namespace {
 
-constexpr double part_s = 0.05;         // of rendering between two looks at what is wanted
+constexpr double part_s = 0.03;         // of rendering between two looks at what is wanted
 constexpr double step_s = 0.5;          // of rendering for a step of Gauss-Newton
 constexpr std::size_t loss_groups = 4;  // of independent samples, for the loss and its error
 constexpr int before_step = 32;         // samples a pixel: who still moves sliders does not ask for a step
@@ -315,7 +315,11 @@ bool ViewSession::look_for_step() {
     return false;
   }
   try {
-    ForwardModel model(device_, current_, now_.fit, {options_.sensor}, render_options(now_.fit));
+    RenderOptions of_step = render_options(now_.fit);
+    // Launches as short as parts: between them a slider that moves is noticed.
+    const double pixels = static_cast<double>(sensor_.crop_width) * sensor_.crop_height;
+    of_step.paths_a_launch = static_cast<int>(std::clamp(pixels * part_s / std::max(sample_s_, 1e-9), 4096.0, 1e6));
+    ForwardModel model(device_, current_, now_.fit, {options_.sensor}, of_step);
     InversionOptions how;
     constexpr int least = 16, most = 256;
     how.spp = static_cast<int>(std::clamp<double>(step_s / std::max(sample_s_, 1e-9), least, most));

@@ -87,7 +87,7 @@ class ViewSession {
   void stop();
   bool stopped() const;
 
-  // One thread renders. advance(): a part of what is to be done, of some 50 ms where the scene allows it; false: there
+  // One thread renders. advance(): a part of what is to be done, of some 30 ms where the scene allows it; false: there
   // is nothing left to do. Throws as the renderer.
   bool advance();
   // Until something is to be done again, or that time is over.

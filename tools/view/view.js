@@ -42,9 +42,13 @@ function placeOf({ scale, low, high }, value) {
 
 // ---- requests ----
 
-function say(message) {
+const complaints = {};  // by what they are about
+
+function say(topic, complaint) {
+  complaints[topic] = complaint;
+  const message = Object.values(complaints).filter(Boolean).join(" ");
+  if (element("message").textContent !== message) element("message").textContent = message;
   element("message").hidden = !message;
-  element("message").textContent = message || "";
 }
 
 async function post(path, body) {
@@ -57,10 +61,11 @@ async function post(path, body) {
 async function tell(path, body) {
   try {
     const result = await post(path, body);
-    say("");
+    say(path, "");
     return result;
   } catch (error) {
-    say(error.message);
+    // Without a connection watch() says so.
+    say(path, error instanceof TypeError ? "" : error.message);
     return null;
   }
 }
@@ -73,7 +78,7 @@ async function send() {
     pending = {};
     const result = await tell("set", values);
     if (result) revision = Math.max(revision, result.revision);
-    else if (frame) show(frame.values);  // what was refused goes back
+    else if (frame) show(frame.values, true);  // what was refused goes back
   }
   sending = false;
 }
@@ -99,10 +104,11 @@ function showValue(row, value) {
   row.field.value = text(value, 7);
 }
 
-function show(values) {
+// Not over what somebody is typing, unless `all`.
+function show(values, all = false) {
   for (const row of rows) {
     const value = values[row.index];
-    if (value !== null && document.activeElement !== row.field) showValue(row, value);
+    if (value !== null && (all || document.activeElement !== row.field)) showValue(row, value);
   }
 }
 
@@ -151,7 +157,7 @@ function rowOf(parameter, index) {
   row.slider.addEventListener("focus", () => touch(parameter.name));
   row.field.addEventListener("change", () => {
     const value = Number(row.field.value);
-    if (row.field.value === "" || !Number.isFinite(value)) return show(frame ? frame.values : about.parameters.map((p) => p.value));
+    if (row.field.value === "" || !Number.isFinite(value)) return show(frame ? frame.values : about.parameters.map((p) => p.value), true);
     showValue(row, value);
     move(row, value);
   });
@@ -161,6 +167,8 @@ function rowOf(parameter, index) {
 function build() {
   document.title = `${about.scene} – itn view`;
   element("scene").textContent = about.scene;
+  document.body.classList.toggle("with-target", about.target);
+  document.documentElement.style.setProperty("--aspect", about.width / about.height);
   for (const part of document.querySelectorAll(".of-target")) part.hidden = !about.target;
   for (const id of ["image", "photo", "residual"]) {
     element(id).width = about.width;
@@ -232,7 +240,7 @@ function describe() {
     place.textContent = "";
   } else if (frame.derivative) {
     const unit = about.parameters.find((p) => p.name === frame.derivative.parameter).unit;
-    scaleText(place, frame.derivative.scale, ` radiance for each ${unit && unit !== "1" ? unit : "unit"} of ${frame.derivative.parameter}`);
+    scaleText(place, frame.derivative.scale, ` radiance for each ${unit && unit !== "1" ? unit : "unit"} of ${frame.derivative.parameter}, where it is known`);
   } else {
     place.textContent = touched ? `${touched}: ${frame.derivative_note || "a moment"}` : "Touch a parameter.";
   }
@@ -306,11 +314,11 @@ async function watch() {
       const answer = await fetch(`frame?after=${frame ? frame.number : 0}&look=${look}`);
       if (!answer.ok) throw new Error("the server has another token: open the address that it has printed");
       receive(await answer.arrayBuffer());
-      if (lost) say("");
+      if (lost) say("connection", "");
       lost = false;
     } catch (error) {
       lost = true;
-      say(error instanceof TypeError ? "No connection: itn view has ended, or does not answer." : error.message);
+      say("connection", error instanceof TypeError ? "No connection: itn view has ended, or does not answer." : error.message);
       element("status").textContent = "Not connected";
       await pause(1000);
     }
@@ -327,9 +335,9 @@ async function save(file) {
     const link = make("a", { href: URL.createObjectURL(await answer.blob()), download: name });
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 10000);
-    say("");
+    say("save", "");
   } catch (error) {
-    say(`${file}: ${error.message}`);
+    say("save", `${file}: ${error.message}`);
   }
 }
 
@@ -341,11 +349,11 @@ async function start() {
       about = await answer.json();
       break;
     } catch {
-      say("No connection: itn view has ended, or the token is wrong.");
+      say("connection", "No connection: itn view has ended, or the token is wrong.");
       await pause(1000);
     }
   }
-  say("");
+  say("connection", "");
   build();
   for (const button of document.querySelectorAll("[data-file]")) button.addEventListener("click", () => save(button.dataset.file));
   element("overlay").addEventListener("change", () => {
