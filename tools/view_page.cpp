@@ -62,19 +62,30 @@ std::vector<float> residual_of(const Rendering& image, const TargetImage& target
   return residual;
 }
 
-// Where it is more than two standard errors from 0; elsewhere 0. Channels share their paths, and so their noise.
-std::vector<float> known_derivative(const Image& derivative, int channels) {
-  constexpr float sure = 2;
-  std::vector<float> result = derivative.mean;
-  const auto n = static_cast<std::size_t>(channels);
-  for (std::size_t i = 0; i < result.size(); i += n) {
-    float mean = 0, error = 0;
-    for (std::size_t c = i; c < i + n; ++c) {
-      mean += derivative.mean[c];
-      error += derivative.stderr_[c];
+// For the eye: the mean over 3 x 3 pixels, less what of it may be noise. A number d with the standard error e becomes
+// d (1 - e^2 / d^2), which is Wiener's filter where only d tells how large the signal is; 0 below one standard error.
+std::vector<float> denoised(const Image& derivative, int width, int height, int channels) {
+  std::vector<float> result(derivative.mean.size());
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      // Channels share their paths, and so their noise; pixels do not.
+      double sum = 0, square = 0;
+      for (int v = std::max(0, y - 1); v <= std::min(height - 1, y + 1); ++v)
+        for (int u = std::max(0, x - 1); u <= std::min(width - 1, x + 1); ++u) {
+          double error = 0;
+          for (int c = 0; c < channels; ++c) {
+            const auto i = static_cast<std::size_t>((v * width + u) * channels + c);
+            sum += static_cast<double>(derivative.mean[i]);
+            error += static_cast<double>(derivative.stderr_[i]);
+          }
+          square += error * error;
+        }
+      const double share = square < sum * sum ? 1 - square / (sum * sum) : 0;
+      const int around = (std::min(height - 1, y + 1) - std::max(0, y - 1) + 1) *
+                         (std::min(width - 1, x + 1) - std::max(0, x - 1) + 1);
+      const auto first = result.begin() + static_cast<std::ptrdiff_t>((y * width + x) * channels);
+      std::fill_n(first, channels, static_cast<float>(sum * share / (around * channels)));
     }
-    if (!(std::fabs(mean) > sure * error)) std::fill_n(result.begin() + static_cast<std::ptrdiff_t>(i), n, 0.0F);
-  }
   return result;
 }
 
@@ -175,7 +186,8 @@ WebResponse ViewPage::frame(const WebRequest& request) {
     pictures.push_back(tone_mapped(image.mean, image.channels, look.exposure()));
     names.push_back("image");
     if (!image.derivatives.empty()) {
-      SignedPicture derivative = red_blue(known_derivative(image.derivatives.front(), image.channels), image.channels);
+      SignedPicture derivative =
+          red_blue(denoised(image.derivatives.front(), image.width, image.height, image.channels), image.channels);
       json["derivative"] = {{"parameter", shown->derivative},
                             {"scale", number(derivative.scale)},
                             {"mean", image.derivatives.front().mean_of_image},
@@ -266,6 +278,7 @@ WebResponse ViewPage::dispatch(const WebRequest& request) {
   if (is("GET", "/")) return {200, "text/html; charset=utf-8", view_file("index.html"), ""};
   if (is("GET", "/view.css")) return {200, "text/css; charset=utf-8", view_file("view.css"), ""};
   if (is("GET", "/view.js")) return {200, "text/javascript; charset=utf-8", view_file("view.js"), ""};
+  if (is("GET", "/icon.svg")) return {200, "image/svg+xml", view_file("icon.svg"), ""};
   if (is("GET", "/parameters")) return parameters();
   if (is("GET", "/frame")) return frame(request);
   if (is("GET", "/scene.xml")) return scene_file();

@@ -17,7 +17,7 @@ struct ViewedScene {
   LoadOptions options;
 };
 
-//   GET  /, /view.css, /view.js      the page
+//   GET  /, /view.css, /view.js, /icon.svg   the page
 //   GET  /parameters                 names, ranges, sliders and what the session is about: JSON
 //   GET  /frame?after=N&look=M       waits a moment for a later frame: see frame() in the source file
 //   POST /set                        {NAME: VALUE, ...}

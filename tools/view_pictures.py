@@ -142,10 +142,12 @@ def run(browser, itn, folder):
             page = browser.new_page(viewport={"width": 1440, "height": 900}, color_scheme=scheme)
             page.goto(view.address)
             page.wait_for_selector("#step:enabled", timeout=120000)
+            refined(page, 128)
             shoot(page, folder, f"target-{scheme}")
             if scheme == "light":
                 page.get_by_label("Keep stepping").check()
                 wait_for(page, "document.getElementById('step-note').textContent.includes('best values')", 120)
+                refined(page, 128)
                 found = float(page.evaluate("rows.find((r) => r.parameter.name === 'wax.sigma_t').field.value"))
                 check(f"Gauss-Newton finds sigma_t: {found:.3g} beside 35", abs(found - 35) < 10)
                 shoot(page, folder, "fitted")

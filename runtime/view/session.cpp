@@ -247,6 +247,7 @@ void ViewSession::begin(const Wanted& wanted) {
   if (moved) current_ = scene_of(wanted.values);
   if (moved) {
     groups_.clear();
+    samples_ = 0;
     loss_.reset();
   }
   if (moved || wanted.fit != now_.fit) {

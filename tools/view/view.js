@@ -21,7 +21,12 @@ const pictures = {};   // bytes by name
 
 // ---- numbers ----
 
-const text = (value, digits = 5) => value === null || value === undefined ? "–" : String(Number(value.toPrecision(digits)));
+function text(value, digits = 5) {
+  if (value === null || value === undefined) return "–";
+  const size = Math.abs(value);
+  return size > 0 && size < 1e-3 ? value.toExponential(Math.min(digits, 3) - 1) : String(Number(value.toPrecision(digits)));
+}
+const number = (value) => String(Number(value.toPrecision(7)));
 const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
 
 // A slider's value at a place from 0 to 1 (runtime/view/slider.h), and back.
@@ -101,7 +106,7 @@ function showValue(row, value) {
   const { slider } = row.parameter;
   row.slider.value = placeOf(slider, value);
   row.slider.setAttribute("aria-valuetext", `${text(value)} ${row.parameter.unit}`);
-  row.field.value = text(value, 7);
+  row.field.value = number(value);
 }
 
 // Not over what somebody is typing, unless `all`.
@@ -142,7 +147,7 @@ function rowOf(parameter, index) {
     box.append(make("span", { className: "about note", textContent: `no derivative: ${parameter.not_differentiable}` }));
   row.slider.addEventListener("input", () => {
     const value = clamp(valueAt(parameter.slider, Number(row.slider.value)), parameter.low ?? -Infinity, parameter.high ?? Infinity);
-    row.field.value = text(value, 7);
+    row.field.value = number(value);
     row.slider.setAttribute("aria-valuetext", `${text(value)} ${parameter.unit}`);
     move(row, Number(row.field.value));
   });
@@ -240,7 +245,7 @@ function describe() {
     place.textContent = "";
   } else if (frame.derivative) {
     const unit = about.parameters.find((p) => p.name === frame.derivative.parameter).unit;
-    scaleText(place, frame.derivative.scale, ` radiance for each ${unit && unit !== "1" ? unit : "unit"} of ${frame.derivative.parameter}, where it is known`);
+    scaleText(place, frame.derivative.scale, ` radiance for each ${unit && unit !== "1" ? unit : "unit"} of ${frame.derivative.parameter}, mean of 3 × 3 pixels less its noise`);
   } else {
     place.textContent = touched ? `${touched}: ${frame.derivative_note || "a moment"}` : "Touch a parameter.";
   }
@@ -255,7 +260,8 @@ function describeFit() {
     if (row.fit && document.activeElement !== row.fit) row.fit.checked = frame.fit.includes(row.parameter.name);
     const change = step && step.values[row.parameter.name];
     row.mark.hidden = !change;
-    row.to.textContent = change ? `would step to ${text(change.to)}` : "";
+    row.to.textContent = change ? `→ ${text(change.to, 4)}` : "";
+    row.to.title = change ? "where Gauss-Newton would step" : "";
     if (change) {
       const t = placeOf(row.parameter.slider, change.to);
       row.mark.style.left = `calc(${t} * (100% - 16px) + 8px)`;
@@ -264,7 +270,7 @@ function describeFit() {
   element("step").disabled = !step;
   let note = frame.step_note;
   if (!note && step) {
-    note = step.distance < 0.4 ? "It is at the best values that this photo can tell."
+    note = step.distance < 0.4 ? "The step is shorter than its error: these are the best values, as far as so few samples tell."
       : `The step is ${text(step.distance, 2)} standard errors long.`;
   } else if (!note) {
     note = frame.fit.length === 0 ? "Tick the parameters to fit." : "It waits for a quieter image.";
