@@ -174,6 +174,7 @@ WebResponse ViewPage::frame(const WebRequest& request) {
             {"spp", image.spp},
             {"done", shown->done},
             {"fit", session_.fitted()},
+            {"problem", shown->problem},
             {"derivative_note", shown->derivative_note},
             {"step_note", shown->step_note}};
   Json values = Json::array();

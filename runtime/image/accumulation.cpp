@@ -27,7 +27,7 @@ void accumulate(Image& sum, const Image& part, double n, double m) {
     accumulate(sum.mean[i], sum.stderr_[i], n, part.mean[i], part.stderr_[i], m);
   // Pixels have independent noise.
   const std::size_t channels = sum.mean_of_image.size();
-  const double pixels = static_cast<double>(sum.mean.size() / channels);
+  const double pixels = static_cast<double>(sum.mean.size()) / static_cast<double>(channels);
   for (std::size_t c = 0; c < channels; ++c) {
     sum.mean_of_image[c] = (n * sum.mean_of_image[c] + m * part.mean_of_image[c]) / (n + m);
     double square = 0;

@@ -30,8 +30,8 @@ Sensor sensor_of(const Scene& scene, int index) {
 }
 
 std::vector<double> numbers_of(const std::vector<Parameter>& parameters) {
-  std::vector<double> values;
-  for (const Parameter& p : parameters) values.push_back(p.value);
+  std::vector<double> values(parameters.size());
+  std::transform(parameters.begin(), parameters.end(), values.begin(), [](const Parameter& p) { return p.value; });
   return values;
 }
 
@@ -249,7 +249,9 @@ void ViewSession::begin(const Wanted& wanted) {
     groups_.clear();
     samples_ = 0;
     loss_.reset();
+    problem_.clear();
   }
+  if (moved || wanted.derivative != now_.derivative) derivative_problem_.clear();
   if (moved || wanted.fit != now_.fit) {
     step_.reset();
     step_note_.clear();
@@ -265,6 +267,7 @@ bool ViewSession::wants_derivative(const Scene& scene) {
   const std::vector<Parameter> there = list_parameters(scene);
   const Parameter* parameter = named(there, now_.derivative);
   derivative_note_ = parameter ? parameter->not_differentiable : "there is no derivative by it at these values";
+  if (derivative_note_.empty()) derivative_note_ = derivative_problem_;
   if (!derivative_note_.empty()) return false;
   if (builder_->is_ready(scene, render_options({now_.derivative}))) return true;
   derivative_note_ = "its program is being compiled";
@@ -272,6 +275,7 @@ bool ViewSession::wants_derivative(const Scene& scene) {
 }
 
 bool ViewSession::refine() {
+  if (!problem_.empty()) return false;
   const std::string derivative = wants_derivative(current_) ? now_.derivative : "";
   if (groups_.empty() || derivative != derivative_) {
     groups_.assign(options_.target ? loss_groups : 1, {});
@@ -289,9 +293,15 @@ bool ViewSession::refine() {
   }
   const std::vector<std::string> derivatives =
       derivative.empty() ? std::vector<std::string>{} : std::vector{derivative};
-  Renderer& renderer = renderer_of(derivatives, now_.revision, current_);
   const auto start = std::chrono::steady_clock::now();
-  accumulate(groups_[next_group_], renderer.render(samples_, part_));
+  try {
+    Renderer& renderer = renderer_of(derivatives, now_.revision, current_);
+    accumulate(groups_[next_group_], renderer.render(samples_, part_));
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    return explain(error);
+  }
   // Of the last part: the first one of a program contains what the driver leaves for then.
   sample_s_ = seconds_since(start) / part_;
   const bool first = samples_ == 0;
@@ -305,6 +315,19 @@ bool ViewSession::refine() {
   const bool done = next_group_ == 0 && samples_ + groups > options_.spp;
   if (first || done || (next_group_ == 0 && (samples_ <= soon_shown || seconds_since(published_) > between_frames_s)))
     publish();
+  return true;
+}
+
+// Why it could not be rendered. A derivative is left out then; values are for whoever moved them there to mend. Called
+// by a handler: throws again what is neither.
+bool ViewSession::explain(const std::runtime_error& error) {
+  if (!derivative_.empty()) {
+    derivative_problem_ = error.what();
+    return true;
+  }
+  if (frame_->number == 0 || dynamic_cast<const DeviceError*>(&error)) throw;
+  problem_ = error.what();
+  publish();
   return true;
 }
 
@@ -353,9 +376,12 @@ void ViewSession::publish() {
   frame->values = now_.values;
   for (const Rendering& group : groups_)
     if (group.spp > 0) accumulate(frame->image, group);
-  frame->derivative = derivative_;
+  if (!problem_.empty()) frame->image = frame_->image;
+  frame->problem = problem_;
+  frame->derivative = problem_.empty() ? derivative_ : frame_->derivative;
   frame->derivative_note = derivative_note_;
-  if (options_.target && next_group_ == 0 && !loss_) loss_ = loss_gradient(groups_, *options_.target);
+  if (options_.target && problem_.empty() && next_group_ == 0 && !loss_)
+    loss_ = loss_gradient(groups_, *options_.target);
   frame->loss = loss_;
   frame->step = step_;
   frame->step_note = step_note_;

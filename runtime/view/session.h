@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -48,6 +49,7 @@ struct ViewFrame {
   std::optional<LossGradient> loss;
   std::optional<ViewStep> step;  // from these values
   std::string step_note;         // why there is none yet, or at all
+  std::string problem;           // why these values cannot be rendered; the image is then that of earlier ones
   bool done = false;             // refined as far as it will be
 };
 
@@ -116,6 +118,7 @@ class ViewSession {
   bool wants_derivative(const Scene& scene);
   bool refine();
   bool look_for_step();
+  bool explain(const std::runtime_error& error);
   void publish();
   void change(const std::function<void(Wanted&)>& what);
 
@@ -144,7 +147,7 @@ class ViewSession {
   int samples_ = 0, part_ = 1;  // of a pixel so far; of the next part
   double sample_s_ = 0;         // what a sample of all pixels takes
   std::string derivative_;      // what groups_ have
-  std::string derivative_note_, step_note_;
+  std::string derivative_note_, step_note_, derivative_problem_, problem_;
   std::optional<LossGradient> loss_;
   std::optional<ViewStep> step_;
   bool step_done_ = false;

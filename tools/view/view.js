@@ -294,6 +294,7 @@ function receive(buffer) {
   frame = next;
   look = next.look;
   if (!isNew) return;
+  say("values", frame.problem);
   paintAll();
   describe();
   // Values that another tab, or a step, has set.
