@@ -17,8 +17,10 @@ namespace {
 constexpr double part_s = 0.03;         // of rendering between two looks at what is wanted
 constexpr double step_s = 0.5;          // of rendering for a step of Gauss-Newton
 constexpr std::size_t loss_groups = 4;  // of independent samples, for the loss and its error
-constexpr int before_step = 32;         // samples a pixel: who still moves sliders does not ask for a step
-constexpr int soon_shown = 16;          // samples a pixel up to which every part is shown
+// Who still moves sliders does not ask for a step: samples a pixel, and seconds since the last move.
+constexpr int before_step = 32;
+constexpr double rest_s = 0.4;
+constexpr int soon_shown = 16;  // samples a pixel up to which every part is shown
 constexpr double between_frames_s = 0.1;
 constexpr std::size_t most_kept = 4;
 
@@ -250,6 +252,7 @@ void ViewSession::begin(const Wanted& wanted) {
     samples_ = 0;
     loss_.reset();
     problem_.clear();
+    moved_ = std::chrono::steady_clock::now();
   }
   if (moved || wanted.derivative != now_.derivative) derivative_problem_.clear();
   if (moved || wanted.fit != now_.fit) {
@@ -331,26 +334,42 @@ bool ViewSession::explain(const std::runtime_error& error) {
   return true;
 }
 
+// Of the parameters that are fitted; made anew only where others have moved: that takes longer than a picture.
+ForwardModel& ViewSession::forward_model() {
+  std::vector<double> others = now_.values;
+  for (const std::string& name : now_.fit) others[index(name)] = 0;
+  for (double& value : others)
+    if (std::isnan(value)) value = 0;  // of textures
+  if (model_ && model_fit_ == now_.fit && model_others_ == others) return *model_;
+  model_.reset();
+  RenderOptions how = render_options(now_.fit);
+  // Launches as short as parts: between them a slider that moves is noticed.
+  const double pixels = static_cast<double>(sensor_.crop_width) * sensor_.crop_height;
+  how.paths_a_launch = static_cast<int>(std::clamp(pixels * part_s / std::max(sample_s_, 1e-9), 4096.0, 1e6));
+  model_ = std::make_unique<ForwardModel>(device_, current_, now_.fit, std::vector{options_.sensor}, how);
+  model_fit_ = now_.fit;
+  model_others_ = std::move(others);
+  return *model_;
+}
+
 bool ViewSession::look_for_step() {
   if (!options_.target || now_.fit.empty() || step_done_) return false;
-  if (samples_ < std::min(before_step, options_.spp / 2)) return false;
+  if (samples_ < std::min(before_step, options_.spp / 2) || seconds_since(moved_) < rest_s) return false;
   if (!builder_->is_ready(current_, render_options(now_.fit))) {
     step_note_ = "the program for it is being compiled";
     return false;
   }
   try {
-    RenderOptions of_step = render_options(now_.fit);
-    // Launches as short as parts: between them a slider that moves is noticed.
-    const double pixels = static_cast<double>(sensor_.crop_width) * sensor_.crop_height;
-    of_step.paths_a_launch = static_cast<int>(std::clamp(pixels * part_s / std::max(sample_s_, 1e-9), 4096.0, 1e6));
-    ForwardModel model(device_, current_, now_.fit, {options_.sensor}, of_step);
+    ForwardModel& model = forward_model();
+    std::vector<double> x;
+    for (const Coordinate& c : model.coordinates()) x.push_back(c.of(now_.values[index(c.parameter().name)]));
     InversionOptions how;
     constexpr int least = 16, most = 256;
     how.spp = static_cast<int>(std::clamp<double>(step_s / std::max(sample_s_, 1e-9), least, most));
     how.relative_noise = options_.relative_noise;
     const std::vector<TargetImage> targets{*options_.target};
     Inversion inversion(model, targets, how);
-    InversionState state = inversion.start(model.start());
+    InversionState state = inversion.start(x);
     state.spp = how.spp;
     const InversionStep step = inversion.advance(state);
     ViewStep result{now_.fit, {}, {}, step.distance};

@@ -118,6 +118,7 @@ class ViewSession {
   bool wants_derivative(const Scene& scene);
   bool refine();
   bool look_for_step();
+  ForwardModel& forward_model();
   bool explain(const std::runtime_error& error);
   void publish();
   void change(const std::function<void(Wanted&)>& what);
@@ -151,7 +152,11 @@ class ViewSession {
   std::optional<LossGradient> loss_;
   std::optional<ViewStep> step_;
   bool step_done_ = false;
-  std::chrono::steady_clock::time_point published_{};
+  std::chrono::steady_clock::time_point published_{}, moved_{};
+  // For steps, of the parameters that are fitted and the values of all others.
+  std::unique_ptr<ForwardModel> model_;
+  std::vector<std::string> model_fit_;
+  std::vector<double> model_others_;
   std::unique_ptr<ProgramBuilder> builder_;
 };
 
