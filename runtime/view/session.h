@@ -35,6 +35,7 @@ struct ViewStep {
   std::vector<std::string> parameters;
   std::vector<double> from, to;  // values
   double distance = 0;           // InversionStep::distance
+  bool settled = false;          // more samples would not change it much
 };
 
 // What is there to be seen at a moment; never changed afterwards.
@@ -157,6 +158,10 @@ class ViewSession {
   std::unique_ptr<ForwardModel> model_;
   std::vector<std::string> model_fit_;
   std::vector<double> model_others_;
+  std::vector<TargetImage> targets_;  // one
+  std::unique_ptr<Inversion> inversion_;
+  InversionState inversion_state_;
+  int step_tries_ = 0;
   std::unique_ptr<ProgramBuilder> builder_;
 };
 
