@@ -225,7 +225,7 @@ TEST_CASE("the gradient by a voxel of an albedo is the difference of that voxel,
     REQUIRE(gradients.size() == values.size());
     // An albedo moves no flight: of the same random numbers differences have little noise.
     const Parameter p = find_parameter(list_parameters(scene), "smoke.albedo");
-    constexpr int runs = 8, spp = 256;
+    constexpr int runs = 8, spp = 512;
     std::vector<std::vector<double>> by_run(runs, std::vector<double>(which.size()));
     for (std::size_t k = 0; k < which.size(); ++k)
       for (const auto& [offset, factor] : stencil(static_cast<double>(values[which[k]]), 0.05)) {
