@@ -25,8 +25,6 @@
 namespace itn::tools {
 namespace {
 
-constexpr double assumed_noise = 0.01;  // where nobody says
-
 struct InvertArguments {
   CommonOptions common;
   std::string scene, folder, init, method = "gauss-newton";
@@ -120,14 +118,6 @@ void print(const InversionOutcome& outcome, const std::vector<Coordinate>& coord
   fmt::print("{}/report.html: {:.1f} s\n", outcome.question.folder, outcome.seconds);
 }
 
-bool errors_known(const std::vector<TargetImage>& targets) {
-  return std::all_of(targets.begin(), targets.end(), [](const TargetImage& t) { return !t.error.empty(); });
-}
-
-double relative_noise(const InvertArguments& options, const std::vector<TargetImage>& targets) {
-  return options.noise >= 0 ? options.noise : errors_known(targets) ? 0 : assumed_noise;
-}
-
 void find_textures(const InvertArguments& options, const Scene& scene, const std::vector<TargetImage>& targets,
                    const Device& device, const Inputs& inputs) {
   if (!options.only_numbers.empty())
@@ -140,7 +130,7 @@ void find_textures(const InvertArguments& options, const Scene& scene, const std
   how.smoothness = options.smoothness;
   how.exposure = options.inversion.exposure;
   how.repeats = options.repeats;
-  how.relative_noise = relative_noise(options, targets);
+  how.relative_noise = relative_noise(options.noise, targets);
   RenderOptions render_options;
   render_options.seed = options.common.seed;
   render_options.op = options.op;
@@ -177,7 +167,7 @@ void run(InvertArguments options) {
   if (double(how.iteration_limit()) * how.sample_limit() > most_samples)
     throw UsageError(fmt::format("--iterations {} of --spp {}: need at most {} samples in all", how.iteration_limit(),
                                  how.sample_limit(), most_samples));
-  how.relative_noise = relative_noise(options, targets);
+  how.relative_noise = relative_noise(options.noise, targets);
 
   RenderOptions render_options;
   render_options.seed = common.seed;

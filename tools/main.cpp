@@ -52,6 +52,7 @@ int run(int argc, char** argv) {
   itn::tools::add_predict(app);
   itn::tools::add_shapes(app);
   itn::tools::add_train(app);
+  itn::tools::add_view(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -10,7 +10,6 @@
 #include "runtime/base/error.h"
 #include "runtime/base/inputs.h"
 #include "runtime/base/seconds_since.h"
-#include "runtime/base/version.h"
 #include "runtime/image/exr.h"
 #include "runtime/image/png.h"
 #include "runtime/image/preview.h"
@@ -20,6 +19,7 @@
 #include "tools/common.h"
 #include "tools/interrupt.h"
 #include "tools/progress.h"
+#include "tools/rendered_exr.h"
 
 namespace itn::tools {
 namespace {
@@ -76,44 +76,6 @@ void check_files(const RenderArguments& options) {
                       "the element a shorter id",
                       options.scene, name, channel.size(), longest));
   }
-}
-
-ExrImage to_exr(const Rendering& image, const Scene& scene, const RenderArguments& options, const Device& device) {
-  const std::size_t channels = static_cast<std::size_t>(image.channels);
-  ExrImage exr{image.width, image.height, {}, {}, {}};
-  const std::vector<std::string> letters =
-      channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
-  const auto add = [&](const std::string& prefix) {
-    for (const std::string& letter : letters) exr.channels.push_back(prefix + letter);
-  };
-  add("");
-  add("stderr.");
-  for (const std::string& name : options.derivatives) {
-    add("derivative." + name + ".");
-    add("derivative_stderr." + name + ".");
-  }
-  const std::size_t pixels = image.mean.size() / channels;
-  const auto store = [&](const Image& from, std::size_t pixel) {
-    for (std::size_t c = 0; c < channels; ++c) exr.data.push_back(from.mean[pixel * channels + c]);
-    for (std::size_t c = 0; c < channels; ++c) exr.data.push_back(from.stderr_[pixel * channels + c]);
-  };
-  exr.data.reserve(pixels * exr.channels.size());
-  for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
-    store(image, pixel);
-    for (const Image& derivative : image.derivatives) store(derivative, pixel);
-  }
-  nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
-  for (const Parameter& p : list_parameters(scene)) parameters[p.name] = p.value;
-  exr.header = {{"scene", options.scene},
-                {"parameters", parameters.dump()},
-                {"spp", std::to_string(image.spp)},
-                {"seed", std::to_string(options.common.seed)},
-                {"operator", name_of(options.op)},
-                {"device", device.info().name + " (" + device.info().platform + ", " + device.info().driver + ")"},
-                {"version", std::string("itn ") + version()},
-                // OpenEXR's own name for it: readers that know "version" as a number of multi-part files hide the text.
-                {"software", std::string("itn ") + version()}};
-  return exr;
 }
 
 nlohmann::ordered_json to_json(const Rendering& image, const RenderArguments& options, const Device& device,
@@ -215,7 +177,8 @@ void run(RenderArguments options) {
                              options.scene, image.paths));
 
   const Stopwatch writing;
-  write_exr(options.output, to_exr(image, scene, options, device));
+  write_exr(options.output,
+            to_exr(image, scene, {options.scene, options.derivatives, common.seed, options.op}, device));
   std::vector<double> preview_scales;
   if (options.preview) preview_scales = write_previews(image, options);
   times.write = writing.seconds();
