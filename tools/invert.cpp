@@ -25,7 +25,7 @@
 namespace itn::tools {
 namespace {
 
-struct Options {
+struct InvertArguments {
   CommonOptions common;
   std::string scene, folder, init, method = "gauss-newton";
   Operator op = Operator::full;
@@ -40,7 +40,7 @@ struct Options {
 };
 
 // Everything that the numbers depend on: a folder goes on only with the same.
-nlohmann::ordered_json request(const Options& o, const Device& device, const Inputs& inputs) {
+nlohmann::ordered_json request(const InvertArguments& o, const Device& device, const Inputs& inputs) {
   // the scene, all that it names, and the images
   nlohmann::ordered_json files = nlohmann::ordered_json::object();
   for (const auto& [file, fingerprint] : inputs.fingerprints()) files[file] = fingerprint;
@@ -67,7 +67,7 @@ nlohmann::ordered_json request(const Options& o, const Device& device, const Inp
 }
 
 // The values of --start, else what the network of --init sees in the first target, else the scene's.
-void set_starts(const Options& options, Scene& scene) {
+void set_starts(const InvertArguments& options, Scene& scene) {
   const std::vector<Parameter> all = list_parameters(scene);
   std::vector<std::string> given;
   for (const std::string& text : options.start) given.push_back(named_numbers(text).name);
@@ -82,7 +82,7 @@ void set_starts(const Options& options, Scene& scene) {
   }
 }
 
-Prior prior_of(const Options& options, const std::vector<Coordinate>& coordinates) {
+Prior prior_of(const InvertArguments& options, const std::vector<Coordinate>& coordinates) {
   Prior prior;
   for (const std::string& text : options.prior) {
     const NamedNumbers known = named_numbers(text);
@@ -118,7 +118,7 @@ void print(const InversionOutcome& outcome, const std::vector<Coordinate>& coord
   fmt::print("{}/report.html: {:.1f} s\n", outcome.question.folder, outcome.seconds);
 }
 
-void find_textures(const Options& options, const Scene& scene, const std::vector<TargetImage>& targets,
+void find_textures(const InvertArguments& options, const Scene& scene, const std::vector<TargetImage>& targets,
                    const Device& device, const Inputs& inputs) {
   if (!options.only_numbers.empty())
     throw UsageError(options.only_numbers.front() +
@@ -142,7 +142,7 @@ void find_textures(const Options& options, const Scene& scene, const std::vector
                   targets, device, render_options, asked);
 }
 
-void run(Options options) {
+void run(InvertArguments options) {
   const CommonOptions& common = options.common;
   const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
   Inputs inputs(Inputs::Keep::fingerprints);
@@ -203,7 +203,7 @@ void run(Options options) {
 }  // namespace
 
 void add_invert(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<InvertArguments>();
   CLI::App* command =
       app.add_subcommand("invert",
                          "from images of a scene to its parameters, with 95 % intervals (analysis by synthesis)\n\n"

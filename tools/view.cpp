@@ -17,7 +17,7 @@
 namespace itn::tools {
 namespace {
 
-struct Options {
+struct ViewArguments {
   CommonOptions common;
   std::string scene, target, mask;
   Operator op = Operator::full;
@@ -68,7 +68,7 @@ class Painter {
   std::thread thread_;
 };
 
-void run(const Options& options) {
+void run(const ViewArguments& options) {
   const CommonOptions& common = options.common;
   Inputs inputs;
   const ViewedScene viewed{options.scene, common.definition_map(), {.size = options.size, .open = common.open}};
@@ -113,7 +113,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_view(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ViewArguments>();
   CLI::App* command = app.add_subcommand(
       "view",
       "a scene in a browser, live: the image refines, sliders move its parameters\n\n"
