@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How soon `itn view` shows its first picture, and how soon it answers a slider.
 
-view_bench.py [SCENE] [--itn PATH] [--size WxH] [--moves N]
+view_bench.py [SCENE] [--itn PATH] [--size WxH] [--moves N] [--target PHOTO.exr]
 
 Talks to the server as the page does. The first picture is timed from the start of the process, with the programs in the
 driver's cache (the first of the runs fills it); the answer to a slider from the request that says its new value to the
@@ -27,7 +27,7 @@ def moves(view, parameter, count, derivative=""):
         after = numbers["number"]
     value, times, samples = parameter["value"], [], []
     for _ in range(count):
-        time.sleep(0.2 + 0.2 * random.random())
+        time.sleep(0.2 + random.random())
         target = value * (0.7 + 0.6 * random.random())
         start = time.perf_counter()
         revision = view.tell("/set", {parameter["name"]: target})["revision"]
@@ -64,9 +64,10 @@ def main():
     parser.add_argument("--itn", default=str(ROOT / "build/bin/itn"))
     parser.add_argument("--size", default="128x128")
     parser.add_argument("--moves", type=int, default=40)
+    parser.add_argument("--target")
     options = parser.parse_args()
     random.seed(0)
-    arguments = [options.scene, "--size", options.size]
+    arguments = [options.scene, "--size", options.size, *(["--target", options.target] if options.target else [])]
     with View(options.itn, arguments) as view:
         view.first_picture()
     first = []
@@ -77,6 +78,11 @@ def main():
     with View(options.itn, arguments) as view:
         view.first_picture()
         parameters = [p for p in view.ask_json("/parameters")["parameters"] if p["value"] and not p["not_differentiable"]]
+        if options.target:  # moves then meet steps of Gauss-Newton
+            after, numbers = 0, {}
+            while "step" not in numbers:
+                numbers, _ = view.frame(after)
+                after = numbers["number"]
         moves(view, parameters[0], options.moves)
         moves(view, parameters[0], options.moves, parameters[0]["name"])
         view.tell("/look", {"derivative": ""})

@@ -93,7 +93,7 @@ Json to_json(const ViewStep& step) {
   Json values = Json::object();
   for (std::size_t i = 0; i < step.parameters.size(); ++i)
     values[step.parameters[i]] = {{"from", number(step.from[i])}, {"to", number(step.to[i])}};
-  return {{"values", values}, {"distance", number(step.distance)}};
+  return {{"values", values}, {"distance", number(step.distance)}, {"settled", step.settled}};
 }
 
 Json describe(const Parameter& p) {

@@ -15,10 +15,12 @@ namespace itn {
 namespace {
 
 constexpr double part_s = 0.03;         // of rendering between two looks at what is wanted
-constexpr double step_s = 0.5;          // of rendering for a step of Gauss-Newton
+constexpr double step_s = 0.5;          // of rendering for the first step of Gauss-Newton
 constexpr std::size_t loss_groups = 4;  // of independent samples, for the loss and its error
-constexpr int before_step = 32;         // samples a pixel: who still moves sliders does not ask for a step
-constexpr int soon_shown = 16;          // samples a pixel up to which every part is shown
+// Who still moves sliders does not ask for a step: samples a pixel, and seconds since the last move.
+constexpr int before_step = 32;
+constexpr double rest_s = 0.4;
+constexpr int soon_shown = 16;  // samples a pixel up to which every part is shown
 constexpr double between_frames_s = 0.1;
 constexpr std::size_t most_kept = 4;
 
@@ -78,6 +80,7 @@ ViewSession::ViewSession(Scene scene, ViewOptions options)
   if (options_.target) {
     options_.spp = std::max(options_.spp, static_cast<int>(loss_groups));
     wanted_.fit = usually_fitted(parameters_);
+    targets_.push_back(*options_.target);
   }
 }
 
@@ -250,12 +253,14 @@ void ViewSession::begin(const Wanted& wanted) {
     samples_ = 0;
     loss_.reset();
     problem_.clear();
+    moved_ = std::chrono::steady_clock::now();
   }
   if (moved || wanted.derivative != now_.derivative) derivative_problem_.clear();
   if (moved || wanted.fit != now_.fit) {
     step_.reset();
     step_note_.clear();
     step_done_ = false;
+    step_tries_ = 0;
   }
   now_ = wanted;
 }
@@ -331,41 +336,67 @@ bool ViewSession::explain(const std::runtime_error& error) {
   return true;
 }
 
+// Of the parameters that are fitted; made anew only where others have moved: that takes longer than a picture.
+ForwardModel& ViewSession::forward_model() {
+  std::vector<double> others = now_.values;
+  for (const std::string& name : now_.fit) others[index(name)] = 0;
+  for (double& value : others)
+    if (std::isnan(value)) value = 0;  // of textures
+  if (model_ && model_fit_ == now_.fit && model_others_ == others) return *model_;
+  model_.reset();
+  RenderOptions how = render_options(now_.fit);
+  // Launches as short as parts: between them a slider that moves is noticed.
+  const double pixels = static_cast<double>(sensor_.crop_width) * sensor_.crop_height;
+  how.paths_a_launch = static_cast<int>(std::clamp(pixels * part_s / std::max(sample_s_, 1e-9), 4096.0, 1e6));
+  model_ = std::make_unique<ForwardModel>(device_, current_, now_.fit, std::vector{options_.sensor}, how);
+  model_fit_ = now_.fit;
+  model_others_ = std::move(others);
+  return *model_;
+}
+
+// A first step of few samples, then others from the same values with as many as Gauss-Newton asks for, pooled with what
+// was there, until it asks for no more. Between them the image goes on.
 bool ViewSession::look_for_step() {
   if (!options_.target || now_.fit.empty() || step_done_) return false;
-  if (samples_ < std::min(before_step, options_.spp / 2)) return false;
+  const int samples = std::min(before_step * (1 + step_tries_), options_.spp / 2);
+  if (samples_ < samples || seconds_since(moved_) < rest_s) return false;
   if (!builder_->is_ready(current_, render_options(now_.fit))) {
     step_note_ = "the program for it is being compiled";
     return false;
   }
   try {
-    RenderOptions of_step = render_options(now_.fit);
-    // Launches as short as parts: between them a slider that moves is noticed.
-    const double pixels = static_cast<double>(sensor_.crop_width) * sensor_.crop_height;
-    of_step.paths_a_launch = static_cast<int>(std::clamp(pixels * part_s / std::max(sample_s_, 1e-9), 4096.0, 1e6));
-    ForwardModel model(device_, current_, now_.fit, {options_.sensor}, of_step);
-    InversionOptions how;
-    constexpr int least = 16, most = 256;
-    how.spp = static_cast<int>(std::clamp<double>(step_s / std::max(sample_s_, 1e-9), least, most));
-    how.relative_noise = options_.relative_noise;
-    const std::vector<TargetImage> targets{*options_.target};
-    Inversion inversion(model, targets, how);
-    InversionState state = inversion.start(model.start());
-    state.spp = how.spp;
-    const InversionStep step = inversion.advance(state);
-    ViewStep result{now_.fit, {}, {}, step.distance};
+    ForwardModel& model = forward_model();
+    if (step_tries_ == 0) {
+      std::vector<double> x;
+      for (const Coordinate& c : model.coordinates()) x.push_back(c.of(now_.values[index(c.parameter().name)]));
+      InversionOptions how;
+      how.relative_noise = options_.relative_noise;
+      inversion_ = std::make_unique<Inversion>(model, targets_, how);
+      inversion_state_ = inversion_->start(x);
+      constexpr int least = 16, most = 256;
+      inversion_state_.spp = static_cast<int>(std::clamp<double>(step_s / std::max(sample_s_, 1e-9), least, most));
+    }
+    const int spp = inversion_state_.spp;
+    const InversionStep step = inversion_->advance(inversion_state_);
+    constexpr double far = 2;  // standard errors: noise does not matter
+    constexpr int most_tries = 6;
+    step_done_ = step.distance > far || inversion_state_.spp == spp || ++step_tries_ == most_tries;
+    ViewStep result{now_.fit, {}, {}, step.distance, step_done_};
     for (std::size_t p = 0; p < now_.fit.size(); ++p) {
       result.from.push_back(model.coordinates()[p].value(step.x[p]));
-      result.to.push_back(model.coordinates()[p].value(state.x[p]));
+      result.to.push_back(model.coordinates()[p].value(inversion_state_.x[p]));
     }
+    inversion_state_.x = step.x;
+    inversion_state_.done = inversion_state_.converged = false;
     step_ = std::move(result);
     step_note_.clear();
   } catch (const ResultError& error) {
     step_note_ = error.what();
+    step_done_ = true;
   } catch (const UsageError& error) {
     step_note_ = error.what();
+    step_done_ = true;
   }
-  step_done_ = true;
   publish();
   return true;
 }

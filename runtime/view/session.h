@@ -35,6 +35,7 @@ struct ViewStep {
   std::vector<std::string> parameters;
   std::vector<double> from, to;  // values
   double distance = 0;           // InversionStep::distance
+  bool settled = false;          // more samples would not change it much
 };
 
 // What is there to be seen at a moment; never changed afterwards.
@@ -118,6 +119,7 @@ class ViewSession {
   bool wants_derivative(const Scene& scene);
   bool refine();
   bool look_for_step();
+  ForwardModel& forward_model();
   bool explain(const std::runtime_error& error);
   void publish();
   void change(const std::function<void(Wanted&)>& what);
@@ -151,7 +153,15 @@ class ViewSession {
   std::optional<LossGradient> loss_;
   std::optional<ViewStep> step_;
   bool step_done_ = false;
-  std::chrono::steady_clock::time_point published_{};
+  std::chrono::steady_clock::time_point published_{}, moved_{};
+  // For steps, of the parameters that are fitted and the values of all others.
+  std::unique_ptr<ForwardModel> model_;
+  std::vector<std::string> model_fit_;
+  std::vector<double> model_others_;
+  std::vector<TargetImage> targets_;  // one
+  std::unique_ptr<Inversion> inversion_;
+  InversionState inversion_state_;
+  int step_tries_ = 0;
   std::unique_ptr<ProgramBuilder> builder_;
 };
 

@@ -30,8 +30,9 @@ std::shared_ptr<const ViewFrame> settle(ViewSession& session) {
     ++idle;  // a program may be compiled in another thread
     session.wait_for_work(std::chrono::milliseconds(50));
     const auto frame = session.frame();
-    const bool waits = frame->derivative_note.find("compiled") != std::string::npos ||
-                       frame->step_note.find("compiled") != std::string::npos;
+    const bool step_comes =
+        session.options().target && !session.fitted().empty() && !(frame->step && frame->step->settled);
+    const bool waits = step_comes || frame->derivative_note.find("compiled") != std::string::npos;
     if (!waits) break;
   }
   return session.frame();

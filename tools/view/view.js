@@ -270,13 +270,14 @@ function describeFit() {
   element("step").disabled = !step;
   let note = frame.step_note;
   if (!note && step) {
-    note = step.distance < 0.4 ? "The step is shorter than its error: these are the best values, as far as so few samples tell."
-      : `The step is ${text(step.distance, 2)} standard errors long.`;
+    note = `The step is ${text(step.distance, 2)} standard errors long`;
+    if (!step.settled) note += "; more samples will tell.";
+    else note += step.distance < 0.4 ? ": these are the best values that this photo can tell." : ".";
   } else if (!note) {
     note = frame.fit.length === 0 ? "Tick the parameters to fit." : "It waits for a quieter image.";
   }
   element("step-note").textContent = note;
-  if (step && element("keep").checked && taken !== frame.revision && step.distance >= 0.4) takeStep();
+  if (step && element("keep").checked && taken !== frame.revision && step.settled && step.distance >= 0.4) takeStep();
 }
 
 async function takeStep() {
