@@ -18,6 +18,7 @@ constexpr Eigen::Index most_sums = 20;
 constexpr double least_moves = 0.02;  // variance of a sum over the materials in question, over its noise
 constexpr std::array<int, 4> radii{0, 1, 2, 4};
 constexpr double least_residual = 0.5;
+constexpr double chance = 3;  // how much more than by noise on the mean some direction seems to move
 constexpr int wide_degree = 4, local_degree = 2;  // of fitted images
 
 using Rows = ImageRows;
@@ -153,26 +154,40 @@ Sums best_sums(const Rows& candidates, const Rows& images, const Eigen::MatrixXd
   const Eigen::VectorXd values = eigen.eigenvalues().array() - by_noise;
   const Eigen::Index all = values.size(), least = std::min(all, dimensions);
   Eigen::Index kept = 0;
-  while (kept < std::min(all, most_sums) && (kept < least || values[all - 1 - kept] > std::max(least_moves, by_noise)))
+  while (kept < std::min(all, most_sums) &&
+         (kept < least || values[all - 1 - kept] > std::max(least_moves, chance * by_noise)))
     ++kept;
   const Eigen::MatrixXd chosen = eigen.eigenvectors().rightCols(kept);
   const Eigen::MatrixXd combination = root.matrixU().solve(chosen);
   sums.weights = image_product(Rows(combination.transpose().cast<float>()), smooth_candidates);
   sums.moves = values.tail(kept).cwiseMax(0.0);
-  sums.told = (1 + sums.moves.array()).log().sum();
+  sums.told = (1 + (values.array() - chance * by_noise).max(0.0)).log().sum();
   return sums;
+}
+
+Eigen::MatrixXd values_at(const Polynomials& polynomials, const Eigen::MatrixXd& points) {
+  Eigen::MatrixXd values(polynomials.size(), points.cols());
+  Eigen::VectorXd one;
+  for (Eigen::Index s = 0; s < points.cols(); ++s) {
+    polynomials.evaluate(points.col(s), one);
+    values.col(s) = one;
+  }
+  return values;
 }
 
 // Mean of the polynomials' products over the samples, about their mean or not.
 Eigen::MatrixXd spread_of(const Polynomials& polynomials, const Eigen::MatrixXd& samples, bool about_mean) {
-  Eigen::MatrixXd values(polynomials.size(), samples.cols());
-  Eigen::VectorXd one;
-  for (Eigen::Index s = 0; s < samples.cols(); ++s) {
-    polynomials.evaluate(samples.col(s), one);
-    values.col(s) = one;
-  }
+  Eigen::MatrixXd values = values_at(polynomials, samples);
   if (about_mean) values.colwise() -= Eigen::VectorXd(values.rowwise().mean());
   return product(values, values.transpose()) / static_cast<double>(samples.cols());
+}
+
+// Turns the coefficients of the wide images into those of polynomials that are nearest to them at the samples.
+Eigen::MatrixXd local_view(const Polynomials& wide, const Polynomials& local, const Eigen::MatrixXd& samples) {
+  const Eigen::MatrixXd from = values_at(wide, samples), to = values_at(local, samples);
+  Eigen::MatrixXd normal = product(to, to.transpose());
+  normal.diagonal().array() += 1e-6 * normal.trace() / static_cast<double>(normal.rows());
+  return Eigen::LLT<Eigen::MatrixXd>(normal).solve(product(to, from.transpose()));
 }
 
 // Products of what is left of the target by two halves, pixel by pixel and channel with channel: the noise of the
@@ -308,18 +323,23 @@ EmulatedView::EmulatedView(const std::vector<Exemplar>& exemplars, std::size_t v
     if (residual_ < least_residual) of_pixel *= least_residual / residual_;
   }
 
-  const Eigen::Index candidates = wide_images.matrix.rows() + local_images.matrix.rows();
+  // Few candidates: of many, some look good by chance.
+  const Eigen::MatrixXd turned =
+      first
+          ? Eigen::MatrixXd()
+          : product(local_view(wide_images.polynomials, local_images.polynomials, regions.samples), wide_images.matrix);
+  const Eigen::Index own = local_images.matrix.rows(), candidates = own + turned.rows();
   for (std::size_t h = 0; h < 2; ++h) {
     Rows images(candidates, target.weight.size());
-    images << wide_images.coefficients[h], local_images.coefficients[h];
+    images.topRows(own) = local_images.coefficients[h];
+    if (!first) images.bottomRows(own) = image_product(turned.cast<float>(), wide.value[h]);
     // The local stack's rows among the wide one's: both are in the exemplars' order, the local ones a part of them.
     Eigen::MatrixXd from = Eigen::MatrixXd::Zero(candidates, local.value[0].rows());
-    from.bottomRows(local_images.matrix.rows()) = local_images.matrix;
-    for (std::size_t l = 0, w = 0; l < local.points.size(); ++l) {
+    from.topRows(own) = local_images.matrix;
+    for (std::size_t l = 0, w = 0; !first && l < local.points.size(); ++l, ++w) {
       while (wide.points[w] != local.points[l]) ++w;
-      from.block(0, design.block * static_cast<Eigen::Index>(l), wide_images.matrix.rows(), design.block) =
-          wide_images.matrix.middleCols(design.block * static_cast<Eigen::Index>(w), design.block);
-      ++w;
+      from.block(own, design.block * static_cast<Eigen::Index>(l), own, design.block) =
+          turned.middleCols(design.block * static_cast<Eigen::Index>(w), design.block);
     }
     Sums sums;
     for (const int radius : radii) {
