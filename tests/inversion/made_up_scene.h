@@ -1,4 +1,5 @@
-// A scene whose images are formulas: what takes renderings to learn elsewhere is known here, and a rendering costs nothing.
+// A scene whose images are formulas: what takes renderings to learn elsewhere is known here, and a rendering costs
+// nothing.
 #pragma once
 #include <cmath>
 #include <functional>
