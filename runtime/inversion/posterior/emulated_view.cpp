@@ -136,7 +136,7 @@ struct Sums {
 // itself are without the noise that it shares with itself.
 Sums best_sums(const Rows& candidates, const Rows& images, const Eigen::MatrixXd& spread, const WhiteTarget& shape,
                int radius, const Eigen::MatrixXd& from, const Eigen::MatrixXd& to, const Rows& errors,
-               Eigen::Index dimensions) {
+               Eigen::Index unknowns) {
   const Rows smooth_candidates = smooth(candidates, shape, radius);
   const Eigen::VectorXd noise =
       (errors.cwiseAbs2() * own_share(shape, radius)).cast<double>();  // of each row of the stack, with itself
@@ -152,7 +152,7 @@ Sums best_sums(const Rows& candidates, const Rows& images, const Eigen::MatrixXd
   const double by_noise = product(product(to * of_pixel.asDiagonal(), to.transpose()), spread).trace();
   Sums sums;
   const Eigen::VectorXd values = eigen.eigenvalues().array() - by_noise;
-  const Eigen::Index all = values.size(), least = std::min(all, dimensions);
+  const Eigen::Index all = values.size(), least = std::min(all, unknowns);
   Eigen::Index kept = 0;
   while (kept < std::min(all, most_sums) &&
          (kept < least || values[all - 1 - kept] > std::max(least_moves, chance * by_noise)))
@@ -175,11 +175,15 @@ Eigen::MatrixXd values_at(const Polynomials& polynomials, const Eigen::MatrixXd&
   return values;
 }
 
-// Mean of the polynomials' products over the samples, about their mean or not.
-Eigen::MatrixXd spread_of(const Polynomials& polynomials, const Eigen::MatrixXd& samples, bool about_mean) {
+// Covariance of the polynomials over the samples. exposure: the mean image moves too, as a whole.
+Eigen::MatrixXd spread_of(const Polynomials& polynomials, const Eigen::MatrixXd& samples, bool exposure) {
+  constexpr double by_exposure = 0.1;  // standard deviation
   Eigen::MatrixXd values = values_at(polynomials, samples);
-  if (about_mean) values.colwise() -= Eigen::VectorXd(values.rowwise().mean());
-  return product(values, values.transpose()) / static_cast<double>(samples.cols());
+  const Eigen::VectorXd mean = values.rowwise().mean();
+  values.colwise() -= mean;
+  Eigen::MatrixXd spread = product(values, values.transpose()) / static_cast<double>(samples.cols());
+  if (exposure) spread += by_exposure * by_exposure * mean * mean.transpose();
+  return spread;
 }
 
 // Turns the coefficients of the wide images into those of polynomials that are nearest to them at the samples.
@@ -307,7 +311,7 @@ EmulatedView::EmulatedView(const std::vector<Exemplar>& exemplars, std::size_t v
   const bool first = regions.best.size() == 0;
   const FittedImages wide_images(regions.wide, wide, wide_degree),
       local_images(regions.local, local, first ? wide_degree : local_degree);
-  const Eigen::MatrixXd spread = spread_of(local_images.polynomials, regions.samples, !exposure);
+  const Eigen::MatrixXd spread = spread_of(local_images.polynomials, regions.samples, exposure);
   const DesignRows design(polynomials, local.points);
 
   Eigen::MatrixXd of_pixel = Eigen::MatrixXd::Identity(target.channels, target.channels);
@@ -344,7 +348,7 @@ EmulatedView::EmulatedView(const std::vector<Exemplar>& exemplars, std::size_t v
     Sums sums;
     for (const int radius : radii) {
       Sums candidate = best_sums(images, local_images.coefficients[h], spread, target, radius, from,
-                                 local_images.matrix, local.error[h], regions.local.centre.size());
+                                 local_images.matrix, local.error[h], regions.local.centre.size() + (exposure ? 1 : 0));
       if (sums.weights.rows() == 0 || candidate.told > sums.told) sums = std::move(candidate);
     }
     Half& half = halves_[h];

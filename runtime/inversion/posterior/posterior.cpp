@@ -59,19 +59,22 @@ int Posterior::refinement_spp() const {
   double wanted = 0, count = 0;
   for (std::size_t t = 0; t < targets_.size(); ++t) {
     const TargetImage& target = targets_[t];
-    double sample = 0, own = 0, near = 0;
+    double sample = 0, own = 0, near = 0, rendered = 0, shown = 0;
     for (const Exemplar& exemplar : exemplars_) {
       if (regions_.local.reach(exemplar.at) > inside_reach) continue;
       for (const HalfImages& half : exemplar.views[t].half)
         sample += static_cast<double>(half.error.row(0).squaredNorm()) * exemplar.views[t].spp;
+      rendered += 2 * static_cast<double>(exemplar.views[t].half[0].value.row(0).sum());
       near += 2;
     }
+    for (const float v : target.value) shown += static_cast<double>(v);
     if (target.error.empty())
       for (const float v : target.value) own += std::pow(options_.relative_noise * static_cast<double>(v), 2);
     else
       for (const float e : target.error) own += static_cast<double>(e) * static_cast<double>(e);
     if (near > 0 && own > 0) {
-      wanted += sample / near / own;
+      const double exposure = options_.exposure && rendered > 0 ? shown * near / rendered : 1;
+      wanted += exposure * exposure * sample / near / own;
       ++count;
     }
   }
