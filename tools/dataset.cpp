@@ -25,7 +25,7 @@
 namespace itn::tools {
 namespace {
 
-struct Options {
+struct DatasetArguments {
   CommonOptions common;
   std::string config, folder;
   bool preview = false;
@@ -50,7 +50,7 @@ void write_preview(const std::string& folder, const Manifest& set) {
   sheet.write(folder + "/preview.png");
 }
 
-void run(const Options& options, bool seed_given) {
+void run(const DatasetArguments& options, bool seed_given) {
   const CommonOptions& common = options.common;
   Inputs inputs;
   DatasetConfig config = read_dataset_config(options.config);
@@ -96,7 +96,7 @@ void run(const Options& options, bool seed_given) {
 }  // namespace
 
 void add_dataset(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DatasetArguments>();
   CLI::App* command =
       app.add_subcommand("dataset",
                          "renders a data set: shapes x lights x materials\n\n"

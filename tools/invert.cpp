@@ -29,7 +29,7 @@ namespace {
 
 constexpr double assumed_noise = 0.01;  // where nobody says
 
-struct Options {
+struct InvertArguments {
   CommonOptions common;
   std::string scene, folder, init, renderings, method = "gauss-newton";
   Operator op = Operator::full;
@@ -46,7 +46,7 @@ struct Options {
 };
 
 // Everything that the numbers depend on: a folder goes on only with the same.
-nlohmann::ordered_json request(const Options& o, const Device& device, const Inputs& inputs) {
+nlohmann::ordered_json request(const InvertArguments& o, const Device& device, const Inputs& inputs) {
   // the scene, all that it names, and the images
   nlohmann::ordered_json files = nlohmann::ordered_json::object();
   for (const auto& [file, fingerprint] : inputs.fingerprints()) files[file] = fingerprint;
@@ -74,7 +74,7 @@ nlohmann::ordered_json request(const Options& o, const Device& device, const Inp
 }
 
 // What a rendering of the scene depends on, but for the values of the parameters.
-nlohmann::ordered_json scene_request(const Options& o, const Device& device,
+nlohmann::ordered_json scene_request(const InvertArguments& o, const Device& device,
                                      const std::map<std::string, std::string>& scene_files) {
   nlohmann::ordered_json files = nlohmann::ordered_json::object();
   for (const auto& [file, fingerprint] : scene_files) files[file] = fingerprint;
@@ -91,7 +91,7 @@ nlohmann::ordered_json scene_request(const Options& o, const Device& device,
 }
 
 // The values of --start, else what the network of --init sees in the first target, else the scene's.
-void set_starts(const Options& options, Scene& scene) {
+void set_starts(const InvertArguments& options, Scene& scene) {
   const std::vector<Parameter> all = list_parameters(scene);
   std::vector<std::string> given;
   for (const std::string& text : options.start) given.push_back(named_numbers(text).name);
@@ -106,7 +106,7 @@ void set_starts(const Options& options, Scene& scene) {
   }
 }
 
-Prior prior_of(const Options& options, const std::vector<Coordinate>& coordinates) {
+Prior prior_of(const InvertArguments& options, const std::vector<Coordinate>& coordinates) {
   Prior prior;
   for (const std::string& text : options.prior) {
     const NamedNumbers known = named_numbers(text);
@@ -146,11 +146,11 @@ bool errors_known(const std::vector<TargetImage>& targets) {
   return std::all_of(targets.begin(), targets.end(), [](const TargetImage& t) { return !t.error.empty(); });
 }
 
-double relative_noise(const Options& options, const std::vector<TargetImage>& targets) {
+double relative_noise(const InvertArguments& options, const std::vector<TargetImage>& targets) {
   return options.noise >= 0 ? options.noise : errors_known(targets) ? 0 : assumed_noise;
 }
 
-void find_textures(const Options& options, const Scene& scene, const std::vector<TargetImage>& targets,
+void find_textures(const InvertArguments& options, const Scene& scene, const std::vector<TargetImage>& targets,
                    const Device& device, const Inputs& inputs) {
   if (!options.only_numbers.empty())
     throw UsageError(options.only_numbers.front() +
@@ -174,7 +174,7 @@ void find_textures(const Options& options, const Scene& scene, const std::vector
                   targets, device, render_options, asked);
 }
 
-void find_posterior(const Options& options, const Scene& scene, const std::vector<TargetImage>& targets,
+void find_posterior(const InvertArguments& options, const Scene& scene, const std::vector<TargetImage>& targets,
                     ForwardModel& model, const StoredRun::Json& of_scene, const StoredRun::Json& asked) {
   PosteriorQuestion question{options.common,
                              {options.scene, options.method, options.folder, options.images.targets, options.prior,
@@ -194,7 +194,7 @@ void find_posterior(const Options& options, const Scene& scene, const std::vecto
   invert_posterior(question, scene, targets, model, of_scene, asked);
 }
 
-void run(Options options) {
+void run(InvertArguments options) {
   const CommonOptions& common = options.common;
   const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
   Inputs inputs(Inputs::Keep::fingerprints);
@@ -270,7 +270,7 @@ void run(Options options) {
 }  // namespace
 
 void add_invert(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<InvertArguments>();
   CLI::App* command =
       app.add_subcommand("invert",
                          "from images of a scene to its parameters, with 95 % intervals (analysis by synthesis)\n\n"

@@ -24,7 +24,7 @@
 namespace itn::tools {
 namespace {
 
-struct Options {
+struct RenderArguments {
   CommonOptions common;
   std::string scene, output;
   Operator op = Operator::full;
@@ -56,7 +56,7 @@ std::string preview_name(const std::string& output, std::string parameter) {
   return std::filesystem::path(output).replace_extension("." + parameter + ".png").string();
 }
 
-void check_files(const Options& options) {
+void check_files(const RenderArguments& options) {
   const std::string extension = std::filesystem::path(options.output).extension().string();
   if (extension == ".png" || extension == ".jpg" || extension == ".jpeg")
     throw UsageError("-o " + options.output + ": got " + extension +
@@ -78,7 +78,7 @@ void check_files(const Options& options) {
   }
 }
 
-ExrImage to_exr(const Rendering& image, const Scene& scene, const Options& options, const Device& device) {
+ExrImage to_exr(const Rendering& image, const Scene& scene, const RenderArguments& options, const Device& device) {
   const std::size_t channels = static_cast<std::size_t>(image.channels);
   ExrImage exr{image.width, image.height, {}, {}, {}};
   const std::vector<std::string> letters =
@@ -116,7 +116,7 @@ ExrImage to_exr(const Rendering& image, const Scene& scene, const Options& optio
   return exr;
 }
 
-nlohmann::ordered_json to_json(const Rendering& image, const Options& options, const Device& device,
+nlohmann::ordered_json to_json(const Rendering& image, const RenderArguments& options, const Device& device,
                                const Times& times) {
   const DeviceInfo& info = device.info();
   nlohmann::ordered_json derivatives = nlohmann::ordered_json::object();
@@ -144,7 +144,7 @@ nlohmann::ordered_json to_json(const Rendering& image, const Options& options, c
 }
 
 // Returns the values of full red and blue, one a derivative.
-std::vector<double> write_previews(const Rendering& image, const Options& options) {
+std::vector<double> write_previews(const Rendering& image, const RenderArguments& options) {
   write_png(preview_name(options.output), image.width, image.height, tone_mapped(image.mean, image.channels));
   std::vector<double> scales;
   for (std::size_t i = 0; i < image.derivatives.size(); ++i) {
@@ -155,7 +155,7 @@ std::vector<double> write_previews(const Rendering& image, const Options& option
   return scales;
 }
 
-void print(const Rendering& image, const Options& options, const Device& device, const Times& times,
+void print(const Rendering& image, const RenderArguments& options, const Device& device, const Times& times,
            const std::vector<double>& preview_scales) {
   fmt::print("{}: {} x {}, {} spp, operator {}, {}\n", options.output, image.width, image.height, image.spp,
              name_of(options.op), device.info().name);
@@ -172,7 +172,7 @@ void print(const Rendering& image, const Options& options, const Device& device,
              times.write);
 }
 
-void run(Options options) {
+void run(RenderArguments options) {
   const CommonOptions& common = options.common;
   Times times;
   Inputs inputs;
@@ -226,7 +226,7 @@ void run(Options options) {
 }  // namespace
 
 void add_render(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RenderArguments>();
   CLI::App* command = app.add_subcommand("render", "a scene to an image with its standard error");
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
   command->add_option("-o,--output", options->output, "OpenEXR file to write")->required();
