@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "runtime/base/error.h"
@@ -17,6 +18,7 @@
 #include "runtime/training/trained_network.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
+#include "tools/invert_posterior.h"
 #include "tools/invert_textures.h"
 #include "tools/named_numbers.h"
 #include "tools/progress.h"
@@ -27,14 +29,16 @@ namespace {
 
 struct InvertArguments {
   CommonOptions common;
-  std::string scene, folder, init, method = "gauss-newton";
+  std::string scene, folder, init, renderings, method = "gauss-newton";
   Operator op = Operator::full;
   TargetOptions images;
-  std::vector<std::string> parameters, start, prior;
+  std::vector<std::string> parameters, start, prior, range;
   int starts = 1;
-  double noise = -1;                      // not given
-  double smoothness = 0;                  // of textures
-  int repeats = 4;                        // of textures
+  double noise = -1;      // not given
+  double smoothness = 0;  // of textures
+  int repeats = 4;        // of textures
+  // Options that were given and mean something to the posterior alone, and to the others alone.
+  std::vector<std::string> only_posterior, no_posterior;
   std::vector<std::string> only_numbers;  // options that were given and mean nothing to textures
   InversionOptions inversion;
 };
@@ -55,6 +59,7 @@ nlohmann::ordered_json request(const InvertArguments& o, const Device& device, c
           {"start", o.start},
           {"starts", o.starts},
           {"prior", o.prior},
+          {"range", o.range},
           {"method", o.method},
           {"operator", name_of(o.op)},
           {"iterations", o.inversion.iterations},
@@ -63,6 +68,23 @@ nlohmann::ordered_json request(const InvertArguments& o, const Device& device, c
           {"noise", o.noise},
           {"exposure", o.inversion.exposure},
           {"learning_rate", o.inversion.learning_rate},
+          {"device", device.info().name + ", " + device.info().platform}};
+}
+
+// What a rendering of the scene depends on, but for the values of the parameters.
+nlohmann::ordered_json scene_request(const InvertArguments& o, const Device& device,
+                                     const std::map<std::string, std::string>& scene_files) {
+  nlohmann::ordered_json files = nlohmann::ordered_json::object();
+  for (const auto& [file, fingerprint] : scene_files) files[file] = fingerprint;
+  const std::optional<FilmSize>& size = o.images.size;
+  return {{"version", version()},
+          {"files", files},
+          {"definitions", o.common.definitions},
+          {"sensors", o.images.sensors},
+          {"size", size ? fmt::format("{}x{}", size->width, size->height) : ""},
+          {"parameters", o.parameters},
+          {"operator", name_of(o.op)},
+          {"seed", o.common.seed},
           {"device", device.info().name + ", " + device.info().platform}};
 }
 
@@ -142,20 +164,55 @@ void find_textures(const InvertArguments& options, const Scene& scene, const std
                   targets, device, render_options, asked);
 }
 
+void find_posterior(const InvertArguments& options, const Scene& scene, const std::vector<TargetImage>& targets,
+                    ForwardModel& model, const StoredRun::Json& of_scene, const StoredRun::Json& asked) {
+  PosteriorQuestion question{options.common,
+                             {options.scene, options.method, options.folder, options.images.targets, options.prior,
+                              errors_known(targets) || options.noise >= 0},
+                             options.parameters,
+                             options.range,
+                             options.images,
+                             prior_of(options, model.coordinates()),
+                             {},
+                             options.renderings.empty() ? options.folder + "/renderings" : options.renderings};
+  PosteriorOptions& how = question.posterior;
+  if (options.inversion.iterations > 0) how.rounds = options.inversion.iterations;
+  how.spp = options.common.spp;
+  how.seed = options.common.seed;
+  how.relative_noise = relative_noise(options, targets);
+  how.exposure = options.inversion.exposure;
+  invert_posterior(question, scene, targets, model, of_scene, asked);
+}
+
 void run(InvertArguments options) {
   const CommonOptions& common = options.common;
   const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
   Inputs inputs(Inputs::Keep::fingerprints);
   Scene scene = load_scene(options.scene, common.definition_map(), {.size = options.images.size, .open = common.open});
   for (const std::string& text : scene.warnings) warn(common, text);
+  const std::map<std::string, std::string> scene_files = inputs.fingerprints();
   const std::vector<Parameter> all = list_parameters(scene);
-  for (std::vector<std::string>* texts : {&options.parameters, &options.start, &options.prior})
+  for (std::vector<std::string>* texts : {&options.parameters, &options.start, &options.prior, &options.range})
     *texts = by_component(all, *texts);
   const std::vector<TargetImage> targets = read_targets(options.images, scene);
   set_starts(options, scene);
   inputs.end();
   const Device device(common.device);
+  const bool posterior = options.method == "posterior";
+  const std::vector<std::string>& without_meaning = posterior ? options.no_posterior : options.only_posterior;
+  if (!without_meaning.empty())
+    throw UsageError(fmt::format("{}: means nothing to --method {}", without_meaning.front(), options.method));
   if (names_texture(all, options.parameters)) return find_textures(options, scene, targets, device, inputs);
+  if (posterior) {
+    RenderOptions render_options;
+    render_options.seed = options.common.seed;
+    render_options.op = options.op;
+    render_options.cancel = &interrupt_flag();
+    if (options.common.spp == 1) throw UsageError("--spp 1: a rendering has two halves; need 2 or more");
+    ForwardModel model(device, scene, options.parameters, options.images.sensors, render_options);
+    return find_posterior(options, scene, targets, model, scene_request(options, device, scene_files),
+                          request(options, device, inputs));
+  }
 
   InversionOptions& how = options.inversion;
   how.method = options.method == "adam" ? InversionOptions::Method::adam : InversionOptions::Method::gauss_newton;
@@ -222,10 +279,13 @@ void add_invert(CLI::App& app) {
       ->required();
   command
       ->add_option("--method", options->method,
-                   "gauss-newton: steps of weighted least squares; adam: 200 iterations of stochastic gradients")
-      ->check(CLI::IsMember({"adam", "gauss-newton"}))
+                   "gauss-newton: steps of weighted least squares; adam: 200 iterations of stochastic gradients; "
+                   "posterior: no start, renderings all over the range, an emulator of the image and samples of all "
+                   "materials that fit")
+      ->check(CLI::IsMember({"adam", "gauss-newton", "posterior"}))
       ->capture_default_str();
-  command->add_option("--iterations", options->inversion.iterations, "at most; default 50, adam 200")
+  command
+      ->add_option("--iterations", options->inversion.iterations, "at most; default 50, adam 200, posterior 8 (rounds)")
       ->check(CLI::Range(1, 1000000));
   command
       ->add_option("--noise", options->noise,
@@ -252,6 +312,17 @@ void add_invert(CLI::App& app) {
                    "then what both say (the mean of the posterior, as far as all is normal)")
       ->check(gives_numbers(2, "NAME=LOW,HIGH"))
       ->take_all();
+  command
+      ->add_option(
+          "--range", options->range,
+          "NAME=LOW,HIGH: posterior: look for it between these, evenly (numbers above 0 without an upper bound "
+          "in their logarithm); default: all of a range with two bounds, else a tenth to ten times the scene's "
+          "value; may be repeated")
+      ->check(gives_numbers(2, "NAME=LOW,HIGH"))
+      ->take_all();
+  command->add_option("--renderings", options->renderings,
+                      "posterior: the folder where renderings of the scene are kept for the next photo of it; default: "
+                      "renderings in that of --output");
   command->add_option("--learning-rate", options->inversion.learning_rate, "adam: of the first iterations")
       ->check(CLI::Range(1e-6, 10.0))
       ->capture_default_str();
@@ -269,11 +340,16 @@ void add_invert(CLI::App& app) {
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   add_operator_option(*command, options->op);
-  add_common_options(*command, options->common, "1024 at most (Gauss-Newton), 16 (Adam)");
+  add_common_options(*command, options->common,
+                     "1024 at most (Gauss-Newton), 16 (Adam), as the targets' noise asks for (posterior)");
   add_open_option(*command, options->common);
   command->callback([options, command] {
     for (const char* name : {"--init", "--start", "--starts", "--prior"})
       if (command->count(name) > 0) options->only_numbers.emplace_back(name);
+    for (const char* name : {"--range", "--renderings"})
+      if (command->count(name) > 0) options->only_posterior.emplace_back(name);
+    for (const char* name : {"--init", "--start", "--starts", "--learning-rate"})
+      if (command->count(name) > 0) options->no_posterior.emplace_back(name);
     if (command->count("--method") > 0 && options->method != "adam")
       options->only_numbers.push_back("--method " + options->method);
     run(*options);

@@ -24,10 +24,22 @@ std::vector<double> ForwardModel::start() const {
   return x;
 }
 
-void ForwardModel::set(const std::vector<double>& x) {
-  for (std::size_t p = 0; p < coordinates_.size(); ++p)
-    set_parameter(scene_, coordinates_[p].parameter(), coordinates_[p].value(x[p]));
+void ForwardModel::set_values(const std::vector<double>& values) {
+  for (std::size_t p = 0; p < coordinates_.size(); ++p) set_parameter(scene_, coordinates_[p].parameter(), values[p]);
   for (const auto& renderer : renderers_) renderer->replace(scene_);
+}
+
+void ForwardModel::set(const std::vector<double>& x) {
+  std::vector<double> values;
+  for (std::size_t p = 0; p < coordinates_.size(); ++p) values.push_back(coordinates_[p].value(x[p]));
+  set_values(values);
+}
+
+std::vector<Rendering> ForwardModel::render_values(const std::vector<double>& values, int first, int spp) {
+  set_values(values);
+  std::vector<Rendering> images;
+  for (const auto& renderer : renderers_) images.push_back(renderer->render(first, spp));
+  return images;
 }
 
 std::vector<Rendering> ForwardModel::render(const std::vector<double>& x, int first, int spp) {

@@ -22,11 +22,14 @@ class ForwardModel {
   // Samples [first, first + spp) of every image at these coordinates (one a parameter; what follows is not looked at),
   // with derivatives by the parameters themselves.
   std::vector<Rendering> render(const std::vector<double>& x, int first, int spp);
-  // The same in the groups of split_samples(); spp >= 2.
+  // The same at these values of the parameters.
+  std::vector<Rendering> render_values(const std::vector<double>& values, int first, int spp);
+  // As render(), in the groups of split_samples(); spp >= 2.
   std::vector<std::vector<Rendering>> render_groups(const std::vector<double>& x, int first, int spp);
 
  private:
   void set(const std::vector<double>& x);
+  void set_values(const std::vector<double>& values);
 
   Scene scene_;
   std::vector<Coordinate> coordinates_;

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "runtime/base/error.h"
+#include "runtime/inversion/smoothing.h"
 
 namespace itn {
 namespace {
@@ -17,27 +18,9 @@ constexpr int variance_radius = 1;  // [pixel]
 constexpr std::array<int, 4> instrument_radii{0, 1, 2, 4};
 constexpr double least_variance = 1e-3;  // of the image's mean: pixels without noise must not rule
 
-enum class Centre { in, out };
-
-// Mean over squares of (2 radius + 1)^2 pixels with or without the pixel itself, channel by channel.
 std::vector<double> smoothed(const std::vector<double>& data, const TargetImage& shape, int radius,
                              Centre centre = Centre::in) {
-  const auto channels = static_cast<std::size_t>(shape.channels);
-  std::vector<double> result(data.size());
-  for (int y = 0; y < shape.height; ++y)
-    for (int x = 0; x < shape.width; ++x)
-      for (std::size_t c = 0; c < channels; ++c) {
-        double sum = 0, count = 0;
-        for (int v = std::max(0, y - radius); v <= std::min(shape.height - 1, y + radius); ++v)
-          for (int u = std::max(0, x - radius); u <= std::min(shape.width - 1, x + radius); ++u, ++count)
-            sum += data[static_cast<std::size_t>(v * shape.width + u) * channels + c];
-        if (centre == Centre::out && count > 1) {
-          sum -= data[static_cast<std::size_t>(y * shape.width + x) * channels + c];
-          count -= 1;
-        }
-        result[static_cast<std::size_t>(y * shape.width + x) * channels + c] = sum / count;
-      }
-  return result;
+  return smoothed(data, shape.width, shape.height, shape.channels, radius, centre);
 }
 
 // The unknowns as one image sees them.

@@ -274,3 +274,48 @@ TEST_CASE("itn invert finds a texture texel by texel, goes on where it was, and 
   CHECK(refused.exit_code == 2);
   CHECK_THAT(refused.error, Catch::Contains("--starts") && Catch::Contains("textures"));
 }
+
+TEST_CASE("itn invert --method posterior needs no start, always answers, and keeps renderings for the next photo") {
+  const TemporaryFolder folder;
+  target_in(folder);
+  const auto posterior = [&](const std::string& output, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"invert",        ball,       "--target",  folder / "target.exr", "--parameter",
+                                       "skin.albedo.G", "--method", "posterior", "--renderings",        folder / "kept",
+                                       "--spp",         "32",       "-o",        folder / output};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_itn(arguments);
+  };
+  const Result result = posterior("one", {"--json", "-"});
+  INFO(result.error);
+  REQUIRE(result.exit_code == 0);
+  const auto json = nlohmann::json::parse(result.output);
+  CHECK(json["schema"] == "itn.invert/1");
+  CHECK(json["method"] == "posterior");
+  const auto& albedo = json["parameters"]["skin.albedo.G"];
+  const double value = albedo["value"], low = albedo["low"], high = albedo["high"], error = albedo["stderr"];
+  CHECK(low < value);
+  CHECK(value < high);
+  CHECK(std::fabs(value - 0.6) < 4 * error);
+  CHECK(error < 0.08);
+  CHECK(json["correlation"]["skin.albedo.G"]["skin.albedo.G"].get<double>() == Approx(1));
+  CHECK(json["renderings"]["found"] == 0);
+  CHECK(json["peaks"].size() == 1);
+  const std::string samples = itn::read_file(folder / "one/samples.csv");
+  CHECK(samples.rfind("skin.albedo.G,log_density,peak\n", 0) == 0);
+  CHECK(std::count(samples.begin(), samples.end(), '\n') == 2001);
+  CHECK(itn::read_file(folder / "one/report.html").find("samples of the posterior") != std::string::npos);
+  for (const char* name : {"target.png", "rerender.png", "residual.png", "rerender.exr"})
+    CHECK(std::filesystem::file_size(folder / ("one/" + std::string(name))) > 60);
+
+  // the same again is there already, another target of the same scene finds the renderings
+  const auto before = std::filesystem::last_write_time(folder / "kept/renderings.json");
+  CHECK(posterior("one", {}).exit_code == 0);
+  CHECK(std::filesystem::last_write_time(folder / "kept/renderings.json") == before);
+  const Result next = posterior("two", {"--noise", "0.01", "--json", "-"});
+  REQUIRE(next.exit_code == 0);
+  CHECK(nlohmann::json::parse(next.output)["renderings"]["found"] == json["renderings"]["made"]);
+  // of another scene they are refused
+  CHECK(posterior("three", {"-D", "green=0.5"}).exit_code == 2);
+  CHECK(posterior("four", {"--start", "skin.albedo.G=0.5"}).exit_code == 2);
+  CHECK(posterior("five", {"--range", "skin.albedo.G=0.5,2"}).exit_code == 2);
+}

@@ -1,0 +1,119 @@
+#include "runtime/inversion/posterior/rendering_store.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
+#include "runtime/image/exr.h"
+
+namespace itn {
+namespace {
+
+constexpr const char* halves[2] = {"a.", "b."};
+
+std::vector<std::string> letters(int channels) {
+  return channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
+}
+
+// Of each image and its derivatives the mean's and then the standard error's channels.
+std::vector<std::string> channel_names(const std::string& half, std::size_t parameters, int channels) {
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k <= parameters; ++k)
+    for (const char* what : {"mean", "stderr"})
+      for (const std::string& letter : letters(channels))
+        names.push_back(
+            fmt::format("{}{}{}.{}", half, k == 0 ? "" : fmt::format("derivative{}.", k - 1), what, letter));
+  return names;
+}
+
+}  // namespace
+
+RenderingStore::RenderingStore(const std::string& folder, const StoredRun::Json& scene, std::size_t parameters)
+    : folder_(folder, "renderings.json", "itn.renderings/1", "renderings"), scene_(scene) {
+  check_writable(folder_.run().file());
+  folder_.run().require_same(scene_);
+  try {
+    for (const StoredRun::Json& entry : folder_.run().before("renderings"))
+      entries_.push_back({entry.at("values").get<std::vector<double>>(), entry.at("spp").get<int>()});
+  } catch (const nlohmann::json::exception&) {
+    folder_.run().refuse();
+  }
+  for (const Entry& entry : entries_)
+    if (entry.values.size() != parameters || entry.spp < 1) folder_.run().refuse();
+}
+
+std::string RenderingStore::file(std::size_t index, std::size_t image) const {
+  return folder_.file(fmt::format("{:06}_{}.exr", index, image));
+}
+
+int RenderingStore::next_sample() const {
+  int sum = 0;
+  for (const Entry& entry : entries_) sum += 2 * entry.spp;
+  return sum;
+}
+
+Exemplar RenderingStore::read(std::size_t index, const std::vector<NaturalRange>& ranges,
+                              const std::vector<int>& channels) const {
+  const Entry& entry = entries_[index];
+  Exemplar exemplar;
+  exemplar.at.resize(static_cast<Eigen::Index>(ranges.size()));
+  for (std::size_t p = 0; p < ranges.size(); ++p)
+    exemplar.at[static_cast<Eigen::Index>(p)] = ranges[p].of(entry.values[p]);
+  for (std::size_t t = 0; t < channels.size(); ++t) {
+    const ExrImage image = read_exr(file(index, t));
+    const auto count = static_cast<std::size_t>(channels[t]), all = image.channels.size();
+    const std::size_t pixels = image.data.size() / std::max<std::size_t>(1, all);
+    ExemplarView view{entry.spp, {}};
+    for (std::size_t h = 0; h < 2; ++h) {
+      HalfImages& half = view.half[h];
+      const auto rows = static_cast<Eigen::Index>(1 + ranges.size()),
+                 columns = static_cast<Eigen::Index>(pixels * count);
+      half.value.resize(rows, columns);
+      half.error.resize(rows, columns);
+      const std::vector<std::string> names = channel_names(halves[h], ranges.size(), channels[t]);
+      for (std::size_t k = 0; k < names.size(); ++k) {
+        const int channel = image.channel(names[k]);
+        if (channel < 0) throw InputError(fmt::format("{}: no channel {}", file(index, t), names[k]));
+        const std::size_t row = k / (2 * count), c = k % count;
+        ImageRows& to = (k / count) % 2 == 0 ? half.value : half.error;
+        const auto r = static_cast<Eigen::Index>(row);
+        const double slope = row == 0 ? 1 : ranges[row - 1].slope(exemplar.at[r - 1]);
+        for (std::size_t i = 0; i < pixels; ++i)
+          to(r, static_cast<Eigen::Index>(i * count + c)) =
+              static_cast<float>(slope) * image.data[i * all + static_cast<std::size_t>(channel)];
+      }
+    }
+    exemplar.views.push_back(std::move(view));
+  }
+  return exemplar;
+}
+
+void RenderingStore::add(ForwardModel& model, const std::vector<double>& values, int spp) {
+  const int first = next_sample();
+  const std::vector<Rendering> a = model.render_values(values, first, spp),
+                               b = model.render_values(values, first + spp, spp);
+  for (std::size_t t = 0; t < a.size(); ++t) {
+    ExrImage image{a[t].width, a[t].height, {}, {}, {}};
+    for (const char* half : halves) {
+      const std::vector<std::string> names = channel_names(half, a[t].derivatives.size(), a[t].channels);
+      image.channels.insert(image.channels.end(), names.begin(), names.end());
+    }
+    const auto channels = static_cast<std::size_t>(a[t].channels);
+    for (std::size_t pixel = 0; pixel < a[t].mean.size() / channels; ++pixel)
+      for (const Rendering* half : {&a[t], &b[t]})
+        for (std::size_t k = 0; k <= half->derivatives.size(); ++k) {
+          const Image& of = k == 0 ? static_cast<const Image&>(*half) : half->derivatives[k - 1];
+          for (const auto* numbers : {&of.mean, &of.stderr_})
+            for (std::size_t c = 0; c < channels; ++c) image.data.push_back((*numbers)[pixel * channels + c]);
+        }
+    write_exr(file(entries_.size(), t), image, Sync::later);
+  }
+  entries_.push_back({values, spp});
+  StoredRun::Json list = StoredRun::Json::array();
+  for (const Entry& entry : entries_) list.push_back({{"values", entry.values}, {"spp", entry.spp}});
+  folder_.run().write(scene_, {{"renderings", list}});
+}
+
+}  // namespace itn

@@ -1,0 +1,207 @@
+// The posterior through an emulator, on scenes whose images are formulas.
+#include "runtime/inversion/posterior/posterior.h"
+
+#include <Eigen/LU>
+#include <catch2/catch.hpp>
+
+#include "tests/inversion/made_up_scene.h"
+
+using namespace itn;
+using namespace itn::test;
+
+namespace {
+
+// Two materials make a picture: a bright spot whose width and height they change, not each alone.
+double spot(double x, double y, const Eigen::VectorXd& t) {
+  const double width = 0.5 + 0.2 * t[0] + 0.05 * t[1];
+  return 0.2 + (1 + 0.3 * t[1] + 0.1 * t[0] * t[0]) * std::exp(-(x * x + y * y) / (2 * width * width));
+}
+
+// How the truth lies among the samples of many posteriors: simulation-based calibration (Talts et al. 2018).
+struct Ranks {
+  static constexpr int bins = 5;
+  int photos = 0, settled = 0, joint = 0;
+  std::array<std::array<double, bins>, 2> counts{};
+  std::array<int, 2> inside{};
+  double square = 0;  // sum of (mean - truth)^2 / variance
+
+  void add(const Posterior& posterior, const Eigen::VectorXd& truth) {
+    const Eigen::MatrixXd& samples = posterior.samples().at;
+    const Eigen::VectorXd off = truth - samples.rowwise().mean();
+    const Eigen::MatrixXd centred = samples.colwise() - Eigen::VectorXd(samples.rowwise().mean());
+    const Eigen::MatrixXd covariance = centred * centred.transpose() / static_cast<double>(samples.cols());
+    for (Eigen::Index p = 0; p < 2; ++p) {
+      const auto i = static_cast<std::size_t>(p);
+      const double below = (samples.row(p).array() < truth[p]).cast<double>().mean();
+      counts[i][std::min<std::size_t>(bins - 1, static_cast<std::size_t>(below * bins))] += 1;
+      inside[i] += below > 0.025 && below < 0.975;
+      square += off[p] * off[p] / covariance(p, p);
+    }
+    joint += off.dot(covariance.inverse() * off) < 5.99;
+    settled += posterior.rounds().back().settled;
+    ++photos;
+  }
+  double chi_square(std::size_t p) const {
+    double sum = 0;
+    for (const double c : counts[p]) sum += std::pow(c - photos / double(bins), 2) / (photos / double(bins));
+    return sum;
+  }
+};
+
+Ranks measure(int photos, unsigned seed) {
+  Ranks ranks;
+  for (int k = 0; k < photos; ++k) {
+    MadeUpScene scene{spot};
+    scene.random.seed(1000 * seed + static_cast<unsigned>(k));
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    const Eigen::VectorXd truth = Eigen::VectorXd::NullaryExpr(2, [&] { return uniform(scene.random); });
+    const std::vector<TargetImage> targets{scene.photo(truth, 64)};
+    PosteriorOptions how;
+    how.samples = 1000;
+    how.seed = static_cast<std::uint64_t>(k);
+    Posterior posterior(2, targets, even, how);
+    scene.run(posterior);
+    ranks.add(posterior, truth);
+  }
+  return ranks;
+}
+
+}  // namespace
+
+TEST_CASE("ranks of the truth among the samples of 300 posteriors are even", "[.calibration]") {
+  const Ranks r = measure(300, 1);
+  WARN("intervals of 95 % hold " << r.inside[0] << " and " << r.inside[1] << ", jointly " << r.joint << " of "
+                                 << r.photos << "; settled " << r.settled << "; mean square of error over deviation "
+                                 << r.square / (2 * r.photos) << "; chi-square of ranks, 4 degrees of freedom: "
+                                 << r.chi_square(0) << ", " << r.chi_square(1));
+  CHECK(r.settled >= 0.97 * r.photos);
+  for (const std::size_t p : {0U, 1U}) {
+    CHECK(r.chi_square(p) < 16.9);  // 0.2 %
+    CHECK(r.inside[p] >= 0.92 * r.photos);
+  }
+}
+
+TEST_CASE("ranks of the truth among the samples of 25 posteriors are even", "[stat]") {
+  const Ranks r = measure(25, 2);
+  CAPTURE(r.counts[0], r.counts[1], r.inside[0], r.inside[1], r.settled);
+  for (const std::size_t p : {0U, 1U}) {
+    CHECK(r.chi_square(p) < 18.5);  // 0.1 %
+    CHECK(r.inside[p] >= 20);       // of 25 with 95 %: fewer in one of 1,000
+  }
+}
+
+namespace {
+
+// The posterior on a grid, from the formula itself.
+struct GridPosterior {
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(2);
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(2, 2);
+  double first_negative = 0;  // probability that the first number is below 0
+
+  GridPosterior(const MadeUpScene& scene, const TargetImage& photo) {
+    constexpr int cells = 160;
+    Eigen::ArrayXXd log_density(cells, cells);
+    const auto at = [](int i) { return (2 * i + 1.0) / cells - 1; };
+    for (int i = 0; i < cells; ++i)
+      for (int j = 0; j < cells; ++j) {
+        double sum = 0;
+        for (std::size_t k = 0; k < photo.value.size(); ++k)
+          sum -= 0.5 * std::pow((double(photo.value[k]) - scene.at_pixel(int(k), Eigen::Vector2d(at(i), at(j)))) /
+                                    double(photo.error[k]),
+                                2);
+        log_density(i, j) = sum;
+      }
+    const Eigen::ArrayXXd density = (log_density - log_density.maxCoeff()).exp();
+    const double all = density.sum();
+    Eigen::MatrixXd square = covariance;
+    for (int i = 0; i < cells; ++i)
+      for (int j = 0; j < cells; ++j) {
+        const Eigen::VectorXd t = Eigen::Vector2d(at(i), at(j));
+        mean += density(i, j) / all * t;
+        square += density(i, j) / all * (t * t.transpose());
+        if (at(i) < 0) first_negative += density(i, j) / all;
+      }
+    covariance = square - mean * mean.transpose();
+  }
+};
+
+Eigen::MatrixXd covariance_of(const Eigen::MatrixXd& samples) {
+  const Eigen::MatrixXd centred = samples.colwise() - Eigen::VectorXd(samples.rowwise().mean());
+  return centred * centred.transpose() / static_cast<double>(samples.cols());
+}
+
+}  // namespace
+
+TEST_CASE("a bent posterior is that of a grid of the formula") {
+  // Images know t0^2 + t1 well and t0 badly: a crescent.
+  MadeUpScene scene{[](double x, double y, const Eigen::VectorXd& t) {
+    return 1 + 0.25 * (t[1] + 1.2 * t[0] * t[0]) * std::cos(2 * x) + 0.012 * t[0] * std::sin(3 * y);
+  }};
+  const TargetImage photo = scene.photo(Eigen::Vector2d(0.1, -0.3), 64);
+  const GridPosterior grid(scene, photo);
+  const std::vector<TargetImage> targets{photo};
+  Posterior posterior(2, targets, even, PosteriorOptions());
+  scene.run(posterior);
+  const Eigen::MatrixXd& samples = posterior.samples().at;
+  const Eigen::VectorXd mean = samples.rowwise().mean();
+  const Eigen::MatrixXd covariance = covariance_of(samples);
+  CAPTURE(mean, grid.mean, covariance, grid.covariance);
+  for (Eigen::Index p = 0; p < 2; ++p) {
+    const double deviation = std::sqrt(grid.covariance(p, p));
+    CHECK(std::fabs(mean[p] - grid.mean[p]) < 0.35 * deviation);
+    CHECK(std::sqrt(covariance(p, p)) == Approx(deviation).epsilon(0.25));
+  }
+  // the bend: the second number goes down with the square of the first
+  const Eigen::ArrayXd a = samples.row(0).transpose(), b = samples.row(1).transpose(), s = a.square();
+  const double bend = ((s - s.mean()) * (b - b.mean())).mean() /
+                      std::sqrt((s - s.mean()).square().mean() * (b - b.mean()).square().mean());
+  CHECK(bend < -0.8);
+}
+
+TEST_CASE("two peaks are found, said, and as probable as on a grid of the formula") {
+  MadeUpScene scene{[](double x, double y, const Eigen::VectorXd& t) {
+    return 1 + 0.5 * t[0] * t[0] * std::cos(2 * x) + 0.3 * t[1] * std::sin(2 * y);
+  }};
+  const TargetImage photo = scene.photo(Eigen::Vector2d(0.6, 0.2), 64);
+  const GridPosterior grid(scene, photo);
+  const std::vector<TargetImage> targets{photo};
+  Posterior posterior(2, targets, even, PosteriorOptions());
+  scene.run(posterior);
+  REQUIRE(posterior.peaks().size() == 2);
+  const double negative = (posterior.samples().at.row(0).array() < 0).cast<double>().mean();
+  CAPTURE(grid.first_negative, negative);
+  CHECK(std::fabs(negative - grid.first_negative) < 0.12);
+  CHECK(posterior.peaks()[0].top[0] * posterior.peaks()[1].top[0] < 0);
+  CHECK(posterior.peaks()[0].share + posterior.peaks()[1].share == Approx(1).margin(0.02));
+}
+
+TEST_CASE("what images do not tell stays as wide as it was before") {
+  MadeUpScene scene{[](double x, double, const Eigen::VectorXd& t) { return 1 + 0.3 * t[0] * std::cos(2 * x); }};
+  const std::vector<TargetImage> targets{scene.photo(Eigen::Vector2d(0.4, 0.8), 64)};
+  Posterior posterior(2, targets, even, PosteriorOptions());
+  scene.run(posterior);
+  CHECK(posterior.rounds().back().settled);
+  const Eigen::MatrixXd& samples = posterior.samples().at;
+  CHECK(std::sqrt(covariance_of(samples)(1, 1)) == Approx(1 / std::sqrt(3.0)).epsilon(0.12));
+  CHECK(std::fabs(samples.row(0).mean() - 0.4) < 4 * std::sqrt(covariance_of(samples)(0, 0)));
+}
+
+TEST_CASE("an unknown exposure is found along with the posterior") {
+  MadeUpScene scene{[](double x, double y, const Eigen::VectorXd& t) {
+    return 1 + 0.5 * t[0] * std::cos(2 * x) + 0.3 * t[1] * std::sin(2 * y);
+  }};
+  const std::vector<TargetImage> targets{scene.photo(Eigen::Vector2d(0.3, -0.4), 64, 2.5)};
+  PosteriorOptions how;
+  how.exposure = true;
+  Posterior posterior(2, targets, even, how);
+  scene.run(posterior);
+  const Eigen::VectorXd mean = posterior.samples().at.rowwise().mean();
+  const Eigen::MatrixXd covariance = covariance_of(posterior.samples().at);
+  CAPTURE(mean, covariance);
+  CHECK(std::fabs(mean[0] - 0.3) < 4 * std::sqrt(covariance(0, 0)));
+  CHECK(std::fabs(mean[1] + 0.4) < 4 * std::sqrt(covariance(1, 1)));
+  CHECK(std::sqrt(covariance(0, 0)) < 0.05);
+  const EmulatedView::Exposure e = posterior.exposure(0, mean);
+  CHECK(std::fabs(e.mean - 2.5) < 0.05);
+  CHECK(e.deviation < 0.05);
+}
