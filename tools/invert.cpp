@@ -179,7 +179,7 @@ void find_posterior(const InvertArguments& options, const Scene& scene, const st
   if (options.inversion.iterations > 0) how.rounds = options.inversion.iterations;
   how.spp = options.common.spp;
   how.seed = options.common.seed;
-  how.relative_noise = relative_noise(options, targets);
+  how.relative_noise = relative_noise(options.noise, targets);
   how.exposure = options.inversion.exposure;
   invert_posterior(question, scene, targets, model, of_scene, asked);
 }
