@@ -15,12 +15,13 @@
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/base/printable.h"
-#include "runtime/base/version.h"
 #include "runtime/cluster/mpi_ranks.h"
 #include "runtime/device/device.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
+#include "tools/manual.h"
 #include "tools/passive_wait.h"
+#include "tools/version_text.h"
 
 namespace {
 
@@ -74,12 +75,13 @@ void be_one_of_several(std::string_view command) {
 
 int run(int argc, char** argv) {
   CLI::App app{"Volumetric path tracing on OpenCL for translucent materials", "itn"};
-  app.set_version_flag("--version", std::string("itn ") + itn::version());
+  app.set_version_flag("--version", itn::tools::version_text, "version, devices, and libraries");
   app.require_subcommand(1);
   itn::tools::add_bench(app);
   itn::tools::add_dataset(app);
   itn::tools::add_devices(app);
   itn::tools::add_eval(app);
+  itn::tools::add_export(app);
   itn::tools::add_gradcheck(app);
   itn::tools::add_render(app);
   itn::tools::add_gradient(app);
@@ -88,6 +90,11 @@ int run(int argc, char** argv) {
   itn::tools::add_predict(app);
   itn::tools::add_shapes(app);
   itn::tools::add_train(app);
+  // For the build.
+  std::string folder;
+  CLI::App* manual = app.add_subcommand("manual", "writes manual pages and completions into a folder")->group("");
+  manual->add_option("folder", folder)->required();
+  manual->callback([&] { itn::tools::write_manual(app, folder); });
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
