@@ -2,7 +2,7 @@
 
 #include <cmath>
 #include <cstdint>
-#include <cstring>
+#include <utility>
 
 #include "network/input.h"
 #include "network/network_file.h"
