@@ -42,7 +42,7 @@ std::vector<std::string> words_of(const CLI::Option& option) {
   return words;
 }
 
-std::string replaced(std::string text, const std::vector<std::pair<char, std::string>>& with) {
+std::string replaced(const std::string& text, const std::vector<std::pair<char, std::string>>& with) {
   std::string result;
   for (const char c : text) {
     const auto found = std::find_if(with.begin(), with.end(), [c](const auto& w) { return w.first == c; });
