@@ -24,7 +24,7 @@
 namespace itn::tools {
 namespace {
 
-struct Options {
+struct BenchArguments {
   CommonOptions common;
   std::string peer, peer_python = ".peers/bin/python", only, scenes;
   int runs = 5;
@@ -106,7 +106,7 @@ void print_stages(const std::string& name, const Rendering& image) {
   std::fflush(stdout);
 }
 
-void time_stages_of(const Device& device, const std::vector<BenchScene>& scenes, const Options& options,
+void time_stages_of(const Device& device, const std::vector<BenchScene>& scenes, const BenchArguments& options,
                     nlohmann::ordered_json& result) {
   if (options.common.talkative())
     fmt::print(
@@ -128,7 +128,7 @@ void time_stages_of(const Device& device, const std::vector<BenchScene>& scenes,
 }
 
 void cost_of_derivatives(const Device& device, MitsubaPeer* peer, const std::vector<BenchScene>& scenes,
-                         const Options& options, nlohmann::ordered_json& result) {
+                         const BenchArguments& options, nlohmann::ordered_json& result) {
   const bool talk = options.common.talkative();
   if (talk) {
     fmt::print(
@@ -181,7 +181,7 @@ void cost_of_derivatives(const Device& device, MitsubaPeer* peer, const std::vec
 }
 
 void cost_of_texture_gradients(const Device& device, MitsubaPeer* peer, const std::vector<BenchScene>& scenes,
-                               const Options& options, nlohmann::ordered_json& result) {
+                               const BenchArguments& options, nlohmann::ordered_json& result) {
   const bool talk = options.common.talkative();
   if (talk) {
     fmt::print(
@@ -223,7 +223,7 @@ void cost_of_texture_gradients(const Device& device, MitsubaPeer* peer, const st
   if (talk) fmt::print("{:<40} speed {:>6.2f}x\n", "gradient, geometric mean", std::exp(speeds / count));
 }
 
-void run(const Options& options) {
+void run(const BenchArguments& options) {
   if (!options.common.definitions.empty())
     throw UsageError("-D " + options.common.definitions.front() + ": bench makes its own scenes, which have no $name");
   if (options.surfaces && options.volumes) throw UsageError("--surfaces --volumes: one at a time");
@@ -278,7 +278,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_bench(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<BenchArguments>();
   CLI::App* command = app.add_subcommand("bench", "speed and equal-error efficiency, beside Mitsuba 3 when asked");
   add_common_options(*command, options->common);
   command->add_option("--peer", options->peer, "also render in: mitsuba")->check(CLI::IsMember({"mitsuba"}));

@@ -75,5 +75,6 @@ void add_predict(CLI::App& app);
 void add_render(CLI::App& app);
 void add_shapes(CLI::App& app);
 void add_train(CLI::App& app);
+void add_view(CLI::App& app);
 
 }  // namespace itn::tools

@@ -27,7 +27,7 @@
 namespace itn::tools {
 namespace {
 
-struct Options {
+struct DatasetArguments {
   CommonOptions common;
   std::string config, folder;
   std::string part;  // K/N
@@ -53,7 +53,7 @@ void write_preview(const std::string& folder, const Manifest& set) {
   sheet.write(folder + "/preview.png");
 }
 
-DatasetPart part_of(const Options& options) {
+DatasetPart part_of(const DatasetArguments& options) {
   if (options.part.empty()) return {};
   std::size_t number = 0, count = 0;
   const char* end = options.part.data() + options.part.size();
@@ -69,12 +69,12 @@ DatasetPart part_of(const Options& options) {
 }
 
 // This process alone, or beside those of other parts.
-FolderLock lock_of(const Options& options, const DatasetPart& part) {
+FolderLock lock_of(const DatasetArguments& options, const DatasetPart& part) {
   if (part.count == 1) return FolderLock(options.folder);
   return {options.folder, fmt::format("{} of {}", part.index + 1, part.count)};
 }
 
-void merge(const Options& options, const DatasetConfig& config) {
+void merge(const DatasetArguments& options, const DatasetConfig& config) {
   const CommonOptions& common = options.common;
   const FolderLock lock(options.folder);
   check_outputs(common, {}, {manifest_file(options.folder)});
@@ -87,7 +87,7 @@ void merge(const Options& options, const DatasetConfig& config) {
                       {"images", set.images.size()}});
 }
 
-void run(const Options& options, bool seed_given) {
+void run(const DatasetArguments& options, bool seed_given) {
   const CommonOptions& common = options.common;
   Inputs inputs;
   DatasetConfig config = read_dataset_config(options.config);
@@ -140,7 +140,7 @@ void run(const Options& options, bool seed_given) {
 }  // namespace
 
 void add_dataset(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DatasetArguments>();
   CLI::App* command =
       app.add_subcommand("dataset",
                          "renders a data set: shapes x lights x materials\n\n"

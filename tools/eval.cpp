@@ -23,7 +23,7 @@
 namespace itn::tools {
 namespace {
 
-struct Options {
+struct EvalArguments {
   CommonOptions common;
   EvaluationOptions evaluation;
   std::optional<int> threads;
@@ -58,7 +58,7 @@ void print(const Evaluation& e, const std::string& folder) {
 // A line on the terminal for each part of the evaluation. Parts that are stored end in order.
 class PartLine {
  public:
-  explicit PartLine(const Options& options) : wanted_(!options.common.quiet) {}
+  explicit PartLine(const EvalArguments& options) : wanted_(!options.common.quiet) {}
 
   EvaluationProgress progress() {
     return {[this](const std::string& label, double amount, const std::string& unit, double done, bool stored) {
@@ -78,7 +78,7 @@ class PartLine {
   std::optional<OrderlyEnd> orderly_end_;
 };
 
-void run(Options options) {
+void run(EvalArguments options) {
   const auto start = std::chrono::steady_clock::now();
   const CommonOptions& common = options.common;
   options.evaluation.spp = common.spp;
@@ -102,7 +102,7 @@ void run(Options options) {
 }  // namespace
 
 void add_eval(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<EvalArguments>();
   CLI::App* command = app.add_subcommand(
       "eval",
       "the paper's tables 1, 2 and 3 for trained networks: errors of the parameters, of images rendered with them, and "

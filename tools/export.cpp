@@ -14,12 +14,12 @@
 namespace itn::tools {
 namespace {
 
-struct Options {
+struct ExportArguments {
   CommonOptions common;
   std::string run, output;
 };
 
-void run(const Options& options) {
+void run(const ExportArguments& options) {
   if (std::filesystem::path(options.output).extension() != ".onnx")
     throw UsageError("-o " + options.output + ": need a name that ends in .onnx");
   check_outputs(options.common, {options.output});
@@ -45,7 +45,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_export(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExportArguments>();
   CLI::App* command = app.add_subcommand(
       "export", "a trained network as ONNX, for other tools: radiance in, parameters in their units out");
   command->add_option("run", options->run, "folder that itn train wrote, .safetensors file, or `shipped`")->required();

@@ -19,7 +19,7 @@
 namespace itn::tools {
 namespace {
 
-struct Options {
+struct GradcheckArguments {
   CommonOptions common;
   std::string scene;
   Operator op = Operator::full;
@@ -57,7 +57,7 @@ void print(const DerivativeCheck& report) {
       report.passed() ? "passed" : "FAILED", report.bound, report.spp, DerivativeCheck::batches);
 }
 
-void run(const Options& options) {
+void run(const GradcheckArguments& options) {
   const CommonOptions& common = options.common;
   Inputs inputs;
   const Scene scene = load_scene(options.scene, common.definition_map(), {.open = common.open});
@@ -92,7 +92,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_gradcheck(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<GradcheckArguments>();
   CLI::App* command = app.add_subcommand(
       "gradcheck",
       fmt::format("each derivative of an image against a central difference with the same random numbers\n\n"

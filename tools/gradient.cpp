@@ -27,7 +27,7 @@
 namespace itn::tools {
 namespace {
 
-struct Options {
+struct GradientArguments {
   CommonOptions common;
   std::string scene;
   Operator op = Operator::full;
@@ -39,7 +39,7 @@ struct Options {
 };
 
 // The parameters that are textures or grids.
-std::vector<Parameter> textures_of(const Scene& scene, const Options& options) {
+std::vector<Parameter> textures_of(const Scene& scene, const GradientArguments& options) {
   std::vector<Parameter> result;
   for (const Parameter& p : list_parameters(scene))
     if (p.has_values() &&
@@ -48,7 +48,7 @@ std::vector<Parameter> textures_of(const Scene& scene, const Options& options) {
   return result;
 }
 
-bool by_replay(const Options& options, const std::vector<Parameter>& textures) {
+bool by_replay(const GradientArguments& options, const std::vector<Parameter>& textures) {
   if (options.mode == "images" && !textures.empty())
     throw UsageError("--mode images: no image could show the derivative by each texel or voxel of " +
                      textures.front().name + "; need adjoint");
@@ -66,7 +66,7 @@ struct TextureGradient {
   std::string path() const { return file + (by_voxels ? ".vol" : ".exr"); }
 };
 
-std::vector<TextureGradient> start_gradients(const Scene& scene, const Options& options,
+std::vector<TextureGradient> start_gradients(const Scene& scene, const GradientArguments& options,
                                              const std::vector<Parameter>& textures) {
   std::vector<TextureGradient> result;
   for (const Parameter& p : textures) {
@@ -81,8 +81,8 @@ std::vector<TextureGradient> start_gradients(const Scene& scene, const Options& 
   return result;
 }
 
-void add_values(std::vector<TextureGradient>& gradients, const Options& options, const std::vector<VoxelGrid>& values,
-                std::size_t repeat) {
+void add_values(std::vector<TextureGradient>& gradients, const GradientArguments& options,
+                const std::vector<VoxelGrid>& values, std::size_t repeat) {
   const auto images = static_cast<float>(options.images.sensors.size());
   for (TextureGradient& gradient : gradients) {
     const auto at = std::find(options.parameters.begin(), options.parameters.end(), gradient.parameter);
@@ -110,7 +110,8 @@ std::vector<float> end_gradient(TextureGradient& gradient) {
   return errors;
 }
 
-void write_gradient(const TextureGradient& gradient, const std::vector<float>& errors, const Options& options) {
+void write_gradient(const TextureGradient& gradient, const std::vector<float>& errors,
+                    const GradientArguments& options) {
   const VoxelGrid& of = gradient.values;
   if (gradient.by_voxels) {
     write_volume_file(gradient.path(), of);
@@ -140,7 +141,7 @@ double norm(const VoxelGrid& values) {
   return std::sqrt(square);
 }
 
-nlohmann::ordered_json to_json(const LossGradient& result, const Options& options, bool replay,
+nlohmann::ordered_json to_json(const LossGradient& result, const GradientArguments& options, bool replay,
                                const std::vector<double>& exposures, const std::vector<TextureGradient>& textures,
                                double scene_s, double render_s, double trace_s) {
   nlohmann::ordered_json gradient = nlohmann::ordered_json::object();
@@ -169,7 +170,7 @@ nlohmann::ordered_json to_json(const LossGradient& result, const Options& option
           {"time", time}};
 }
 
-void run(Options options) {
+void run(GradientArguments options) {
   const CommonOptions& common = options.common;
   const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
   Inputs inputs;
@@ -244,7 +245,7 @@ void run(Options options) {
 }  // namespace
 
 void add_gradient(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<GradientArguments>();
   CLI::App* command = app.add_subcommand(
       "gradient", "mean squared difference from a target image and its gradient by scene parameters, both unbiased");
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();

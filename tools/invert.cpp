@@ -26,9 +26,7 @@
 namespace itn::tools {
 namespace {
 
-constexpr double assumed_noise = 0.01;  // where nobody says
-
-struct Options {
+struct InvertArguments {
   CommonOptions common;
   std::string scene, folder, init, method = "gauss-newton";
   Operator op = Operator::full;
@@ -43,7 +41,7 @@ struct Options {
 };
 
 // Everything that the numbers depend on: a folder goes on only with the same.
-nlohmann::ordered_json request(const Options& o, const Device& device, const Inputs& inputs) {
+nlohmann::ordered_json request(const InvertArguments& o, const Device& device, const Inputs& inputs) {
   // the scene, all that it names, and the images
   nlohmann::ordered_json files = nlohmann::ordered_json::object();
   for (const auto& [file, fingerprint] : inputs.fingerprints()) files[file] = fingerprint;
@@ -70,7 +68,7 @@ nlohmann::ordered_json request(const Options& o, const Device& device, const Inp
 }
 
 // The values of --start, else what the network of --init sees in the first target, else the scene's.
-void set_starts(const Options& options, Scene& scene) {
+void set_starts(const InvertArguments& options, Scene& scene) {
   const std::vector<Parameter> all = list_parameters(scene);
   std::vector<std::string> given;
   for (const std::string& text : options.start) given.push_back(named_numbers(text).name);
@@ -85,7 +83,7 @@ void set_starts(const Options& options, Scene& scene) {
   }
 }
 
-Prior prior_of(const Options& options, const std::vector<Coordinate>& coordinates) {
+Prior prior_of(const InvertArguments& options, const std::vector<Coordinate>& coordinates) {
   Prior prior;
   for (const std::string& text : options.prior) {
     const NamedNumbers known = named_numbers(text);
@@ -121,15 +119,7 @@ void print(const InversionOutcome& outcome, const std::vector<Coordinate>& coord
   fmt::print("{}/report.html: {:.1f} s\n", outcome.question.folder, outcome.seconds);
 }
 
-bool errors_known(const std::vector<TargetImage>& targets) {
-  return std::all_of(targets.begin(), targets.end(), [](const TargetImage& t) { return !t.error.empty(); });
-}
-
-double relative_noise(const Options& options, const std::vector<TargetImage>& targets) {
-  return options.noise >= 0 ? options.noise : errors_known(targets) ? 0 : assumed_noise;
-}
-
-void find_textures(const Options& options, const Scene& scene, const std::vector<TargetImage>& targets,
+void find_textures(const InvertArguments& options, const Scene& scene, const std::vector<TargetImage>& targets,
                    const Device& device, const Inputs& inputs) {
   if (!options.only_numbers.empty())
     throw UsageError(options.only_numbers.front() +
@@ -141,7 +131,7 @@ void find_textures(const Options& options, const Scene& scene, const std::vector
   how.smoothness = options.smoothness;
   how.exposure = options.inversion.exposure;
   how.repeats = options.repeats;
-  how.relative_noise = relative_noise(options, targets);
+  how.relative_noise = relative_noise(options.noise, targets);
   RenderOptions render_options;
   render_options.seed = options.common.seed;
   render_options.op = options.op;
@@ -154,7 +144,7 @@ void find_textures(const Options& options, const Scene& scene, const std::vector
                   targets, device, render_options, asked);
 }
 
-void run(Options options) {
+void run(InvertArguments options) {
   const CommonOptions& common = options.common;
   const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
   Inputs inputs(Inputs::Keep::fingerprints);
@@ -179,7 +169,7 @@ void run(Options options) {
   if (double(how.iteration_limit()) * how.sample_limit() > most_samples)
     throw UsageError(fmt::format("--iterations {} of --spp {}: need at most {} samples in all", how.iteration_limit(),
                                  how.sample_limit(), most_samples));
-  how.relative_noise = relative_noise(options, targets);
+  how.relative_noise = relative_noise(options.noise, targets);
 
   RenderOptions render_options;
   render_options.seed = common.seed;
@@ -216,7 +206,7 @@ void run(Options options) {
 }  // namespace
 
 void add_invert(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<InvertArguments>();
   CLI::App* command =
       app.add_subcommand("invert",
                          "from images of a scene to its parameters, with 95 % intervals (analysis by synthesis)\n\n"

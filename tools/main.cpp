@@ -90,6 +90,7 @@ int run(int argc, char** argv) {
   itn::tools::add_predict(app);
   itn::tools::add_shapes(app);
   itn::tools::add_train(app);
+  itn::tools::add_view(app);
   // For the build.
   std::string folder;
   CLI::App* manual = app.add_subcommand("manual", "writes manual pages and completions into a folder")->group("");

@@ -18,7 +18,7 @@
 namespace itn::tools {
 namespace {
 
-struct Options {
+struct PredictArguments {
   CommonOptions common;
   std::string run, dataset, scene, shape_buffers;
   int sensor = 0;
@@ -26,7 +26,7 @@ struct Options {
   std::vector<double> light;
 };
 
-void run(const Options& options) {
+void run(const PredictArguments& options) {
   Inputs inputs;
   std::optional<Scene> scene;
   if (!options.scene.empty()) {
@@ -59,7 +59,7 @@ void run(const Options& options) {
 }
 
 // Without a RUN before the images it is the shipped one.
-void take_run(Options& options) {
+void take_run(PredictArguments& options) {
   const std::string first = options.images.front();
   options.run = shipped_run;
   if (std::filesystem::path(first).extension() == ".exr" && !is_folder(first)) return;
@@ -71,7 +71,7 @@ void take_run(Options& options) {
 }  // namespace
 
 void add_predict(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PredictArguments>();
   CLI::App* command = app.add_subcommand(
       "predict",
       "parameters for images by a network: sigma_t [1/mm; with --scene 1/scene unit], albedo, g; a line an image");

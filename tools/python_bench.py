@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""What Python costs: python_bench.py [overhead | memory [RENDERS] | itn [STEPS]]...
+"""What Python costs: python_bench.py [overhead | memory [RENDERS] | threads [RENDERS] | itn [STEPS]]...
 
 overhead  time of a call beside the renderer's own, of small images, and beside the command
 memory    resident memory and time of a render over many renders
+threads   renders a second of several threads with scenes of their own, which share one device; memory; the same images
 itn       a step of training an inverse transport network in PyTorch, rendering by itn and by Mitsuba; needs torch and mitsuba
 """
 import os
@@ -53,6 +54,38 @@ def memory(renders=10000):
         if k in (99, renders // 2, renders - 1):
             print(f"after {k + 1} renders: {resident():.1f} MiB, the last hundred took "
                   f"{1e3 * statistics.median(times[-100:]):.3f} ms each")
+
+
+def threads(renders=2000):
+    import threading
+
+    def images(scene, count, first):
+        for k in range(count):
+            scene.parameters["skin.sigma_t"] = 5 + (first + k) % 7
+            yield itn.render(scene, spp=1, seed=first + k).image
+
+    def sums(scene, count, first, into):
+        into.extend(float(image.sum(dtype=np.float64)) for image in images(scene, count, first))
+
+    alone = []
+    sums(itn.load(BALL), renders, 0, alone)
+    for workers in (1, 2, 4, 8):
+        parts = [[] for _ in range(workers)]
+        share = renders // workers
+        scenes = [itn.load(BALL) for _ in range(workers)]
+        for scene in scenes:
+            itn.render(scene, spp=1)  # makes its renderer
+        start = time.perf_counter()
+        started = [threading.Thread(target=sums, args=(scenes[w], share, w * share, parts[w])) for w in range(workers)]
+        for thread in started:
+            thread.start()
+        for thread in started:
+            thread.join()
+        seconds = time.perf_counter() - start
+        together = [value for part in parts for value in part]
+        same = together == alone[:len(together)]
+        print(f"{workers} threads: {len(together) / seconds:.0f} renders a second, the {'same' if same else 'WRONG'} images, "
+              f"{resident():.1f} MiB")
 
 
 def train(steps=20, batch=8, spp=16):
@@ -142,7 +175,7 @@ def train(steps=20, batch=8, spp=16):
 
 def main():
     arguments = sys.argv[1:] or ["overhead", "memory"]
-    runs = {"overhead": overhead, "memory": memory, "itn": train}
+    runs = {"overhead": overhead, "memory": memory, "threads": threads, "itn": train}
     while arguments:
         name = arguments.pop(0)
         if name not in runs:

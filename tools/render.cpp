@@ -10,7 +10,6 @@
 #include "runtime/base/error.h"
 #include "runtime/base/inputs.h"
 #include "runtime/base/seconds_since.h"
-#include "runtime/base/version.h"
 #include "runtime/cluster/ranks.h"
 #include "runtime/image/exr.h"
 #include "runtime/image/png.h"
@@ -21,11 +20,12 @@
 #include "tools/common.h"
 #include "tools/interrupt.h"
 #include "tools/progress.h"
+#include "tools/rendered_exr.h"
 
 namespace itn::tools {
 namespace {
 
-struct Options {
+struct RenderArguments {
   CommonOptions common;
   std::string scene, output;
   Operator op = Operator::full;
@@ -57,7 +57,7 @@ std::string preview_name(const std::string& output, std::string parameter) {
   return std::filesystem::path(output).replace_extension("." + parameter + ".png").string();
 }
 
-void check_files(const Options& options) {
+void check_files(const RenderArguments& options) {
   const std::string extension = std::filesystem::path(options.output).extension().string();
   if (extension == ".png" || extension == ".jpg" || extension == ".jpeg")
     throw UsageError("-o " + options.output + ": got " + extension +
@@ -79,45 +79,7 @@ void check_files(const Options& options) {
   }
 }
 
-ExrImage to_exr(const Rendering& image, const Scene& scene, const Options& options, const Device& device) {
-  const std::size_t channels = static_cast<std::size_t>(image.channels);
-  ExrImage exr{image.width, image.height, {}, {}, {}};
-  const std::vector<std::string> letters =
-      channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
-  const auto add = [&](const std::string& prefix) {
-    for (const std::string& letter : letters) exr.channels.push_back(prefix + letter);
-  };
-  add("");
-  add("stderr.");
-  for (const std::string& name : options.derivatives) {
-    add("derivative." + name + ".");
-    add("derivative_stderr." + name + ".");
-  }
-  const std::size_t pixels = image.mean.size() / channels;
-  const auto store = [&](const Image& from, std::size_t pixel) {
-    for (std::size_t c = 0; c < channels; ++c) exr.data.push_back(from.mean[pixel * channels + c]);
-    for (std::size_t c = 0; c < channels; ++c) exr.data.push_back(from.stderr_[pixel * channels + c]);
-  };
-  exr.data.reserve(pixels * exr.channels.size());
-  for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
-    store(image, pixel);
-    for (const Image& derivative : image.derivatives) store(derivative, pixel);
-  }
-  nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
-  for (const Parameter& p : list_parameters(scene)) parameters[p.name] = p.value;
-  exr.header = {{"scene", options.scene},
-                {"parameters", parameters.dump()},
-                {"spp", std::to_string(image.spp)},
-                {"seed", std::to_string(options.common.seed)},
-                {"operator", name_of(options.op)},
-                {"device", device.info().name + " (" + device.info().platform + ", " + device.info().driver + ")"},
-                {"version", std::string("itn ") + version()},
-                // OpenEXR's own name for it: readers that know "version" as a number of multi-part files hide the text.
-                {"software", std::string("itn ") + version()}};
-  return exr;
-}
-
-nlohmann::ordered_json to_json(const Rendering& image, const Options& options, const Device& device,
+nlohmann::ordered_json to_json(const Rendering& image, const RenderArguments& options, const Device& device,
                                const Times& times) {
   const DeviceInfo& info = device.info();
   nlohmann::ordered_json derivatives = nlohmann::ordered_json::object();
@@ -145,7 +107,7 @@ nlohmann::ordered_json to_json(const Rendering& image, const Options& options, c
 }
 
 // Returns the values of full red and blue, one a derivative.
-std::vector<double> write_previews(const Rendering& image, const Options& options) {
+std::vector<double> write_previews(const Rendering& image, const RenderArguments& options) {
   write_png(preview_name(options.output), image.width, image.height, tone_mapped(image.mean, image.channels));
   std::vector<double> scales;
   for (std::size_t i = 0; i < image.derivatives.size(); ++i) {
@@ -156,7 +118,7 @@ std::vector<double> write_previews(const Rendering& image, const Options& option
   return scales;
 }
 
-void print(const Rendering& image, const Options& options, const Device& device, const Times& times,
+void print(const Rendering& image, const RenderArguments& options, const Device& device, const Times& times,
            const std::vector<double>& preview_scales) {
   fmt::print("{}: {} x {}, {} spp, operator {}, {}\n", options.output, image.width, image.height, image.spp,
              name_of(options.op), device.info().name);
@@ -173,7 +135,7 @@ void print(const Rendering& image, const Options& options, const Device& device,
              times.write);
 }
 
-void run(Options options) {
+void run(RenderArguments options) {
   const CommonOptions& common = options.common;
   Times times;
   Inputs inputs;
@@ -217,7 +179,8 @@ void run(Options options) {
                              options.scene, image.paths));
 
   const Stopwatch writing;
-  write_exr(options.output, to_exr(image, scene, options, device));
+  write_exr(options.output,
+            to_exr(image, scene, {options.scene, options.derivatives, common.seed, options.op}, device));
   std::vector<double> preview_scales;
   if (options.preview) preview_scales = write_previews(image, options);
   times.write = writing.seconds();
@@ -228,7 +191,7 @@ void run(Options options) {
 }  // namespace
 
 void add_render(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RenderArguments>();
   CLI::App* command = app.add_subcommand("render", "a scene to an image with its standard error");
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
   command->add_option("-o,--output", options->output, "OpenEXR file to write")->required();

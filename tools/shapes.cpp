@@ -24,7 +24,7 @@
 namespace itn::tools {
 namespace {
 
-struct Options {
+struct ShapesArguments {
   CommonOptions common;
   std::string output;
   int random = 0;
@@ -94,7 +94,7 @@ nlohmann::ordered_json describe(const std::string& name, const std::string& role
           {"genus", genus(mesh)}};
 }
 
-void run(const Options& options) {
+void run(const ShapesArguments& options) {
   const CommonOptions& common = options.common;
   if (common.seed > std::numeric_limits<std::uint64_t>::max() - static_cast<std::uint64_t>(options.random))
     throw UsageError(fmt::format("--seed {} and --random {}: got seeds beyond 2^64 - 1", common.seed, options.random));
@@ -140,7 +140,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_shapes(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ShapesArguments>();
   CLI::App* command = app.add_subcommand("shapes", "the ten closed meshes of the data set, and random ones, as PLY");
   command->add_option("-o,--output", options->output, "folder to write to; made where it is missing")->required();
   command->add_option("--random", options->random, "also this many random shapes, of the seeds --seed, --seed + 1, ...")

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <numeric>
 
 #include "runtime/base/error.h"
@@ -46,6 +47,15 @@ std::vector<TargetImage> read_targets(TargetOptions& options, const Scene& scene
                                  sensor.crop_height, sensor.luminance ? 1 : 3));
   }
   return images;
+}
+
+bool errors_known(const std::vector<TargetImage>& targets) {
+  return std::all_of(targets.begin(), targets.end(), [](const TargetImage& t) { return !t.error.empty(); });
+}
+
+double relative_noise(double given, const std::vector<TargetImage>& targets) {
+  constexpr double assumed_noise = 0.01;  // where nobody says
+  return given >= 0 ? given : errors_known(targets) ? 0 : assumed_noise;
 }
 
 }  // namespace itn::tools

@@ -17,4 +17,11 @@ void add_target_options(CLI::App& command, TargetOptions& options);
 // masks do not come one a target or not at all, or a sensor is none of the scene's, and as read_target().
 std::vector<TargetImage> read_targets(TargetOptions& options, const Scene& scene);
 
+// Do the files of all of them say it?
+bool errors_known(const std::vector<TargetImage>& targets);
+
+// Of the targets' noise over their radiance, beside what their files say: as given, or where that is below 0 and they
+// say nothing, 1 %.
+double relative_noise(double given, const std::vector<TargetImage>& targets);
+
 }  // namespace itn::tools

@@ -18,14 +18,14 @@
 namespace itn::tools {
 namespace {
 
-struct Options {
+struct TrainArguments {
   CommonOptions common;
   TrainingRequest request;
   std::string exported;
   double checkpoint_every = 60;
 };
 
-void print_beginning(const Options& options, const TrainingRun& run) {
+void print_beginning(const TrainArguments& options, const TrainingRun& run) {
   const NetworkDescription& description = run.description();
   fmt::print("{}: {} images to learn from, {} to validate with, {} x {} pixels, {} channel{}\n",
              fmt::join(options.request.data, ", "), run.training_count(), run.validation_count(), description.size,
@@ -60,7 +60,7 @@ void print_end(const TrainingRun& run, const std::vector<double>& errors) {
 }
 
 // Steps until the training is complete; stores what there is now and then, and when it is interrupted.
-void learn(const Options& options, TrainingRun& run) {
+void learn(const TrainArguments& options, TrainingRun& run) {
   const OrderlyEnd orderly_end;
   auto saved = std::chrono::steady_clock::now();
   const double images =
@@ -88,7 +88,7 @@ void learn(const Options& options, TrainingRun& run) {
   }
 }
 
-void run(Options options) {
+void run(TrainArguments options) {
   options.request.seed = options.common.seed;
   options.request.device = options.common.device;
   options.request.spp = options.common.spp;
@@ -117,7 +117,7 @@ void run(Options options) {
 }  // namespace
 
 void add_train(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TrainArguments>();
   CLI::App* command = app.add_subcommand(
       "train",
       "trains a network on the splits `train` and `validation` of a data set, or (rn) of several\n\n"

@@ -10,21 +10,21 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
 Json to_json(const Estimate& e) {
-  return {{"value", number(e.value)}, {"low", number(e.low)}, {"high", number(e.high)}};
+  return {{"value", json_number(e.value)}, {"low", json_number(e.low)}, {"high", json_number(e.high)}};
 }
 
 // Also the single runs.
 Json to_json(const Runs& runs, Average how, const Resampling& resampling) {
   Json json = to_json(estimate(runs, how, resampling));
   json["runs"] = Json::array();
-  for (const Clustered& run : runs) json["runs"].push_back(number(average(run, how)));
+  for (const Clustered& run : runs) json["runs"].push_back(json_number(average(run, how)));
   return json;
 }
 
-Json table1(const Evaluation& e) {
+Json table1_json(const Evaluation& e) {
   Json table = Json::object();
   for (const ParameterErrors& errors : e.errors) {
     Json& subset = table[errors.name];
@@ -43,7 +43,7 @@ Json table1(const Evaluation& e) {
   return table;
 }
 
-Json table2(const Evaluation& e) {
+Json table2_json(const Evaluation& e) {
   Json table{{"spp", e.spp}};
   for (const bool training : {true, false}) {
     Json& subset = table[training ? "training" : "testing"];
@@ -60,13 +60,13 @@ Json table2(const Evaluation& e) {
     Json image{{"file", r.target.image.file}, {"split", split_name(r.target.image.split)}};
     for (std::size_t p = 0; p < 3; ++p) {
       const auto k = static_cast<Eigen::Index>(p);
-      image["limit"][parameter_names[p]] = {{"image", number(std::sqrt(r.bound.image[k]))},
-                                            {"with_prior", number(std::sqrt(r.bound.with_prior[k]))}};
+      image["limit"][parameter_names[p]] = {{"image", json_number(std::sqrt(r.bound.image[k]))},
+                                            {"with_prior", json_number(std::sqrt(r.bound.with_prior[k]))}};
     }
     const auto difference = [](const Difference& d) {
-      return Json{{"mean_square", number(d.mean_square)},
-                  {"seen_mean_square", number(d.seen_mean_square)},
-                  {"1-ms_ssim", number(d.structure)}};
+      return Json{{"mean_square", json_number(d.mean_square)},
+                  {"seen_mean_square", json_number(d.seen_mean_square)},
+                  {"1-ms_ssim", json_number(d.structure)}};
     };
     image["truth"] = difference(r.truth);
     image["runs"] = Json::array();
@@ -80,7 +80,7 @@ Json table2(const Evaluation& e) {
   return table;
 }
 
-Json table3(const Evaluation& e) {
+Json table3_json(const Evaluation& e) {
   Json table{{"images", e.synthesis_targets.size()},
              {"iterations", e.synthesis_options.iterations},
              {"spp", e.synthesis_options.spp},
@@ -91,10 +91,10 @@ Json table3(const Evaluation& e) {
     for (const Synthesis::Record& record : s.records) {
       Json medians{{"iteration", record.iteration}};
       for (std::size_t what = 0; what < 4; ++what)
-        medians[names[what]] = number(median(e.synthesis_errors(record, what)));
+        medians[names[what]] = json_number(median(e.synthesis_errors(record, what)));
       table["medians"][s.start].push_back(medians);
     }
-  for (std::size_t what = 0; what < 3; ++what) table["limit"][names[what]] = number(e.synthesis_limit(what));
+  for (std::size_t what = 0; what < 3; ++what) table["limit"][names[what]] = json_number(e.synthesis_limit(what));
   if (e.synthesis("rn") && e.synthesis("itn"))
     for (std::size_t what = 0; what < 4; ++what) {
       const int reached = iterations_to_reach(e, what);
@@ -117,9 +117,9 @@ nlohmann::ordered_json to_json(const Evaluation& e) {
             {"data", {{"folder", e.folder}, {"hash", e.set.hash}, {"size", e.set.size}, {"spp", e.set.spp}}},
             {"seed", e.resampling.seed},
             {"runs", runs},
-            {"table1", table1(e)}};
-  if (!e.rerendered.empty()) json["table2"] = table2(e);
-  if (!e.syntheses.empty()) json["table3"] = table3(e);
+            {"table1", table1_json(e)}};
+  if (!e.rerendered.empty()) json["table2"] = table2_json(e);
+  if (!e.syntheses.empty()) json["table3"] = table3_json(e);
   json["claims"] = claims;
   json["time"] = {{"total_s", e.seconds}};
   return json;

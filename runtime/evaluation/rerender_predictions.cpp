@@ -9,7 +9,7 @@
 namespace itn {
 namespace {
 
-constexpr std::size_t pictures = 6;
+constexpr std::size_t picture_count = 6;
 
 // An image of a split, and what the runs say about it.
 struct Candidate {
@@ -85,8 +85,8 @@ void rerender_predictions(const EvaluationOptions& options, RenderedLoss& render
       }
       r.difference.push_back(d);
       // Test images come first: some of them, evenly.
-      const std::size_t step = std::max<std::size_t>(1, static_cast<std::size_t>(options.images) / pictures);
-      if (!r.training && i % step == 0 && i / step < pictures) r.image.push_back(renderings[i].mean);
+      const std::size_t step = std::max<std::size_t>(1, static_cast<std::size_t>(options.images) / picture_count);
+      if (!r.training && i % step == 0 && i / step < picture_count) r.image.push_back(renderings[i].mean);
     }
   }
 }

@@ -48,18 +48,18 @@ int ExrImage::channel(const std::string& name) const {
   return found == channels.end() ? -1 : static_cast<int>(found - channels.begin());
 }
 
-void write_exr(const std::string& path, const ExrImage& image, Sync sync) {
+std::string encode_exr(const std::string& file_name, const ExrImage& image) {
   const std::size_t values =
       static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * image.channels.size();
   if (image.width <= 0 || image.height <= 0 || image.channels.empty() || image.data.size() != values)
-    throw std::logic_error("write_exr: data and size disagree");
+    throw std::logic_error("encode_exr: data and size disagree");
   use_every_core();
   Imf::Header header(image.width, image.height);
   header.compression() = Imf::ZIP_COMPRESSION;
   constexpr std::size_t longest_name = 255;
   for (const std::string& name : image.channels)  // OpenEXR would cut it, and lose a channel of the same beginning
     if (name.size() > longest_name)
-      throw ResultError(fmt::format("{}: the channel name {} has {} characters; OpenEXR takes {}", path, name,
+      throw ResultError(fmt::format("{}: the channel name {} has {} characters; OpenEXR takes {}", file_name, name,
                                     name.size(), longest_name));
   for (const std::string& name : image.channels) header.channels().insert(name, Imf::Channel(Imf::FLOAT));
   for (const auto& [name, value] : image.header) header.insert(name, Imf::StringAttribute(value));
@@ -69,7 +69,11 @@ void write_exr(const std::string& path, const ExrImage& image, Sync sync) {
     file.setFrameBuffer(frame_buffer(image, const_cast<float*>(image.data.data()), 0, 0));
     file.writePixels(image.height);
   }
-  write_file(path, memory.str(), sync);
+  return memory.str();
+}
+
+void write_exr(const std::string& path, const ExrImage& image, Sync sync) {
+  write_file(path, encode_exr(path, image), sync);
 }
 
 ExrImage read_exr(const std::string& path) {

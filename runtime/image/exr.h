@@ -19,7 +19,10 @@ struct ExrImage {
   int channel(const std::string& name) const;
 };
 
-// Float32, scanlines, ZIP. Written whole or not at all (see file.h): ResultError otherwise.
+// Float32, scanlines, ZIP. file_name: for messages.
+std::string encode_exr(const std::string& file_name, const ExrImage& image);
+
+// The same as a file. Written whole or not at all (see file.h): ResultError otherwise.
 void write_exr(const std::string& path, const ExrImage& image, Sync sync = Sync::now);
 
 // Every channel (half, float and uint become float) and text attribute of the first part.

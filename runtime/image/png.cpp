@@ -15,16 +15,20 @@
 
 namespace itn {
 
-void write_png(const std::string& path, int width, int height, const std::vector<std::uint8_t>& rgb) {
+std::string encode_png(const std::string& name, int width, int height, const std::vector<std::uint8_t>& rgb) {
   if (width <= 0 || height <= 0 || rgb.size() != 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
-    throw std::logic_error("write_png: data and size disagree");
+    throw std::logic_error("encode_png: data and size disagree");
   std::string bytes;
   const auto append = [](void* context, void* data, int size) {
     static_cast<std::string*>(context)->append(static_cast<const char*>(data), static_cast<std::size_t>(size));
   };
   if (!stbi_write_png_to_func(append, &bytes, width, height, 3, rgb.data(), 3 * width))
-    throw ResultError(path + ": encoding the PNG failed; is there memory left?");
-  write_file(path, bytes);
+    throw ResultError(name + ": encoding the PNG failed; is there memory left?");
+  return bytes;
+}
+
+void write_png(const std::string& path, int width, int height, const std::vector<std::uint8_t>& rgb) {
+  write_file(path, encode_png(path, width, height, rgb));
 }
 
 }  // namespace itn

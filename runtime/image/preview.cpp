@@ -34,23 +34,30 @@ double shoulder(double x) { return x <= 0.6 ? x : 1 - 0.4 * std::exp(-(x - 0.6) 
 
 }  // namespace
 
-std::vector<std::uint8_t> tone_mapped(const std::vector<float>& data, int channels) {
+double automatic_exposure(const std::vector<float>& data, int channels) {
+  std::vector<double> luminances(data.size() / static_cast<std::size_t>(channels));
+  for (std::size_t i = 0; i < luminances.size(); ++i) luminances[i] = luminance(pixel(data, channels, i));
+  const double white = percentile(std::move(luminances), 0.98);
+  return white > 0 ? 0.8 / white : 1;
+}
+
+std::vector<std::uint8_t> tone_mapped(const std::vector<float>& data, int channels, double exposure) {
   const std::size_t pixels = data.size() / static_cast<std::size_t>(channels);
-  std::vector<double> luminances(pixels);
-  for (std::size_t i = 0; i < pixels; ++i) luminances[i] = luminance(pixel(data, channels, i));
-  const double white = percentile(luminances, 0.98);
-  const double exposure = white > 0 ? 0.8 / white : 1;
   std::vector<std::uint8_t> bytes;
   bytes.reserve(3 * pixels);
   for (std::size_t i = 0; i < pixels; ++i) {
     Rgb c = pixel(data, channels, i);
-    if (!std::isfinite(luminances[i]))
+    if (!std::isfinite(luminance(c)))
       c = {1, 0, 1};
     else
       for (double& x : c) x = shoulder(exposure * x);
     append(bytes, c);
   }
   return bytes;
+}
+
+std::vector<std::uint8_t> tone_mapped(const std::vector<float>& data, int channels) {
+  return tone_mapped(data, channels, automatic_exposure(data, channels));
 }
 
 SignedPicture red_blue(const std::vector<float>& data, int channels) {

@@ -5,11 +5,16 @@
 
 namespace itn {
 
-// data: row-major, 1 or 3 interleaved linear channels. Result: three bytes a pixel.
-//
-// Exposure: the 98th percentile of luminance becomes 0.8, so a few fireflies or a small sun do not darken the picture.
-// Curve: linear up to 0.6, above it 1 - 0.4 exp(-(x - 0.6) / 0.4), which continues with the same slope and ends at
-// white; then sRGB encoding. Pixels that are not finite become magenta.
+// data: row-major, 1 or 3 interleaved linear channels, here and below.
+// The factor with which the 98th percentile of luminance becomes 0.8, so a few fireflies or a small sun do not darken
+// the picture; 1 for a black one.
+double automatic_exposure(const std::vector<float>& data, int channels);
+
+// Result: three bytes a pixel. Curve of the data times the exposure: linear up to 0.6, above it 1 - 0.4 exp(-(x - 0.6)
+// / 0.4), which continues with the same slope and ends at white; then sRGB encoding. Pixels that are not finite become
+// magenta.
+std::vector<std::uint8_t> tone_mapped(const std::vector<float>& data, int channels, double exposure);
+// With the automatic exposure.
 std::vector<std::uint8_t> tone_mapped(const std::vector<float>& data, int channels);
 
 struct SignedPicture {

@@ -87,7 +87,7 @@ Columns smoothed(const Columns& columns, const TargetImage& shape, int radius, C
 }
 
 // sum of w a b^T
-Eigen::MatrixXd product(const Columns& a, const Columns& b, const std::vector<double>& weight) {
+Eigen::MatrixXd weighted_product(const Columns& a, const Columns& b, const std::vector<double>& weight) {
   const auto n = static_cast<Eigen::Index>(a.size());
   Eigen::MatrixXd result(n, n);
   for (Eigen::Index k = 0; k < n; ++k)
@@ -108,11 +108,12 @@ Columns instruments_of(const Columns& jacobian, const std::vector<double>& weigh
   double most = -std::numeric_limits<double>::infinity();
   for (const int radius : instrument_radii) {
     Columns candidate = radius == 0 ? jacobian : smoothed(jacobian, shape, radius);
-    Eigen::MatrixXd a = product(smoothed(jacobian, shape, std::max(1, radius), Centre::out), jacobian, weight);
+    Eigen::MatrixXd a = weighted_product(smoothed(jacobian, shape, std::max(1, radius), Centre::out), jacobian, weight);
     a = (a + a.transpose().eval()) / 2;
     const double least = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(a, Eigen::EigenvaluesOnly).eigenvalues()[0];
     if (!(least > 0)) continue;
-    const double told = 2 * std::log(a.determinant()) - std::log(product(candidate, candidate, weight).determinant());
+    const double told =
+        2 * std::log(a.determinant()) - std::log(weighted_product(candidate, candidate, weight).determinant());
     if (told > most) {
       most = told;
       best = std::move(candidate);

@@ -101,12 +101,7 @@ void drop_nested(Builder& builder) {
   scene.bsdfs = std::move(kept);
 }
 
-}  // namespace
-
-Scene load_scene(const std::string& file, const std::map<std::string, std::string>& definitions,
-                 const LoadOptions& options) {
-  Report report;
-  const Document document = read_document(file, definitions, report);
+Scene scene_of(const std::string& file, const Document& document, const LoadOptions& options, Report& report) {
   Builder builder(document, report);
   builder.scene.file = file;
   builder.film_size = options.size;
@@ -129,6 +124,19 @@ Scene load_scene(const std::string& file, const std::map<std::string, std::strin
                  "the scene has no emitter: the image will be black; add <emitter type=\"constant\"/>");
   builder.scene.warnings.insert(builder.scene.warnings.end(), report.warnings().begin(), report.warnings().end());
   return builder.scene;
+}
+
+}  // namespace
+
+Scene load_scene(const std::string& file, const std::map<std::string, std::string>& definitions,
+                 const LoadOptions& options) {
+  Report report;
+  return scene_of(file, read_document(file, definitions, report), options, report);
+}
+
+Scene load_scene_text(const std::string& file, const std::string& text, const LoadOptions& options) {
+  Report report;
+  return scene_of(file, read_document_text(file, text, report), options, report);
 }
 
 }  // namespace itn

@@ -28,4 +28,7 @@ struct LoadOptions {
 Scene load_scene(const std::string& file, const std::map<std::string, std::string>& definitions = {},
                  const LoadOptions& options = {});
 
+// As if `file` had this text.
+Scene load_scene_text(const std::string& file, const std::string& text, const LoadOptions& options = {});
+
 }  // namespace itn

@@ -1,6 +1,6 @@
 // Derivatives by every parameter of small scenes against central differences with common random numbers: z-scores of
 // all of them together must look normal. In the suite some of the scenes; `test_transport "[.differences]"` takes all,
-// with twice the samples, and prints the table of README.md.
+// with more samples, and prints the table of README.md.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -134,7 +134,7 @@ std::vector<Comparison> compare(const Scene& scene, const std::vector<Parameter>
     Moments value, derivative, difference, second_order, disagreement;
     const int at = 1 + 4 * static_cast<int>(i);
     // Samples of its own for each parameter, so that the z-scores are independent.
-    constexpr int run = 32;
+    constexpr int run = 16;
     const int count = is_of_light(p) ? run : samples_a_pixel;  // by the light there is no noise
     for (int done = 0; done < count; done += run, first += run) {
       const std::vector<float> samples = sampled.trace({0, at, at + 1, at + 2, at + 3}, first, run);
@@ -225,7 +225,7 @@ void check(bool all, int samples_a_pixel) {
 
 }  // namespace
 
-TEST_CASE("derivatives by every parameter are those of central differences", "[transport][stat]") { check(false, 64); }
+TEST_CASE("derivatives by every parameter are those of central differences", "[transport][stat]") { check(false, 48); }
 
 TEST_CASE("derivatives by every parameter of all scenes are those of central differences", "[.differences]") {
   check(true, 128);

@@ -61,6 +61,7 @@ TEST_CASE("radiance times the derivative by it is the image of a constant light"
     Scene scene = scene_of(name);
     scene.sensors[0].luminance = luminance;
     check_linear(differentiated(scene, light_parameters(scene), op), light_parameters(scene));
+    if (op == Operator::single) continue;
     scene.environment->set("radiance", 0.3);  // one parameter, and one channel where the scene is grey
     REQUIRE(light_parameters(scene).size() == 1);
     check_linear(differentiated(scene, light_parameters(scene), op), light_parameters(scene));

@@ -220,7 +220,7 @@ TEST_CASE("the gradient by a voxel of an albedo is the difference of that voxel,
       setting.medium += R"(<volume type="constvolume" name="sigma_t"><rgb name="value" value="1.5, 1, 0.5"/>
         <transform name="to_world"><scale value="2"/><translate x="-1" y="-1" z="-1"/></transform></volume>)";
     const Scene scene = cube(folder, setting);
-    const std::vector<std::size_t> which{0, 4, 6, 7, 8, 11};
+    const std::vector<std::size_t> which{0, 6, 7, 8};
     const std::vector<Estimate> gradients = mean_of_gradients(scene, by({"smoke.albedo"}), 12, 256, first_values);
     REQUIRE(gradients.size() == values.size());
     // An albedo moves no flight: of the same random numbers differences have little noise.
@@ -333,27 +333,28 @@ TEST_CASE("launches, schedules and widths change no bit of a gradient by voxels"
 TEST_CASE("voxels times their gradients are the derivative by the grid's scale", "[derivative][stat]") {
   // d / d scale = sum of voxel d / d voxel, whatever the grid: with colours, lamps, a sun behind rough glass, the
   // camera inside. Both are of the same paths.
-  for (const char* name : {"grid_rgb", "grid_rough", "grid_inside"})
-    for (const Baselines baselines : {Baselines::off, Baselines::on}) {
-      const Scene scene = load_scene(test_scene("mitsuba/" + std::string(name) + ".xml"));
-      const std::vector<Parameter> all = list_parameters(scene);
-      const Parameter p = *std::find_if(
-          all.begin(), all.end(), [](const Parameter& each) { return each.by_voxels && each.member == "sigma_t"; });
-      const Parameter scale = find_parameter(all, p.id + ".scale");
-      const std::vector<float>& voxels = grid_of(scene, p)->data;
-      RenderOptions options = by({scale.name, p.name});
-      options.baselines = baselines;
-      const auto compare = [&](const WeighedDerivatives& result) {
-        const double by_scale = result.value[0] * scale.value;
-        const double by_voxels = std::inner_product(
-            voxels.begin(), voxels.end(), result.values[1].data.begin(), 0.0, std::plus<>(),
-            [](float voxel, float d) { return static_cast<double>(voxel) * static_cast<double>(d); });
-        CHECK(sum_of(result.values[1]) == Approx(result.value[1]).epsilon(1e-4).margin(1e-4 * std::abs(by_scale)));
-        return std::vector<double>{by_voxels - by_scale, by_scale};
-      };
-      const std::vector<Estimate> differences = mean_of_gradients(scene, options, 8, 16, compare);
-      INFO(name << ": scale " << differences[1].value << ", difference " << differences[0].value << " +- "
-                << differences[0].stderr_);
-      CHECK(std::abs(differences[0].value) < 6.5 * differences[0].stderr_);
-    }
+  for (const auto& [name, baselines] : {std::pair<const char*, Baselines>{"grid_rgb", Baselines::on},
+                                        {"grid_rough", Baselines::off},
+                                        {"grid_inside", Baselines::on}}) {
+    const Scene scene = load_scene(test_scene("mitsuba/" + std::string(name) + ".xml"));
+    const std::vector<Parameter> all = list_parameters(scene);
+    const Parameter p = *std::find_if(all.begin(), all.end(),
+                                      [](const Parameter& each) { return each.by_voxels && each.member == "sigma_t"; });
+    const Parameter scale = find_parameter(all, p.id + ".scale");
+    const std::vector<float>& voxels = grid_of(scene, p)->data;
+    RenderOptions options = by({scale.name, p.name});
+    options.baselines = baselines;
+    const auto compare = [&](const WeighedDerivatives& result) {
+      const double by_scale = result.value[0] * scale.value;
+      const double by_voxels =
+          std::inner_product(voxels.begin(), voxels.end(), result.values[1].data.begin(), 0.0, std::plus<>(),
+                             [](float voxel, float d) { return static_cast<double>(voxel) * static_cast<double>(d); });
+      CHECK(sum_of(result.values[1]) == Approx(result.value[1]).epsilon(1e-4).margin(1e-4 * std::abs(by_scale)));
+      return std::vector<double>{by_voxels - by_scale, by_scale};
+    };
+    const std::vector<Estimate> differences = mean_of_gradients(scene, options, 8, 16, compare);
+    INFO(name << ": scale " << differences[1].value << ", difference " << differences[0].value << " +- "
+              << differences[0].stderr_);
+    CHECK(std::abs(differences[0].value) < 6.5 * differences[0].stderr_);
+  }
 }

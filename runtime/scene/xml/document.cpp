@@ -132,8 +132,8 @@ class Reader {
     }
   }
 
-  std::unique_ptr<Element> read_scene(const std::string& file) {
-    std::unique_ptr<Element> root = parse(file, read_text(file));
+  std::unique_ptr<Element> read_scene(const std::string& file, const std::string& text) {
+    std::unique_ptr<Element> root = parse(file, text);
     if (root->tag != "scene")
       fail(root->where, "outermost element is <" + root->tag + ">; need <scene version=\"3.0.0\">");
     return root;
@@ -366,16 +366,29 @@ const std::string& Element::attribute(const std::string& name) const {
 
 bool is_object_tag(const std::string& tag) { return object_tags.count(tag) > 0; }
 
-Document read_document(const std::string& file, const std::map<std::string, std::string>& definitions, Report& report) {
+namespace {
+
+Document read(const std::string& file, const std::string& text, const std::map<std::string, std::string>& definitions,
+              Report& report) {
   Reader reader(file, definitions, report);
   Document document;
-  document.root = reader.read_scene(file);
+  document.root = reader.read_scene(file, text);
   report.raise();  // what a broken file means would be guesswork
   reader.check_definitions_used();
   document.files = reader.resolver;
   for (const std::string& folder : reader.included_folders) document.files.append(folder);
   resolve_references(document, report);
   return document;
+}
+
+}  // namespace
+
+Document read_document(const std::string& file, const std::map<std::string, std::string>& definitions, Report& report) {
+  return read(file, read_text(file), definitions, report);
+}
+
+Document read_document_text(const std::string& file, const std::string& text, Report& report) {
+  return read(file, text, {}, report);
 }
 
 }  // namespace itn

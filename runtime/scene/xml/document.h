@@ -35,4 +35,7 @@ bool is_object_tag(const std::string& tag);
 // Throws InputError with everything that is wrong with the file and those it includes; warnings go to the report.
 Document read_document(const std::string& file, const std::map<std::string, std::string>& definitions, Report& report);
 
+// As if `file` had this text, without definitions.
+Document read_document_text(const std::string& file, const std::string& text, Report& report);
+
 }  // namespace itn

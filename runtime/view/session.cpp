@@ -1,0 +1,413 @@
+#include "runtime/view/session.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "runtime/base/error.h"
+#include "runtime/base/seconds_since.h"
+#include "runtime/image/accumulation.h"
+#include "runtime/inversion/forward_model.h"
+
+namespace itn {
+namespace {
+
+constexpr double part_s = 0.03;         // of rendering between two looks at what is wanted
+constexpr double step_s = 0.5;          // of rendering for a step of Gauss-Newton
+constexpr std::size_t loss_groups = 4;  // of independent samples, for the loss and its error
+constexpr int before_step = 32;         // samples a pixel: who still moves sliders does not ask for a step
+constexpr int soon_shown = 16;          // samples a pixel up to which every part is shown
+constexpr double between_frames_s = 0.1;
+constexpr std::size_t most_kept = 4;
+
+Sensor sensor_of(const Scene& scene, int index) {
+  if (index < 0 || index >= static_cast<int>(scene.sensors.size()))
+    throw UsageError(
+        fmt::format("sensor {}: the scene has sensors 0 to {}", index, static_cast<int>(scene.sensors.size()) - 1));
+  return scene.sensors[static_cast<std::size_t>(index)];
+}
+
+std::vector<double> numbers_of(const std::vector<Parameter>& parameters) {
+  std::vector<double> values(parameters.size());
+  std::transform(parameters.begin(), parameters.end(), values.begin(), [](const Parameter& p) { return p.value; });
+  return values;
+}
+
+const Parameter* named(const std::vector<Parameter>& parameters, const std::string& name) {
+  const auto found =
+      std::find_if(parameters.begin(), parameters.end(), [&](const Parameter& p) { return p.name == name; });
+  return found == parameters.end() ? nullptr : &*found;
+}
+
+// What describes a medium; of materials without one the numbers of their surfaces. Not the media's scale, which no
+// image tells from sigma_t.
+std::vector<std::string> usually_fitted(const std::vector<Parameter>& parameters) {
+  constexpr std::size_t most = 12;  // derivative images
+  std::vector<std::string> media, surfaces;
+  for (const Parameter& p : parameters) {
+    if (!p.not_differentiable.empty()) continue;
+    if (p.owner == Owner::phase || (p.owner == Owner::medium && p.member != "scale")) media.push_back(p.name);
+    if (p.owner == Owner::bsdf) surfaces.push_back(p.name);
+  }
+  std::vector<std::string> names = media.empty() ? surfaces : media;
+  names.resize(std::min(names.size(), most));
+  return names;
+}
+
+// So little different that images, of single precision, are the same.
+void move_apart(Scene& scene, const Parameter& p, double value) {
+  constexpr double little = 1e-12, nothing = 1e-30;
+  const double share = little * (1 + p.component);
+  for (const double near : {value * (1 - share), value * (1 + share), value + nothing * (1 + p.component)})
+    if (near != value && p.contains(near)) return set_parameter(scene, p, near);
+}
+
+}  // namespace
+
+ViewSession::ViewSession(Scene scene, ViewOptions options)
+    : options_(std::move(options)),
+      scene_(std::move(scene)),
+      parameters_(list_parameters(scene_)),
+      sensor_(sensor_of(scene_, options_.sensor)),
+      device_(options_.device),
+      watched_(std::chrono::steady_clock::now()),
+      builder_(std::make_unique<ProgramBuilder>(options_.device)) {
+  wanted_.values = numbers_of(parameters_);
+  if (options_.target) {
+    options_.spp = std::max(options_.spp, static_cast<int>(loss_groups));
+    wanted_.fit = usually_fitted(parameters_);
+  }
+}
+
+ViewSession::~ViewSession() = default;
+
+const Parameter& ViewSession::find(const std::string& name) const {
+  find_parameter(parameters_, name);
+  return *named(parameters_, name);
+}
+
+std::size_t ViewSession::index(const std::string& name) const {
+  return static_cast<std::size_t>(&find(name) - parameters_.data());
+}
+
+Scene ViewSession::scene_of(const std::vector<double>& values) const {
+  Scene scene = scene_;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (!std::isnan(values[i])) set_parameter(scene, parameters_[i], values[i]);
+  // A colour whose components have become equal would be one parameter, and have another name.
+  const std::vector<Parameter> there = list_parameters(scene);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (parameters_[i].component >= 0 && !named(there, parameters_[i].name))
+      move_apart(scene, parameters_[i], values[i]);
+  return scene;
+}
+
+Scene ViewSession::scene_of(const ViewFrame& frame) const { return scene_of(frame.values); }
+
+void ViewSession::change(const std::function<void(Wanted&)>& what) {
+  const std::lock_guard lock(mutex_);
+  const std::uint64_t before = wanted_.revision;
+  what(wanted_);
+  // Of values that nobody has seen yet one picture is finished first: a slider that never rests would show none.
+  if (pictured_ >= before) cancel_ = true;
+  work_.notify_all();
+}
+
+std::uint64_t ViewSession::set(const std::map<std::string, double>& values) {
+  for (const auto& [name, value] : values) {
+    const Parameter& p = find(name);
+    if (std::isnan(p.value))
+      throw UsageError(fmt::format("{}: a texture or a grid; a number cannot take its place", name));
+    if (!p.contains(value))
+      throw UsageError(fmt::format("parameter {}: got {}, need a number in {}", name, value, p.range()));
+  }
+  std::uint64_t revision = 0;
+  change([&](Wanted& wanted) {
+    std::vector<double> all = wanted.values;
+    for (const auto& [name, value] : values) all[index(name)] = value;
+    const auto differs = [](double a, double b) { return a != b && !(std::isnan(a) && std::isnan(b)); };
+    bool changed = false;
+    for (std::size_t i = 0; i < all.size(); ++i) changed = changed || differs(all[i], wanted.values[i]);
+    if (changed) {
+      wanted.values = std::move(all);
+      ++wanted.revision;
+    }
+    revision = wanted.revision;
+  });
+  return revision;
+}
+
+void ViewSession::differentiate(const std::string& parameter) {
+  if (!parameter.empty()) find(parameter);
+  change([&](Wanted& wanted) { wanted.derivative = parameter; });
+}
+
+void ViewSession::fit(const std::vector<std::string>& parameters) {
+  if (!options_.target) throw UsageError("there is no target to fit parameters to; give one with --target");
+  for (const std::string& name : parameters)
+    if (const std::string why_not = find(name).not_differentiable; !why_not.empty())
+      throw UsageError(fmt::format("{}: {}", name, why_not));
+  change([&](Wanted& wanted) { wanted.fit = parameters; });
+}
+
+std::vector<std::string> ViewSession::fitted() const {
+  const std::lock_guard lock(mutex_);
+  return wanted_.fit;
+}
+
+std::vector<double> ViewSession::values() const {
+  const std::lock_guard lock(mutex_);
+  return wanted_.values;
+}
+
+bool ViewSession::stopped() const {
+  const std::lock_guard lock(mutex_);
+  return stopped_;
+}
+
+bool ViewSession::take_step() {
+  std::map<std::string, double> values;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!frame_->step || frame_->revision != wanted_.revision || frame_->step->parameters != wanted_.fit) return false;
+    for (std::size_t i = 0; i < frame_->step->parameters.size(); ++i)
+      values[frame_->step->parameters[i]] = frame_->step->to[i];
+  }
+  set(values);
+  return true;
+}
+
+std::shared_ptr<const ViewFrame> ViewSession::frame() const {
+  const std::lock_guard lock(mutex_);
+  return frame_;
+}
+
+std::shared_ptr<const ViewFrame> ViewSession::wait(std::uint64_t after, std::chrono::milliseconds timeout) const {
+  std::unique_lock lock(mutex_);
+  watched_ = std::chrono::steady_clock::now();
+  work_.notify_all();
+  news_.wait_for(lock, timeout, [&] { return frame_->number > after || stopped_; });
+  watched_ = std::chrono::steady_clock::now();
+  return frame_;
+}
+
+std::chrono::steady_clock::time_point ViewSession::watched() const {
+  const std::lock_guard lock(mutex_);
+  return watched_;
+}
+
+void ViewSession::stop() {
+  const std::lock_guard lock(mutex_);
+  stopped_ = cancel_ = true;
+  work_.notify_all();
+  news_.notify_all();
+}
+
+void ViewSession::wait_for_work(std::chrono::milliseconds timeout) {
+  std::unique_lock lock(mutex_);
+  if (wanted_.revision == now_.revision && wanted_.derivative == now_.derivative && wanted_.fit == now_.fit &&
+      !stopped_)
+    work_.wait_for(lock, timeout);
+}
+
+RenderOptions ViewSession::render_options(const std::vector<std::string>& derivatives) {
+  RenderOptions options;
+  options.sensor = options_.sensor;
+  options.seed = options_.seed;
+  options.op = options_.op;
+  options.derivatives = derivatives;
+  options.cancel = &cancel_;
+  return options;
+}
+
+Renderer& ViewSession::renderer_of(const std::vector<std::string>& derivatives, std::uint64_t revision,
+                                   const Scene& scene) {
+  const auto found =
+      std::find_if(kept_.begin(), kept_.end(), [&](const Kept& k) { return k.derivatives == derivatives; });
+  if (found != kept_.end()) {
+    kept_.splice(kept_.begin(), kept_, found);
+  } else {
+    kept_.push_front({derivatives, revision, std::make_unique<Renderer>(device_, scene, render_options(derivatives))});
+    if (kept_.size() > most_kept) kept_.pop_back();
+  }
+  Kept& kept = kept_.front();
+  if (kept.revision != revision) {
+    kept.revision = 0;  // of none, where this fails
+    kept.renderer->replace(scene);
+    kept.revision = revision;
+  }
+  return *kept.renderer;
+}
+
+// From now on what is wanted.
+void ViewSession::begin(const Wanted& wanted) {
+  const bool moved = wanted.revision != now_.revision || now_.values.empty();
+  if (moved) current_ = scene_of(wanted.values);
+  if (moved) {
+    groups_.clear();
+    samples_ = 0;
+    loss_.reset();
+    problem_.clear();
+  }
+  if (moved || wanted.derivative != now_.derivative) derivative_problem_.clear();
+  if (moved || wanted.fit != now_.fit) {
+    step_.reset();
+    step_note_.clear();
+    step_done_ = false;
+  }
+  now_ = wanted;
+}
+
+// Can the derivative that is wanted be rendered, and at once? Else the note says why not.
+bool ViewSession::wants_derivative(const Scene& scene) {
+  derivative_note_.clear();
+  if (now_.derivative.empty()) return false;
+  const std::vector<Parameter> there = list_parameters(scene);
+  const Parameter* parameter = named(there, now_.derivative);
+  derivative_note_ = parameter ? parameter->not_differentiable : "there is no derivative by it at these values";
+  if (derivative_note_.empty()) derivative_note_ = derivative_problem_;
+  if (!derivative_note_.empty()) return false;
+  if (builder_->is_ready(scene, render_options({now_.derivative}))) return true;
+  derivative_note_ = "its program is being compiled";
+  return false;
+}
+
+bool ViewSession::refine() {
+  if (!problem_.empty()) return false;
+  const std::string derivative = wants_derivative(current_) ? now_.derivative : "";
+  if (groups_.empty() || derivative != derivative_) {
+    groups_.assign(options_.target ? loss_groups : 1, {});
+    next_group_ = 0;
+    samples_ = 0;
+    part_ = 1;
+    loss_.reset();
+    derivative_ = derivative;
+  }
+  const int groups = static_cast<int>(groups_.size());
+  if (next_group_ == 0) part_ = std::min(part_, (options_.spp - samples_) / groups);
+  if (part_ < 1) {
+    if (frame_->derivative_note != derivative_note_ || frame_->step_note != step_note_) publish();
+    return false;
+  }
+  const std::vector<std::string> derivatives =
+      derivative.empty() ? std::vector<std::string>{} : std::vector{derivative};
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    Renderer& renderer = renderer_of(derivatives, now_.revision, current_);
+    accumulate(groups_[next_group_], renderer.render(samples_, part_));
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    return explain(error);
+  }
+  // Of the last part: the first one of a program contains what the driver leaves for then.
+  sample_s_ = seconds_since(start) / part_;
+  const bool first = samples_ == 0;
+  samples_ += part_;
+  next_group_ = (next_group_ + 1) % groups_.size();
+  if (next_group_ == 0) {
+    const double fitting = std::clamp(part_s / std::max(sample_s_, 1e-9), 1.0, 1e6);
+    part_ = std::min(2 * part_, static_cast<int>(fitting));
+    if (options_.target) loss_.reset();
+  }
+  const bool done = next_group_ == 0 && samples_ + groups > options_.spp;
+  if (first || done || (next_group_ == 0 && (samples_ <= soon_shown || seconds_since(published_) > between_frames_s)))
+    publish();
+  return true;
+}
+
+// Why it could not be rendered. A derivative is left out then; values are for whoever moved them there to mend. Called
+// by a handler: throws again what is neither.
+bool ViewSession::explain(const std::runtime_error& error) {
+  if (!derivative_.empty()) {
+    derivative_problem_ = error.what();
+    return true;
+  }
+  if (frame_->number == 0 || dynamic_cast<const DeviceError*>(&error)) throw;
+  problem_ = error.what();
+  publish();
+  return true;
+}
+
+bool ViewSession::look_for_step() {
+  if (!options_.target || now_.fit.empty() || step_done_) return false;
+  if (samples_ < std::min(before_step, options_.spp / 2)) return false;
+  if (!builder_->is_ready(current_, render_options(now_.fit))) {
+    step_note_ = "the program for it is being compiled";
+    return false;
+  }
+  try {
+    RenderOptions of_step = render_options(now_.fit);
+    // Launches as short as parts: between them a slider that moves is noticed.
+    const double pixels = static_cast<double>(sensor_.crop_width) * sensor_.crop_height;
+    of_step.paths_a_launch = static_cast<int>(std::clamp(pixels * part_s / std::max(sample_s_, 1e-9), 4096.0, 1e6));
+    ForwardModel model(device_, current_, now_.fit, {options_.sensor}, of_step);
+    InversionOptions how;
+    constexpr int least = 16, most = 256;
+    how.spp = static_cast<int>(std::clamp<double>(step_s / std::max(sample_s_, 1e-9), least, most));
+    how.relative_noise = options_.relative_noise;
+    const std::vector<TargetImage> targets{*options_.target};
+    Inversion inversion(model, targets, how);
+    InversionState state = inversion.start(model.start());
+    state.spp = how.spp;
+    const InversionStep step = inversion.advance(state);
+    ViewStep result{now_.fit, {}, {}, step.distance};
+    for (std::size_t p = 0; p < now_.fit.size(); ++p) {
+      result.from.push_back(model.coordinates()[p].value(step.x[p]));
+      result.to.push_back(model.coordinates()[p].value(state.x[p]));
+    }
+    step_ = std::move(result);
+    step_note_.clear();
+  } catch (const ResultError& error) {
+    step_note_ = error.what();
+  } catch (const UsageError& error) {
+    step_note_ = error.what();
+  }
+  step_done_ = true;
+  publish();
+  return true;
+}
+
+void ViewSession::publish() {
+  auto frame = std::make_shared<ViewFrame>();
+  frame->revision = now_.revision;
+  frame->values = now_.values;
+  for (const Rendering& group : groups_)
+    if (group.spp > 0) accumulate(frame->image, group);
+  if (!problem_.empty()) frame->image = frame_->image;
+  frame->problem = problem_;
+  frame->derivative = problem_.empty() ? derivative_ : frame_->derivative;
+  frame->derivative_note = derivative_note_;
+  if (options_.target && problem_.empty() && next_group_ == 0 && !loss_)
+    loss_ = loss_gradient(groups_, *options_.target);
+  frame->loss = loss_;
+  frame->step = step_;
+  frame->step_note = step_note_;
+  frame->done = next_group_ == 0 && samples_ + static_cast<int>(groups_.size()) > options_.spp;
+  published_ = std::chrono::steady_clock::now();
+  const std::lock_guard lock(mutex_);
+  frame->number = frame_->number + 1;
+  frame_ = std::move(frame);
+  pictured_ = now_.revision;
+  news_.notify_all();
+}
+
+bool ViewSession::advance() {
+  Wanted wanted;
+  {
+    const std::lock_guard lock(mutex_);
+    if (stopped_) return false;
+    cancel_ = false;
+    wanted = wanted_;
+  }
+  begin(wanted);
+  try {
+    return look_for_step() || refine();
+  } catch (const Interrupted&) {
+    return true;
+  }
+}
+
+}  // namespace itn

@@ -1,0 +1,27 @@
+// Where a slider for a parameter begins and ends, and what its places mean.
+#pragma once
+#include <string>
+
+#include "runtime/scene/parameters.h"
+
+namespace itn {
+
+// Of a place t in [0, 1], the value is
+//   linear      low + (high - low) t,
+//   logarithm   low (high / low)^t,
+//   from_low    low + (high - low) t^3: finest near the lower end, which is reached,
+//   to_high     high - (high - low) (1 - t)^3: the same at the upper end.
+struct Slider {
+  enum class Scale { linear, logarithm, from_low, to_high } scale = Scale::linear;
+  double low = 0, high = 1;
+
+  double value(double t) const;
+};
+
+// Within the parameter's range, around its value. What has no upper bound ends eight times higher, with the value in
+// the middle; a medium's albedo, whose effect grows without bound towards 1, is finest there.
+Slider slider_of(const Parameter& parameter);
+
+std::string name_of(Slider::Scale scale);
+
+}  // namespace itn
