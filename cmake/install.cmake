@@ -7,25 +7,33 @@ set(ITN_CONFIG_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/itn)
 set(ITN_SCENES_DIR ${CMAKE_INSTALL_DATADIR}/itn/scenes)
 set(ITN_KERNELS_DIR ${CMAKE_INSTALL_DATADIR}/itn/kernels)
 
-install(TARGETS itn RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(TARGETS itn RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+# Where Debian's shells look.
+install(DIRECTORY ${PROJECT_BINARY_DIR}/manual/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT program)
+install(FILES ${PROJECT_BINARY_DIR}/manual/itn.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
+  RENAME itn COMPONENT program)
+install(FILES ${PROJECT_BINARY_DIR}/manual/_itn DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT program)
 install(TARGETS itn_bench itn_evaluation itn_training itn_network itn_runtime itn_file itn_kernels
-  EXPORT itn_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY runtime network kernels DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/itn FILES_MATCHING PATTERN "*.h")
-install(DIRECTORY kernels/ DESTINATION ${ITN_KERNELS_DIR} FILES_MATCHING PATTERN "*.h" PATTERN "*.cl")
-install(DIRECTORY scenes/ DESTINATION ${ITN_SCENES_DIR} FILES_MATCHING PATTERN "*")
+  EXPORT itn_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+install(DIRECTORY runtime network kernels DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/itn COMPONENT development
+  FILES_MATCHING PATTERN "*.h")
+install(DIRECTORY kernels/ DESTINATION ${ITN_KERNELS_DIR} COMPONENT program FILES_MATCHING PATTERN "*.h" PATTERN "*.cl")
+install(DIRECTORY scenes/ DESTINATION ${ITN_SCENES_DIR} COMPONENT program FILES_MATCHING PATTERN "*")
 # README.md and what it links to.
-install(FILES README.md LICENSE THIRD-PARTY.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
-install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR}
+install(FILES README.md LICENSE THIRD-PARTY.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPONENT program)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program
   PATTERN style EXCLUDE PATTERN .nav.yml EXCLUDE)
-install(FILES scenes/gallery/preview.png DESTINATION ${CMAKE_INSTALL_DOCDIR}/scenes/gallery)
+install(FILES scenes/gallery/preview.png DESTINATION ${CMAKE_INSTALL_DOCDIR}/scenes/gallery COMPONENT program)
 foreach(folder IN ITEMS kernels kernels/model runtime runtime/dataset runtime/derivative runtime/evaluation runtime/shapes
                         network network/weights tools scenes python tests/inversion tests/stage tests/transport)
-  install(FILES ${folder}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR}/${folder})
+  install(FILES ${folder}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR}/${folder} COMPONENT program)
 endforeach()
 
-install(EXPORT itn_targets NAMESPACE itn:: FILE itnTargets.cmake DESTINATION ${ITN_CONFIG_DIR})
+install(EXPORT itn_targets NAMESPACE itn:: FILE itnTargets.cmake DESTINATION ${ITN_CONFIG_DIR}
+  COMPONENT development)
 configure_package_config_file(cmake/itnConfig.cmake.in ${CMAKE_BINARY_DIR}/itnConfig.cmake
   INSTALL_DESTINATION ${ITN_CONFIG_DIR} PATH_VARS ITN_SCENES_DIR ITN_KERNELS_DIR)
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/itnConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_BINARY_DIR}/itnConfig.cmake ${CMAKE_BINARY_DIR}/itnConfigVersion.cmake
-  DESTINATION ${ITN_CONFIG_DIR})
+  DESTINATION ${ITN_CONFIG_DIR} COMPONENT development)

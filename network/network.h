@@ -56,6 +56,7 @@ class Network {
   std::vector<Tensor>& weights() { return weights_; }
   const std::vector<Tensor>& weights() const { return weights_; }
   const std::vector<Tensor>& gradients() const { return gradients_; }
+  std::vector<Tensor>& gradients() { return gradients_; }  // for who adds up those of several batches
 
  private:
   struct Pass;  // activations and gradients of one batch size

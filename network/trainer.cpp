@@ -7,8 +7,10 @@
 #include <utility>
 
 #include "network/random.h"
+#include "network/shard_sum.h"
 #include "runtime/base/error.h"
 #include "runtime/base/seconds_since.h"
+#include "runtime/cluster/ranks.h"
 
 namespace itn {
 namespace {
@@ -27,9 +29,28 @@ void check(const Examples& training, const Examples& validation, const TrainingO
           "the weight of the image loss must be 0 or above");
   require(has_image_loss || options.image_weight == 0, "a weight for the image loss, and none to weigh");
   require(options.patience >= 0, "the patience must be 0 or above");
+  require(options.shards >= 1 && options.batch % options.shards == 0, "the shards must divide the batch evenly");
+  require(world().count() <= options.shards,
+          "in several processes it needs a shard (--shards) for each: the numbers depend on how many shards there are, "
+          "and not on the processes");
   require(training.count() >= static_cast<std::size_t>(options.batch), "fewer examples than a batch has");
   require(validation.count() >= 1, "no examples for the validation");
 }
+
+// The parts of a batch, and those of this rank.
+struct Shards {
+  std::size_t count, size, first, end;
+
+  Shards(const TrainingOptions& options, const Ranks& ranks)
+      : count(static_cast<std::size_t>(options.shards)),
+        size(static_cast<std::size_t>(options.batch) / count),
+        first(share_begin(count, static_cast<std::size_t>(ranks.rank()), static_cast<std::size_t>(ranks.count()))),
+        end(share_begin(count, static_cast<std::size_t>(ranks.rank()) + 1, static_cast<std::size_t>(ranks.count()))) {}
+
+  std::span<const std::size_t> part(const std::vector<std::size_t>& examples, std::size_t shard) const {
+    return std::span(examples).subspan(shard * size, size);
+  }
+};
 
 bool all_finite(const std::vector<float>& numbers) {
   return std::all_of(numbers.begin(), numbers.end(), [](float number) { return std::isfinite(number); });
@@ -62,41 +83,116 @@ std::vector<std::size_t> Trainer::next_examples() {
   return {first, first + options_.batch};
 }
 
+void Trainer::lap(double& seconds) {
+  seconds += seconds_since(lap_start_);
+  lap_start_ = std::chrono::steady_clock::now();
+}
+
+void Trainer::require_finite(const OutputLoss& loss) const {
+  if (!std::isfinite(loss.loss) || !all_finite(loss.gradient))
+    throw ResultError("training: the loss of step " + std::to_string(steps() + 1) +
+                      " or its gradient is not finite; lower the learning rate, or look at the examples");
+}
+
 void Trainer::step() {
   if (finished()) throw UsageError("training: has ended");
-  auto since = std::chrono::steady_clock::now();
-  const auto lap = [&since](double& seconds) {
-    seconds += seconds_since(since);
-    since = std::chrono::steady_clock::now();
-  };
+  lap_start_ = std::chrono::steady_clock::now();
   const std::vector<std::size_t> examples = next_examples();
+  const EpochLosses losses = options_.shards > 1 ? differentiate_in_shards(examples) : differentiate(examples);
+  const std::uint64_t all_steps = steps_in_epoch() * static_cast<std::uint64_t>(options_.epochs);
+  adam_.step(network_.weights(), network_.gradients(),
+             scheduled_learning_rate(options_.first_learning_rate, options_.last_learning_rate, steps(), all_steps));
+  lap(times_.network);
+  sums_.supervised += losses.supervised;
+  sums_.image += losses.image;
+  if (steps() % steps_in_epoch() == 0) end_epoch();
+  lap(times_.rest);
+}
+
+EpochLosses Trainer::differentiate(const std::vector<std::size_t>& examples) {
   const Batch batch = read_batch(training_, examples, network_, steps() / steps_in_epoch());
   const std::vector<OutputRange>& ranges = network_.description().outputs;
   lap(times_.rest);
   const std::vector<float>& outputs = network_.forward(batch.images, options_.batch);
   OutputLoss loss = supervised_loss(outputs, batch.truth, ranges);
-  const double supervised = loss.loss;
-  double image = 0;
+  EpochLosses losses{loss.loss, 0, 0};
   lap(times_.network);
   if (options_.image_weight > 0) {
     const ImageLoss::Result result = image_loss_->evaluate(examples, parameters_of(outputs, ranges), steps());
-    image = result.loss;
+    losses.image = result.loss;
     add_image_loss(loss, result, options_.image_weight, outputs, ranges);
   }
   lap(times_.image_loss);
-  if (!std::isfinite(loss.loss) || !all_finite(loss.gradient))
-    throw ResultError("training: the loss of step " + std::to_string(steps() + 1) +
-                      " or its gradient is not finite; lower the learning rate, or look at the examples");
-
+  require_finite(loss);
   network_.backward(loss.gradient);
-  const std::uint64_t all_steps = steps_in_epoch() * static_cast<std::uint64_t>(options_.epochs);
-  adam_.step(network_.weights(), network_.gradients(),
-             scheduled_learning_rate(options_.first_learning_rate, options_.last_learning_rate, steps(), all_steps));
+  return losses;
+}
+
+// The ranks render the images of a batch together: they need the outputs for all of them.
+ImageLoss::Result Trainer::image_loss_of_all(const std::vector<std::size_t>& examples) {
+  Ranks& ranks = world();
+  const Shards shards(options_, ranks);
+  std::vector<float> mine;
+  for (std::size_t s = shards.first; s < shards.end; ++s) {
+    const Batch batch = read_batch(training_, shards.part(examples, s), network_, steps() / steps_in_epoch());
+    const std::vector<float>& outputs = network_.forward(batch.images, static_cast<int>(shards.size));
+    mine.insert(mine.end(), outputs.begin(), outputs.end());
+  }
+  std::vector<float> all;
+  for (const std::string& part : ranks.gather(bytes_of(mine))) {
+    const auto outputs = numbers_of<float>(part);
+    all.insert(all.end(), outputs.begin(), outputs.end());
+  }
   lap(times_.network);
-  sums_.supervised += supervised;
-  sums_.image += image;
-  if (steps() % steps_in_epoch() == 0) end_epoch();
-  lap(times_.rest);
+  ImageLoss::Result result =
+      image_loss_->evaluate(examples, parameters_of(all, network_.description().outputs), steps());
+  lap(times_.image_loss);
+  return result;
+}
+
+EpochLosses Trainer::differentiate_in_shards(const std::vector<std::size_t>& examples) {
+  Ranks& ranks = world();
+  const Shards shards(options_, ranks);
+  const std::vector<OutputRange>& ranges = network_.description().outputs;
+  const std::size_t outputs_of_shard = shards.size * ranges.size();
+  ImageLoss::Result image;
+  if (options_.image_weight > 0) image = image_loss_of_all(examples);
+  ShardSum sum(shards.count);
+  std::vector<double> losses;
+  for (std::size_t s = shards.first; s < shards.end; ++s) {
+    lap(times_.network);
+    const Batch batch = read_batch(training_, shards.part(examples, s), network_, steps() / steps_in_epoch());
+    lap(times_.rest);
+    const std::vector<float>& outputs = network_.forward(batch.images, static_cast<int>(shards.size));
+    OutputLoss loss = supervised_loss(outputs, batch.truth, ranges);
+    losses.push_back(loss.loss);
+    if (options_.image_weight > 0) {
+      // of the mean over this shard's images, as the supervised loss is
+      ImageLoss::Result own;
+      for (std::size_t i = 0; i < outputs_of_shard; ++i)
+        own.gradient.push_back(image.gradient[s * outputs_of_shard + i] * static_cast<double>(shards.count));
+      add_image_loss(loss, own, options_.image_weight, outputs, ranges);
+    }
+    for (float& g : loss.gradient) g /= static_cast<float>(shards.count);
+    require_finite(loss);
+    network_.backward(loss.gradient);
+    std::vector<float> gradient;
+    for (const Tensor& tensor : network_.gradients())
+      gradient.insert(gradient.end(), tensor.values.begin(), tensor.values.end());
+    sum.add(s, std::move(gradient));
+  }
+  std::size_t values = 0;
+  for (const Tensor& tensor : network_.gradients()) values += tensor.values.size();
+  const std::vector<float> total = sum.over(ranks, values);
+  auto from = total.begin();
+  for (Tensor& tensor : network_.gradients()) {
+    std::copy_n(from, tensor.values.size(), tensor.values.begin());
+    from += static_cast<std::ptrdiff_t>(tensor.values.size());
+  }
+  EpochLosses mean{0, image.loss, 0};
+  for (const std::string& part : ranks.gather(bytes_of(losses)))
+    for (const double loss : numbers_of<double>(part)) mean.supervised += loss / static_cast<double>(shards.count);
+  return mean;
 }
 
 void Trainer::end_epoch() {
@@ -109,17 +205,24 @@ void Trainer::end_epoch() {
   }
 }
 
+// The ranks take batches in turn; the sum is in the order of the batches.
 double Trainer::validation_loss() {
-  double sum = 0;
+  Ranks& ranks = world();
+  const auto rank = static_cast<std::size_t>(ranks.rank()), rank_count = static_cast<std::size_t>(ranks.count());
   const std::size_t count = validation_.count(), step = static_cast<std::size_t>(options_.batch);
-  for (std::size_t first = 0; first < count; first += step) {
+  std::vector<double> mine;
+  for (std::size_t first = rank * step; first < count; first += rank_count * step) {
     std::vector<std::size_t> examples;
     for (std::size_t i = first; i < std::min(count, first + step); ++i) examples.push_back(i);
     const Batch batch = read_batch(validation_, examples, network_);
     const std::vector<float>& outputs = network_.forward(batch.images, static_cast<int>(examples.size()));
-    sum += supervised_loss(outputs, batch.truth, network_.description().outputs).loss *
-           static_cast<double>(examples.size());
+    mine.push_back(supervised_loss(outputs, batch.truth, network_.description().outputs).loss *
+                   static_cast<double>(examples.size()));
   }
+  std::vector<std::vector<double>> losses;
+  for (const std::string& part : ranks.gather(bytes_of(mine))) losses.push_back(numbers_of<double>(part));
+  double sum = 0;
+  for (std::size_t b = 0; b * step < count; ++b) sum += losses[b % rank_count][b / rank_count];
   return sum / static_cast<double>(count);
 }
 

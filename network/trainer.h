@@ -11,6 +11,7 @@
 // Stopped at any step and gone on from a checkpoint, the numbers are the same to the bit (on the same processor, with
 // the same number of threads; README.md).
 #pragma once
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -30,8 +31,12 @@ struct TrainingOptions {
   std::uint64_t seed = 0;   // of the order of the examples
   double weight_decay = 0;  // adam.h
   double image_weight = 0;  // lambda of the paper's eq. 3
-  int patience = 0;         // ends after so many epochs without a better validation loss; 0: never
-  std::string data;         // what tells data sets apart: a checkpoint goes on only with the same
+  // Each step's gradient is the sum of those of so many parts of the batch (shard_sum.h), which the ranks of world()
+  // share: the numbers depend on how many shards there are, and not on the ranks. A divisor of batch, and at least one
+  // for each rank.
+  int shards = 1;
+  int patience = 0;  // ends after so many epochs without a better validation loss; 0: never
+  std::string data;  // what tells data sets apart: a checkpoint goes on only with the same
 };
 
 // A point of the loss curves.
@@ -79,6 +84,11 @@ class Trainer {
 
  private:
   std::vector<std::size_t> next_examples();
+  // Of the batch: the loss, and in the network the gradient by its weights.
+  EpochLosses differentiate(const std::vector<std::size_t>& examples);
+  EpochLosses differentiate_in_shards(const std::vector<std::size_t>& examples);
+  ImageLoss::Result image_loss_of_all(const std::vector<std::size_t>& examples);
+  void require_finite(const OutputLoss& loss) const;
   void end_epoch();
   double validation_loss();
   std::map<std::string, std::string> circumstances() const;
@@ -93,6 +103,8 @@ class Trainer {
   std::size_t best_epoch_ = 0;
   std::vector<Tensor> best_weights_;
   std::vector<std::size_t> order_;
+  std::chrono::steady_clock::time_point lap_start_;
+  void lap(double& seconds);  // adds the time since the last call
   Times times_;
 };
 

@@ -12,6 +12,7 @@
 #include "runtime/base/colour.h"
 #include "runtime/base/error.h"
 #include "runtime/base/seconds_since.h"
+#include "runtime/cluster/ranks.h"
 #include "runtime/compile/geometry.h"
 #include "runtime/scene/parameters.h"
 #include "runtime/wavefront/trace_images.h"
@@ -259,17 +260,24 @@ WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<
     const TracedLaunch& launch = traced.launches[l];
     std::vector<float> of_launch;
     for (const JobSlice& slice : launch.slices) {
-      const std::size_t from = group_of[l] * pixels + static_cast<std::size_t>(slice.first_pixel);
-      for (std::size_t i = 0; i < static_cast<std::size_t>(slice.pixels) * s.channels(); ++i)
-        of_launch.push_back(static_cast<float>(pulls[from * s.channels() + i] / quantum));
+      const auto step = static_cast<std::size_t>(slice.pixel_step);
+      std::size_t pixel = group_of[l] * pixels + static_cast<std::size_t>(slice.first_pixel);
+      for (int i = 0; i < slice.pixels; ++i, pixel += step)
+        for (std::size_t c = 0; c < s.channels(); ++c)
+          of_launch.push_back(static_cast<float>(pulls[pixel * s.channels() + c] / quantum));
     }
     if (!traced.keep) s.wavefront->trace(launch.slices);
     s.wavefront->replay(launch.slices, of_launch, launch.first_sample);
     if (s.options.progress)
       s.options.progress(0.5 + 0.5 * static_cast<double>(l + 1) / static_cast<double>(traced.launches.size()));
   }
-  std::vector<VoxelGrid> values = s.develop_texels(s.wavefront->texel_gradient(), quantum);
-  WeighedDerivatives result = s.develop(s.wavefront->take_gradient(), quantum);
+  std::vector<std::int64_t> of_texels = s.wavefront->texel_gradient(), of_numbers = s.wavefront->take_gradient();
+  if (s.options.ranks) {
+    add_up(*s.options.ranks, of_texels);
+    add_up(*s.options.ranks, of_numbers);
+  }
+  std::vector<VoxelGrid> values = s.develop_texels(of_texels, quantum);
+  WeighedDerivatives result = s.develop(of_numbers, quantum);
   result.values = std::move(values);
   result.render_s = seconds_since(start);
   return result;

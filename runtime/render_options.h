@@ -8,6 +8,8 @@
 
 namespace itn {
 
+class Ranks;
+
 enum class Operator {
   full,   // all scattering
   single  // paths that scatter exactly once in a medium
@@ -40,6 +42,7 @@ struct RenderOptions {
   int paths_a_launch = 0;                     // 0: as many as take about a quarter of a second
   std::function<void(double)> progress;       // called between launches with the fraction done
   const std::atomic<bool>* cancel = nullptr;  // polled between launches; set: render throws Interrupted
+  Ranks* ranks = nullptr;                     // share the pixels of every image; all get it whole. null: none to share
   bool time_stages = false;                   // staged only: fills Rendering::stages, waiting for every launch
 };
 

@@ -14,6 +14,7 @@
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/base/printable.h"
+#include "runtime/cluster/ranks.h"
 
 namespace itn::tools {
 namespace {
@@ -115,7 +116,11 @@ std::string name_of(Operator op) { return op == Operator::single ? "single" : "f
 void write_json(const CommonOptions& options, const nlohmann::ordered_json& result) {
   if (options.json.empty()) return;
   // Names of files may be any bytes.
-  const std::string text = result.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  nlohmann::ordered_json whole = result;
+  if (const Ranks& ranks = world(); !ranks.alone())
+    whole["ranks"] = {
+        {"count", ranks.count()}, {"messages", ranks.traffic().messages}, {"bytes", ranks.traffic().bytes}};
+  const std::string text = whole.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
   if (options.json != "-") return write_file(options.json, text);
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
     throw ResultError("standard output: the result cannot be written; is the disk full or the reader gone?");
@@ -146,7 +151,7 @@ void refuse_inside(const std::string& folder, const std::vector<std::string>& fi
 }
 
 void warn(const CommonOptions& options, const std::string& text) {
-  if (!options.quiet) std::fprintf(stderr, "warning: %s\n", printable(text).c_str());
+  if (!options.quiet && world().is_first()) std::fprintf(stderr, "warning: %s\n", printable(text).c_str());
 }
 
 }  // namespace itn::tools

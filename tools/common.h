@@ -66,6 +66,7 @@ void add_bench(CLI::App& app);
 void add_dataset(CLI::App& app);
 void add_devices(CLI::App& app);
 void add_eval(CLI::App& app);
+void add_export(CLI::App& app);
 void add_gradcheck(CLI::App& app);
 void add_gradient(CLI::App& app);
 void add_invert(CLI::App& app);

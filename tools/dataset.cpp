@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -15,6 +16,7 @@
 #include "runtime/base/seconds_since.h"
 #include "runtime/base/version.h"
 #include "runtime/dataset/config.h"
+#include "runtime/dataset/merge_dataset.h"
 #include "runtime/dataset/render_dataset.h"
 #include "runtime/dataset/stored_image.h"
 #include "runtime/image/contact_sheet.h"
@@ -28,7 +30,8 @@ namespace {
 struct DatasetArguments {
   CommonOptions common;
   std::string config, folder;
-  bool preview = false;
+  std::string part;  // K/N
+  bool preview = false, merge = false;
 };
 
 std::map<std::string, std::size_t> images_of_splits(const Manifest& set) {
@@ -50,6 +53,40 @@ void write_preview(const std::string& folder, const Manifest& set) {
   sheet.write(folder + "/preview.png");
 }
 
+DatasetPart part_of(const DatasetArguments& options) {
+  if (options.part.empty()) return {};
+  std::size_t number = 0, count = 0;
+  const char* end = options.part.data() + options.part.size();
+  const auto [slash, no_number] = std::from_chars(options.part.data(), end, number);
+  bool is_part = no_number == std::errc() && slash != end && *slash == '/';
+  if (is_part) {
+    const auto [stop, no_count] = std::from_chars(slash + 1, end, count);
+    is_part = no_count == std::errc() && stop == end && number >= 1 && number <= count;
+  }
+  if (!is_part) throw UsageError("--part " + options.part + ": need K/N, the K-th of N parts, K from 1 to N");
+  if (options.preview) throw UsageError("--preview: a part has not all images; give it with --merge");
+  return {number - 1, count};
+}
+
+// This process alone, or beside those of other parts.
+FolderLock lock_of(const DatasetArguments& options, const DatasetPart& part) {
+  if (part.count == 1) return FolderLock(options.folder);
+  return {options.folder, fmt::format("{} of {}", part.index + 1, part.count)};
+}
+
+void merge(const DatasetArguments& options, const DatasetConfig& config) {
+  const CommonOptions& common = options.common;
+  const FolderLock lock(options.folder);
+  check_outputs(common, {}, {manifest_file(options.folder)});
+  const Manifest set = merge_dataset(config, options.folder, &interrupt_flag());
+  if (options.preview) write_preview(options.folder, set);
+  if (common.talkative()) fmt::print("{}: all {} images are there and whole\n", options.folder, set.images.size());
+  write_json(common, {{"schema", "itn.dataset.merge/1"},
+                      {"folder", options.folder},
+                      {"hash", set.hash},
+                      {"images", set.images.size()}});
+}
+
 void run(const DatasetArguments& options, bool seed_given) {
   const CommonOptions& common = options.common;
   Inputs inputs;
@@ -58,10 +95,16 @@ void run(const DatasetArguments& options, bool seed_given) {
     throw UsageError("--spp 1: images without standard errors, which nothing can be learnt from; need 2 or more");
   if (common.spp) config.spp = common.spp;
   if (seed_given) config.seed = common.seed;
+  const DatasetPart part = part_of(options);
+  if (options.merge) {
+    if (part.count > 1) throw UsageError("--merge: of all parts; leave --part out");
+    inputs.end();
+    return merge(options, config);
+  }
   const Device device(common.device);
   const DatasetPlan plan = plan_dataset(config, version(), device.info().name + ", " + device.info().platform);
   inputs.end();
-  const FolderLock lock(options.folder);
+  const FolderLock lock = lock_of(options, part);
   check_outputs(common, {}, {manifest_file(options.folder)});
 
   const auto start = std::chrono::steady_clock::now();
@@ -69,7 +112,7 @@ void run(const DatasetArguments& options, bool seed_given) {
   const DatasetProgress end = render_dataset(
       device, plan, options.folder,
       [&](const DatasetProgress& p) { progress.update(static_cast<double>(p.done) / static_cast<double>(p.total)); },
-      &interrupt_flag());
+      &interrupt_flag(), part);
   progress.clear();
   if (options.preview) write_preview(options.folder, plan.manifest);
   const double seconds = seconds_since(start);
@@ -77,6 +120,7 @@ void run(const DatasetArguments& options, bool seed_given) {
   if (common.talkative()) {
     fmt::print("{}: {} images of {} x {} pixels, {} samples each, of {} shapes\n", options.folder, end.total,
                config.size, config.size, config.spp, plan.manifest.shapes.size());
+    if (part.count > 1) fmt::print("  part {} of {}\n", part.index + 1, part.count);
     for (const auto& [split, count] : splits) fmt::print("  {:<14} {:>7}\n", split, count);
     if (end.rendered > 0)
       fmt::print("{} rendered in {:.1f} s: {:.1f} images/s\n", end.rendered, seconds,
@@ -106,6 +150,11 @@ void add_dataset(CLI::App& app) {
                    fmt::format("JSON file, or one of the presets {}", fmt::join(dataset_presets(), ", ")))
       ->required();
   command->add_option("-o,--output", options->folder, "folder for manifest.json, images/ and shapes/")->required();
+  command->add_option("--part", options->part,
+                      "K/N: of N parts of the images the K-th, as a process of its own; any number at a time, here or "
+                      "on other machines, into one folder; then --merge");
+  command->add_flag("--merge", options->merge,
+                    "render nothing: check that all parts are there and whole, and complete the manifest");
   command->add_flag("--preview", options->preview, "also preview.png: some of the images side by side");
   add_common_options(*command, options->common, "the configuration's");
   command->callback([options, command] { run(*options, command->count("--seed") > 0); });

@@ -13,6 +13,7 @@
 #include "runtime/base/file.h"
 #include "runtime/base/inputs.h"
 #include "runtime/base/seconds_since.h"
+#include "runtime/cluster/ranks.h"
 #include "runtime/image/exr.h"
 #include "runtime/inversion/measured_loss.h"
 #include "runtime/scene/load.h"
@@ -200,6 +201,7 @@ void run(GradientArguments options) {
     render_options.op = options.op;
     render_options.derivatives = options.parameters;
     render_options.cancel = &interrupt_flag();
+    render_options.ranks = &world();
     const int spp = common.spp ? common.spp : scene.sensors[static_cast<std::size_t>(sensors[t])].spp;
     if (spp < 2) throw UsageError("--spp 1: an unbiased loss compares different samples of a pixel; need 2 or more");
     int repeat = 0;

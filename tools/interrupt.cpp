@@ -17,11 +17,12 @@ namespace {
 std::atomic<bool> interrupted{false}, orderly{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "signal handlers may use lock-free atomics only");
 
+const char* end_text = "interrupted\n";
+
 // Everything here must be safe in a signal handler.
 void end_now(int) {
   remove_unfinished_file();
-  constexpr char text[] = "interrupted\n";
-  const auto ignored = write(STDERR_FILENO, text, sizeof text - 1);
+  const auto ignored = write(STDERR_FILENO, end_text, std::strlen(end_text));
   (void)ignored;
   _exit(130);
 }
@@ -81,6 +82,8 @@ void watch_for_interrupt() {
   // A reader that is gone: writing fails, and is reported; what takes long is stored first.
   handle(SIGPIPE, SIG_IGN);
 }
+
+void say_when_ended(const char* text) { end_text = text; }
 
 OrderlyEnd::OrderlyEnd() { orderly = true; }
 

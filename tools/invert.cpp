@@ -12,6 +12,7 @@
 #include "runtime/base/inputs.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/base/version.h"
+#include "runtime/cluster/ranks.h"
 #include "runtime/inversion/inversion_report.h"
 #include "runtime/scene/load.h"
 #include "runtime/training/network_start.h"
@@ -157,6 +158,7 @@ void find_textures(const InvertArguments& options, const Scene& scene, const std
   render_options.seed = options.common.seed;
   render_options.op = options.op;
   render_options.cancel = &interrupt_flag();
+  render_options.ranks = &world();
   StoredRun::Json asked = request(options, device, inputs);
   asked["smoothness"] = options.smoothness;
   asked["repeats"] = options.repeats;
@@ -230,6 +232,7 @@ void run(InvertArguments options) {
   render_options.seed = common.seed;
   render_options.op = options.op;
   render_options.cancel = &interrupt_flag();
+  render_options.ranks = &world();
   ForwardModel model(device, scene, options.parameters, options.images.sensors, render_options);
   how.prior = prior_of(options, model.coordinates());
   Inversion inversion(model, targets, how);

@@ -10,6 +10,7 @@
 #include "runtime/base/error.h"
 #include "runtime/base/inputs.h"
 #include "runtime/base/seconds_since.h"
+#include "runtime/cluster/ranks.h"
 #include "runtime/image/exr.h"
 #include "runtime/image/png.h"
 #include "runtime/image/preview.h"
@@ -158,6 +159,7 @@ void run(RenderArguments options) {
   render_options.derivatives = options.derivatives;
   render_options.progress = [&](double fraction) { progress.update(fraction); };
   render_options.cancel = &interrupt_flag();
+  render_options.ranks = &world();
   const Rendering image = render(device, scene, render_options);
   progress.clear();
   constexpr double few = 1e-5;  // rounding alone stays far below

@@ -9,6 +9,7 @@
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/base/seconds_since.h"
+#include "runtime/cluster/ranks.h"
 #include "runtime/training/training_run.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
@@ -71,7 +72,8 @@ void learn(const TrainArguments& options, TrainingRun& run) {
       run.step();
     } catch (const Interrupted&) {
       progress.clear();
-      run.save();
+      // Of several ranks another may have been stopped in the middle of this step: the last checkpoint holds.
+      if (world().alone()) run.save();
       throw;
     }
     if (run.trainer().curve().size() > epochs) {
@@ -182,9 +184,17 @@ void add_train(CLI::App& app) {
           "batches")
       ->check(CLI::Range(0.0, 1e12));
   command
-      ->add_option("--threads", options->request.threads,
-                   "of the network; the last digits depend on it; default OMP_NUM_THREADS, else one a core")
+      ->add_option(
+          "--threads", options->request.threads,
+          "of the network; the last digits depend on it; default OMP_NUM_THREADS, else one a core; with --shards 1")
       ->check(CLI::Range(1, 1024));
+  command
+      ->add_option(
+          "--shards", options->request.shards,
+          "parts of a batch whose gradients are added up; processes (mpirun) share them, at most one process a "
+          "shard. The last digits depend on how many there are, not on the processes")
+      ->check(CLI::Range(1, 4096))
+      ->capture_default_str();
   command->add_option("--checkpoint-every", options->checkpoint_every, "seconds; has no influence on the numbers")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <utility>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/base/json_text.h"
+#include "runtime/cluster/ranks.h"
 
 namespace itn {
 namespace {
@@ -56,6 +58,7 @@ void StoredRun::require_same(const Json& request) const {
 void StoredRun::write(const Json& request, const Json& record, int indent) const {
   Json all{{"schema", schema_}, {"request", request}};
   all.update(record);
+  if (!std::exchange(written_, true)) world().meet();
   write_file(file_, all.dump(indent) + "\n");
 }
 

@@ -31,6 +31,7 @@ class StoredRun {
   // For whoever finds that what the file holds is damaged.
   [[noreturn]] void refuse() const;
 
+  // Of several ranks (cluster/ranks.h) the first writes, and not before all have read: all call this.
   // The file becomes {"schema", "request"} and the members of `record`, whole or not at all. indent: as Json::dump().
   // Throws ResultError.
   void write(const Json& request, const Json& record, int indent = -1) const;
@@ -40,6 +41,7 @@ class StoredRun {
 
   std::string file_, schema_, job_;
   Json stored_;
+  mutable bool written_ = false;
 };
 
 // The folder of one long job, locked while this lives, with the job's StoredRun.

@@ -3,7 +3,7 @@
 
 namespace itn {
 
-// For instance "0.1.0".
+// For instance "0.2.0".
 const char* version();
 
 }  // namespace itn

@@ -9,9 +9,11 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/cluster/ranks.h"
 #include "runtime/dataset/dataset_mesh.h"
 #include "runtime/dataset/dataset_scene.h"
 #include "runtime/dataset/dataset_shapes.h"
+#include "runtime/dataset/merge_dataset.h"
 #include "runtime/dataset/shape_buffers.h"
 #include "runtime/dataset/stored_image.h"
 #include "runtime/image/exr.h"
@@ -117,13 +119,9 @@ class DatasetRenderer {
   std::set<int> has_buffers_;  // shapes whose buffers are in the folder
 };
 
-}  // namespace
-
-DatasetProgress render_dataset(const Device& device, const DatasetPlan& plan, const std::string& folder,
-                               const std::function<void(const DatasetProgress&)>& report,
-                               const std::atomic<bool>* cancel) {
-  Manifest set = plan.manifest;
-  check_same(folder, set);
+// What the images need beside their shapes, and the plan.
+void write_sources(const DatasetPlan& plan, const std::string& folder) {
+  const Manifest& set = plan.manifest;
   make_folder(folder + "/images");
   make_folder(folder + "/shapes");
   for (std::size_t s = 0; s < set.shapes.size(); ++s)
@@ -132,41 +130,90 @@ DatasetProgress render_dataset(const Device& device, const DatasetPlan& plan, co
   if (!plan.environment_files.empty()) make_folder(folder + "/environments");
   for (const auto& [file, from] : plan.environment_files) write_picture(folder + "/" + file, *read_environment(from));
   write_manifest(folder, set);
+}
 
-  DatasetProgress progress{0, set.images.size(), 0};
-  std::vector<const Manifest::Image*> missing;
+// All must render with the same bits.
+void require_same_plan(Ranks& ranks, const std::string& hash) {
+  const std::vector<std::string> all = ranks.gather(hash);
+  for (std::size_t r = 0; r < all.size(); ++r)
+    if (all[r] != all[0])
+      throw UsageError(
+          fmt::format("rank {} has another version or device than the first, or sees other files: the "
+                      "images of a set must all come from one kind of device",
+                      r));
+}
+
+// Every rank looks at some of the images. Returns those that are not there, the same on all.
+std::vector<const Manifest::Image*> missing_of(const Manifest& set, const std::string& folder, std::size_t first,
+                                               std::size_t end, const std::atomic<bool>* cancel, Ranks& ranks) {
+  std::vector<std::int64_t> is_missing(end - first);
   std::map<int, bool> has_buffers;  // shapes
-  for (const Manifest::Image& image : set.images) {
+  const auto rank = static_cast<std::size_t>(ranks.rank()), count = static_cast<std::size_t>(ranks.count());
+  for (std::size_t i = first + rank; i < end; i += count) {
     if (cancel && *cancel) throw Interrupted();
-    const int shape = image.shape;
-    const auto [known, is_new] = has_buffers.try_emplace(shape, false);
-    if (is_new) known->second = is_stored(folder, set, set.shapes[static_cast<std::size_t>(shape)]);
-    if (known->second && is_stored(folder, set, image))
-      ++progress.done;
-    else
-      missing.push_back(&image);
+    const Manifest::Image& image = set.images[i];
+    const auto [known, is_new] = has_buffers.try_emplace(image.shape, false);
+    if (is_new) known->second = is_stored(folder, set, set.shapes[static_cast<std::size_t>(image.shape)]);
+    is_missing[i - first] = !(known->second && is_stored(folder, set, image));
   }
-  report(progress);
+  add_up(ranks, is_missing);
+  std::vector<const Manifest::Image*> missing;
+  for (std::size_t i = first; i < end; ++i)
+    if (is_missing[i - first]) missing.push_back(&set.images[i]);
+  return missing;
+}
 
+// Images are written by whoever has rendered them.
+class AllRanksWrite {
+ public:
+  AllRanksWrite() : before_(set_writing(true)) {}
+  ~AllRanksWrite() { set_writing(before_); }
+  AllRanksWrite(const AllRanksWrite&) = delete;
+  AllRanksWrite& operator=(const AllRanksWrite&) = delete;
+
+ private:
+  bool before_;
+};
+
+}  // namespace
+
+DatasetProgress render_dataset(const Device& device, const DatasetPlan& plan, const std::string& folder,
+                               const std::function<void(const DatasetProgress&)>& report,
+                               const std::atomic<bool>* cancel, const DatasetPart& part) {
+  Ranks& ranks = world();
+  Manifest set = plan.manifest;
+  require_same_plan(ranks, set.hash);
+  check_same(folder, set);
+  const std::size_t first = share_begin(set.images.size(), part.index, part.count),
+                    end = share_begin(set.images.size(), part.index + 1, part.count);
+  // Others may be at work on other parts, and have found the set complete.
+  if (ranks.is_first() && (part.count == 1 || !is_there(manifest_file(folder)))) write_sources(plan, folder);
+  ranks.meet();
+
+  std::vector<const Manifest::Image*> missing = missing_of(set, folder, first, end, cancel, ranks);
+  DatasetProgress progress{end - first - missing.size(), end - first, 0};
+  report(progress);
   DatasetRenderer renderer(device, set, folder, cancel);
   const std::int64_t image_paths = static_cast<std::int64_t>(set.size) * set.size * set.spp;
-  const auto batch = static_cast<std::ptrdiff_t>(std::clamp<std::int64_t>(batch_paths / image_paths, 1, 64));
+  const auto batch = static_cast<std::size_t>(std::clamp<std::int64_t>(batch_paths / image_paths, 1, 64));
   const auto under_sun = [&](const Manifest::Image* image) {
     return !set.lights[static_cast<std::size_t>(image->light)].environment;
   };
   const auto environments = std::stable_partition(missing.begin(), missing.end(), under_sun);
-  for (auto first = missing.begin(); first != missing.end();) {
-    const auto end = first + std::min(batch, (first < environments ? environments : missing.end()) - first);
-    renderer.render({first, end});
-    progress.done += static_cast<std::size_t>(end - first);
-    progress.rendered += static_cast<std::size_t>(end - first);
-    report(progress);
-    first = end;
-  }
-  for (const char* part : {"", "/images", "/shapes"}) remove_remains(folder + part);
-  sync_folder(folder);  // a complete set is there whole, whatever happens to the machine
-  set.complete = true;
-  write_manifest(folder, set);
+  const auto render = [&](auto from, auto to) {
+    const AllRanksWrite all_write;
+    ranks.hand_out(static_cast<std::size_t>(to - from), batch, [&](std::size_t some_first, std::size_t some_end) {
+      renderer.render({from + static_cast<std::ptrdiff_t>(some_first), from + static_cast<std::ptrdiff_t>(some_end)});
+      progress.done += some_end - some_first;
+      progress.rendered += some_end - some_first;
+      report(progress);
+    });
+  };
+  render(missing.begin(), environments);
+  render(environments, missing.end());
+  progress = {end - first, end - first, missing.size()};
+  if (part.count > 1) return progress;
+  if (ranks.is_first()) complete_dataset(folder, set);
   return progress;
 }
 

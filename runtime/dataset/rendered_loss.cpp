@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "runtime/base/error.h"
+#include "runtime/cluster/ranks.h"
 
 namespace itn {
 namespace {
@@ -13,6 +14,7 @@ RenderOptions options_of(Operator op, const std::atomic<bool>* cancel, bool deri
   RenderOptions options;
   options.op = op;
   options.cancel = cancel;
+  options.ranks = &world();
   if (derivatives) options.derivatives = {dataset_sigma_t, dataset_albedo, dataset_g};
   return options;
 }

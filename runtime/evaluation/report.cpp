@@ -151,6 +151,7 @@ std::string html_of(const ReportTable& table) {
 }  // namespace
 
 void write_evaluation(const std::string& folder, const Evaluation& e) {
+  if (!is_writing()) return;  // another rank does
   std::string body = fmt::format("<p>Data set {} ({} images of {} × {} pixels, {} samples each). Runs:</p>\n<ul>\n",
                                  html_escape(e.folder), e.set.images.size(), e.set.size, e.set.size, e.set.spp);
   for (const EvaluatedRun& run : e.runs) {

@@ -94,6 +94,7 @@ std::string plots(const InversionOutcome& outcome, const std::vector<Coordinate>
 
 void write_inversion(const InversionOutcome& outcome, const std::vector<Coordinate>& coordinates,
                      const std::vector<TargetImage>& targets) {
+  if (!is_writing()) return;  // another rank does
   const Inversion::Conclusion& end = outcome.found().end;
   const std::string folder = outcome.question.folder + "/";
   std::string pictures;

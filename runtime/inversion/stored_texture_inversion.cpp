@@ -43,6 +43,7 @@ std::vector<std::vector<double>*> parts_of(TextureInversionState& state) {
 }
 
 void append_line(const std::string& file, const std::string& line) {
+  if (!is_writing()) return;
   std::ofstream out(file, std::ios::app | std::ios::binary);
   out << line << "\n";
   out.close();

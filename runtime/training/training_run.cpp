@@ -58,22 +58,24 @@ RunFolder open_folder(const std::string& folder) { return {folder, "run.json", "
 // All that the numbers depend on: training goes on only with the same.
 Json circumstances_of(const TrainingRequest& r, const std::vector<Manifest>& sets, int thread_count) {
   const auto or_null = [](const auto& value) { return value ? Json(*value) : Json(); };
-  return {{"version", version()},
-          {"network", r.kind},
-          {"data", joined_hashes(sets)},
-          {"init", r.init.empty() ? "" : network_fingerprint(r.init)},
-          {"channels", or_null(r.channels)},
-          {"width", or_null(r.width)},
-          {"epochs", r.epochs},
-          {"batch", r.batch},
-          {"learning_rate", r.learning_rate},
-          {"seed", r.seed},
-          {"patience", r.patience},
-          {"weight_decay", r.weight_decay},
-          {"lambda", or_null(r.lambda)},
-          {"mirror", r.variation.mirrored},
-          {"noise", r.variation.noise},
-          {"threads", thread_count}};
+  Json all{{"version", version()},
+           {"network", r.kind},
+           {"data", joined_hashes(sets)},
+           {"init", r.init.empty() ? "" : network_fingerprint(r.init)},
+           {"channels", or_null(r.channels)},
+           {"width", or_null(r.width)},
+           {"epochs", r.epochs},
+           {"batch", r.batch},
+           {"learning_rate", r.learning_rate},
+           {"seed", r.seed},
+           {"patience", r.patience},
+           {"weight_decay", r.weight_decay},
+           {"lambda", or_null(r.lambda)},
+           {"mirror", r.variation.mirrored},
+           {"noise", r.variation.noise},
+           {"threads", thread_count}};
+  if (r.shards > 1) all["shards"] = r.shards;
+  return all;
 }
 
 TrainingOptions training_options(const TrainingRequest& r, const std::vector<Manifest>& sets) {
@@ -85,6 +87,7 @@ TrainingOptions training_options(const TrainingRequest& r, const std::vector<Man
   options.seed = r.seed;
   options.weight_decay = r.weight_decay;
   options.patience = r.patience;
+  options.shards = r.shards;
   options.data = joined_hashes(sets);
   return options;
 }
@@ -136,7 +139,7 @@ TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>
   if (before.is_null() && is_there(file("network.safetensors")))
     throw UsageError(request.folder + ": holds a network that itn train has not made; give another folder with -o");
   const int thread_count = request.threads    ? *request.threads
-                           : before.is_null() ? threads()
+                           : before.is_null() ? (request.shards > 1 ? 1 : threads())
                                               : before.value("threads", 1);
   set_threads(thread_count);
   circumstances_ = circumstances_of(request, sets_, thread_count);

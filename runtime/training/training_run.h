@@ -35,6 +35,7 @@ struct TrainingRequest {
   std::optional<double> lambda;               // weight of the image loss; default: both losses of equal size
   DatasetExamples::Variation variation;       // its seed is `seed`
   int epochs = 50, batch = 32, patience = 0;  // as TrainingOptions
+  int shards = 1;                             // as TrainingOptions; above 1 `threads` is 1 by default
   double learning_rate = 1e-4;                // the first; the last is a hundredth of it
   double weight_decay = 0;
   std::uint64_t seed = 0;

@@ -6,6 +6,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/seconds_since.h"
+#include "runtime/cluster/ranks.h"
 
 namespace itn {
 namespace {
@@ -18,16 +19,76 @@ std::int64_t next_target(std::int64_t target, std::int64_t paths, double seconds
 
 int pixels_of(const Sensor& sensor) { return sensor.crop_width * sensor.crop_height; }
 
-// The pixels [first, first + count) of all jobs, one after another.
-std::vector<JobSlice> slices_of(const std::vector<TracedJob>& jobs, int first, int count, int sample, int samples) {
+// Which of a job's pixels a rank traces: every so manieth, so that each has as much of what takes long.
+struct Share {
+  int first = 0, step = 1;
+
+  int pixels_of(const Sensor& sensor) const { return (itn::pixels_of(sensor) - first + step - 1) / step; }
+};
+
+Share share_of(const Ranks* ranks) {
+  if (!ranks) return {};
+  return {ranks->rank(), ranks->count()};
+}
+
+// The pixels [first, first + count) of the shares of all jobs, one after another.
+std::vector<JobSlice> slices_of(const std::vector<TracedJob>& jobs, const Share& share, int first, int count,
+                                int sample, int samples) {
   std::vector<JobSlice> slices;
   int start = 0;  // of the job's pixels
   for (const TracedJob& job : jobs) {
-    const int from = std::max(first, start), to = std::min(first + count, start + pixels_of(*job.sensor));
-    if (from < to) slices.push_back({job.job, from - start, to - from, job.first_sample + sample, samples});
-    start += pixels_of(*job.sensor);
+    const int pixels = share.pixels_of(*job.sensor);
+    const int from = std::max(first, start), to = std::min(first + count, start + pixels);
+    if (from < to)
+      slices.push_back({job.job, share.first + (from - start) * share.step, to - from, job.first_sample + sample,
+                        samples, share.step});
+    start += pixels;
   }
   return slices;
+}
+
+// From the images of each rank's share to those of all pixels: of each job the first pixel of each share, then the
+// second ... values: of a pixel.
+std::vector<float> woven(const std::vector<std::vector<float>>& shares, const std::vector<TracedJob>& jobs,
+                         std::size_t values) {
+  std::vector<float> all;
+  std::vector<std::size_t> at(shares.size());
+  for (const TracedJob& job : jobs)
+    for (int pixel = 0; pixel < pixels_of(*job.sensor); ++pixel) {
+      const std::size_t rank = static_cast<std::size_t>(pixel) % shares.size();
+      const auto from = shares[rank].begin() + static_cast<std::ptrdiff_t>(at[rank]);
+      all.insert(all.end(), from, from + static_cast<std::ptrdiff_t>(values));
+      at[rank] += values;
+    }
+  return all;
+}
+
+// Every rank's pixels. values: of a pixel of an image. Returns how many arrivals were misplaced on all ranks.
+std::uint64_t share_pixels(Ranks& ranks, const std::vector<TracedJob>& jobs, std::size_t values,
+                           std::vector<Image>& images, std::uint64_t misplaced) {
+  std::vector<float> mine;
+  for (const Image& image : images)
+    for (const std::vector<float>* part : {&image.mean, &image.stderr_})
+      mine.insert(mine.end(), part->begin(), part->end());
+  const std::vector<std::string> all = ranks.gather(bytes_of(std::vector{misplaced}) + bytes_of(mine));
+  misplaced = 0;
+  std::vector<std::vector<float>> numbers;
+  for (const std::string& one : all) {
+    misplaced += numbers_of<std::uint64_t>(one.substr(0, sizeof misplaced)).front();
+    numbers.push_back(numbers_of<float>(one.substr(sizeof misplaced)));
+  }
+  const std::size_t parts = 2 * images.size();
+  for (std::size_t part = 0; part < parts; ++part) {
+    std::vector<std::vector<float>> shares;
+    for (const std::vector<float>& one : numbers) {
+      const auto size = static_cast<std::ptrdiff_t>(one.size() / parts);
+      const auto from = one.begin() + static_cast<std::ptrdiff_t>(part) * size;
+      shares.emplace_back(from, from + size);
+    }
+    Image& image = images[part / 2];
+    (part % 2 == 0 ? image.mean : image.stderr_) = woven(shares, jobs, values);
+  }
+  return misplaced;
 }
 
 // Pixels first, first + step, ...: the part of an image that one job's group of samples is.
@@ -76,8 +137,9 @@ int box_width(const Device& device) {
 std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std::vector<TracedJob>& jobs, int spp,
                                     int groups, const RenderOptions& options, std::int64_t& launch_paths,
                                     TracedLaunches* traced) {
+  const Share share = share_of(options.ranks);
   int pixels = 0;
-  for (const TracedJob& job : jobs) pixels += pixels_of(*job.sensor);
+  for (const TracedJob& job : jobs) pixels += share.pixels_of(*job.sensor);
   // Bands of pixels, as many as the film holds; in a band runs of pixels, each with all of its samples in turn:
   // launches of about a quarter of a second, so that progress moves and an interruption is seen.
   const std::int64_t total = static_cast<std::int64_t>(pixels) * spp;
@@ -87,7 +149,7 @@ std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std:
   if (groups > 1 && (spp > capacity || most_pixels == 0))
     throw DeviceError("samples in groups: those of a pixel do not fit into the device's memory; take fewer of them");
   std::int64_t done = 0;
-  std::vector<Image> images;
+  std::vector<Image> images(1 + options.derivatives.size());
   const auto render_start = std::chrono::steady_clock::now();
   for (int first = 0; first < pixels; first += most_pixels) {
     const int band = std::min(most_pixels, pixels - first);
@@ -101,7 +163,7 @@ std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std:
         const int count = std::min(run, band - pixel);
         const std::int64_t paths = static_cast<std::int64_t>(count) * samples;
         const auto launch_start = std::chrono::steady_clock::now();
-        const std::vector<JobSlice> slices = slices_of(jobs, first + pixel, count, sample, samples);
+        const std::vector<JobSlice> slices = slices_of(jobs, share, first + pixel, count, sample, samples);
         const std::size_t at = traced && traced->keep ? traced->samples : 0;
         wavefront.trace(slices, at);
         film.add(wavefront.samples(), wavefront.sample_size(), at, pixel * groups, count * groups, samples / groups,
@@ -118,8 +180,12 @@ std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std:
     }
     film.develop(spp / groups, band * groups, images);
   }
+  std::uint64_t misplaced = wavefront.misplaced();
+  if (options.ranks && !options.ranks->alone()) {
+    const auto values = static_cast<std::size_t>(groups * film.channels());
+    misplaced = share_pixels(*options.ranks, jobs, values, images, misplaced);
+  }
   const double seconds = seconds_since(render_start);
-  const std::uint64_t misplaced = wavefront.misplaced();
   const std::vector<StageTime> stages = wavefront.stage_times();
 
   std::vector<Rendering> renderings;

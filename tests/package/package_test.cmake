@@ -11,8 +11,19 @@ run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/first)
 file(RENAME ${WORK}/first ${WORK}/moved)
 
 run(${WORK}/moved/bin/itn --version)
-if(NOT output STREQUAL "itn ${VERSION}\n")
+if(NOT output MATCHES "^itn ${VERSION}\ndevices: .*\nbuilt with .*\n$")
   message(FATAL_ERROR "itn --version: got ${output}, need itn ${VERSION}")
+endif()
+
+foreach(file IN ITEMS man/man1/itn.1 man/man1/itn-render.1 bash-completion/completions/itn zsh/vendor-completions/_itn)
+  if(NOT EXISTS ${WORK}/moved/share/${file})
+    message(FATAL_ERROR "share/${file} was not installed")
+  endif()
+endforeach()
+run(bash -c "source share/bash-completion/completions/itn; COMP_WORDS=(itn render --op) COMP_CWORD=2; _itn; echo \${COMPREPLY[*]}; COMP_WORDS=(itn render --operator '') COMP_CWORD=3; _itn; echo \${COMPREPLY[*]}"
+    WORKING_DIRECTORY ${WORK}/moved)
+if(NOT output MATCHES "--operator\nfull single\n")
+  message(FATAL_ERROR "completion of `itn render --op` and of what follows --operator: got ${output}")
 endif()
 
 # What README.md links to came along.

@@ -1,0 +1,177 @@
+#include "network/onnx_file.h"
+
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include "network/input.h"
+#include "network/network_file.h"
+#include "runtime/base/version.h"
+
+namespace itn {
+namespace {
+
+// A message of Protocol Buffers (protobuf.dev, "Encoding"), as far as ONNX needs it. The numbers of the fields are
+// those of onnx.proto3.
+class Message {
+ public:
+  Message& number(int field, std::uint64_t value) {
+    tag(field, 0);
+    varint(value);
+    return *this;
+  }
+  Message& text(int field, const std::string& value) {
+    tag(field, 2);
+    varint(value.size());
+    bytes_ += value;
+    return *this;
+  }
+  Message& message(int field, const Message& value) { return text(field, value.bytes_); }
+  const std::string& bytes() const { return bytes_; }
+
+ private:
+  void tag(int field, unsigned type) { varint(static_cast<std::uint64_t>(field) << 3 | type); }
+  void varint(std::uint64_t value) {
+    for (; value >= 128; value >>= 7) bytes_ += static_cast<char>(value % 128 | 128);
+    bytes_ += static_cast<char>(value);
+  }
+
+  std::string bytes_;
+};
+
+using Shape = std::vector<std::size_t>;
+using Names = std::vector<std::string>;
+
+constexpr std::uint64_t type_float = 1, type_bool = 9, attribute_int = 2, attribute_ints = 7;
+
+Message attribute(const std::string& name, std::uint64_t value) {
+  return Message().text(1, name).number(3, value).number(20, attribute_int);
+}
+Message attribute(const std::string& name, const std::vector<std::uint64_t>& values) {
+  Message message;
+  message.text(1, name);
+  for (const std::uint64_t value : values) message.number(8, value);
+  return message.number(20, attribute_ints);
+}
+
+// Shape 0: as many as the caller likes.
+Message value_info(const std::string& name, const Shape& shape) {
+  Message dimensions;
+  for (const std::size_t size : shape)
+    dimensions.message(1, size == 0 ? Message().text(2, "batch") : Message().number(1, size));
+  const Message tensor = Message().number(1, type_float).message(2, dimensions);
+  return Message().text(1, name).message(2, Message().message(1, tensor));
+}
+
+class Graph {
+ public:
+  // Of one output, named as the node.
+  void node(const std::string& type, const Names& inputs, const std::string& output,
+            const std::vector<Message>& attributes = {}) {
+    Message node;
+    for (const std::string& input : inputs) node.text(1, input);
+    node.text(2, output).text(3, output).text(4, type);
+    for (const Message& a : attributes) node.message(5, a);
+    graph_.message(1, node);
+  }
+  void constant(const std::string& name, const Shape& shape, const std::vector<float>& values) {
+    initializer(name, shape, type_float, {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float)});
+  }
+  void constant(const std::string& name, const Shape& shape, const std::vector<bool>& values) {
+    std::string raw;
+    for (const bool value : values) raw += static_cast<char>(value);
+    initializer(name, shape, type_bool, raw);
+  }
+  void input(const std::string& name, const Shape& shape) { graph_.message(11, value_info(name, shape)); }
+  void output(const std::string& name, const Shape& shape) { graph_.message(12, value_info(name, shape)); }
+  Message named(const std::string& name) { return graph_.text(2, name); }
+
+ private:
+  void initializer(const std::string& name, const Shape& shape, std::uint64_t type, const std::string& raw) {
+    Message tensor;
+    for (const std::size_t size : shape) tensor.number(1, size);
+    graph_.message(5, tensor.number(2, type).text(8, name).text(9, raw));
+  }
+
+  Message graph_;
+};
+
+// Returns the name of what the first stage sees.
+std::string add_input(Graph& graph, const NetworkDescription& network) {
+  const auto size = static_cast<std::size_t>(network.size);
+  const double dark = darkest_radiance * network.luminance;
+  graph.input("luminance", {0, 1, size, size});
+  graph.constant("dark", {}, std::vector<float>{static_cast<float>(dark)});
+  graph.constant("middle", {}, std::vector<float>{static_cast<float>(network.luminance + dark)});
+  graph.node("Relu", {"luminance"}, "light");
+  graph.node("Add", {"light", "dark"}, "brighter");
+  graph.node("Div", {"brighter", "middle"}, "relative");
+  graph.node("Log", {"relative"}, "seen");
+  if (network.channels == 1) return "seen";
+  graph.input("known", {0, static_cast<std::size_t>(network.channels) - 1, size, size});
+  graph.node("Concat", {"seen", "known"}, "all", {attribute("axis", 1)});
+  return "all";
+}
+
+std::string add_stages(Graph& graph, const Network& network, std::string seen) {
+  int size = network.description().size;
+  for (std::size_t stage = 0; stage < NETWORK_STAGES; ++stage) {
+    const std::string name = "convolution" + std::to_string(stage);
+    for (const Tensor* tensor : {&network.weights()[2 * stage], &network.weights()[2 * stage + 1]})
+      graph.constant(tensor->name, tensor->shape, tensor->values);
+    graph.node("Conv", {seen, name + ".weight", name + ".bias"}, name,
+               {attribute("kernel_shape", std::vector<std::uint64_t>{3, 3}),
+                attribute("pads", std::vector<std::uint64_t>{1, 1, 1, 1})});
+    seen = name + ".relu";
+    graph.node("Relu", {name}, seen);
+    if (size == 1) continue;
+    graph.node("MaxPool", {std::exchange(seen, name + ".pool")}, name + ".pool",
+               {attribute("kernel_shape", std::vector<std::uint64_t>{2, 2}),
+                attribute("strides", std::vector<std::uint64_t>{2, 2})});
+    size /= 2;
+  }
+  return seen;
+}
+
+// low + (high - low) share, or low (high / low)^share (output_range.h).
+void add_outputs(Graph& graph, const std::vector<OutputRange>& outputs) {
+  std::vector<float> low, range;
+  std::vector<bool> logarithmic;
+  for (const OutputRange& o : outputs) {
+    low.push_back(static_cast<float>(o.logarithmic ? std::log(o.low) : o.low));
+    range.push_back(static_cast<float>(o.logarithmic ? std::log(o.high / o.low) : o.high - o.low));
+    logarithmic.push_back(o.logarithmic);
+  }
+  graph.constant("low", {outputs.size()}, low);
+  graph.constant("range", {outputs.size()}, range);
+  graph.constant("logarithmic", {outputs.size()}, logarithmic);
+  graph.node("Sigmoid", {"raw"}, "share");
+  graph.node("Mul", {"share", "range"}, "above_low");
+  graph.node("Add", {"above_low", "low"}, "coordinate");
+  graph.node("Exp", {"coordinate"}, "exponential");
+  graph.node("Where", {"logarithmic", "exponential", "coordinate"}, "parameters");
+  graph.output("parameters", {0, outputs.size()});
+}
+
+}  // namespace
+
+std::string onnx_bytes(const Network& network) {
+  const NetworkDescription& description = network.description();
+  Graph graph;
+  const std::string features = add_stages(graph, network, add_input(graph, description));
+  for (std::size_t i = 2 * NETWORK_STAGES; i < network.weights().size(); ++i)
+    graph.constant(network.weights()[i].name, network.weights()[i].shape, network.weights()[i].values);
+  graph.node("Flatten", {features}, "features");
+  graph.node("Gemm", {"features", "fully_connected.weight", "fully_connected.bias"}, "raw", {attribute("transB", 1)});
+  add_outputs(graph, description.outputs);
+
+  constexpr std::uint64_t ir_version = 7, operators = 13;
+  Message model;
+  model.number(1, ir_version).text(2, "itn").text(3, version()).message(7, graph.named("itn"));
+  model.message(8, Message().text(1, "").number(2, operators));
+  for (const auto& [key, value] : network_metadata(description))
+    model.message(14, Message().text(1, key).text(2, value));
+  return model.bytes();
+}
+
+}  // namespace itn
