@@ -18,7 +18,7 @@ double spot(double x, double y, const Eigen::VectorXd& t) {
 }
 
 // How the truth lies among the samples of many posteriors: simulation-based calibration (Talts et al. 2018).
-struct Ranks {
+struct RankCounts {
   static constexpr int bins = 5;
   int photos = 0, settled = 0, joint = 0;
   std::array<std::array<double, bins>, 2> counts{};
@@ -48,8 +48,8 @@ struct Ranks {
   }
 };
 
-Ranks measure(int photos, unsigned seed) {
-  Ranks ranks;
+RankCounts measure(int photos, unsigned seed) {
+  RankCounts ranks;
   for (int k = 0; k < photos; ++k) {
     MadeUpScene scene{spot};
     scene.random.seed(1000 * seed + static_cast<unsigned>(k));
@@ -69,7 +69,7 @@ Ranks measure(int photos, unsigned seed) {
 }  // namespace
 
 TEST_CASE("ranks of the truth among the samples of 300 posteriors are even", "[.calibration]") {
-  const Ranks r = measure(300, 1);
+  const RankCounts r = measure(300, 1);
   WARN("intervals of 95 % hold " << r.inside[0] << " and " << r.inside[1] << ", jointly " << r.joint << " of "
                                  << r.photos << "; settled " << r.settled << "; mean square of error over deviation "
                                  << r.square / (2 * r.photos) << "; chi-square of ranks, 4 degrees of freedom: "
@@ -82,7 +82,7 @@ TEST_CASE("ranks of the truth among the samples of 300 posteriors are even", "[.
 }
 
 TEST_CASE("ranks of the truth among the samples of 25 posteriors are even", "[stat]") {
-  const Ranks r = measure(25, 2);
+  const RankCounts r = measure(25, 2);
   CAPTURE(r.counts[0], r.counts[1], r.inside[0], r.inside[1], r.settled);
   for (const std::size_t p : {0U, 1U}) {
     CHECK(r.chi_square(p) < 18.5);  // 0.1 %
