@@ -19,7 +19,7 @@ constexpr const char* envmap_xml = R"(  <emitter type="envmap">
 )";
 
 // A bitmap's 512 x 512 texels are numbers of its own beside the scene's.
-std::string floor_xml(const char* bsdf) {
+std::string floor_of(const char* bsdf) {
   return fmt::format(R"(  <shape type="rectangle">
     <transform name="to_world">
       <scale x="4" y="4"/>
@@ -118,11 +118,11 @@ std::vector<BenchScene> write_surface_scenes(const std::string& folder) {
        {std::pair<const char*, std::string>{"sunsky", bench_sunsky_xml(0.5358)}, {"envmap", envmap_xml}}) {
     for (const Material& material : materials)
       add(fmt::format("surfaces, {}", light), fmt::format("{} {}", material.name, light), "", 16,
-          light_xml + floor_xml(wood_xml) + knot_xml(material.bsdf));
+          light_xml + floor_of(wood_xml) + knot_xml(material.bsdf));
     add(fmt::format("textures, {}", light), fmt::format("diffuse floor {}", light), "wood.reflectance", 6,
-        light_xml + floor_xml(wood_xml) + knot_xml(plastic_xml));
+        light_xml + floor_of(wood_xml) + knot_xml(plastic_xml));
     add(fmt::format("textures, {}", light), fmt::format("varnished floor {}", light), "wood.diffuse_reflectance", 6,
-        light_xml + floor_xml(varnish_xml) + knot_xml(copper_xml));
+        light_xml + floor_of(varnish_xml) + knot_xml(copper_xml));
   }
   return scenes;
 }

@@ -146,8 +146,8 @@ void read_sampler(Builder& builder, const Element& element, Sensor& sensor) {
 
 namespace {
 
-const std::vector<std::string> types = {"perspective",   "thinlens",        "orthographic",
-                                        "radiancemeter", "irradiancemeter", "distant"};
+const std::vector<std::string> sensor_types = {"perspective",   "thinlens",        "orthographic",
+                                               "radiancemeter", "irradiancemeter", "distant"};
 
 void parse_perspective(Properties& properties, Sensor& sensor) {
   sensor.fov_x = parse_fov(properties, static_cast<double>(sensor.width) / sensor.height);
@@ -222,7 +222,8 @@ void parse_radiancemeter(Properties& properties, Sensor& sensor) {
 
 void read_sensor(Builder& builder, const Element& element, const Shape* on) {
   Properties properties = builder.properties(element);
-  if (std::find(types.begin(), types.end(), properties.type()) == types.end()) fail_type(element, types);
+  if (std::find(sensor_types.begin(), sensor_types.end(), properties.type()) == sensor_types.end())
+    fail_type(element, sensor_types);
   Sensor sensor;
   sensor.id = element.id;
   sensor.where = element.where;

@@ -19,9 +19,9 @@
 namespace itn {
 namespace {
 
-const std::vector<std::string> types = {"obj",          "ply",     "serialized", "mesh",     "sphere",
-                                        "rectangle",    "cube",    "disk",       "cylinder", "linearcurve",
-                                        "bsplinecurve", "sdfgrid", "shapegroup", "instance"};
+const std::vector<std::string> shape_types = {"obj",          "ply",     "serialized", "mesh",     "sphere",
+                                              "rectangle",    "cube",    "disk",       "cylinder", "linearcurve",
+                                              "bsplinecurve", "sdfgrid", "shapegroup", "instance"};
 
 // A vertex normal of length 0 shades nothing: such ones are computed.
 void replace_zero_normals(Builder& builder, Properties& properties, Mesh& mesh) {
@@ -336,7 +336,7 @@ Shape make_shape(Builder& builder, const Element& element) {
   } else if (type == "cylinder") {
     build_cylinder(properties, shape);
   } else {
-    fail_type(element, types);
+    fail_type(element, shape_types);
   }
   if (const Element* emitter = properties.object("emitter")) shape.light = build_shape_light(builder, *emitter);
   if (const Element* bsdf = properties.object("bsdf"))

@@ -11,8 +11,8 @@
 namespace itn {
 namespace {
 
-const std::vector<std::string> types = {"uniform",   "srgb",        "d65",       "regular",
-                                        "irregular", "rawconstant", "blackbody", "constvolume"};
+const std::vector<std::string> spectrum_types = {"uniform",   "srgb",        "d65",       "regular",
+                                                 "irregular", "rawconstant", "blackbody", "constvolume"};
 
 struct Range {
   double shortest, longest;  // [nm]
@@ -76,7 +76,9 @@ Rgb parse_d65(const Document& document, Properties& properties, Quantity quantit
 
 }  // namespace
 
-bool is_spectrum_type(const std::string& type) { return std::find(types.begin(), types.end(), type) != types.end(); }
+bool is_spectrum_type(const std::string& type) {
+  return std::find(spectrum_types.begin(), spectrum_types.end(), type) != spectrum_types.end();
+}
 
 Rgb spectrum_plugin(const Document& document, const Element& element, Quantity quantity, Report& report) {
   Properties properties(document, element, report);
