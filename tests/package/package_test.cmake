@@ -20,9 +20,16 @@ foreach(file IN ITEMS man/man1/itn.1 man/man1/itn-render.1 bash-completion/compl
     message(FATAL_ERROR "share/${file} was not installed")
   endif()
 endforeach()
-run(bash -c "source share/bash-completion/completions/itn; COMP_WORDS=(itn render --op) COMP_CWORD=2; _itn; echo \${COMPREPLY[*]}; COMP_WORDS=(itn render --operator '') COMP_CWORD=3; _itn; echo \${COMPREPLY[*]}"
+# Lines, since a semicolon would end the argument.
+run(bash -c "source share/bash-completion/completions/itn
+COMP_WORDS=(itn render --op) COMP_CWORD=2
+_itn
+echo \${COMPREPLY[*]}
+COMP_WORDS=(itn render --operator '') COMP_CWORD=3
+_itn
+echo \${COMPREPLY[*]}"
     WORKING_DIRECTORY ${WORK}/moved)
-if(NOT output MATCHES "--operator\nfull single\n")
+if(NOT output MATCHES "--operator --open\nfull single\n")
   message(FATAL_ERROR "completion of `itn render --op` and of what follows --operator: got ${output}")
 endif()
 
