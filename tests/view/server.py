@@ -165,15 +165,6 @@ class Server(unittest.TestCase):
         self.assertEqual(seen[0][1], pictures["image"])
         other.close()
 
-    def test_silent_connections_do_not_lock_others_out_for_ever(self):
-        # More than are allowed at a time: the rest is closed, and all of them after ten seconds.
-        silent = [socket.create_connection(("127.0.0.1", self.view.port)) for _ in range(40)]
-        time.sleep(11.5)
-        with contextlib.closing(http.client.HTTPConnection("127.0.0.1", self.view.port, timeout=10)) as fresh:
-            self.assertEqual(self.view.ask("/parameters", connection=fresh)[0], 200)
-        for connection in silent:
-            connection.close()
-
     def test_what_is_seen_is_saved(self):
         self.view.tell("/set", {"skin.sigma_t": 6.25})
         with tempfile.TemporaryDirectory() as folder:
@@ -217,22 +208,40 @@ class Ends(unittest.TestCase):
             self.assertEqual(second.returncode, 1)
             self.assertIn(f"port {view.port}", second.stderr)
 
-    def test_nobody_looks_nothing_is_rendered(self):
-        with View(ITN, [BALL, "--spp", "100000000", "--size", "256x256"]) as view:
-            view.first_picture()
-            time.sleep(7)  # longer than a tab may need to ask again
-            begin = _cpu_seconds(view.process.pid)
-            time.sleep(2)
-            self.assertLess(_cpu_seconds(view.process.pid) - begin, 0.3)
-            numbers, _ = view.frame()
-            later, _ = view.frame(numbers["number"])
-            self.assertGreater(later["spp"], numbers["spp"])
-
     def test_wrong_command_lines_and_files(self):
         for arguments, code in ((["no.xml"], 3), ([BALL, "--port", "65536"], 2), ([BALL, "--mask", "m.exr"], 2),
                                 ([BALL, "--target", "no.exr"], 3), ([BALL, "--sensor", "7"], 2)):
             ended = subprocess.run([ITN, "view", *arguments], capture_output=True, text=True, check=False)
             self.assertEqual(ended.returncode, code, arguments)
+
+
+class Waiting(unittest.TestCase):
+    """What takes the server seconds to notice, waited for at once."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.unseen = View(ITN, [BALL, "--spp", "100000000", "--size", "256x256"])
+        cls.addClassCleanup(cls.unseen.__exit__)
+        cls.unseen.first_picture()
+        cls.view = View(ITN, [BALL])
+        cls.addClassCleanup(cls.view.__exit__)
+        # More than are allowed at a time: the rest is closed, and all of them after ten seconds.
+        cls.silent = [socket.create_connection(("127.0.0.1", cls.view.port)) for _ in range(40)]
+        time.sleep(11.5)
+
+    def test_silent_connections_do_not_lock_others_out_for_ever(self):
+        with contextlib.closing(http.client.HTTPConnection("127.0.0.1", self.view.port, timeout=10)) as fresh:
+            self.assertEqual(self.view.ask("/parameters", connection=fresh)[0], 200)
+        for connection in self.silent:
+            connection.close()
+
+    def test_nobody_looks_nothing_is_rendered(self):
+        begin = _cpu_seconds(self.unseen.process.pid)  # longer ago than a tab may need to ask again
+        time.sleep(1)
+        self.assertLess(_cpu_seconds(self.unseen.process.pid) - begin, 0.15)
+        numbers, _ = self.unseen.frame()
+        later, _ = self.unseen.frame(numbers["number"])
+        self.assertGreater(later["spp"], numbers["spp"])
 
 
 def _cpu_seconds(pid):
