@@ -8,7 +8,7 @@
 namespace itn {
 namespace {
 
-constexpr std::size_t most_bytes = std::size_t{8} << 30;  // of geometries in memory: training comes back to them
+constexpr std::size_t most_kept_bytes = std::size_t{8} << 30;  // of geometries in memory: training comes back to them
 
 RenderOptions options_of(Operator op, const std::atomic<bool>* cancel, bool derivatives) {
   RenderOptions options;
@@ -25,7 +25,7 @@ RenderedLoss::RenderedLoss(const Device& device, const Manifest& set, std::strin
                            const std::atomic<bool>* cancel)
     : set_(set),
       lights_(set, folder),
-      shapes_(set, std::move(folder), most_bytes),
+      shapes_(set, std::move(folder), most_kept_bytes),
       values_(device, options_of(op, cancel, false), shapes_),
       derivatives_(device, options_of(op, cancel, true), shapes_) {}
 

@@ -26,7 +26,7 @@ Fineness fineness_of(const std::vector<Curve>& curves) {
   for (const Curve& curve : curves) points += curve.size();
   return points < 2000 ? Fineness{48, 24} : points < 20000 ? Fineness{16, 12} : Fineness{8, 4};
 }
-constexpr std::size_t most_points = 2'000'000;  // of a file: 128 million triangles
+constexpr std::size_t most_curve_points = 2'000'000;  // of a file: 128 million triangles
 
 // Mitsuba's texture coordinate u is the angle about the curve from z x tangent, over 2 pi.
 struct Frame {
@@ -121,7 +121,8 @@ std::vector<Curve> read_curves(const std::string& file, std::size_t least) {
     }
     if (count < 4) cursor.fail(fmt::format("{} numbers; need x, y, z and radius", count));
     if (!(values[3] >= 0)) cursor.fail(fmt::format("radius {}; need 0 or more", values[3]));
-    if (++points > most_points) cursor.fail(fmt::format("more than {} points; split the file", most_points));
+    if (++points > most_curve_points)
+      cursor.fail(fmt::format("more than {} points; split the file", most_curve_points));
     curves.back().push_back({{values[0], values[1], values[2]}, values[3]});
   }
   end_curve();
