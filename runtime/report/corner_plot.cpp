@@ -53,6 +53,7 @@ std::string corner_plot(const std::vector<CornerNumber>& numbers) {
       "aria-label=\"samples of the posterior\">\n",
       width, height);
   std::vector<Range> ranges;
+  ranges.reserve(numbers.size());
   for (const CornerNumber& number : numbers) ranges.push_back(range_of(number.samples));
   for (std::size_t row = 0; row < numbers.size(); ++row)
     for (std::size_t column = 0; column <= row; ++column) {
