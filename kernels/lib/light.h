@@ -45,16 +45,34 @@ typedef struct {
 #define LIGHT_MEMBER(launch, member) ((__global const float*)(launch)->lights + FIELD_OF(LightRecord, member))
 #define LIGHT_MEMBER_INT(launch, member) ((__global const int*)(launch)->lights + FIELD_OF(LightRecord, member))
 
+/* Where the cumulative shares of the job's lights begin for what is at `from`. */
+inline INT light_chances(__global const JobRecord* job, REAL3 from) {
+  const REAL at[3] = {from.x, from.y, from.z};
+  INT cell = (INT)(0);
+  UNROLL_FOR(int k = 0; k < 3; ++k) {
+    const int cells = job->light_cells[k];
+    const REAL place = (at[k] - job->light_low[k]) * job->light_cells_a_unit[k];
+    cell = cell * cells + CAST_INT(clamp(place, (REAL)(0.0f), (REAL)(cells - 0.5f)));
+  }
+  return job->light_chances + cell * (job->lights + 1);
+}
+
 /* The light of the job in whose part of [0, 1) u lies. */
-inline INT pick_light(const Launch* launch, __global const JobRecord* job, REAL u) {
+inline INT pick_light(const Launch* launch, __global const JobRecord* job, INT chances, REAL u) {
   int step = 1;
   while (2 * step < job->lights) step *= 2;
   INT light = (INT)(0);
   for (; step > 0; step /= 2) {
     const INT next = min(light + step, (INT)(job->lights - 1));
-    light = SELECT_INT(GATHER(LIGHT_MEMBER(launch, from), (next + job->first_light) * LIGHT_WORDS) <= u, next, light);
+    light = SELECT_INT(GATHER(launch->light_tables, chances + next) <= u, next, light);
   }
   return light + job->first_light;
+}
+
+/* Probability with which it is drawn. */
+inline REAL light_chance(const Launch* launch, __global const JobRecord* job, INT chances, INT light) {
+  const INT at = chances + light - job->first_light;
+  return job->light_share * (GATHER((launch->light_tables + 1), at) - GATHER(launch->light_tables, at));
 }
 
 #if HAS_SCREENS
@@ -173,13 +191,11 @@ inline void screen_colour(const Launch* launch, INT light, const REAL uv[2], REA
 }
 #endif
 
-/* Density [1/sr] with which a point of the front of a light that is a shape is drawn, seen from `distance` under an angle of
- * that cosine. */
-inline REAL light_surface_pdf(const Launch* launch, __global const JobRecord* job, INT light, REAL distance,
-                              REAL cosine) {
-  const INT at = light * LIGHT_WORDS;
-  return job->light_share * GATHER(LIGHT_MEMBER(launch, share), at) * GATHER(LIGHT_MEMBER(launch, inverse_area), at) *
-         distance * distance / MAX(cosine, (REAL)(1e-9f));
+/* Density [1/sr] of a point of the front of a light that is a shape and is drawn with that chance, seen from `distance` under
+ * an angle of that cosine. */
+inline REAL light_surface_pdf(const Launch* launch, INT light, REAL chance, REAL distance, REAL cosine) {
+  return chance * GATHER(LIGHT_MEMBER(launch, inverse_area), light * LIGHT_WORDS) * distance * distance /
+         MAX(cosine, (REAL)(1e-9f));
 }
 #endif
 

@@ -75,7 +75,8 @@ inline MASK sample_light_around(const Launch* launch, __global const JobRecord* 
  * which lanes it brings something. */
 inline MASK sample_light_of_scene(const Launch* launch, __global const JobRecord* job, REAL3 from, const REAL u[],
                                   REAL choice, LightSample* s) {
-  const INT light = pick_light(launch, job, choice);
+  const INT chances = light_chances(job, from), light = pick_light(launch, job, chances, choice);
+  const REAL chance = light_chance(launch, job, chances, light);
   REAL3 on, normal;
   REAL uv[2];
   sample_light_surface(launch, light, u[0], u[1], u[3], &on, &normal, uv);
@@ -84,8 +85,8 @@ inline MASK sample_light_of_scene(const Launch* launch, __global const JobRecord
   light_colour(launch, light, s->rgb);
   UNROLL_FOR(int c = 0; c < 3; ++c) s->rgb[c] *= s->source.share[c];
   s->by_chance = SELECT(on_shape, 1.0f, 0.0f);
-  s->pdf = SELECT(on_shape, light_surface_pdf(launch, job, light, s->distance, -dot3(s->source.direction, normal)),
-                  job->light_share * GATHER(LIGHT_MEMBER(launch, share), light * LIGHT_WORDS));
+  s->pdf = SELECT(on_shape, light_surface_pdf(launch, light, chance, s->distance, -dot3(s->source.direction, normal)),
+                  chance);
 #if LIGHT_TEXELS
   const REAL brings = s->source.plain; /* a black texel has a derivative, too */
 #else

@@ -6,7 +6,10 @@
  *   triangle   place + s u + t v,               s, t >= 0, s + t <= 1; the normal is w
  *   disk       place + s u + t v,               s^2 + t^2 <= 1; the normal is w
  *   sphere     place + d, |d| = |u|;            the normal is d / |u| times side
- *   cylinder   place + s u + t v + h w,         s^2 + t^2 = 1, 0 <= h <= 1; the normal is (s u + t v) / |u| times side */
+ *   cylinder   place + s u + t v + h w,         s^2 + t^2 = 1, 0 <= h <= 1; the normal is (s u + t v) / |u| times side
+ *
+ * Which light is drawn depends on where it is needed: for each cell of a grid about the scene, x slowest, the same array has
+ * cumulative shares of the job's lights (lights + 1), from light_chances of the job on. Outside, the nearest cell counts. */
 #ifndef ITN_LIGHT_LAYOUT_H
 #define ITN_LIGHT_LAYOUT_H
 
@@ -29,8 +32,6 @@ typedef struct {
   int table;          /* on a shape */
   int surfaces;       /* of the shape; 0: it is on none */
   float inverse_area; /* density of its points [1/scene unit^2] */
-  float from, share;  /* drawn where a random number is in [from, from + share) */
-  int pad;
 } LightRecord;
 
 #endif

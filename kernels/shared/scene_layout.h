@@ -131,7 +131,10 @@ typedef struct {
   int first_number;        /* of the scene, for ScoreRecord */
   int first_light, lights; /* of the scene */
   float light_share;       /* with which one of these is sampled, and not the light around the scene */
-  int max_depth;           /* a path with k scatterings counts if k < max_depth */
+  int light_chances;       /* which one, by place: light_layout.h */
+  int light_cells[3];
+  float light_low[3], light_cells_a_unit[3];
+  int max_depth; /* a path with k scatterings counts if k < max_depth */
   int rr_depth;
   int hide_emitters; /* 1: a path that has not scattered sees no light, as in Mitsuba */
   int first_pixel;   /* of this launch */

@@ -29,8 +29,10 @@ inline void gather_emission(const Launch* launch, __global const JobRecord* job,
 #if ROUGH_LIGHT_SAMPLING
   own *= LOAD(pool, RIVAL, slots);
 #endif
-  const REAL3 way = sub3(s->position, load3(pool, ORIGIN, slots));
-  const REAL pdf = light_surface_pdf(launch, job, source.index, SQRT(dot3(way, way)), -dot3(s->direction, s->normal));
+  const REAL3 from = load3(pool, ORIGIN, slots), way = sub3(s->position, from);
+  const REAL chance = light_chance(launch, job, light_chances(job, from), source.index);
+  const REAL pdf =
+      light_surface_pdf(launch, source.index, chance, SQRT(dot3(way, way)), -dot3(s->direction, s->normal));
   scale *= SELECT(own == 0.0f, 1.0f, own / (own + pdf));
 #endif
   REAL weight[3], rgb[3];

@@ -6,8 +6,11 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <numeric>
+#include <optional>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "kernels/model/models.h"
 #include "kernels/model/texture/list.h"
@@ -242,19 +245,65 @@ double distance_in_front(const Geometry& geometry, const GeometryRecord& record)
   return 4 * static_cast<double>(offset);
 }
 
-// How often each of the scene's lights is sampled: half by what it is expected to bring, half alike, since that is no
-// more than a guess.
-void share_out(const std::vector<double>& expected, std::size_t first, std::vector<LightRecord>& lights) {
-  double sum = 0;
-  for (const double e : expected) sum += e;
-  const auto count = static_cast<double>(expected.size());
-  double from = 0;
-  for (std::size_t i = 0; i < expected.size(); ++i) {
-    LightRecord& light = lights[first + i];
-    light.from = static_cast<float>(from);
-    from = i + 1 == expected.size() ? 1 : from + 0.5 / count + 0.5 * (sum > 0 ? expected[i] / sum : 1 / count);
-    light.share = static_cast<float>(from) - light.from;
+// A light of the scene, as it is sampled. surfaces: of one that is a shape.
+struct SampledLight {
+  const Light* light;
+  std::optional<LightSurfaces> surfaces;
+
+  double brings(const Vec3& low, const Vec3& high, int steps) const {
+    return expected_irradiance(*light, surfaces ? &*surfaces : nullptr, low, high, steps);
   }
+};
+
+// The grid in which chances of lights stand: about the box, so that its planes go through none of the places that
+// people build from, and coarse where the lights are many. One light needs none.
+void lay_light_grid(const Vec3& low, const Vec3& high, std::size_t lights, JobRecord& job) {
+  const std::size_t most = lights < 2 ? 1 : std::clamp<std::size_t>((1 << 16) / lights, 1, 512);
+  const double longest = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
+  Vec3 size{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    size[k] = 1.0837 * std::max(high[k] - low[k], 1e-3 * longest);
+    job.light_low[k] = static_cast<float>((low[k] + high[k]) / 2 - 0.5137 * size[k]);
+    job.light_cells[k] = 1;
+  }
+  if (most == 1) return;
+  const auto cells = [&](double edge) {
+    std::size_t product = 1;
+    for (std::size_t k = 0; k < 3; ++k) {
+      job.light_cells[k] = std::max(1, static_cast<int>(size[k] / edge));
+      job.light_cells_a_unit[k] = static_cast<float>(job.light_cells[k] / size[k]);
+      product *= static_cast<std::size_t>(job.light_cells[k]);
+    }
+    return product;
+  };
+  double edge = std::cbrt(size[0] * size[1] * size[2] / static_cast<double>(most));
+  while (cells(edge) > most) edge *= 1.05;
+}
+
+// How often each light is sampled, by place (light_layout.h): four times out of five by what it is expected to bring
+// there, else each alike, since that is no more than a guess.
+void append_light_chances(const std::vector<SampledLight>& lights, JobRecord& job, LaunchData& data) {
+  constexpr double by_guess = 0.8;
+  job.light_chances = static_cast<int>(data.light_tables.size());
+  std::vector<double> expected(lights.size());
+  Vec3 low{}, high{};
+  const auto side = [&](std::size_t k, int at) {
+    const double cell = job.light_cells[k] > 1 ? 1 / static_cast<double>(job.light_cells_a_unit[k]) : 0;
+    low[k] = static_cast<double>(job.light_low[k]) + at * cell;
+    high[k] = low[k] + cell;
+  };
+  for (int x = 0; x < job.light_cells[0]; ++x)
+    for (int y = 0; y < job.light_cells[1]; ++y)
+      for (int z = 0; z < job.light_cells[2]; ++z) {
+        side(0, x);
+        side(1, y);
+        side(2, z);
+        for (std::size_t i = 0; i < lights.size(); ++i) expected[i] = lights[i].brings(low, high, 2);
+        const double sum = std::accumulate(expected.begin(), expected.end(), 0.0);
+        for (double& e : expected)
+          e = (1 - by_guess) / static_cast<double>(lights.size()) + (sum > 0 ? by_guess * e / sum : 0);
+        append_cumulative(expected.data(), expected.size(), data.light_tables);
+      }
 }
 
 // Of a shape, within the launch. As of attributes, each triangle has one.
@@ -278,8 +327,8 @@ void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
   const GeometryRecord& geometry = data.geometry.records[static_cast<std::size_t>(job.geometry)];
   const auto vector = [](const float v[3]) { return Vec3{v[0], v[1], v[2]}; };
   const std::size_t first = data.lights.size();
-  std::vector<double> expected;
-  const auto append = [&](int index, const LightSurfaces* surfaces) {
+  std::vector<SampledLight> sampled;
+  const auto append = [&](int index, std::optional<LightSurfaces> surfaces) {
     const auto i = static_cast<std::size_t>(index);
     const Light& light = scene.lights[i];
     LightRecord r{};
@@ -293,23 +342,24 @@ void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
     }
     data.lights.push_back(r);
     const Light& like = scene.lights_sampled_as.empty() ? light : scene.lights_sampled_as[i];
-    expected.push_back(expected_irradiance(like, surfaces, vector(geometry.low), vector(geometry.high)));
+    sampled.push_back({&like, std::move(surfaces)});
   };
   for (std::size_t i = 0; i < scene.lights.size(); ++i)
-    if (!(scene.lights[i].model->traits & LIGHT_ON_SHAPE)) append(static_cast<int>(i), nullptr);
+    if (!(scene.lights[i].model->traits & LIGHT_ON_SHAPE)) append(static_cast<int>(i), std::nullopt);
   for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
     if (scene.shapes[i].light < 0) continue;
     data.shapes[static_cast<std::size_t>(job.first_shape) + i].light = static_cast<int>(data.lights.size());
-    const LightSurfaces surfaces = light_surfaces(scene.shapes[i], distance_in_front(data.geometry, geometry),
-                                                  first_primitive(data.geometry, geometry, static_cast<int>(i)));
-    append(scene.shapes[i].light, &surfaces);
+    append(scene.shapes[i].light, light_surfaces(scene.shapes[i], distance_in_front(data.geometry, geometry),
+                                                 first_primitive(data.geometry, geometry, static_cast<int>(i))));
   }
-  share_out(expected, first, data.lights);
   job.first_light = static_cast<int>(first);
-  job.lights = static_cast<int>(expected.size());
-  if (expected.empty()) return;
+  job.lights = static_cast<int>(sampled.size());
+  if (sampled.empty()) return;
+  const Vec3 low = vector(geometry.low), high = vector(geometry.high);
+  lay_light_grid(low, high, sampled.size(), job);
+  append_light_chances(sampled, job, data);
   double sum = 0;
-  for (const double e : expected) sum += e;
+  for (const SampledLight& light : sampled) sum += light.brings(low, high, 3);
   const EnvironmentRecord& around = data.environments[static_cast<std::size_t>(job.environment)];
   const double rest = is_uneven(around) ? static_cast<double>(around.sun_weight + around.sky_weight) : 0;
   job.light_share = rest > 0 ? static_cast<float>(std::clamp(sum / (sum + rest), 0.1, 0.9)) : 1.0F;

@@ -18,7 +18,7 @@ namespace itn {
 
 static_assert(sizeof(CameraRecord) == 160 && sizeof(MediumRecord) == 44 && sizeof(FieldRecord) == 140 &&
               sizeof(ShapeRecord) == 16 && sizeof(BsdfRecord) == 16 && sizeof(TextureRecord) == 56 &&
-              sizeof(JobRecord) == 96 && sizeof(ChunkRecord) == 16);
+              sizeof(JobRecord) == 136 && sizeof(ChunkRecord) == 16);
 
 // Where the records of a scene begin; its job knows first_number.
 struct SceneStart {

@@ -97,13 +97,13 @@ LightSurfaces light_surfaces(const Shape& shape, double offset, int first_primit
   return result;
 }
 
-double expected_irradiance(const Light& light, const LightSurfaces* surfaces, const Vec3& low, const Vec3& high) {
+double expected_irradiance(const Light& light, const LightSurfaces* surfaces, const Vec3& low, const Vec3& high,
+                           int steps) {
   const std::vector<double> n = light.model->to_numbers(light.variant, light.slots());
   const bool shows_texture = (light.model->traits & LIGHT_ON_SHAPE) != 0 && (light.model->traits & LIGHT_TINTED) != 0;
   const Rgb mean = shows_texture ? Rgb{n[3], n[4], n[5]} : Rgb{1, 1, 1};
   const double brightness = luminance(Rgb{n[0] * mean[0], n[1] * mean[1], n[2] * mean[2]}), size = length(high - low);
   double sum = 0;
-  constexpr int steps = 3;
   for (int i = 0; i < steps * steps * steps; ++i) {
     const std::array<int, 3> step{i % steps, i / steps % steps, i / (steps * steps)};
     Vec3 from{};

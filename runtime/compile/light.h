@@ -18,8 +18,9 @@ struct LightSurfaces {
 // offset: how far in front of the surface connections end [scene unit].
 LightSurfaces light_surfaces(const Shape& shape, double offset, int first_primitive = 0);
 
-// Roughly the irradiance that a light brings to a scene in the box, as luminance: how often to sample it.
-// surfaces: of a light that is a shape, else null.
-double expected_irradiance(const Light& light, const LightSurfaces* surfaces, const Vec3& low, const Vec3& high);
+// Roughly the irradiance that a light brings to the box, as luminance: the mean over steps^3 of its places. surfaces:
+// of a light that is a shape, else null.
+double expected_irradiance(const Light& light, const LightSurfaces* surfaces, const Vec3& low, const Vec3& high,
+                           int steps);
 
 }  // namespace itn

@@ -16,9 +16,10 @@ namespace {
 // Where paths start: camera rays, or flights from places in the medium, where connections matter most.
 enum class Start { camera, medium };
 
-std::vector<Rgb> samples_of(const Scene& scene, Start start, bool light_sampling, int width, Operator op) {
+std::vector<Rgb> samples_of(const Scene& scene, Start start, bool light_sampling, int width, Operator op,
+                            int samples_a_pixel) {
   PathBench bench(device(), scene, {.op = op, .width = width, .medium_events = 64, .light_sampling = light_sampling});
-  std::vector<Path> paths = bench.generate(64, 250);
+  std::vector<Path> paths = bench.generate(64, samples_a_pixel);
   if (start == Start::medium)
     for (std::size_t i = 0; i < paths.size(); ++i) {
       Path& p = paths[i];
@@ -26,11 +27,13 @@ std::vector<Rgb> samples_of(const Scene& scene, Start start, bool light_sampling
       p.direction = {std::sqrt(1 - z * z) * std::cos(2.4 * k), std::sqrt(1 - z * z) * std::sin(2.4 * k), z};
       p.position =
           along({0, 0, 0}, std::fmod(k * 0.7548776662, 0.9), unit({std::sin(k), std::cos(1.3 * k), std::sin(2.7 * k)}));
+      p.origin = p.position;
       p.medium = 0;
       p.queue = Queue::medium;
     }
   bench.run_all(paths);
   std::vector<Rgb> samples;
+  samples.reserve(paths.size());
   for (const Path& p : paths) samples.push_back(p.sample_radiance);
   return samples;
 }
@@ -50,10 +53,10 @@ Mean mean_of(std::size_t count, const Member& member) {
 }
 
 // Both images use the same random numbers, so most of the noise is the same.
-void check_equal_means(const Scene& scene, Start start, Operator op = Operator::full) {
-  const std::vector<Rgb> by_chance = samples_of(scene, start, false, 16, op);
+void check_equal_means(const Scene& scene, Start start, Operator op = Operator::full, int samples_a_pixel = 250) {
+  const std::vector<Rgb> by_chance = samples_of(scene, start, false, 16, op, samples_a_pixel);
   {
-    const std::vector<Rgb> sampled = samples_of(scene, start, true, 1, op);
+    const std::vector<Rgb> sampled = samples_of(scene, start, true, 1, op, samples_a_pixel);
     for (std::size_t c = 0; c < 3; ++c) {
       const Mean mean = mean_of(by_chance.size(), [&](std::size_t i) { return by_chance[i][c]; });
       const Mean gap = mean_of(by_chance.size(), [&](std::size_t i) { return sampled[i][c] - by_chance[i][c]; });
@@ -66,6 +69,19 @@ void check_equal_means(const Scene& scene, Start start, Operator op = Operator::
 
 Scene lit_scene(const Bsdf& bsdf, double sigma_t, double aperture, double sky_scale) {
   Scene scene = sphere_scene(bsdf, medium_of(sigma_t, 0.9, 0.5));
+  // All scenes share their programs: each has the materials of all, used or not, and below it a small ball whose
+  // boundary is of the other kind.
+  Bsdf card = bsdf_of("diffuse");
+  card.set("reflectance", Rgb{0.8, 0.5, 0.2});
+  card.twosided = true;
+  for (const Bsdf& other : {bsdf_of("null"), bsdf_of("roughdielectric", 1.4, 0.35), card,
+                            bsdf_of("roughdielectric", 1.4, 0.35, "beckmann")})
+    scene.bsdfs.push_back(other);
+  Shape ball = scene.shapes[0];
+  ball.center = {0, 0, -2};
+  ball.radius = 0.1;
+  ball.bsdf = bsdf.type() == "null" ? 2 : 1;
+  scene.shapes.push_back(ball);
   Sensor& sensor = scene.sensors[0];
   sensor.width = sensor.height = sensor.crop_width = sensor.crop_height = 8;
   sensor.fov_x = 28;
@@ -140,9 +156,31 @@ TEST_CASE("an environment map is met and sampled with weights that add up to one
   check_equal_means(scene, Start::camera);
 }
 
+TEST_CASE("lamps that are drawn by place leave the mean, at surfaces and in a medium") {
+  Scene scene = lit_scene(bsdf_of("null"), 1, 60, 0.2);
+  add_floor(scene, bsdf_of("diffuse"), 3, -1.25f);
+  // discs of different brightness above the floor, some in front of others
+  for (int k = 0; k < 7; ++k) {
+    Light lamp;
+    lamp.become(*find_model(light_models(), "area"));
+    lamp.set("radiance", Rgb{1.0 + k % 3, 2, 5.0 - k % 4});
+    Shape disk;
+    disk.kind = Shape::Kind::disk;
+    disk.center = {-2 + 0.7 * k, 1.1 * (k % 3) - 1, -0.6 + 0.2 * (k % 2)};
+    disk.edge_u = {0.6, 0, 0};
+    disk.edge_v = {0, -0.6, 0};
+    disk.bsdf = static_cast<int>(scene.bsdfs.size()) - 1;
+    disk.light = static_cast<int>(scene.lights.size());
+    scene.lights.push_back(lamp);
+    scene.shapes.push_back(disk);
+  }
+  check_equal_means(scene, Start::camera, Operator::full, 1500);
+  check_equal_means(scene, Start::medium);
+}
+
 TEST_CASE("a diffuse floor under sun and sky has the radiance of the integral") {
   Scene scene = lit_scene(bsdf_of("diffuse"), 1, 20, 1);
-  scene.shapes.clear();
+  scene.shapes.erase(scene.shapes.begin());
   Bsdf bsdf = bsdf_of("diffuse");
   bsdf.value("reflectance").value = {0.8, 0.5, 0.2};
   add_floor(scene, bsdf, 3, 0);
@@ -159,7 +197,7 @@ TEST_CASE("a diffuse floor under sun and sky has the radiance of the integral") 
         expected[c] += (a[c] + b[c]) * z * 2 / (double(rows) * columns) * bsdf.value("reflectance").value[c];
     }
   for (const int width : widths) {
-    PathBench bench(device(), scene, {.width = width});
+    PathBench bench(device(), scene, {.width = width, .medium_events = 64});
     std::vector<Path> paths(20000);
     for (std::size_t i = 0; i < paths.size(); ++i) {
       paths[i].pixel = static_cast<int>(i);
@@ -180,7 +218,8 @@ TEST_CASE("a flight from boundary to boundary competes with no connection") {
   Scene scene = lit_scene(bsdf_of("roughdielectric", 1.4, 0.35), 2, 80, 0);
   scene.integrator.max_depth = 2;
   const auto mean = [&](bool light_sampling) {
-    PathBench bench(device(), scene, {.width = 16, .light_sampling = light_sampling});
+    PathBench bench(device(), scene,
+                    {.width = light_sampling ? 1 : 16, .medium_events = 64, .light_sampling = light_sampling});
     std::vector<Path> paths(20000);
     const Vec3 sun = clear_sky(sunsky_of(*scene.environment)).sun;
     for (std::size_t i = 0; i < paths.size(); ++i) {

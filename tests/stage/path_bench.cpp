@@ -25,9 +25,9 @@ std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> x, std::uint32_
 }
 
 // Calls visit(field number, member) for every member of a path that the program has.
-template <class SomePath, class Visit>
-void each_field(const PathFields& fields, SomePath& p, std::size_t throughput, std::size_t radiance, bool spectral,
-                bool connects, const Visit& visit) {
+template <class SomePath, class Has, class Visit>
+void each_field(const PathFields& fields, SomePath& p, std::size_t throughput, std::size_t radiance, const Has& has,
+                const Visit& visit) {
   const auto several = [&](const char* field, auto& members, std::size_t count) {
     for (std::size_t k = 0; k < count; ++k) visit(fields.first.at(field) + k, members[k]);
   };
@@ -49,14 +49,16 @@ void each_field(const PathFields& fields, SomePath& p, std::size_t throughput, s
   visit(fields.first.at("HIT_PLACE") + 1, p.hit_v);
   one("LAST_PDF", p.last_pdf);
   one("JOB", p.job);
-  if (spectral) {
+  if (has("SPECTRAL")) {
     several("SPECTRAL_WEIGHT", p.spectral_weight, 3);
     one("HERO", p.hero);
   }
-  if (connects) {
+  if (has("MEDIUM_LIGHT_SAMPLING")) {
     several("ARRIVAL", p.arrival, 3);
     one("CHANCE", p.chance);
   }
+  if (has("HAS_AREA_LIGHTS") && has("LIGHT_SAMPLING")) several("ORIGIN", p.origin, 3);
+  if (has("HAS_AREA_LIGHTS") && has("ROUGH_LIGHT_SAMPLING")) one("RIVAL", p.rival);
 }
 
 // By the names of kernels.
@@ -138,13 +140,15 @@ std::vector<float> PathBench::pack(const std::vector<Path>& paths) const {
   // what idle lanes find in the dump must not matter: huge as float and as int
   std::vector<float> storage((fields_.size + 2 * stages_.size()) * s, std::bit_cast<float>(0x7f123456));
   for (std::size_t i = 0; i < paths.size(); ++i)
-    each_field(fields_, paths[i], throughput_channels_, radiance_channels_, has("SPECTRAL"),
-               has("MEDIUM_LIGHT_SAMPLING"), [&](std::size_t field, const auto& member) {
-                 if constexpr (std::is_same_v<std::decay_t<decltype(member)>, int>)
-                   storage[field * s + i] = std::bit_cast<float>(member);
-                 else
-                   storage[field * s + i] = static_cast<float>(member);
-               });
+    each_field(
+        fields_, paths[i], throughput_channels_, radiance_channels_,
+        [this](const char* feature) { return has(feature); },
+        [&](std::size_t field, const auto& member) {
+          if constexpr (std::is_same_v<std::decay_t<decltype(member)>, int>)
+            storage[field * s + i] = std::bit_cast<float>(member);
+          else
+            storage[field * s + i] = static_cast<float>(member);
+        });
   return storage;
 }
 
@@ -152,13 +156,14 @@ void PathBench::unpack(const std::vector<float>& storage, std::vector<Path>& pat
   const std::size_t s = stride(paths.size());
   for (std::size_t i = 0; i < paths.size(); ++i) {
     Path& p = paths[i];
-    each_field(fields_, p, throughput_channels_, radiance_channels_, has("SPECTRAL"), has("MEDIUM_LIGHT_SAMPLING"),
-               [&](std::size_t field, auto& member) {
-                 if constexpr (std::is_same_v<std::decay_t<decltype(member)>, int>)
-                   member = std::bit_cast<int>(storage[field * s + i]);
-                 else
-                   member = static_cast<double>(storage[field * s + i]);
-               });
+    each_field(
+        fields_, p, throughput_channels_, radiance_channels_, [this](const char* feature) { return has(feature); },
+        [&](std::size_t field, auto& member) {
+          if constexpr (std::is_same_v<std::decay_t<decltype(member)>, int>)
+            member = std::bit_cast<int>(storage[field * s + i]);
+          else
+            member = static_cast<double>(storage[field * s + i]);
+        });
     for (std::size_t c = throughput_channels_; c < 3; ++c) p.throughput[c] = p.throughput[0];
     for (std::size_t c = radiance_channels_; c < 3; ++c) p.radiance[c] = p.radiance[0];
   }

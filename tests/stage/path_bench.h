@@ -27,6 +27,8 @@ struct Path {
   int hero = 0;
   Vec3 arrival{};
   double chance = 1;
+  Vec3 origin{};
+  double rival = 1;
   Queue queue = Queue::free;  // where it waits; free: it has ended
   Rgb sample_radiance{};      // what it gave to its pixel when it ended
 };
