@@ -30,14 +30,12 @@ constexpr auto frame_wait = std::chrono::milliseconds(2000);
 constexpr int settled_spp = 16;  // a picture of fewer samples says little about its brightest places
 constexpr double most_stops = 10;
 
+// Infinities and NaN become null.
 std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 WebResponse as_json(const Json& json, int status = 200) { return {status, "application/json", dumped(json), ""}; }
 
 WebResponse failure(int status, const std::string& text) { return as_json({{"error", text}}, status); }
-
-// JSON knows no infinity and no NaN: null.
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 std::uint64_t whole_number(const WebRequest& request, const std::string& name) {
   const auto given = request.query.find(name);
@@ -92,8 +90,8 @@ std::vector<float> denoised(const Image& derivative, int width, int height, int 
 Json to_json(const ViewStep& step) {
   Json values = Json::object();
   for (std::size_t i = 0; i < step.parameters.size(); ++i)
-    values[step.parameters[i]] = {{"from", number(step.from[i])}, {"to", number(step.to[i])}};
-  return {{"values", values}, {"distance", number(step.distance)}, {"settled", step.settled}};
+    values[step.parameters[i]] = {{"from", step.from[i]}, {"to", step.to[i]}};
+  return {{"values", values}, {"distance", step.distance}, {"settled", step.settled}};
 }
 
 Json describe(const Parameter& p) {
@@ -101,13 +99,13 @@ Json describe(const Parameter& p) {
   return {{"name", p.name},
           {"id", p.id},
           {"label", p.name.substr(std::min(p.name.size(), p.id.size() + 1))},
-          {"value", number(p.value)},
-          {"low", number(p.low)},
-          {"high", number(p.high)},
+          {"value", p.value},
+          {"low", p.low},
+          {"high", p.high},
           {"range", p.range()},
           {"unit", p.unit},
           {"not_differentiable", p.not_differentiable},
-          {"slider", {{"scale", name_of(slider.scale)}, {"low", number(slider.low)}, {"high", number(slider.high)}}}};
+          {"slider", {{"scale", name_of(slider.scale)}, {"low", slider.low}, {"high", slider.high}}}};
 }
 
 // Numbers first in the answer: the length of the JSON in four bytes, the lowest first.
@@ -178,29 +176,29 @@ WebResponse ViewPage::frame(const WebRequest& request) {
             {"derivative_note", shown->derivative_note},
             {"step_note", shown->step_note}};
   Json values = Json::array();
-  for (const double v : shown->values) values.push_back(number(v));
+  for (const double v : shown->values) values.push_back(v);
   json["values"] = values;
   std::vector<std::vector<std::uint8_t>> pictures;
   Json names = Json::array();
   if (image.spp > 0) {
-    json["noise"] = number(relative_noise(image));
+    json["noise"] = relative_noise(image);
     pictures.push_back(tone_mapped(image.mean, image.channels, look.exposure()));
     names.push_back("image");
     if (!image.derivatives.empty()) {
       SignedPicture derivative =
           red_blue(denoised(image.derivatives.front(), image.width, image.height, image.channels), image.channels);
       json["derivative"] = {{"parameter", shown->derivative},
-                            {"scale", number(derivative.scale)},
+                            {"scale", derivative.scale},
                             {"mean", image.derivatives.front().mean_of_image},
                             {"stderr", Json::array()}};
-      for (const double e : image.derivatives.front().stderr_of_mean) json["derivative"]["stderr"].push_back(number(e));
+      for (const double e : image.derivatives.front().stderr_of_mean) json["derivative"]["stderr"].push_back(e);
       pictures.push_back(std::move(derivative.bytes));
       names.push_back("derivative");
     }
   }
   if (const auto& target = session_.options().target; target && image.spp > 0) {
     SignedPicture residual = red_blue(residual_of(image, *target), target->channels);
-    json["residual_scale"] = number(residual.scale);
+    json["residual_scale"] = residual.scale;
     pictures.push_back(std::move(residual.bytes));
     names.push_back("residual");
     if (whole_number(request, "look") != look.number) {
@@ -208,10 +206,10 @@ WebResponse ViewPage::frame(const WebRequest& request) {
       names.push_back("photo");
     }
     if (shown->loss) {
-      json["loss"] = {{"value", number(shown->loss->loss)}, {"stderr", number(shown->loss->loss_stderr)}};
+      json["loss"] = {{"value", shown->loss->loss}, {"stderr", shown->loss->loss_stderr}};
       if (!shown->loss->gradient.empty()) {
-        json["loss"]["gradient"] = number(shown->loss->gradient.front());
-        json["loss"]["gradient_stderr"] = number(shown->loss->gradient_stderr.front());
+        json["loss"]["gradient"] = shown->loss->gradient.front();
+        json["loss"]["gradient_stderr"] = shown->loss->gradient_stderr.front();
       }
     }
     if (shown->step) json["step"] = to_json(*shown->step);

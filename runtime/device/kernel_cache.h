@@ -4,7 +4,7 @@
 
 namespace itn {
 
-// As PoCL chooses it: POCL_CACHE_DIR, XDG_CACHE_HOME, HOME.
+// As PoCL chooses it: POCL_CACHE_DIR, XDG_CACHE_HOME, HOME, and where none is set /tmp.
 std::string kernel_cache_folder();
 
 // Why it cannot be used and what to do about it; empty where it can: PoCL offers no device without it.

@@ -6,6 +6,11 @@
 #include <cmath>
 
 namespace itn {
+namespace {
+
+const std::string standard_error = "standard error";
+
+}  // namespace
 
 InversionOutcome conclude(const InversionQuestion& question, Inversion& inversion,
                           const std::vector<Coordinate>& coordinates, Scene scene,
@@ -38,21 +43,6 @@ nlohmann::ordered_json to_json(const InversionStep& step, const std::vector<Coor
 }
 
 nlohmann::ordered_json to_json(const InversionOutcome& outcome, const std::vector<Coordinate>& coordinates) {
-  const auto list = [](const std::vector<Interval>& intervals) {
-    nlohmann::ordered_json json = nlohmann::ordered_json::object();
-    for (const Interval& i : intervals)
-      json[i.name] = {{"value", i.value}, {"low", i.low}, {"high", i.high}, {"stderr", i.stderr_}};
-    return json;
-  };
-  nlohmann::ordered_json directions = nlohmann::ordered_json::array();
-  const std::vector<std::string> texts = ambiguity_words(outcome, coordinates);
-  for (std::size_t k = 0; k < outcome.directions.size(); ++k) {
-    nlohmann::ordered_json parts = nlohmann::ordered_json::object();
-    for (std::size_t p = 0; p < coordinates.size(); ++p)
-      parts[coordinates[p].parameter().name] = outcome.directions[k].part[p];
-    directions.push_back(
-        {{"direction", parts}, {"relative_uncertainty", outcome.directions[k].uncertainty}, {"words", texts[k]}});
-  }
   nlohmann::ordered_json starts = nlohmann::ordered_json::array();
   for (const InversionRun& run : outcome.runs) {
     nlohmann::ordered_json from = nlohmann::ordered_json::object(), to = from;
@@ -71,11 +61,11 @@ nlohmann::ordered_json to_json(const InversionOutcome& outcome, const std::vecto
           {"scene", outcome.question.scene},
           {"method", outcome.question.method},
           {"converged", end.converged},
-          {"parameters", list(outcome.parameters)},
-          {"coefficients", list(outcome.coefficients)},
-          {"exposures", list(outcome.exposures)},
+          {"parameters", to_json(outcome.parameters)},
+          {"coefficients", to_json(outcome.coefficients)},
+          {"exposures", to_json(outcome.exposures)},
           {"prior", outcome.question.prior},
-          {"ambiguity", directions},
+          {"ambiguity", to_json(outcome.directions, coordinates, standard_error)},
           {"loss", end.loss},
           {"loss_stderr", end.loss_stderr},
           {"residual", end.residual},
@@ -141,11 +131,36 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
 }
 
 std::vector<std::string> ambiguity_words(const InversionOutcome& outcome, const std::vector<Coordinate>& coordinates) {
+  return ambiguity_words(outcome.directions, coordinates, standard_error);
+}
+
+std::vector<std::string> ambiguity_words(const std::vector<Direction>& directions,
+                                         const std::vector<Coordinate>& coordinates, const std::string& deviation) {
   std::vector<std::string> text;
-  for (const Direction& direction : outcome.directions)
-    text.push_back(fmt::format("known to {:.2g} % (one standard error): {} together", 100 * direction.uncertainty,
+  text.reserve(directions.size());
+  for (const Direction& direction : directions)
+    text.push_back(fmt::format("known to {:.2g} % (one {}): {} together", 100 * direction.uncertainty, deviation,
                                words(direction, coordinates)));
   return text;
+}
+
+nlohmann::ordered_json to_json(const std::vector<Direction>& directions, const std::vector<Coordinate>& coordinates,
+                               const std::string& deviation) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  const std::vector<std::string> texts = ambiguity_words(directions, coordinates, deviation);
+  for (std::size_t k = 0; k < directions.size(); ++k) {
+    nlohmann::ordered_json parts = nlohmann::ordered_json::object();
+    for (std::size_t p = 0; p < coordinates.size(); ++p) parts[coordinates[p].parameter().name] = directions[k].part[p];
+    json.push_back({{"direction", parts}, {"relative_uncertainty", directions[k].uncertainty}, {"words", texts[k]}});
+  }
+  return json;
+}
+
+nlohmann::ordered_json to_json(const std::vector<Interval>& intervals) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const Interval& i : intervals)
+    json[i.name] = {{"value", i.value}, {"low", i.low}, {"high", i.high}, {"stderr", i.stderr_}};
+  return json;
 }
 
 }  // namespace itn

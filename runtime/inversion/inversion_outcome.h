@@ -48,4 +48,11 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
 // One a direction, from the best known to the worst.
 std::vector<std::string> ambiguity_words(const InversionOutcome& outcome, const std::vector<Coordinate>& coordinates);
 
+// Of every method's outcome. deviation: what the length of a direction is, such as "standard error".
+std::vector<std::string> ambiguity_words(const std::vector<Direction>& directions,
+                                         const std::vector<Coordinate>& coordinates, const std::string& deviation);
+nlohmann::ordered_json to_json(const std::vector<Direction>& directions, const std::vector<Coordinate>& coordinates,
+                               const std::string& deviation);
+nlohmann::ordered_json to_json(const std::vector<Interval>& intervals);
+
 }  // namespace itn

@@ -15,14 +15,12 @@ namespace {
 
 using Json = nlohmann::json;
 
-// JSON has no infinity: a standard error that is not known becomes null.
-Json number(double v) { return std::isfinite(v) ? Json(v) : Json(); }
+// Infinity is stored as null.
 double number_from(const Json& v) { return v.is_null() ? std::numeric_limits<double>::infinity() : v.get<double>(); }
 
 Json stored(const StartedInversion& run) {
   Json steps = Json::array();
-  for (const InversionStep& s : run.steps)
-    steps.push_back({s.spp, s.x, s.loss, number(s.loss_stderr), s.accepted, s.distance});
+  for (const InversionStep& s : run.steps) steps.push_back({s.spp, s.x, s.loss, s.loss_stderr, s.accepted, s.distance});
   return {{"start", run.start}, {"state", run.state}, {"steps", steps}};
 }
 

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -17,14 +16,11 @@ namespace {
 
 using Json = StoredRun::Json;
 
-// JSON has no infinity: a standard error that is not known becomes null.
-Json number(double v) { return std::isfinite(v) ? Json(v) : Json(); }
-
 Json to_json(const TextureInversionStep& s) {
   return {{"repeat", s.repeat},
           {"iteration", s.iteration},
           {"loss", s.loss},
-          {"loss_stderr", number(s.loss_stderr)},
+          {"loss_stderr", s.loss_stderr},
           {"roughness", s.roughness}};
 }
 

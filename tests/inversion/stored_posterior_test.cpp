@@ -3,9 +3,11 @@
 
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <limits>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/image/exr.h"
 #include "tests/inversion/small_scene.h"
 #include "tests/support/temporary_folder.h"
 
@@ -82,7 +84,14 @@ TEST_CASE("renderings of another scene are refused, and damaged ones by name") {
   small.go_on(folder / "fit", folder / "renderings", 3);
   CHECK_THROWS_AS(RenderingStore(folder / "renderings", StoredRun::Json{{"scene", "another"}}, 2), UsageError);
   CHECK_THROWS_AS(RenderingStore(folder / "renderings", scene_request, 3), InputError);
-  write_file(folder / "renderings/000001_0.exr", "nothing");
+  const std::string kept = folder / "renderings/000001_0.exr";
+  ExrImage image = read_exr(kept);
+  image.data[7] = std::numeric_limits<float>::infinity();
+  write_exr(kept, image);
+  CHECK_THROWS_WITH(small.go_on(folder / "fit", folder / "renderings", all), Catch::Contains("000001_0.exr"));
+  write_exr(kept, ExrImage{1, 1, image.channels, std::vector<float>(image.channels.size()), {}});
+  CHECK_THROWS_WITH(small.go_on(folder / "fit", folder / "renderings", all), Catch::Contains("1 x 1 pixels"));
+  write_file(kept, "nothing");
   CHECK_THROWS_WITH(small.go_on(folder / "fit", folder / "renderings", all), Catch::Contains("000001_0.exr"));
 }
 

@@ -29,10 +29,9 @@ Rows image_product(const Rows& a, const Rows& b) { return a * b; }
 Eigen::MatrixXd gram(const Rows& a, const Rows& b) { return Rows(a * b.transpose()).cast<double>(); }
 
 std::vector<std::size_t> inside(const std::vector<Exemplar>& exemplars, const Frame& frame) {
-  constexpr double reach = 1.25;
   std::vector<std::size_t> result;
   for (std::size_t i = 0; i < exemplars.size(); ++i)
-    if (frame.reach(exemplars[i].at) <= reach) result.push_back(i);
+    if (frame.near(exemplars[i].at)) result.push_back(i);
   return result;
 }
 

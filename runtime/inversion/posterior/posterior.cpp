@@ -18,7 +18,6 @@ constexpr double settled_shift = 0.25;         // standard deviations
 constexpr double settled_growth = 0.15;        // of log standard deviations
 constexpr double settled_share = 0.15;         // of the emulator
 constexpr int working_samples = 600;           // of the posterior, before the last round
-constexpr double inside_reach = 1.25;          // emulated_view.cpp
 constexpr Eigen::Index most_polynomials = 130;
 
 int design_size(Eigen::Index dimensions) { return 12 + 12 * static_cast<int>(dimensions); }
@@ -61,7 +60,7 @@ int Posterior::refinement_spp() const {
     const TargetImage& target = targets_[t];
     double sample = 0, own = 0, near = 0, rendered = 0, shown = 0;
     for (const Exemplar& exemplar : exemplars_) {
-      if (regions_.local.reach(exemplar.at) > inside_reach) continue;
+      if (!regions_.local.near(exemplar.at)) continue;
       for (const HalfImages& half : exemplar.views[t].half)
         sample += static_cast<double>(half.error.row(0).squaredNorm()) * exemplar.views[t].spp;
       rendered += 2 * static_cast<double>(exemplar.views[t].half[0].value.row(0).sum());
@@ -107,7 +106,7 @@ void Posterior::want_refinement() {
 void Posterior::emulate() {
   std::vector<std::size_t> local;
   for (std::size_t i = 0; i < exemplars_.size(); ++i)
-    if (regions_.local.reach(exemplars_[i].at) <= inside_reach) local.push_back(i);
+    if (regions_.local.near(exemplars_[i].at)) local.push_back(i);
   const Eigen::Index pieces = static_cast<Eigen::Index>(local.size()) * (1 + dimensions_);
   polynomials_ = std::make_unique<Polynomials>(
       regions_.local, Polynomials::degree_for(dimensions_, std::min(most_polynomials, pieces)));
@@ -143,7 +142,7 @@ const PosteriorRound& Posterior::advance(std::vector<Exemplar> rendered) {
 
   PosteriorRound round;
   round.exemplars = static_cast<int>(exemplars_.size());
-  for (const Exemplar& exemplar : exemplars_) round.local += regions_.local.reach(exemplar.at) <= inside_reach;
+  for (const Exemplar& exemplar : exemplars_) round.local += regions_.local.near(exemplar.at);
   round.mean = samples_.at.rowwise().mean();
   round.deviation = deviations(samples_.at);
   regions_.samples = samples_.broad;

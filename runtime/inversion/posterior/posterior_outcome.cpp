@@ -112,12 +112,7 @@ void compare(const std::vector<TargetImage>& targets, ForwardModel& model, const
   outcome.loss_stderr = loss.loss_stderr;
 }
 
-nlohmann::ordered_json list(const std::vector<Interval>& intervals) {
-  nlohmann::ordered_json json = nlohmann::ordered_json::object();
-  for (const Interval& i : intervals)
-    json[i.name] = {{"value", i.value}, {"low", i.low}, {"high", i.high}, {"stderr", i.stderr_}};
-  return json;
-}
+const std::string standard_deviation = "standard deviation";
 
 }  // namespace
 
@@ -233,25 +228,13 @@ std::vector<std::string> verdict(const PosteriorOutcome& outcome) {
 }
 
 std::vector<std::string> ambiguity_words(const PosteriorOutcome& outcome, const std::vector<Coordinate>& coordinates) {
-  std::vector<std::string> text;
-  for (const Direction& direction : outcome.directions)
-    text.push_back(fmt::format("known to {:.2g} % (one standard deviation): {} together", 100 * direction.uncertainty,
-                               words(direction, coordinates)));
-  return text;
+  return ambiguity_words(outcome.directions, coordinates, standard_deviation);
 }
 
 nlohmann::ordered_json to_json(const PosteriorOutcome& outcome, const std::vector<Coordinate>& coordinates) {
   using Json = nlohmann::ordered_json;
   const std::size_t parameters = outcome.parameters.size();
-  Json directions = Json::array(), correlation = Json::object(), peaks = Json::array(), rounds = Json::array(),
-       ranges = Json::object();
-  const std::vector<std::string> texts = ambiguity_words(outcome, coordinates);
-  for (std::size_t k = 0; k < outcome.directions.size(); ++k) {
-    Json parts = Json::object();
-    for (std::size_t p = 0; p < parameters; ++p) parts[outcome.names[p]] = outcome.directions[k].part[p];
-    directions.push_back(
-        {{"direction", parts}, {"relative_uncertainty", outcome.directions[k].uncertainty}, {"words", texts[k]}});
-  }
+  Json correlation = Json::object(), peaks = Json::array(), rounds = Json::array(), ranges = Json::object();
   for (std::size_t p = 0; p < parameters; ++p) {
     for (std::size_t q = 0; q < parameters; ++q)
       correlation[outcome.names[p]][outcome.names[q]] =
@@ -259,7 +242,7 @@ nlohmann::ordered_json to_json(const PosteriorOutcome& outcome, const std::vecto
     ranges[outcome.names[p]] = {outcome.ranges[p].low(), outcome.ranges[p].high()};
   }
   for (const auto& peak : outcome.peaks)
-    peaks.push_back({{"probability", peak.share}, {"parameters", list(peak.parameters)}});
+    peaks.push_back({{"probability", peak.share}, {"parameters", to_json(peak.parameters)}});
   for (const PosteriorRound& round : outcome.rounds)
     rounds.push_back({{"renderings", round.exemplars},
                       {"local", round.local},
@@ -272,12 +255,12 @@ nlohmann::ordered_json to_json(const PosteriorOutcome& outcome, const std::vecto
           {"scene", outcome.question.scene},
           {"method", outcome.question.method},
           {"converged", outcome.settled()},
-          {"parameters", list(outcome.parameters)},
-          {"coefficients", list(outcome.coefficients)},
-          {"exposures", list(outcome.exposures)},
+          {"parameters", to_json(outcome.parameters)},
+          {"coefficients", to_json(outcome.coefficients)},
+          {"exposures", to_json(outcome.exposures)},
           {"prior", outcome.question.prior},
           {"range", ranges},
-          {"ambiguity", directions},
+          {"ambiguity", to_json(outcome.directions, coordinates, standard_deviation)},
           {"correlation", correlation},
           {"peaks", peaks},
           {"samples", outcome.question.folder + "/samples.csv"},

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
@@ -28,6 +31,22 @@ std::vector<std::string> channel_names(const std::string& half, std::size_t para
   return names;
 }
 
+ExrImage read_image(const std::string& file, const TargetImage& target) {
+  ExrImage image = read_exr(file);
+  if (image.width != target.width || image.height != target.height)
+    throw InputError(
+        fmt::format("{}: {} x {} pixels, where the scene's image has {} x {}: not this scene's rendering; "
+                    "remove the folder or give --renderings another",
+                    file, image.width, image.height, target.width, target.height));
+  const auto bad = std::find_if(image.data.begin(), image.data.end(), [](float v) { return !std::isfinite(v); });
+  if (bad != image.data.end())
+    throw InputError(
+        fmt::format("{}: values that are not finite: damaged; remove the folder or give --renderings "
+                    "another",
+                    file));
+  return image;
+}
+
 }  // namespace
 
 RenderingStore::RenderingStore(const std::string& folder, const StoredRun::Json& scene, std::size_t parameters)
@@ -40,8 +59,12 @@ RenderingStore::RenderingStore(const std::string& folder, const StoredRun::Json&
   } catch (const nlohmann::json::exception&) {
     folder_.run().refuse();
   }
-  for (const Entry& entry : entries_)
+  std::int64_t samples = 0;
+  for (const Entry& entry : entries_) {
     if (entry.values.size() != parameters || entry.spp < 1) folder_.run().refuse();
+    samples += 2 * std::int64_t{entry.spp};
+    if (samples > std::numeric_limits<int>::max() / 2) folder_.run().refuse();
+  }
 }
 
 std::string RenderingStore::file(std::size_t index, std::size_t image) const {
@@ -55,16 +78,16 @@ int RenderingStore::next_sample() const {
 }
 
 Exemplar RenderingStore::read(std::size_t index, const std::vector<NaturalRange>& ranges,
-                              const std::vector<int>& channels) const {
+                              const std::vector<TargetImage>& targets) const {
   const Entry& entry = entries_[index];
   Exemplar exemplar;
   exemplar.at.resize(static_cast<Eigen::Index>(ranges.size()));
   for (std::size_t p = 0; p < ranges.size(); ++p)
     exemplar.at[static_cast<Eigen::Index>(p)] = ranges[p].of(entry.values[p]);
-  for (std::size_t t = 0; t < channels.size(); ++t) {
-    const ExrImage image = read_exr(file(index, t));
-    const auto count = static_cast<std::size_t>(channels[t]), all = image.channels.size();
-    const std::size_t pixels = image.data.size() / std::max<std::size_t>(1, all);
+  for (std::size_t t = 0; t < targets.size(); ++t) {
+    const ExrImage image = read_image(file(index, t), targets[t]);
+    const auto count = static_cast<std::size_t>(targets[t].channels), all = image.channels.size();
+    const std::size_t pixels = image.data.size() / all;
     ExemplarView view{entry.spp, {}};
     for (std::size_t h = 0; h < 2; ++h) {
       HalfImages& half = view.half[h];
@@ -72,7 +95,7 @@ Exemplar RenderingStore::read(std::size_t index, const std::vector<NaturalRange>
                  columns = static_cast<Eigen::Index>(pixels * count);
       half.value.resize(rows, columns);
       half.error.resize(rows, columns);
-      const std::vector<std::string> names = channel_names(halves[h], ranges.size(), channels[t]);
+      const std::vector<std::string> names = channel_names(halves[h], ranges.size(), targets[t].channels);
       for (std::size_t k = 0; k < names.size(); ++k) {
         const int channel = image.channel(names[k]);
         if (channel < 0) throw InputError(fmt::format("{}: no channel {}", file(index, t), names[k]));

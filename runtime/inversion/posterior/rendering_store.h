@@ -6,6 +6,7 @@
 
 #include "runtime/base/stored_run.h"
 #include "runtime/inversion/forward_model.h"
+#include "runtime/inversion/image_loss.h"
 #include "runtime/inversion/posterior/exemplar.h"
 #include "runtime/inversion/posterior/natural_range.h"
 
@@ -24,8 +25,9 @@ class RenderingStore {
   };
   const std::vector<Entry>& entries() const { return entries_; }
 
-  // One of them, in natural coordinates. channels: of each image. Throws InputError.
-  Exemplar read(std::size_t index, const std::vector<NaturalRange>& ranges, const std::vector<int>& channels) const;
+  // One of them, in natural coordinates. targets: an image each, of the same size and channels. Throws InputError.
+  Exemplar read(std::size_t index, const std::vector<NaturalRange>& ranges,
+                const std::vector<TargetImage>& targets) const;
   // Renders another and keeps it. Its samples are none that others here have. Throws as ForwardModel.
   void add(ForwardModel& model, const std::vector<double>& values, int spp);
 

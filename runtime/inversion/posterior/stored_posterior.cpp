@@ -23,6 +23,7 @@ StoredPosterior::StoredPosterior(const std::string& folder, const StoredRun::Jso
       store_(store),
       model_(model),
       ranges_(ranges),
+      targets_(targets),
       most_rounds_(options.rounds) {
   check_writable(folder_.run().file());
   folder_.run().require_same(request);
@@ -38,7 +39,6 @@ StoredPosterior::StoredPosterior(const std::string& folder, const StoredRun::Jso
     if (found_ > store.entries().size()) folder_.run().refuse();
   }
   write_state();
-  for (const TargetImage& target : targets) channels_.push_back(target.channels);
   std::vector<Exemplar> there;
   for (std::size_t i = 0; i < found_; ++i) there.push_back(exemplar(i));
   posterior_ = std::make_unique<Posterior>(static_cast<Eigen::Index>(ranges.size()), targets, log_prior_of(ranges),

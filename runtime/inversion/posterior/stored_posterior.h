@@ -29,7 +29,7 @@ class StoredPosterior {
   std::string file(const std::string& name) const { return folder_.file(name); }
 
  private:
-  Exemplar exemplar(std::size_t index) const { return store_.read(index, ranges_, channels_); }
+  Exemplar exemplar(std::size_t index) const { return store_.read(index, ranges_, targets_); }
   bool is_there(std::size_t index, const std::vector<double>& values, int spp) const;
   void write_state() const;
 
@@ -38,7 +38,7 @@ class StoredPosterior {
   RenderingStore& store_;
   ForwardModel& model_;
   const std::vector<NaturalRange>& ranges_;
-  std::vector<int> channels_;
+  const std::vector<TargetImage>& targets_;
   int most_rounds_;
   std::size_t found_ = 0, taken_ = 0;
   std::vector<std::size_t> made_;  // where in the store they are, of which taken_ are used
