@@ -21,9 +21,9 @@ Clustered squares_of_cells(std::uint64_t seed, std::size_t clusters, double scal
   std::vector<double> values;
   std::vector<std::size_t> cluster;
   for (std::size_t c = 0; c < clusters; ++c) {
-    const double size = 1 + 0.5 * random_normal(seed, 1, c);
+    const double spread = 1 + 0.5 * random_normal(seed, 1, c);
     for (std::size_t i = 0; i < 4; ++i) {
-      const double error = size * random_normal(seed, 2, 4 * c + i);
+      const double error = spread * random_normal(seed, 2, 4 * c + i);
       values.push_back(scale * error * error);
       cluster.push_back(c);
     }

@@ -6,9 +6,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
 
-namespace {
-const std::string ball = ITN_SOURCE_DIR "/tests/tool/data/ball.xml";
-}
+namespace {}
 
 TEST_CASE("a missing or unknown sub-command is a usage error that names those there are") {
   for (const auto& arguments : std::vector<std::vector<std::string>>{{}, {"rendr"}, {"--foo"}}) {

@@ -12,8 +12,6 @@
 
 namespace {
 
-const std::string ball = ITN_SOURCE_DIR "/tests/tool/data/ball.xml";
-
 std::vector<std::string> gradcheck(const std::vector<std::string>& more) {
   std::vector<std::string> arguments{"gradcheck", ball};
   arguments.insert(arguments.end(), more.begin(), more.end());

@@ -12,8 +12,6 @@
 
 namespace {
 
-const std::string ball = ITN_SOURCE_DIR "/tests/tool/data/ball.xml";
-
 std::vector<std::string> gradient(const std::string& target, const std::vector<std::string>& more = {}) {
   std::vector<std::string> arguments{"gradient", ball, "--target", target, "--parameter", "skin.albedo.G"};
   arguments.insert(arguments.end(), more.begin(), more.end());

@@ -17,8 +17,6 @@ using Catch::Contains;
 
 namespace {
 
-const std::string ball = ITN_SOURCE_DIR "/tests/tool/data/ball.xml";
-
 // A scene of its own, which a test may lose.
 struct OwnScene {
   TemporaryFolder folder;

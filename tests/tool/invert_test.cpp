@@ -13,8 +13,6 @@
 
 namespace {
 
-const std::string ball = ITN_SOURCE_DIR "/tests/tool/data/ball.xml";
-
 // The ball with another albedo, as a target.
 std::string target_in(const TemporaryFolder& folder) {
   const Result result = run_itn(

@@ -7,6 +7,9 @@
 #include <string>
 #include <vector>
 
+// The scene of most tests.
+inline const std::string ball = ITN_SOURCE_DIR "/tests/tool/data/ball.xml";
+
 struct Result {
   int exit_code = -1;  // -signal when a signal ended it
   std::string output, error;

@@ -15,8 +15,6 @@
 
 namespace {
 
-const std::string ball = ITN_SOURCE_DIR "/tests/tool/data/ball.xml";
-
 std::vector<std::string> render(const std::string& output, const std::vector<std::string>& more = {}) {
   std::vector<std::string> arguments{"render", ball, "-o", output};
   arguments.insert(arguments.end(), more.begin(), more.end());

@@ -42,7 +42,7 @@ std::size_t epochs_in(const std::string& run) {
   return static_cast<std::size_t>(std::count(lines.begin(), lines.end(), '\n'));
 }
 
-void fails(const Strings& arguments, int code, const std::string& word) {
+void refuses(const Strings& arguments, int code, const std::string& word) {
   const Result result = run_itn(arguments, one_thread);
   INFO(result.error);
   CHECK(result.exit_code == code);
@@ -153,24 +153,24 @@ TEST_CASE("itn train goes on only with the same question, and a folder has one w
   MadeUpDataset set(folder / "set", 32, 8);
   const std::string run = folder / "run";
   REQUIRE(run_itn(train(set.folder, run, {"--epochs", "1"}), one_thread).exit_code == 0);
-  fails(train(set.folder, run, {"--epochs", "2"}), 2, "another epochs (1, now 2)");
-  fails(train(set.folder, run, {"--epochs", "1", "--seed", "3"}), 2, "another seed (0, now 3)");
-  fails(train(set.folder, run, {"--epochs", "1", "--threads", "7"}), 2, "another threads");
-  fails(train(set.folder, run, {"--epochs", "1", "--init", run}), 2, "another init");
+  refuses(train(set.folder, run, {"--epochs", "2"}), 2, "another epochs (1, now 2)");
+  refuses(train(set.folder, run, {"--epochs", "1", "--seed", "3"}), 2, "another seed (0, now 3)");
+  refuses(train(set.folder, run, {"--epochs", "1", "--threads", "7"}), 2, "another threads");
+  refuses(train(set.folder, run, {"--epochs", "1", "--init", run}), 2, "another init");
   itn::write_file(run + "/run.json", "{");
-  fails(train(set.folder, run, {"--epochs", "1"}), 3, "run.json: not a training");
+  refuses(train(set.folder, run, {"--epochs", "1"}), 3, "run.json: not a training");
   std::filesystem::remove(run + "/run.json");
-  fails(train(set.folder, run, {"--epochs", "1"}), 2, "holds a network that itn train has not made");
+  refuses(train(set.folder, run, {"--epochs", "1"}), 2, "holds a network that itn train has not made");
 
   const std::string busy = folder / "busy";
   Process process(train(set.folder, busy, {"--epochs", "100000"}), one_thread);
   wait_until([&] { return std::filesystem::exists(busy + "/run.json"); });
-  fails(train(set.folder, busy, {"--epochs", "100000"}), 1, "another process is writing into it");
+  refuses(train(set.folder, busy, {"--epochs", "100000"}), 1, "another process is writing into it");
   process.send(SIGKILL);
   process.wait();
   set.manifest.hash = "00000000000000bb";
   set.write_manifest();
-  fails(train(set.folder, busy, {"--epochs", "100000"}), 2, "another data (\"00000000000000aa\"");
+  refuses(train(set.folder, busy, {"--epochs", "100000"}), 2, "another data (\"00000000000000aa\"");
 }
 
 TEST_CASE("itn train --init starts from what another network has learnt") {
@@ -188,8 +188,8 @@ TEST_CASE("itn train --init starts from what another network has learnt") {
   const double anew = first_loss(folder / "b", {}), going_on = first_loss(folder / "c", {"--init", folder / "a"});
   CHECK(going_on < 0.5 * anew);
   CHECK(going_on == first_loss(folder / "d", {"--init", folder / "a/network.safetensors"}));
-  fails(train(set.folder, folder / "e", {"--init", folder / "a", "--channels", "6"}), 2, "--channels 6");
-  fails(train(set.folder, folder / "f", {"--init", folder / "set"}), 3, "network.safetensors: is not there");
+  refuses(train(set.folder, folder / "e", {"--init", folder / "a", "--channels", "6"}), 2, "--channels 6");
+  refuses(train(set.folder, folder / "f", {"--init", folder / "set"}), 3, "network.safetensors: is not there");
 }
 
 TEST_CASE("itn train learns from several data sets") {
@@ -201,17 +201,17 @@ TEST_CASE("itn train learns from several data sets") {
     arguments.insert(arguments.begin() + 2, second.folder);
     return arguments;
   };
-  fails(train_both({}), 2, "second: the same images as " + first.folder);
+  refuses(train_both({}), 2, "second: the same images as " + first.folder);
   second.manifest.hash = "00000000000000bb";
   second.manifest.mm_per_unit = 2;
   second.write_manifest();
-  fails(train_both({}), 2, "8 pixels a side and 2 mm a scene unit, ");
+  refuses(train_both({}), 2, "8 pixels a side and 2 mm a scene unit, ");
   second.manifest.mm_per_unit = first.manifest.mm_per_unit;
   second.write_manifest();
   for (const itn::Manifest::Image& image : second.manifest.images)
     itn::write_stored(second.folder, second.manifest, image, itn::read_exr(second.path(image.file)));
-  fails({"train", first.folder, second.folder, "--network", "itn", "-o", folder / "run"}, 2,
-        "only rn learns from several");
+  refuses({"train", first.folder, second.folder, "--network", "itn", "-o", folder / "run"}, 2,
+          "only rn learns from several");
 
   const Result result = run_itn(train_both({"--epochs", "1"}), one_thread);
   INFO(result.error);
@@ -225,40 +225,41 @@ TEST_CASE("itn train says what is wrong with the data set or the command") {
   const TemporaryFolder folder;
   MadeUpDataset set(folder / "set", 16, 4);
   const std::string run = folder / "run", image = set.path("images/7.exr");
-  fails(train(folder / "nothing", run), 3, "nothing/manifest.json: is not there; make the data set first: itn dataset");
-  fails(train(set.folder, run, {"--batch", "17"}), 2, "fewer examples than a batch");
-  fails(train(set.folder, run, {"--lambda", "1"}), 2, "rn has no image loss");
-  fails(train(set.folder, run, {"--width", "65"}), 2, "--width");
-  fails({"train", set.folder, "-o", run}, 2, "--network is required");
-  fails({"train", set.folder, "-o", run, "--network", "gan"}, 2, "gan");
+  refuses(train(folder / "nothing", run), 3,
+          "nothing/manifest.json: is not there; make the data set first: itn dataset");
+  refuses(train(set.folder, run, {"--batch", "17"}), 2, "fewer examples than a batch");
+  refuses(train(set.folder, run, {"--lambda", "1"}), 2, "rn has no image loss");
+  refuses(train(set.folder, run, {"--width", "65"}), 2, "--width");
+  refuses({"train", set.folder, "-o", run}, 2, "--network is required");
+  refuses({"train", set.folder, "-o", run, "--network", "gan"}, 2, "gan");
 
   const itn::ExrImage original = itn::read_exr(image);
   itn::ExrImage broken = original;
   broken.data[2 * 5] = NAN;
   broken.header.erase("checksum");  // which would be the reason otherwise
   itn::write_exr(image, broken);
-  fails(train(set.folder, run), 3, "images/7.exr: pixel 5, 0: is nan");
+  refuses(train(set.folder, run), 3, "images/7.exr: pixel 5, 0: is nan");
   broken = original;
   broken.header["hash"] = "00000000000000bb";
   itn::write_exr(image, broken);
-  fails(train(set.folder, run), 3, "images/7.exr: is of another data set");
+  refuses(train(set.folder, run), 3, "images/7.exr: is of another data set");
   std::filesystem::remove(image);
-  fails(train(set.folder, run), 3, "images/7.exr: cannot be read");
+  refuses(train(set.folder, run), 3, "images/7.exr: cannot be read");
   itn::write_exr(image, original);
 
   set.manifest.complete = false;
   set.write_manifest();
-  fails(train(set.folder, run), 3, "not complete");
+  refuses(train(set.folder, run), 3, "not complete");
   set.manifest.complete = true;
   set.manifest.images.resize(16);
   set.write_manifest();
-  fails(train(set.folder, run), 3, "no images of the split validation");
+  refuses(train(set.folder, run), 3, "no images of the split validation");
 
   const MadeUpDataset whole(folder / "set", 16, 4);
   REQUIRE(run_itn(train(whole.folder, run, {"--epochs", "1"}), one_thread).exit_code == 0);
   const std::string checkpoint = run + "/checkpoint.safetensors", bytes = itn::read_file(checkpoint);
   itn::write_file(checkpoint, std::string_view(bytes).substr(0, bytes.size() / 2));
-  fails(train(whole.folder, run, {"--epochs", "1"}), 3, "checkpoint.safetensors");
+  refuses(train(whole.folder, run, {"--epochs", "1"}), 3, "checkpoint.safetensors");
 }
 
 TEST_CASE("itn predict says what is wrong with network, images and what is known of them") {
@@ -267,35 +268,36 @@ TEST_CASE("itn predict says what is wrong with network, images and what is known
   const std::string one = folder / "one", six = folder / "six", image = set.path("images/0.exr");
   REQUIRE(run_itn(train(set.folder, one, {"--epochs", "1"}), one_thread).exit_code == 0);
   REQUIRE(run_itn(train(set.folder, six, {"--epochs", "1", "--channels", "6"}), one_thread).exit_code == 0);
-  fails({"predict", folder / "none", image}, 3, "none: is not there; train it first: itn train");
-  fails({"predict", set.folder, image}, 3, "network.safetensors: is not there; itn train");
-  fails({"predict", image, image}, 2, "shipped: its network knows shape and light");
-  fails({"predict", one}, 2, "is taken for a RUN; which images?");
-  fails({"predict", one, image, "--dataset", set.folder}, 2, "sees luminance alone");
-  fails({"predict", six, image}, 2, "give --dataset, or --scene, or both");
-  fails({"predict", six, image, "--light", "0,0,1"}, 2, "give --dataset, or --scene, or both");
-  fails({"predict", six, image, "--dataset", set.folder, "--light", "0,0,1"}, 2, "give --dataset, or --scene, or both");
-  const std::string ball = set.path("shapes/ball.exr");
-  fails({"predict", six, image, "--shape-buffers", ball, "--light", "0,0,0"}, 2, "--light: need a direction");
-  fails({"predict", six, image, "--shape-buffers", image, "--light", "0,0,1"}, 3, "has no channel mask");
+  refuses({"predict", folder / "none", image}, 3, "none: is not there; train it first: itn train");
+  refuses({"predict", set.folder, image}, 3, "network.safetensors: is not there; itn train");
+  refuses({"predict", image, image}, 2, "shipped: its network knows shape and light");
+  refuses({"predict", one}, 2, "is taken for a RUN; which images?");
+  refuses({"predict", one, image, "--dataset", set.folder}, 2, "sees luminance alone");
+  refuses({"predict", six, image}, 2, "give --dataset, or --scene, or both");
+  refuses({"predict", six, image, "--light", "0,0,1"}, 2, "give --dataset, or --scene, or both");
+  refuses({"predict", six, image, "--dataset", set.folder, "--light", "0,0,1"}, 2,
+          "give --dataset, or --scene, or both");
+  const std::string shape = set.path("shapes/ball.exr");
+  refuses({"predict", six, image, "--shape-buffers", shape, "--light", "0,0,0"}, 2, "--light: need a direction");
+  refuses({"predict", six, image, "--shape-buffers", image, "--light", "0,0,1"}, 3, "has no channel mask");
   itn::ExrImage broken = itn::read_exr(image);
   broken.data[2 * 9] = INFINITY;
   itn::write_exr(folder / "broken.exr", broken);
-  fails({"predict", one, image, folder / "broken.exr"}, 3, "broken.exr: pixel 1, 1: is inf");
-  fails({"predict", six, folder / "broken.exr", "--dataset", set.folder}, 3, "broken.exr");
+  refuses({"predict", one, image, folder / "broken.exr"}, 3, "broken.exr: pixel 1, 1: is inf");
+  refuses({"predict", six, folder / "broken.exr", "--dataset", set.folder}, 3, "broken.exr");
   broken.width = 4;
   broken.height = 16;
   itn::write_exr(folder / "broken.exr", broken);
-  fails({"predict", one, folder / "broken.exr"}, 3, "has 4 x 16 pixels, need a square image");
+  refuses({"predict", one, folder / "broken.exr"}, 3, "has 4 x 16 pixels, need a square image");
 
   // What the data set knows, given by hand, is the same; the length of --light does not matter.
   const Result by_set = run_itn({"predict", six, image, "--dataset", set.folder});
-  const Result by_hand = run_itn({"predict", six, image, "--shape-buffers", ball, "--light", "0,0,2"});
+  const Result by_hand = run_itn({"predict", six, image, "--shape-buffers", shape, "--light", "0,0,2"});
   INFO(by_set.error << by_hand.error);
   CHECK(by_set.exit_code == 0);
   CHECK(by_set.output == by_hand.output);
   itn::write_exr(folder / "elsewhere.exr", itn::read_exr(image));
-  fails({"predict", six, folder / "elsewhere.exr", "--dataset", set.folder}, 3, "is no image of the data set");
+  refuses({"predict", six, folder / "elsewhere.exr", "--dataset", set.folder}, 3, "is no image of the data set");
 }
 
 TEST_CASE("networks trained with the renderer: the image loss falls, and a killed training ends with the same bytes") {
@@ -337,8 +339,8 @@ TEST_CASE("networks trained with the renderer: the image loss falls, and a kille
   for (const std::string& file : run_files)
     CHECK((itn::read_file(folder / "itn/" + file) == itn::read_file(folder / "broken/" + file)));
 
-  fails(arguments("itn", "a", {"--spp", "1"}), 2, "need 2 to");
-  fails(arguments("itn", "itn", {"--lambda", "1e6", "--epochs", "12", "--spp", "16"}), 2, "another image_loss");
+  refuses(arguments("itn", "a", {"--spp", "1"}), 2, "need 2 to");
+  refuses(arguments("itn", "itn", {"--lambda", "1e6", "--epochs", "12", "--spp", "16"}), 2, "another image_loss");
 }
 
 TEST_CASE("itn predict without a RUN: the shipped network tells the materials of a shape that it has not learnt from") {

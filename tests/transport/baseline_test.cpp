@@ -33,7 +33,7 @@ std::vector<std::string> quiet_parameters(const Scene& scene) {
 }
 
 RenderOptions with(const std::vector<std::string>& parameters, Baselines baselines, std::uint64_t seed) {
-  RenderOptions options;
+  RenderOptions options = one_lane();
   options.derivatives = parameters;
   options.baselines = baselines;
   options.seed = seed;

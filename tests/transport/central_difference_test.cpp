@@ -52,7 +52,7 @@ std::vector<Case> cases() {
       {"null_constant", true, Operator::full, {}, true},
       {"null_constant, operator single", false, Operator::single},
       {"null_envmap", false},  // with a scale
-      {"rough_ggx", true},
+      {"rough_ggx", false},
       {"rough_beckmann", false},
       {"rough_shading_normals", false},
       {"rayleigh, Draine's phase function", true, Operator::full, dusty},
@@ -63,7 +63,7 @@ std::vector<Case> cases() {
       {"sunsky_rough_floor, red floor", true, Operator::full, painted({0.7, 0.3, 0.2})},
       {"sunsky_rough_floor, operator single", false, Operator::single},
       {"nested", false},
-      {"camera_inside", true},
+      {"camera_inside", false},
       {"checkerboard", false},
       {"ours/coefficients", true},
       {"ours/dictionary", true},

@@ -36,7 +36,7 @@ Scene cube(const TemporaryFolder& folder, const std::string& medium) {
 
 // The means of the derivative images, then the gradients of weighed images by replay.
 std::vector<double> derivatives(const Scene& scene, const std::vector<std::string>& names, bool replayed) {
-  RenderOptions options;
+  RenderOptions options = one_lane();
   options.spp = 64;
   options.seed = 7;
   options.derivatives = names;

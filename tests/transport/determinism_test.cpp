@@ -94,7 +94,7 @@ TEST_CASE("one lane and 4 and 16 render the same image within the standard error
 }
 
 TEST_CASE("one lane renders lights of the scene and surfaces as 16 do", "[transport]") {
-  for (const char* name : {"lights_surfaces", "anisotropic", "mirrors"}) {
+  for (const char* name : {"lights_surfaces", "anisotropic"}) {
     INFO(name);
     RenderOptions narrow, wide;
     narrow.width = 1;

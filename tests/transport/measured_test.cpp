@@ -32,9 +32,9 @@ std::string surface_by_a_wall(const std::string& bsdf) {
 }
 
 Rendering image_of(const TemporaryFolder& folder, const std::string& bsdf, int spp, std::uint64_t seed,
-                   const std::vector<std::string>& derivatives = {}, int width = 0) {
+                   const std::vector<std::string>& derivatives = {}, int width = 1) {
   write_file(folder / "scene.xml", surface_by_a_wall(bsdf));
-  RenderOptions options;
+  RenderOptions options = one_lane();
   options.spp = spp;
   options.seed = seed;
   options.derivatives = derivatives;
@@ -87,8 +87,8 @@ TEST_CASE("a table of Lambert's law looks as a diffuse surface does, at every wi
                return std::array<double, 3>{0.7 / PI_, 0.4 / PI_, 0.1 / PI_};
              }));
   const std::string painted = R"(<bsdf type="diffuse"><rgb name="reflectance" value="0.7, 0.4, 0.1"/></bsdf>)";
-  check_alike(image_of(folder, measured(), 256, 1), image_of(folder, painted, 256, 2), 1e-5);
-  check_alike(image_of(folder, measured(), 256, 1, {}, 1), image_of(folder, painted, 256, 2), 1e-5);
+  for (const int width : {1, 16})
+    check_alike(image_of(folder, measured(), 256, 1, {}, width), image_of(folder, painted, 256, 2), 1e-5);
 }
 
 TEST_CASE("a table of a rough metal looks as the metal, alone, in a dictionary and under a mask") {
@@ -142,7 +142,7 @@ TEST_CASE("a measured surface is differentiated by its scale, and a dictionary b
 
   // by replay, of the mean over pixels and channels
   write_file(folder / "scene.xml", surface_by_a_wall(entries(1, 1)));
-  RenderOptions options;
+  RenderOptions options = one_lane();
   options.derivatives = {"m.scale", "d.weight_0"};
   const Scene scene = load_scene(folder / "scene.xml");
   GradientRenderer renderer(device(), scene, options);

@@ -15,6 +15,14 @@ inline Device& device() {
   return shared;
 }
 
+// For tests that trace little: a program of one lane, which is what GPUs run, compiles a quarter faster than one of 16,
+// which traces two to three times as fast.
+inline RenderOptions one_lane() {
+  RenderOptions options;
+  options.width = 1;
+  return options;
+}
+
 inline std::string test_scene(const std::string& name) { return ITN_SOURCE_DIR "/scenes/test/" + name; }
 
 using Definitions = std::map<std::string, std::string>;
