@@ -293,6 +293,7 @@ Texture read(Builder& builder, Properties& properties, const Model& model, const
     case ParameterKind::Reader::of_phase:  // Medium::slots
       break;
     case ParameterKind::Reader::of_shape:  // place_beam
+      number(0);
       break;
     case ParameterKind::Reader::any_number:
       number(properties.number(p.name, p.fallback));
