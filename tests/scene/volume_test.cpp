@@ -230,10 +230,10 @@ TEST_CASE("grids stand for numbers of phase functions, alone and within a blend 
 
   const std::string nested =
       phase("dictionary", "<string name=\"weights\" value=\"1 2\"/>" + blend + "<phase type=\"rayleigh\"/>");
-  folder.check_error(medium(nested), 3, {"a weight that is a grid", "numbers"});
+  folder.check_error(medium(nested), 4, {"a weight that is a grid", "numbers"});
   folder.check_error(medium("<float name=\"sigma_s_prime\" value=\"1\"/><float name=\"sigma_a\" value=\"1\"/>" +
                             phase("hg", grid("g"))),
-                     2, {"reduced scattering", "sigma_s and sigma_a"});
+                     3, {"reduced scattering", "sigma_s and sigma_a"});
   cosines.values[5] = 1;
   folder.write("g.vol", cosines.bytes());
   folder.check_error(medium(phase("hg", grid("g"))), 4, {"\"g\"", "from -0.75 to 1", "-0.999999"});

@@ -309,7 +309,8 @@ int default_bsdf(Builder& builder, const Shape& shape) {
 void place_beam(Builder& builder, Shape& shape, const std::string& type) {
   std::vector<Light>& lights = builder.scene.lights;
   const auto index = static_cast<std::size_t>(shape.light);
-  if (!(lights[index].model->traits & LIGHT_BEAM)) return;
+  if (!lights[index].model || !(lights[index].model->traits & LIGHT_BEAM))
+    return;  // without a model: a stand-in, which is reported
   Vec3 center = shape.center, u = shape.edge_u, v = shape.edge_v, normal{};
   const bool round = shape.kind == Shape::Kind::disk;
   if (round) {
