@@ -13,7 +13,7 @@ using namespace itn::test;
 
 namespace {
 
-constexpr int once = 0x1000000;  // SCATTERED_ONCE of path_state.h
+constexpr int once = 0x40000000;  // SCATTERED_ONCE of path_state.h
 
 // Paths inside the unit sphere.
 std::vector<Path> inside_sphere(std::size_t n) {
