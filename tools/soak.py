@@ -108,6 +108,9 @@ def main():
             worker.join()
         left = sorted({str(p) for p in [*work.iterdir(), *(work / "tmp").iterdir()]} - expected)
         minutes = (time.monotonic() - begin) / 60
+    if not sizes:
+        soak.failures.append("view: no picture in time")
+        sizes = [0]
     third = max(1, len(sizes) // 3)
     early, late = statistics.median(sizes[:third]), statistics.median(sizes[-third:])
     result = {"minutes": minutes, "commands": sum(soak.counts.values()), "by_command": soak.counts, "most_MiB": soak.most,
