@@ -137,6 +137,12 @@ void add_train(CLI::App& app) {
       "--init", options->request.init,
       "start from the network of this RUN (or .safetensors file), its ranges and its view of luminance; "
       "else from random weights");
+  command->add_flag("--distribution", options->request.distribution,
+                    "rn: learn how sure it is, too: a normal distribution of the parameters, by likelihood, its "
+                    "intervals calibrated on the validation images; supervised and validation loss are then minus the "
+                    "log of the density");
+  command->add_flag("--frozen", options->request.frozen,
+                    "with --distribution and --init: learn only how sure that network is; what it says stays the same");
   command->add_option("--epochs", options->request.epochs, "at most")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "network/network_file.h"
@@ -21,6 +22,10 @@ constexpr int batches_for_lambda = 8;
 
 // The sets to learn from: complete, of images of the same size and scale, each there once.
 std::vector<Manifest> read_sets(const TrainingRequest& request) {
+  if (request.distribution && request.kind != "rn")
+    throw UsageError("--distribution: only rn learns one; " + request.kind + " learns parameters by their images");
+  if (request.frozen && (!request.distribution || request.init.empty() || request.weight_decay > 0))
+    throw UsageError("--frozen: needs --distribution and the network of --init, and goes without --weight-decay");
   if (request.kind == "rn" && request.lambda) throw UsageError("--lambda: rn has no image loss to weigh");
   if (request.data.size() > 1 && request.kind != "rn")
     throw UsageError(request.kind + ": its image loss needs one data set; only rn learns from several");
@@ -75,6 +80,7 @@ Json circumstances_of(const TrainingRequest& r, const std::vector<Manifest>& set
            {"noise", r.variation.noise},
            {"threads", thread_count}};
   if (r.shards > 1) all["shards"] = r.shards;
+  if (r.distribution) all["distribution"] = r.frozen ? "frozen" : "learnt";
   return all;
 }
 
@@ -88,8 +94,14 @@ TrainingOptions training_options(const TrainingRequest& r, const std::vector<Man
   options.weight_decay = r.weight_decay;
   options.patience = r.patience;
   options.shards = r.shards;
+  options.frozen = r.frozen;
   options.data = joined_hashes(sets);
   return options;
+}
+
+void set_distribution(NetworkDescription& description, bool wanted) {
+  description.distribution = wanted;
+  description.spread.assign(wanted ? description.outputs.size() : 0, 1);
 }
 
 // A new network, or `init`, that of request.init, with the data set's size of images.
@@ -104,6 +116,7 @@ Network first_network(const TrainingRequest& request, const std::optional<Networ
     description.outputs = output_ranges(training);
     description.luminance = mean_luminance(training);
     description.mm_per_unit = manifest.mm_per_unit;
+    set_distribution(description, request.distribution);
     Network network(description);
     network.initialise(request.seed);
     return network;
@@ -118,8 +131,14 @@ Network first_network(const TrainingRequest& request, const std::optional<Networ
   description.kind = request.kind;
   description.size = manifest.size;
   description.mm_per_unit = manifest.mm_per_unit;
+  set_distribution(description, request.distribution);
   Network network(description);
-  network.weights() = init->weights();
+  // The means come first. What a distribution has beside them begins at 0, so with even shares (distribution.h).
+  for (std::size_t k = 0; k < network.weights().size(); ++k) {
+    const std::vector<float>& from = init->weights()[k].values;
+    std::vector<float>& to = network.weights()[k].values;
+    std::copy_n(from.begin(), std::min(from.size(), to.size()), to.begin());
+  }
   return network;
 }
 
@@ -181,9 +200,10 @@ void TrainingRun::step() {
   ++steps_;
 }
 
-Network TrainingRun::best() const {
+Network TrainingRun::best() {
   Network best(network_->description());
   best.weights() = trainer_->best_weights();
+  if (best.description().distribution) best.set_spread(calibrated_spread(best, *validation_));
   return best;
 }
 
@@ -206,6 +226,7 @@ Json TrainingRun::record() const {
   json["losses"] = to_json(trainer_->curve()[trainer_->best_epoch()], has_image_loss());
   for (std::size_t i = 0; i < errors_.size(); ++i)
     json["validation_rmse"][network_->description().outputs[i].name] = errors_[i];
+  for (std::size_t i = 0; i < spread_.size(); ++i) json["spread"][network_->description().outputs[i].name] = spread_[i];
   return json;
 }
 
@@ -227,6 +248,7 @@ void TrainingRun::save() {
 std::vector<double> TrainingRun::conclude() {
   Network network = best();
   errors_ = root_mean_square_errors(predict(network, *validation_));
+  spread_ = network.description().spread;
   save();
   return errors_;
 }

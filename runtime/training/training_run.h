@@ -30,6 +30,8 @@ struct TrainingRequest {
   std::string kind = "rn";        // rn; itn, ssn: also with the image loss
   std::string folder;
   std::string init;                           // RUN to start from (trained_network.h); empty: random weights
+  bool distribution = false;                  // learn how sure it is, too (NetworkDescription); rn
+  bool frozen = false;                        // and nothing else: the network of `init` says what it said
   std::optional<int> channels, width;         // of a new network; default: NetworkDescription's
   std::optional<int> threads;                 // of the network; default: as in the folder, else threads()
   std::optional<double> lambda;               // weight of the image loss; default: both losses of equal size
@@ -61,7 +63,9 @@ class TrainingRun {
 
   const Trainer& trainer() const { return *trainer_; }
   const NetworkDescription& description() const { return network_->description(); }
-  Network best() const;  // after the first epoch
+  // After the first epoch: the weights that validate best. A distribution's spread is calibrated on the validation
+  // images.
+  Network best();
   bool has_image_loss() const { return image_loss_.loss != nullptr; }
   std::size_t training_count() const { return training_->count(); }
   std::size_t validation_count() const { return validation_->count(); }
@@ -91,6 +95,7 @@ class TrainingRun {
   std::optional<Trainer> trainer_;
   int steps_ = 0;               // of this object
   std::vector<double> errors_;  // of the validation, once concluded
+  std::vector<double> spread_;  // likewise, of a distribution (NetworkDescription)
 };
 
 }  // namespace itn
