@@ -20,7 +20,8 @@ using Json = StoredRun::Json;
 
 constexpr int batches_for_lambda = 8;
 
-// The sets to learn from: complete, of images of the same size and scale, each there once.
+// The sets to learn from, and after them those to calibrate on: complete, of images of the same size and scale, each
+// there once.
 std::vector<Manifest> read_sets(const TrainingRequest& request) {
   if (request.distribution && request.kind != "rn")
     throw UsageError("--distribution: only rn learns one; " + request.kind + " learns parameters by their images");
@@ -29,15 +30,19 @@ std::vector<Manifest> read_sets(const TrainingRequest& request) {
   if (request.kind == "rn" && request.lambda) throw UsageError("--lambda: rn has no image loss to weigh");
   if (request.data.size() > 1 && request.kind != "rn")
     throw UsageError(request.kind + ": its image loss needs one data set; only rn learns from several");
+  if (!request.distribution && !request.calibration.empty())
+    throw UsageError("--calibrate: only a distribution (--distribution) is calibrated");
   std::vector<Manifest> sets;
-  for (const std::string& folder : request.data) {
+  std::vector<std::string> folders = request.data;
+  folders.insert(folders.end(), request.calibration.begin(), request.calibration.end());
+  for (const std::string& folder : folders) {
     Manifest set = read_complete_manifest(folder);
     for (std::size_t i = 0; i < sets.size(); ++i) {
-      if (set.hash == sets[i].hash) throw UsageError(fmt::format("{}: the same images as {}", folder, request.data[i]));
+      if (set.hash == sets[i].hash) throw UsageError(fmt::format("{}: the same images as {}", folder, folders[i]));
       if (set.size != sets[i].size || set.mm_per_unit != sets[i].mm_per_unit)
         throw UsageError(fmt::format(
             "{}: {} pixels a side and {} mm a scene unit, {} has {} and {}; to be learnt from together they must agree",
-            folder, set.size, set.mm_per_unit, request.data[i], sets[i].size, sets[i].mm_per_unit));
+            folder, set.size, set.mm_per_unit, folders[i], sets[i].size, sets[i].mm_per_unit));
     }
     sets.push_back(std::move(set));
   }
@@ -50,18 +55,21 @@ std::string joined_hashes(const std::vector<Manifest>& sets) {
   return hashes;
 }
 
-DatasetImages read_images(const TrainingRequest& request, const std::vector<Manifest>& sets, Manifest::Split split,
-                          bool with_shapes, const std::atomic<bool>& cancel) {
+DatasetImages read_images(const std::vector<std::string>& folders, const std::vector<Manifest>& sets,
+                          const std::vector<Manifest::Split>& splits, bool with_shapes,
+                          const std::atomic<bool>& cancel) {
   DatasetImages images;
   for (std::size_t i = 0; i < sets.size(); ++i)
-    append(images, itn::read_images(request.data[i], sets[i], split, with_shapes, cancel));
+    for (const Manifest::Split split : splits)
+      append(images, itn::read_images(folders[i], sets[i], split, with_shapes, cancel));
   return images;
 }
 
 RunFolder open_folder(const std::string& folder) { return {folder, "run.json", "itn.run/1", "a training"}; }
 
 // All that the numbers depend on: training goes on only with the same.
-Json circumstances_of(const TrainingRequest& r, const std::vector<Manifest>& sets, int thread_count) {
+Json circumstances_of(const TrainingRequest& r, const std::vector<Manifest>& sets,
+                      const std::vector<Manifest>& calibration, int thread_count) {
   const auto or_null = [](const auto& value) { return value ? Json(*value) : Json(); };
   Json all{{"version", version()},
            {"network", r.kind},
@@ -81,6 +89,7 @@ Json circumstances_of(const TrainingRequest& r, const std::vector<Manifest>& set
            {"threads", thread_count}};
   if (r.shards > 1) all["shards"] = r.shards;
   if (r.distribution) all["distribution"] = r.frozen ? "frozen" : "learnt";
+  if (!calibration.empty()) all["calibration"] = joined_hashes(calibration);
   return all;
 }
 
@@ -154,6 +163,9 @@ Json to_json(const EpochLosses& losses, bool has_image_loss) {
 TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>& cancel)
     : request_(request), sets_(read_sets(request)), folder_(open_folder(request.folder)), cancel_(cancel) {
   request_.variation.seed = request.seed;
+  const auto learnt = sets_.begin() + static_cast<std::ptrdiff_t>(request.data.size());
+  calibration_sets_.assign(learnt, sets_.end());
+  sets_.erase(learnt, sets_.end());
   const Json before = folder_.run().before("request");
   if (before.is_null() && is_there(file("network.safetensors")))
     throw UsageError(request.folder + ": holds a network that itn train has not made; give another folder with -o");
@@ -161,17 +173,22 @@ TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>
                            : before.is_null() ? (request.shards > 1 ? 1 : threads())
                                               : before.value("threads", 1);
   set_threads(thread_count);
-  circumstances_ = circumstances_of(request, sets_, thread_count);
+  circumstances_ = circumstances_of(request, sets_, calibration_sets_, thread_count);
   folder_.run().require_same(circumstances_);
   std::optional<Network> init;
   if (!request.init.empty()) init.emplace(network_of(request.init));
   const int channels = init ? init->description().channels : request.channels.value_or(NetworkDescription().channels);
   const bool with_shapes = channels > 1 || request.kind != "rn";
-  training_images_ = read_images(request, sets_, Manifest::Split::train, with_shapes, cancel);
-  validation_images_ = read_images(request, sets_, Manifest::Split::validation, with_shapes, cancel);
+  training_images_ = read_images(request.data, sets_, {Manifest::Split::train}, with_shapes, cancel);
+  validation_images_ = read_images(request.data, sets_, {Manifest::Split::validation}, with_shapes, cancel);
   network_.emplace(first_network(request, init, sets_.front(), training_images_));
   training_.emplace(training_images_, network_->description(), request_.variation);
   validation_.emplace(validation_images_, network_->description());
+  if (!calibration_sets_.empty()) {
+    calibration_images_ = read_images(request.calibration, calibration_sets_,
+                                      {Manifest::Split::train, Manifest::Split::validation}, with_shapes, cancel);
+    calibration_.emplace(calibration_images_, network_->description());
+  }
   TrainingOptions options = training_options(request, sets_);
   if (request.kind != "rn") options.image_weight = prepare_image_loss(options, cancel);
   trainer_.emplace(*network_, *training_, *validation_, options, image_loss_.loss.get());
@@ -203,7 +220,8 @@ void TrainingRun::step() {
 Network TrainingRun::best() {
   Network best(network_->description());
   best.weights() = trainer_->best_weights();
-  if (best.description().distribution) best.set_spread(calibrated_spread(best, *validation_));
+  if (best.description().distribution)
+    best.set_spread(calibrated_spread(best, calibration_ ? *calibration_ : *validation_));
   return best;
 }
 

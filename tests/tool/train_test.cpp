@@ -140,9 +140,31 @@ TEST_CASE("itn train --distribution: a network learns how sure it is, and itn pr
     CHECK(held >= 47);  // calibrated on these: the 47th of 49 (prediction.h)
   }
 
+  // Calibrated on other images: these are as far off, so by nearly the same factor, and with another network's bytes.
+  MadeUpDataset other(folder / "other", 20, 20);
+  other.manifest.hash = "00000000000000bb";
+  for (const itn::Manifest::Image& image : other.manifest.images) {
+    const auto pixels = itn::read_exr(other.path(image.file));
+    itn::write_stored(other.folder, other.manifest, image, pixels);
+  }
+  other.write_manifest();
+  const Result elsewhere = run_itn(train(set.folder, folder / "elsewhere",
+                                         {"--epochs", "30", "--distribution", "--frozen", "--init", plain,
+                                          "--calibrate", other.folder, "--json", "-"}),
+                                   one_thread);
+  INFO(elsewhere.error);
+  REQUIRE(elsewhere.exit_code == 0);
+  const auto another = nlohmann::json::parse(elsewhere.output)["spread"];
+  for (const char* name : {"sigma_t", "albedo", "g"}) {
+    CHECK(another[name] != spread[name]);
+    CHECK(another[name].get<double>() == Approx(spread[name].get<double>()).epsilon(0.6));
+  }
+
   const auto refused = [&](const Strings& more) { return run_itn(train(set.folder, folder / "none", more)); };
   CHECK(refused({"--distribution", "--frozen"}).exit_code == 2);
   CHECK(refused({"--frozen", "--init", plain}).exit_code == 2);
+  CHECK(refused({"--calibrate", other.folder}).exit_code == 2);
+  CHECK(refused({"--distribution", "--calibrate", set.folder}).exit_code == 2);  // what it learns from
 }
 
 TEST_CASE("itn train killed at 20 moments goes on to the same bytes, with any number of threads wished for later") {
