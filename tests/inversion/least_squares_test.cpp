@@ -97,7 +97,7 @@ TEST_CASE("with a prior that truths are drawn from, solutions are the posterior'
           "[stat]") {
   Made made;
   const double deviation = 0.005;  // about what the image tells
-  const Prior prior{truth, {1 / (deviation * deviation), 1 / (deviation * deviation)}};
+  const Prior prior{truth, Eigen::MatrixXd::Identity(2, 2) / (deviation * deviation)};
   const int repeats = 400;
   double mean[2] = {0, 0}, square[2] = {0, 0}, error = 0, without = 0;
   for (int k = 0; k < repeats; ++k) {
