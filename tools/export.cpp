@@ -23,9 +23,9 @@ struct ExportArguments {
 void run(const ExportArguments& options) {
   if (std::filesystem::path(options.output).extension() != ".onnx")
     throw UsageError("-o " + options.output + ": need a name that ends in .onnx");
-  Inputs inputs;
+  Inputs read;
   const Network network = network_of(options.run);
-  inputs.end();
+  read.end();
   check_outputs(options.common, {options.output});
   const std::string bytes = onnx_bytes(network);
   write_file(options.output, bytes);

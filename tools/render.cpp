@@ -170,9 +170,10 @@ void run(RenderArguments options) {
                      "not closed, or a camera inside of a shape without its medium; the image is wrong there",
                      options.scene, image.paths, image.misplaced));
   if (image.endless > 0)
-    warn(common, fmt::format("{}: {} of {} paths found no end and were stopped: the image is too dark, which its standard "
-                             "error does not say; let the medium absorb or be less dense, or set max_depth",
-                             options.scene, image.endless, image.paths));
+    warn(common,
+         fmt::format("{}: {} of {} paths found no end and were stopped: the image is too dark, which its standard "
+                     "error does not say; let the medium absorb or be less dense, or set max_depth",
+                     options.scene, image.endless, image.paths));
 
   const auto is_zero = [](const std::vector<float>& values) {
     return std::all_of(values.begin(), values.end(), [](float v) { return v == 0; });

@@ -103,8 +103,8 @@ inline INT plain_depth(INT depth) {
 #endif
 }
 
-#define HEAVY 16.0f             /* throughput from which on nothing but what a path loses ends it */
-#define LASTS_IN_MEDIA 1.0f     /* survival of heavy paths */
+#define HEAVY 16.0f              /* throughput from which on nothing but what a path loses ends it */
+#define LASTS_IN_MEDIA 1.0f      /* survival of heavy paths */
 #define LASTS_AT_SURFACES 0.999f /* some paths never leave smooth glass, or a white room without a window */
 
 /* Russian roulette: from rr_depth on, survival with the largest throughput. Paths that lose nothing survive with 0.95, as

@@ -65,7 +65,7 @@ std::vector<float> woven(const std::vector<std::vector<float>>& shares, const st
 
 // Every rank's pixels. values: of a pixel of an image. Returns the faults of all ranks.
 PathFaults share_pixels(Ranks& ranks, const std::vector<TracedJob>& jobs, std::size_t values,
-                           std::vector<Image>& images, const PathFaults& own) {
+                        std::vector<Image>& images, const PathFaults& own) {
   std::vector<float> mine;
   for (const Image& image : images)
     for (const std::vector<float>* part : {&image.mean, &image.stderr_})

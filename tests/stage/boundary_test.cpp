@@ -178,7 +178,7 @@ TEST_CASE("stage null goes straight on in the medium of the other side") {
       const double height = length(q.position) - 1;
       wrong += q.queue != (inside ? Queue::medium : Queue::ray) || q.medium != (inside ? 0 : -1) || q.skip != p.hit ||
                q.depth != p.depth || q.event != p.event || distance(q.direction, p.direction) > 1e-7 ||
-               std::abs(q.throughput[0] - p.throughput[0]) > 1e-7 || q.last_pdf != p.last_pdf ||
+               std::abs(q.throughput[0] / p.throughput[0] - 1) > 1e-7 || q.last_pdf != p.last_pdf ||
                std::abs(height - (inside ? -1 : 1) * bench.offset(p.hit)) > 3e-7;
     }
     CAPTURE(width);

@@ -33,14 +33,21 @@ TEST_CASE("no output goes over an input or another output") {
   const std::string before = itn::read_file(scene.file);
   std::filesystem::create_symlink(scene.file, scene.folder / "link.exr");
   const std::string a = scene.folder / "a.exr";
-  for (const auto& arguments :
-       std::vector<std::vector<std::string>>{{"render", scene.file, "-o", scene.file},
-                                             {"render", scene.file, "-o", scene.folder / "link.exr"},
-                                             {"render", scene.file, "-o", a, "--json", a},
-                                             {"render", scene.file, "-o", a, "--json", scene.folder / "./a.exr"},
-                                             {"render", scene.file, "-o", a, "--json", scene.file},
-                                             {"parameters", scene.file, "--json", scene.file},
-                                             {"gradcheck", scene.file, "--json", scene.file}}) {
+  for (const auto& arguments : std::vector<std::vector<std::string>>{
+           {"render", scene.file, "-o", scene.file},
+           {"render", scene.file, "-o", scene.folder / "link.exr"},
+           {"render", scene.file, "-o", a, "--json", a},
+           {"render", scene.file, "-o", a, "--json", scene.folder / "./a.exr"},
+           {"render", scene.file, "-o", a, "--json", scene.file},
+           {"parameters", scene.file, "--json", scene.file},
+           {"gradcheck", scene.file, "--json", scene.file},
+           // folders
+           {"shapes", "-o", scene.file},
+           {"dataset", "tiny", "-o", scene.file},
+           {"train", "set", "--network", "rn", "-o", scene.file},
+           {"eval", "set", "run", "-o", scene.file},
+           {"gradient", scene.file, "--target", "x", "--parameter", "y", "-o", scene.file},
+           {"invert", scene.file, "--target", "x", "--parameter", "y", "-o", scene.file}}) {
     const Result result = run_itn(arguments);
     CAPTURE(arguments.front(), result.error);
     CHECK(result.exit_code == 2);
@@ -48,6 +55,19 @@ TEST_CASE("no output goes over an input or another output") {
     CHECK(itn::read_file(scene.file) == before);
     CHECK_FALSE(itn::is_there(a));
   }
+}
+
+TEST_CASE("what is said of a network does not go over it, or over the data set that a prediction reads") {
+  const TemporaryFolder folder;
+  const std::string network = folder / "net.safetensors";
+  std::filesystem::copy_file(ITN_SOURCE_DIR "/network/weights/network.safetensors", network);
+  const std::string before = itn::read_file(network);
+  const Result exported = run_itn({"export", network, "-o", folder / "net.onnx", "--json", network});
+  CHECK(exported.exit_code == 2);
+  CHECK((itn::read_file(network) == before));
+  const Result predicted = run_itn({"predict", network, "a.exr", "--dataset", folder.path(), "--json", network});
+  CHECK(predicted.exit_code == 2);
+  CHECK((itn::read_file(network) == before));
 }
 
 TEST_CASE("a trained network does not go over a data set") {
@@ -166,12 +186,13 @@ TEST_CASE("paths that never end are stopped and said to be") {
   std::string text = itn::read_file(ball);
   const auto limit = text.find("<integer name=\"max_depth\""), end = text.find("/>", limit) + 2;
   text.erase(limit, end - limit);
-  for (const auto& [from, to] : std::map<std::string, std::string>{
-           {"\"0.9, $green, 0.7\"", "\"1, 1, 1\""}, {"roughdielectric", "null"}, {"<float name=\"alpha\" value=\"0.2\"/>", ""}})
+  for (const auto& [from, to] : std::map<std::string, std::string>{{"\"0.9, $green, 0.7\"", "\"1, 1, 1\""},
+                                                                   {"roughdielectric", "null"},
+                                                                   {"<float name=\"alpha\" value=\"0.2\"/>", ""}})
     text.replace(text.find(from), from.size(), to);
   itn::write_file(folder / "white.xml", text);
-  const std::vector<std::string> arguments{"render", folder / "white.xml", "-o",     folder / "a.exr", "--size", "4x4",
-                                           "--spp",  "4",                  "--json", "-",               "-D"};
+  const std::vector<std::string> arguments{
+      "render", folder / "white.xml", "-o", folder / "a.exr", "--size", "4x4", "--spp", "4", "--json", "-", "-D"};
   std::vector<std::string> dense = arguments, thin = arguments;
   dense.push_back("sigma_t=1e12");  // flights of less than a bit of single precision
   thin.push_back("sigma_t=10");
