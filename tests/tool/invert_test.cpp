@@ -152,9 +152,9 @@ TEST_CASE("itn invert --init starts from what a network sees in the target; --st
   CHECK_THAT(prior[0].get<std::string>(), Catch::Contains("skin.sigma_t=2.1") && Catch::Contains(" (network)"));
   // The user's goes first.
   std::filesystem::remove_all(folder / "fit");
-  std::vector<std::string> more = both;
-  more.insert(more.end(), {"--prior", "skin.albedo.G=0.5,0.7"});
-  REQUIRE(invert(more).exit_code <= 1);
+  std::vector<std::string> with_prior = both;
+  with_prior.insert(with_prior.end(), {"--prior", "skin.albedo.G=0.5,0.7"});
+  REQUIRE(invert(with_prior).exit_code <= 1);
   CHECK(nlohmann::json::parse(itn::read_file(folder / "fit.json"))["prior"] == nlohmann::json{"skin.albedo.G=0.5,0.7"});
   itn::write_network(network, itn::Network(description), itn::Precision::single);
   std::filesystem::remove_all(folder / "fit");
