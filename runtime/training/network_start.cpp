@@ -16,10 +16,11 @@ namespace itn {
 namespace {
 
 // By the outputs' names.
-std::map<std::string, double> guess(Network& network, const std::string& image, const std::optional<SceneView>& view) {
+std::map<std::string, double> guess(Network& network, const std::string& image, const std::optional<SceneView>& view,
+                                    const PhotoOptions& photo) {
   const NetworkDescription& description = network.description();
   std::vector<float> input(network.image_values());
-  const std::vector<float> luminance = read_resampled_luminance(image, description.size);
+  const std::vector<float> luminance = read_resampled_luminance(image, description.size, photo);
   if (view) {
     const KnownScene known = view->known();
     network_input(description, luminance, &known, input);
@@ -40,7 +41,7 @@ std::string output_name(const Parameter& p) {
 }  // namespace
 
 void set_network_start(Scene& scene, const std::vector<std::string>& parameters, const std::vector<std::string>& given,
-                       const std::string& run, const std::string& image, int sensor) {
+                       const std::string& run, const std::string& image, int sensor, const PhotoOptions& photo) {
   const std::vector<Parameter> all = list_parameters(scene);
   std::vector<Parameter> guessed;
   for (const std::string& name : parameters) {
@@ -63,7 +64,7 @@ void set_network_start(Scene& scene, const std::vector<std::string>& parameters,
   const Body body = body_of(scene, guessed.front().indices.front(), who);
   std::optional<SceneView> view;
   if (network.description().channels > 1) view.emplace(scene, sensor, network.description().size, body, who);
-  const std::map<std::string, double> guesses = guess(network, image, view);
+  const std::map<std::string, double> guesses = guess(network, image, view, photo);
   for (const Parameter& parameter : guessed) {
     const auto found = guesses.find(output_name(parameter));
     if (found == guesses.end())

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/image/photo.h"
 #include "runtime/scene/scene.h"
 
 namespace itn {
@@ -15,6 +16,6 @@ namespace itn {
 // none, shapes or light that the network cannot know; InputError: a network or an image
 // (read_resampled_luminance()) that cannot be used.
 void set_network_start(Scene& scene, const std::vector<std::string>& parameters, const std::vector<std::string>& given,
-                       const std::string& run, const std::string& image, int sensor);
+                       const std::string& run, const std::string& image, int sensor, const PhotoOptions& photo = {});
 
 }  // namespace itn
