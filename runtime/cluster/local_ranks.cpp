@@ -172,7 +172,10 @@ class LocalRanks : public StartedRanks {
 
   Traffic traffic() const override { return traffic_; }
 
+  // The others end without destructors of static objects: those of libraries wait for threads that began before the
+  // copy was made, and are not in it (log4cplus, which OpenVDB brings).
   void leave() override {
+    if (!is_first()) _exit(0);
     for (const pid_t process : processes_) waitpid(process, nullptr, 0);
   }
   [[noreturn]] void end_all(int exit_code) override {

@@ -172,7 +172,7 @@ Photo averaged_down(const Photo& photo, int width, int height, const std::string
     return std::fabs(from / from_other * to_other - to) > 0.5;
   };
   const bool other_shape =
-      differs(photo.width, photo.height, width, height) && differs(photo.height, photo.width, height, width);
+      differs(photo.width, photo.height, width, height) || differs(photo.height, photo.width, height, width);
   if (width > photo.width || height > photo.height || other_shape)
     throw InputError(
         fmt::format("{}: {} x {} pixels, need {} x {}, the size of the sensor's film, or a larger picture of "

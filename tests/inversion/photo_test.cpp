@@ -16,7 +16,7 @@ namespace {
 constexpr double red_balance = 1.3, blue_balance = 0.6, taken_at = 0.5;
 
 Scene coloured_ball(double sigma_t, double albedo) {
-  Scene scene = fog_ball(sigma_t, albedo, 0.5);
+  Scene scene = fog_ball(sigma_t, albedo, 0.5, 28);
   scene.sensors[0].luminance = false;
   return scene;
 }
@@ -85,7 +85,7 @@ TEST_CASE("the equations' derivatives by exposures and white balance are those o
 
 TEST_CASE("exposure and white balance of a photo are found along with the material", "[stat]") {
   RenderOptions options;
-  options.spp = 1024;
+  options.spp = 256;
   options.seed = 7;
   const Rendering image = render(test::device(), coloured_ball(4, 0.5), options);
   TargetImage target{image.width, image.height, 3, {}, {}, {}};
@@ -100,12 +100,13 @@ TEST_CASE("exposure and white balance of a photo are found along with the materi
   of_model.seed = 5;
   ForwardModel model(test::device(), coloured_ball(3, 0.6), {"fog.sigma_t", "fog.albedo"}, {0}, of_model);
   InversionOptions how;
-  how.spp = 1024;
+  how.spp = 512;
   how.exposure = how.white_balance = true;
   Inversion inversion(model, targets, how);
   CHECK(inversion.names() ==
         std::vector<std::string>{"fog.sigma_t", "fog.albedo", "exposure 0", "white balance R", "white balance B"});
   const Inversion::Conclusion end = invert(inversion, model.start());
+  CAPTURE(end.distance, end.hidden, end.determined, end.residual);
   REQUIRE(end.converged);
   const std::vector<double> truth{model.coordinates()[0].of(4), model.coordinates()[1].of(0.5), std::log(taken_at),
                                   std::log(red_balance), std::log(blue_balance)};
