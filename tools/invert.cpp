@@ -93,19 +93,22 @@ nlohmann::ordered_json scene_request(const InvertArguments& o, const Device& dev
 }
 
 // The values of --start, else what the network of --init sees in the first target, else the scene's.
-void set_starts(const InvertArguments& options, Scene& scene) {
+// Returns what that network knows of the parameters.
+NetworkGuess set_starts(const InvertArguments& options, Scene& scene) {
   const std::vector<Parameter> all = list_parameters(scene);
   std::vector<std::string> given;
   for (const std::string& text : options.start) given.push_back(named_numbers(text).name);
+  NetworkGuess guess;
   if (!options.init.empty())
-    set_network_start(scene, options.parameters, given, options.init, options.images.targets.front(),
-                      options.images.sensors.front(), options.images.photo);
+    guess = set_network_start(scene, options.parameters, given, options.init, options.images.targets.front(),
+                              options.images.sensors.front(), options.images.photo);
   for (const std::string& text : options.start) {
     const NamedNumbers start = named_numbers(text);
     if (std::find(options.parameters.begin(), options.parameters.end(), start.name) == options.parameters.end())
       throw UsageError(fmt::format("--start {}: need NAME=VALUE with a name given to --parameter", text));
     set_parameter(scene, find_parameter(all, start.name), start.numbers.front());
   }
+  return guess;
 }
 
 Prior prior_of(const InvertArguments& options, const std::vector<Coordinate>& coordinates) {
@@ -192,6 +195,7 @@ void find_posterior(const InvertArguments& options, const Scene& scene, const st
 void run(InvertArguments options) {
   const CommonOptions& common = options.common;
   const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
+  check_folder(options.folder);
   Inputs inputs(Inputs::Keep::fingerprints);
   Scene scene = load_scene(options.scene, common.definition_map(), {.size = options.images.size, .open = common.open});
   for (const std::string& text : scene.warnings) warn(common, text);
@@ -200,7 +204,7 @@ void run(InvertArguments options) {
   for (std::vector<std::string>* texts : {&options.parameters, &options.start, &options.prior, &options.range})
     *texts = by_component(all, *texts);
   const std::vector<TargetImage> targets = read_targets(options.images, scene);
-  set_starts(options, scene);
+  const NetworkGuess guess = set_starts(options, scene);
   inputs.end();
   print_notes(common, targets, !options.inversion.exposure);
   const Device device(common.device);
@@ -243,7 +247,12 @@ void run(InvertArguments options) {
   render_options.cancel = &interrupt_flag();
   render_options.ranks = &world();
   ForwardModel model(device, scene, options.parameters, options.images.sensors, render_options);
+  std::vector<std::string> known = options.prior;
   how.prior = prior_of(options, model.coordinates());
+  if (how.method == InversionOptions::Method::gauss_newton && known.empty()) {
+    how.prior = guess.prior(model.coordinates());
+    known = guess.words();
+  }
   Inversion inversion(model, targets, how);
 
   check_outputs(common, {});
@@ -259,7 +268,7 @@ void run(InvertArguments options) {
   progress.clear();
 
   const InversionQuestion question{options.scene,          options.method, options.folder,
-                                   options.images.targets, options.prior,  errors_known(targets) || options.noise >= 0};
+                                   options.images.targets, known,          errors_known(targets) || options.noise >= 0};
   InversionOutcome outcome = conclude(question, inversion, model.coordinates(), scene, stored.started());
   outcome.seconds = seconds();
   write_inversion(outcome, model.coordinates(), targets);
@@ -309,7 +318,8 @@ void add_invert(CLI::App& app) {
   command
       ->add_option("--init", options->init,
                    "start from what the network of this RUN (itn train; or .safetensors file; without RUN: the one "
-                   "that ships with the program) sees in the first target: sigma_t, albedo and g of one medium")
+                   "that ships with the program) sees in the first target: sigma_t, albedo and g of one medium. "
+                   "Without --prior what it says of them, and how surely, is Gauss-Newton's prior, too")
       ->expected(0, 1)
       ->default_str(shipped_run);
   command->add_option("--start", options->start, "NAME=VALUE: start there instead; may be repeated")

@@ -31,6 +31,7 @@ struct PredictArguments {
 };
 
 void run(const PredictArguments& options) {
+  if (!options.dataset.empty()) refuse_inside(options.dataset, {options.common.json});
   Inputs inputs;
   std::optional<Scene> scene;
   if (!options.scene.empty()) {
@@ -46,14 +47,16 @@ void run(const PredictArguments& options) {
     nlohmann::ordered_json line{{"file", image.file}};
     std::string text = image.file;
     for (std::size_t i = 0; i < image.parameters.size(); ++i) {
-      line[network.outputs[i].name] = image.parameters[i];
-      text += fmt::format("  {} {:.4g}", network.outputs[i].name, image.parameters[i]);
+      const ParameterEstimate& estimate = image.parameters[i];
+      line[network.outputs[i].name] = {{"value", estimate.value}, {"low", estimate.low}, {"high", estimate.high}};
+      text += fmt::format("  {} {:.4g}", network.outputs[i].name, estimate.value);
+      if (network.distribution) text += fmt::format(" ({:.4g} to {:.4g})", estimate.low, estimate.high);
     }
     images.push_back(std::move(line));
     if (options.common.talkative()) fmt::print("{}\n", text);
   };
   const PredictedImages predicted = predict_images(request, interrupt_flag(), each);
-  write_json(options.common, {{"schema", "itn.predict/1"},
+  write_json(options.common, {{"schema", "itn.predict/2"},
                               {"run", options.run},
                               {"network", predicted.network.kind},
                               {"channels", predicted.network.channels},

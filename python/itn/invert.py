@@ -121,7 +121,7 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
     file; `itn.photo` says more about it); several, one a sensor.
     parameters: names of numbers; of textures and grids, too, texel by texel and voxel by voxel, by Adam. The scene's own
     values are the start; `start` gives others, `init` a network's guess ("shipped", or a run's folder) from a target that is
-    a file. The scene is left as it is: `result.apply(scene)` changes it.
+    a file; how sure the network is is Gauss-Newton's prior, unless `prior` gives one. The scene is left as it is: `result.apply(scene)` changes it.
 
     method: "gauss-newton" (default) or "adam". spp: samples a pixel, at most 1024 (Gauss-Newton), 16 (Adam). noise: standard
     deviation of the target's noise over its radiance; default what it says itself, else 1 %. exposure: the target is

@@ -84,14 +84,15 @@ struct NumbersFound {
   std::vector<Rendering> images;
 };
 
-NumbersFound find_numbers(const Question& question, InversionOptions how, const Intervals& prior, int starts,
-                          bool noise_known, Running& running) {
+NumbersFound find_numbers(const Question& question, InversionOptions how, const Intervals& prior,
+                          const NetworkGuess& guess, int starts, bool noise_known, Running& running) {
   const std::shared_ptr<SharedDevice> device = shared_device();
   const std::lock_guard lock(device->mutex);
   const std::vector<TargetImage> targets = images_of(question.targets);
   ForwardModel model(device->device, *question.scene, question.parameters, question.sensors,
                      render_options(question, running));
-  how.prior = prior_of(prior, model.coordinates());
+  const bool adam = how.method == InversionOptions::Method::adam, by_network = prior.empty() && !adam;
+  how.prior = by_network ? guess.prior(model.coordinates()) : prior_of(prior, model.coordinates());
   Inversion inversion(model, targets, how);
   StoredInversion stored(question.folder, StoredRun::Json::parse(question.request), inversion, model.coordinates(),
                          inversion_starts(model.coordinates(), model.start(), starts, question.seed));
@@ -99,12 +100,11 @@ NumbersFound find_numbers(const Question& question, InversionOptions how, const 
     stored.advance();
     running.update(stored.fraction(how.iteration_limit()));
   }
-  const bool adam = how.method == InversionOptions::Method::adam;
   const InversionQuestion words{question.scene->file,
                                 adam ? "adam" : "gauss-newton",
                                 question.folder,
                                 std::vector<std::string>(targets.size(), "an array"),
-                                {},
+                                by_network ? guess.words() : std::vector<std::string>(),
                                 noise_known};
   const InversionOutcome outcome = conclude(words, inversion, model.coordinates(), *question.scene, stored.started());
   write_inversion(outcome, model.coordinates(), targets);
@@ -119,10 +119,11 @@ nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string
                         const Intervals& prior, const std::string& init, const std::string& init_image,
                         bool noise_known, const nb::object& progress) {
   Scene scene = *object.scene();
+  NetworkGuess guess;
   if (!init.empty()) {
     std::vector<std::string> given;
     for (const auto& [name, value] : start) given.push_back(name);
-    set_network_start(scene, names, given, init, init_image, sensors.front());
+    guess = set_network_start(scene, names, given, init, init_image, sensors.front());
   }
   for (const auto& [name, value] : start) {
     if (std::find(names.begin(), names.end(), name) == names.end())
@@ -146,8 +147,9 @@ nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string
   if (how.sample_limit() < 2) throw UsageError("spp 1: a loss compares different samples of a pixel; need 2 or more");
   const Question question{
       std::make_shared<const Scene>(std::move(scene)), names, targets, sensors, folder, request, seed, single};
-  const NumbersFound found = interruptible(
-      progress, [&](Running& running) { return find_numbers(question, how, prior, starts, noise_known, running); });
+  const NumbersFound found = interruptible(progress, [&](Running& running) {
+    return find_numbers(question, how, prior, guess, starts, noise_known, running);
+  });
   nb::dict result;
   result["json"] = found.json;
   result["verdict"] = found.verdict;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "network/network.h"
+#include "network/distribution.h"
 #include "runtime/image/photo.h"
 #include "runtime/scene/scene.h"
 
@@ -25,7 +25,7 @@ struct PredictionRequest {
 
 struct ImagePrediction {
   std::string file;
-  std::vector<double> parameters;  // of the network's outputs
+  std::vector<ParameterEstimate> parameters;  // of the network's outputs
 };
 
 struct PredictedImages {
