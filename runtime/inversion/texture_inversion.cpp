@@ -8,12 +8,13 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/random.h"
+#include "runtime/scene/parameter_kind.h"
 
 namespace itn {
 namespace {
 
 // At the ends of a range derivatives may be lost (a black texel brings no path), so texels keep a little off them.
-// Voxels may be empty.
+// Voxels may be empty; from a bound that is not included they keep as far as scene files must.
 constexpr double share_kept_off = 1e-3;
 
 struct Ends {
@@ -21,7 +22,9 @@ struct Ends {
 };
 
 Ends ends_of(const Parameter& p) {
-  if (p.by_voxels) return {p.low, p.high};
+  if (p.by_voxels)
+    return {p.low + (p.low_included ? 0 : least_distance_from_bound),
+            p.high - (p.high_included ? 0 : least_distance_from_bound)};
   const double off = std::isfinite(p.high - p.low) ? share_kept_off * (p.high - p.low) : share_kept_off;
   return {p.low + off, p.high_included || !std::isfinite(p.high) ? p.high : p.high - off};
 }
