@@ -8,6 +8,7 @@
 #include "network/onnx_file.h"
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/inputs.h"
 #include "runtime/training/trained_network.h"
 #include "tools/common.h"
 
@@ -22,8 +23,10 @@ struct ExportArguments {
 void run(const ExportArguments& options) {
   if (std::filesystem::path(options.output).extension() != ".onnx")
     throw UsageError("-o " + options.output + ": need a name that ends in .onnx");
-  check_outputs(options.common, {options.output});
+  Inputs read;
   const Network network = network_of(options.run);
+  read.end();
+  check_outputs(options.common, {options.output});
   const std::string bytes = onnx_bytes(network);
   write_file(options.output, bytes);
   const NetworkDescription& description = network.description();

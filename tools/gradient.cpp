@@ -173,6 +173,7 @@ nlohmann::ordered_json to_json(const LossGradient& result, const GradientArgumen
 void run(GradientArguments options) {
   const CommonOptions& common = options.common;
   const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
+  check_folder(options.folder);
   Inputs inputs;
   const Scene scene =
       load_scene(options.scene, common.definition_map(), {.size = options.images.size, .open = common.open});

@@ -27,6 +27,7 @@ struct PredictArguments {
 };
 
 void run(const PredictArguments& options) {
+  if (!options.dataset.empty()) refuse_inside(options.dataset, {options.common.json});
   Inputs inputs;
   std::optional<Scene> scene;
   if (!options.scene.empty()) {

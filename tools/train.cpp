@@ -92,6 +92,7 @@ void run(TrainArguments options) {
   options.request.seed = options.common.seed;
   options.request.device = options.common.device;
   options.request.spp = options.common.spp;
+  check_folder(options.request.folder);
   for (const std::string& data : options.request.calibration)
     refuse_inside(data, {options.common.json, options.exported});
   for (const std::string& data : options.request.data) refuse_inside(data, {options.common.json, options.exported});

@@ -156,7 +156,7 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
   const LitVertex x = load_lit_vertex(launch, pool, slots, valid);
   const Scores scores = load_scores(job, pool, slots);
   LightSample light;
-  const MASK sampled = valid & sample_light(launch, job, (MASK)(0), x.position, u, &light);
+  const MASK sampled = valid & sample_light(launch, job, x.position, u, &light);
   MASK straight = sampled;
 #if ROUGH_LIGHT_SAMPLING
   const INT connection = GATHER_INT(((__global const int*)launch->media + FIELD_OF(MediumRecord, connection)),

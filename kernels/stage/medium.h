@@ -254,7 +254,7 @@ inline void survive(const Launch* launch, __global const JobRecord* job, Pool* p
   const INT vertices = plain_depth(w->depth);
   const MASK may_go_on = e->scatters & (largest > 0.0f) & (vertices < job->max_depth);
   weigh(w, total);
-  const MASK dies = roulette(job, vertices, e->u[3], e->scatters, largest, w->throughput);
+  const MASK dies = roulette(launch, job, vertices, e->u[3], e->scatters, largest, LASTS_IN_MEDIA, w->throughput);
   w->dead = w->dead | dies;
   w->alive = e->scatters & !dies;
   const INT state = medium_state(w->first_cell, DECISION_TURN, &w->below, dot3(w->below.normal, w->direction));

@@ -15,6 +15,7 @@
 #include "kernels/model/models.h"
 #include "kernels/model/texture/list.h"
 #include "kernels/shared/baseline_layout.h"
+#include "kernels/shared/path_state.h"
 #include "runtime/base/colour.h"
 #include "runtime/base/error.h"
 #include "runtime/compile/camera.h"
@@ -365,6 +366,18 @@ void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
   job.light_share = rest > 0 ? static_cast<float>(std::clamp(sum / (sum + rest), 0.1, 0.9)) : 1.0F;
 }
 
+// Do flights change positions of single precision? Paths in media too dense for it stay where they are.
+bool flights_move(const Scene& scene, const GeometryRecord& geometry) {
+  double extent = 0, densest = 0;
+  for (int k = 0; k < 3; ++k)
+    extent = std::max({extent, std::abs(double(geometry.low[k])), std::abs(double(geometry.high[k]))});
+  for (const Medium& medium : scene.media)
+    for (std::size_t i = 0; i < medium.values.size(); ++i)
+      if (medium.model->parameters[i].kind.field == std::string("sigma_t"))
+        densest = std::max(densest, *std::max_element(medium.values[i].value.begin(), medium.values[i].value.end()));
+  return densest * extent * std::numeric_limits<float>::epsilon() < 1;
+}
+
 }  // namespace
 
 JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData& data) {
@@ -393,8 +406,11 @@ JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData&
   append_lights(scene, job, data);
   append_attributes(scene, job, data);
 
-  const int unlimited = 1 << 20;  // beyond any path: roulette ends them
-  job.max_depth = scene.integrator.max_depth < 0 ? unlimited : scene.integrator.max_depth;
+  job.max_depth = scene.integrator.max_depth;
+  if (job.max_depth < 0)
+    job.max_depth = flights_move(scene, data.geometry.records[static_cast<std::size_t>(job.geometry)])
+                        ? MOST_DEPTH
+                        : UNLIMITED_DEPTH;
   job.rr_depth = scene.integrator.rr_depth;
   job.hide_emitters = scene.integrator.hide_emitters;
   std::fill_n(job.future_tint, 3, 1.0F);

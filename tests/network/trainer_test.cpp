@@ -325,6 +325,10 @@ TEST_CASE("A checkpoint of other circumstances or a damaged one is an input erro
   CHECK_THAT(changed("progress", "{}"), Contains("'progress'"));
   CHECK_THAT(changed("progress", R"({"steps":1,"sums":[0,0,0],"curve":[[1,1,1]],"best_epoch":0})"),
              Contains("contradicts itself"));
+  std::string flipped = bytes;
+  flipped[flipped.size() - 4] ^= 1;  // the last bit of the last number
+  write_file(file, flipped);
+  CHECK_THAT(message(options(1), training), Contains("checksum differs"));
   write_network(file, network, Precision::single);
   CHECK_THAT(message(options(1), training), Contains("format is 'itn.network'"));
   write_file(file, std::string_view(bytes).substr(0, bytes.size() / 2));

@@ -196,21 +196,26 @@ TEST_CASE("itn train killed at 20 moments goes on to the same bytes, with any nu
     CHECK((itn::read_file(killed + "/" + file) == itn::read_file(whole + "/" + file)));
 }
 
-TEST_CASE("Ctrl-C ends itn train with a checkpoint and exit code 130; it goes on to the same bytes") {
+TEST_CASE("Ctrl-C and SIGHUP end itn train with a checkpoint and exit code 130; it goes on to the same bytes") {
   const TemporaryFolder folder;
   const MadeUpDataset set(folder / "set", 32, 8);
   const std::string whole = folder / "whole", stopped = folder / "stopped";
   const Strings more{"--epochs", "300", "--checkpoint-every", "100000"};
-  Process process(train(set.folder, stopped, more), one_thread);
-  wait_until([&] { return std::filesystem::exists(stopped + "/run.json"); });
-  const double begun = process.cpu_seconds();
-  wait_until([&] { return process.cpu_seconds() > begun + 0.05; });  // it trains
-  process.send(SIGINT);
-  const Result result = process.wait();
-  CHECK(result.exit_code == 130);
-  CHECK_THAT(result.error, Contains("interrupted"));
-  CHECK(std::filesystem::exists(stopped + "/checkpoint.safetensors"));
-  CHECK(epochs_in(stopped) < 300);
+  for (const int signal_number : {SIGHUP, SIGINT}) {
+    CAPTURE(signal_number);
+    const std::size_t before = epochs_in(stopped);
+    Process process(train(set.folder, stopped, more), one_thread);
+    wait_until([&] { return std::filesystem::exists(stopped + "/run.json") && process.handles(signal_number); });
+    const double begun = process.cpu_seconds();
+    wait_until([&] { return process.cpu_seconds() > begun + 0.1; });  // it trains
+    process.send(signal_number);
+    const Result result = process.wait();
+    CHECK(result.exit_code == 130);
+    CHECK_THAT(result.error, Contains("interrupted"));
+    CHECK(std::filesystem::exists(stopped + "/checkpoint.safetensors"));
+    CHECK(epochs_in(stopped) > before);
+    CHECK(epochs_in(stopped) < 300);
+  }
   REQUIRE(run_itn(train(set.folder, stopped, more), one_thread).exit_code == 0);
   REQUIRE(run_itn(train(set.folder, whole, more), one_thread).exit_code == 0);
   for (const std::string& file : run_files)
