@@ -97,8 +97,7 @@ inline MASK sample_light_of_scene(const Launch* launch, __global const JobRecord
 /* *s where `mask` says so. */
 inline void take_light(MASK mask, const LightSample* other, LightSample* s) {
   s->source.index = SELECT_INT(mask, other->source.index, s->source.index);
-  UNROLL_FOR(int c = 0; c < 3; ++c)
-    s->source.share[c] = SELECT(mask, other->source.share[c], s->source.share[c]);
+  UNROLL_FOR(int c = 0; c < 3; ++c) s->source.share[c] = SELECT(mask, other->source.share[c], s->source.share[c]);
   s->source.direction = select3(mask, other->source.direction, s->source.direction);
 #if LIGHT_TEXELS
   s->source.plain = SELECT(mask, other->source.plain, s->source.plain);
@@ -120,7 +119,7 @@ inline MASK sample_light(const Launch* launch, __global const JobRecord* job, RE
   MASK found = (MASK)(0);
   if (ANY(!of_scene)) found = (!of_scene) & sample_light_around(launch, job, false, u[0], u[1], s);
   if (ANY(of_scene)) {
-  LightSample own;
+    LightSample own;
     const MASK arrives = of_scene & sample_light_of_scene(launch, job, share, from, u, choice, &own);
     own.pdf = SELECT(arrives, own.pdf, 1.0f);
     if (!ANY(!of_scene)) *s = own;

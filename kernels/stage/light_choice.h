@@ -9,20 +9,15 @@
 #include "stage/reflector.h"
 
 #if LIGHT_SAMPLING
-enum { STREAM_LAMPS = 0x82 };
+enum { STREAM_LIGHT_CHOICE = 0x82 };
 
-/* The luminance of what a light brings by `weight`; where derivatives by the light are asked for, more than 0 also where
- * it is black. */
+/* What is expected of a light with that weight: its luminance, and a little in proportion to how often it is drawn, since derivatives
+ * by the light need black ones, too. */
 inline REAL expected_light(const LightSample* s, const REAL weight[RADIANCE_CHANNELS]) {
   const float luminance[3] = {0.212671f, 0.715160f, 0.072169f};
   REAL sum = (REAL)(0.0f);
-  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
-    REAL rgb = ABS(s->rgb[c]); /* the sky has negative channels */
-#if LIGHT_TEXELS || HAS_LIGHT_DERIVATIVES
-    rgb += 0.01f * s->pdf;
-#endif
-    sum += (RADIANCE_CHANNELS == 1 ? 1.0f : luminance[c]) * weight[c] * rgb;
-  }
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) /* the sky has negative channels */
+    sum += (RADIANCE_CHANNELS == 1 ? 1.0f : luminance[c]) * weight[c] * (ABS(s->rgb[c]) + 0.01f * s->pdf);
   return sum;
 }
 
@@ -48,8 +43,9 @@ inline void weigh_candidate(int model, int variant, const Launch* launch, const 
   const REAL bsdf_pdf = bsdf_density(model, variant, r->n, r->wi, wo);
   REAL f[CHANNELS];
   bsdf_value(model, variant, r->n, r->wi, wo, f);
-  const bool even = (bsdf_traits(model) & BSDF_EVEN) != 0, one_side = (bsdf_traits(model) & BSDF_TRANSMITS) != 0 &&
-                    (bsdf_traits(model) & (BSDF_THIN | BSDF_STRUCTURE)) == 0;
+  const int traits = bsdf_traits(model);
+  const bool even = (traits & BSDF_EVEN) != 0;
+  const bool one_side = (traits & BSDF_TRANSMITS) != 0 && (traits & (BSDF_THIN | BSDF_STRUCTURE)) == 0;
   if (one_side) possible = possible & (dot3(light->source.direction, s->normal) > 0.0f);
   const REAL scale = SELECT(possible, 1.0f / (light->pdf + light->by_chance * bsdf_pdf), 0.0f);
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
@@ -66,10 +62,13 @@ inline MASK choose_light(int model, int variant, const Launch* launch, __global 
 #if HAS_LIGHTS
   if (!(job->light_share < 1.0f)) around = 0;
   if (job->lights > 0) lamps = LAMP_CANDIDATES;
-  REAL w[4];
-  draw(random, STREAM_LAMPS, w);
 #endif
   REAL sum = (REAL)(0.0f), own = (REAL)(1.0f), u = v[2];
+  if (around > 0 && lamps > 0) { /* v[2] says which lamp */
+    REAL w[4];
+    draw(random, STREAM_LIGHT_CHOICE, w);
+    u = w[0];
+  }
   chosen->source = light_around(s->normal);
   chosen->distance = (REAL)(FAR_AWAY);
   chosen->pdf = chosen->by_chance = (REAL)(1.0f);
@@ -80,7 +79,7 @@ inline MASK choose_light(int model, int variant, const Launch* launch, __global 
     MASK possible;
 #if HAS_LIGHTS
     if (k >= around)
-      possible = sample_light_of_scene(launch, job, LAMP_CANDIDATES, s->position, w, w[2], &candidate);
+      possible = sample_light_of_scene(launch, job, LAMP_CANDIDATES, s->position, v, v[2], &candidate);
     else
 #endif
       possible = candidate_around(launch, job, k, v, &candidate);

@@ -163,10 +163,10 @@ def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene
             light: Sequence[float] = (), progress: bool | Callable[[float], object] | None = None) -> Prediction:
     """Parameters for images by a network, with 95 % intervals where it says them: `itn predict`.
 
-    images: square OpenEXR files or arrays, (size, size) of luminance or (size, size, 3), linear; one, or a list. network:
-    the one that ships with the program, a folder that training wrote, or a .safetensors file. scene: of what the images
-    show: gives shape, light and the unit of length. For networks that know shape and light also: dataset, the folder that
-    the images belong to; or shape_buffers and light, as of the command."""
+    images: square files (OpenEXR, or photos) or arrays, (size, size) of luminance or (size, size, 3), linear; one, or a
+    list. network: the one that ships with the program, a folder that training wrote, or a .safetensors file. scene: of what
+    the images show: gives shape, light and the unit of length. For networks that know shape and light also: dataset, the
+    folder that the images belong to; or shape_buffers and light, as of the command."""
     several = list(images) if isinstance(images, (list, tuple)) else [images]
     with tempfile.TemporaryDirectory() as temporary, shown(progress, "predict") as tell:
         files = []

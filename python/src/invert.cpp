@@ -115,9 +115,9 @@ NumbersFound find_numbers(const Question& question, InversionOptions how, const 
 nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string>& names, const Targets& targets,
                         const std::vector<int>& sensors, const std::string& folder, const std::string& request, int spp,
                         std::uint64_t seed, bool single, const std::string& method, int iterations, double noise,
-                        double learning_rate, bool exposure, const Numbers& start, int starts, const Intervals& prior,
-                        const std::string& init, const std::string& init_image, bool noise_known,
-                        const nb::object& progress) {
+                        double learning_rate, bool exposure, bool white_balance, const Numbers& start, int starts,
+                        const Intervals& prior, const std::string& init, const std::string& init_image,
+                        bool noise_known, const nb::object& progress) {
   Scene scene = *object.scene();
   NetworkGuess guess;
   if (!init.empty()) {
@@ -139,6 +139,11 @@ nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string
   how.relative_noise = noise;
   how.learning_rate = learning_rate;
   how.exposure = exposure;
+  how.white_balance = white_balance;
+  if (white_balance && method == "adam")
+    throw UsageError("white_balance: adam finds exposures alone; use method='gauss-newton'");
+  if (white_balance && std::any_of(targets.begin(), targets.end(), [](const auto& t) { return t->channels == 1; }))
+    throw UsageError("white_balance: the sensor's film has luminance alone; need one with colours");
   if (how.sample_limit() < 2) throw UsageError("spp 1: a loss compares different samples of a pixel; need 2 or more");
   const Question question{
       std::make_shared<const Scene>(std::move(scene)), names, targets, sensors, folder, request, seed, single};
@@ -235,7 +240,7 @@ nb::dict invert_values(const SceneObject& object, const std::vector<std::string>
 void bind_invert(nb::module_& module) {
   module.def("invert_numbers", &invert_numbers, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
              "request"_a, "spp"_a, "seed"_a, "single"_a, "method"_a, "iterations"_a, "noise"_a, "learning_rate"_a,
-             "exposure"_a, "start"_a, "starts"_a, "prior"_a, "init"_a, "init_image"_a, "noise_known"_a,
+             "exposure"_a, "white_balance"_a, "start"_a, "starts"_a, "prior"_a, "init"_a, "init_image"_a, "noise_known"_a,
              "progress"_a.none());
   module.def("invert_values", &invert_values, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
              "request"_a, "spp"_a, "seed"_a, "single"_a, "iterations"_a, "noise"_a, "learning_rate"_a, "exposure"_a,

@@ -190,7 +190,8 @@ const std::vector<TargetImage>& TextureInversion::targets_of(int repeat) {
     for (std::size_t i = 0; i < noisy_[t].value.size(); ++i) {
       const auto value = static_cast<double>(targets_[t].value[i]);
       const double stated = targets_[t].error.empty() ? 0 : static_cast<double>(targets_[t].error[i]);
-      const double noise = std::hypot(stated, options_.relative_noise * value);
+      const double camera = targets_[t].noise.empty() ? 0 : static_cast<double>(targets_[t].noise[i]);
+      const double noise = std::hypot(stated, camera, options_.relative_noise * value);
       const auto stream = static_cast<std::uint64_t>(repeat) << 32U | t;
       noisy_[t].value[i] = static_cast<float>(value + noise * random_normal(render_options_.seed, stream, i));
     }

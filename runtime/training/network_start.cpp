@@ -18,10 +18,11 @@ namespace {
 constexpr std::size_t drawn = 4096;  // samples of the distribution: its moments to some hundredths of a deviation
 
 // The network's raw outputs.
-std::vector<float> look(Network& network, const std::string& image, const std::optional<SceneView>& view) {
+std::vector<float> look(Network& network, const std::string& image, const std::optional<SceneView>& view,
+                        const PhotoOptions& photo) {
   const NetworkDescription& description = network.description();
   std::vector<float> input(network.image_values());
-  const std::vector<float> luminance = read_resampled_luminance(image, description.size);
+  const std::vector<float> luminance = read_resampled_luminance(image, description.size, photo);
   if (view) {
     const KnownScene known = view->known();
     network_input(description, luminance, &known, input);
@@ -106,7 +107,7 @@ NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& par
   std::optional<SceneView> view;
   if (network.description().channels > 1) view.emplace(scene, sensor, network.description().size, body, who);
   const NetworkDescription& description = network.description();
-  const std::vector<float> raw = look(network, image, view);
+  const std::vector<float> raw = look(network, image, view, photo);
   std::vector<std::vector<double>> samples;
   if (description.distribution) samples = draw(raw, description);
   NetworkGuess result;

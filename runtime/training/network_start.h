@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/image/photo.h"
 #include "runtime/inversion/prior.h"
 #include "runtime/scene/scene.h"
 
@@ -29,6 +30,6 @@ struct NetworkGuess {
 // (read_resampled_luminance()) that cannot be used.
 NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& parameters,
                                const std::vector<std::string>& given, const std::string& run, const std::string& image,
-                               int sensor);
+                               int sensor, const PhotoOptions& photo = {});
 
 }  // namespace itn

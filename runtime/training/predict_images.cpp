@@ -107,7 +107,7 @@ PredictedImages predict_images(const PredictionRequest& request, const std::atom
   std::vector<float> input(network.image_values());
   for (const std::string& file : request.images) {
     if (cancel) throw Interrupted();
-    const std::vector<float> luminance = read_resampled_luminance(file, description.size);
+    const std::vector<float> luminance = read_resampled_luminance(file, description.size, request.photo);
     if (description.channels > 1) {
       const KnownScene scene = known->of(file);
       network_input(description, luminance, &scene, input);

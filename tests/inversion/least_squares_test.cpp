@@ -188,24 +188,24 @@ TEST_CASE("stored equations are the same equations") {
   CHECK(again.solve(truth, {"", ""}).covariance == pool.solve(truth, {"", ""}).covariance);
 }
 
-TEST_CASE("a prior with a correlation moves a number that the image does not tell by what it tells of another") {
+TEST_CASE("a prior with a correlation counts with it beside the image, as precisions add up") {
   Made made;
   const std::vector<TargetImage> targets{made.target(0.05)};
   const std::vector<Reference> references{reference_of(made.render(truth, 64), targets[0], 0, 0, coordinates(), truth)};
   NormalEquations pool(2);
-  for (int m = 0; m < 4; ++m)
-    pool.add(least_squares({made.render(truth, 64)}, targets, references, coordinates(), truth), truth);
+  pool.add(least_squares({made.render(truth, 64)}, targets, references, coordinates(), truth), truth);
   const NormalEquations::Solution alone = pool.solve(truth, {"first", "second"});
-  // As the posterior of two normal distributions: precisions add up, and so do precisions times means.
   Eigen::Matrix2d known;
   known << 4, 3.6, 3.6, 4;
   known *= 0.5 / alone.covariance.trace();
   const Prior prior{{truth[0] + 0.01, truth[1]}, known};
   const NormalEquations::Solution both = pool.solve(truth, {"first", "second"}, prior);
-  const Eigen::Matrix2d image = alone.covariance.inverse();
+  CHECK_FALSE(both.hidden);
+  // In units of the image's noise.
+  const Eigen::Matrix2d added = both.information - alone.information;
+  CHECK((added - known * (added.trace() / known.trace())).norm() < 1e-9 * added.norm());
   const Eigen::Vector2d mean =
-      (image + known).inverse() * (image * alone.x + known * Eigen::Vector2d(prior.mean[0], prior.mean[1]));
-  // The image's covariance is a sandwich of estimates: equal to some hundredths.
-  for (Eigen::Index i = 0; i < 2; ++i) CHECK(std::fabs(both.x[i] - mean[i]) < 0.1 * std::sqrt(alone.covariance(i, i)));
-  CHECK((both.covariance - (image + known).inverse()).norm() < 0.15 * both.covariance.norm());
+      alone.x + both.information.inverse() * (added * (Eigen::Vector2d(prior.mean[0], prior.mean[1]) - alone.x));
+  CHECK((both.x - mean).norm() < 1e-9);
+  for (Eigen::Index k = 0; k < 2; ++k) CHECK(both.covariance(k, k) < alone.covariance(k, k));
 }

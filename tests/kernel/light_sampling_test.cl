@@ -10,8 +10,7 @@ __kernel void sample(__global const JobRecord* job, __global const EnvironmentRe
   launch.light_tables = tables;
   launch.environments = record;
   LightSample light;
-  const MASK sampled =
-      sample_light_around(&launch, job, at_surface != 0, GATHER(u, at), GATHER(u, at + n), &light);
+  const MASK sampled = sample_light_around(&launch, job, at_surface != 0, GATHER(u, at), GATHER(u, at + n), &light);
   SCATTER(out, at, light.pdf);
   for (int c = 0; c < 3; ++c) SCATTER(out, at + (c + 1) * n, SELECT(sampled, light.rgb[c], 0.0f));
 }

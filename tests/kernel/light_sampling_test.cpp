@@ -50,7 +50,8 @@ class Sampler {
     unsetenv("ITN_KERNEL_DIR");
   }
 
-  // To the sun. u: two numbers a sample, as the two columns that the kernel reads; as many samples as a multiple of the width.
+  // To the sun. u: two numbers a sample, as the two columns that the kernel reads; as many samples as a multiple of the
+  // width.
   std::vector<Sample> sample(const SunLight& light, bool at_surface, const std::vector<float>& u) const {
     const std::size_t n = u.size() / 2;
     std::vector<float> out(4 * n);
