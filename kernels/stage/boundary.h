@@ -23,7 +23,7 @@ inline void scatter_at_boundary(const Launch* launch, __global const JobRecord* 
   REAL weights[3];
   channel_weights(pool, slots, (REAL)(1.0f), weights);
   const REAL largest = brightest(throughput, weights);
-  MASK dies = roulette(job, plain_depth(depth), u, real, largest, throughput);
+  MASK dies = roulette(launch, job, plain_depth(depth), u, real, largest, LASTS_AT_SURFACES, throughput);
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
   STORE_INT(pool, DEPTH, slots, depth);
   STORE_INT(pool, EVENT, slots, random->event + 1);
