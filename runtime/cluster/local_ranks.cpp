@@ -134,6 +134,7 @@ class LocalRanks : public StartedRanks {
     std::vector<std::string> mine;
     for (std::size_t r = 0; r < all.size(); ++r) {
       std::vector<std::string> for_rank;
+      for_rank.reserve(all.size());
       for (const std::vector<std::string>& from : all) for_rank.push_back(from[r]);
       if (r == 0)
         mine = std::move(for_rank);
