@@ -144,7 +144,7 @@ TEST_CASE("the gradient by a voxel of a phase function's number is the differenc
       cube(folder, blend(volume("weight", grid_file(folder, "weight.vol", 2, 2, 2, weights)),
                          volume("g", grid_file(folder, "g.vol", 2, 2, 2, cosines)), number("kappa", 3)));
   const std::vector<std::string> names{"mix.weight", "ahead.g"};
-  constexpr int runs = 12, spp = 1024;
+  constexpr int runs = 12, spp = 256;
   GradientRenderer renderer(device(), scene, by(names));
   std::vector<WeighedDerivatives> found;
   for (int run = 0; run < runs; ++run) found.push_back(gradient(renderer, run * spp, spp));
