@@ -83,7 +83,7 @@ std::vector<std::string> NetworkGuess::words() const {
 
 NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& parameters,
                                const std::vector<std::string>& given, const std::string& run, const std::string& image,
-                               int sensor) {
+                               int sensor, const PhotoOptions& photo) {
   const std::vector<Parameter> all = list_parameters(scene);
   std::vector<Parameter> guessed;
   for (const std::string& name : parameters) {
