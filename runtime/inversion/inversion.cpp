@@ -33,6 +33,10 @@ std::vector<std::string> Inversion::names() const {
   return result;
 }
 
+double Inversion::exposure_of(const std::vector<double>& x, std::size_t target) const {
+  return options_.exposure ? std::exp(x[model_.coordinates().size() + target]) : 1;
+}
+
 std::vector<double> Inversion::clamped(std::vector<double> x) const {
   for (std::size_t p = 0; p < model_.coordinates().size(); ++p) x[p] = model_.coordinates()[p].clamp(x[p]);
   return x;
@@ -171,6 +175,10 @@ Inversion::Conclusion Inversion::conclude(const InversionState& state) {
   result.references = references_;
   result.images = model_.render(state.x, state.next_sample + concluding_spp, std::max(concluding_spp, state.spp));
   const LeastSquares equations = least_squares(result.images, targets_, references_, model_.coordinates(), state.x);
+  for (std::size_t t = 0; t < targets_.size(); ++t)
+    result.white.push_back(
+        white_residual(result.images[t], targets_[t], exposure_of(state.x, t), references_[t].noise));
+  result.fit = image_fit(result.white, options_.noise_known);
   NormalEquations pool =
       pooled ? NormalEquations::from_numbers(state.x.size(), state.pool) : NormalEquations(state.x.size());
   pool.add(equations, state.x);

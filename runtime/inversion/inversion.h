@@ -26,6 +26,7 @@ struct InversionOptions {
   double relative_noise = 0;    // standard deviation of the targets' noise, over their radiance
   double learning_rate = 0.05;  // Adam
   bool exposure = false;        // each target is known up to a factor only
+  bool noise_known = true;      // else relative_noise is a guess
   Prior prior;                  // of the coordinates; Gauss-Newton
 
   int iteration_limit() const { return iterations > 0 ? iterations : method == Method::adam ? 200 : 50; }
@@ -37,6 +38,7 @@ struct InversionState {
   int spp = 0, next_sample = 0;  // its samples
   std::vector<double> x;         // the unknowns (least_squares.h) that it renders
   bool done = false, converged = false;
+  int joined = -1;  // it was given up on the way to where this earlier start ended (StoredInversion::join)
   // Gauss-Newton: the rendering that is the reference, the accepted point, and how far it trusts a step.
   std::vector<double> reference_x, accepted_x;
   int reference_spp = 0, reference_sample = 0;
@@ -76,6 +78,8 @@ class Inversion {
     bool converged = false;  // Adam: within one and a half standard errors of it
     std::vector<Reference> references;
     std::vector<Rendering> images;
+    std::vector<WhiteResidual> white;  // what is left of each target
+    ImageFit fit;
   };
   // Gauss-Newton, where it has converged, ends with the small step that this rendering asks for.
   Conclusion conclude(const InversionState& state);
@@ -84,6 +88,7 @@ class Inversion {
   std::vector<std::string> names() const;
 
  private:
+  double exposure_of(const std::vector<double>& x, std::size_t target) const;
   std::vector<double> clamped(std::vector<double> x) const;
   std::vector<Reference> references_of(const std::vector<Rendering>& images, const std::vector<double>& x) const;
   void take_reference(const std::vector<double>& x, int first, int spp);
