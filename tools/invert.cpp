@@ -35,10 +35,10 @@ struct InvertArguments {
   Operator op = Operator::full;
   TargetOptions images;
   std::vector<std::string> parameters, start, prior, range;
-  int starts = 0;  // not given
-  double noise = -1;      // not given
-  double smoothness = 0;  // of textures
-  int repeats = 4;        // of textures
+  int starts = 0;          // not given
+  double noise = -1;       // not given
+  double smoothness = 0;   // of textures
+  int repeats = 4;         // of textures
   bool by_itself = false;  // neither a method was given nor what tells one how to work
   // Options that were given and mean something to the posterior alone, and to the others alone.
   std::vector<std::string> only_posterior, no_posterior;
@@ -309,8 +309,8 @@ void add_invert(CLI::App& app) {
                    "gauss-newton: steps of weighted least squares; adam: 200 iterations of stochastic gradients; "
                    "posterior: no start, renderings all over the range, an emulator of the image and samples of all "
                    "materials that fit. Default: gauss-newton, and where it does not converge to one material that "
-                   "fits, posterior (in OUTPUT/posterior; up to 8 numbers; not with --start, --starts, --iterations "
-                   "or --spp); posterior with --range or --renderings")
+                   "fits, posterior (in OUTPUT/posterior; up to 8 numbers; not with --start, --starts or --init); "
+                   "posterior with --range or --renderings")
       ->check(CLI::IsMember({"adam", "gauss-newton", "posterior"}));
   command
       ->add_option("--iterations", options->inversion.iterations, "at most; default 50, adam 200, posterior 8 (rounds)")
@@ -379,8 +379,7 @@ void add_invert(CLI::App& app) {
     for (const char* name : {"--init", "--start", "--starts", "--learning-rate"})
       if (command->count(name) > 0) options->no_posterior.emplace_back(name);
     options->by_itself = command->count("--method") == 0;
-    for (const char* name : {"--start", "--starts", "--iterations", "--spp"})
-      options->by_itself &= command->count(name) == 0;
+    for (const char* name : {"--start", "--starts", "--init"}) options->by_itself &= command->count(name) == 0;
     if (command->count("--method") > 0 && options->method != "adam")
       options->only_numbers.push_back("--method " + options->method);
     run(*options);

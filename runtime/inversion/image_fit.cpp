@@ -13,10 +13,11 @@ namespace itn {
 namespace {
 
 constexpr std::array<int, 3> radii{1, 3, 8};
-constexpr std::size_t throws = 399;  // of signs
-constexpr double rare = 0.01;        // such structure is not by chance
-constexpr double tolerance = 0.15;   // of chi-square: noise is known no better
-constexpr double sure = 3;           // standard errors
+constexpr std::size_t throws = 399;   // of signs
+constexpr double rare = 0.01;         // such structure is not by chance
+constexpr double tolerance = 0.15;    // of chi-square: noise is known no better
+constexpr double sure = 3;            // standard errors
+constexpr double heaviest_tails = 3;  // standard error of chi-square, over that of normal noise
 
 // Sums of products of a residual's pixels that are not farther apart than each radius, channel with channel.
 std::array<double, radii.size()> products(const WhiteResidual& residual, const std::vector<double>& value) {
@@ -101,7 +102,9 @@ ImageFit image_fit(const std::vector<WhiteResidual>& residuals, bool noise_known
   }
   if (pixels < 2) return fit;
   fit.chi_square = sum / fit.values;
-  fit.chi_square_stderr = std::sqrt(std::max(0.0, square - sum * sum / pixels)) / fit.values;
+  // From the pixels themselves, but of few pixels one that is far off would excuse itself.
+  fit.chi_square_stderr = std::min(std::sqrt(std::max(0.0, square - sum * sum / pixels)) / fit.values,
+                                   heaviest_tails * std::sqrt(2 / pixels));
 
   std::vector<std::array<double, radii.size()>> thrown(throws);
   parallel_for(throws, [&](std::size_t k) { thrown[k] = products(with_signs(residuals, seed, k)); });
@@ -122,9 +125,9 @@ ImageFit image_fit(const std::vector<WhiteResidual>& residuals, bool noise_known
 }
 
 std::string words(const ImageFit& fit) {
-  const std::string size =
-      fit.noise_known ? fmt::format("{:.3g} times the variance that the noise explains", fit.chi_square)
-                      : std::string("of unknown noise");
+  const std::string size = fit.noise_known
+                               ? fmt::format("{:.3g} times the variance that the noise explains", fit.chi_square)
+                               : std::string("of unknown noise");
   if (!fit.looks_alike())
     return fmt::format(
         "NOT a fit: what is left of the targets is no noise, neighbouring pixels are alike in it "
@@ -137,7 +140,8 @@ std::string words(const ImageFit& fit) {
         "in what is left.",
         size);
   if (fit.size() < 0)
-    return fmt::format("The targets have less noise than they say: what is left of them looks like noise, of {}.", size);
+    return fmt::format("The targets have less noise than they say: what is left of them looks like noise, of {}.",
+                       size);
   return fit.noise_known ? fmt::format("The image found fits: what is left of the targets is their noise ({}).", size)
                          : "The image found fits: what is left of the targets looks like noise.";
 }

@@ -17,11 +17,11 @@ struct WhiteResidual {
 };
 
 struct ImageFit {
-  double values = 0;                                       // how many were compared
-  double chi_square = 1, chi_square_stderr = 0;            // mean of their squares, 1: as the noise says
-  double structure = 0;                                    // in standard deviations of what independent noise has
-  double chance = 1;                                       // how often independent noise has that much
-  bool noise_known = false;                                // else chi_square says nothing
+  double values = 0;                             // how many were compared
+  double chi_square = 1, chi_square_stderr = 0;  // mean of their squares, 1: as the noise says
+  double structure = 0;                          // in standard deviations of what independent noise has
+  double chance = 1;                             // how often independent noise has that much
+  bool noise_known = false;                      // else chi_square says nothing
 
   // Neighbours know no more of each other than chance makes.
   bool looks_alike() const;

@@ -12,9 +12,9 @@ namespace {
 
 const std::string standard_error = "standard error";
 
-constexpr double on_the_way = 3;   // standard errors: a start that comes so near an earlier one's end is bound for it
-constexpr double same_place = 4;   // standard errors of both
-constexpr double as_likely = 6;    // twice the log of a ratio of likelihoods that decides nothing
+constexpr double on_the_way = 2;  // standard errors: a start that comes so near an earlier one's end is bound for it
+constexpr double same_place = 2;  // standard errors of both, which have the noise of the targets in common
+constexpr double as_likely = 6;   // twice the log of a ratio of likelihoods that decides nothing
 constexpr std::size_t enough_same = 3;  // starts that end in one place: it is where the scene is nearest to the image
 
 bool gauss_newton(const InversionOutcome& outcome) { return outcome.question.method == "gauss-newton"; }
@@ -212,8 +212,8 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
   for (const std::size_t k : agreement.rivals) {
     std::vector<std::string> values;
     for (std::size_t p = 0; p < coordinates.size(); ++p)
-      values.push_back(fmt::format("{} {:.5g}", coordinates[p].parameter().name,
-                                   coordinates[p].value(outcome.runs[k].end.x[p])));
+      values.push_back(
+          fmt::format("{} {:.5g}", coordinates[p].parameter().name, coordinates[p].value(outcome.runs[k].end.x[p])));
     text.push_back(fmt::format("The image fits as well with {}.", fmt::join(values, ", ")));
   }
   if (!end.determined)

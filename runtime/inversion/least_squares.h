@@ -26,8 +26,8 @@ struct PixelNoise {
   std::vector<double> sample, target;  // variance of one rendered sample of s T, and of the target
 };
 
-// rendering: of T; exposure: s. Smoothed over neighbours. Variance of the target: where its file has standard errors the
-// variance of a sample, scaled to them on the whole, and relative_noise times the rendered radiance, squared.
+// rendering: of T; exposure: s. Smoothed over neighbours. Variance of the target: where its file has standard errors
+// the variance of a sample, scaled to them on the whole, and relative_noise times the rendered radiance, squared.
 PixelNoise noise_of(const Rendering& rendering, const TargetImage& target, double exposure, double relative_noise);
 
 // What is left of the target, over that noise. rendering: of other samples than those of the noise.
