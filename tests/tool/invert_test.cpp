@@ -87,7 +87,8 @@ TEST_CASE("itn invert says that a photo of another scene does not fit, with ever
 TEST_CASE("itn invert goes on to the posterior where Gauss-Newton does not converge, unless a start was given") {
   const TemporaryFolder folder;
   target_in(folder);
-  const Result result = run_itn(invert(folder, {"--iterations", "1", "--json", "-"}));
+  const Result result = run_itn(
+      invert(folder, {"--parameter", "skin.sigma_t", "--parameter", "haze.g", "--iterations", "1", "--json", "-"}));
   INFO(result.error);
   CHECK(result.exit_code == 0);
   CHECK(nlohmann::json::parse(result.output)["method"] == "posterior");
@@ -116,7 +117,8 @@ TEST_CASE("itn invert goes on with what the folder holds, and only with the same
 TEST_CASE("itn invert says that it has not converged") {
   const TemporaryFolder folder;
   target_in(folder);
-  const Result result = run_itn(invert(folder, {"--start", "skin.albedo.G=0.05", "--iterations", "1"}));
+  const Result result =
+      run_itn(invert(folder, {"--start", "skin.albedo.G=0.05", "--starts", "1", "--iterations", "1"}));
   CHECK(result.exit_code == 1);
   CHECK(result.output.find("NOT converged") != std::string::npos);
   CHECK(std::filesystem::exists(folder / "fit/report.html"));
