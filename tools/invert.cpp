@@ -70,6 +70,9 @@ nlohmann::ordered_json request(const InvertArguments& o, const Device& device, c
           {"seed", o.common.seed},
           {"noise", o.noise},
           {"exposure", o.inversion.exposure},
+          {"white_balance", o.inversion.white_balance},
+          {"curve", {static_cast<int>(o.images.photo.curve.kind), o.images.photo.curve.exponent}},
+          {"saturation", o.images.photo.saturation},
           {"learning_rate", o.inversion.learning_rate},
           {"device", device.info().name + ", " + device.info().platform}};
 }
@@ -92,19 +95,22 @@ nlohmann::ordered_json scene_request(const InvertArguments& o, const Device& dev
 }
 
 // The values of --start, else what the network of --init sees in the first target, else the scene's.
-void set_starts(const InvertArguments& options, Scene& scene) {
+// Returns what that network knows of the parameters.
+NetworkGuess set_starts(const InvertArguments& options, Scene& scene) {
   const std::vector<Parameter> all = list_parameters(scene);
   std::vector<std::string> given;
   for (const std::string& text : options.start) given.push_back(named_numbers(text).name);
+  NetworkGuess guess;
   if (!options.init.empty())
-    set_network_start(scene, options.parameters, given, options.init, options.images.targets.front(),
-                      options.images.sensors.front());
+    guess = set_network_start(scene, options.parameters, given, options.init, options.images.targets.front(),
+                              options.images.sensors.front(), options.images.photo);
   for (const std::string& text : options.start) {
     const NamedNumbers start = named_numbers(text);
     if (std::find(options.parameters.begin(), options.parameters.end(), start.name) == options.parameters.end())
       throw UsageError(fmt::format("--start {}: need NAME=VALUE with a name given to --parameter", text));
     set_parameter(scene, find_parameter(all, start.name), start.numbers.front());
   }
+  return guess;
 }
 
 Prior prior_of(const InvertArguments& options, const std::vector<Coordinate>& coordinates) {
@@ -171,7 +177,8 @@ void find_textures(const InvertArguments& options, const Scene& scene, const std
 // Where Gauss-Newton does not tell one material, the posterior of all follows, if nobody has asked for the one.
 bool posterior_follows(const InvertArguments& options, const std::vector<Coordinate>& coordinates) {
   constexpr std::size_t most_unknowns = 8;
-  if (!options.by_itself || coordinates.size() > most_unknowns || !world().alone()) return false;
+  if (!options.by_itself || options.inversion.white_balance || coordinates.size() > most_unknowns || !world().alone())
+    return false;
   try {
     natural_ranges(coordinates, prior_of(options, coordinates), {});
   } catch (const UsageError&) {
@@ -203,6 +210,7 @@ void find_posterior(const InvertArguments& options, const Scene& scene, const st
 void run(InvertArguments options) {
   const CommonOptions& common = options.common;
   const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
+  check_folder(options.folder);
   Inputs inputs(Inputs::Keep::fingerprints);
   Scene scene = load_scene(options.scene, common.definition_map(), {.size = options.images.size, .open = common.open});
   for (const std::string& text : scene.warnings) warn(common, text);
@@ -211,8 +219,9 @@ void run(InvertArguments options) {
   for (std::vector<std::string>* texts : {&options.parameters, &options.start, &options.prior, &options.range})
     *texts = by_component(all, *texts);
   const std::vector<TargetImage> targets = read_targets(options.images, scene);
-  set_starts(options, scene);
+  const NetworkGuess guess = set_starts(options, scene);
   inputs.end();
+  print_notes(common, targets, !options.inversion.exposure);
   const Device device(common.device);
   if (options.method.empty()) options.method = options.only_posterior.empty() ? "gauss-newton" : "posterior";
   const bool posterior = options.method == "posterior";
@@ -235,6 +244,11 @@ void run(InvertArguments options) {
   how.method = options.method == "adam" ? InversionOptions::Method::adam : InversionOptions::Method::gauss_newton;
   if (options.method == "adam" && !options.prior.empty())
     throw UsageError("--prior: adam minimises the image loss alone; use --method gauss-newton");
+  if (how.white_balance && options.method == "adam")
+    throw UsageError("--white-balance: adam finds exposures alone; use --method gauss-newton");
+  if (how.white_balance &&
+      std::any_of(targets.begin(), targets.end(), [](const TargetImage& t) { return t.channels == 1; }))
+    throw UsageError("--white-balance: the sensor's film has luminance alone; need one with colours");
   how.spp = common.spp;
   if (how.sample_limit() < 2) throw UsageError("--spp 1: a loss compares different samples of a pixel; need 2 or more");
   constexpr double most_samples = 1 << 29;  // that a pixel has, over all iterations
@@ -252,7 +266,12 @@ void run(InvertArguments options) {
   render_options.cancel = &interrupt_flag();
   render_options.ranks = &world();
   ForwardModel model(device, scene, options.parameters, options.images.sensors, render_options);
+  std::vector<std::string> known = options.prior;
   how.prior = prior_of(options, model.coordinates());
+  if (how.method == InversionOptions::Method::gauss_newton && known.empty()) {
+    how.prior = guess.prior(model.coordinates());
+    known = guess.words();
+  }
   Inversion inversion(model, targets, how);
 
   check_outputs(common, {});
@@ -261,7 +280,7 @@ void run(InvertArguments options) {
   Progress progress(options.scene, double(how.iteration_limit()) * (until_sure ? 1 : starts), "iterations at most",
                     !common.quiet);
   const InversionQuestion question{options.scene,          options.method, options.folder,
-                                   options.images.targets, options.prior,  how.noise_known};
+                                   options.images.targets, known,          how.noise_known};
   const auto show = [&](const InversionStep& step) {
     progress.clear();
     if (common.talkative()) print_step(stored.current(), step, model.coordinates());
@@ -320,10 +339,13 @@ void add_invert(CLI::App& app) {
                    "standard deviation of the targets' noise over their radiance, beside what their files say")
       ->check(CLI::Range(0.0, 10.0));
   command->add_flag("--exposure", options->inversion.exposure, "each target is known up to a factor: find it, too");
+  command->add_flag("--white-balance", options->inversion.white_balance,
+                    "gauss-newton: red and blue of all targets are known up to a factor each: find them, too");
   command
       ->add_option("--init", options->init,
                    "start from what the network of this RUN (itn train; or .safetensors file; without RUN: the one "
-                   "that ships with the program) sees in the first target: sigma_t, albedo and g of one medium")
+                   "that ships with the program) sees in the first target: sigma_t, albedo and g of one medium. "
+                   "Without --prior what it says of them, and how surely, is Gauss-Newton's prior, too")
       ->expected(0, 1)
       ->default_str(shipped_run);
   command->add_option("--start", options->start, "NAME=VALUE: start there instead; may be repeated")
@@ -372,11 +394,11 @@ void add_invert(CLI::App& app) {
                      "1024 at most (Gauss-Newton), 16 (Adam), as the targets' noise asks for (posterior)");
   add_open_option(*command, options->common);
   command->callback([options, command] {
-    for (const char* name : {"--init", "--start", "--starts", "--prior"})
+    for (const char* name : {"--init", "--start", "--starts", "--prior", "--white-balance"})
       if (command->count(name) > 0) options->only_numbers.emplace_back(name);
     for (const char* name : {"--range", "--renderings"})
       if (command->count(name) > 0) options->only_posterior.emplace_back(name);
-    for (const char* name : {"--init", "--start", "--starts", "--learning-rate"})
+    for (const char* name : {"--init", "--start", "--starts", "--learning-rate", "--white-balance"})
       if (command->count(name) > 0) options->no_posterior.emplace_back(name);
     options->by_itself = command->count("--method") == 0;
     for (const char* name : {"--start", "--starts", "--init"}) options->by_itself &= command->count(name) == 0;

@@ -85,16 +85,17 @@ struct NumbersFound {
   std::vector<Rendering> images;
 };
 
-NumbersFound find_numbers(const Question& question, InversionOptions how, const Intervals& prior, int starts,
-                          Running& running) {
+NumbersFound find_numbers(const Question& question, InversionOptions how, const Intervals& prior,
+                          const NetworkGuess& guess, int starts, Running& running) {
   const std::shared_ptr<SharedDevice> device = shared_device();
   const std::lock_guard lock(device->mutex);
   const std::vector<TargetImage> targets = images_of(question.targets);
   ForwardModel model(device->device, *question.scene, question.parameters, question.sensors,
                      render_options(question, running));
-  how.prior = prior_of(prior, model.coordinates());
+  const bool adam = how.method == InversionOptions::Method::adam, by_network = prior.empty() && !adam;
+  how.prior = by_network ? guess.prior(model.coordinates()) : prior_of(prior, model.coordinates());
   Inversion inversion(model, targets, how);
-  const bool adam = how.method == InversionOptions::Method::adam, until_sure = starts == 0 && !adam;
+  const bool until_sure = starts == 0 && !adam;
   const int most = until_sure ? static_cast<int>(most_starts) : std::max(1, starts);
   StoredInversion stored(question.folder, StoredRun::Json::parse(question.request), inversion, model.coordinates(),
                          inversion_starts(model.coordinates(), model.start(), most, question.seed), until_sure ? 1 : 0);
@@ -102,7 +103,7 @@ NumbersFound find_numbers(const Question& question, InversionOptions how, const 
                                 adam ? "adam" : "gauss-newton",
                                 question.folder,
                                 std::vector<std::string>(targets.size(), "an array"),
-                                {},
+                                by_network ? guess.words() : std::vector<std::string>(),
                                 how.noise_known};
   const InversionOutcome outcome =
       invert(words, inversion, model.coordinates(), *question.scene, stored, until_sure,
@@ -129,16 +130,13 @@ NumbersFound find_posterior(const Question& question, const PosteriorOptions& ho
     stored.advance();
     running.update(stored.fraction());
   }
-  const InversionQuestion words{question.scene->file,
-                                "posterior",
-                                question.folder,
-                                std::vector<std::string>(targets.size(), "an array"),
-                                {},
-                                noise_known};
+  const InversionQuestion words{
+      question.scene->file, "posterior", question.folder, std::vector<std::string>(targets.size(), "an array"), {},
+      noise_known};
   const PosteriorOutcome outcome = conclude(words, stored, model, ranges, *question.scene, targets, how);
   write_posterior(outcome, model.coordinates(), targets);
-  return {to_json(outcome, model.coordinates()).dump(), verdict(outcome),
-          ambiguity_words(outcome, model.coordinates()), outcome.images};
+  return {to_json(outcome, model.coordinates()).dump(), verdict(outcome), ambiguity_words(outcome, model.coordinates()),
+          outcome.images};
 }
 
 nb::dict as_dict(const NumbersFound& found) {
@@ -171,14 +169,15 @@ nb::dict invert_posterior(const SceneObject& object, const std::vector<std::stri
 nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string>& names, const Targets& targets,
                         const std::vector<int>& sensors, const std::string& folder, const std::string& request, int spp,
                         std::uint64_t seed, bool single, const std::string& method, int iterations, double noise,
-                        double learning_rate, bool exposure, const Numbers& start, int starts, const Intervals& prior,
-                        const std::string& init, const std::string& init_image, bool noise_known,
-                        const nb::object& progress) {
+                        double learning_rate, bool exposure, bool white_balance, const Numbers& start, int starts,
+                        const Intervals& prior, const std::string& init, const std::string& init_image,
+                        bool noise_known, const nb::object& progress) {
   Scene scene = *object.scene();
+  NetworkGuess guess;
   if (!init.empty()) {
     std::vector<std::string> given;
     for (const auto& [name, value] : start) given.push_back(name);
-    set_network_start(scene, names, given, init, init_image, sensors.front());
+    guess = set_network_start(scene, names, given, init, init_image, sensors.front());
   }
   for (const auto& [name, value] : start) {
     if (std::find(names.begin(), names.end(), name) == names.end())
@@ -195,11 +194,16 @@ nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string
   how.learning_rate = learning_rate;
   how.exposure = exposure;
   how.noise_known = noise_known;
+  how.white_balance = white_balance;
+  if (white_balance && method == "adam")
+    throw UsageError("white_balance: adam finds exposures alone; use method='gauss-newton'");
+  if (white_balance && std::any_of(targets.begin(), targets.end(), [](const auto& t) { return t->channels == 1; }))
+    throw UsageError("white_balance: the sensor's film has luminance alone; need one with colours");
   if (how.sample_limit() < 2) throw UsageError("spp 1: a loss compares different samples of a pixel; need 2 or more");
   const Question question{
       std::make_shared<const Scene>(std::move(scene)), names, targets, sensors, folder, request, seed, single};
   return as_dict(interruptible(
-      progress, [&](Running& running) { return find_numbers(question, how, prior, starts, running); }));
+      progress, [&](Running& running) { return find_numbers(question, how, prior, guess, starts, running); }));
 }
 
 struct ValuesFound {
@@ -284,8 +288,8 @@ nb::dict invert_values(const SceneObject& object, const std::vector<std::string>
 void bind_invert(nb::module_& module) {
   module.def("invert_numbers", &invert_numbers, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
              "request"_a, "spp"_a, "seed"_a, "single"_a, "method"_a, "iterations"_a, "noise"_a, "learning_rate"_a,
-             "exposure"_a, "start"_a, "starts"_a, "prior"_a, "init"_a, "init_image"_a, "noise_known"_a,
-             "progress"_a.none());
+             "exposure"_a, "white_balance"_a, "start"_a, "starts"_a, "prior"_a, "init"_a, "init_image"_a,
+             "noise_known"_a, "progress"_a.none());
   module.def("invert_posterior", &invert_posterior, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
              "request"_a, "spp"_a, "seed"_a, "single"_a, "rounds"_a, "noise"_a, "exposure"_a, "prior"_a, "range"_a,
              "renderings"_a, "scene_request"_a, "noise_known"_a, "progress"_a.none());

@@ -10,6 +10,7 @@
 // of all iterations are pooled (normal_equations.h), until the rendering's noise is a small part of what the target's
 // own noise does to the parameters.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -27,6 +28,7 @@ struct InversionOptions {
   double learning_rate = 0.05;  // Adam
   bool exposure = false;        // each target is known up to a factor only
   bool noise_known = true;      // else relative_noise is a guess
+  bool white_balance = false;   // so are red and blue, all targets' alike; Gauss-Newton, of targets with three channels
   Prior prior;                  // of the coordinates; Gauss-Newton
 
   int iteration_limit() const { return iterations > 0 ? iterations : method == Method::adam ? 200 : 50; }
@@ -80,15 +82,15 @@ class Inversion {
     std::vector<Rendering> images;
     std::vector<WhiteResidual> white;  // what is left of each target
     ImageFit fit;
+    std::vector<std::array<double, 3>> factors;  // camera_factors() of each target
   };
   // Gauss-Newton, where it has converged, ends with the small step that this rendering asks for.
   Conclusion conclude(const InversionState& state);
 
-  // Names of the unknowns: parameters, then "exposure 0" and so on.
+  // Names of the unknowns: parameters, then "exposure 0" and so on, then "white balance R" and B.
   std::vector<std::string> names() const;
 
  private:
-  double exposure_of(const std::vector<double>& x, std::size_t target) const;
   std::vector<double> clamped(std::vector<double> x) const;
   std::vector<Reference> references_of(const std::vector<Rendering>& images, const std::vector<double>& x) const;
   void take_reference(const std::vector<double>& x, int first, int spp);

@@ -2,8 +2,10 @@
 // well the parameters are known.
 //
 // Unknowns x: the coordinates of the parameters, then, where the exposures are unknown, log s of every target (the
-// model of a target is s T). r = s T - I is linear in a rendering's samples, and so is J = d r / d x. Multiplied with
-// numbers that know nothing of these samples, their means have no bias at any number of samples: the equations are
+// model of a target is s T), then, where the white balance is unknown, log b of red and of blue, which all targets
+// share (the model is s b T, green's b is 1). r = s T - I is linear in a rendering's samples, and so is J = d r / d x.
+// Multiplied with numbers that know nothing of these samples, their means have no bias at any number of samples: the
+// equations are
 //
 //   sum of w Z r = 0,   with the derivative   sum of w Z J^T,
 //
@@ -13,6 +15,7 @@
 // noisier than r, and sum of J r would carry its noise times that of the target.
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "runtime/inversion/forward_model.h"
@@ -21,18 +24,24 @@
 
 namespace itn {
 
+// s b, by channel: what the rendered image of target number `image` is multiplied by. parameters: of the unknowns.
+std::array<double, 3> camera_factors(const std::vector<double>& x, std::size_t parameters, std::size_t image,
+                                     bool white_balance);
+
 // The noise of one image, an entry for each pixel and channel (as TargetImage::value).
 struct PixelNoise {
   std::vector<double> sample, target;  // variance of one rendered sample of s T, and of the target
 };
 
-// rendering: of T; exposure: s. Smoothed over neighbours. Variance of the target: where its file has standard errors
-// the variance of a sample, scaled to them on the whole, and relative_noise times the rendered radiance, squared.
-PixelNoise noise_of(const Rendering& rendering, const TargetImage& target, double exposure, double relative_noise);
+// rendering: of T; factors: camera_factors(). Smoothed over neighbours. Variance of the target: where its file has
+// standard errors the variance of a sample, scaled to them on the whole; a camera's own; and relative_noise times the
+// rendered radiance, squared.
+PixelNoise noise_of(const Rendering& rendering, const TargetImage& target, const std::array<double, 3>& factors,
+                    double relative_noise);
 
 // What is left of the target, over that noise. rendering: of other samples than those of the noise.
-WhiteResidual white_residual(const Rendering& rendering, const TargetImage& target, double exposure,
-                             const PixelNoise& noise);
+WhiteResidual white_residual(const Rendering& rendering, const TargetImage& target,
+                             const std::array<double, 3>& factors, const PixelNoise& noise);
 
 // What weighs the residuals of one image.
 struct Reference {
@@ -41,8 +50,10 @@ struct Reference {
 };
 
 // rendering: of the model of `target`, which is the image number `image`, at x; its samples are then not used again.
+// white_balance: x ends with it.
 Reference reference_of(const Rendering& rendering, const TargetImage& target, std::size_t image, double relative_noise,
-                       const std::vector<Coordinate>& coordinates, const std::vector<double>& x);
+                       const std::vector<Coordinate>& coordinates, const std::vector<double>& x,
+                       bool white_balance = false);
 
 constexpr std::size_t information_parts = 32;
 
@@ -62,6 +73,6 @@ struct LeastSquares {
 // x: the unknowns; images: rendered at x, one a target, 2 samples a pixel or more.
 LeastSquares least_squares(const std::vector<Rendering>& images, const std::vector<TargetImage>& targets,
                            const std::vector<Reference>& references, const std::vector<Coordinate>& coordinates,
-                           const std::vector<double>& x);
+                           const std::vector<double>& x, bool white_balance = false);
 
 }  // namespace itn

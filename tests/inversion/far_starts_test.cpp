@@ -118,9 +118,12 @@ void noisier(TargetImage& photo, std::mt19937_64& random) {
 
 const std::vector<Wrong> wrongs{
     {"nothing wrong", nothing, as_it_is},
-    {"sun 25 degrees away", [](Scene& s) { s.environment->sun.direction = {0.55, -0.65, 0.52}; }, as_it_is},
-    {"rough boundary",
-     [](Scene& s) { s.bsdfs[0] = bsdf_of("roughdielectric", 1.33, 0.2); }, as_it_is},
+    {"sun 25 degrees away",
+     [](Scene& s) {
+       s.environment->sun.direction = {0.55, -0.65, 0.52};
+     },
+     as_it_is},
+    {"rough boundary", [](Scene& s) { s.bsdfs[0] = bsdf_of("roughdielectric", 1.33, 0.2); }, as_it_is},
     {"radius 3 % larger", [](Scene& s) { s.shapes[0].radius = 1.03; }, as_it_is},
     {"saturated at 70 %", nothing, clipped},
     {"blurred by 3 x 3 pixels", nothing, blurred},
@@ -152,20 +155,18 @@ int found_wrong(const Wrong& wrong, int photos, std::uint64_t seed) {
 }  // namespace
 
 TEST_CASE("what Gauss-Newton calls converged from far starts holds the truth", "[.far_starts]") {
-  const std::vector<Kind> kinds{{"sun, matched, 14 x 14", true, false, 14},
-                                {"sun, rough, 14 x 14", true, true, 14},
-                                {"constant, matched, 14 x 14", false, false, 14},
-                                {"constant, rough, 14 x 14", false, true, 14},
-                                {"sun, matched, 32 x 32", true, false, 32},
-                                {"constant, rough, 32 x 32", false, true, 32}};
+  const std::vector<Kind> kinds{
+      {"sun, matched, 14 x 14", true, false, 14},       {"sun, rough, 14 x 14", true, true, 14},
+      {"constant, matched, 14 x 14", false, false, 14}, {"constant, rough, 14 x 14", false, true, 14},
+      {"sun, matched, 32 x 32", true, false, 32},       {"constant, rough, 32 x 32", false, true, 32}};
   const int photos = 10;
   Counts all;
   for (std::size_t k = 0; k < kinds.size(); ++k) {
     const Counts c = far_starts(kinds[k], photos, 40 + k);
     WARN(kinds[k].name << ": " << c.converged << " of " << c.photos << " converged, " << c.rivals << " with rivals; "
-                       << c.covered << " of " << c.intervals << " intervals hold (of first starts that converged: "
-                       << c.first_covered << " of " << c.first_intervals << "); starts a photo "
-                       << c.starts / double(c.photos));
+                       << c.covered << " of " << c.intervals
+                       << " intervals hold (of first starts that converged: " << c.first_covered << " of "
+                       << c.first_intervals << "); starts a photo " << c.starts / double(c.photos));
     all.photos += c.photos;
     all.converged += c.converged;
     all.covered += c.covered;

@@ -101,10 +101,12 @@ std::vector<NaturalRange> natural_ranges(const std::vector<Coordinate>& coordina
   for (std::size_t p = 0; p < coordinates.size(); ++p) {
     const Coordinate& c = coordinates[p];
     const auto range = given.find(c.parameter().name);
-    const bool known = !prior.precision.empty() && prior.precision[p] > 0;
+    const auto k = static_cast<Eigen::Index>(p);
+    const double precision = prior.mean.empty() ? 0 : prior.precision(k, k);
+    const bool known = precision > 0;
     if (known && range != given.end())
       throw UsageError(fmt::format("{}: both a range and a prior; need one of them", c.parameter().name));
-    ranges.push_back(known                  ? NaturalRange::of_prior(c, prior.mean[p], prior.precision[p])
+    ranges.push_back(known                  ? NaturalRange::of_prior(c, prior.mean[p], precision)
                      : range != given.end() ? NaturalRange(c.parameter(), range->second.first, range->second.second)
                                             : NaturalRange::of_scene(c.parameter()));
   }

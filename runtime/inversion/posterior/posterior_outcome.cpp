@@ -111,8 +111,9 @@ void compare(const std::vector<TargetImage>& targets, ForwardModel& model, const
       mean.stderr_[i] = std::sqrt(square);
     }
     mean.spp = concluding_spp;
-    outcome.white.push_back(white_residual(mean, targets[t], exposure,
-                                           noise_of(others[t], targets[t], exposure, options.relative_noise)));
+    const std::array<double, 3> factors{exposure, exposure, exposure};
+    outcome.white.push_back(
+        white_residual(mean, targets[t], factors, noise_of(others[t], targets[t], factors, options.relative_noise)));
     for (std::size_t i = 0; i < mean.mean.size(); ++i) {
       mean.mean[i] *= static_cast<float>(exposure);
       mean.stderr_[i] *= static_cast<float>(exposure);
