@@ -92,9 +92,10 @@ Agreement agreement(const std::vector<InversionRun>& runs) {
   return result;
 }
 
-bool Agreement::sure(const ImageFit& of_best) const {
+bool Agreement::sure(const Inversion::Conclusion& best_end) const {
   if (!rivals.empty()) return true;
-  return count >= least_starts && (same >= enough_same || (same > 1 && of_best.looks_alike()));
+  if (count < least_starts) return false;
+  return !best_end.converged || same >= enough_same || (same > 1 && best_end.fit.looks_alike());
 }
 
 bool InversionOutcome::converged() const {
@@ -112,7 +113,8 @@ InversionOutcome invert(const InversionQuestion& question, Inversion& inversion,
   const auto conclude_until = [&](std::size_t count) {
     while (runs.size() < count) runs.push_back(run_of(inversion, coordinates, stored.started()[runs.size()], runs));
   };
-  for (bool more = true; more;) {
+  bool more = true;
+  while (more) {
     while (!stored.finished()) {
       on_step(stored.advance());
       if (!gauss_newton(outcome)) continue;
@@ -129,7 +131,7 @@ InversionOutcome invert(const InversionQuestion& question, Inversion& inversion,
       for (std::size_t k = 1; k < runs.size(); ++k)
         if (runs[k].end.loss < outcome.found().end.loss) outcome.agreement.best = k;
     }
-    more = until_sure && gauss_newton(outcome) && !outcome.agreement.sure(outcome.found().end.fit) && stored.another();
+    more = until_sure && gauss_newton(outcome) && !outcome.agreement.sure(outcome.found().end) && stored.another();
   }
   const Inversion::Conclusion& end = outcome.found().end;
   for (std::size_t p = 0; p < coordinates.size(); ++p)

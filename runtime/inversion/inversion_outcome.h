@@ -29,8 +29,8 @@ struct Agreement {
   std::vector<std::size_t>
       rivals;  // one of each group that converged elsewhere, and fits as well as the noise can tell
 
-  // Nothing more is to be learnt from another start.
-  bool sure(const ImageFit& of_best) const;
+  // Nothing more is to be learnt from another start: or of the first few none converged, and others would not.
+  bool sure(const Inversion::Conclusion& best_end) const;
 };
 Agreement agreement(const std::vector<InversionRun>& runs);
 

@@ -97,18 +97,18 @@ TEST_CASE("several ends: the best fits best; one that fits as well elsewhere is 
   CHECK(a.best == 1);
   CHECK(a.same == 1);
   CHECK(a.rivals.empty());
-  CHECK_FALSE(a.sure(wrong_first[1].end.fit));
+  CHECK_FALSE(a.sure(wrong_first[1].end));
 
   a = agreement({ended(-30, 1, true, random), ended(0, 0, true, random), ended(0.5, 0, true, random)});
   CHECK(a.same == 2);
-  CHECK_FALSE(a.sure(ImageFit()));  // three starts are few
+  CHECK_FALSE(a.sure(wrong_first[1].end));  // three starts are few
   a.count = least_starts;
-  CHECK(a.sure(ImageFit()));
-  CHECK_FALSE(a.sure(wrong_first[0].end.fit));
+  CHECK(a.sure(wrong_first[1].end));
+  CHECK_FALSE(a.sure(wrong_first[0].end));  // its image does not fit
 
   a = agreement({ended(-30, 0, true, random), ended(0, 0.02, true, random)});
   CHECK(a.rivals.size() == 1);
-  CHECK(a.sure(ImageFit()));
+  CHECK(a.sure(wrong_first[1].end));
 
   // One that did not converge is the best only where what did leaves more.
   CHECK(agreement({ended(-30, 0, false, random), ended(0, 0.02, true, random)}).best == 1);
