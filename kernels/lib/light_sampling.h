@@ -52,14 +52,18 @@ inline REAL light_sampling_pdf(const Launch* launch, __global const JobRecord* j
 inline MASK sample_light_around(const Launch* launch, __global const JobRecord* job, bool at_surface, REAL u0, REAL u1,
                                 LightSample* s) {
   __global const EnvironmentRecord* environment = launch->environments + job->environment;
+  const bool sun = HAS_SUN && (!at_surface || environment->sun_pdf > 0);
   REAL3 direction;
-  REAL ignored[3];
-  if (HAS_SUN && (!at_surface || environment->sun_pdf > 0))
+  REAL ignored[3], density;
+  if (sun)
     sun_sample(environment, launch->light_tables, u0, u1, &direction, ignored);
   else
-    direction = smooth_sample(environment, launch->light_tables, u0, u1, ignored);
+    direction = smooth_sample(environment, launch->light_tables, u0, u1, &density);
   environment_radiance(environment, launch->light_tables, direction, s->rgb);
-  const REAL density = light_sampling_pdf(launch, job, direction, (MASK)(at_surface ? -1 : 0));
+  if (sun || !at_surface)
+    density = light_sampling_pdf(launch, job, direction, (MASK)(at_surface ? -1 : 0));
+  else /* the same but for rounding; many are drawn */
+    density *= MAP_CANDIDATES * share_around(job, (MASK)(-1));
   const MASK possible = density > 0.0f;
   s->source = light_around(direction);
   s->distance = (REAL)(FAR_AWAY);

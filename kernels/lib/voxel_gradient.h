@@ -8,6 +8,8 @@
  * One of the albedo moves what goes on from a scattering: again with a score of at most 1 / knee, and a probe for what
  * that lacks, since paths end where the albedo is 0.
  *
+ * Voxels that stand for numbers of phase functions are in lib/phase_score.h.
+ *
  * So no voxel is left out, and no score grows without bound where values come near 0. Values at the greatest of their
  * cell are nothing special: null collisions have no scores. Sums are as those by texels. */
 #ifndef ITN_VOXEL_GRADIENT_H

@@ -1,7 +1,6 @@
 #include "runtime/cluster/local_ranks.h"
 
 #include <poll.h>
-#include <signal.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -9,6 +8,7 @@
 
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <exception>
 #include <system_error>
@@ -134,6 +134,7 @@ class LocalRanks : public StartedRanks {
     std::vector<std::string> mine;
     for (std::size_t r = 0; r < all.size(); ++r) {
       std::vector<std::string> for_rank;
+      for_rank.reserve(all.size());
       for (const std::vector<std::string>& from : all) for_rank.push_back(from[r]);
       if (r == 0)
         mine = std::move(for_rank);

@@ -67,11 +67,11 @@ InversionState Inversion::start(const std::vector<double>& x) {
     };
     for (std::size_t i = 0; options_.exposure && i < images.size(); ++i)
       state.x.push_back(factor(i, options_.white_balance ? 1 : -1));
-    for (const int channel : {0, 2}) {
+    for (const int channel : options_.white_balance ? std::vector<int>{0, 2} : std::vector<int>()) {
       double sum = 0;
-      for (std::size_t i = 0; options_.white_balance && i < images.size(); ++i)
+      for (std::size_t i = 0; i < images.size(); ++i)
         sum += factor(i, channel) - (options_.exposure ? factor(i, 1) : 0);
-      if (options_.white_balance) state.x.push_back(sum / static_cast<double>(images.size()));
+      state.x.push_back(sum / static_cast<double>(images.size()));
     }
   }
   state.reference_x = state.x;

@@ -69,8 +69,9 @@ Volume surface_volume(const Mesh& mesh, const Texture& picture, int resolution) 
   grid->data.resize(width * rows * channels);
   const NearestPoint nearest(mesh);
   parallel_for(rows, [&](std::size_t row) {
+    const std::size_t y = row % height, z = row / height;
     for (std::size_t x = 0; x < width; ++x) {
-      const Vec3 voxel{static_cast<double>(x), static_cast<double>(row % height), static_cast<double>(row / height)};
+      const Vec3 voxel{static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)};
       const NearestPoint::Place place = nearest(corner + edge * (voxel + Vec3{0.5, 0.5, 0.5}));
       const auto& t = mesh.triangle[place.triangle];
       Vec2 uv{};

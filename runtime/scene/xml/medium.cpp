@@ -42,7 +42,7 @@ PhaseFunction read_mixture(Builder& builder, Properties& properties, Instance ne
                                        blend ? "two, for weight 0 and weight 1" : "one for each weight"));
   if (blend) {
     nest.become(blend_phase_model());
-    if (!properties.has("weight")) properties.number("weight");
+    if (!properties.has("weight")) properties.number("weight");  // which says that it is missing
     nest.values[0] = read_number_volume(builder, properties, nest.model->parameters[0]);
   } else {
     read_weights(properties, "phase", found.size(), nest);
