@@ -14,6 +14,7 @@
 #include "runtime/base/version.h"
 #include "runtime/cluster/ranks.h"
 #include "runtime/inversion/inversion_report.h"
+#include "runtime/inversion/posterior/natural_range.h"
 #include "runtime/scene/load.h"
 #include "runtime/training/network_start.h"
 #include "runtime/training/trained_network.h"
@@ -30,14 +31,15 @@ namespace {
 
 struct InvertArguments {
   CommonOptions common;
-  std::string scene, folder, init, renderings, method = "gauss-newton";
+  std::string scene, folder, init, renderings, method;  // no method: gauss-newton, and the posterior where it fails
   Operator op = Operator::full;
   TargetOptions images;
   std::vector<std::string> parameters, start, prior, range;
-  int starts = 1;
-  double noise = -1;      // not given
-  double smoothness = 0;  // of textures
-  int repeats = 4;        // of textures
+  int starts = 0;          // not given
+  double noise = -1;       // not given
+  double smoothness = 0;   // of textures
+  int repeats = 4;         // of textures
+  bool by_itself = false;  // neither a method was given nor what tells one how to work
   // Options that were given and mean something to the posterior alone, and to the others alone.
   std::vector<std::string> only_posterior, no_posterior;
   std::vector<std::string> only_numbers;  // options that were given and mean nothing to textures
@@ -172,6 +174,19 @@ void find_textures(const InvertArguments& options, const Scene& scene, const std
                   targets, device, render_options, asked);
 }
 
+// Where Gauss-Newton does not tell one material, the posterior of all follows, if nobody has asked for the one.
+bool posterior_follows(const InvertArguments& options, const std::vector<Coordinate>& coordinates) {
+  constexpr std::size_t most_unknowns = 8;
+  if (!options.by_itself || options.inversion.white_balance || coordinates.size() > most_unknowns || !world().alone())
+    return false;
+  try {
+    natural_ranges(coordinates, prior_of(options, coordinates), {});
+  } catch (const UsageError&) {
+    return false;  // no range to look at
+  }
+  return true;
+}
+
 void find_posterior(const InvertArguments& options, const Scene& scene, const std::vector<TargetImage>& targets,
                     ForwardModel& model, const StoredRun::Json& of_scene, const StoredRun::Json& asked) {
   PosteriorQuestion question{options.common,
@@ -208,6 +223,7 @@ void run(InvertArguments options) {
   inputs.end();
   print_notes(common, targets, !options.inversion.exposure);
   const Device device(common.device);
+  if (options.method.empty()) options.method = options.only_posterior.empty() ? "gauss-newton" : "posterior";
   const bool posterior = options.method == "posterior";
   const std::vector<std::string>& without_meaning = posterior ? options.no_posterior : options.only_posterior;
   if (!without_meaning.empty())
@@ -240,6 +256,9 @@ void run(InvertArguments options) {
     throw UsageError(fmt::format("--iterations {} of --spp {}: need at most {} samples in all", how.iteration_limit(),
                                  how.sample_limit(), most_samples));
   how.relative_noise = relative_noise(options.noise, targets);
+  how.noise_known = errors_known(targets) || options.noise >= 0;
+  const bool until_sure = options.starts == 0 && how.method == InversionOptions::Method::gauss_newton;
+  const int starts = until_sure ? static_cast<int>(most_starts) : std::max(1, options.starts);
 
   RenderOptions render_options;
   render_options.seed = common.seed;
@@ -257,22 +276,28 @@ void run(InvertArguments options) {
 
   check_outputs(common, {});
   StoredInversion stored(options.folder, request(options, device, inputs), inversion, model.coordinates(),
-                         inversion_starts(model.coordinates(), model.start(), options.starts, common.seed));
-  Progress progress(options.scene, double(how.iteration_limit()) * options.starts, "iterations at most", !common.quiet);
-  while (!stored.finished()) {
-    const InversionStep& step = stored.advance();
+                         inversion_starts(model.coordinates(), model.start(), starts, common.seed), until_sure ? 1 : 0);
+  Progress progress(options.scene, double(how.iteration_limit()) * (until_sure ? 1 : starts), "iterations at most",
+                    !common.quiet);
+  const InversionQuestion question{options.scene,          options.method, options.folder,
+                                   options.images.targets, known,          how.noise_known};
+  const auto show = [&](const InversionStep& step) {
     progress.clear();
     if (common.talkative()) print_step(stored.current(), step, model.coordinates());
     progress.update(stored.fraction(how.iteration_limit()));
-  }
+  };
+  InversionOutcome outcome = invert(question, inversion, model.coordinates(), scene, stored, until_sure, show);
   progress.clear();
-
-  const InversionQuestion question{options.scene,          options.method, options.folder,
-                                   options.images.targets, known,          errors_known(targets) || options.noise >= 0};
-  InversionOutcome outcome = conclude(question, inversion, model.coordinates(), scene, stored.started());
   outcome.seconds = seconds();
   write_inversion(outcome, model.coordinates(), targets);
   if (common.talkative()) print(outcome, model.coordinates());
+  if (!outcome.converged() && posterior_follows(options, model.coordinates())) {
+    if (common.talkative()) fmt::print("\nThe posterior of all materials follows:\n");
+    options.method = "posterior";
+    options.folder += "/posterior";
+    return find_posterior(options, scene, targets, model, scene_request(options, device, scene_files),
+                          request(options, device, inputs));
+  }
   write_json(common, to_json(outcome, model.coordinates()));
   if (!outcome.converged())
     throw ResultError("invert: not converged; " + options.folder + "/report.html shows how far");
@@ -302,9 +327,10 @@ void add_invert(CLI::App& app) {
       ->add_option("--method", options->method,
                    "gauss-newton: steps of weighted least squares; adam: 200 iterations of stochastic gradients; "
                    "posterior: no start, renderings all over the range, an emulator of the image and samples of all "
-                   "materials that fit")
-      ->check(CLI::IsMember({"adam", "gauss-newton", "posterior"}))
-      ->capture_default_str();
+                   "materials that fit. Default: gauss-newton, and where it does not converge to one material that "
+                   "fits, posterior (in OUTPUT/posterior; up to 8 numbers; not with --start, --starts or --init); "
+                   "posterior with --range or --renderings")
+      ->check(CLI::IsMember({"adam", "gauss-newton", "posterior"}));
   command
       ->add_option("--iterations", options->inversion.iterations, "at most; default 50, adam 200, posterior 8 (rounds)")
       ->check(CLI::Range(1, 1000000));
@@ -327,9 +353,9 @@ void add_invert(CLI::App& app) {
       ->take_all();
   command
       ->add_option("--starts", options->starts,
-                   "also start from this many less one random places; the best end is the result")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
+                   "also start from this many less one random places; the best end is the result. Default: adam 1; "
+                   "gauss-newton 4, and up to 8 until two agree in an image that fits")
+      ->check(CLI::Range(1, 1000));
   command
       ->add_option("--prior", options->prior,
                    "NAME=LOW,HIGH: what is known before the image, as a 95 % interval; may be repeated. The result is "
@@ -374,6 +400,8 @@ void add_invert(CLI::App& app) {
       if (command->count(name) > 0) options->only_posterior.emplace_back(name);
     for (const char* name : {"--init", "--start", "--starts", "--learning-rate", "--white-balance"})
       if (command->count(name) > 0) options->no_posterior.emplace_back(name);
+    options->by_itself = command->count("--method") == 0;
+    for (const char* name : {"--start", "--starts", "--init"}) options->by_itself &= command->count(name) == 0;
     if (command->count("--method") > 0 && options->method != "adam")
       options->only_numbers.push_back("--method " + options->method);
     run(*options);

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
+#include <utility>
 
 #include "runtime/base/error.h"
 #include "runtime/base/seconds_since.h"
@@ -13,33 +15,6 @@
 
 namespace itn::tools {
 namespace {
-
-std::vector<NaturalRange> ranges_of(const PosteriorQuestion& question, const std::vector<Coordinate>& coordinates) {
-  std::vector<NaturalRange> ranges;
-  for (std::size_t p = 0; p < coordinates.size(); ++p) {
-    const Coordinate& c = coordinates[p];
-    std::vector<double> given;
-    for (const std::string& text : question.ranges) {
-      const NamedNumbers range = named_numbers(text);
-      if (range.name == c.parameter().name) given = range.numbers;
-    }
-    const auto k = static_cast<Eigen::Index>(p);
-    const double precision = question.prior.mean.empty() ? 0 : question.prior.precision(k, k);
-    const bool known = precision > 0;
-    if (known && !given.empty())
-      throw UsageError(fmt::format("{}: --range and --prior; need one of them", c.parameter().name));
-    ranges.push_back(known            ? NaturalRange::of_prior(c, question.prior.mean[p], precision)
-                     : !given.empty() ? NaturalRange(c.parameter(), given[0], given[1])
-                                      : NaturalRange::of_scene(c.parameter()));
-  }
-  for (const std::string& text : question.ranges) {
-    const std::string name = named_numbers(text).name;
-    if (std::none_of(coordinates.begin(), coordinates.end(),
-                     [&](const Coordinate& c) { return c.parameter().name == name; }))
-      throw UsageError(fmt::format("--range {}: need NAME=LOW,HIGH with a name given to --parameter", text));
-  }
-  return ranges;
-}
 
 void print_round(std::size_t number, const PosteriorRound& round, const std::vector<NaturalRange>& ranges) {
   std::string values;
@@ -70,7 +45,12 @@ void invert_posterior(const PosteriorQuestion& question, const Scene& scene, con
                       ForwardModel& model, const StoredRun::Json& scene_request, const StoredRun::Json& request) {
   const CommonOptions& common = question.common;
   const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
-  const std::vector<NaturalRange> ranges = ranges_of(question, model.coordinates());
+  std::map<std::string, std::pair<double, double>> given;
+  for (const std::string& text : question.ranges) {
+    const NamedNumbers range = named_numbers(text);
+    given[range.name] = {range.numbers[0], range.numbers[1]};
+  }
+  const std::vector<NaturalRange> ranges = natural_ranges(model.coordinates(), question.prior, given);
   check_outputs(common, {});
   RenderingStore store(question.renderings, scene_request, question.parameters.size());
   StoredPosterior stored(question.asked.folder, request, store, model, ranges, targets, question.posterior);

@@ -98,9 +98,10 @@ def _fingerprint(value: Any) -> str:
     return hashlib.sha256(np.ascontiguousarray(value, np.float32).tobytes()).hexdigest()
 
 
-def _request(scene: Scene, targets: Sequence[Any], **asked: Any) -> str:
-    """All that the numbers depend on: a folder goes on only with the same."""
-    values = {name: _fingerprint(value) if np.ndim(value) else value for name, value in scene.parameters.items()}
+def _request(scene: Scene, targets: Sequence[Any], without: Sequence[str] = (), **asked: Any) -> str:
+    """All that the numbers depend on, but for the values of parameters `without`: a folder goes on only with the same."""
+    values = {name: _fingerprint(value) if np.ndim(value) else value for name, value in scene.parameters.items()
+              if name not in without}
     return json.dumps({"python": _itn.__version__, "scene": scene.file, "file": scene._text or _fingerprint(scene.file), "values": values,
                        "targets": [_fingerprint(t) for t in targets], "device": _itn.device()["name"], **asked}, default=str)
 
@@ -111,8 +112,9 @@ def _by_component(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
 
 def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[str], *, method: str | None = None,
            spp: int = 0, seed: int = 0, iterations: int = 0, noise: float | None = None, exposure: bool = False,
-           white_balance: bool = False, start: Mapping[str, float] | None = None, starts: int = 1,
+           white_balance: bool = False, start: Mapping[str, float] | None = None, starts: int = 0,
            init: str | None = None, prior: Mapping[str, tuple[float, float]] | None = None,
+           range: Mapping[str, tuple[float, float]] | None = None, renderings: str | os.PathLike | None = None,
            learning_rate: float = 0.05, smoothness: float = 0, repeats: int = 4, mask: Any = None, sensor: int | Sequence[int] | None = None, operator: str = "full",
            output: str | os.PathLike | None = None, progress: bool | Callable[[float], object] | None = None) -> Inversion:
     """From images of a scene to its parameters, with 95 % intervals: `itn invert`, analysis by synthesis.
@@ -123,10 +125,14 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
     values are the start; `start` gives others, `init` a network's guess ("shipped", or a run's folder) from a target that is
     a file; how sure the network is is Gauss-Newton's prior, unless `prior` gives one. The scene is left as it is: `result.apply(scene)` changes it.
 
-    method: "gauss-newton" (default) or "adam". spp: samples a pixel, at most 1024 (Gauss-Newton), 16 (Adam). noise: standard
+    method: "gauss-newton" (default), "adam", or "posterior", which needs no start: renderings all over the range, and all
+    materials that fit. range: {name: (low, high)} that it looks at (default: all of a range with two bounds, else a tenth to
+    ten times the scene's value); renderings: the folder where it keeps them for the next target of the same scene.
+    spp: samples a pixel, at most 1024 (Gauss-Newton), 16 (Adam), as the target's noise asks for (posterior). noise: standard
     deviation of the target's noise over its radiance; default what it says itself, else 1 %. exposure: the target is
     known up to a factor. white_balance: red and blue of all targets are known up to a factor each (Gauss-Newton). starts:
-    of so many places, the best end. prior: {name: (low, high)}, 95 % intervals known before.
+    of so many places, the best end; 0: 1 with Adam, with Gauss-Newton 4, and up to 8 until two agree in an image that fits.
+    prior: {name: (low, high)}, 95 % intervals known before.
     smoothness, repeats: of textures and grids. output: a folder for the report, where an inversion that was stopped goes on;
     without one it begins anew. Ctrl-C ends it.
     """
@@ -135,10 +141,16 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
     for name in names:
         scene._scene.number(name)  # is it there?
     textures = [name for name in names if scene._scene.has_values(name)]
-    if method not in (None, "adam", "gauss-newton"):
-        raise _itn.UsageError(f"method: got {method!r}, need 'gauss-newton' or 'adam'")
-    start, prior = _by_component(scene, start or {}), _by_component(scene, prior or {})
-    if textures and (method == "gauss-newton" or start or prior or init or starts != 1):
+    if method not in (None, "adam", "gauss-newton", "posterior"):
+        raise _itn.UsageError(f"method: got {method!r}, need 'gauss-newton', 'adam' or 'posterior'")
+    if method == "posterior" and (start or starts or init):
+        raise _itn.UsageError("method='posterior': it needs no start; leave out start, starts and init")
+    if method == "posterior" and white_balance:
+        raise _itn.UsageError("white_balance: of method='gauss-newton' alone")
+    if method != "posterior" and (range or renderings):
+        raise _itn.UsageError("range, renderings: of method='posterior' alone")
+    start, prior, range = (_by_component(scene, values or {}) for values in (start, prior, range))
+    if textures and (method in ("gauss-newton", "posterior") or start or prior or init or starts):
         raise _itn.UsageError(f"{textures[0]}: textures and grids are found by adam, from the scene's own values, without "
                               "start, starts, prior and init")
     if textures and white_balance:
@@ -150,7 +162,7 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
     asked = {"parameters": names, "sensors": sensors, "method": method or ("adam" if textures else "gauss-newton"),
              "spp": spp, "seed": seed, "iterations": iterations, "noise": relative, "exposure": exposure,
              "white_balance": white_balance, "learning_rate": learning_rate, "operator": operator, "masks": _fingerprint(mask) if not isinstance(mask, list)
-             else [_fingerprint(m) for m in mask], "start": start, "starts": starts, "prior": prior, "init": init,
+             else [_fingerprint(m) for m in mask], "start": start, "starts": starts, "prior": prior, "range": range, "init": init,
              "smoothness": smoothness, "repeats": repeats}
     several = target if isinstance(target, (list, tuple)) else [target]
     folder = os.fspath(output) if output is not None else tempfile.mkdtemp(prefix="itn-invert-")
@@ -161,10 +173,16 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
             if textures:
                 found = _itn.invert_values(*common, iterations, relative, learning_rate, exposure, smoothness, repeats, tell)
                 return _of_values(found, repeats, folder if output is not None else None)
-            found = _itn.invert_numbers(*common, asked["method"], iterations, relative, learning_rate, exposure, white_balance,
-                                        {k: float(v) for k, v in start.items()}, starts,
-                                        {k: (float(v[0]), float(v[1])) for k, v in prior.items()}, init or "",
-                                        os.fspath(target) if init else "", known or noise is not None, tell)
+            intervals = lambda known: {k: (float(v[0]), float(v[1])) for k, v in known.items()}
+            if method == "posterior":
+                of_scene = _request(scene, [], without=names, parameters=names, sensors=sensors, seed=seed, operator=operator)
+                kept = os.fspath(renderings) if renderings is not None else os.path.join(folder, "renderings")
+                found = _itn.invert_posterior(*common, iterations, relative, exposure, intervals(prior), intervals(range),
+                                              kept, of_scene, known or noise is not None, tell)
+            else:
+                found = _itn.invert_numbers(*common, asked["method"], iterations, relative, learning_rate, exposure, white_balance,
+                                            {k: float(v) for k, v in start.items()}, starts, intervals(prior), init or "",
+                                            os.fspath(target) if init else "", known or noise is not None, tell)
     finally:
         if output is None:
             shutil.rmtree(folder, ignore_errors=True)

@@ -17,6 +17,7 @@
 #include "runtime/base/error.h"
 #include "runtime/inversion/forward_model.h"
 #include "runtime/inversion/inversion_report.h"
+#include "runtime/inversion/posterior/posterior_outcome.h"
 #include "runtime/inversion/stored_texture_inversion.h"
 #include "runtime/training/network_start.h"
 
@@ -85,7 +86,7 @@ struct NumbersFound {
 };
 
 NumbersFound find_numbers(const Question& question, InversionOptions how, const Intervals& prior,
-                          const NetworkGuess& guess, int starts, bool noise_known, Running& running) {
+                          const NetworkGuess& guess, int starts, Running& running) {
   const std::shared_ptr<SharedDevice> device = shared_device();
   const std::lock_guard lock(device->mutex);
   const std::vector<TargetImage> targets = images_of(question.targets);
@@ -94,22 +95,75 @@ NumbersFound find_numbers(const Question& question, InversionOptions how, const 
   const bool adam = how.method == InversionOptions::Method::adam, by_network = prior.empty() && !adam;
   how.prior = by_network ? guess.prior(model.coordinates()) : prior_of(prior, model.coordinates());
   Inversion inversion(model, targets, how);
+  const bool until_sure = starts == 0 && !adam;
+  const int most = until_sure ? static_cast<int>(most_starts) : std::max(1, starts);
   StoredInversion stored(question.folder, StoredRun::Json::parse(question.request), inversion, model.coordinates(),
-                         inversion_starts(model.coordinates(), model.start(), starts, question.seed));
-  while (!stored.finished()) {
-    stored.advance();
-    running.update(stored.fraction(how.iteration_limit()));
-  }
+                         inversion_starts(model.coordinates(), model.start(), most, question.seed), until_sure ? 1 : 0);
   const InversionQuestion words{question.scene->file,
                                 adam ? "adam" : "gauss-newton",
                                 question.folder,
                                 std::vector<std::string>(targets.size(), "an array"),
                                 by_network ? guess.words() : std::vector<std::string>(),
-                                noise_known};
-  const InversionOutcome outcome = conclude(words, inversion, model.coordinates(), *question.scene, stored.started());
+                                how.noise_known};
+  const InversionOutcome outcome =
+      invert(words, inversion, model.coordinates(), *question.scene, stored, until_sure,
+             [&](const InversionStep&) { running.update(stored.fraction(how.iteration_limit())); });
   write_inversion(outcome, model.coordinates(), targets);
   return {to_json(outcome, model.coordinates()).dump(), verdict(outcome, model.coordinates()),
           ambiguity_words(outcome, model.coordinates()), outcome.found().end.images};
+}
+
+// Renderings are kept in a folder of their own, for scene_request: all that they depend on but the parameters' values.
+NumbersFound find_posterior(const Question& question, const PosteriorOptions& how, const Intervals& prior,
+                            const Intervals& range, const std::string& renderings, const std::string& scene_request,
+                            bool noise_known, Running& running) {
+  const std::shared_ptr<SharedDevice> device = shared_device();
+  const std::lock_guard lock(device->mutex);
+  const std::vector<TargetImage> targets = images_of(question.targets);
+  ForwardModel model(device->device, *question.scene, question.parameters, question.sensors,
+                     render_options(question, running));
+  const std::vector<NaturalRange> ranges =
+      natural_ranges(model.coordinates(), prior_of(prior, model.coordinates()), range);
+  RenderingStore store(renderings, StoredRun::Json::parse(scene_request), question.parameters.size());
+  StoredPosterior stored(question.folder, StoredRun::Json::parse(question.request), store, model, ranges, targets, how);
+  while (!stored.done()) {
+    stored.advance();
+    running.update(stored.fraction());
+  }
+  const InversionQuestion words{
+      question.scene->file, "posterior", question.folder, std::vector<std::string>(targets.size(), "an array"), {},
+      noise_known};
+  const PosteriorOutcome outcome = conclude(words, stored, model, ranges, *question.scene, targets, how);
+  write_posterior(outcome, model.coordinates(), targets);
+  return {to_json(outcome, model.coordinates()).dump(), verdict(outcome), ambiguity_words(outcome, model.coordinates()),
+          outcome.images};
+}
+
+nb::dict as_dict(const NumbersFound& found) {
+  nb::dict result;
+  result["json"] = found.json;
+  result["verdict"] = found.verdict;
+  result["ambiguity"] = found.ambiguity;
+  result["images"] = image_arrays(found.images);
+  return result;
+}
+
+nb::dict invert_posterior(const SceneObject& object, const std::vector<std::string>& names, const Targets& targets,
+                          const std::vector<int>& sensors, const std::string& folder, const std::string& request,
+                          int spp, std::uint64_t seed, bool single, int rounds, double noise, bool exposure,
+                          const Intervals& prior, const Intervals& range, const std::string& renderings,
+                          const std::string& scene_request, bool noise_known, const nb::object& progress) {
+  if (spp == 1) throw UsageError("spp 1: a rendering has two halves; need 2 or more");
+  PosteriorOptions how;
+  if (rounds > 0) how.rounds = rounds;
+  how.spp = spp;
+  how.seed = seed;
+  how.relative_noise = noise;
+  how.exposure = exposure;
+  const Question question{object.scene(), names, targets, sensors, folder, request, seed, single};
+  return as_dict(interruptible(progress, [&](Running& running) {
+    return find_posterior(question, how, prior, range, renderings, scene_request, noise_known, running);
+  }));
 }
 
 nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string>& names, const Targets& targets,
@@ -139,6 +193,7 @@ nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string
   how.relative_noise = noise;
   how.learning_rate = learning_rate;
   how.exposure = exposure;
+  how.noise_known = noise_known;
   how.white_balance = white_balance;
   if (white_balance && method == "adam")
     throw UsageError("white_balance: adam finds exposures alone; use method='gauss-newton'");
@@ -147,15 +202,8 @@ nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string
   if (how.sample_limit() < 2) throw UsageError("spp 1: a loss compares different samples of a pixel; need 2 or more");
   const Question question{
       std::make_shared<const Scene>(std::move(scene)), names, targets, sensors, folder, request, seed, single};
-  const NumbersFound found = interruptible(progress, [&](Running& running) {
-    return find_numbers(question, how, prior, guess, starts, noise_known, running);
-  });
-  nb::dict result;
-  result["json"] = found.json;
-  result["verdict"] = found.verdict;
-  result["ambiguity"] = found.ambiguity;
-  result["images"] = image_arrays(found.images);
-  return result;
+  return as_dict(interruptible(
+      progress, [&](Running& running) { return find_numbers(question, how, prior, guess, starts, running); }));
 }
 
 struct ValuesFound {
@@ -240,8 +288,11 @@ nb::dict invert_values(const SceneObject& object, const std::vector<std::string>
 void bind_invert(nb::module_& module) {
   module.def("invert_numbers", &invert_numbers, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
              "request"_a, "spp"_a, "seed"_a, "single"_a, "method"_a, "iterations"_a, "noise"_a, "learning_rate"_a,
-             "exposure"_a, "white_balance"_a, "start"_a, "starts"_a, "prior"_a, "init"_a, "init_image"_a, "noise_known"_a,
-             "progress"_a.none());
+             "exposure"_a, "white_balance"_a, "start"_a, "starts"_a, "prior"_a, "init"_a, "init_image"_a,
+             "noise_known"_a, "progress"_a.none());
+  module.def("invert_posterior", &invert_posterior, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
+             "request"_a, "spp"_a, "seed"_a, "single"_a, "rounds"_a, "noise"_a, "exposure"_a, "prior"_a, "range"_a,
+             "renderings"_a, "scene_request"_a, "noise_known"_a, "progress"_a.none());
   module.def("invert_values", &invert_values, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
              "request"_a, "spp"_a, "seed"_a, "single"_a, "iterations"_a, "noise"_a, "learning_rate"_a, "exposure"_a,
              "smoothness"_a, "repeats"_a, "progress"_a.none());

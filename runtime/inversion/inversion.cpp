@@ -186,6 +186,11 @@ Inversion::Conclusion Inversion::conclude(const InversionState& state) {
   result.images = model_.render(state.x, state.next_sample + concluding_spp, std::max(concluding_spp, state.spp));
   const LeastSquares equations =
       least_squares(result.images, targets_, references_, model_.coordinates(), state.x, options_.white_balance);
+  for (std::size_t t = 0; t < targets_.size(); ++t)
+    result.white.push_back(white_residual(
+        result.images[t], targets_[t], camera_factors(state.x, model_.coordinates().size(), t, options_.white_balance),
+        references_[t].noise));
+  result.fit = image_fit(result.white, options_.noise_known);
   NormalEquations pool =
       pooled ? NormalEquations::from_numbers(state.x.size(), state.pool) : NormalEquations(state.x.size());
   pool.add(equations, state.x);

@@ -27,6 +27,7 @@ struct InversionOptions {
   double relative_noise = 0;    // standard deviation of the targets' noise, over their radiance
   double learning_rate = 0.05;  // Adam
   bool exposure = false;        // each target is known up to a factor only
+  bool noise_known = true;      // else relative_noise is a guess
   bool white_balance = false;   // so are red and blue, all targets' alike; Gauss-Newton, of targets with three channels
   Prior prior;                  // of the coordinates; Gauss-Newton
 
@@ -39,6 +40,7 @@ struct InversionState {
   int spp = 0, next_sample = 0;  // its samples
   std::vector<double> x;         // the unknowns (least_squares.h) that it renders
   bool done = false, converged = false;
+  int joined = -1;  // it was given up on the way to where this earlier start ended (StoredInversion::join)
   // Gauss-Newton: the rendering that is the reference, the accepted point, and how far it trusts a step.
   std::vector<double> reference_x, accepted_x;
   int reference_spp = 0, reference_sample = 0;
@@ -78,6 +80,8 @@ class Inversion {
     bool converged = false;  // Adam: within one and a half standard errors of it
     std::vector<Reference> references;
     std::vector<Rendering> images;
+    std::vector<WhiteResidual> white;  // what is left of each target
+    ImageFit fit;
     std::vector<std::array<double, 3>> factors;  // camera_factors() of each target
   };
   // Gauss-Newton, where it has converged, ends with the small step that this rendering asks for.

@@ -3,25 +3,135 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace itn {
 namespace {
 
 const std::string standard_error = "standard error";
 
+constexpr double on_the_way = 2;  // standard errors: a start that comes so near an earlier one's end is bound for it
+constexpr double same_place = 2;  // standard errors of both, which have the noise of the targets in common
+constexpr double as_likely = 6;   // twice the log of a ratio of likelihoods that decides nothing
+constexpr std::size_t enough_same = 3;  // starts that end in one place: it is where the scene is nearest to the image
+
+bool gauss_newton(const InversionOutcome& outcome) { return outcome.question.method == "gauss-newton"; }
+
+// Of the parameters, root mean square over them, in the end's standard errors.
+double distance(const std::vector<double>& x, const Inversion::Conclusion& end, std::size_t parameters) {
+  double sum = 0;
+  for (std::size_t p = 0; p < parameters; ++p) {
+    const auto k = static_cast<Eigen::Index>(p);
+    sum += (x[p] - end.x[p]) * (x[p] - end.x[p]) / end.covariance(k, k);
+  }
+  return std::sqrt(sum / static_cast<double>(parameters));
+}
+
+bool same_end(const Inversion::Conclusion& a, const Inversion::Conclusion& b) {
+  for (std::size_t p = 0; p < a.x.size(); ++p) {
+    const auto k = static_cast<Eigen::Index>(p);
+    if (!(std::fabs(a.x[p] - b.x[p]) <= same_place * std::sqrt(a.covariance(k, k) + b.covariance(k, k)))) return false;
+  }
+  return true;
+}
+
+// How much more of the targets, squared, `a` leaves than `b`, and the standard error of that.
+struct Excess {
+  double value = 0, error = 0;
+  // Is `a` as good?
+  bool undecided() const { return value <= std::max(as_likely, 2 * error); }
+};
+
+Excess excess(const Inversion::Conclusion& a, const Inversion::Conclusion& b) {
+  double sum = 0, square = 0, count = 0;
+  for (std::size_t t = 0; t < a.white.size(); ++t)
+    for (std::size_t i = 0; i < a.white[t].value.size(); ++i) {
+      const double x = a.white[t].value[i], y = b.white[t].value[i], d = x * x - y * y;
+      sum += d;
+      square += d * d;
+      ++count;
+    }
+  return {sum, std::sqrt(std::max(0.0, square - sum * sum / std::max(1.0, count)))};
+}
+
+// What is left is compared in the unit of the noise, which is the rendering's part, too: a run's own.
+InversionRun run_of(Inversion& inversion, const std::vector<Coordinate>& coordinates, const StartedInversion& started,
+                    const std::vector<InversionRun>& before) {
+  std::vector<double> values;
+  for (std::size_t p = 0; p < coordinates.size(); ++p) values.push_back(coordinates[p].value(started.start[p]));
+  const int joined = started.state.joined;
+  return {values, started.steps,
+          joined >= 0 ? before[static_cast<std::size_t>(joined)].end : inversion.conclude(started.state), joined};
+}
+
 }  // namespace
 
-InversionOutcome conclude(const InversionQuestion& question, Inversion& inversion,
-                          const std::vector<Coordinate>& coordinates, Scene scene,
-                          const std::vector<StartedInversion>& started) {
+Agreement agreement(const std::vector<InversionRun>& runs) {
+  Agreement result;
+  result.count = runs.size();
+  for (std::size_t k = 1; k < runs.size(); ++k) {
+    const Inversion::Conclusion &best = runs[result.best].end, &end = runs[k].end;
+    const bool better = end.converged == best.converged ? excess(end, best).value < 0
+                        : end.converged                 ? excess(end, best).undecided()
+                                                        : !excess(best, end).undecided();
+    if (better) result.best = k;
+  }
+  const Inversion::Conclusion& best = runs[result.best].end;
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    const Inversion::Conclusion& end = runs[k].end;
+    if (k == result.best || (end.converged && same_end(end, best))) {
+      ++result.same;
+      continue;
+    }
+    const bool new_group = std::none_of(result.rivals.begin(), result.rivals.end(),
+                                        [&](std::size_t r) { return same_end(runs[r].end, end); });
+    if (end.converged && new_group && excess(end, best).undecided()) result.rivals.push_back(k);
+  }
+  return result;
+}
+
+bool Agreement::sure(const Inversion::Conclusion& best_end) const {
+  if (!rivals.empty()) return true;
+  if (count < least_starts) return false;
+  return !best_end.converged || same >= enough_same || (same > 1 && best_end.fit.looks_alike());
+}
+
+bool InversionOutcome::converged() const {
+  const Inversion::Conclusion& end = found().end;
+  if (!gauss_newton(*this)) return end.converged;
+  return end.converged && agreement.rivals.empty() && (end.fit.looks_alike() || agreement.same > 1);
+}
+
+InversionOutcome invert(const InversionQuestion& question, Inversion& inversion,
+                        const std::vector<Coordinate>& coordinates, Scene scene, StoredInversion& stored,
+                        bool until_sure, const std::function<void(const InversionStep&)>& on_step) {
   InversionOutcome outcome;
   outcome.question = question;
-  for (const StartedInversion& run : started) {
-    std::vector<double> values;
-    for (std::size_t p = 0; p < coordinates.size(); ++p) values.push_back(coordinates[p].value(run.start[p]));
-    outcome.runs.push_back({values, run.steps, inversion.conclude(run.state)});
-    if (outcome.runs.back().end.loss < outcome.found().end.loss) outcome.best = outcome.runs.size() - 1;
+  std::vector<InversionRun>& runs = outcome.runs;
+  const auto conclude_until = [&](std::size_t count) {
+    while (runs.size() < count) runs.push_back(run_of(inversion, coordinates, stored.started()[runs.size()], runs));
+  };
+  bool more = true;
+  while (more) {
+    while (!stored.finished()) {
+      on_step(stored.advance());
+      if (!gauss_newton(outcome)) continue;
+      conclude_until(stored.current());
+      const StartedInversion& current = stored.started().back();
+      for (std::size_t k = 0; k < runs.size() && !current.state.done && current.steps.back().accepted; ++k)
+        if (runs[k].end.converged && distance(current.state.x, runs[k].end, coordinates.size()) <= on_the_way)
+          stored.join(k);
+    }
+    conclude_until(stored.started().size());
+    if (gauss_newton(outcome)) {
+      outcome.agreement = agreement(runs);
+    } else {
+      for (std::size_t k = 1; k < runs.size(); ++k)
+        if (runs[k].end.loss < outcome.found().end.loss) outcome.agreement.best = k;
+    }
+    more = until_sure && gauss_newton(outcome) && !outcome.agreement.sure(outcome.found().end) && stored.another();
   }
   const Inversion::Conclusion& end = outcome.found().end;
   for (std::size_t p = 0; p < coordinates.size(); ++p)
@@ -54,13 +164,15 @@ nlohmann::ordered_json to_json(const InversionOutcome& outcome, const std::vecto
                       {"to", to},
                       {"loss", run.end.loss},
                       {"iterations", run.steps.size()},
-                      {"converged", run.end.converged}});
+                      {"converged", run.end.converged},
+                      {"fits", run.end.fit.fits()}});
   }
   const Inversion::Conclusion& end = outcome.found().end;
   return {{"schema", "itn.invert/1"},
           {"scene", outcome.question.scene},
           {"method", outcome.question.method},
-          {"converged", end.converged},
+          {"converged", outcome.converged()},
+          {"fit", to_json(end.fit)},
           {"parameters", to_json(outcome.parameters)},
           {"coefficients", to_json(outcome.coefficients)},
           {"exposures", to_json(outcome.exposures)},
@@ -79,13 +191,33 @@ nlohmann::ordered_json to_json(const InversionOutcome& outcome, const std::vecto
 std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vector<Coordinate>& coordinates) {
   const Inversion::Conclusion& end = outcome.found().end;
   std::vector<std::string> text;
-  text.push_back(
-      end.converged ? fmt::format("Converged after {} iterations.", outcome.found().steps.size())
-      : !end.determined
-          ? fmt::format("NOT converged after {} iterations.", outcome.found().steps.size())
-          : fmt::format("NOT converged after {} iterations: the least-squares solution is about {:.1f} standard errors "
-                        "away; the intervals do not hold. Give it more iterations, or start nearer.",
-                        outcome.found().steps.size(), end.distance));
+  const Agreement& agreement = outcome.agreement;
+  const std::size_t iterations = outcome.found().steps.size();
+  if (outcome.converged())
+    text.push_back(fmt::format("Converged after {} iterations.", iterations));
+  else if (!end.determined)
+    text.push_back(fmt::format("NOT converged after {} iterations.", iterations));
+  else if (!end.converged)
+    text.push_back(
+        fmt::format("NOT converged after {} iterations: the least-squares solution is about {:.1f} standard errors "
+                    "away; the intervals do not hold. Give it more iterations, or start nearer.",
+                    iterations, end.distance));
+  else if (!agreement.rivals.empty())
+    text.push_back(
+        fmt::format("NOT converged: the images fit {} separate materials as well as the noise can tell, and the "
+                    "intervals are those of one of them. --method posterior shows all that fits.",
+                    1 + agreement.rivals.size()));
+  else
+    text.emplace_back(
+        "NOT converged: the image found does not fit, and no other start ended there; the intervals do not hold. Start "
+        "nearer (--start, --init), from more places (--starts), or use --method posterior.");
+  for (const std::size_t k : agreement.rivals) {
+    std::vector<std::string> values;
+    for (std::size_t p = 0; p < coordinates.size(); ++p)
+      values.push_back(
+          fmt::format("{} {:.5g}", coordinates[p].parameter().name, coordinates[p].value(outcome.runs[k].end.x[p])));
+    text.push_back(fmt::format("The image fits as well with {}.", fmt::join(values, ", ")));
+  }
   if (!end.determined)
     text.emplace_back(
         "A direction of the parameters shows so little in the images that the noise of the derivatives hides it: the "
@@ -102,31 +234,20 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
   if (!outcome.question.prior.empty())
     text.push_back(fmt::format("The result and its intervals count in what was known before (95 %): {}.",
                                fmt::join(outcome.question.prior, "; ")));
-  const double chance = 1 + 5 * std::sqrt(2 / end.residuals);
   if (!outcome.question.noise_known)
     text.emplace_back(
         "The targets' noise is not known (no standard errors in the files, no --noise): 1 % of the radiance was "
-        "assumed "
-        "to weigh the pixels; the intervals come from what is left of the targets, so they hold if that is noise.");
-  else if (end.residual > std::max(1.2, chance))
-    text.push_back(fmt::format(
-        "What is left of the targets has {:.3g} times the variance that their noise explains: shape, light, camera or "
-        "noise are not those of the scene, and the parameters may be off by more than their intervals say.",
-        end.residual));
-  else
-    text.push_back(
-        fmt::format("What is left of the targets is their noise ({:.3g} times its variance).", end.residual));
-  std::size_t same = 0;
-  for (const InversionRun& run : outcome.runs) {
-    bool near = run.end.converged;
-    for (std::size_t p = 0; p < coordinates.size(); ++p) {
-      const auto k = static_cast<Eigen::Index>(p);
-      near &= std::fabs(run.end.x[p] - end.x[p]) <= 4 * std::sqrt(end.covariance(k, k) + run.end.covariance(k, k));
-    }
-    same += near;
-  }
-  if (outcome.runs.size() > 1)
+        "assumed to weigh the pixels; the intervals come from what is left of the targets, so they hold if that is "
+        "noise.");
+  text.push_back(words(end.fit));
+  if (outcome.runs.size() > 1) {
+    std::size_t same = agreement.same;
+    if (!gauss_newton(outcome))
+      same = static_cast<std::size_t>(std::count_if(outcome.runs.begin(), outcome.runs.end(), [&](const auto& run) {
+        return run.end.converged && same_end(run.end, end);
+      }));
     text.push_back(fmt::format("{} of {} starts end at the same parameters.", same, outcome.runs.size()));
+  }
   return text;
 }
 

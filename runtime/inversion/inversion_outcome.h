@@ -1,5 +1,10 @@
 // What came out of an inversion from one or several starts: intervals, what the images tell apart, and words for it.
+//
+// From far away Gauss-Newton may end in another minimum, and small intervals there say nothing of the right one; often
+// even its image fits, until another start finds one that fits better. So further starts follow (each is given up as
+// soon as it comes near an earlier end), until two of them agree in the best, and what is left of the image is noise.
 #pragma once
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -13,7 +18,21 @@ struct InversionRun {
   std::vector<double> start;  // values of the parameters
   std::vector<InversionStep> steps;
   Inversion::Conclusion end;
+  int joined = -1;  // the run whose end this one was on the way to, and has
 };
+
+// What several ends say together.
+struct Agreement {
+  std::size_t count = 0;  // of the runs
+  std::size_t best = 0;   // what is left of the targets is least; of those that are as good, one that converged
+  std::size_t same = 0;   // runs that end there, itself included
+  std::vector<std::size_t>
+      rivals;  // one of each group that converged elsewhere, and fits as well as the noise can tell
+
+  // Nothing more is to be learnt from another start: or of the first few none converged, and others would not.
+  bool sure(const Inversion::Conclusion& best_end) const;
+};
+Agreement agreement(const std::vector<InversionRun>& runs);
 
 // What was asked, for reports.
 struct InversionQuestion {
@@ -26,19 +45,25 @@ struct InversionQuestion {
 struct InversionOutcome {
   InversionQuestion question;
   std::vector<InversionRun> runs;  // one a start
-  std::size_t best = 0;            // of them: the smallest loss
+  Agreement agreement;             // of Gauss-Newton's
   std::vector<Interval> parameters, coefficients, exposures;
   std::vector<Direction> directions;
   double seconds = 0;
 
-  const InversionRun& found() const { return runs[best]; }
-  bool converged() const { return found().end.converged; }
+  const InversionRun& found() const { return runs[agreement.best]; }
+  // Gauss-Newton: it stands still, no other end fits as well, and the image fits or another start ended there, too.
+  bool converged() const;
 };
 
-// Renders where every start ended. scene: what was inverted, with any values of the parameters. Throws Interrupted.
-InversionOutcome conclude(const InversionQuestion& question, Inversion& inversion,
-                          const std::vector<Coordinate>& coordinates, Scene scene,
-                          const std::vector<StartedInversion>& started);
+// How many starts there are at least, and may be, where nobody says.
+constexpr std::size_t least_starts = 4, most_starts = 8;
+
+// Runs all that is wanted of `stored` to its end, and renders there. Gauss-Newton: until_sure asks for further starts
+// as long as they may tell something. scene: what was inverted, with any values of the parameters. on_step is told of
+// every iteration. Throws Interrupted.
+InversionOutcome invert(const InversionQuestion& question, Inversion& inversion,
+                        const std::vector<Coordinate>& coordinates, Scene scene, StoredInversion& stored,
+                        bool until_sure, const std::function<void(const InversionStep&)>& on_step);
 
 nlohmann::ordered_json to_json(const InversionStep& step, const std::vector<Coordinate>& coordinates);
 nlohmann::ordered_json to_json(const InversionOutcome& outcome, const std::vector<Coordinate>& coordinates);

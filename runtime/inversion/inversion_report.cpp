@@ -26,14 +26,13 @@ Residual residual_of(const Inversion::Conclusion& end, std::size_t t, const Targ
   for (std::size_t i = 0; i < target.value.size(); ++i) {
     const double model =
         end.factors[t][i % static_cast<std::size_t>(target.channels)] * static_cast<double>(image.mean[i]);
-    const double variance = end.references[t].sample[i] / image.spp;
+    const double variance = end.references[t].noise.sample[i] / image.spp;
     const bool compared = target.weight[i / static_cast<std::size_t>(target.channels)] > 0;
     const double left = compared ? model - static_cast<double>(target.value[i]) : 0;
-    const double all = variance + end.references[t].target[i];
     r.model.push_back(static_cast<float>(model));
     r.error.push_back(static_cast<float>(std::sqrt(variance)));
     r.residual.push_back(static_cast<float>(left));
-    r.relative.push_back(static_cast<float>(all > 0 ? left / std::sqrt(all) : 0));
+    r.relative.push_back(static_cast<float>(end.white[t].value[i]));
   }
   return r;
 }

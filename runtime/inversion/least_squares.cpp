@@ -70,10 +70,10 @@ struct View {
   std::array<double, 3> factors;
 };
 
-double variance_floor(const Reference& reference, double spp) {
+double variance_floor(const PixelNoise& noise, double spp) {
   double sum = 0;
-  for (std::size_t i = 0; i < reference.sample.size(); ++i) sum += reference.target[i] + reference.sample[i] / spp;
-  const double mean = sum / static_cast<double>(reference.sample.size());
+  for (std::size_t i = 0; i < noise.sample.size(); ++i) sum += noise.target[i] + noise.sample[i] / spp;
+  const double mean = sum / static_cast<double>(noise.sample.size());
   if (!(mean > 0)) throw ResultError("the rendered images are all black, so there is nothing to compare");
   return least_variance * mean;
 }
@@ -125,7 +125,7 @@ Columns instruments_of(const Columns& jacobian, const std::vector<double>& weigh
 void add(const Rendering& rendering, const TargetImage& target, const Reference& reference, const View& view,
          double loss_weight, LeastSquares& sum) {
   const auto channels = static_cast<std::size_t>(target.channels);
-  const double floor = variance_floor(reference, rendering.spp);
+  const double floor = variance_floor(reference.noise, rendering.spp);
   Eigen::VectorXd jacobian, part(view.unknowns), random(view.unknowns);
   for (std::size_t pixel = 0; pixel < target.weight.size(); ++pixel) {
     const double of_pixel = target.weight[pixel];
@@ -136,7 +136,7 @@ void add(const Rendering& rendering, const TargetImage& target, const Reference&
     double loss_noise = 0;
     for (std::size_t c = 0; c < channels; ++c) {
       const std::size_t i = pixel * channels + c;
-      const double known = reference.target[i] + reference.sample[i] / rendering.spp;
+      const double known = reference.noise.target[i] + reference.noise.sample[i] / rendering.spp;
       const double weight = of_pixel / std::max(floor, known), variance = view.variance(rendering, i);
       const double r = view.model(rendering, i) - static_cast<double>(target.value[i]);
       const Eigen::VectorXd instrument = reference.instruments.col(static_cast<Eigen::Index>(i)).cast<double>();
@@ -170,38 +170,61 @@ std::array<double, 3> camera_factors(const std::vector<double>& x, std::size_t p
   return {exposure * std::exp(x[x.size() - 2]), exposure, exposure * std::exp(x[x.size() - 1])};
 }
 
-Reference reference_of(const Rendering& rendering, const TargetImage& target, std::size_t image, double relative_noise,
-                       const std::vector<Coordinate>& coordinates, const std::vector<double>& x, bool white_balance) {
-  const View view(coordinates, x, image, white_balance);
+PixelNoise noise_of(const Rendering& rendering, const TargetImage& target, const std::array<double, 3>& factors,
+                    double relative_noise) {
   const std::size_t size = target.value.size();
   std::vector<double> sample(size), mean(size);
   for (std::size_t i = 0; i < size; ++i) {
-    mean[i] = view.model(rendering, i);
-    sample[i] = view.variance(rendering, i) * rendering.spp;
+    const double factor = factors[i % static_cast<std::size_t>(target.channels)];
+    const double error = factor * static_cast<double>(rendering.stderr_[i]);
+    mean[i] = factor * static_cast<double>(rendering.mean[i]);
+    sample[i] = error * error * rendering.spp;
   }
-  Reference reference{smoothed(sample, target, variance_radius), smoothed(mean, target, variance_radius), {}};
+  PixelNoise noise{smoothed(sample, target, variance_radius), smoothed(mean, target, variance_radius)};
   double wanted = 0, have = 0;
   for (std::size_t i = 0; i < target.error.size(); ++i) {
     if (target.weight[i / static_cast<std::size_t>(target.channels)] == 0) continue;
     wanted += static_cast<double>(target.error[i]);
-    have += std::sqrt(reference.sample[i]);
+    have += std::sqrt(noise.sample[i]);
   }
   const double scale = have > 0 ? wanted * wanted / (have * have) : 0;
   for (std::size_t i = 0; i < size; ++i) {
-    const double relative = relative_noise * reference.target[i];  // of the radiance, until now
+    const double relative = relative_noise * noise.target[i];  // of the radiance, until now
     const double camera = target.noise.empty() ? 0 : static_cast<double>(target.noise[i]);
-    reference.target[i] = scale * reference.sample[i] + relative * relative + camera * camera;
+    noise.target[i] = scale * noise.sample[i] + relative * relative + camera * camera;
   }
+  return noise;
+}
 
+WhiteResidual white_residual(const Rendering& rendering, const TargetImage& target,
+                             const std::array<double, 3>& factors, const PixelNoise& noise) {
+  WhiteResidual result{target.width, target.height, target.channels, {}};
+  const double floor = variance_floor(noise, rendering.spp);
+  for (std::size_t i = 0; i < target.value.size(); ++i) {
+    const bool compared = target.weight[i / static_cast<std::size_t>(target.channels)] > 0;
+    const double model =
+        factors[i % static_cast<std::size_t>(target.channels)] * static_cast<double>(rendering.mean[i]);
+    const double left = model - static_cast<double>(target.value[i]);
+    const double variance = std::max(floor, noise.target[i] + noise.sample[i] / rendering.spp);
+    result.value.push_back(compared ? left / std::sqrt(variance) : 0);
+  }
+  return result;
+}
+
+Reference reference_of(const Rendering& rendering, const TargetImage& target, std::size_t image, double relative_noise,
+                       const std::vector<Coordinate>& coordinates, const std::vector<double>& x, bool white_balance) {
+  const View view(coordinates, x, image, white_balance);
+  const std::size_t size = target.value.size();
+  Reference reference{noise_of(rendering, target, view.factors, relative_noise), {}};
   Columns jacobians(x.size(), std::vector<double>(size));
   std::vector<double> weight(size);
   Eigen::VectorXd jacobian;
-  const double floor = variance_floor(reference, rendering.spp);
+  const double floor = variance_floor(reference.noise, rendering.spp);
   for (std::size_t i = 0; i < size; ++i) {
     view.jacobian(rendering, i, jacobian);
     for (std::size_t k = 0; k < x.size(); ++k) jacobians[k][i] = jacobian[static_cast<Eigen::Index>(k)];
     weight[i] = target.weight[i / static_cast<std::size_t>(target.channels)] /
-                std::max(floor, reference.target[i] + reference.sample[i] / rendering.spp);
+                std::max(floor, reference.noise.target[i] + reference.noise.sample[i] / rendering.spp);
   }
   // This image knows nothing about another one's exposure, which stays out of the choice.
   const std::vector<Eigen::Index> rows = view.own();

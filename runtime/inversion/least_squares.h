@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "runtime/inversion/forward_model.h"
+#include "runtime/inversion/image_fit.h"
 #include "runtime/inversion/image_loss.h"
 
 namespace itn {
@@ -27,15 +28,29 @@ namespace itn {
 std::array<double, 3> camera_factors(const std::vector<double>& x, std::size_t parameters, std::size_t image,
                                      bool white_balance);
 
-// What weighs the residuals of one image: an entry for each pixel and channel (as TargetImage::value).
-struct Reference {
+// The noise of one image, an entry for each pixel and channel (as TargetImage::value).
+struct PixelNoise {
   std::vector<double> sample, target;  // variance of one rendered sample of s T, and of the target
-  Eigen::MatrixXf instruments;         // a column each: Z
+};
+
+// rendering: of T; factors: camera_factors(). Smoothed over neighbours. Variance of the target: where its file has
+// standard errors the variance of a sample, scaled to them on the whole; a camera's own; and relative_noise times the
+// rendered radiance, squared.
+PixelNoise noise_of(const Rendering& rendering, const TargetImage& target, const std::array<double, 3>& factors,
+                    double relative_noise);
+
+// What is left of the target, over that noise. rendering: of other samples than those of the noise.
+WhiteResidual white_residual(const Rendering& rendering, const TargetImage& target,
+                             const std::array<double, 3>& factors, const PixelNoise& noise);
+
+// What weighs the residuals of one image.
+struct Reference {
+  PixelNoise noise;
+  Eigen::MatrixXf instruments;  // a column for each pixel and channel: Z
 };
 
 // rendering: of the model of `target`, which is the image number `image`, at x; its samples are then not used again.
-// Variance of the target: where its file has standard errors the variance of a sample, scaled to them on the whole; a
-// camera's own; and relative_noise times the rendered radiance, squared. white_balance: x ends with it.
+// white_balance: x ends with it.
 Reference reference_of(const Rendering& rendering, const TargetImage& target, std::size_t image, double relative_noise,
                        const std::vector<Coordinate>& coordinates, const std::vector<double>& x,
                        bool white_balance = false);

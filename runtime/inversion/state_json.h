@@ -8,7 +8,7 @@ namespace itn {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(AdamMoments, first, second)
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(InversionState, iteration, spp, next_sample, x, done, converged, reference_x,
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(InversionState, iteration, spp, next_sample, x, done, converged, joined, reference_x,
                                    accepted_x, reference_spp, reference_sample, accepted_loss, accepted_loss_stderr,
                                    damping, accepted, pool, moments)
 

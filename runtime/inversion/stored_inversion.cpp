@@ -62,12 +62,14 @@ std::vector<std::vector<double>> inversion_starts(const std::vector<Coordinate>&
 }
 
 StoredInversion::StoredInversion(const std::string& folder, const StoredRun::Json& request, Inversion& inversion,
-                                 const std::vector<Coordinate>& coordinates, std::vector<std::vector<double>> starts)
-    : folder_(folder, "state.json", "itn.invert.state/2", "an inversion"),
+                                 const std::vector<Coordinate>& coordinates, std::vector<std::vector<double>> starts,
+                                 std::size_t wanted)
+    : folder_(folder, "state.json", "itn.invert.state/3", "an inversion"),
       request_(request),
       inversion_(inversion),
       coordinates_(coordinates),
-      starts_(std::move(starts)) {
+      starts_(std::move(starts)),
+      wanted_(wanted > 0 ? wanted : starts_.size()) {
   check_writable(folder_.run().file());
   folder_.run().require_same(request_);
   try {
@@ -83,9 +85,25 @@ StoredInversion::StoredInversion(const std::string& folder, const StoredRun::Jso
   };
   if (started_.size() > starts_.size() || !std::all_of(started_.begin(), started_.end(), is_valid_run))
     folder_.run().refuse();
+  for (std::size_t k = 0; k < started_.size(); ++k)
+    if (started_[k].state.joined < -1 || started_[k].state.joined >= static_cast<int>(k)) folder_.run().refuse();
+  wanted_ = std::max(wanted_, started_.size());
 }
 
-bool StoredInversion::finished() const { return started_.size() == starts_.size() && started_.back().state.done; }
+bool StoredInversion::finished() const { return started_.size() == wanted_ && started_.back().state.done; }
+
+bool StoredInversion::another() {
+  if (wanted_ == starts_.size()) return false;
+  ++wanted_;
+  return true;
+}
+
+void StoredInversion::join(std::size_t earlier) {
+  InversionState& state = started_.back().state;
+  state.done = true;
+  state.joined = static_cast<int>(earlier);
+  store();
+}
 
 const InversionStep& StoredInversion::advance() {
   if (started_.empty() || started_.back().state.done) {
@@ -101,7 +119,7 @@ const InversionStep& StoredInversion::advance() {
 double StoredInversion::fraction(int most) const {
   if (started_.empty()) return 0;
   const double last = started_.back().state.done ? 1 : started_.back().state.iteration / static_cast<double>(most);
-  return (static_cast<double>(current()) + last) / static_cast<double>(starts_.size());
+  return (static_cast<double>(current()) + last) / static_cast<double>(wanted_);
 }
 
 void StoredInversion::store() const {

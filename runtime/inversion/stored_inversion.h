@@ -25,15 +25,21 @@ class StoredInversion {
  public:
   // request: all that the numbers depend on. inversion must outlive this. Throws UsageError: the folder holds an
   // inversion of another request; InputError: it is damaged; ResultError: not writable or another process's.
+  // starts: all that there may be; wanted: how many of them are run without another(); 0: all.
   StoredInversion(const std::string& folder, const StoredRun::Json& request, Inversion& inversion,
-                  const std::vector<Coordinate>& coordinates, std::vector<std::vector<double>> starts);
+                  const std::vector<Coordinate>& coordinates, std::vector<std::vector<double>> starts,
+                  std::size_t wanted = 0);
 
-  bool finished() const;
+  bool finished() const;  // those that are wanted
+  // One more start is wanted, if there is one. True: there is.
+  bool another();
+  // The current start, which is on the way to where an earlier one ended, is done; it is stored.
+  void join(std::size_t earlier);
   // The start whose iteration is next, or was last.
   std::size_t current() const { return started_.size() - 1; }
   // One iteration of the first start that is not done; it is stored. Throws Interrupted: nothing has changed then.
   const InversionStep& advance();
-  // How much is done, if all took as many iterations as they may, `most`.
+  // How much is done of those that are wanted, if all took as many iterations as they may, `most`.
   double fraction(int most) const;
   const std::vector<StartedInversion>& started() const { return started_; }
 
@@ -45,6 +51,7 @@ class StoredInversion {
   Inversion& inversion_;
   const std::vector<Coordinate>& coordinates_;
   std::vector<std::vector<double>> starts_;
+  std::size_t wanted_;
   std::vector<StartedInversion> started_;
 };
 

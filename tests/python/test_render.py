@@ -167,6 +167,19 @@ def test_an_inversion_finds_what_the_photo_was_made_with(ball, photo, tmp_path):
         itn.invert(ball, photo, BY, spp=32, output=tmp_path)
 
 
+def test_a_posterior_needs_no_start_and_keeps_its_renderings(ball, photo, tmp_path):
+    ask = dict(method="posterior", iterations=2, spp=16, range={"skin.sigma_t": (3, 20)}, renderings=tmp_path)
+    found = itn.invert(ball, photo, ["skin.sigma_t"], **ask)
+    assert found["skin.sigma_t"].low < 7 < found["skin.sigma_t"].high and found.json["fit"]["fits"]
+    ball.parameters["skin.sigma_t"] = 12  # is looked for, so the renderings are those of the same scene
+    assert itn.invert(ball, photo, ["skin.sigma_t"], **ask).json["renderings"]["found"] > 0
+    for wrong in ({"start": {"skin.sigma_t": 9}}, {"starts": 2}, {"range": {"haze.g": (0, 0.5)}}):
+        with pytest.raises(itn.UsageError):
+            itn.invert(ball, photo, ["skin.sigma_t"], **{**ask, **wrong})
+    with pytest.raises(itn.UsageError):
+        itn.invert(ball, photo, ["skin.sigma_t"], range={"skin.sigma_t": (3, 20)})
+
+
 def test_memory_stays_as_it_is(ball):
     def resident():
         with open("/proc/self/statm", encoding="ascii") as file:

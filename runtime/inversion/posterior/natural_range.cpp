@@ -90,4 +90,27 @@ double NaturalRange::log_prior(double t) const {
   return logarithmic_ ? 0 : std::log(slope(t));
 }
 
+std::vector<NaturalRange> natural_ranges(const std::vector<Coordinate>& coordinates, const Prior& prior,
+                                         const std::map<std::string, std::pair<double, double>>& given) {
+  for (const auto& [name, range] : given)
+    if (std::none_of(coordinates.begin(), coordinates.end(),
+                     [&, wanted = name](const Coordinate& c) { return c.parameter().name == wanted; }))
+      throw UsageError(
+          fmt::format("range {}={},{}: {} is no parameter that is asked for", name, range.first, range.second, name));
+  std::vector<NaturalRange> ranges;
+  for (std::size_t p = 0; p < coordinates.size(); ++p) {
+    const Coordinate& c = coordinates[p];
+    const auto range = given.find(c.parameter().name);
+    const auto k = static_cast<Eigen::Index>(p);
+    const double precision = prior.mean.empty() ? 0 : prior.precision(k, k);
+    const bool known = precision > 0;
+    if (known && range != given.end())
+      throw UsageError(fmt::format("{}: both a range and a prior; need one of them", c.parameter().name));
+    ranges.push_back(known                  ? NaturalRange::of_prior(c, prior.mean[p], precision)
+                     : range != given.end() ? NaturalRange(c.parameter(), range->second.first, range->second.second)
+                                            : NaturalRange::of_scene(c.parameter()));
+  }
+  return ranges;
+}
+
 }  // namespace itn

@@ -5,6 +5,11 @@
 // is lacking to 1, and so does this coordinate. Unlike a logit it ends at the bounds. Scaled to [-1, 1] over the
 // interval that is asked for.
 #pragma once
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "runtime/inversion/coordinate.h"
 #include "runtime/inversion/prior.h"
 
@@ -39,5 +44,10 @@ class NaturalRange {
   double centre_ = 0, half_ = 1;  // of the natural coordinate
   double mean_ = 0, precision_ = 0;
 };
+
+// Of each parameter: between the two numbers that are given for its name, what the prior says of it, else of_scene().
+// Throws UsageError: as these, where a parameter has both, or a name is none of theirs.
+std::vector<NaturalRange> natural_ranges(const std::vector<Coordinate>& coordinates, const Prior& prior,
+                                         const std::map<std::string, std::pair<double, double>>& given);
 
 }  // namespace itn

@@ -80,10 +80,14 @@ Eigen::MatrixXd covariance_of(const Eigen::MatrixXd& rows) {
   return centred * centred.transpose() / static_cast<double>(rows.cols());
 }
 
-void compare(const std::vector<TargetImage>& targets, ForwardModel& model, const std::vector<double>& values,
-             PosteriorOutcome& outcome) {
+// Renders the likeliest sample: the means of a bent posterior, or of one with several peaks, need fit no image.
+void compare(const std::vector<TargetImage>& targets, ForwardModel& model, const PosteriorOptions& options,
+             std::size_t likeliest, PosteriorOutcome& outcome) {
   // Samples that no rendering of the scene has.
   constexpr int first = 1 << 28;
+  const std::size_t parameters = model.coordinates().size();
+  std::vector<double> values;
+  for (std::size_t p = 0; p < parameters; ++p) values.push_back(outcome.samples[p][likeliest]);
   std::vector<LossGradient> losses;
   std::vector<std::vector<Rendering>> groups(targets.size());
   for (int g = 0; g < 4; ++g) {
@@ -91,8 +95,10 @@ void compare(const std::vector<TargetImage>& targets, ForwardModel& model, const
         model.render_values(values, first + g * concluding_spp / 4, concluding_spp / 4);
     for (std::size_t t = 0; t < targets.size(); ++t) groups[t].push_back(images[t]);
   }
+  // The noise, of samples of its own.
+  const std::vector<Rendering> others = model.render_values(values, first + concluding_spp, concluding_spp / 4);
   for (std::size_t t = 0; t < targets.size(); ++t) {
-    const double exposure = outcome.exposures.empty() ? 1 : outcome.exposures[t].value;
+    const double exposure = outcome.exposures.empty() ? 1 : outcome.samples[parameters + t][likeliest];
     losses.push_back(loss_gradient(groups[t], targets[t], exposure));
     Rendering mean = groups[t][0];
     for (std::size_t i = 0; i < mean.mean.size(); ++i) {
@@ -101,12 +107,20 @@ void compare(const std::vector<TargetImage>& targets, ForwardModel& model, const
         sum += g.mean[i] / 4;
         square += g.stderr_[i] * g.stderr_[i] / 16;
       }
-      mean.mean[i] = static_cast<float>(exposure) * sum;
-      mean.stderr_[i] = static_cast<float>(exposure) * std::sqrt(square);
+      mean.mean[i] = sum;
+      mean.stderr_[i] = std::sqrt(square);
     }
     mean.spp = concluding_spp;
+    const std::array<double, 3> factors{exposure, exposure, exposure};
+    outcome.white.push_back(
+        white_residual(mean, targets[t], factors, noise_of(others[t], targets[t], factors, options.relative_noise)));
+    for (std::size_t i = 0; i < mean.mean.size(); ++i) {
+      mean.mean[i] *= static_cast<float>(exposure);
+      mean.stderr_[i] *= static_cast<float>(exposure);
+    }
     outcome.images.push_back(std::move(mean));
   }
+  outcome.fit = image_fit(outcome.white, outcome.question.noise_known);
   const LossGradient loss = mean_of(losses);
   outcome.loss = loss.loss;
   outcome.loss_stderr = loss.loss_stderr;
@@ -166,9 +180,9 @@ PosteriorOutcome conclude(const InversionQuestion& question, const StoredPosteri
     }
     outcome.peaks.push_back(std::move(of_peak));
   }
-  std::vector<double> found;
-  for (const Interval& i : outcome.parameters) found.push_back(i.value);
-  compare(targets, model, found, outcome);
+  Eigen::Index likeliest = 0;
+  samples.log_likelihood.maxCoeff(&likeliest);
+  compare(targets, model, options, static_cast<std::size_t>(likeliest), outcome);
   return outcome;
 }
 
@@ -216,14 +230,7 @@ std::vector<std::string> verdict(const PosteriorOutcome& outcome) {
         "The targets' noise is not known (no standard errors in the files, no --noise): 1 % of the radiance was "
         "assumed to weigh the pixels; the intervals come from what is left of the targets, so they hold if that is "
         "noise.");
-  else if (outcome.residual > 1.3)
-    text.push_back(fmt::format(
-        "What is left of the targets has {:.3g} times the variance that their noise explains: shape, light, camera or "
-        "noise are not those of the scene, and the parameters may be off by more than their intervals say.",
-        outcome.residual));
-  else
-    text.push_back(
-        fmt::format("What is left of the targets is their noise ({:.3g} times its variance).", outcome.residual));
+  text.push_back(words(outcome.fit));
   return text;
 }
 
@@ -255,6 +262,7 @@ nlohmann::ordered_json to_json(const PosteriorOutcome& outcome, const std::vecto
           {"scene", outcome.question.scene},
           {"method", outcome.question.method},
           {"converged", outcome.settled()},
+          {"fit", to_json(outcome.fit)},
           {"parameters", to_json(outcome.parameters)},
           {"coefficients", to_json(outcome.coefficients)},
           {"exposures", to_json(outcome.exposures)},

@@ -27,13 +27,15 @@ struct PosteriorOutcome {
   std::vector<NaturalRange> ranges;
   std::size_t found = 0, made = 0;
   double loss = 0, loss_stderr = 0, residual = 1;
-  std::vector<Rendering> images;  // with the means
+  std::vector<Rendering> images;  // of the likeliest sample
+  std::vector<WhiteResidual> white;
+  ImageFit fit;
   double seconds = 0;
 
   bool settled() const { return rounds.back().settled; }
 };
 
-// Renders the means. scene: what was inverted. Throws Interrupted.
+// Renders the likeliest sample. scene: what was inverted. Throws Interrupted.
 PosteriorOutcome conclude(const InversionQuestion& question, const StoredPosterior& stored, ForwardModel& model,
                           const std::vector<NaturalRange>& ranges, Scene scene, const std::vector<TargetImage>& targets,
                           const PosteriorOptions& options);

@@ -1,7 +1,6 @@
 // What --method posterior leaves in its folder.
 #include <fmt/format.h>
 
-#include <cmath>
 #include <utility>
 
 #include "runtime/base/file.h"
@@ -35,12 +34,8 @@ std::string images(const PosteriorOutcome& outcome, std::size_t t, const TargetI
   for (std::size_t i = 0; i < target.value.size(); ++i) {
     const bool compared = target.weight[i / channels] > 0;
     const double left = compared ? static_cast<double>(image.mean[i]) - static_cast<double>(target.value[i]) : 0;
-    const double own = !target.noise.empty()   ? static_cast<double>(target.noise[i])
-                       : !target.error.empty() ? static_cast<double>(target.error[i])
-                                               : 0.01 * static_cast<double>(target.value[i]);
-    const double all = std::hypot(own, static_cast<double>(image.stderr_[i]));
     residual.push_back(static_cast<float>(left));
-    relative.push_back(static_cast<float>(all > 0 ? left / all : 0));
+    relative.push_back(static_cast<float>(outcome.white[t].value[i]));
   }
   const std::vector<std::string> letters =
       channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
@@ -60,7 +55,7 @@ std::string images(const PosteriorOutcome& outcome, std::size_t t, const TargetI
     pictures += html_picture(read_file(path), caption);
   };
   picture("target", tone_mapped(target.value, target.channels), outcome.question.targets[t]);
-  picture("rerender", tone_mapped(image.mean, target.channels), "rendered with the posterior's means");
+  picture("rerender", tone_mapped(image.mean, target.channels), "rendered with the likeliest sample");
   const SignedPicture left = red_blue(relative, target.channels);
   picture("residual", left.bytes,
           fmt::format("rendered minus target, in standard deviations of the noise: blue -{0:.2g}, red {0:.2g}",

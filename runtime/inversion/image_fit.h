@@ -1,0 +1,41 @@
+// Does the scene, with what was found, look like its targets? Two questions to what is left of them: is it as large as
+// their noise (chi-square), and do neighbours know nothing of each other (structure)? Noise of pixels is independent,
+// and what a wrong material, light, shape, boundary or lens leaves is not, so the second finds a misfit far below the
+// noise of a pixel, and needs no knowledge of how strong the noise is.
+#pragma once
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace itn {
+
+// Rendered minus target, in standard deviations of the noise of both.
+struct WhiteResidual {
+  int width = 0, height = 0, channels = 1;
+  std::vector<double> value;  // as TargetImage::value; 0: not compared
+};
+
+struct ImageFit {
+  double values = 0;                             // how many were compared
+  double chi_square = 1, chi_square_stderr = 0;  // mean of their squares, 1: as the noise says
+  double structure = 0;                          // in standard deviations of what independent noise has
+  double chance = 1;                             // how often independent noise has that much
+  bool noise_known = false;                      // else chi_square says nothing
+
+  // Neighbours know no more of each other than chance makes.
+  bool looks_alike() const;
+  // 1: what is left is larger than the noise; -1: smaller; 0: as large, or the noise is not known.
+  int size() const;
+  bool fits() const { return looks_alike() && size() == 0; }
+};
+
+// Structure: the sum of products of all pixels (channel with channel) not farther apart than a radius, with a few
+// radii, over what it is with each pixel's sign thrown at random; the largest counts. residuals: one a target.
+ImageFit image_fit(const std::vector<WhiteResidual>& residuals, bool noise_known, std::uint64_t seed = 0);
+
+// A sentence.
+std::string words(const ImageFit& fit);
+nlohmann::ordered_json to_json(const ImageFit& fit);
+
+}  // namespace itn
