@@ -57,9 +57,11 @@ std::map<std::string, std::string> CommonOptions::definition_map() const {
 }
 
 void add_common_options(CLI::App& command, CommonOptions& options, const std::string& default_spp) {
-  command.add_option("--device", options.device,
-                     "index, cpu, gpu or part of a name (itn devices lists them); else the environment variable "
-                     "ITN_DEVICE, else the first GPU, else the first CPU");
+  command.add_option(
+      "--device", options.device,
+      "index, cpu, gpu or part of a name (itn devices lists them), several with commas between them: each "
+      "does a share of what mpirun could divide; else the environment variable ITN_DEVICE, else the first "
+      "GPU, else the first CPU");
   command.add_option("--spp", options.spp, "samples a pixel; default: " + default_spp)
       ->check(CLI::Range(1, std::numeric_limits<int>::max()));
   command.add_option("--seed", options.seed, "of the random numbers: the same seed gives the same result")

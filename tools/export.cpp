@@ -33,6 +33,8 @@ void run(const ExportArguments& options) {
   nlohmann::ordered_json inputs{"luminance"}, outputs = nlohmann::ordered_json::array();
   if (description.channels > 1) inputs.push_back("known");
   for (const OutputRange& output : description.outputs) outputs.push_back(output.name);
+  nlohmann::ordered_json results{"parameters"};
+  if (description.distribution) results.insert(results.end(), {"low", "high"});
   if (options.common.talkative())
     fmt::print("{}: {} of {} x {} pixels, {} bytes\n", options.output, description.kind, description.size,
                description.size, bytes.size());
@@ -42,6 +44,7 @@ void run(const ExportArguments& options) {
                               {"network", description.kind},
                               {"size", description.size},
                               {"inputs", inputs},
+                              {"outputs", results},
                               {"parameters", outputs}});
 }
 
@@ -49,8 +52,9 @@ void run(const ExportArguments& options) {
 
 void add_export(CLI::App& app) {
   auto options = std::make_shared<ExportArguments>();
-  CLI::App* command = app.add_subcommand(
-      "export", "a trained network as ONNX, for other tools: radiance in, parameters in their units out");
+  CLI::App* command = app.add_subcommand("export",
+                                         "a trained network as ONNX, for other tools: radiance in, parameters in their "
+                                         "units out, with their 95 % intervals where it says them");
   command->add_option("run", options->run, "folder that itn train wrote, .safetensors file, or `shipped`")->required();
   command->add_option("-o,--output", options->output, "file to write, NAME.onnx")->required();
   add_common_options(*command, options->common);

@@ -182,6 +182,7 @@ void run(GradientArguments options) {
   const double scene_s = seconds();
   const std::vector<TargetImage> targets = read_targets(options.images, scene);
   inputs.end();
+  print_notes(common, targets, !options.exposure);
   check_outputs(common, {});
   const std::vector<int>& sensors = options.images.sensors;
   const std::vector<Parameter> textures = textures_of(scene, options);

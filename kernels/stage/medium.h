@@ -289,6 +289,7 @@ inline MASK choose_connections(const Launch* launch, __global const JobRecord* j
 inline void turn(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Walk* w, Event* e,
                  const REAL total[], const REAL future[]) {
   const MASK turns = w->alive;
+  place_phase(launch, &w->phase, w->position, turns);
 #if MEDIUM_LIGHT_SAMPLING
   const MASK connects = choose_connections(launch, job, w, e->u);
 #endif
@@ -307,7 +308,7 @@ inline void turn(const Launch* launch, __global const JobRecord* job, const Pool
   w->last_pdf = SELECT(w->alive, SELECT(w->connectable, phase_value(&w->phase, cosine) / w->chance, 0.0f), w->last_pdf);
   w->alive = w->alive & !connects; /* connected before the path goes on, so contributions keep their order */
 #endif
-  add_phase_turn(job, pool, slots, &w->scores, &w->baseline, &w->phase, cosine, total, future, turns, w->alive);
+  add_phase_turn(launch, job, pool, slots, &w->scores, &w->baseline, &w->phase, cosine, total, future, turns, w->alive);
 }
 
 /* Back to the pool, and on to where each path waits next. */

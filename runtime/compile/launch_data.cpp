@@ -23,6 +23,7 @@
 #include "runtime/compile/field.h"
 #include "runtime/compile/light.h"
 #include "runtime/compile/surfaces.h"
+#include "runtime/scene/mixture.h"
 
 namespace itn {
 namespace {
@@ -216,6 +217,13 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
     data.coloured = true;
     data.spectral |= kind.quantity == Quantity::unbounded;  // a coefficient, not an albedo
   }
+  r.first_phase_field = static_cast<int>(data.fields.size());
+  for (std::size_t i = 0; i < medium.phase.values.size(); ++i) {
+    if (!medium.phase.values[i].is_grid()) continue;
+    const int field = append_field(*medium.phase.values[i].volume, data);
+    data.fields[static_cast<std::size_t>(field)].slot = number_of_grid(medium.phase, i).slot;
+    ++r.phase_fields;
+  }
   return r;
 }
 
@@ -321,6 +329,10 @@ void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
   for (const Light& light : scene.lights) {
     numbers.push_back(append_numbers(*light.model, light.variant, light.slots(), data));
     append_textures(light, numbers.back(), data);
+    if (light.model->traits & LIGHT_BEAM)  // ends its connections in front of its shape, as one that shines itself
+      data.numbers[static_cast<std::size_t>(numbers.back() + light.model->number_called("in_front").slot)] =
+          static_cast<float>(
+              distance_in_front(data.geometry, data.geometry.records[static_cast<std::size_t>(job.geometry)]));
     const std::vector<double> n = light.model->to_numbers(light.variant, light.slots());
     for (std::size_t c = 0; c < (light.model->traits & LIGHT_TINTED ? 6U : 3U); c += 3)
       data.coloured_light |= !grey({n[c], n[c + 1], n[c + 2]});
@@ -471,6 +483,9 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   set("HAS_PASSAGES", has(BSDF_PASSES, BSDF_PASSES));
   set("HAS_MEDIUM", !data.media.empty());
   set("HAS_FIELDS", !data.fields.empty());
+  int phase_fields = 0;
+  for (const MediumRecord& medium : data.media) phase_fields = std::max(phase_fields, medium.phase_fields);
+  d["PHASE_FIELDS"] = std::to_string(phase_fields);
   set("VOXEL_SUMS", false);
   d["FIELD_CHANNELS"] = data.coloured_field ? "3" : "1";
   set("HAS_TEXTURE", !data.textures.empty());
