@@ -144,7 +144,7 @@ void check_outputs(const CommonOptions& options, std::vector<std::string> files,
 void check_folder(const std::string& folder) {
   std::error_code error;
   if (std::filesystem::exists(folder, error) && !std::filesystem::is_directory(folder, error))
-    throw UsageError("-o " + folder + ": is there and no folder; choose another name");
+    throw UsageError(folder + ": is there and no folder; choose another name");
 }
 
 void refuse_inside(const std::string& folder, const std::vector<std::string>& files) {

@@ -42,17 +42,16 @@ class Soak:
         yield "parameters", ["parameters", "scene.xml"], "json"
 
     def worker(self, number):
-        choose = random.Random(number)
+        choose, own = random.Random(number), self.work / f"worker-{number}"  # results tell the names of their files
         while time.monotonic() < self.end:
             name, arguments, kind = choose.choice(list(self.commands()))
-            out = self.work / f"out-{number}"
-            option, place = {"folder": ("-o", out), "file": ("-o", f"{out}.exr"), "json": ("--json", f"{out}.json")}[kind]
-            process = subprocess.Popen([str(self.itn), *arguments, option, str(place), "--quiet"], cwd=self.work, env=self.environment,
+            option, place = {"folder": ("-o", "out"), "file": ("-o", "out.exr"), "json": ("--json", "out.json")}[kind]
+            process = subprocess.Popen([str(self.itn), *arguments, option, place, "--quiet"], cwd=own, env=self.environment,
                                        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
             error = process.stderr.read().decode(errors="replace")
             _, status, usage = os.wait4(process.pid, 0)
             process.returncode = os.waitstatus_to_exitcode(status)
-            place = pathlib.Path(place)
+            place = own / place
             if kind == "folder":
                 found = contents(place)
                 shutil.rmtree(place, ignore_errors=True)
@@ -97,16 +96,22 @@ def main():
         for job in jobs():
             if job.name in ("dataset", "train"):  # whose results others need
                 run_whole(job, itn, work)
+        inputs = list(work.iterdir())
+        for number in range(3):
+            (work / f"worker-{number}").mkdir()
+            for path in inputs:
+                (work / f"worker-{number}" / path.name).symlink_to(path)
         begin = time.monotonic()
         soak = Soak(itn, work, begin + 60 * options.minutes, environment)
-        expected = {str(p) for p in work.iterdir()} | {str(work / "cache")}
+        everything = lambda: {str(p) for folder in [work, work / "tmp", *work.glob("worker-*")] for p in folder.iterdir()}
+        expected = everything() | {str(work / "cache")}
         workers = [threading.Thread(target=soak.worker, args=(number,)) for number in range(3)]
         for worker in workers:
             worker.start()
         sizes = soak.view()
         for worker in workers:
             worker.join()
-        left = sorted({str(p) for p in [*work.iterdir(), *(work / "tmp").iterdir()]} - expected)
+        left = sorted(everything() - expected)
         minutes = (time.monotonic() - begin) / 60
     if not sizes:
         soak.failures.append("view: no picture in time")

@@ -383,10 +383,12 @@ bool flights_move(const Scene& scene, const GeometryRecord& geometry) {
   double extent = 0, densest = 0;
   for (int k = 0; k < 3; ++k)
     extent = std::max({extent, std::abs(double(geometry.low[k])), std::abs(double(geometry.high[k]))});
-  for (const Medium& medium : scene.media)
-    for (std::size_t i = 0; i < medium.values.size(); ++i)
-      if (medium.model->parameters[i].kind.field == std::string("sigma_t"))
-        densest = std::max(densest, *std::max_element(medium.values[i].value.begin(), medium.values[i].value.end()));
+  for (const Medium& medium : scene.media) {
+    const std::vector<double> n = medium.model->to_numbers(medium.variant, medium.slots());
+    const DeclaredNumber& sigma_t = medium.model->number_called("sigma_t");
+    const auto first = n.begin() + sigma_t.slot;
+    densest = std::max(densest, *std::max_element(first, first + sigma_t.channels));
+  }
   return densest * extent * std::numeric_limits<float>::epsilon() < 1;
 }
 
