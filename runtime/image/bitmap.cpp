@@ -15,7 +15,6 @@
 #pragma GCC diagnostic pop
 
 #include <fmt/format.h>
-#include <zlib.h>
 
 #include <cstdint>
 #include <limits>
@@ -23,6 +22,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/image/bitmap_check.h"
 #include "runtime/image/exr.h"
 #include "runtime/image/srgb.h"
 
@@ -72,26 +72,6 @@ void check_size(const Bitmap& bitmap, std::size_t bytes, const std::string& path
                                  bitmap.width, bitmap.height, bytes));
 }
 
-// Those of a PNG's chunks, which the library does not look at.
-void check_checksums(const std::string& bytes, const std::string& path) {
-  if (!bytes.starts_with("\x89PNG\r\n\x1a\n")) return;
-  const auto number = [&](std::size_t at) {
-    std::uint32_t value = 0;
-    for (std::size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<unsigned char>(bytes[at + i]);
-    return value;
-  };
-  constexpr std::size_t signature = 8, around = 12;  // length, type, checksum
-  for (std::size_t at = signature; at + around <= bytes.size();) {
-    const std::size_t length = number(at);
-    if (length > bytes.size() - at - around) return;  // what is missing is the library's to say
-    const auto* from = reinterpret_cast<const Bytef*>(bytes.data() + at + 4);
-    if (crc32(crc32(0, nullptr, 0), from, static_cast<uInt>(length + 4)) != number(at + 8 + length))
-      throw InputError(fmt::format("{}: image is damaged; the checksum of the chunk at byte {} is wrong", path, at));
-    if (bytes.compare(at + 4, 4, "IEND") == 0) return;
-    at += length + around;
-  }
-}
-
 }  // namespace
 
 Bitmap read_bitmap(const std::string& path, bool raw) {
@@ -103,13 +83,13 @@ Bitmap read_bitmap(const std::string& path, bool raw) {
         fmt::format("{}: {} bytes; at most {} are read: convert it to OpenEXR", path, bytes.size(), most_bytes));
   const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
   const int size = static_cast<int>(bytes.size());
+  check_bitmap(bytes, path);
   Bitmap bitmap;
   int file_channels = 0;
   if (!stbi_info_from_memory(data, size, &bitmap.width, &bitmap.height, &file_channels))
     throw InputError(path + ": is no OpenEXR, PNG, JPEG, BMP, TGA, PNM or HDR image (" + stbi_failure_reason() +
                      "); convert it");
   check_size(bitmap, bytes.size(), path);
-  check_checksums(bytes, path);
   if (stbi_is_hdr_from_memory(data, size)) return bitmap_of_hdr(path, data, size);
   bitmap.channels = file_channels <= 2 ? 1 : 3;
   // 16 bits a sample whatever the file has: 8-bit samples v become 257 v.
