@@ -65,7 +65,7 @@ def jobs_in(inputs, out):
         "dataset": ["dataset", str(inputs / "config.json"), "-o", str(out / "set")],
         "train": ["train", str(inputs / "set"), "--network", "rn", "-o", str(out / "run"), "--epochs", "2", "--batch", "4",
                   "--width", "1", "--checkpoint-every", "0", "--threads", "1", "--export", str(out / "n.safetensors")],
-        "predict": ["predict", str(inputs / "run"), str(inputs / "set/images/000000.exr"), "--dataset", str(inputs / "set"), "--json",
+        "predict": ["predict", str(inputs / "run"), str(inputs / "set/images/000000.exr"), "--json",
                     str(out / "p.json")],
         "export": ["export", str(inputs / "run"), "-o", str(out / "n.onnx")],
         "invert": ["invert", ball, "--target", str(inputs / "target.exr"), *size, "--parameter", "skin.sigma_t", "--iterations", "3",

@@ -90,7 +90,11 @@ Bitmap read_bitmap(const std::string& path, bool raw) {
     throw InputError(path + ": is no OpenEXR, PNG, JPEG, BMP, TGA, PNM or HDR image (" + stbi_failure_reason() +
                      "); convert it");
   check_size(bitmap, bytes.size(), path);
-  if (stbi_is_hdr_from_memory(data, size)) return bitmap_of_hdr(path, data, size);
+  check_png_checksums(bytes, path);
+  if (stbi_is_hdr_from_memory(data, size)) {
+    check_runs_of_hdr(bytes, bitmap.width, bitmap.height, path);
+    return bitmap_of_hdr(path, data, size);
+  }
   bitmap.channels = file_channels <= 2 ? 1 : 3;
   // 16 bits a sample whatever the file has: 8-bit samples v become 257 v.
   const std::unique_ptr<stbi_us, void (*)(void*)> samples(

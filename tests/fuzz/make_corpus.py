@@ -99,6 +99,14 @@ def images():
     write("image", "grey16.png", png(1, 1, 16, 0, b"\0\1\2"))
     write("image", "palette.png", png(4, 1, 2, 3, b"\0\x1b", chunk(b"PLTE", bytes(range(12)))))
     write("image", "large.png", png(30000, 30000, 1, 0, b"\0" * 100))
+    def segment(marker, data):
+        return b"\xff" + bytes([marker]) + struct.pack(">H", len(data) + 2) + data
+    def jpeg(dc_counts, dc_symbols):  # 8 x 8 pixels of 200, if the tables are right: of the cosines the mean alone
+        return b"\xff\xd8" + segment(0xdb, b"\0" + b"\1" * 64) + segment(0xc0, b"\x08\0\x08\0\x08\1\1\x11\0") + \
+            segment(0xc4, b"\0" + bytes(dc_counts) + bytes(dc_symbols)) + segment(0xc4, b"\x10\1" + b"\0" * 16) + \
+            segment(0xda, b"\1\1\0\0\x3f\0") + b"\xa4\x07\xff\xd9"
+    write("image", "grey.jpg", jpeg([1, 1] + [0] * 14, [0, 10]))
+    write("image", "codes.jpg", jpeg([0] * 14 + [130, 130], list(range(130)) * 2))
     pixels = bytes(range(12))
     write("image", "a.ppm", b"P6\n2 2\n255\n" + pixels)
     write("image", "a.pgm", b"P5 2 2 65535\n" + pixels)

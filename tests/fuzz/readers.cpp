@@ -93,7 +93,9 @@ class NoExamples : public Examples {
 void read_checkpoint(std::string_view bytes) {
   static Network network(small_network());
   static const NoExamples examples;
-  static Trainer trainer(network, examples, examples, {.epochs = 50, .batch = 2});
+  TrainingOptions options;
+  options.batch = 2;
+  static Trainer trainer(network, examples, examples, options);
   static Safetensors content = [] {
     const InputFiles files({});
     trainer.write_checkpoint(files.path("file"));
