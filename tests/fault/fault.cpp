@@ -4,7 +4,7 @@
 //   ITN_FAULT_FOLDER  the folder, absolute and without links
 //   ITN_FAULT_CALL    open, read, write, fsync, rename, close, mkdir or new: C++'s operator new where the program
 //   itself
-//                     calls it
+//                     calls it, from the beginning of main() on: before that it can say nothing
 //   ITN_FAULT_AT      which call, from 1 on; 0: none
 //   ITN_FAULT_ERROR   a number of errno, with which it fails; 0: it reads or writes one byte alone
 //   ITN_FAULT_COUNT   a file that gets a line for each of these calls at the end of the program: its name and how often
@@ -131,10 +131,19 @@ struct Code {
   }
 };
 
+using Main = int(int, char**, char**);
+Main* real_main = nullptr;
+std::atomic<bool> has_begun{false};
+
+int begin_main(int argc, char** argv, char** environment) {
+  has_begun = true;
+  return real_main(argc, argv, environment);
+}
+
 void* allocated(std::size_t size, const void* caller) {
   static const Code code;
   const auto at = reinterpret_cast<std::uintptr_t>(caller);
-  if (at >= code.begin && at < code.end && fails(new_call)) return nullptr;
+  if (has_begun && at >= code.begin && at < code.end && fails(new_call)) return nullptr;
   return std::malloc(size == 0 ? 1 : size);
 }
 
@@ -155,6 +164,14 @@ void* allocated(std::size_t size, const void* caller) {
 }  // namespace
 
 extern "C" {
+
+// What the C library's start-up code calls.
+int __libc_start_main(Main* main, int argc, char** argv, void (*init)(), void (*fini)(), void (*at_exit)(),
+                      void* stack_end) {
+  real_main = main;
+  return next<int(Main*, int, char**, void (*)(), void (*)(), void (*)(), void*)>("__libc_start_main")(
+      begin_main, argc, argv, init, fini, at_exit, stack_end);
+}
 
 int open(const char* path, int flags, ...) {
   va_list rest;
