@@ -1,4 +1,5 @@
 // Trainer's checkpoints: a safetensors file of weights, optimizer and best weights; the rest as text in the metadata.
+#include <cstdint>
 #include <nlohmann/json.hpp>
 
 #include "network/network_file.h"
@@ -6,6 +7,7 @@
 #include "network/trainer.h"
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/fingerprint.h"
 #include "runtime/base/json_text.h"
 
 namespace itn {
@@ -21,6 +23,14 @@ EpochLosses losses_of(const Json& json) { return {json.at(0), json.at(1), json.a
 
 void add(Safetensors& content, const std::string& prefix, const std::vector<Tensor>& tensors) {
   for (const Tensor& tensor : tensors) content.tensors.push_back({prefix + tensor.name, tensor.shape, tensor.values});
+}
+
+// Of all numbers and of how far training was: a bit that has changed since would go on unseen.
+std::string checksum(const Safetensors& content, const std::string& progress) {
+  std::uint64_t sum = fingerprint(progress);
+  for (const Tensor& tensor : content.tensors)
+    sum = fingerprint({reinterpret_cast<const char*>(tensor.values.data()), tensor.values.size() * sizeof(float)}, sum);
+  return fingerprint_text(sum);
 }
 
 void read(const Safetensors& content, const std::string& prefix, std::vector<Tensor>& tensors,
@@ -44,6 +54,7 @@ std::map<std::string, std::string> Trainer::circumstances() const {
   all["image_weight"] = number(options_.image_weight);
   all["weight_decay"] = number(options_.weight_decay);
   if (options_.shards > 1) all["shards"] = std::to_string(options_.shards);
+  if (options_.frozen) all["frozen"] = "true";
   all["patience"] = std::to_string(options_.patience);
   all["data"] = options_.data;
   all["training_examples"] = std::to_string(training_.count());
@@ -62,6 +73,7 @@ void Trainer::write_checkpoint(const std::string& file) const {
   add(content, "adam.mean.", adam_.state().mean);
   add(content, "adam.mean_square.", adam_.state().mean_square);
   add(content, "best.", best_weights_);
+  content.metadata["checksum"] = checksum(content, content.metadata["progress"]);
   write_file(file, safetensors_bytes(content, Precision::single));
 }
 
@@ -96,6 +108,8 @@ void Trainer::read_checkpoint(const std::string& file) {
   }
   if (curve.size() != state.steps / steps_in_epoch() || (curve.empty() ? best_epoch != 0 : best_epoch >= curve.size()))
     throw InputError(file + ": metadata 'progress' contradicts itself");
+  if (content.text("checksum", file) != checksum(content, content.text("progress", file)))
+    throw InputError(file + ": has changed since it was written: its checksum differs; remove it to begin anew");
   if (!curve.empty()) {
     best = weights;
     read(content, "best.", best, file);

@@ -9,6 +9,7 @@
 
 #include "runtime/base/colour.h"
 #include "runtime/base/error.h"
+#include "runtime/base/file.h"
 #include "runtime/image/exr.h"
 
 namespace itn {
@@ -16,12 +17,16 @@ namespace {
 
 constexpr int any_size = 0;  // as long as it is square
 
-ExrImage read_square(const std::string& file, int size, const std::string& hash) {
-  ExrImage image = read_exr(file);
-  if (size == any_size && image.width != image.height)
+void check_square(const std::string& file, int width, int height) {
+  if (width != height)
     throw InputError(
         fmt::format("{}: has {} x {} pixels, need a square image; cut it, and give the camera of what is left", file,
-                    image.width, image.height));
+                    width, height));
+}
+
+ExrImage read_square(const std::string& file, int size, const std::string& hash) {
+  ExrImage image = read_exr(file);
+  if (size == any_size) check_square(file, image.width, image.height);
   if (size != any_size && (image.width != size || image.height != size))
     throw InputError(fmt::format("{}: has {} x {} pixels, need {} x {}", file, image.width, image.height, size, size));
   const auto found = image.header.find("hash");
@@ -67,6 +72,12 @@ std::vector<float> finite_luminance(const ExrImage& image, const std::string& fi
     if (!std::isfinite(luminance[i]))
       fail_at(file, image.width, i, fmt::format("is {}, need a finite number", luminance[i]));
   return luminance;
+}
+
+std::vector<float> square_photo(const std::string& file, const PhotoOptions& options) {
+  const Photo photo = luminance_of(read_photo(file, options));
+  check_square(file, photo.width, photo.height);
+  return photo.value;
 }
 
 // What lies below 0 is noise, or no radiance. Nothing but black says nothing about an object.
@@ -117,12 +128,12 @@ std::vector<float> luminance_of(const ExrImage& image, const std::string& file, 
   return luminance;
 }
 
-std::vector<float> read_resampled_luminance(const std::string& file, int size) {
-  const ExrImage image = read_square(file, any_size, "");
-  const std::vector<float> luminance = finite_luminance(image, file);
+std::vector<float> read_resampled_luminance(const std::string& file, int size, const PhotoOptions& photo) {
+  const std::vector<float> luminance =
+      is_exr(read_file(file)) ? finite_luminance(read_square(file, any_size, ""), file) : square_photo(file, photo);
   check_radiance(luminance, file);
-  const std::vector<std::vector<Weight>> window = windows(image.width, size);
-  const auto width = static_cast<std::size_t>(image.width);
+  const auto width = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(luminance.size()))));
+  const std::vector<std::vector<Weight>> window = windows(static_cast<int>(width), size);
   std::vector<float> result;
   for (const auto& rows : window)
     for (const auto& columns : window) {

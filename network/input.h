@@ -15,6 +15,7 @@
 
 #include "network/network.h"
 #include "runtime/image/exr.h"
+#include "runtime/image/photo.h"
 
 namespace itn {
 
@@ -28,10 +29,10 @@ std::vector<float> read_luminance(const std::string& file, int size, const std::
                                   std::vector<float>* errors = nullptr);
 std::vector<float> luminance_of(const ExrImage& image, const std::string& file, std::vector<float>* errors = nullptr);
 
-// As read_luminance(), of any square image: averaged over the squares of size x size pixels, or between pixels where it
-// has fewer. Throws InputError: not square, black or with much below 0, and what read_luminance() throws beside the
-// size.
-std::vector<float> read_resampled_luminance(const std::string& file, int size);
+// As read_luminance(), of any square image, photos too (runtime/image/photo.h): averaged over the squares of size x
+// size pixels, or between pixels where it has fewer. Throws InputError: not square, black or with much below 0, and
+// what read_luminance() throws beside the size.
+std::vector<float> read_resampled_luminance(const std::string& file, int size, const PhotoOptions& photo = {});
 
 // A shape as the camera sees it (runtime/dataset/README.md).
 struct SeenShape {

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "network/distribution.h"
+
 namespace itn {
 
 OutputLoss supervised_loss(std::span<const float> outputs, std::span<const double> truth,
@@ -17,9 +19,17 @@ OutputLoss supervised_loss(std::span<const float> outputs, std::span<const doubl
   return result;
 }
 
-std::vector<double> parameters_of(std::span<const float> outputs, const std::vector<OutputRange>& ranges) {
-  std::vector<double> parameters(outputs.size());
-  for (std::size_t i = 0; i < outputs.size(); ++i) parameters[i] = ranges[i % ranges.size()].parameter(outputs[i]);
+OutputLoss training_loss(std::span<const float> outputs, std::span<const double> truth,
+                         const NetworkDescription& network) {
+  return network.distribution ? likelihood_loss(outputs, truth, network.outputs)
+                              : supervised_loss(outputs, truth, network.outputs);
+}
+
+std::vector<double> parameters_of(std::span<const float> outputs, const NetworkDescription& network) {
+  std::vector<double> parameters;
+  for (std::size_t first = 0; first < outputs.size(); first += network.raw_outputs())
+    for (std::size_t i = 0; i < network.outputs.size(); ++i)
+      parameters.push_back(network.outputs[i].parameter(outputs[first + i]));
   return parameters;
 }
 

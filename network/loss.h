@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "network/output_range.h"
+#include "network/network.h"
 
 namespace itn {
 
@@ -18,8 +18,13 @@ struct OutputLoss {
 OutputLoss supervised_loss(std::span<const float> outputs, std::span<const double> truth,
                            const std::vector<OutputRange>& ranges);
 
-// Raw outputs (batch, outputs) to parameters.
-std::vector<double> parameters_of(std::span<const float> outputs, const std::vector<OutputRange>& ranges);
+// What a network is trained by: likelihood_loss() (distribution.h) where it says a distribution, else
+// supervised_loss().
+OutputLoss training_loss(std::span<const float> outputs, std::span<const double> truth,
+                         const NetworkDescription& network);
+
+// Raw outputs (batch, raw_outputs) to parameters (batch, outputs): of a distribution at the mean shares.
+std::vector<double> parameters_of(std::span<const float> outputs, const NetworkDescription& network);
 
 // The term that ITN and SSN add (paper, eq. 3): how far the images rendered with the predicted parameters are from the
 // input images. The trainer asks through this interface, and knows no renderer.

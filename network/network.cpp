@@ -38,6 +38,12 @@ void check(const NetworkDescription& description) {
   if (!(description.mm_per_unit > 0 && std::isfinite(description.mm_per_unit)))
     throw UsageError("network for scene units of " + std::to_string(description.mm_per_unit) + " mm: must be above 0");
   check_outputs(description.outputs);
+  if (description.distribution && description.kind != "rn")
+    throw UsageError("network kind '" + description.kind + "': only rn learns a distribution");
+  if (description.spread.size() != (description.distribution ? description.outputs.size() : 0) ||
+      !std::all_of(description.spread.begin(), description.spread.end(),
+                   [](double spread) { return spread > 0 && std::isfinite(spread); }))
+    throw UsageError("network: need a spread above 0 for each output of a distribution, and none without one");
 }
 
 // Names and shapes; no values yet.
@@ -53,8 +59,8 @@ std::vector<Tensor> weight_shapes(const NetworkDescription& description) {
     add("convolution" + std::to_string(stage) + ".bias", {out});
     in = std::exchange(out, 2 * out);
   }
-  add("fully_connected.weight", {description.outputs.size(), in});
-  add("fully_connected.bias", {description.outputs.size()});
+  add("fully_connected.weight", {description.raw_outputs(), in});
+  add("fully_connected.bias", {description.raw_outputs()});
   return tensors;
 }
 
@@ -77,7 +83,7 @@ struct Network::Pass {
   FullyConnectedShape last;
 
   Pass(const NetworkDescription& description, int batch)
-      : last{static_cast<std::size_t>(batch), features_of(description), description.outputs.size()} {
+      : last{static_cast<std::size_t>(batch), features_of(description), description.raw_outputs()} {
     images = dnnl::memory({{batch, description.channels, description.size, description.size},
                            dnnl::memory::data_type::f32,
                            dnnl::memory::format_tag::nchw},
@@ -116,6 +122,13 @@ Network::~Network() = default;
 Network::Network(Network&&) noexcept = default;
 Network& Network::operator=(Network&&) noexcept = default;
 
+void Network::set_spread(std::vector<double> spread) {
+  NetworkDescription description = description_;
+  description.spread = std::move(spread);
+  check(description);
+  description_ = std::move(description);
+}
+
 void Network::initialise(std::uint64_t seed) {
   for (std::size_t layer = 0; layer < weights_.size(); ++layer) {
     Tensor& weight = weights_[layer];
@@ -148,7 +161,7 @@ const std::vector<float>& Network::forward(std::span<const float> images, int ba
   return pass->output;
 }
 
-void Network::backward(std::span<const float> output_gradient) {
+void Network::backward(std::span<const float> output_gradient, bool only_last) {
   Pass* const pass = last_pass_;
   if (!pass || output_gradient.size() != pass->output.size())
     throw UsageError("the gradient by the outputs does not belong to the last batch");
@@ -156,6 +169,7 @@ void Network::backward(std::span<const float> output_gradient) {
                            output_gradient.data(), pass->features_gradient(),
                            gradients_[2 * NETWORK_STAGES].values.data(),
                            gradients_[2 * NETWORK_STAGES + 1].values.data());
+  if (only_last) return;
   for (std::size_t stage = NETWORK_STAGES; stage-- > 0;)
     pass->stages[stage].backward(pass->stream, weights_[2 * stage].values.data(), gradients_[2 * stage].values.data(),
                                  gradients_[2 * stage + 1].values.data());

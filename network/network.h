@@ -26,6 +26,15 @@ struct NetworkDescription {
   // What the images were that it learnt from:
   double luminance = 1;    // the radiance that becomes 0 in its input (input.h), > 0
   double mm_per_unit = 1;  // sigma_t [1/mm] times it is per scene unit, > 0
+  // Says how sure it is, too: raw outputs are those of distribution.h, else one for each of `outputs`. Of an rn alone.
+  bool distribution = false;
+  // The distribution's standard deviations times these hold what they say on held-out examples; one an output, > 0.
+  std::vector<double> spread{};
+
+  std::size_t raw_outputs() const {
+    const std::size_t n = outputs.size();
+    return distribution ? 2 * n + n * (n - 1) / 2 : n;
+  }
 
   friend bool operator==(const NetworkDescription&, const NetworkDescription&) = default;
 };
@@ -44,17 +53,19 @@ class Network {
   // Weights normal with variance 2 / (inputs of the layer) (He et al. 2015), a function of the seed; biases 0.
   void initialise(std::uint64_t seed);
 
-  // images: (batch, channels, size, size), row-major, finite. Returns the raw outputs (batch, outputs), row-major.
+  // images: (batch, channels, size, size), row-major, finite. Returns the raw outputs (batch, raw_outputs), row-major.
   const std::vector<float>& forward(std::span<const float> images, int batch);
 
-  // After forward(): the loss's gradient by the raw outputs, (batch, outputs), becomes gradients().
-  void backward(std::span<const float> output_gradient);
+  // After forward(): the loss's gradient by the raw outputs, laid out as they are, becomes gradients().
+  // only_last: of the fully connected layer alone; the others' stay as they are, 0 at first.
+  void backward(std::span<const float> output_gradient, bool only_last = false);
 
   const NetworkDescription& description() const { return description_; }
-  int outputs() const { return static_cast<int>(description_.outputs.size()); }
+  // Of the distribution. Throws UsageError: not one above 0 for each output of a network that says a distribution.
+  void set_spread(std::vector<double> spread);
   std::size_t image_values() const;  // channels * size * size
 
-  // In a fixed order: weight (out, in, 3, 3) and bias of every stage, weight (outputs, 1024) and bias of the last
+  // In a fixed order: weight (out, in, 3, 3) and bias of every stage, weight (raw_outputs, 1024) and bias of the last
   // layer. They do not depend on the size of the images.
   std::vector<Tensor>& weights() { return weights_; }
   const std::vector<Tensor>& weights() const { return weights_; }

@@ -12,6 +12,7 @@ namespace {
 
 constexpr const char* FORMAT = "itn.network";
 constexpr const char* VERSION = "1";
+constexpr const char* DISTRIBUTION = "normal";  // of distribution.h
 
 int whole_number(const Safetensors& content, const std::string& name, const std::string& file) {
   const std::string& text = content.text(name, file);
@@ -29,6 +30,19 @@ double number(const Safetensors& content, const std::string& name, const std::st
   if (error != std::errc() || end != text.data() + text.size())
     throw InputError(file + ": metadata '" + name + "' is '" + text + "', where a number is expected");
   return value;
+}
+
+void read_distribution(const Safetensors& content, const std::string& file, NetworkDescription& description) {
+  if (content.text("distribution", file) != DISTRIBUTION)
+    throw InputError(file + ": metadata 'distribution' is '" + content.text("distribution", file) + "', where '" +
+                     DISTRIBUTION + "' is expected");
+  description.distribution = true;
+  try {
+    description.spread = parse_json<nlohmann::json>(content.text("spread", file), file + ": metadata 'spread'")
+                             .get<std::vector<double>>();
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(file + ": metadata 'spread' is no list of numbers: " + error.what());
+  }
 }
 
 std::string shape_text(const std::vector<std::size_t>& shape) {
@@ -64,15 +78,20 @@ std::map<std::string, std::string> network_metadata(const NetworkDescription& de
   for (const OutputRange& range : description.outputs)
     outputs.push_back(
         {{"name", range.name}, {"low", range.low}, {"high", range.high}, {"logarithmic", range.logarithmic}});
-  return {{"format", FORMAT},
-          {"version", VERSION},
-          {"kind", description.kind},
-          {"channels", std::to_string(description.channels)},
-          {"size", std::to_string(description.size)},
-          {"width", std::to_string(description.width)},
-          {"luminance", nlohmann::json(description.luminance).dump()},
-          {"mm_per_unit", nlohmann::json(description.mm_per_unit).dump()},
-          {"outputs", outputs.dump()}};
+  std::map<std::string, std::string> all{{"format", FORMAT},
+                                         {"version", VERSION},
+                                         {"kind", description.kind},
+                                         {"channels", std::to_string(description.channels)},
+                                         {"size", std::to_string(description.size)},
+                                         {"width", std::to_string(description.width)},
+                                         {"luminance", nlohmann::json(description.luminance).dump()},
+                                         {"mm_per_unit", nlohmann::json(description.mm_per_unit).dump()},
+                                         {"outputs", outputs.dump()}};
+  if (description.distribution) {
+    all["distribution"] = DISTRIBUTION;
+    all["spread"] = nlohmann::json(description.spread).dump();
+  }
+  return all;
 }
 
 NetworkDescription network_description(const Safetensors& content, const std::string& file) {
@@ -96,6 +115,7 @@ NetworkDescription network_description(const Safetensors& content, const std::st
   } catch (const nlohmann::json::exception& error) {
     throw InputError(file + ": metadata 'outputs' does not say the ranges of the outputs: " + error.what());
   }
+  if (content.metadata.count("distribution")) read_distribution(content, file, description);
   return description;
 }
 

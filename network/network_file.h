@@ -1,7 +1,8 @@
 // A network in a safetensors file: its weights, and in the metadata all that is needed to use them.
 //
 //   format "itn.network", version "1", kind, channels, size, width, luminance, mm_per_unit, outputs (JSON: name, low,
-//   high, logarithmic), all as text; arrays named as in Network::weights().
+//   high, logarithmic), all as text; arrays named as in Network::weights(). Of a network that says a distribution also
+//   distribution ("normal": distribution.h) and spread (JSON: a number an output).
 #pragma once
 #include <string>
 

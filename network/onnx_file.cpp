@@ -6,6 +6,7 @@
 
 #include "network/input.h"
 #include "network/network_file.h"
+#include "runtime/base/statistics.h"
 #include "runtime/base/version.h"
 
 namespace itn {
@@ -133,8 +134,49 @@ std::string add_stages(Graph& graph, const Network& network, std::string seen) {
   return seen;
 }
 
-// low + (high - low) share, or low (high / low)^share (output_range.h).
-void add_outputs(Graph& graph, const std::vector<OutputRange>& outputs) {
+// Rows [first, first + count) of the last layer, of "features".
+void add_last(Graph& graph, const Network& network, const std::string& name, std::size_t first, std::size_t count) {
+  const Tensor &weight = network.weights()[2 * NETWORK_STAGES], &bias = network.weights()[2 * NETWORK_STAGES + 1];
+  const std::size_t inputs = weight.shape[1];
+  const auto rows = [&](const std::vector<float>& values, std::size_t length) {
+    const auto begin = values.begin() + static_cast<std::ptrdiff_t>(first * length);
+    return std::vector<float>(begin, begin + static_cast<std::ptrdiff_t>(count * length));
+  };
+  graph.constant(name + ".weight", {count, inputs}, rows(weight.values, inputs));
+  graph.constant(name + ".bias", {count}, rows(bias.values, 1));
+  graph.node("Gemm", {"features", name + ".weight", name + ".bias"}, name, {attribute("transB", 1)});
+}
+
+// The output `name` of shares: low + (high - low) share, or low (high / low)^share (output_range.h).
+void add_parameters(Graph& graph, const std::string& share, const std::string& name, std::size_t count) {
+  graph.node("Mul", {share, "range"}, name + ".above_low");
+  graph.node("Add", {name + ".above_low", "least"}, name + ".coordinate");
+  graph.node("Exp", {name + ".coordinate"}, name + ".exponential");
+  graph.node("Where", {"logarithmic", name + ".exponential", name + ".coordinate"}, name);
+  graph.output(name, {0, count});
+}
+
+// Ends of the intervals of 95 % (distribution.h).
+void add_intervals(Graph& graph, const Network& network) {
+  const std::size_t count = network.description().outputs.size();
+  add_last(graph, network, "log_deviation", count, count);
+  std::vector<float> half;
+  for (const double spread : network.description().spread)
+    half.push_back(static_cast<float>(normal_quantile(0.975) * spread / std::sqrt(12.0)));
+  graph.constant("half", {count}, half);
+  graph.constant("share_of_low", {}, std::vector<float>{0});
+  graph.constant("share_of_high", {}, std::vector<float>{1});
+  graph.node("Exp", {"log_deviation"}, "deviation");
+  graph.node("Mul", {"deviation", "half"}, "way");
+  for (const auto& [operation, name] : {std::pair{"Sub", "low"}, {"Add", "high"}}) {
+    graph.node(operation, {"share", "way"}, std::string(name) + ".end");
+    graph.node("Clip", {std::string(name) + ".end", "share_of_low", "share_of_high"}, std::string(name) + ".share");
+    add_parameters(graph, std::string(name) + ".share", name, count);
+  }
+}
+
+void add_outputs(Graph& graph, const Network& network) {
+  const std::vector<OutputRange>& outputs = network.description().outputs;
   std::vector<float> low, range;
   std::vector<bool> logarithmic;
   for (const OutputRange& o : outputs) {
@@ -142,15 +184,13 @@ void add_outputs(Graph& graph, const std::vector<OutputRange>& outputs) {
     range.push_back(static_cast<float>(o.logarithmic ? std::log(o.high / o.low) : o.high - o.low));
     logarithmic.push_back(o.logarithmic);
   }
-  graph.constant("low", {outputs.size()}, low);
+  graph.constant("least", {outputs.size()}, low);
   graph.constant("range", {outputs.size()}, range);
   graph.constant("logarithmic", {outputs.size()}, logarithmic);
-  graph.node("Sigmoid", {"raw"}, "share");
-  graph.node("Mul", {"share", "range"}, "above_low");
-  graph.node("Add", {"above_low", "low"}, "coordinate");
-  graph.node("Exp", {"coordinate"}, "exponential");
-  graph.node("Where", {"logarithmic", "exponential", "coordinate"}, "parameters");
-  graph.output("parameters", {0, outputs.size()});
+  add_last(graph, network, "fully_connected", 0, outputs.size());
+  graph.node("Sigmoid", {"fully_connected"}, "share");
+  add_parameters(graph, "share", "parameters", outputs.size());
+  if (network.description().distribution) add_intervals(graph, network);
 }
 
 }  // namespace
@@ -159,11 +199,8 @@ std::string onnx_bytes(const Network& network) {
   const NetworkDescription& description = network.description();
   Graph graph;
   const std::string features = add_stages(graph, network, add_input(graph, description));
-  for (std::size_t i = 2 * NETWORK_STAGES; i < network.weights().size(); ++i)
-    graph.constant(network.weights()[i].name, network.weights()[i].shape, network.weights()[i].values);
   graph.node("Flatten", {features}, "features");
-  graph.node("Gemm", {"features", "fully_connected.weight", "fully_connected.bias"}, "raw", {attribute("transB", 1)});
-  add_outputs(graph, description.outputs);
+  add_outputs(graph, network);
 
   constexpr std::uint64_t ir_version = 7, operators = 13;
   Message model;

@@ -16,6 +16,7 @@ struct OutputRange {
   double parameter(double output) const;
   double parameter_derivative(double output) const;  // d parameter / d output
   double share(double parameter) const;              // of a parameter in [low, high]; outside it goes on beyond [0, 1]
+  double parameter_of_share(double share) const;     // the inverse
 
   friend bool operator==(const OutputRange&, const OutputRange&) = default;
 };

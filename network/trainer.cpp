@@ -67,6 +67,10 @@ Trainer::Trainer(Network& network, const Examples& training, const Examples& val
       image_loss_(image_loss),
       adam_(network.weights(), {.weight_decay = options_.weight_decay}) {
   check(training_, validation_, options_, image_loss_ != nullptr);
+  if (options_.frozen && (!network.description().distribution || options_.weight_decay > 0))
+    throw UsageError("training: a frozen network needs a distribution that learns, and no weight decay");
+  if (image_loss && network.description().distribution)
+    throw UsageError("training: an image loss needs a network that says parameters alone, no distribution of them");
 }
 
 std::uint64_t Trainer::steps_in_epoch() const { return training_.count() / static_cast<std::size_t>(options_.batch); }
@@ -94,6 +98,14 @@ void Trainer::require_finite(const OutputLoss& loss) const {
                       " or its gradient is not finite; lower the learning rate, or look at the examples");
 }
 
+void Trainer::backward(OutputLoss& loss) {
+  const NetworkDescription& description = network_.description();
+  if (options_.frozen)
+    for (std::size_t first = 0; first < loss.gradient.size(); first += description.raw_outputs())
+      std::fill_n(loss.gradient.begin() + static_cast<std::ptrdiff_t>(first), description.outputs.size(), 0.0F);
+  network_.backward(loss.gradient, options_.frozen);
+}
+
 void Trainer::step() {
   if (finished()) throw UsageError("training: has ended");
   lap_start_ = std::chrono::steady_clock::now();
@@ -114,17 +126,18 @@ EpochLosses Trainer::differentiate(const std::vector<std::size_t>& examples) {
   const std::vector<OutputRange>& ranges = network_.description().outputs;
   lap(times_.rest);
   const std::vector<float>& outputs = network_.forward(batch.images, options_.batch);
-  OutputLoss loss = supervised_loss(outputs, batch.truth, ranges);
+  OutputLoss loss = training_loss(outputs, batch.truth, network_.description());
   EpochLosses losses{loss.loss, 0, 0};
   lap(times_.network);
   if (options_.image_weight > 0) {
-    const ImageLoss::Result result = image_loss_->evaluate(examples, parameters_of(outputs, ranges), steps());
+    const ImageLoss::Result result =
+        image_loss_->evaluate(examples, parameters_of(outputs, network_.description()), steps());
     losses.image = result.loss;
     add_image_loss(loss, result, options_.image_weight, outputs, ranges);
   }
   lap(times_.image_loss);
   require_finite(loss);
-  network_.backward(loss.gradient);
+  backward(loss);
   return losses;
 }
 
@@ -144,8 +157,7 @@ ImageLoss::Result Trainer::image_loss_of_all(const std::vector<std::size_t>& exa
     all.insert(all.end(), outputs.begin(), outputs.end());
   }
   lap(times_.network);
-  ImageLoss::Result result =
-      image_loss_->evaluate(examples, parameters_of(all, network_.description().outputs), steps());
+  ImageLoss::Result result = image_loss_->evaluate(examples, parameters_of(all, network_.description()), steps());
   lap(times_.image_loss);
   return result;
 }
@@ -164,7 +176,7 @@ EpochLosses Trainer::differentiate_in_shards(const std::vector<std::size_t>& exa
     const Batch batch = read_batch(training_, shards.part(examples, s), network_, steps() / steps_in_epoch());
     lap(times_.rest);
     const std::vector<float>& outputs = network_.forward(batch.images, static_cast<int>(shards.size));
-    OutputLoss loss = supervised_loss(outputs, batch.truth, ranges);
+    OutputLoss loss = training_loss(outputs, batch.truth, network_.description());
     losses.push_back(loss.loss);
     if (options_.image_weight > 0) {
       // of the mean over this shard's images, as the supervised loss is
@@ -175,7 +187,7 @@ EpochLosses Trainer::differentiate_in_shards(const std::vector<std::size_t>& exa
     }
     for (float& g : loss.gradient) g /= static_cast<float>(shards.count);
     require_finite(loss);
-    network_.backward(loss.gradient);
+    backward(loss);
     std::vector<float> gradient;
     for (const Tensor& tensor : network_.gradients())
       gradient.insert(gradient.end(), tensor.values.begin(), tensor.values.end());
@@ -216,7 +228,7 @@ double Trainer::validation_loss() {
     for (std::size_t i = first; i < std::min(count, first + step); ++i) examples.push_back(i);
     const Batch batch = read_batch(validation_, examples, network_);
     const std::vector<float>& outputs = network_.forward(batch.images, static_cast<int>(examples.size()));
-    mine.push_back(supervised_loss(outputs, batch.truth, network_.description().outputs).loss *
+    mine.push_back(training_loss(outputs, batch.truth, network_.description()).loss *
                    static_cast<double>(examples.size()));
   }
   std::vector<std::vector<double>> losses;
@@ -233,15 +245,14 @@ void Trainer::restore_best() {
 double balanced_image_weight(Network& network, const Examples& training, const TrainingOptions& options,
                              ImageLoss& image_loss, int batches) {
   const std::vector<std::size_t> order = random_order(options.seed, RANDOM_ORDER, training.count());
-  const std::vector<OutputRange>& ranges = network.description().outputs;
   const auto size = static_cast<std::size_t>(options.batch);
   double supervised = 0, image = 0;
   for (std::size_t step = 0; step < static_cast<std::size_t>(batches) && (step + 1) * size <= order.size(); ++step) {
     const std::span<const std::size_t> examples = std::span(order).subspan(step * size, size);
     const Batch batch = read_batch(training, examples, network);
     const std::vector<float>& outputs = network.forward(batch.images, options.batch);
-    supervised += supervised_loss(outputs, batch.truth, ranges).loss;
-    image += image_loss.evaluate(examples, parameters_of(outputs, ranges), step).loss;
+    supervised += training_loss(outputs, batch.truth, network.description()).loss;
+    image += image_loss.evaluate(examples, parameters_of(outputs, network.description()), step).loss;
   }
   const double weight = supervised / image;
   if (!(weight > 0 && std::isfinite(weight)))

@@ -57,9 +57,11 @@ std::map<std::string, std::string> CommonOptions::definition_map() const {
 }
 
 void add_common_options(CLI::App& command, CommonOptions& options, const std::string& default_spp) {
-  command.add_option("--device", options.device,
-                     "index, cpu, gpu or part of a name (itn devices lists them); else the environment variable "
-                     "ITN_DEVICE, else the first GPU, else the first CPU");
+  command.add_option(
+      "--device", options.device,
+      "index, cpu, gpu or part of a name (itn devices lists them), several with commas between them: each "
+      "does a share of what mpirun could divide; else the environment variable ITN_DEVICE, else the first "
+      "GPU, else the first CPU");
   command.add_option("--spp", options.spp, "samples a pixel; default: " + default_spp)
       ->check(CLI::Range(1, std::numeric_limits<int>::max()));
   command.add_option("--seed", options.seed, "of the random numbers: the same seed gives the same result")
@@ -137,6 +139,12 @@ void check_outputs(const CommonOptions& options, std::vector<std::string> files,
     if (!is_new && !std::filesystem::is_other(file, error))  // a device takes any number
       throw UsageError(file + ": would be written twice by the same command; choose another name");
   }
+}
+
+void check_folder(const std::string& folder) {
+  std::error_code error;
+  if (std::filesystem::exists(folder, error) && !std::filesystem::is_directory(folder, error))
+    throw UsageError("-o " + folder + ": is there and no folder; choose another name");
 }
 
 void refuse_inside(const std::string& folder, const std::vector<std::string>& files) {

@@ -55,6 +55,9 @@ void write_json(const CommonOptions& options, const nlohmann::ordered_json& resu
 void check_outputs(const CommonOptions& options, std::vector<std::string> files,
                    const std::vector<std::string>& own = {});
 
+// Asked before anything is read: throws UsageError where what is no folder has the name of an output folder.
+void check_folder(const std::string& folder);
+
 // Throws UsageError where one of the files is the folder or in it, links followed; empty names and "-" are no files.
 void refuse_inside(const std::string& folder, const std::vector<std::string>& files);
 

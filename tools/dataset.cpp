@@ -89,6 +89,7 @@ void merge(const DatasetArguments& options, const DatasetConfig& config) {
 
 void run(const DatasetArguments& options, bool seed_given) {
   const CommonOptions& common = options.common;
+  check_folder(options.folder);
   Inputs inputs;
   DatasetConfig config = read_dataset_config(options.config);
   if (common.spp == 1)

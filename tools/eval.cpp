@@ -85,6 +85,7 @@ void run(EvalArguments options) {
   options.evaluation.seed = common.seed;
   if (common.spp != 0 && common.spp < 2) throw UsageError("--spp: the noise of an image needs 2 samples or more");
   refuse_inside(options.evaluation.data, {common.json});
+  check_folder(options.evaluation.report);
   check_outputs(common, {});
   Evaluation e = begin_evaluation(options.evaluation);
   for (const EvaluatedRun& r : e.runs)

@@ -8,6 +8,7 @@
 #include "network/onnx_file.h"
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/inputs.h"
 #include "runtime/training/trained_network.h"
 #include "tools/common.h"
 
@@ -22,14 +23,18 @@ struct ExportArguments {
 void run(const ExportArguments& options) {
   if (std::filesystem::path(options.output).extension() != ".onnx")
     throw UsageError("-o " + options.output + ": need a name that ends in .onnx");
-  check_outputs(options.common, {options.output});
+  Inputs read;
   const Network network = network_of(options.run);
+  read.end();
+  check_outputs(options.common, {options.output});
   const std::string bytes = onnx_bytes(network);
   write_file(options.output, bytes);
   const NetworkDescription& description = network.description();
   nlohmann::ordered_json inputs{"luminance"}, outputs = nlohmann::ordered_json::array();
   if (description.channels > 1) inputs.push_back("known");
   for (const OutputRange& output : description.outputs) outputs.push_back(output.name);
+  nlohmann::ordered_json results{"parameters"};
+  if (description.distribution) results.insert(results.end(), {"low", "high"});
   if (options.common.talkative())
     fmt::print("{}: {} of {} x {} pixels, {} bytes\n", options.output, description.kind, description.size,
                description.size, bytes.size());
@@ -39,6 +44,7 @@ void run(const ExportArguments& options) {
                               {"network", description.kind},
                               {"size", description.size},
                               {"inputs", inputs},
+                              {"outputs", results},
                               {"parameters", outputs}});
 }
 
@@ -46,8 +52,9 @@ void run(const ExportArguments& options) {
 
 void add_export(CLI::App& app) {
   auto options = std::make_shared<ExportArguments>();
-  CLI::App* command = app.add_subcommand(
-      "export", "a trained network as ONNX, for other tools: radiance in, parameters in their units out");
+  CLI::App* command = app.add_subcommand("export",
+                                         "a trained network as ONNX, for other tools: radiance in, parameters in their "
+                                         "units out, with their 95 % intervals where it says them");
   command->add_option("run", options->run, "folder that itn train wrote, .safetensors file, or `shipped`")->required();
   command->add_option("-o,--output", options->output, "file to write, NAME.onnx")->required();
   add_common_options(*command, options->common);

@@ -173,6 +173,7 @@ nlohmann::ordered_json to_json(const LossGradient& result, const GradientArgumen
 void run(GradientArguments options) {
   const CommonOptions& common = options.common;
   const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
+  check_folder(options.folder);
   Inputs inputs;
   const Scene scene =
       load_scene(options.scene, common.definition_map(), {.size = options.images.size, .open = common.open});
@@ -181,6 +182,7 @@ void run(GradientArguments options) {
   const double scene_s = seconds();
   const std::vector<TargetImage> targets = read_targets(options.images, scene);
   inputs.end();
+  print_notes(common, targets, !options.exposure);
   check_outputs(common, {});
   const std::vector<int>& sensors = options.images.sensors;
   const std::vector<Parameter> textures = textures_of(scene, options);

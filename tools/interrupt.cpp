@@ -54,6 +54,15 @@ void handle(int signal_number, void (*handler)(int)) {
 
 }  // namespace
 
+// In place of the C library's: PoCL asserts where a file in its cache is cut off, and by then LLVM, which it brings,
+// has taken SIGABRT's handler away. The linker exports it (CMakeLists.txt).
+extern "C" [[noreturn]] void __assert_fail(const char* assertion, const char* file, unsigned line,  // NOLINT
+                                           const char* function) noexcept {
+  std::fprintf(stderr, "itn: %s:%u: %s: assertion failed: %s\n", file, line, function, assertion);
+  on_abort(SIGABRT);
+  _exit(4);
+}
+
 const std::atomic<bool>& interrupt_flag() { return interrupted; }
 
 void open_standard_files() {

@@ -68,6 +68,9 @@ nlohmann::ordered_json request(const InvertArguments& o, const Device& device, c
           {"seed", o.common.seed},
           {"noise", o.noise},
           {"exposure", o.inversion.exposure},
+          {"white_balance", o.inversion.white_balance},
+          {"curve", {static_cast<int>(o.images.photo.curve.kind), o.images.photo.curve.exponent}},
+          {"saturation", o.images.photo.saturation},
           {"learning_rate", o.inversion.learning_rate},
           {"device", device.info().name + ", " + device.info().platform}};
 }
@@ -90,19 +93,22 @@ nlohmann::ordered_json scene_request(const InvertArguments& o, const Device& dev
 }
 
 // The values of --start, else what the network of --init sees in the first target, else the scene's.
-void set_starts(const InvertArguments& options, Scene& scene) {
+// Returns what that network knows of the parameters.
+NetworkGuess set_starts(const InvertArguments& options, Scene& scene) {
   const std::vector<Parameter> all = list_parameters(scene);
   std::vector<std::string> given;
   for (const std::string& text : options.start) given.push_back(named_numbers(text).name);
+  NetworkGuess guess;
   if (!options.init.empty())
-    set_network_start(scene, options.parameters, given, options.init, options.images.targets.front(),
-                      options.images.sensors.front());
+    guess = set_network_start(scene, options.parameters, given, options.init, options.images.targets.front(),
+                              options.images.sensors.front(), options.images.photo);
   for (const std::string& text : options.start) {
     const NamedNumbers start = named_numbers(text);
     if (std::find(options.parameters.begin(), options.parameters.end(), start.name) == options.parameters.end())
       throw UsageError(fmt::format("--start {}: need NAME=VALUE with a name given to --parameter", text));
     set_parameter(scene, find_parameter(all, start.name), start.numbers.front());
   }
+  return guess;
 }
 
 Prior prior_of(const InvertArguments& options, const std::vector<Coordinate>& coordinates) {
@@ -189,6 +195,7 @@ void find_posterior(const InvertArguments& options, const Scene& scene, const st
 void run(InvertArguments options) {
   const CommonOptions& common = options.common;
   const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
+  check_folder(options.folder);
   Inputs inputs(Inputs::Keep::fingerprints);
   Scene scene = load_scene(options.scene, common.definition_map(), {.size = options.images.size, .open = common.open});
   for (const std::string& text : scene.warnings) warn(common, text);
@@ -197,8 +204,9 @@ void run(InvertArguments options) {
   for (std::vector<std::string>* texts : {&options.parameters, &options.start, &options.prior, &options.range})
     *texts = by_component(all, *texts);
   const std::vector<TargetImage> targets = read_targets(options.images, scene);
-  set_starts(options, scene);
+  const NetworkGuess guess = set_starts(options, scene);
   inputs.end();
+  print_notes(common, targets, !options.inversion.exposure);
   const Device device(common.device);
   const bool posterior = options.method == "posterior";
   const std::vector<std::string>& without_meaning = posterior ? options.no_posterior : options.only_posterior;
@@ -220,6 +228,11 @@ void run(InvertArguments options) {
   how.method = options.method == "adam" ? InversionOptions::Method::adam : InversionOptions::Method::gauss_newton;
   if (options.method == "adam" && !options.prior.empty())
     throw UsageError("--prior: adam minimises the image loss alone; use --method gauss-newton");
+  if (how.white_balance && options.method == "adam")
+    throw UsageError("--white-balance: adam finds exposures alone; use --method gauss-newton");
+  if (how.white_balance &&
+      std::any_of(targets.begin(), targets.end(), [](const TargetImage& t) { return t.channels == 1; }))
+    throw UsageError("--white-balance: the sensor's film has luminance alone; need one with colours");
   how.spp = common.spp;
   if (how.sample_limit() < 2) throw UsageError("--spp 1: a loss compares different samples of a pixel; need 2 or more");
   constexpr double most_samples = 1 << 29;  // that a pixel has, over all iterations
@@ -234,7 +247,12 @@ void run(InvertArguments options) {
   render_options.cancel = &interrupt_flag();
   render_options.ranks = &world();
   ForwardModel model(device, scene, options.parameters, options.images.sensors, render_options);
+  std::vector<std::string> known = options.prior;
   how.prior = prior_of(options, model.coordinates());
+  if (how.method == InversionOptions::Method::gauss_newton && known.empty()) {
+    how.prior = guess.prior(model.coordinates());
+    known = guess.words();
+  }
   Inversion inversion(model, targets, how);
 
   check_outputs(common, {});
@@ -250,7 +268,7 @@ void run(InvertArguments options) {
   progress.clear();
 
   const InversionQuestion question{options.scene,          options.method, options.folder,
-                                   options.images.targets, options.prior,  errors_known(targets) || options.noise >= 0};
+                                   options.images.targets, known,          errors_known(targets) || options.noise >= 0};
   InversionOutcome outcome = conclude(question, inversion, model.coordinates(), scene, stored.started());
   outcome.seconds = seconds();
   write_inversion(outcome, model.coordinates(), targets);
@@ -295,10 +313,13 @@ void add_invert(CLI::App& app) {
                    "standard deviation of the targets' noise over their radiance, beside what their files say")
       ->check(CLI::Range(0.0, 10.0));
   command->add_flag("--exposure", options->inversion.exposure, "each target is known up to a factor: find it, too");
+  command->add_flag("--white-balance", options->inversion.white_balance,
+                    "gauss-newton: red and blue of all targets are known up to a factor each: find them, too");
   command
       ->add_option("--init", options->init,
                    "start from what the network of this RUN (itn train; or .safetensors file; without RUN: the one "
-                   "that ships with the program) sees in the first target: sigma_t, albedo and g of one medium")
+                   "that ships with the program) sees in the first target: sigma_t, albedo and g of one medium. "
+                   "Without --prior what it says of them, and how surely, is Gauss-Newton's prior, too")
       ->expected(0, 1)
       ->default_str(shipped_run);
   command->add_option("--start", options->start, "NAME=VALUE: start there instead; may be repeated")
@@ -347,11 +368,11 @@ void add_invert(CLI::App& app) {
                      "1024 at most (Gauss-Newton), 16 (Adam), as the targets' noise asks for (posterior)");
   add_open_option(*command, options->common);
   command->callback([options, command] {
-    for (const char* name : {"--init", "--start", "--starts", "--prior"})
+    for (const char* name : {"--init", "--start", "--starts", "--prior", "--white-balance"})
       if (command->count(name) > 0) options->only_numbers.emplace_back(name);
     for (const char* name : {"--range", "--renderings"})
       if (command->count(name) > 0) options->only_posterior.emplace_back(name);
-    for (const char* name : {"--init", "--start", "--starts", "--learning-rate"})
+    for (const char* name : {"--init", "--start", "--starts", "--learning-rate", "--white-balance"})
       if (command->count(name) > 0) options->no_posterior.emplace_back(name);
     if (command->count("--method") > 0 && options->method != "adam")
       options->only_numbers.push_back("--method " + options->method);

@@ -23,10 +23,12 @@ std::vector<NaturalRange> ranges_of(const PosteriorQuestion& question, const std
       const NamedNumbers range = named_numbers(text);
       if (range.name == c.parameter().name) given = range.numbers;
     }
-    const bool known = !question.prior.precision.empty() && question.prior.precision[p] > 0;
+    const auto k = static_cast<Eigen::Index>(p);
+    const double precision = question.prior.mean.empty() ? 0 : question.prior.precision(k, k);
+    const bool known = precision > 0;
     if (known && !given.empty())
       throw UsageError(fmt::format("{}: --range and --prior; need one of them", c.parameter().name));
-    ranges.push_back(known            ? NaturalRange::of_prior(c, question.prior.mean[p], question.prior.precision[p])
+    ranges.push_back(known            ? NaturalRange::of_prior(c, question.prior.mean[p], precision)
                      : !given.empty() ? NaturalRange(c.parameter(), given[0], given[1])
                                       : NaturalRange::of_scene(c.parameter()));
   }

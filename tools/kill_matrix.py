@@ -1,13 +1,12 @@
 #!/usr/bin/env python3
-"""Kills itn with SIGKILL at random moments, again and again, until the job is done, and compares the bytes with those of a job that
-was never killed: data sets, trainings, inversions. Then looks for files that the kills have left.
+"""Kills itn with SIGKILL at random moments, again and again, until the job is done, and compares the files with those of a job that
+was never killed: data sets, trainings, inversions by all three methods, evaluations. Files that kills have left count, too.
 
-  tools/kill_matrix.py [--kills N] [--jobs dataset,train,invert] [--itn build/bin/itn] [--folder DIR]
+  tools/kill_matrix.py [--kills N] [--jobs dataset,train,...] [--itn build/bin/itn] [--folder DIR]
 
-Exit code 1 where anything differs or is left. The same seed kills at the same moments, as far as the machine is as fast."""
+Exit code 1 where anything differs or is left. Jobs take some tenths of a second of processor time, so that a thousand kills take
+a quarter of an hour on an idle machine. Moments are uniform over the time that the last job took."""
 import argparse
-import hashlib
-import json
 import pathlib
 import random
 import shutil
@@ -16,79 +15,46 @@ import sys
 import tempfile
 import time
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+from resumable_jobs import ROOT, jobs, run_whole, write_inputs
+
+IN_A_ROW = 12  # kills, after which a job is left to come to its end
 
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kills", type=int, default=100, help="of each job [100]")
-    parser.add_argument("--jobs", default="dataset,train,invert")
+    names = [job.name for job in jobs()]
+    parser.add_argument("--kills", type=int, default=1000, help="in all [1000]")
+    parser.add_argument("--jobs", default=",".join(names), help=f"of {', '.join(names)}")
     parser.add_argument("--itn", default=ROOT / "build/bin/itn", type=pathlib.Path)
     parser.add_argument("--folder", type=pathlib.Path, help="to work in; default: a temporary one")
     parser.add_argument("--seed", type=int, default=1)
     return parser.parse_args()
 
 
-class Job:
-    """A command for a folder, and which of its files must not depend on interruptions."""
-
-    def __init__(self, name, command, kept):
-        self.name, self.command, self.kept = name, command, kept
-
-    def start(self, itn, folder):
-        return subprocess.Popen([str(itn), *self.command(folder), "--quiet"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-
-    def sums(self, folder):
-        files = sorted(f for pattern in self.kept for f in folder.glob(pattern))
-        return {str(f.relative_to(folder)): hashlib.sha256(f.read_bytes()).hexdigest() for f in files}
-
-
-def jobs_in(work):
-    config = work / "config.json"
-    side = {"shapes": ["knot"], "azimuths": [0, 60], "materials": 20}
-    config.write_text(json.dumps({"preset": "tiny", "size": 16, "spp": 32, "train": side,
-                                  "test": {"shapes": ["hare"], "azimuths": [30], "materials": 4}}))
-    ball = ROOT / "tests/tool/data/ball.xml"
-    target = work / "target.exr"
-    return [
-        Job("dataset", lambda to: ["dataset", str(config), "-o", str(to)], ["manifest.json", "images/*", "shapes/*"]),
-        Job("train", lambda to: ["train", str(work / "dataset.whole"), "--network", "rn", "-o", str(to), "--epochs", "60",
-                                 "--batch", "8", "--checkpoint-every", "0.2", "--threads", "1"],
-            ["network.safetensors", "curve.jsonl"]),
-        Job("invert", lambda to: ["invert", str(ball), "--target", str(target), "--size", "16x12", "--parameter", "skin.sigma_t",
-                                  "--method", "adam", "--iterations", "60", "--spp", "8", "--start",
-                                  "skin.sigma_t=5", "-o", str(to)],
-            ["state.json", "iterations.jsonl"]),
-    ]
-
-
-def run_whole(job, itn, folder):
-    start = time.monotonic()
-    process = job.start(itn, folder)
-    error = process.communicate()[1].decode(errors="replace")
-    if process.returncode not in (0, 1):  # 1: an inversion that has not converged
-        sys.exit(f"{job.name}: exit code {process.returncode}: {error}")
-    return time.monotonic() - start, process.returncode
-
-
-def kill_until_done(job, itn, folder, seconds, moments):
-    """Returns how often it was killed before it was done."""
-    kills = 0
-    while True:
-        process = job.start(itn, folder)
+def kill_until_done(job, itn, work, seconds, moments):
+    """Returns how often it was killed before it was done, and how long the last start took."""
+    for kills in range(IN_A_ROW + 1):
+        begin = time.monotonic()
+        process = job.start(itn, work)
         try:
-            process.wait(timeout=moments.uniform(0, seconds))
+            error = process.communicate(timeout=moments.uniform(0, seconds) if kills < IN_A_ROW else None)[1]
         except subprocess.TimeoutExpired:
             process.kill()
-            process.wait()
-            kills += 1
-            if kills < 200:
-                continue
-            process = job.start(itn, folder)
-        error = process.communicate()[1].decode(errors="replace")
+            process.communicate()
+            continue
         if process.returncode not in (0, 1):
-            sys.exit(f"{job.name}: after {kills} kills exit code {process.returncode}: {error}")
-        return kills
+            sys.exit(f"{job.name}: after {kills} kills exit code {process.returncode}: {error.decode(errors='replace')}")
+        return kills, time.monotonic() - begin
+
+
+def differences(expected, found):
+    for name in sorted(set(expected) | set(found)):
+        if name not in expected:
+            yield f"{name} is left behind"
+        elif name not in found:
+            yield f"{name} is missing"
+        elif expected[name] != found[name]:
+            yield f"{name} differs"
 
 
 def main():
@@ -96,37 +62,37 @@ def main():
     work = options.folder or pathlib.Path(tempfile.mkdtemp(prefix="itn_kills_"))
     work.mkdir(parents=True, exist_ok=True)
     itn = options.itn.resolve()
-    subprocess.run([str(itn), "render", str(ROOT / "tests/tool/data/ball.xml"), "--size", "16x12", "--spp", "256", "-o",
-                    str(work / "target.exr"), "--quiet"], check=True)
+    write_inputs(itn, work)
     moments = random.Random(options.seed)
-    failed = False
-    for job in jobs_in(work):
-        if job.name not in options.jobs.split(",") and job.name != "dataset":
+    chosen = options.jobs.split(",")
+    failed, total, begin = False, 0, time.monotonic()
+    for job in jobs():
+        expected = run_whole(job, itn, work)
+        if job.name not in chosen:
             continue
-        whole = work / f"{job.name}.whole"
-        run_whole(job, itn, whole)
-        seconds, code = run_whole(job, itn, work / f"{job.name}.again")  # compiled kernels are there now
-        expected = job.sums(whole)
-        if job.sums(work / f"{job.name}.again") != expected or not expected:
-            sys.exit(f"{job.name}: two whole runs differ: nothing to compare with")
-        if job.name not in options.jobs.split(","):
-            continue
+        whole = work / (job.output + ".whole")
+        shutil.rmtree(whole, ignore_errors=True)
+        (work / job.output).rename(whole)
+        start = time.monotonic()
+        again = run_whole(job, itn, work)  # compiled kernels are there now
+        seconds = time.monotonic() - start
+        if again != expected:
+            sys.exit(f"{job.name}: two whole runs differ: {', '.join(differences(expected, again))}")
         kills = rounds = 0
-        while kills < options.kills:
-            parts = work / f"{job.name}.parts"
-            shutil.rmtree(parts, ignore_errors=True)
-            kills += kill_until_done(job, itn, parts, seconds, moments)
+        while kills < options.kills / len(chosen):
+            shutil.rmtree(work / job.output)
+            more, last = kill_until_done(job, itn, work, seconds, moments)
+            seconds = last if more == 0 else seconds  # of a whole job
+            kills += more
             rounds += 1
-            found = job.sums(parts)
-            for name in sorted(set(expected) | set(found)):
-                if expected.get(name) != found.get(name):
-                    failed = True
-                    print(f"{job.name}: {name} differs after kills")
-            left = [str(f) for f in parts.rglob("*.tmp-*")]
-            if left:
+            for text in differences(expected, job.contents(work)):
                 failed = True
-                print(f"{job.name}: left behind: {', '.join(left)}")
-        print(f"{job.name}: {kills} kills in {rounds} jobs of {seconds:.1f} s{' FAILED' if failed else ''}", flush=True)
+                print(f"{job.name}: {text} after {more} kills", flush=True)
+        total += kills
+        print(f"{job.name}: {kills} kills in {rounds} jobs of {seconds:.1f} s", flush=True)
+        shutil.rmtree(work / job.output)  # others need what was never killed
+        whole.rename(work / job.output)
+    print(f"{total} kills in {time.monotonic() - begin:.0f} s: {'FAILED' if failed else 'all files as if never killed'}")
     if not options.folder:
         shutil.rmtree(work)
     sys.exit(failed)

@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <new>
@@ -11,10 +12,12 @@
 #include <string_view>
 #include <system_error>
 #include <thread>
+#include <vector>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/base/printable.h"
+#include "runtime/cluster/local_ranks.h"
 #include "runtime/cluster/mpi_ranks.h"
 #include "runtime/device/device.h"
 #include "tools/common.h"
@@ -64,7 +67,8 @@ void be_one_of_several(std::string_view command) {
   constexpr std::array<std::string_view, 6> shared{"dataset", "eval", "gradient", "invert", "render", "train"};
   if (!ranks || ranks->alone()) return;
   if (std::find(shared.begin(), shared.end(), command) == shared.end())
-    throw itn::UsageError(std::string(command) + ": is no work for several processes; start it without mpirun");
+    throw itn::UsageError(std::string(command) +
+                          ": is no work for several processes; start it without mpirun, with one --device");
   itn::set_world(ranks.get());
   itn::set_writing(ranks->is_first());
   static const std::string end_text = std::string("itn: rank 0: ") + ended_with_others + "\n";
@@ -107,15 +111,63 @@ int run(int argc, char** argv) {
   return done;
 }
 
+// What --device says, or else ITN_DEVICE: one or several, between commas. Where the first stands in the command line.
+struct GivenDevices {
+  std::vector<std::string> list;
+  std::size_t argument = 0;  // 0: in the environment
+  std::string before;        // of the argument: "" or "--device="
+};
+
+GivenDevices given_devices(const std::vector<std::string>& arguments) {
+  const char* variable = std::getenv("ITN_DEVICE");
+  GivenDevices given;
+  std::string text = variable ? variable : "";
+  const std::string option = "--device";
+  for (std::size_t i = 1; i < arguments.size(); ++i) {
+    const bool whole = arguments[i] == option && i + 1 < arguments.size();
+    if (!whole && !arguments[i].starts_with(option + "=")) continue;
+    given.before = whole ? "" : option + "=";
+    given.argument = whole ? i + 1 : i;
+    text = arguments[given.argument].substr(given.before.size());
+  }
+  for (std::size_t at = 0; at <= text.size();) {
+    const std::size_t comma = std::min(text.find(',', at), text.size());
+    given.list.push_back(text.substr(at, comma - at));
+    at = comma + 1;
+  }
+  return given;
+}
+
+// Of several devices each process gets one: of those of this command its own, of those that mpirun has started on a
+// node one after the other.
+void take_device(std::vector<std::string>& arguments) {
+  const GivenDevices given = given_devices(arguments);
+  const std::size_t count = given.list.size();
+  if (count < 2) return;
+  for (const std::string& device : given.list)
+    if (device.empty())
+      throw itn::UsageError("--device: got a comma without a device beside it; need for instance 0,1");
+  if (!ranks) ranks = itn::start_local_ranks(static_cast<int>(count), itn::tools::interrupt_flag());
+  const std::string& mine = given.list[static_cast<std::size_t>(itn::rank_on_node(*ranks)) % count];
+  if (given.argument > 0)
+    arguments[given.argument] = given.before + mine;
+  else
+    setenv("ITN_DEVICE", mine.c_str(), 1);
+}
+
 int run_and_report(int argc, char** argv) {
   try {
+    std::vector<std::string> arguments(argv, argv + argc);
     ranks = itn::join_ranks(itn::tools::interrupt_flag());
+    take_device(arguments);
     itn::tools::watch_for_interrupt();  // after MPI, which has handlers of its own
     be_one_of_several(argc > 1 ? argv[1] : "");
-    for (int i = 1; i < argc; ++i)  // they become names in images, JSON and messages
-      if (!itn::is_utf8(argv[i]))
-        throw itn::UsageError(std::string(argv[i]) + ": is no text in UTF-8; rename the file, or give a link to it");
-    return run(argc, argv);
+    for (const std::string& argument : arguments)  // they become names in images, JSON and messages
+      if (!itn::is_utf8(argument))
+        throw itn::UsageError(argument + ": is no text in UTF-8; rename the file, or give a link to it");
+    std::vector<char*> pointers;
+    for (std::string& argument : arguments) pointers.push_back(argument.data());
+    return run(argc, pointers.data());
   } catch (const itn::UsageError& error) {
     return report(bad_command_line, error.what());
   } catch (const itn::InputError& error) {

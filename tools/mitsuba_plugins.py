@@ -153,7 +153,7 @@ PLUGINS = [
     ('phase', 'tabphase', text('values', '1, 2, 3'), 'of at most 128 values', MEDIA),
     ('phase', 'sggx', '', '', 'no phase functions of microflakes yet'),
     ('volume', 'constvolume', number('value', 0.5), 'where a colour may stand; in space its cube bounds sigma_t alone, as in Mitsuba', MEDIA, 'albedo'),
-    ('volume', 'gridvolume', text('filename', 't.vol'), 'of one channel or three, of media alone', MEDIA, 'albedo'),
+    ('volume', 'gridvolume', text('filename', 't.vol'), 'of one channel or three, of media and their phase functions alone', MEDIA, 'albedo'),
     ('emitter', 'constant', '', 'one environment a scene', MEDIA),
     ('emitter', 'envmap', text('filename', 't.ppm'), 'one environment a scene', MEDIA),
     ('emitter', 'sunsky', '', 'one environment a scene', MEDIA),
@@ -162,7 +162,7 @@ PLUGINS = [
     ('emitter', 'point', '', '', MEDIA),
     ('emitter', 'spot', '', '', MEDIA),
     ('emitter', 'directional', '', '', MEDIA),
-    ('emitter', 'directionalarea', '', '', MEDIA),
+    ('emitter', 'directionalarea', '', 'of a rectangle or a disk; all integrators see its light, in Mitsuba `ptracer` alone', MEDIA),
     ('emitter', 'projector', '', '', MEDIA),
 ]
 

@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -14,6 +16,7 @@
 #include "runtime/training/trained_network.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
+#include "tools/target_options.h"
 
 namespace itn::tools {
 namespace {
@@ -24,9 +27,11 @@ struct PredictArguments {
   int sensor = 0;
   std::vector<std::string> images;
   std::vector<double> light;
+  PhotoOptions photo;
 };
 
 void run(const PredictArguments& options) {
+  if (!options.dataset.empty()) refuse_inside(options.dataset, {options.common.json});
   Inputs inputs;
   std::optional<Scene> scene;
   if (!options.scene.empty()) {
@@ -36,20 +41,22 @@ void run(const PredictArguments& options) {
   }
   const PredictionRequest request{options.run,    options.images,  scene ? &*scene : nullptr,
                                   options.sensor, options.dataset, options.shape_buffers,
-                                  options.light};
+                                  options.light,  options.photo};
   nlohmann::ordered_json images = nlohmann::ordered_json::array();
   const auto each = [&](const NetworkDescription& network, const ImagePrediction& image) {
     nlohmann::ordered_json line{{"file", image.file}};
     std::string text = image.file;
     for (std::size_t i = 0; i < image.parameters.size(); ++i) {
-      line[network.outputs[i].name] = image.parameters[i];
-      text += fmt::format("  {} {:.4g}", network.outputs[i].name, image.parameters[i]);
+      const ParameterEstimate& estimate = image.parameters[i];
+      line[network.outputs[i].name] = {{"value", estimate.value}, {"low", estimate.low}, {"high", estimate.high}};
+      text += fmt::format("  {} {:.4g}", network.outputs[i].name, estimate.value);
+      if (network.distribution) text += fmt::format(" ({:.4g} to {:.4g})", estimate.low, estimate.high);
     }
     images.push_back(std::move(line));
     if (options.common.talkative()) fmt::print("{}\n", text);
   };
   const PredictedImages predicted = predict_images(request, interrupt_flag(), each);
-  write_json(options.common, {{"schema", "itn.predict/1"},
+  write_json(options.common, {{"schema", "itn.predict/2"},
                               {"run", options.run},
                               {"network", predicted.network.kind},
                               {"channels", predicted.network.channels},
@@ -61,8 +68,10 @@ void run(const PredictArguments& options) {
 // Without a RUN before the images it is the shipped one.
 void take_run(PredictArguments& options) {
   const std::string first = options.images.front();
+  const std::string extension = std::filesystem::path(first).extension().string();
+  constexpr std::array<const char*, 6> pictures{".exr", ".png", ".jpg", ".jpeg", ".tif", ".tiff"};
   options.run = shipped_run;
-  if (std::filesystem::path(first).extension() == ".exr" && !is_folder(first)) return;
+  if (std::find(pictures.begin(), pictures.end(), extension) != pictures.end() && !is_folder(first)) return;
   options.run = first;
   options.images.erase(options.images.begin());
   if (options.images.empty()) throw UsageError(first + ": is taken for a RUN; which images?");
@@ -79,7 +88,7 @@ void add_predict(CLI::App& app) {
       ->add_option(
           "images", options->images,
           "[RUN] IMAGE...: folder that itn train wrote or a .safetensors file, else the network that ships with "
-          "the program; square OpenEXR files with the channels Y or R G B")
+          "the program; square images: OpenEXR files with the channels Y or R G B, or photos as PNG, JPEG or TIFF")
       ->required();
   command->add_option("--dataset", options->dataset,
                       "six channels: the data set that the images belong to; it knows their shape and light");
@@ -93,6 +102,12 @@ void add_predict(CLI::App& app) {
   command->add_option("--light", options->light, "six channels: direction to the light, x,y,z")
       ->delimiter(',')
       ->expected(3);
+  add_curve_option(*command, options->photo.curve);
+  command
+      ->add_option("--white", options->photo.white,
+                   "photos: the radiance that their largest sample stands for; networks know how bright things are")
+      ->check(CLI::Range(1e-6, 1e6))
+      ->capture_default_str();
   add_common_options(*command, options->common);
   add_open_option(*command, options->common);
   command->callback([options] {

@@ -100,6 +100,7 @@ nlohmann::ordered_json to_json(const Rendering& image, const RenderArguments& op
        {{"scene_s", times.scene}, {"build_s", image.build_s}, {"render_s", image.render_s}, {"write_s", times.write}}},
       {"paths", image.paths},
       {"misplaced", image.misplaced},
+      {"endless", image.endless},
       {"paths_per_s", static_cast<double>(image.paths) / image.render_s},
       {"mean", image.mean_of_image},
       {"mean_stderr", image.stderr_of_mean},
@@ -168,6 +169,11 @@ void run(RenderArguments options) {
          fmt::format("{}: {} paths met {} surfaces from the side where they cannot be: shapes that overlap or are "
                      "not closed, or a camera inside of a shape without its medium; the image is wrong there",
                      options.scene, image.paths, image.misplaced));
+  if (image.endless > 0)
+    warn(common,
+         fmt::format("{}: {} of {} paths found no end and were stopped: the image is too dark, which its standard "
+                     "error does not say; let the medium absorb or be less dense, or set max_depth",
+                     options.scene, image.endless, image.paths));
 
   const auto is_zero = [](const std::vector<float>& values) {
     return std::all_of(values.begin(), values.end(), [](float v) { return v == 0; });

@@ -98,6 +98,7 @@ void run(const ShapesArguments& options) {
   const CommonOptions& common = options.common;
   if (common.seed > std::numeric_limits<std::uint64_t>::max() - static_cast<std::uint64_t>(options.random))
     throw UsageError(fmt::format("--seed {} and --random {}: got seeds beyond 2^64 - 1", common.seed, options.random));
+  check_folder(options.output);
   make_folder(options.output);
   const auto path = [&](const std::string& name) { return (std::filesystem::path(options.output) / name).string(); };
   check_writable(path("shapes.json"));

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "runtime/base/error.h"
+#include "runtime/cluster/ranks.h"
 
 namespace itn::tools {
 
@@ -14,18 +15,42 @@ void add_target_options(CLI::App& command, TargetOptions& options) {
   command
       .add_option(
           "--target", options.targets,
-          "OpenEXR image to compare with, of the film's size, with standard errors (stderr.R ...) where they are "
-          "known; repeated: one for each of several sensors")
+          "image to compare with: OpenEXR, of the film's size, with standard errors (stderr.R ...) where they are "
+          "known; or a photo as PNG, JPEG or TIFF, averaged down where it is larger; repeated: one for each of several "
+          "sensors")
       ->required()
       ->take_all();
   command
       .add_option("--mask", options.masks,
-                  "OpenEXR file whose Y, R or else first channel weighs the target's pixels; one a target")
+                  "file whose pixels weigh the target's: OpenEXR (channel Y, R or else the first), or PNG and the like "
+                  "(grey or red, 0 to 1); one a target")
       ->take_all();
   command.add_option("--sensor", options.sensors, "the sensor of each target, from 0; default: in their order")
       ->check(CLI::Range(0, 1 << 20))
       ->take_all();
   add_size_option(command, options.size);
+  add_photo_options(command, options.photo);
+}
+
+void add_curve_option(CLI::App& command, TransferCurve& curve) {
+  command
+      .add_option_function<std::string>(
+          "--curve", [&curve](const std::string& text) { curve = transfer_curve(text); },
+          "transfer curve of photos: srgb, linear, an exponent such as 2.2, or auto: linear for TIFF of 16 bits, else "
+          "srgb")
+      ->type_name("auto|srgb|linear|EXPONENT")
+      ->default_str("auto");
+}
+
+void add_photo_options(CLI::App& command, PhotoOptions& options) {
+  add_curve_option(command, options.curve);
+  command
+      .add_option(
+          "--saturation", options.saturation,
+          "photos: pixels with a sample of so much of the file's largest and more are left out; where the sensor "
+          "ends below the file's range, give that end")
+      ->check(CLI::Range(1e-3, 2.0))
+      ->capture_default_str();
 }
 
 std::vector<TargetImage> read_targets(TargetOptions& options, const Scene& scene) {
@@ -44,13 +69,21 @@ std::vector<TargetImage> read_targets(TargetOptions& options, const Scene& scene
   for (std::size_t t = 0; t < count; ++t) {
     const Sensor& sensor = chosen_sensor(scene, options.sensors[t]);
     images.push_back(read_target(options.targets[t], options.masks.empty() ? "" : options.masks[t], sensor.crop_width,
-                                 sensor.crop_height, sensor.luminance ? 1 : 3));
+                                 sensor.crop_height, sensor.luminance ? 1 : 3, options.photo));
   }
   return images;
 }
 
+void print_notes(const CommonOptions& common, const std::vector<TargetImage>& targets, bool factor_known) {
+  if (!common.talkative() || !world().is_first()) return;
+  for (const TargetImage& target : targets)
+    if (!target.note.empty())
+      fmt::print("{}{}\n", target.note, factor_known ? "; taken for radiance as it is (--exposure)" : "");
+}
+
 bool errors_known(const std::vector<TargetImage>& targets) {
-  return std::all_of(targets.begin(), targets.end(), [](const TargetImage& t) { return !t.error.empty(); });
+  return std::all_of(targets.begin(), targets.end(),
+                     [](const TargetImage& t) { return !t.error.empty() || !t.noise.empty(); });
 }
 
 double relative_noise(double given, const std::vector<TargetImage>& targets) {

@@ -92,6 +92,9 @@ void run(TrainArguments options) {
   options.request.seed = options.common.seed;
   options.request.device = options.common.device;
   options.request.spp = options.common.spp;
+  check_folder(options.request.folder);
+  for (const std::string& data : options.request.calibration)
+    refuse_inside(data, {options.common.json, options.exported});
   for (const std::string& data : options.request.data) refuse_inside(data, {options.common.json, options.exported});
   std::vector<std::string> files, own;
   for (const char* name : {"network.safetensors", "checkpoint.safetensors", "run.json", "curve.jsonl"})
@@ -137,6 +140,17 @@ void add_train(CLI::App& app) {
       "--init", options->request.init,
       "start from the network of this RUN (or .safetensors file), its ranges and its view of luminance; "
       "else from random weights");
+  command->add_flag("--distribution", options->request.distribution,
+                    "rn: learn how sure it is, too: a normal distribution of the parameters, by likelihood, its "
+                    "intervals calibrated on held-out images; supervised and validation loss are then minus the "
+                    "log of the density");
+  command
+      ->add_option("--calibrate", options->request.calibration,
+                   "with --distribution: data sets of other shapes, to calibrate the intervals on; may be repeated; "
+                   "default: the validation images")
+      ->take_all();
+  command->add_flag("--frozen", options->request.frozen,
+                    "with --distribution and --init: learn only how sure that network is; what it says stays the same");
   command->add_option("--epochs", options->request.epochs, "at most")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();

@@ -24,6 +24,8 @@ struct ViewArguments {
   int sensor = 0, port = 0;
   std::optional<FilmSize> size;
   double noise = -1;  // not given
+  bool exposure = false;
+  PhotoOptions photo;
 };
 
 // Renders while somebody looks, in a thread of its own. What it fails with ends the command.
@@ -77,10 +79,12 @@ void run(const ViewArguments& options) {
   const Sensor& sensor = chosen_sensor(scene, options.sensor);
   ViewOptions view;
   if (!options.target.empty()) {
-    const TargetImage target =
-        read_target(options.target, options.mask, sensor.crop_width, sensor.crop_height, sensor.luminance ? 1 : 3);
+    const TargetImage target = read_target(options.target, options.mask, sensor.crop_width, sensor.crop_height,
+                                           sensor.luminance ? 1 : 3, options.photo);
+    print_notes(common, {target}, !options.exposure);
     view.relative_noise = relative_noise(options.noise, {target});
     view.target = target;
+    view.exposure = options.exposure;
   } else if (!options.mask.empty()) {
     throw UsageError("--mask: it weighs the pixels of a target; need --target, too");
   }
@@ -119,11 +123,15 @@ void add_view(CLI::App& app) {
       "a scene in a browser, live: the image refines, sliders move its parameters\n\n"
       "Prints the address of a page that only browsers on this machine can open. Ends with Ctrl-C (exit code 130).");
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
-  command->add_option("--target", options->target,
-                      "OpenEXR image to compare with, of the film's size: the residual, the loss, and where "
-                      "Gauss-Newton would step");
+  command->add_option(
+      "--target", options->target,
+      "image to compare with: OpenEXR, of the film's size, or a photo as PNG, JPEG or TIFF: the residual, "
+      "the loss, and where Gauss-Newton would step");
   command->add_option("--mask", options->mask,
-                      "OpenEXR file whose Y, R or else first channel weighs the target's pixels");
+                      "file whose pixels weigh the target's: OpenEXR (channel Y, R or else the first), or PNG and the "
+                      "like (grey or red, 0 to 1)");
+  command->add_flag("--exposure", options->exposure, "the target is known up to a factor: find it, too");
+  add_photo_options(*command, options->photo);
   command
       ->add_option("--noise", options->noise,
                    "standard deviation of the target's noise over its radiance, beside what its file says")

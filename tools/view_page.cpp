@@ -53,10 +53,11 @@ double relative_noise(const Rendering& image) {
   return std::sqrt(square / static_cast<double>(image.stderr_.size())) / mean;
 }
 
-std::vector<float> residual_of(const Rendering& image, const TargetImage& target) {
+std::vector<float> residual_of(const Rendering& image, const TargetImage& target, double exposure) {
   std::vector<float> residual(target.value.size());
   for (std::size_t i = 0; i < residual.size(); ++i)
-    if (target.weight[i / static_cast<std::size_t>(target.channels)] > 0) residual[i] = image.mean[i] - target.value[i];
+    if (target.weight[i / static_cast<std::size_t>(target.channels)] > 0)
+      residual[i] = static_cast<float>(exposure) * image.mean[i] - target.value[i];
   return residual;
 }
 
@@ -182,7 +183,7 @@ WebResponse ViewPage::frame(const WebRequest& request) {
   Json names = Json::array();
   if (image.spp > 0) {
     json["noise"] = relative_noise(image);
-    pictures.push_back(tone_mapped(image.mean, image.channels, look.exposure()));
+    pictures.push_back(tone_mapped(image.mean, image.channels, look.exposure() * shown->exposure));
     names.push_back("image");
     if (!image.derivatives.empty()) {
       SignedPicture derivative =
@@ -197,7 +198,7 @@ WebResponse ViewPage::frame(const WebRequest& request) {
     }
   }
   if (const auto& target = session_.options().target; target && image.spp > 0) {
-    SignedPicture residual = red_blue(residual_of(image, *target), target->channels);
+    SignedPicture residual = red_blue(residual_of(image, *target, shown->exposure), target->channels);
     json["residual_scale"] = residual.scale;
     pictures.push_back(std::move(residual.bytes));
     names.push_back("residual");
@@ -207,6 +208,7 @@ WebResponse ViewPage::frame(const WebRequest& request) {
     }
     if (shown->loss) {
       json["loss"] = {{"value", shown->loss->loss}, {"stderr", shown->loss->loss_stderr}};
+      if (session_.options().exposure) json["loss"]["exposure"] = shown->exposure;
       if (!shown->loss->gradient.empty()) {
         json["loss"]["gradient"] = shown->loss->gradient.front();
         json["loss"]["gradient_stderr"] = shown->loss->gradient_stderr.front();
@@ -264,10 +266,10 @@ WebResponse ViewPage::png_file() {
   if (shown->image.spp == 0) return failure(409, "there is no image yet");
   const Rendering& image = shown->image;
   const std::string name = file_name(".png");
-  return {
-      200, "image/png",
-      encode_png(name, image.width, image.height, tone_mapped(image.mean, image.channels, look_at(*shown).exposure())),
-      name};
+  return {200, "image/png",
+          encode_png(name, image.width, image.height,
+                     tone_mapped(image.mean, image.channels, look_at(*shown).exposure() * shown->exposure)),
+          name};
 }
 
 WebResponse ViewPage::dispatch(const WebRequest& request) {

@@ -62,9 +62,10 @@ inline INT boundary_state(INT first, REAL cosine) {
   return first + max(column, (INT)(0));
 }
 
-/* V, a channel each. */
+/* V, a channel each; 0 where there is no table. */
 __attribute__((always_inline)) inline void expected_future(const Launch* launch, INT state, REAL v[]) {
-  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) v[c] = GATHER((launch->futures + c), state * THROUGHPUT_CHANNELS);
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c)
+    v[c] = BASELINES ? GATHER((launch->futures + c), state * THROUGHPUT_CHANNELS) : (REAL)(0.0f);
 }
 
 #if ADJOINT

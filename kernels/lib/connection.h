@@ -57,6 +57,8 @@ inline void pull_connection(const Launch* launch, __global const JobRecord* job,
   if (start->medium)
     sum_way_by_voxels(launch, job, pool, slots, start->medium, random, 1, start->from, start->direction,
                       start->distance, mask & start->mask, weight);
+  if (start->phase)
+    sum_turn_by_voxels(launch, job, pool, slots, start->phase, start->cosine, mask & start->mask, weight);
 #endif
   Scores own = no_scores();
   own.pulled = pulled(weight);

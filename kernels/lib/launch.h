@@ -103,15 +103,23 @@ inline INT plain_depth(INT depth) {
 #endif
 }
 
-/* Russian roulette as Mitsuba plays it: from rr_depth on, survival with the largest throughput, at most 0.95. Returns
- * who dies; survivors' throughput is raised in place. */
-inline MASK roulette(__global const JobRecord* job, INT depth, REAL u, MASK active, REAL largest, REAL throughput[]) {
-  REAL survival = MIN(largest, (REAL)0.95f);
+#define HEAVY 16.0f              /* throughput from which on nothing but what a path loses ends it */
+#define LASTS_IN_MEDIA 1.0f      /* survival of heavy paths */
+#define LASTS_AT_SURFACES 0.999f /* some paths never leave smooth glass, or a white room without a window */
+
+/* Russian roulette: from rr_depth on, survival with the largest throughput. Paths that lose nothing survive with 0.95, as
+ * in Mitsuba, until their throughput has been raised to HEAVY: for ever it would end all that take long, and raise the rest
+ * without bound. From there on they survive with `lasts`. Returns who dies; survivors' throughput is raised in place. */
+inline MASK roulette(const Launch* launch, __global const JobRecord* job, INT depth, REAL u, MASK active, REAL largest,
+                     float lasts, REAL throughput[]) {
+  REAL survival = MIN(largest, SELECT(largest < HEAVY, (REAL)0.95f, (REAL)lasts));
   MASK plays = active & (depth > job->rr_depth);
-  MASK dies = plays & (u >= survival);
+  MASK dies = (active & (largest <= 0.0f)) | (plays & (u >= survival));
   REAL raise = SELECT(plays & !dies, 1.0f / MAX(survival, (REAL)1e-20f), 1.0f);
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= raise;
-  return (active & (largest <= 0.0f)) | dies | (active & (depth >= job->max_depth));
+  const MASK ends = active & !dies & (depth >= job->max_depth);
+  if (job->max_depth >= UNLIMITED_DEPTH && ANY(ends)) atomic_add(launch->endless, popcount(lane_bits(ends)));
+  return dies | ends;
 }
 
 /* The largest channel with its spectral weight. */

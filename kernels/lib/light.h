@@ -69,10 +69,10 @@ inline INT pick_light(const Launch* launch, __global const JobRecord* job, INT c
   return light + job->first_light;
 }
 
-/* Probability with which it is drawn. */
-inline REAL light_chance(const Launch* launch, __global const JobRecord* job, INT chances, INT light) {
-  const INT at = chances + light - job->first_light;
-  return job->light_share * (GATHER((launch->light_tables + 1), at) - GATHER(launch->light_tables, at));
+/* Probability with which that of the job's lights is drawn. */
+inline REAL light_chance(const Launch* launch, INT chances, INT light) {
+  const INT at = chances + light;
+  return GATHER((launch->light_tables + 1), at) - GATHER(launch->light_tables, at);
 }
 
 #if HAS_SCREENS

@@ -292,9 +292,10 @@ inline void sum_scattering_by_voxels(const Launch* launch, __global const JobRec
     __global const FieldRecord* field;
     const MASK here = next_field(launch, medium->field, &left, &field);
     if (field->gradient < 0) continue;
+    const REAL knee = knee_of(field, mean_sigma_t(medium->n + MEDIUM_sigma_t));
     REAL x[RADIANCE_CHANNELS];
     UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
-      x[c] = pulled[c] / MAX(flight->there[FIELD_CHANNELS == 3 ? c : 0], (REAL)(knee_of(field)));
+      x[c] = pulled[c] / MAX(flight->there[FIELD_CHANNELS == 3 ? c : 0], knee);
     add_to_voxels(launch, job, pool, slots, here, field, place, x);
   }
 }

@@ -1,13 +1,20 @@
 /* The phase function of each lane's medium: model/phase/list.h expanded for those that the scene has
- * (PHASES_OF_SCENE of the program, runtime/compile/surfaces.h). Where it has one, no lane chooses. */
+ * (PHASES_OF_SCENE of the program, runtime/compile/surfaces.h). Where it has one, no lane chooses.
+ * A field (lib/field.h) may stand for a number of it: place_phase() looks these numbers up. PHASE_FIELDS: how many
+ * there are at most in a medium. */
 #ifndef ITN_PHASE_H
 #define ITN_PHASE_H
+#include "lib/field.h"
 #include "lib/mixture.h"
 #include "lib/numbers.h"
 
 typedef struct {
   INT model, first;   /* n = numbers + first */
   REAL n[MOST_SLOTS]; /* of the lane's model */
+#if PHASE_FIELDS
+  INT first_field, fields; /* of the launch, and how many */
+  REAL3 place;             /* where they were looked up */
+#endif
 } Phase;
 
 #define CHOOSE_PHASE(name, value, other) \
@@ -24,7 +31,30 @@ inline Phase load_phase(const Launch* launch, INT medium) {
     /* what a lane of another model reads is not used */
 #define LOAD_PHASE(name, PREFIX) load_numbers(launch, MODEL_##name, p.first, nowhere, p.n);
   PHASES_OF_SCENE(LOAD_PHASE)
+#if PHASE_FIELDS
+  p.first_field = GATHER_INT((media + FIELD_OF(MediumRecord, first_phase_field)), at);
+  p.fields = GATHER_INT((media + FIELD_OF(MediumRecord, phase_fields)), at);
+  p.place = make3((REAL)(0.0f), (REAL)(0.0f), (REAL)(0.0f));
+#endif
   return p;
+}
+
+/* The numbers at a place, of the lanes in `mask`. */
+inline void place_phase(const Launch* launch, Phase* phase, REAL3 place, MASK mask) {
+#if PHASE_FIELDS
+  phase->place = place;
+  for (int k = 0; k < PHASE_FIELDS; ++k) {
+    uint left = lane_bits(mask & (phase->fields > k));
+    while (left) {
+      __global const FieldRecord* field;
+      const MASK here = next_field(launch, phase->first_field + k, &left, &field);
+      REAL value[1];
+      field_value(launch, field, place, 1, value);
+      UNROLL_FOR(int slot = 0; slot < MOST_SLOTS; ++slot)
+        if (slot == field->slot) phase->n[slot] = SELECT(here, value[0], phase->n[slot]);
+    }
+  }
+#endif
 }
 
 inline REAL phase_value(const Phase* phase, REAL cosine) {

@@ -21,11 +21,12 @@ enum { STREAM_PROBE = 0x80 };
 #define PROBED_EVENTS 0x1000000 /* events after the probe: random numbers that the path had not drawn */
 #define LEAST_GUESS 1e-3f       /* of a transmittance */
 
-/* The room on a way without an end. Where the sum of what was passed reaches `target` is *at, and *guess the guess up to
+/* The room on a way without an end. The guess is what cells' least values let through, no less than what comes through: where the
+ * transmittance is far above the guess, a probe would weigh that much more. Where the sum of what was passed reaches `target` is *at, and *guess the guess up to
  * there. */
 inline REAL room_ahead(const Launch* launch, __global const FieldRecord* field, REAL sigma_t, REAL3 from,
                        REAL3 direction, MASK mask, REAL target, REAL* at, REAL* guess) {
-  const float knee = knee_of(field);
+  const REAL knee = knee_of(field, sigma_t);
   Way w = enter_field(launch, field, from, direction, (REAL)(ENDLESS), mask);
   REAL room = (REAL)(0.0f), depth = (REAL)(0.0f);
   MASK looks = mask;
@@ -37,7 +38,7 @@ inline REAL room_ahead(const Launch* launch, __global const FieldRecord* field, 
     *at = SELECT(reached, w.at + MIN(MAX((target - before) / seen, (REAL)(0.0f)), length), *at);
     *guess = SELECT(reached, seen, *guess);
     looks = looks & !reached;
-    depth += SELECT(w.inside, 0.5f * sigma_t * (w.greatest + w.least) * length, 0.0f);
+    depth += SELECT(w.inside, sigma_t * w.least * length, 0.0f);
     next_cell(launch, field, direction, w.inside, &w);
   }
   return room;
@@ -114,9 +115,10 @@ inline MASK land_probe(const Launch* launch, Pool* pool, INT slots, const Medium
     const MASK here = next_field(launch, medium->field, &left, &field);
     REAL value[FIELD_CHANNELS];
     field_value(launch, field, place, FIELD_CHANNELS, value);
+    const REAL knee = knee_of(field, mean_sigma_t(medium->n + MEDIUM_sigma_t));
     UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
       const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
-      const REAL lack = MAX(1.0f - value[FIELD_CHANNELS == 3 ? c : 0] / knee_of(field), (REAL)(0.0f));
+      const REAL lack = MAX(1.0f - value[FIELD_CHANNELS == 3 ? c : 0] / knee, (REAL)(0.0f));
       REAL weight = LOAD(pool, PROBE_WEIGHT + c, slots);
       weight =
           SELECT(here, weight * lack * through[t] * medium->n[MEDIUM_sigma_t + t] / (p->throughput * p->guess), weight);

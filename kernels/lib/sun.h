@@ -20,6 +20,10 @@ inline REAL3 environment_to_world(__global const EnvironmentRecord* record, REAL
                m[2] * d.x + m[5] * d.y + m[8] * d.z);
 }
 
+#ifndef HAS_SUN
+#define HAS_SUN 0
+#endif
+
 #if HAS_SUN
 /* Radiance inside the disc. z: cosine from the local zenith; chord2: squared distance of the unit vectors to the direction
  * and to the disc's centre. */

@@ -17,9 +17,12 @@
 #include "shared/knee.h"
 
 #if VOXEL_SUMS
-/* Of a field of extinctions: below, probes take part. */
-inline float knee_of(__global const FieldRecord* field) {
-  return field->mean > 0.0f ? EXTINCTION_KNEE * field->mean : 1.0f;
+/* Of a field of extinctions: below, probes take part. sigma_t: what the field is times; any is right. Measured:
+ * tests/transport/voxel_estimators_test.cpp */
+inline REAL knee_of(__global const FieldRecord* field, REAL sigma_t) {
+  const float size =
+      fmax(field->high[0] - field->low[0], fmax(field->high[1] - field->low[1], field->high[2] - field->low[2]));
+  return MAX((REAL)(EXTINCTION_KNEE * field->mean), KNEE_DEPTH / (MAX(sigma_t, (REAL)(1e-20f)) * size));
 }
 
 /* The voxels that the field is interpolated from at a place. */

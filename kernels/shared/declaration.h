@@ -78,9 +78,12 @@ enum { COORDINATE_LOG, COORDINATE_COSINE, COORDINATE_ITSELF };
 /* Traits of lights.
  *   LIGHT_ON_SHAPE   it is the surface of a shape, which paths find by chance, too
  *   LIGHT_TINTED     its three numbers behind the colour are another colour, or a texture, that multiplies what
- *   arrives */
+ *   arrives
+ *   LIGHT_BEAM       it stands in a flat shape, which tells its place, but has no extent in directions: no path finds it by
+ *                    chance */
 #define LIGHT_ON_SHAPE 1
 #define LIGHT_TINTED 2
+#define LIGHT_BEAM 4
 
 /* A distance that leads out of every scene [scene unit]. */
 #define FAR_AWAY 1e30f

@@ -43,7 +43,7 @@ typedef struct {
   float sun_chord2;                       /* |d - s|^2 <= sun_chord2 inside the disc: 2 (1 - sun_cos) */
   float sun_pdf;                          /* 1 / solid angle [1/sr]; 0 without a sun */
   float sun_weight,
-      sky_weight; /* luminance integrated over the sphere of directions: shares for choosing between them */
+      sky_weight; /* luminance integrated over the sphere of directions: for the share of lights of the scene beside it */
 } EnvironmentRecord;
 
 typedef char environment_record_is_292_bytes[sizeof(EnvironmentRecord) == 292 ? 1 : -1];

@@ -16,7 +16,8 @@
  * number_textures: beside `numbers`, the texture that takes a number's place, -1: none.
  * futures: [cell][throughput channel] (lib/baseline.h); visits: of a pilot; pulls, gradient, texel_gradient: lib/adjoint.h.
  * measured: tables of measured BSDFs (lib/measured.h).
- * samples: SAMPLE_SIZE floats each. misplaced: one count, arrivals at surfaces from the wrong side. */
+ * samples: SAMPLE_SIZE floats each. misplaced: one count, arrivals at surfaces from the wrong side. endless: one
+ * count, paths that were ended at UNLIMITED_DEPTH or beyond. */
 #define LAUNCH_ARGUMENTS(ARGUMENT)                \
   GEOMETRY_ARGUMENTS(ARGUMENT)                    \
   ARGUMENT(const float, texture_axes)             \
@@ -42,6 +43,7 @@
   ARGUMENT(uint, gradient)                        \
   ARGUMENT(uint, texel_gradient)                  \
   ARGUMENT(float, samples)                        \
-  ARGUMENT(uint, misplaced)
+  ARGUMENT(uint, misplaced)                       \
+  ARGUMENT(uint, endless)
 
 #endif

@@ -33,11 +33,12 @@ enum { CONNECTION_NONE, CONNECTION_STRAIGHT, CONNECTION_REFRACTED };
 typedef struct {
   int model, first_number; /* MODEL_* of model/models.h */
   int phase, first_phase_number;
-  int connection;          /* CONNECTION_*: how light reaches its scattering vertices */
-  int distribution;        /* refracted: MICROFACET_* of the boundary that the guess assumes */
-  float alpha, eta;        /* refracted: of that boundary, eta inside over outside */
-  int first_cell;          /* of the table of expected futures (lib/baseline.h) */
-  int field, albedo_field; /* what sigma_t and albedo are times, -1: the same everywhere */
+  int connection;                      /* CONNECTION_*: how light reaches its scattering vertices */
+  int distribution;                    /* refracted: MICROFACET_* of the boundary that the guess assumes */
+  float alpha, eta;                    /* refracted: of that boundary, eta inside over outside */
+  int first_cell;                      /* of the table of expected futures (lib/baseline.h) */
+  int field, albedo_field;             /* what sigma_t and albedo are times, -1: the same everywhere */
+  int first_phase_field, phase_fields; /* what stands for numbers of the phase function: so many, one after the other */
 } MediumRecord;
 
 typedef struct {
@@ -83,6 +84,7 @@ typedef struct {
   float mean;   /* value */
   int gradient; /* where the sums by its voxels begin (lib/voxel_gradient.h); -1: nobody asks for them */
   int sum;      /* which of the sums over all voxels of a field is its */
+  int slot;     /* of a phase function: it is n[slot] */
 } FieldRecord;
 
 /* A number of a scene that factors of a path's throughput depend on: the path carries its score, the sum of

@@ -23,7 +23,7 @@ inline void scatter_at_boundary(const Launch* launch, __global const JobRecord* 
   REAL weights[3];
   channel_weights(pool, slots, (REAL)(1.0f), weights);
   const REAL largest = brightest(throughput, weights);
-  MASK dies = roulette(job, plain_depth(depth), u, real, largest, throughput);
+  MASK dies = roulette(launch, job, plain_depth(depth), u, real, largest, LASTS_AT_SURFACES, throughput);
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
   STORE_INT(pool, DEPTH, slots, depth);
   STORE_INT(pool, EVENT, slots, random->event + 1);
@@ -70,6 +70,42 @@ inline void rival_densities(const Launch* launch, __global const JobRecord* job,
 #endif
 }
 
+/* What the path's light is multiplied by. */
+inline void path_weight(const Pool* pool, INT slots, REAL factor[RADIANCE_CHANNELS]) {
+  REAL weight[3];
+  channel_weights(pool, slots, LOAD(pool, REFRACTION_SCALE, slots), weight);
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
+    factor[c] = weight[c] * LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
+}
+
+/* The one direction to the light that is sampled where media lie behind. Returns which lanes get light from it by `weight`. */
+inline MASK sample_sun_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job,
+                                   const Pool* pool, INT slots, MASK at_boundary, const Surface* s, Reflector* r,
+                                   const Random* random, REAL3 direction, LightSample* sample,
+                                   REAL weight[RADIANCE_CHANNELS], REAL* own_rival) {
+  REAL u[4];
+  draw(random, 1, u);
+  const MASK sampled = sample_light(launch, job, s->position, u, sample);
+  const REAL3 wo = frame_to_local(&r->frame, sample->source.direction);
+  REAL f[CHANNELS];
+  bsdf_measure(model, launch, r->n, r->wi, wo);
+  bsdf_value(model, variant, r->n, r->wi, wo, f);
+  const REAL bsdf_pdf = bsdf_density(model, variant, r->n, r->wi, wo);
+  MASK lit = (MASK)(0);
+  UNROLL_FOR(int c = 0; c < CHANNELS; ++c) lit = lit | (f[c] > 0.0f);
+  REAL rival;
+  rival_densities(launch, job, pool, slots, at_boundary, s, &sample->source, direction, &rival, own_rival);
+  const REAL mis = sample->pdf / (sample->pdf * (1.0f + rival) + sample->by_chance * bsdf_pdf);
+  REAL of_channel[3];
+  channel_weights(pool, slots, (REAL)(1.0f), of_channel);
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
+    const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
+    const REAL scale = LOAD(pool, REFRACTION_SCALE, slots) * f[t] * mis / sample->pdf;
+    weight[c] = of_channel[c] * scale * LOAD(pool, THROUGHPUT + t, slots);
+  }
+  return sampled & lit;
+}
+
 /* Light sampled where the path meets the boundary: outside of it, and on both sides of thin ones and structures. Three ways lead
  * from a scattering vertex x over the exit y to the sun in direction o, weighed by the balance heuristic: the phase
  * function and the flight bring the path to y and (A) the sun is sampled there or (B) the BSDF finds it; or (C) o
@@ -81,36 +117,25 @@ inline REAL sample_light_at_boundary(int model, int variant, const Launch* launc
                                      const Random* random, REAL3 direction, REAL pdf, MASK passes) {
   const int traits = bsdf_traits(model);
   const bool broad = (traits & BSDF_BROAD) != 0, both_sides = (traits & (BSDF_THIN | BSDF_STRUCTURE)) != 0;
-  REAL u[4];
-  draw(random, 1, u);
-  LightSample sample;
-  const MASK sampled =
-      sample_light(launch, job, broad ? at_boundary | !at_boundary : (MASK)(0), s->position, u, &sample);
-  const REAL3 light = sample.source.direction;
-  const REAL3 wo = frame_to_local(&r->frame, light);
-  bsdf_measure(model, launch, r->n, r->wi, wo);
-  REAL f[CHANNELS];
-  bsdf_value(model, variant, r->n, r->wi, wo, f);
-  const REAL bsdf_pdf = bsdf_density(model, variant, r->n, r->wi, wo);
   const INT depth = LOAD_INT(pool, DEPTH, slots) + 1;
-  MASK lit = (MASK)(0);
-  UNROLL_FOR(int c = 0; c < CHANNELS; ++c) lit = lit | (f[c] > 0.0f);
+  LightSample sample;
+  REAL connection_weight[RADIANCE_CHANNELS], own_rival = (REAL)(0.0f);
+  MASK lit;
+  if (broad) {
+    REAL factor[RADIANCE_CHANNELS];
+    path_weight(pool, slots, factor);
+    lit = choose_light(model, variant, launch, job, s, r, random, factor, &sample, connection_weight);
+  } else
+    lit = sample_sun_at_boundary(model, variant, launch, job, pool, slots, at_boundary, s, r, random, direction,
+                                 &sample, connection_weight, &own_rival);
+  const REAL3 light = sample.source.direction, wo = frame_to_local(&r->frame, light);
+  bsdf_measure(model, launch, r->n, r->wi, wo);
   const MASK above = dot3(light, s->normal) > 0.0f;
-  MASK mask = at_boundary & sampled & (plain_depth(depth) < job->max_depth) & lit;
+  MASK mask = at_boundary & (plain_depth(depth) < job->max_depth) & lit;
   if (!both_sides) mask = mask & above;
 #if OPERATOR_SINGLE
   mask = mask & (depth >= SCATTERED_ONCE);
 #endif
-  REAL rival = (REAL)(0.0f), own_rival = (REAL)(0.0f);
-  if (!broad) rival_densities(launch, job, pool, slots, at_boundary, s, &sample.source, direction, &rival, &own_rival);
-  const REAL mis = sample.pdf / (sample.pdf * (1.0f + rival) + sample.by_chance * bsdf_pdf);
-  REAL weight[3], connection_weight[RADIANCE_CHANNELS];
-  channel_weights(pool, slots, (REAL)(1.0f), weight);
-  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
-    const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
-    const REAL scale = LOAD(pool, REFRACTION_SCALE, slots) * f[t] * mis / sample.pdf;
-    connection_weight[c] = weight[c] * scale * LOAD(pool, THROUGHPUT + t, slots);
-  }
   const Scores scores = load_scores(job, pool, slots);
   const Step step = bsdf_step(model, variant, r->n, s->first_number, r->wi, wo, mask);
   ConnectionStart start = connection_start(mask);

@@ -22,6 +22,7 @@ inline LitVertex load_lit_vertex(const Launch* launch, const Pool* pool, INT slo
   x.medium = SELECT_INT(valid, LOAD_INT(pool, MEDIUM, slots), 0);
   x.inside = load_medium(launch, x.medium);
   x.phase = load_phase(launch, x.medium);
+  place_phase(launch, &x.phase, x.position, valid);
   x.chance = LOAD(pool, CHANCE, slots);
   channel_weights(pool, slots, LOAD(pool, REFRACTION_SCALE, slots) / x.chance, x.weight);
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
@@ -156,7 +157,7 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
   const LitVertex x = load_lit_vertex(launch, pool, slots, valid);
   const Scores scores = load_scores(job, pool, slots);
   LightSample light;
-  const MASK sampled = valid & sample_light(launch, job, (MASK)(0), x.position, u, &light);
+  const MASK sampled = valid & sample_light(launch, job, x.position, u, &light);
   MASK straight = sampled;
 #if ROUGH_LIGHT_SAMPLING
   const INT connection = GATHER_INT(((__global const int*)launch->media + FIELD_OF(MediumRecord, connection)),
@@ -176,7 +177,12 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
 #endif
   if (ANY(straight)) connect_straight(launch, job, pool, slots, &random, straight, &x, &light, &scores);
   Scores onward = load_scores(job, pool, slots);
-  add_phase(job, &onward, &x.phase, dot3(x.arrival, load3(pool, DIRECTION, slots)), valid);
+  const REAL turned = dot3(x.arrival, load3(pool, DIRECTION, slots));
+  add_phase(job, &onward, &x.phase, turned, valid);
+#if VOXEL_SUMS
+  if (job->replay == REPLAY_SUMS)
+    sum_turn_by_voxels(launch, job, pool, slots, &x.phase, turned, valid, onward.pulled.weight);
+#endif
   store_scores(pool, slots, &onward);
   sum_phase(launch, job, pool, slots, &onward, &x.phase, valid);
   push(pool, QUEUE_MEDIUM, slots, valid);

@@ -25,12 +25,14 @@ inline void gather_emission(const Launch* launch, __global const JobRecord* job,
   REAL scale = LOAD(pool, REFRACTION_SCALE, slots);
 #if LIGHT_SAMPLING
   /* against having sampled it where the path came from */
-  REAL own = ABS(LOAD(pool, LAST_PDF, slots));
+  const REAL last_pdf = LOAD(pool, LAST_PDF, slots);
+  REAL own = ABS(last_pdf);
 #if ROUGH_LIGHT_SAMPLING
   own *= LOAD(pool, RIVAL, slots);
 #endif
   const REAL3 from = load3(pool, ORIGIN, slots), way = sub3(s->position, from);
-  const REAL chance = light_chance(launch, job, light_chances(job, from), source.index);
+  const REAL chance = SELECT(last_pdf < 0.0f, (REAL)(LAMP_CANDIDATES), job->light_share) *
+                      light_chance(launch, light_chances(job, from), source.index - job->first_light);
   const REAL pdf =
       light_surface_pdf(launch, source.index, chance, SQRT(dot3(way, way)), -dot3(s->direction, s->normal));
   scale *= SELECT(own == 0.0f, 1.0f, own / (own + pdf));

@@ -254,7 +254,7 @@ inline void survive(const Launch* launch, __global const JobRecord* job, Pool* p
   const INT vertices = plain_depth(w->depth);
   const MASK may_go_on = e->scatters & (largest > 0.0f) & (vertices < job->max_depth);
   weigh(w, total);
-  const MASK dies = roulette(job, vertices, e->u[3], e->scatters, largest, w->throughput);
+  const MASK dies = roulette(launch, job, vertices, e->u[3], e->scatters, largest, LASTS_IN_MEDIA, w->throughput);
   w->dead = w->dead | dies;
   w->alive = e->scatters & !dies;
   const INT state = medium_state(w->first_cell, DECISION_TURN, &w->below, dot3(w->below.normal, w->direction));
@@ -289,6 +289,7 @@ inline MASK choose_connections(const Launch* launch, __global const JobRecord* j
 inline void turn(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Walk* w, Event* e,
                  const REAL total[], const REAL future[]) {
   const MASK turns = w->alive;
+  place_phase(launch, &w->phase, w->position, turns);
 #if MEDIUM_LIGHT_SAMPLING
   const MASK connects = choose_connections(launch, job, w, e->u);
 #endif
@@ -307,7 +308,7 @@ inline void turn(const Launch* launch, __global const JobRecord* job, const Pool
   w->last_pdf = SELECT(w->alive, SELECT(w->connectable, phase_value(&w->phase, cosine) / w->chance, 0.0f), w->last_pdf);
   w->alive = w->alive & !connects; /* connected before the path goes on, so contributions keep their order */
 #endif
-  add_phase_turn(job, pool, slots, &w->scores, &w->baseline, &w->phase, cosine, total, future, turns, w->alive);
+  add_phase_turn(launch, job, pool, slots, &w->scores, &w->baseline, &w->phase, cosine, total, future, turns, w->alive);
 }
 
 /* Back to the pool, and on to where each path waits next. */

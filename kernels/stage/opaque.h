@@ -4,37 +4,8 @@
 #define ITN_STAGE_OPAQUE_H
 #include "lib/path_end.h"
 #include "lib/connection.h"
-#include "lib/light_sampling.h"
 #include "stage/emission.h"
-
-/* What a stage knows of its BSDF where the paths have arrived. */
-typedef struct {
-  REAL n[MOST_SLOTS];
-  Frame frame; /* shading frame, on the side of arrival */
-  REAL3 wi;
-} Reflector;
-
-inline Reflector load_reflector(const Launch* launch, int model, const Surface* s, MASK back) {
-  Reflector r;
-  load_numbers(launch, model, s->first_number, s->texture, r.n);
-  const REAL3 normal = scale3(s->frame, SELECT(back, -1.0f, 1.0f));
-  if (bsdf_traits(model) & BSDF_ANISOTROPIC)
-    r.frame = make_frame_along(normal, surface_tangent(launch->primitives, s->primitive, s->position, s->normal));
-  else
-    r.frame = make_frame(normal);
-  bsdf_bump(model, launch, s->primitive, s->position, s->normal, &r.frame, r.n);
-  r.wi = scale3(frame_to_local(&r.frame, s->direction), -1.0f);
-  return r;
-}
-
-/* Structures: a leaf for the sample, which may let the path pass straight on. Returns which lanes do. */
-inline MASK pick_leaf(int model, const Random* random, Reflector* r) {
-  if (!(bsdf_traits(model) & BSDF_STRUCTURE)) return (MASK)(0);
-  REAL v[4];
-  draw(random, 2, v);
-  bsdf_pick(model, r->n, r->wi, v[0]);
-  return bsdf_passes(model, r->n);
-}
+#include "stage/light_choice.h"
 
 #if LIGHT_SAMPLING
 /* Samples the light. weight: throughput of the path with its spectral weights, before the reflection; even: after it, of a
@@ -42,37 +13,25 @@ inline MASK pick_leaf(int model, const Random* random, Reflector* r) {
 inline void connect_reflector(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
                               INT slots, MASK mask, const Surface* s, Reflector* r, const Random* random, INT depth,
                               const REAL throughput[], const REAL spectral[3]) {
-  const bool even = (bsdf_traits(model) & BSDF_EVEN) != 0;
   const Scores scores = load_scores(job, pool, slots);
-  REAL v[4];
-  draw(random, 1, v);
-  LightSample light;
-  const MASK sampled = sample_light(launch, job, mask | !mask, s->position, v, &light);
-  const REAL3 to_light = light.source.direction;
-  const REAL3 wo = frame_to_local(&r->frame, to_light);
-  bsdf_measure(model, launch, r->n, r->wi, wo);
-  const REAL bsdf_pdf = bsdf_density(model, variant, r->n, r->wi, wo);
-  REAL f[CHANNELS];
-  bsdf_value(model, variant, r->n, r->wi, wo, f);
-  REAL connection_weight[RADIANCE_CHANNELS];
-  MASK lit = (MASK)(0);
+  REAL factor[RADIANCE_CHANNELS], connection_weight[RADIANCE_CHANNELS];
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
-    const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
-    REAL value =
-        (even ? bsdf_pdf : f[t]) / (light.pdf + light.by_chance * bsdf_pdf) * LOAD(pool, REFRACTION_SCALE, slots);
+    factor[c] = throughput[THROUGHPUT_CHANNELS == 1 ? 0 : c] * spectral[c] * LOAD(pool, REFRACTION_SCALE, slots);
 #if OPERATOR_SINGLE
-    value = SELECT(depth >= SCATTERED_ONCE, value, 0.0f);
+    factor[c] = SELECT(depth >= SCATTERED_ONCE, factor[c], 0.0f);
 #endif
-    lit = lit | (value > 0.0f);
-    connection_weight[c] = throughput[t] * spectral[c] * value;
   }
+  LightSample light;
+  const MASK lit = choose_light(model, variant, launch, job, s, r, random, factor, &light, connection_weight);
+  const REAL3 to_light = light.source.direction, wo = frame_to_local(&r->frame, to_light);
+  bsdf_measure(model, launch, r->n, r->wi, wo);
   const Step step = bsdf_step(model, variant, r->n, s->first_number, r->wi, wo, mask);
   ConnectionStart start = connection_start(mask);
   start.model = model;
   start.n = r->n;
   start.texture = s->texture;
   start.surface = &step;
-  add_connection(launch, job, pool, slots, random, mask & sampled & lit,
+  add_connection(launch, job, pool, slots, random, mask & lit,
                  beside_surface(launch->primitives, s->primitive, s->position, s->normal, to_light), &light,
                  s->primitive, LOAD_INT(pool, MEDIUM, slots), connection_weight, &scores, &start);
 }
@@ -115,7 +74,8 @@ inline void opaque_stage(int model, int variant, const Launch* launch, __global 
   channel_weights(pool, slots, (REAL)(1.0f), spectral);
   const INT depth = LOAD_INT(pool, DEPTH, slots) + 1;
   const REAL largest = brightest(throughput, spectral);
-  const MASK dies = roulette(job, plain_depth(depth), u[bsdf_random(model)], reflects & !passes, largest, throughput);
+  const MASK dies = roulette(launch, job, plain_depth(depth), u[bsdf_random(model)], reflects & !passes, largest,
+                             LASTS_AT_SURFACES, throughput);
   const MASK goes_on = reflects & !dies;
   /* where a lost sample says nothing of the others, roulette comes first: paths that end here need no light */
   const bool even = (traits & BSDF_EVEN) != 0;

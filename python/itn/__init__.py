@@ -27,7 +27,7 @@ finally:
         del _os.environ["OMP_WAIT_POLICY"]
 
 from ._itn import DeviceError, Error, InputError, ResultError, UsageError, __version__, device, devices, set_device
-from .gradient import Gradcheck, Gradient, gradcheck, gradient
+from .gradient import Gradcheck, Gradient, gradcheck, gradient, photo
 from .invert import Interval, Inversion, invert
 from .learn import (DataSet, Prediction, Shape, Training, dataset, evaluate, predict, read_exr, shapes, train,
                     write_exr)
@@ -37,5 +37,5 @@ from .scene_dict import Transform, load_dict
 
 __all__ = ["DataSet", "DeviceError", "Error", "Gradcheck", "Gradient", "InputError", "Interval", "Inversion",
            "Parameter", "Parameters", "Prediction", "Rendering", "ResultError", "Scene", "Shape", "Training", "Transform", "UsageError",
-           "__version__", "dataset", "device", "devices", "evaluate", "gradcheck", "gradient", "invert", "load", "load_dict", "predict",
+           "__version__", "dataset", "device", "devices", "evaluate", "gradcheck", "gradient", "invert", "load", "load_dict", "photo", "predict",
            "read_exr", "render", "set_device", "shapes", "train", "write_exr"]

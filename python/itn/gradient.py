@@ -25,7 +25,7 @@ def _float_array(value: Any) -> np.ndarray:
 
 
 def make_target(scene: Scene, sensor: int, target: Any, mask: Any = None) -> _itn.Target:
-    """What a sensor's image is compared with: an array, a Rendering (with its standard errors), or an OpenEXR file."""
+    """What a sensor's image is compared with: an array, a Rendering (with its standard errors), or a file."""
     if isinstance(target, _itn.Target):
         return target
     if isinstance(target, (str, os.PathLike)):
@@ -35,6 +35,18 @@ def make_target(scene: Scene, sensor: int, target: Any, mask: Any = None) -> _it
     if image.ndim == 2:
         image = image[..., None]
     return _itn.target_from_arrays(scene._scene, sensor, image, None if mask is None else _float_array(mask), error)
+
+
+def photo(scene: Scene, file: str | os.PathLike, *, mask: str | os.PathLike | None = None, sensor: int = 0,
+          curve: str | float = "auto", saturation: float = 0.99) -> _itn.Target:
+    """A target made of a picture's file: PNG, JPEG or TIFF, averaged down to the film's size where it is larger.
+
+    curve: the camera's transfer curve, "srgb", "linear", an exponent such as 2.2, or "auto": linear for TIFF files of 16
+    bits, else sRGB. saturation: pixels with a sample of so much of the file's largest and more are left out. mask: a file
+    whose pixels weigh the photo's; its own alpha weighs them, too. `note` of the result says what was done. The photo's
+    exposure is unknown as a rule: `exposure=True` of `itn.invert` and `itn.gradient`."""
+    return _itn.target_from_file(scene._scene, sensor, os.fspath(file), os.fspath(mask) if mask is not None else "",
+                                 str(curve), float(saturation))
 
 
 def make_targets(scene: Scene, target: Any, mask: Any, sensor: int | Sequence[int] | None
@@ -93,8 +105,8 @@ def gradient(scene: Scene, target: Image | Sequence[Image], parameters: Sequence
 
     Both are unbiased, though they come from the same paths: products are of different samples of a pixel (a
     U-statistic), so spp is 2 at least. parameters: names; textures and grids, too, by each texel or voxel. target: an array
-    of the film's size, a Rendering, or an OpenEXR file; several, one a sensor. mask: weights of the pixels. exposure: the
-    target is known up to a factor. mode: "images" (derivative images), "adjoint" (replayed paths), "automatic".
+    of the film's size, a Rendering, or a file (OpenEXR, or a photo, see `itn.photo`); several, one a sensor. mask: weights of
+    the pixels. exposure: the target is known up to a factor. mode: "images" (derivative images), "adjoint" (replayed paths), "automatic".
     """
     targets, sensors = make_targets(scene, target, mask, sensor)
     if mode not in ("automatic", "images", "adjoint"):

@@ -92,7 +92,7 @@ def _fingerprint(value: Any) -> str:
     if isinstance(value, Rendering):
         return _fingerprint(value.image) + _fingerprint(value.stderr)
     if isinstance(value, _itn.Target):
-        return "a target"
+        return value.fingerprint
     if hasattr(value, "detach"):
         value = value.detach().cpu()
     return hashlib.sha256(np.ascontiguousarray(value, np.float32).tobytes()).hexdigest()
@@ -111,20 +111,22 @@ def _by_component(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
 
 def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[str], *, method: str | None = None,
            spp: int = 0, seed: int = 0, iterations: int = 0, noise: float | None = None, exposure: bool = False,
-           start: Mapping[str, float] | None = None, starts: int = 1, init: str | None = None,
-           prior: Mapping[str, tuple[float, float]] | None = None, learning_rate: float = 0.05, smoothness: float = 0,
-           repeats: int = 4, mask: Any = None, sensor: int | Sequence[int] | None = None, operator: str = "full",
+           white_balance: bool = False, start: Mapping[str, float] | None = None, starts: int = 1,
+           init: str | None = None, prior: Mapping[str, tuple[float, float]] | None = None,
+           learning_rate: float = 0.05, smoothness: float = 0, repeats: int = 4, mask: Any = None, sensor: int | Sequence[int] | None = None, operator: str = "full",
            output: str | os.PathLike | None = None, progress: bool | Callable[[float], object] | None = None) -> Inversion:
     """From images of a scene to its parameters, with 95 % intervals: `itn invert`, analysis by synthesis.
 
-    target: an array of the film's size, a Rendering (with its standard errors), an OpenEXR file; several, one a sensor.
+    target: an array of the film's size, a Rendering (with its standard errors), an OpenEXR file, a photo (a PNG, JPEG or TIFF
+    file; `itn.photo` says more about it); several, one a sensor.
     parameters: names of numbers; of textures and grids, too, texel by texel and voxel by voxel, by Adam. The scene's own
     values are the start; `start` gives others, `init` a network's guess ("shipped", or a run's folder) from a target that is
-    a file. The scene is left as it is: `result.apply(scene)` changes it.
+    a file; how sure the network is is Gauss-Newton's prior, unless `prior` gives one. The scene is left as it is: `result.apply(scene)` changes it.
 
     method: "gauss-newton" (default) or "adam". spp: samples a pixel, at most 1024 (Gauss-Newton), 16 (Adam). noise: standard
     deviation of the target's noise over its radiance; default what it says itself, else 1 %. exposure: the target is
-    known up to a factor. starts: of so many places, the best end. prior: {name: (low, high)}, 95 % intervals known before.
+    known up to a factor. white_balance: red and blue of all targets are known up to a factor each (Gauss-Newton). starts:
+    of so many places, the best end. prior: {name: (low, high)}, 95 % intervals known before.
     smoothness, repeats: of textures and grids. output: a folder for the report, where an inversion that was stopped goes on;
     without one it begins anew. Ctrl-C ends it.
     """
@@ -139,13 +141,15 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
     if textures and (method == "gauss-newton" or start or prior or init or starts != 1):
         raise _itn.UsageError(f"{textures[0]}: textures and grids are found by adam, from the scene's own values, without "
                               "start, starts, prior and init")
+    if textures and white_balance:
+        raise _itn.UsageError(f"{textures[0]}: textures and grids are found without white_balance")
     if init and not isinstance(target, (str, os.PathLike)):
-        raise _itn.UsageError("init: a network looks at a target that is an OpenEXR file; itn.predict takes arrays")
+        raise _itn.UsageError("init: a network looks at a target that is a file; itn.predict takes arrays")
     known = all(t.noise_known for t in targets)
     relative = noise if noise is not None else 0.0 if known else ASSUMED_NOISE
     asked = {"parameters": names, "sensors": sensors, "method": method or ("adam" if textures else "gauss-newton"),
              "spp": spp, "seed": seed, "iterations": iterations, "noise": relative, "exposure": exposure,
-             "learning_rate": learning_rate, "operator": operator, "masks": _fingerprint(mask) if not isinstance(mask, list)
+             "white_balance": white_balance, "learning_rate": learning_rate, "operator": operator, "masks": _fingerprint(mask) if not isinstance(mask, list)
              else [_fingerprint(m) for m in mask], "start": start, "starts": starts, "prior": prior, "init": init,
              "smoothness": smoothness, "repeats": repeats}
     several = target if isinstance(target, (list, tuple)) else [target]
@@ -157,7 +161,7 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
             if textures:
                 found = _itn.invert_values(*common, iterations, relative, learning_rate, exposure, smoothness, repeats, tell)
                 return _of_values(found, repeats, folder if output is not None else None)
-            found = _itn.invert_numbers(*common, asked["method"], iterations, relative, learning_rate, exposure,
+            found = _itn.invert_numbers(*common, asked["method"], iterations, relative, learning_rate, exposure, white_balance,
                                         {k: float(v) for k, v in start.items()}, starts,
                                         {k: (float(v[0]), float(v[1])) for k, v in prior.items()}, init or "",
                                         os.fspath(target) if init else "", known or noise is not None, tell)

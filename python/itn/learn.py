@@ -136,9 +136,12 @@ def _absolute(config: Any) -> Any:
 
 @dataclass(frozen=True, repr=False)
 class Prediction:
-    """What a network says about images: of each output an array, a number an image."""
+    """What a network says about images: of each output an array, a number an image.
+
+    intervals: of each output (images, 2), the ends of its 95 % interval; empty of a network that says no distribution."""
 
     parameters: dict[str, np.ndarray]
+    intervals: dict[str, np.ndarray]
     unit_of_sigma_t: str    # 1/mm; of images in a scene 1/scene unit
     network: dict
 
@@ -146,18 +149,24 @@ class Prediction:
         return self.parameters[name]
 
     def __repr__(self) -> str:
-        return "\n".join(f"{name}: {np.array2string(values, precision=4)}" for name, values in self.parameters.items())
+        def line(name: str) -> str:
+            text = f"{name}: {np.array2string(self.parameters[name], precision=4)}"
+            if name not in self.intervals:
+                return text
+            low, high = (np.array2string(ends, precision=4) for ends in self.intervals[name].T)
+            return f"{text}, 95 %: {low} to {high}"
+        return "\n".join(map(line, self.parameters))
 
 
 def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene | None = None, sensor: int = 0,
             dataset: str | os.PathLike | None = None, shape_buffers: str | os.PathLike | None = None,
             light: Sequence[float] = (), progress: bool | Callable[[float], object] | None = None) -> Prediction:
-    """Parameters for images by a network: `itn predict`.
+    """Parameters for images by a network, with 95 % intervals where it says them: `itn predict`.
 
-    images: square OpenEXR files or arrays, (size, size) of luminance or (size, size, 3), linear; one, or a list. network:
-    the one that ships with the program, a folder that training wrote, or a .safetensors file. scene: of what the images
-    show: gives shape, light and the unit of length. For networks that know shape and light also: dataset, the folder that
-    the images belong to; or shape_buffers and light, as of the command."""
+    images: square files (OpenEXR, or photos) or arrays, (size, size) of luminance or (size, size, 3), linear; one, or a
+    list. network: the one that ships with the program, a folder that training wrote, or a .safetensors file. scene: of what
+    the images show: gives shape, light and the unit of length. For networks that know shape and light also: dataset, the
+    folder that the images belong to; or shape_buffers and light, as of the command."""
     several = list(images) if isinstance(images, (list, tuple)) else [images]
     with tempfile.TemporaryDirectory() as temporary, shown(progress, "predict") as tell:
         files = []
@@ -168,9 +177,10 @@ def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene
             files.append(os.fspath(image))
         result = _itn.predict(files, os.fspath(network), scene._scene if scene else None, sensor,
                               os.fspath(dataset or ""), os.fspath(shape_buffers or ""), list(map(float, light)), tell)
-    columns = np.array(result["parameters"]).reshape(len(files), -1).T
     names = [output[0] for output in result["network"]["outputs"]]
-    return Prediction(dict(zip(names, columns)), "1/scene unit" if result["in_scene"] else "1/mm", result["network"])
+    numbers = np.array(result["parameters"]).reshape(len(files), len(names), 3)
+    intervals = {name: numbers[:, k, 1:] for k, name in enumerate(names)} if result["network"]["distribution"] else {}
+    return Prediction({name: numbers[:, k, 0] for k, name in enumerate(names)}, intervals, "1/scene unit" if result["in_scene"] else "1/mm", result["network"])
 
 
 @dataclass(frozen=True, repr=False)
@@ -192,21 +202,24 @@ class Training:
 def train(data: str | os.PathLike | DataSet | Sequence[str], network: str = "rn", output: str | os.PathLike = "", *,
           init: str | os.PathLike = "", epochs: int = 50, batch: int = 32, learning_rate: float = 1e-4,
           weight_decay: float = 0, noise: float = 0, mirror: bool = False, patience: int = 0, channels: int | None = None,
-          width: int | None = None, threads: int | None = None, image_weight: float | None = None, seed: int = 0, spp: int = 0,
+          width: int | None = None, threads: int | None = None, image_weight: float | None = None, distribution: bool = False,
+          calibration: Sequence[str | os.PathLike | DataSet] = (), frozen: bool = False, seed: int = 0, spp: int = 0,
           progress: bool | Callable[[float], object] | None = None) -> Training:
     """Trains a network on data sets: `itn train`, with the same options and the same numbers.
 
     network: "rn" learns parameters; "itn", "ssn" also that the image rendered with them looks like the input (all light;
-    single scattering), weighed with image_weight (lambda). output: folder, where a training that was stopped goes on."""
+    single scattering), weighed with image_weight (lambda). distribution: an "rn" also learns how sure it is, calibrated on the
+    data sets of calibration, or the validation images; with frozen it learns nothing else, beside what the network of init says. output: folder, where a training that was stopped goes on."""
     if not output:
         raise _itn.UsageError("output: need a folder for the network and what goes on from")
     if network not in ("rn", "itn", "ssn"):
         raise _itn.UsageError(f"network: got {network!r}, need 'rn', 'itn' or 'ssn'")
     several = data if isinstance(data, (list, tuple)) else [data]
-    folders = [d.folder if isinstance(d, DataSet) else os.fspath(d) for d in several]
+    folders, held_out = ([d.folder if isinstance(d, DataSet) else os.fspath(d) for d in sets] for sets in (several, calibration))
     folder = os.fspath(output)
     with shown(progress, "train") as tell:
-        record = _itn.train(folders, network, folder, os.fspath(init), channels, width, threads, image_weight, mirror, noise,
+        record = _itn.train(folders, network, folder, os.fspath(init), channels, width, threads, image_weight, distribution,
+                            held_out, frozen, mirror, noise,
                             epochs, batch, patience, learning_rate, weight_decay, seed_number(seed), spp, tell)
     with open(Path(folder) / "curve.jsonl", encoding="utf-8") as file:
         return Training(folder, json.loads(record), [json.loads(line) for line in file])

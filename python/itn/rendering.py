@@ -30,6 +30,7 @@ class Rendering:
     spp: int
     paths: int
     misplaced: int                              # paths that met a surface from where they cannot be
+    endless: int                                # paths that were ended without max_depth: the image is too dark
     build_s: float                              # scene to device, kernels
     render_s: float
     scene: str = field(default="")

@@ -270,7 +270,8 @@ class Network(torch.nn.Module):
     """A network of itn as a torch module: seven stages of a 3x3 convolution, ReLU and 2x2 maximum, and one linear layer.
 
     `forward(images)` takes (images, channels, size, size) as `input()` makes them, and returns raw outputs, equal to itn's own
-    to rounding; `values(raw)` turns those into parameters. `description` says what it was trained on.
+    to rounding; `values(raw)` turns those into parameters, `intervals(raw)` into their 95 % intervals where the network says
+    a distribution. `description` says what it was trained on.
     """
 
     def __init__(self, network: _itn.Network):
@@ -304,11 +305,31 @@ class Network(torch.nn.Module):
 
     def values(self, raw: torch.Tensor) -> dict[str, torch.Tensor]:
         """Parameters by name, from raw outputs (images, outputs); sigma_t in 1/mm."""
-        result = {}
-        for k, (name, low, high, logarithmic) in enumerate(self.outputs):
-            share = torch.sigmoid(raw[:, k])
-            result[name] = low * (high / low) ** share if logarithmic else low + (high - low) * share
-        return result
+        return self._parameters(torch.sigmoid(raw[:, :len(self.outputs)]))
+
+    def shares(self, raw: torch.Tensor) -> torch.distributions.MultivariateNormal:
+        """The distribution that raw outputs say: of the outputs' shares, 0 at the low end of their ranges, 1 at the high one
+        (of sigma_t by its logarithm)."""
+        if not self.description["distribution"]:
+            raise _itn.UsageError("this network says parameters, and no distribution of them")
+        n = len(self.outputs)
+        deviation = torch.exp(raw[:, n:2 * n]) * torch.tensor(self.description["spread"]).to(raw) / 12 ** 0.5
+        factor = torch.eye(n).to(raw).repeat(len(raw), 1, 1)
+        row, column = torch.tril_indices(n, n, -1)
+        factor[:, row, column] = raw[:, 2 * n:]
+        factor = factor / factor.norm(dim=-1, keepdim=True) * deviation[:, :, None]
+        return torch.distributions.MultivariateNormal(torch.sigmoid(raw[:, :n]), scale_tril=factor)
+
+    def intervals(self, raw: torch.Tensor) -> dict[str, torch.Tensor]:
+        """95 % intervals by name, (images, 2), from raw outputs; sigma_t in 1/mm."""
+        shares = self.shares(raw)
+        half = torch.special.ndtri(torch.tensor(0.975, dtype=torch.float64)).item() * shares.stddev
+        low, high = (self._parameters((shares.mean + side * half).clamp(0, 1)) for side in (-1, 1))
+        return {name: torch.stack([low[name], high[name]], dim=-1) for name in low}
+
+    def _parameters(self, share: torch.Tensor) -> dict[str, torch.Tensor]:
+        return {name: low * (high / low) ** share[:, k] if logarithmic else low + (high - low) * share[:, k]
+                for k, (name, low, high, logarithmic) in enumerate(self.outputs)}
 
 
 def network(file: str | os.PathLike = "shipped") -> Network:

@@ -84,14 +84,15 @@ struct NumbersFound {
   std::vector<Rendering> images;
 };
 
-NumbersFound find_numbers(const Question& question, InversionOptions how, const Intervals& prior, int starts,
-                          bool noise_known, Running& running) {
+NumbersFound find_numbers(const Question& question, InversionOptions how, const Intervals& prior,
+                          const NetworkGuess& guess, int starts, bool noise_known, Running& running) {
   const std::shared_ptr<SharedDevice> device = shared_device();
   const std::lock_guard lock(device->mutex);
   const std::vector<TargetImage> targets = images_of(question.targets);
   ForwardModel model(device->device, *question.scene, question.parameters, question.sensors,
                      render_options(question, running));
-  how.prior = prior_of(prior, model.coordinates());
+  const bool adam = how.method == InversionOptions::Method::adam, by_network = prior.empty() && !adam;
+  how.prior = by_network ? guess.prior(model.coordinates()) : prior_of(prior, model.coordinates());
   Inversion inversion(model, targets, how);
   StoredInversion stored(question.folder, StoredRun::Json::parse(question.request), inversion, model.coordinates(),
                          inversion_starts(model.coordinates(), model.start(), starts, question.seed));
@@ -99,12 +100,11 @@ NumbersFound find_numbers(const Question& question, InversionOptions how, const 
     stored.advance();
     running.update(stored.fraction(how.iteration_limit()));
   }
-  const bool adam = how.method == InversionOptions::Method::adam;
   const InversionQuestion words{question.scene->file,
                                 adam ? "adam" : "gauss-newton",
                                 question.folder,
                                 std::vector<std::string>(targets.size(), "an array"),
-                                {},
+                                by_network ? guess.words() : std::vector<std::string>(),
                                 noise_known};
   const InversionOutcome outcome = conclude(words, inversion, model.coordinates(), *question.scene, stored.started());
   write_inversion(outcome, model.coordinates(), targets);
@@ -115,14 +115,15 @@ NumbersFound find_numbers(const Question& question, InversionOptions how, const 
 nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string>& names, const Targets& targets,
                         const std::vector<int>& sensors, const std::string& folder, const std::string& request, int spp,
                         std::uint64_t seed, bool single, const std::string& method, int iterations, double noise,
-                        double learning_rate, bool exposure, const Numbers& start, int starts, const Intervals& prior,
-                        const std::string& init, const std::string& init_image, bool noise_known,
-                        const nb::object& progress) {
+                        double learning_rate, bool exposure, bool white_balance, const Numbers& start, int starts,
+                        const Intervals& prior, const std::string& init, const std::string& init_image,
+                        bool noise_known, const nb::object& progress) {
   Scene scene = *object.scene();
+  NetworkGuess guess;
   if (!init.empty()) {
     std::vector<std::string> given;
     for (const auto& [name, value] : start) given.push_back(name);
-    set_network_start(scene, names, given, init, init_image, sensors.front());
+    guess = set_network_start(scene, names, given, init, init_image, sensors.front());
   }
   for (const auto& [name, value] : start) {
     if (std::find(names.begin(), names.end(), name) == names.end())
@@ -138,11 +139,17 @@ nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string
   how.relative_noise = noise;
   how.learning_rate = learning_rate;
   how.exposure = exposure;
+  how.white_balance = white_balance;
+  if (white_balance && method == "adam")
+    throw UsageError("white_balance: adam finds exposures alone; use method='gauss-newton'");
+  if (white_balance && std::any_of(targets.begin(), targets.end(), [](const auto& t) { return t->channels == 1; }))
+    throw UsageError("white_balance: the sensor's film has luminance alone; need one with colours");
   if (how.sample_limit() < 2) throw UsageError("spp 1: a loss compares different samples of a pixel; need 2 or more");
   const Question question{
       std::make_shared<const Scene>(std::move(scene)), names, targets, sensors, folder, request, seed, single};
-  const NumbersFound found = interruptible(
-      progress, [&](Running& running) { return find_numbers(question, how, prior, starts, noise_known, running); });
+  const NumbersFound found = interruptible(progress, [&](Running& running) {
+    return find_numbers(question, how, prior, guess, starts, noise_known, running);
+  });
   nb::dict result;
   result["json"] = found.json;
   result["verdict"] = found.verdict;
@@ -233,7 +240,7 @@ nb::dict invert_values(const SceneObject& object, const std::vector<std::string>
 void bind_invert(nb::module_& module) {
   module.def("invert_numbers", &invert_numbers, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
              "request"_a, "spp"_a, "seed"_a, "single"_a, "method"_a, "iterations"_a, "noise"_a, "learning_rate"_a,
-             "exposure"_a, "start"_a, "starts"_a, "prior"_a, "init"_a, "init_image"_a, "noise_known"_a,
+             "exposure"_a, "white_balance"_a, "start"_a, "starts"_a, "prior"_a, "init"_a, "init_image"_a, "noise_known"_a,
              "progress"_a.none());
   module.def("invert_values", &invert_values, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
              "request"_a, "spp"_a, "seed"_a, "single"_a, "iterations"_a, "noise"_a, "learning_rate"_a, "exposure"_a,

@@ -43,6 +43,8 @@ nb::dict describe(const NetworkDescription& network) {
   for (const OutputRange& range : network.outputs)
     outputs.append(nb::make_tuple(range.name, range.low, range.high, range.logarithmic));
   result["outputs"] = outputs;
+  result["distribution"] = network.distribution;
+  result["spread"] = network.spread;
   return result;
 }
 
@@ -84,8 +86,9 @@ nb::dict predict(const std::vector<std::string>& images, const std::string& run,
       running.update(static_cast<double>(++done) / static_cast<double>(images.size()));
     });
   });
-  nb::list rows;
-  for (const ImagePrediction& image : predicted.images) rows.append(nb::cast(image.parameters));
+  nb::list rows;  // value, low, high of every parameter
+  for (const ImagePrediction& image : predicted.images)
+    for (const ParameterEstimate& e : image.parameters) rows.append(nb::make_tuple(e.value, e.low, e.high));
   nb::dict result;
   result["network"] = describe(predicted.network);
   result["in_scene"] = predicted.in_scene;
@@ -139,7 +142,8 @@ std::string train(const TrainingRequest& request, Running& running) {
 
 std::string bind_train(const std::vector<std::string>& data, const std::string& kind, const std::string& folder,
                        const std::string& init, std::optional<int> channels, std::optional<int> width,
-                       std::optional<int> threads, std::optional<double> lambda, bool mirrored, double noise,
+                       std::optional<int> threads, std::optional<double> lambda, bool distribution,
+                       const std::vector<std::string>& calibration, bool frozen, bool mirrored, double noise,
                        int epochs, int batch, int patience, double learning_rate, double weight_decay,
                        std::uint64_t seed, int spp, const nb::object& progress) {
   TrainingRequest request;
@@ -151,6 +155,9 @@ std::string bind_train(const std::vector<std::string>& data, const std::string& 
   request.width = width;
   request.threads = threads;
   request.lambda = lambda;
+  request.distribution = distribution;
+  request.calibration = calibration;
+  request.frozen = frozen;
   request.variation.mirrored = mirrored;
   request.variation.noise = noise;
   request.epochs = epochs;
@@ -206,8 +213,9 @@ void bind_learn(nb::module_& module) {
              "light"_a, "progress"_a.none());
   module.def("dataset", &dataset, "config"_a, "folder"_a, "spp"_a, "seed"_a.none(), "progress"_a.none());
   module.def("train", &bind_train, "data"_a, "kind"_a, "folder"_a, "init"_a, "channels"_a.none(), "width"_a.none(),
-             "threads"_a.none(), "weight_of_images"_a.none(), "mirrored"_a, "noise"_a, "epochs"_a, "batch"_a,
-             "patience"_a, "learning_rate"_a, "weight_decay"_a, "seed"_a, "spp"_a, "progress"_a.none());
+             "threads"_a.none(), "weight_of_images"_a.none(), "distribution"_a, "calibration"_a, "frozen"_a,
+             "mirrored"_a, "noise"_a, "epochs"_a, "batch"_a, "patience"_a, "learning_rate"_a, "weight_decay"_a,
+             "seed"_a, "spp"_a, "progress"_a.none());
   module.def("evaluate", &bind_evaluate, "data"_a, "runs"_a, "report"_a, "images"_a, "inversions"_a, "iterations"_a,
              "learning_rate"_a, "spp"_a, "seed"_a, "threads"_a.none(), "progress"_a.none());
 }

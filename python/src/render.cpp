@@ -32,6 +32,7 @@ nb::dict as_dict(Rendering&& image, const RendererKey& key) {
   result["spp"] = image.spp;
   result["paths"] = image.paths;
   result["misplaced"] = image.misplaced;
+  result["endless"] = image.endless;
   result["build_s"] = image.build_s;
   result["render_s"] = image.render_s;
   return result;

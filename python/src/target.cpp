@@ -10,6 +10,7 @@
 #include "python/src/arrays.h"
 #include "python/src/scene.h"
 #include "runtime/base/error.h"
+#include "runtime/base/fingerprint.h"
 
 namespace itn::python {
 namespace {
@@ -73,19 +74,31 @@ std::shared_ptr<TargetImage> from_arrays(const SceneObject& object, int sensor_i
 }
 
 std::shared_ptr<TargetImage> from_file(const SceneObject& object, int sensor_index, const std::string& file,
-                                       const std::string& mask) {
+                                       const std::string& mask, const std::string& curve, double saturation) {
   const Sensor& sensor = sensor_of(object, sensor_index);
-  return std::make_shared<TargetImage>(
-      read_target(file, mask, sensor.crop_width, sensor.crop_height, sensor.luminance ? 1 : 3));
+  return std::make_shared<TargetImage>(read_target(file, mask, sensor.crop_width, sensor.crop_height,
+                                                   sensor.luminance ? 1 : 3, {transfer_curve(curve), saturation}));
+}
+
+// Of all that it holds.
+std::string fingerprint_of_target(const TargetImage& target) {
+  std::uint64_t all = fingerprint("");
+  for (const std::vector<float>* values : {&target.value, &target.weight, &target.error, &target.noise})
+    all = fingerprint({reinterpret_cast<const char*>(values->data()), values->size() * sizeof(float)}, all);
+  return fingerprint_text(all);
 }
 
 }  // namespace
 
 void bind_target(nb::module_& module) {
   nb::class_<TargetImage>(module, "Target", "An image that a scene is compared with.")
-      .def_prop_ro("noise_known", [](const TargetImage& t) { return !t.error.empty(); });
+      .def_prop_ro("noise_known", [](const TargetImage& t) { return !t.error.empty() || !t.noise.empty(); })
+      .def_prop_ro(
+          "note", [](const TargetImage& t) { return t.note; }, "What was done to a photo.")
+      .def_prop_ro("fingerprint", &fingerprint_of_target);
   module.def("target_from_arrays", &from_arrays, "scene"_a, "sensor"_a, "image"_a, "mask"_a.none(), "error"_a.none());
-  module.def("target_from_file", &from_file, "scene"_a, "sensor"_a, "file"_a, "mask"_a);
+  module.def("target_from_file", &from_file, "scene"_a, "sensor"_a, "file"_a, "mask"_a,
+             "curve"_a = "auto", "saturation"_a = PhotoOptions().saturation);
 }
 
 }  // namespace itn::python

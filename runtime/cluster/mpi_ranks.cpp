@@ -4,11 +4,9 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <climits>
 #include <cstdlib>
-#include <mutex>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -16,6 +14,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/parallel.h"
+#include "runtime/cluster/work_queue.h"
 
 namespace itn {
 namespace {
@@ -23,9 +22,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 enum Tag { ASK = 1, GIVE = 2 };
-
-// What a rank is given to do; empty: there is no more.
-using Range = std::array<std::uint64_t, 2>;
 
 void check(int code, const char* what) {
   if (code != MPI_SUCCESS) throw ResultError(std::string("MPI: ") + what + " failed; was another rank killed?");
@@ -60,26 +56,6 @@ std::vector<std::string> cut(const std::string& all, const std::vector<int>& cou
   }
   return parts;
 }
-
-// Items that ranks take, at first many at once and towards the end few, so that all end together.
-class Queue {
- public:
-  Queue(std::size_t count, std::size_t most, int ranks)
-      : count_(count), most_(most), ranks_(static_cast<std::size_t>(ranks)) {}
-
-  Range take() {
-    const std::lock_guard lock(mutex_);
-    constexpr std::size_t turns = 3;  // that each rank still has, about
-    const std::size_t rest = count_ - next_, size = std::clamp<std::size_t>(rest / (turns * ranks_), 1, most_);
-    const std::size_t first = next_;
-    next_ = std::min(count_, first + size);
-    return {first, next_};
-  }
-
- private:
-  std::mutex mutex_;
-  std::size_t count_, most_, ranks_, next_ = 0;
-};
 
 class MpiRanks : public StartedRanks {
  public:
@@ -140,13 +116,13 @@ class MpiRanks : public StartedRanks {
   void hand_out(std::size_t count, std::size_t most, const Work& work) override {
     meet();
     if (is_first()) {
-      Queue queue(count, most, count_);
+      WorkQueue queue(count, most, count_);
       std::jthread server([&](const std::stop_token& stop) { serve(queue, stop); });
-      for (Range range = queue.take(); range[0] < range[1]; range = queue.take()) work(range[0], range[1]);
+      for (WorkRange range = queue.take(); range[0] < range[1]; range = queue.take()) work(range[0], range[1]);
       server_done_.wait(false);
       server_done_ = false;
     } else {
-      for (Range range = ask(); range[0] < range[1]; range = ask()) work(range[0], range[1]);
+      for (WorkRange range = ask(); range[0] < range[1]; range = ask()) work(range[0], range[1]);
     }
     meet();
   }
@@ -191,7 +167,7 @@ class MpiRanks : public StartedRanks {
     traffic_.bytes += bytes;
   }
 
-  void serve(Queue& queue, const std::stop_token& stop) {
+  void serve(WorkQueue& queue, const std::stop_token& stop) {
     int working = count_ - 1;
     for (auto idle = Clock::now(); working > 0 && !stop.stop_requested();) {
       int found = 0;
@@ -202,7 +178,7 @@ class MpiRanks : public StartedRanks {
         continue;
       }
       MPI_Recv(nullptr, 0, MPI_BYTE, status.MPI_SOURCE, ASK, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
-      const Range range = queue.take();
+      const WorkRange range = queue.take();
       working -= range[0] == range[1];
       MPI_Send(range.data(), 2, MPI_UINT64_T, status.MPI_SOURCE, GIVE, MPI_COMM_WORLD);
       traffic_.messages += 1;
@@ -213,8 +189,8 @@ class MpiRanks : public StartedRanks {
     server_done_.notify_one();
   }
 
-  Range ask() {
-    Range range{};
+  WorkRange ask() {
+    WorkRange range{};
     check(MPI_Send(nullptr, 0, MPI_BYTE, 0, ASK, MPI_COMM_WORLD), "asking for work");
     MPI_Request request = MPI_REQUEST_NULL;
     check(MPI_Irecv(range.data(), 2, MPI_UINT64_T, 0, GIVE, MPI_COMM_WORLD, &request), "asking for work");

@@ -1,6 +1,7 @@
 #include "runtime/cluster/ranks.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace itn {
 namespace {
@@ -28,6 +29,13 @@ Ranks*& the_world() {
 
 Ranks& world() { return *the_world(); }
 void set_world(Ranks* ranks) { the_world() = ranks; }
+
+int rank_on_node(const Ranks& ranks) {
+  if (ranks.alone()) return 0;
+  for (const char* name : {"OMPI_COMM_WORLD_LOCAL_RANK", "SLURM_LOCALID", "MPI_LOCALRANKID"})
+    if (const char* text = std::getenv(name)) return std::max(0, std::atoi(text));
+  return ranks.rank();
+}
 
 void add_up(Ranks& ranks, std::vector<std::int64_t>& numbers) {
   if (ranks.alone()) return;

@@ -48,6 +48,10 @@ class Ranks {
 Ranks& world();
 void set_world(Ranks* ranks);
 
+// Which of the ranks on its node a rank is, by what launchers set (Open MPI, Slurm, MPICH), else its rank: that of
+// devices which ranks of a node take one after the other.
+int rank_on_node(const Ranks& ranks);
+
 // Numbers as what is sent.
 template <class Number>
 std::string bytes_of(const std::vector<Number>& numbers) {

@@ -11,6 +11,7 @@
 #include "runtime/base/colour.h"
 #include "runtime/base/error.h"
 #include "runtime/compile/environment.h"
+#include "runtime/scene/mixture.h"
 #include "runtime/scene/parameters.h"
 #include "runtime/scene/phase_formula.h"
 
@@ -195,17 +196,28 @@ class Builder {
     launch_.textures[record].gradient = sums_of(std::move(texture), image);
   }
 
-  // The grid that a medium's sigma_t or albedo is times.
+  // The grids that a medium's sigma_t or albedo is times, or that stand for a number of its phase function.
   void add_voxels(const Parameter& p, int index, int image) {
-    const Medium& medium = scene_.media[static_cast<std::size_t>(index)];
-    const MediumRecord& record = launch_.media[static_cast<std::size_t>(start().first_medium + index)];
-    const bool is_albedo = medium.model->parameter(p.member).kind.field == std::string("albedo");
-    FieldRecord& field = launch_.fields[static_cast<std::size_t>(is_albedo ? record.albedo_field : record.field)];
+    const Instance& own = instance(p.owner, index);
+    for (const std::size_t i : own.values_called(p.id, p.member)) {
+      if (p.owner == Owner::phase)
+        for (const std::string& name : functions_of(*own.model, p.owner, own.variant).factors)
+          want(score_function(name), number_of_grid(own, i), 1);
+      add_grid(p, index, i, image);
+    }
+  }
+
+  // Of one value of a medium or of its phase function.
+  void add_grid(const Parameter& p, int index, std::size_t i, int image) {
+    const Texture& value = instance(p.owner, index).values[i];
     DifferentiatedTexture grid;
-    grid.grid = medium.value(p.member).volume->grid.get();
+    grid.grid = value.volume->grid.get();
     grid.set_shape(*grid.grid);
     const std::vector<float>& voxels = grid.grid->data;
-    grid.has_probes = !is_albedo || *std::min_element(voxels.begin(), voxels.end()) < ALBEDO_KNEE;
+    const bool is_albedo = instance(p.owner, index).model->parameters[i].kind.field == std::string("albedo");
+    grid.has_probes =
+        p.owner == Owner::medium && (!is_albedo || *std::min_element(voxels.begin(), voxels.end()) < ALBEDO_KNEE);
+    FieldRecord& field = launch_.fields[static_cast<std::size_t>(field_of(p.owner, index, i))];
     field.gradient = sums_of(std::move(grid), image);
     field.sum = data_.grids() - 1;
     if (!data_.parts.empty() && data_.parts.back().image == image) return;  // of another medium with the same grid
@@ -213,6 +225,18 @@ class Builder {
     data_.parts.push_back({image, {-1, -1, -1}});
     data_.numbers.push_back({});
     data_.numbers.back().field = field.sum;
+  }
+
+  // Which field of the launch the grid of values[i] is.
+  int field_of(Owner owner, int index, std::size_t i) const {
+    const MediumRecord& record = launch_.media[static_cast<std::size_t>(start().first_medium + index)];
+    const Instance& own = instance(owner, index);
+    if (owner == Owner::medium)
+      return own.model->parameters[i].kind.field == std::string("albedo") ? record.albedo_field : record.field;
+    const auto is_grid = [](const Texture& value) { return value.is_grid(); };
+    return record.first_phase_field +
+           static_cast<int>(
+               std::count_if(own.values.begin(), own.values.begin() + static_cast<std::ptrdiff_t>(i), is_grid));
   }
 
   // Where the sums by the texels or voxels of `wanted` begin. Surfaces or media of the same parameter share them.

@@ -15,6 +15,7 @@
 #include "kernels/model/models.h"
 #include "kernels/model/texture/list.h"
 #include "kernels/shared/baseline_layout.h"
+#include "kernels/shared/path_state.h"
 #include "runtime/base/colour.h"
 #include "runtime/base/error.h"
 #include "runtime/compile/camera.h"
@@ -22,6 +23,7 @@
 #include "runtime/compile/field.h"
 #include "runtime/compile/light.h"
 #include "runtime/compile/surfaces.h"
+#include "runtime/scene/mixture.h"
 
 namespace itn {
 namespace {
@@ -215,6 +217,13 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
     data.coloured = true;
     data.spectral |= kind.quantity == Quantity::unbounded;  // a coefficient, not an albedo
   }
+  r.first_phase_field = static_cast<int>(data.fields.size());
+  for (std::size_t i = 0; i < medium.phase.values.size(); ++i) {
+    if (!medium.phase.values[i].is_grid()) continue;
+    const int field = append_field(*medium.phase.values[i].volume, data);
+    data.fields[static_cast<std::size_t>(field)].slot = number_of_grid(medium.phase, i).slot;
+    ++r.phase_fields;
+  }
   return r;
 }
 
@@ -320,6 +329,10 @@ void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
   for (const Light& light : scene.lights) {
     numbers.push_back(append_numbers(*light.model, light.variant, light.slots(), data));
     append_textures(light, numbers.back(), data);
+    if (light.model->traits & LIGHT_BEAM)  // ends its connections in front of its shape, as one that shines itself
+      data.numbers[static_cast<std::size_t>(numbers.back() + light.model->number_called("in_front").slot)] =
+          static_cast<float>(
+              distance_in_front(data.geometry, data.geometry.records[static_cast<std::size_t>(job.geometry)]));
     const std::vector<double> n = light.model->to_numbers(light.variant, light.slots());
     for (std::size_t c = 0; c < (light.model->traits & LIGHT_TINTED ? 6U : 3U); c += 3)
       data.coloured_light |= !grey({n[c], n[c + 1], n[c + 2]});
@@ -365,6 +378,18 @@ void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
   job.light_share = rest > 0 ? static_cast<float>(std::clamp(sum / (sum + rest), 0.1, 0.9)) : 1.0F;
 }
 
+// Do flights change positions of single precision? Paths in media too dense for it stay where they are.
+bool flights_move(const Scene& scene, const GeometryRecord& geometry) {
+  double extent = 0, densest = 0;
+  for (int k = 0; k < 3; ++k)
+    extent = std::max({extent, std::abs(double(geometry.low[k])), std::abs(double(geometry.high[k]))});
+  for (const Medium& medium : scene.media)
+    for (std::size_t i = 0; i < medium.values.size(); ++i)
+      if (medium.model->parameters[i].kind.field == std::string("sigma_t"))
+        densest = std::max(densest, *std::max_element(medium.values[i].value.begin(), medium.values[i].value.end()));
+  return densest * extent * std::numeric_limits<float>::epsilon() < 1;
+}
+
 }  // namespace
 
 JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData& data) {
@@ -393,8 +418,11 @@ JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData&
   append_lights(scene, job, data);
   append_attributes(scene, job, data);
 
-  const int unlimited = 1 << 20;  // beyond any path: roulette ends them
-  job.max_depth = scene.integrator.max_depth < 0 ? unlimited : scene.integrator.max_depth;
+  job.max_depth = scene.integrator.max_depth;
+  if (job.max_depth < 0)
+    job.max_depth = flights_move(scene, data.geometry.records[static_cast<std::size_t>(job.geometry)])
+                        ? MOST_DEPTH
+                        : UNLIMITED_DEPTH;
   job.rr_depth = scene.integrator.rr_depth;
   job.hide_emitters = scene.integrator.hide_emitters;
   std::fill_n(job.future_tint, 3, 1.0F);
@@ -453,6 +481,9 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   set("HAS_PASSAGES", has(BSDF_PASSES, BSDF_PASSES));
   set("HAS_MEDIUM", !data.media.empty());
   set("HAS_FIELDS", !data.fields.empty());
+  int phase_fields = 0;
+  for (const MediumRecord& medium : data.media) phase_fields = std::max(phase_fields, medium.phase_fields);
+  d["PHASE_FIELDS"] = std::to_string(phase_fields);
   set("VOXEL_SUMS", false);
   d["FIELD_CHANNELS"] = data.coloured_field ? "3" : "1";
   set("HAS_TEXTURE", !data.textures.empty());

@@ -16,7 +16,7 @@
 
 namespace itn {
 
-static_assert(sizeof(CameraRecord) == 160 && sizeof(MediumRecord) == 44 && sizeof(FieldRecord) == 140 &&
+static_assert(sizeof(CameraRecord) == 160 && sizeof(MediumRecord) == 52 && sizeof(FieldRecord) == 144 &&
               sizeof(ShapeRecord) == 16 && sizeof(BsdfRecord) == 16 && sizeof(TextureRecord) == 56 &&
               sizeof(JobRecord) == 136 && sizeof(ChunkRecord) == 16);
 

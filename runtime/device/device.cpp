@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "runtime/base/error.h"
+#include "runtime/cluster/ranks.h"
 #include "runtime/device/kernel_cache.h"
 
 namespace itn {
@@ -162,6 +163,15 @@ const Candidate* first_usable(const std::vector<Candidate>& all, const std::stri
   return found == all.end() ? nullptr : &*found;
 }
 
+// Ranks of a node take devices of a kind one after the other. In containers of one device each sees its own.
+const Candidate& of_this_rank(const std::vector<Candidate>& all, const Candidate& first) {
+  std::vector<const Candidate*> alike;
+  for (const Candidate& c : all)
+    if (c.info.unusable.empty() && c.info.type == first.info.type && c.info.name == first.info.name)
+      alike.push_back(&c);
+  return *alike[static_cast<std::size_t>(rank_on_node(world())) % alike.size()];
+}
+
 const Candidate& choose(const std::vector<Candidate>& all, const std::string& option) {
   if (const std::string fault = all.empty() ? kernel_cache_fault() : ""; !fault.empty())
     throw DeviceError("no OpenCL device: PoCL, if it is installed, cannot keep compiled programs in " +
@@ -174,10 +184,11 @@ const Candidate& choose(const std::vector<Candidate>& all, const std::string& op
   const std::string spec = !option.empty() ? option : variable ? variable : "";
   if (spec.empty()) {
     for (const char* type : {"gpu", "cpu"})
-      if (const Candidate* found = first_usable(all, type)) return *found;
+      if (const Candidate* found = first_usable(all, type)) return of_this_rank(all, *found);
     throw DeviceError("no usable OpenCL device among" + listing(all));
   }
-  if (const Candidate* found = first_usable(all, spec)) return *found;
+  if (const Candidate* found = first_usable(all, spec))
+    return spec == "gpu" || spec == "cpu" ? of_this_rank(all, *found) : *found;
   const std::string source = option.empty() ? "ITN_DEVICE" : "--device";
   for (const Candidate& c : all)
     if (matches(c.info, spec)) throw DeviceError(source + " " + spec + ": the device cannot be used:" + listing({c}));

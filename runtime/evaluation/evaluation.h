@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "network/distribution.h"
 #include "runtime/evaluation/appearance.h"
 #include "runtime/evaluation/bootstrap.h"
 #include "runtime/evaluation/evaluated_run.h"
@@ -18,6 +19,16 @@ struct SplitPredictions {
   Manifest::Split split = Manifest::Split::train;
   std::vector<Manifest::Image> images;
   std::vector<std::vector<DatasetMaterial>> predicted;  // by run, then image
+  std::vector<std::vector<Calibration>> calibration;    // likewise; a run that says no distribution has none
+};
+
+// How well intervals hold: of the images of a ParameterErrors, by kind. Kinds whose runs do not all say a distribution
+// are left out.
+struct Coverage {
+  static constexpr std::size_t bins = 10;
+  std::array<Runs, 4> held;  // 1 where the interval of 95 % holds the truth, else 0: each parameter; all jointly
+  // Of each parameter, over all runs: how many images have the truth in each tenth of what was said, from the low end.
+  std::array<std::array<std::size_t, bins>, 3> ranks{};
 };
 
 // Table 1: squared errors of some images, summed by shape and light. Keys: the kinds, and "constant", the mean of the
@@ -26,6 +37,7 @@ struct ParameterErrors {
   std::string name;  // training, testing (all images of unseen shape, light, or both), or a split
   std::size_t images = 0, cells = 0;
   std::map<std::string, std::array<Runs, 3>> squares;
+  std::map<std::string, Coverage> coverage;
 };
 
 // Table 2: an image, and how it looks with the parameters that every run predicts, and with its own.

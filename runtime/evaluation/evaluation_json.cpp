@@ -43,6 +43,20 @@ Json table1_json(const Evaluation& e) {
   return table;
 }
 
+Json coverage_json(const Evaluation& e) {
+  Json table = Json::object();
+  for (const ParameterErrors& errors : e.errors)
+    for (const auto& [kind, coverage] : errors.coverage) {
+      Json& of_kind = table[errors.name][kind];
+      for (std::size_t p = 0; p < 3; ++p) {
+        of_kind[parameter_names[p]] = to_json(coverage.held[p], Average::mean, e.resampling);
+        of_kind[parameter_names[p]]["ranks"] = coverage.ranks[p];
+      }
+      of_kind["jointly"] = to_json(coverage.held[3], Average::mean, e.resampling);
+    }
+  return table;
+}
+
 Json table2_json(const Evaluation& e) {
   Json table{{"spp", e.spp}};
   for (const bool training : {true, false}) {
@@ -118,6 +132,7 @@ nlohmann::ordered_json to_json(const Evaluation& e) {
             {"seed", e.resampling.seed},
             {"runs", runs},
             {"table1", table1_json(e)}};
+  if (Json coverage = coverage_json(e); !coverage.empty()) json["coverage"] = std::move(coverage);
   if (!e.rerendered.empty()) json["table2"] = table2_json(e);
   if (!e.syntheses.empty()) json["table3"] = table3_json(e);
   json["claims"] = claims;

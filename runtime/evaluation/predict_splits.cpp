@@ -2,11 +2,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "network/dataset_examples.h"
 #include "network/loss.h"
 #include "runtime/base/error.h"
+#include "runtime/base/statistics.h"
 #include "runtime/evaluation/evaluate.h"
 
 namespace itn {
@@ -23,27 +25,34 @@ std::size_t count(const Manifest& set, Split split) {
       std::count_if(set.images.begin(), set.images.end(), [&](const auto& image) { return image.split == split; }));
 }
 
-// done: called with every image.
-std::vector<DatasetMaterial> predict(EvaluatedRun& run, const DatasetImages& images,
-                                     const std::function<void()>& done) {
-  const DatasetExamples examples(images, run.network.description());
-  const std::size_t values = run.network.image_values(), outputs = run.network.description().outputs.size();
-  std::vector<DatasetMaterial> result;
-  std::vector<double> truth(outputs);
+// Adds what the run says about the images. done: called with every image.
+void predict(EvaluatedRun& run, const DatasetImages& images, SplitPredictions& result,
+             const std::function<void()>& done) {
+  const NetworkDescription& description = run.network.description();
+  const DatasetExamples examples(images, description);
+  const std::size_t values = run.network.image_values(), outputs = description.outputs.size();
+  std::vector<DatasetMaterial>& predicted = result.predicted.emplace_back();
+  std::vector<Calibration>& calibration = result.calibration.emplace_back();
   for (std::size_t first = 0; first < examples.count(); first += at_once) {
     const std::size_t batch = std::min(at_once, examples.count() - first);
     std::vector<float> input(batch * values);
+    std::vector<double> truth(batch * outputs);
     for (std::size_t i = 0; i < batch; ++i)
-      examples.read(first + i, 0, std::span(input).subspan(i * values, values), truth);
-    const std::vector<double> parameters =
-        parameters_of(run.network.forward(input, static_cast<int>(batch)), run.network.description().outputs);
+      examples.read(first + i, 0, std::span(input).subspan(i * values, values),
+                    std::span(truth).subspan(i * outputs, outputs));
+    const std::vector<float>& raw = run.network.forward(input, static_cast<int>(batch));
+    const std::vector<double> parameters = parameters_of(raw, description);
     for (std::size_t i = 0; i < batch; ++i) {
       const auto at = [&](std::size_t p) { return parameters[i * outputs + run.output[p]]; };
-      result.push_back({at(0), at(1), at(2)});
+      predicted.push_back({at(0), at(1), at(2)});
+      if (description.distribution) {
+        const std::size_t count = description.raw_outputs();
+        calibration.push_back(calibration_of(std::span(raw).subspan(i * count, count),
+                                             std::span(truth).subspan(i * outputs, outputs), description));
+      }
       done();
     }
   }
-  return result;
 }
 
 // Mean and variance of the training's parameters.
@@ -57,6 +66,28 @@ void describe_training(Evaluation& e) {
       e.prior[p] += difference * difference / n;
     }
   }
+}
+
+// parts: what the images are in; cells: one an image.
+Coverage coverage_of(const Evaluation& e, const Kind& kind, const std::vector<const SplitPredictions*>& parts,
+                     const std::vector<std::size_t>& cells) {
+  const double most = normal_quantile(0.975), region = joint_region(3);
+  Coverage result;
+  for (const std::size_t run : kind.runs) {
+    std::array<std::vector<double>, 4> held;
+    for (const SplitPredictions* part : parts)
+      for (const Calibration& c : part->calibration[run]) {
+        for (std::size_t p = 0; p < 3; ++p) {
+          const double score = c.score[e.runs[run].output[p]];
+          held[p].push_back(std::fabs(score) <= most);
+          const double tenth = std::floor(normal_cdf(score) * double(Coverage::bins));
+          ++result.ranks[p][std::min(Coverage::bins - 1, static_cast<std::size_t>(tenth))];
+        }
+        held[3].push_back(c.distance <= region);
+      }
+    for (std::size_t i = 0; i < held.size(); ++i) result.held[i].push_back(clustered(held[i], cells));
+  }
+  return result;
 }
 
 ParameterErrors errors_of(const Evaluation& e, const std::string& name, const std::vector<Split>& splits) {
@@ -87,6 +118,10 @@ ParameterErrors errors_of(const Evaluation& e, const std::string& name, const st
             p, [run, p](const SplitPredictions& part, std::size_t i) { return as_array(part.predicted[run][i])[p]; }));
     result.squares["constant"][p] = {squares(p, [&](const SplitPredictions&, std::size_t) { return e.constant[p]; })};
   }
+  for (const Kind& kind : e.kinds)
+    if (std::all_of(kind.runs.begin(), kind.runs.end(),
+                    [&](std::size_t run) { return e.runs[run].network.description().distribution; }))
+      result.coverage[kind.name] = coverage_of(e, kind, parts, cells);
   return result;
 }
 
@@ -119,13 +154,13 @@ void predict_splits(const EvaluationOptions& options, Evaluation& e, const std::
   for (const Split split : evaluated_splits) {
     if (split != Split::train && count(e.set, split) == 0) continue;
     DatasetImages read = read_images(options.data, e.set, split, with_shapes, cancel);
-    SplitPredictions result{split, read.images, {}};
+    SplitPredictions result{split, read.images, {}, {}};
     for (EvaluatedRun& run : e.runs)
-      result.predicted.push_back(predict(run, read, [&] {
+      predict(run, read, result, [&] {
         if (cancel) throw Interrupted();
         ++done;
         if (progress) progress(static_cast<double>(done) / static_cast<double>(images * e.runs.size()));
-      }));
+      });
     e.splits.push_back(std::move(result));
   }
   describe_training(e);

@@ -106,6 +106,24 @@ ReportTable table1(const Evaluation& e, const ParameterErrors& errors) {
   return table;
 }
 
+ReportTable coverage_table(const Evaluation& e, const ParameterErrors& errors) {
+  ReportTable table{
+      fmt::format("Coverage, {}: how often the 95 % intervals hold the truth ({} images)", errors.name, errors.images),
+      {{"", "sigma_t", "albedo", "g", "jointly", "ranks by tenths: sigma_t", "albedo", "g"}},
+      {}};
+  for (const auto& [kind, coverage] : errors.coverage) {
+    Row row{title_of(*e.kind(kind))};
+    for (const Runs& held : coverage.held) row.push_back(cell(held, Average::mean, e.resampling));
+    for (const auto& ranks : coverage.ranks) row.push_back(fmt::format("{}", fmt::join(ranks, " ")));
+    table.rows.push_back(row);
+  }
+  if (errors.name == "testing")
+    table.notes.emplace_back(
+        "Coverage: `jointly` is the ellipsoid of all three parameters that should hold 95 %. Ranks: images with the "
+        "truth in each tenth of the distribution, from the low end; as many in each where it is calibrated.");
+  return table;
+}
+
 ReportTable table2(const Evaluation& e, bool training) {
   const auto& paper = training ? paper_training_images : paper_testing_images;
   const auto images = std::count_if(e.rerendered.begin(), e.rerendered.end(),
@@ -201,6 +219,8 @@ std::string as_text(const Estimate& estimate) {
 std::vector<ReportTable> tables_of(const Evaluation& e) {
   std::vector<ReportTable> tables;
   for (const ParameterErrors& errors : e.errors) tables.push_back(table1(e, errors));
+  for (const ParameterErrors& errors : e.errors)
+    if (!errors.coverage.empty()) tables.push_back(coverage_table(e, errors));
   if (!e.rerendered.empty())
     for (const bool training : {true, false}) tables.push_back(table2(e, training));
   if (!e.syntheses.empty()) tables.push_back(table3(e));

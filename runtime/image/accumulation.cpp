@@ -53,6 +53,7 @@ void accumulate(Rendering& sum, const Rendering& part) {
   sum.render_s += part.render_s;
   sum.paths += part.paths;
   sum.misplaced = std::max(sum.misplaced, part.misplaced);  // a renderer counts over all that it renders
+  sum.endless = std::max(sum.endless, part.endless);
 }
 
 }  // namespace itn

@@ -1,4 +1,4 @@
-// Textures and environment maps from OpenEXR, PNG, JPEG, BMP, TGA, PNM (PPM, PGM) or HDR (RGBE) files.
+// Textures and environment maps from OpenEXR, PNG, JPEG, TIFF, BMP, TGA, PNM (PPM, PGM) or HDR (RGBE) files.
 #pragma once
 #include <string>
 

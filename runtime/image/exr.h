@@ -25,6 +25,9 @@ std::string encode_exr(const std::string& file_name, const ExrImage& image);
 // The same as a file. Written whole or not at all (see file.h): ResultError otherwise.
 void write_exr(const std::string& path, const ExrImage& image, Sync sync = Sync::now);
 
+// Do a file's bytes begin as those of OpenEXR do?
+inline bool is_exr(const std::string& bytes) { return bytes.starts_with("\x76\x2f\x31\x01"); }
+
 // Every channel (half, float and uint become float) and text attribute of the first part.
 // Throws InputError with the file's name: missing, no OpenEXR file, truncated, subsampled channels.
 ExrImage read_exr(const std::string& path);

@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "runtime/base/error.h"
+#include "runtime/base/file.h"
 #include "runtime/image/exr.h"
+#include "runtime/image/samples.h"
 
 namespace itn {
 namespace {
@@ -44,29 +47,79 @@ ExrImage read_sized(const std::string& file, int width, int height) {
   return image;
 }
 
-std::vector<float> read_weights(const std::string& mask, int width, int height) {
-  const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  if (mask.empty()) return std::vector<float>(pixels, 1.0F);
+std::vector<float> weights_of_picture(const std::string& mask, int width, int height) {
+  const Samples samples = oriented(read_samples(read_file(mask), mask));
+  Photo picture{samples.width, samples.height, 0, {}, {}, {}};
+  for (std::size_t i = 0; i < samples.data.size(); i += static_cast<std::size_t>(samples.channels))
+    picture.weight.push_back(static_cast<float>(samples.data[i] / 65535.0));
+  return averaged_down(picture, width, height, mask).weight;
+}
+
+std::vector<float> weights_of_exr(const std::string& mask, int width, int height) {
   const ExrImage image = read_sized(mask, width, height);
-  std::vector<float> weight(pixels);
+  std::vector<float> weight(image.data.size() / image.channels.size());
   const std::size_t channel = static_cast<std::size_t>(std::max({image.channel("Y"), image.channel("R"), 0}));
-  double sum = 0;
-  for (std::size_t i = 0; i < pixels; ++i) {
+  for (std::size_t i = 0; i < weight.size(); ++i) {
     weight[i] = image.data[i * image.channels.size() + channel];
     if (!(weight[i] >= 0 && std::isfinite(weight[i])))
       throw InputError(fmt::format("{}: {} is {}; a mask holds weights, finite and 0 or more", mask,
                                    at_pixel(static_cast<int>(i), width), weight[i]));
-    sum += weight[i];
   }
-  if (sum == 0) throw InputError(mask + ": every pixel is 0, so nothing is compared; need some above 0");
   return weight;
+}
+
+bool nothing_weighs(const std::vector<float>& weight) {
+  return std::all_of(weight.begin(), weight.end(), [](float w) { return w == 0; });
+}
+
+std::vector<float> read_weights(const std::string& mask, int width, int height) {
+  if (mask.empty()) return std::vector<float>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 1.0F);
+  std::vector<float> weight =
+      is_exr(read_file(mask)) ? weights_of_exr(mask, width, height) : weights_of_picture(mask, width, height);
+  if (nothing_weighs(weight)) throw InputError(mask + ": every pixel is 0, so nothing is compared; need some above 0");
+  return weight;
+}
+
+// Median of noise over value; 0: everything is black.
+double relative_noise_of(const TargetImage& target) {
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < target.value.size(); ++i)
+    if (target.weight[i / static_cast<std::size_t>(target.channels)] > 0 && target.value[i] > 0)
+      ratios.push_back(static_cast<double>(target.noise[i] / target.value[i]));
+  if (ratios.empty()) return 0;
+  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+  std::nth_element(ratios.begin(), middle, ratios.end());
+  return *middle;
+}
+
+TargetImage target_of_photo(const std::string& file, std::vector<float> mask, int width, int height, int channels,
+                            const PhotoOptions& options) {
+  Photo whole = read_photo(file, options);
+  if (channels == 1) whole = luminance_of(whole);
+  if (whole.channels != channels) throw InputError(file + ": is grey, need colours, as the sensor's film");
+  Photo photo = averaged_down(whole, width, height, file);
+  for (std::size_t i = 0; i < photo.weight.size(); ++i) photo.weight[i] *= mask[i];
+  if (nothing_weighs(photo.weight))
+    throw InputError(file + ": every pixel is saturated, transparent or masked, so nothing is compared");
+  TargetImage target{
+      width, height, channels, std::move(photo.value), std::move(photo.weight), {}, std::move(photo.noise)};
+  target.note = fmt::format(
+      "{}: {} x {} pixels{}", file, whole.width, whole.height,
+      whole.width == width && whole.height == height ? "" : fmt::format(", averaged down to {} x {}", width, height));
+  if (photo.has_alpha) target.note += "; its alpha is the mask";
+  if (photo.saturated > 0) target.note += fmt::format("; {:.2g} % are saturated and left out", 100 * photo.saturated);
+  target.note += fmt::format("; noise of a pixel {:.2g} % (median)", 100 * relative_noise_of(target));
+  return target;
 }
 
 }  // namespace
 
-TargetImage read_target(const std::string& file, const std::string& mask, int width, int height, int channels) {
+TargetImage read_target(const std::string& file, const std::string& mask, int width, int height, int channels,
+                        const PhotoOptions& photo) {
+  std::vector<float> weight = read_weights(mask, width, height);
+  if (!is_exr(read_file(file))) return target_of_photo(file, std::move(weight), width, height, channels, photo);
   const ExrImage image = read_sized(file, width, height);
-  TargetImage target{width, height, channels, {}, read_weights(mask, width, height), {}};
+  TargetImage target{width, height, channels, {}, std::move(weight), {}};
   std::vector<std::size_t> from, errors;
   for (const char* name : channels == 1 ? std::vector<const char*>{"Y"} : std::vector<const char*>{"R", "G", "B"}) {
     const int c = image.channel(name);
@@ -246,10 +299,11 @@ std::vector<std::vector<double>> loss_weights(const std::vector<Rendering>& grou
   return weights;
 }
 
-double best_exposure(const std::vector<Rendering>& groups, const TargetImage& target) {
+double best_exposure(const std::vector<Rendering>& groups, const TargetImage& target, int channel) {
   const auto channels = static_cast<std::size_t>(target.channels);
   double with_target = 0, square = 0;
   for (std::size_t i = 0; i < target.value.size(); ++i) {
+    if (channel >= 0 && i % channels != static_cast<std::size_t>(channel)) continue;
     const double weight = target.weight[i / channels];
     PairSum pairs;
     for (const Rendering& group : groups) pairs.add(group.spp, group.mean[i], group.mean[i]);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/image/photo.h"
 #include "runtime/renderer.h"
 
 namespace itn {
@@ -18,12 +19,17 @@ struct TargetImage {
   std::vector<float> value;                 // row-major, row 0 on top, channels interleaved
   std::vector<float> weight;                // one a pixel, >= 0
   std::vector<float> error;                 // standard errors, as `value`; empty: not known
+  std::vector<float> noise = {};            // the same of a camera: each is taken as it is; empty: none
+  std::string note = {};                    // what was done to a photo, for people
 };
 
-// The channels R G B, or Y where channels is 1. mask: a file of the same size whose channel Y, R or else first weighs
-// the pixels; empty: all weigh 1. Throws InputError: another size, channels missing, a weight below 0, nothing but
-// weights of 0, or NaN, infinite or negative pixels that have a weight. Standard errors: channels stderr.R and so on.
-TargetImage read_target(const std::string& file, const std::string& mask, int width, int height, int channels);
+// Of an OpenEXR file the channels R G B, or Y where channels is 1; standard errors: channels stderr.R and so on. Other
+// files are photos (runtime/image/photo.h): larger ones are averaged down, saturated pixels weigh 0, and alpha weighs.
+// mask: an OpenEXR file of the same size whose channel Y, R or else first weighs the pixels, or a picture whose grey or
+// red does, 0 to 1, averaged down as photos are; empty: all weigh 1. Throws InputError: another size, channels missing,
+// a weight below 0, nothing but weights of 0, or NaN, infinite or negative pixels that have a weight.
+TargetImage read_target(const std::string& file, const std::string& mask, int width, int height, int channels,
+                        const PhotoOptions& photo = {});
 
 // Mean over pixels (by weight) and channels of (T - I)^2, and its gradient by the renderer's parameters, with standard
 // errors (jackknife over the groups of each pixel; infinite with fewer than three samples a pixel).
@@ -45,8 +51,8 @@ std::vector<std::vector<double>> loss_weights(const std::vector<Rendering>& grou
 
 // The exposure with the smallest loss, sum of w T I / sum of w T^2, with an unbiased denominator: of order 1 / (pixels
 // times samples) off. With it held fixed, loss_gradient is the gradient of the smallest loss (envelope theorem). Throws
-// ResultError: a black image or target, or one lost in noise.
-double best_exposure(const std::vector<Rendering>& groups, const TargetImage& target);
+// ResultError: a black image or target, or one lost in noise. channel: of it alone; -1: of all.
+double best_exposure(const std::vector<Rendering>& groups, const TargetImage& target, int channel = -1);
 
 // How many samples each group gets; spp >= 2.
 std::vector<int> split_samples(int spp);

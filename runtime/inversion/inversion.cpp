@@ -30,6 +30,7 @@ std::vector<std::string> Inversion::names() const {
   for (const Coordinate& c : model_.coordinates()) result.push_back(c.parameter().name);
   for (std::size_t i = 0; options_.exposure && i < targets_.size(); ++i)
     result.push_back(fmt::format("exposure {}", i));
+  if (options_.white_balance) result.insert(result.end(), {"white balance R", "white balance B"});
   return result;
 }
 
@@ -42,7 +43,8 @@ std::vector<Reference> Inversion::references_of(const std::vector<Rendering>& im
                                                 const std::vector<double>& x) const {
   std::vector<Reference> references;
   for (std::size_t i = 0; i < images.size(); ++i)
-    references.push_back(reference_of(images[i], targets_[i], i, options_.relative_noise, model_.coordinates(), x));
+    references.push_back(reference_of(images[i], targets_[i], i, options_.relative_noise, model_.coordinates(), x,
+                                      options_.white_balance));
   return references;
 }
 
@@ -58,9 +60,19 @@ InversionState Inversion::start(const std::vector<double>& x) {
   state.x = clamped(x);
   state.spp = options_.method == InversionOptions::Method::adam ? options_.sample_limit()
                                                                 : std::min(pilot_spp, options_.sample_limit());
-  if (options_.exposure) {
+  if (options_.exposure || options_.white_balance) {
     const auto images = model_.render_groups(state.x, 0, pilot_spp);
-    for (std::size_t i = 0; i < images.size(); ++i) state.x.push_back(std::log(best_exposure(images[i], targets_[i])));
+    const auto factor = [&](std::size_t i, int channel) {
+      return std::log(best_exposure(images[i], targets_[i], channel));
+    };
+    for (std::size_t i = 0; options_.exposure && i < images.size(); ++i)
+      state.x.push_back(factor(i, options_.white_balance ? 1 : -1));
+    for (const int channel : {0, 2}) {
+      double sum = 0;
+      for (std::size_t i = 0; options_.white_balance && i < images.size(); ++i)
+        sum += factor(i, channel) - (options_.exposure ? factor(i, 1) : 0);
+      if (options_.white_balance) state.x.push_back(sum / static_cast<double>(images.size()));
+    }
   }
   state.reference_x = state.x;
   state.reference_spp = pilot_spp;
@@ -80,7 +92,9 @@ InversionStep Inversion::advance(InversionState& state) {
   } else {
     take_reference(state.reference_x, state.reference_sample, state.reference_spp);
     const std::vector<Rendering> images = model_.render(state.x, first, state.spp);
-    if (gauss_newton(least_squares(images, targets_, references_, model_.coordinates(), state.x), state, step)) {
+    if (gauss_newton(
+            least_squares(images, targets_, references_, model_.coordinates(), state.x, options_.white_balance), state,
+            step)) {
       references_ = references_of(images, step.x);
       state.reference_x = reference_x_ = step.x;
       state.reference_sample = reference_sample_ = first;
@@ -170,7 +184,8 @@ Inversion::Conclusion Inversion::conclude(const InversionState& state) {
     take_reference(state.x, state.next_sample, concluding_spp);
   result.references = references_;
   result.images = model_.render(state.x, state.next_sample + concluding_spp, std::max(concluding_spp, state.spp));
-  const LeastSquares equations = least_squares(result.images, targets_, references_, model_.coordinates(), state.x);
+  const LeastSquares equations =
+      least_squares(result.images, targets_, references_, model_.coordinates(), state.x, options_.white_balance);
   NormalEquations pool =
       pooled ? NormalEquations::from_numbers(state.x.size(), state.pool) : NormalEquations(state.x.size());
   pool.add(equations, state.x);
@@ -190,6 +205,8 @@ Inversion::Conclusion Inversion::conclude(const InversionState& state) {
     result.converged = state.converged || (result.determined && result.distance <= settled);
     if (result.converged) result.x = clamped({solution.x.begin(), solution.x.end()});
   }
+  for (std::size_t t = 0; t < targets_.size(); ++t)
+    result.factors.push_back(camera_factors(result.x, model_.coordinates().size(), t, options_.white_balance));
   return result;
 }
 

@@ -10,6 +10,7 @@
 // of all iterations are pooled (normal_equations.h), until the rendering's noise is a small part of what the target's
 // own noise does to the parameters.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -26,6 +27,7 @@ struct InversionOptions {
   double relative_noise = 0;    // standard deviation of the targets' noise, over their radiance
   double learning_rate = 0.05;  // Adam
   bool exposure = false;        // each target is known up to a factor only
+  bool white_balance = false;   // so are red and blue, all targets' alike; Gauss-Newton, of targets with three channels
   Prior prior;                  // of the coordinates; Gauss-Newton
 
   int iteration_limit() const { return iterations > 0 ? iterations : method == Method::adam ? 200 : 50; }
@@ -76,11 +78,12 @@ class Inversion {
     bool converged = false;  // Adam: within one and a half standard errors of it
     std::vector<Reference> references;
     std::vector<Rendering> images;
+    std::vector<std::array<double, 3>> factors;  // camera_factors() of each target
   };
   // Gauss-Newton, where it has converged, ends with the small step that this rendering asks for.
   Conclusion conclude(const InversionState& state);
 
-  // Names of the unknowns: parameters, then "exposure 0" and so on.
+  // Names of the unknowns: parameters, then "exposure 0" and so on, then "white balance R" and B.
   std::vector<std::string> names() const;
 
  private:

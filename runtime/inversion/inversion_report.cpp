@@ -14,19 +14,18 @@
 namespace itn {
 namespace {
 
-// The model of target t (exposure times rendered image), its standard error, and what is left of the target.
+// The model of target t (camera's factors times rendered image), its standard error, and what is left of the target.
 struct Residual {
   std::vector<float> model, error, residual;  // as TargetImage::value
   std::vector<float> relative;                // residual over the standard deviation of its noise
 };
 
-Residual residual_of(const Inversion::Conclusion& end, std::size_t t, std::size_t parameters,
-                     const TargetImage& target) {
-  const double exposure = end.x.size() > parameters ? std::exp(end.x[parameters + t]) : 1;
+Residual residual_of(const Inversion::Conclusion& end, std::size_t t, const TargetImage& target) {
   const Rendering& image = end.images[t];
   Residual r;
   for (std::size_t i = 0; i < target.value.size(); ++i) {
-    const double model = exposure * static_cast<double>(image.mean[i]);
+    const double model =
+        end.factors[t][i % static_cast<std::size_t>(target.channels)] * static_cast<double>(image.mean[i]);
     const double variance = end.references[t].sample[i] / image.spp;
     const bool compared = target.weight[i / static_cast<std::size_t>(target.channels)] > 0;
     const double left = compared ? model - static_cast<double>(target.value[i]) : 0;
@@ -99,7 +98,7 @@ void write_inversion(const InversionOutcome& outcome, const std::vector<Coordina
   const std::string folder = outcome.question.folder + "/";
   std::string pictures;
   for (std::size_t t = 0; t < targets.size(); ++t) {
-    const Residual r = residual_of(end, t, coordinates.size(), targets[t]);
+    const Residual r = residual_of(end, t, targets[t]);
     const std::string number = targets.size() == 1 ? "" : "_" + std::to_string(t);
     write_images(folder + "rerender" + number + ".exr", r, targets[t]);
     const auto picture = [&](const std::string& name, const std::vector<std::uint8_t>& bytes,

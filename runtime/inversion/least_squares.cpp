@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 
 #include "runtime/base/error.h"
 #include "runtime/inversion/smoothing.h"
@@ -25,32 +26,48 @@ std::vector<double> smoothed(const std::vector<double>& data, const TargetImage&
 
 // The unknowns as one image sees them.
 struct View {
-  View(const std::vector<Coordinate>& coordinates, const std::vector<double>& x, std::size_t image)
-      : unknowns(static_cast<Eigen::Index>(x.size())) {
+  View(const std::vector<Coordinate>& coordinates, const std::vector<double>& x, std::size_t image, bool white_balance)
+      : unknowns(static_cast<Eigen::Index>(x.size())),
+        factors(camera_factors(x, coordinates.size(), image, white_balance)) {
     for (std::size_t p = 0; p < coordinates.size(); ++p) slope.push_back(coordinates[p].slope(x[p]));
-    if (x.size() > slope.size()) {
-      own_exposure = static_cast<Eigen::Index>(slope.size() + image);
-      exposure = std::exp(x[slope.size() + image]);
-    }
+    const std::size_t of_channels = white_balance ? 2 : 0;
+    if (x.size() > slope.size() + of_channels) own_exposure = static_cast<Eigen::Index>(slope.size() + image);
+    if (white_balance) red = unknowns - 2;
   }
 
-  // d (s T) / d unknown at pixel and channel i.
+  double factor(const Rendering& rendering, std::size_t i) const {
+    return factors[i % static_cast<std::size_t>(rendering.channels)];
+  }
+  double model(const Rendering& rendering, std::size_t i) const {
+    return factor(rendering, i) * static_cast<double>(rendering.mean[i]);
+  }
+  // d (s b T) / d unknown at pixel and channel i.
   void jacobian(const Rendering& rendering, std::size_t i, Eigen::VectorXd& result) const {
     result.setZero(unknowns);
     for (std::size_t p = 0; p < slope.size(); ++p)
       result[static_cast<Eigen::Index>(p)] =
-          exposure * slope[p] * static_cast<double>(rendering.derivatives[p].mean[i]);
-    if (own_exposure >= 0) result[own_exposure] = exposure * static_cast<double>(rendering.mean[i]);
+          factor(rendering, i) * slope[p] * static_cast<double>(rendering.derivatives[p].mean[i]);
+    if (own_exposure >= 0) result[own_exposure] = model(rendering, i);
+    const std::size_t channel = i % static_cast<std::size_t>(rendering.channels);
+    if (red >= 0 && channel != 1) result[channel == 0 ? red : red + 1] = model(rendering, i);
   }
-  // Variance of the mean of s T.
+  // Variance of the mean of s b T.
   double variance(const Rendering& rendering, std::size_t i) const {
-    const double error = exposure * static_cast<double>(rendering.stderr_[i]);
+    const double error = factor(rendering, i) * static_cast<double>(rendering.stderr_[i]);
     return error * error;
   }
+  // Rows of the unknowns that this image says something of.
+  std::vector<Eigen::Index> own() const {
+    std::vector<Eigen::Index> rows(slope.size());
+    std::iota(rows.begin(), rows.end(), 0);
+    if (own_exposure >= 0) rows.push_back(own_exposure);
+    if (red >= 0) rows.insert(rows.end(), {red, red + 1});
+    return rows;
+  }
 
-  Eigen::Index unknowns, own_exposure = -1;
+  Eigen::Index unknowns, own_exposure = -1, red = -1;  // blue follows red
   std::vector<double> slope;
-  double exposure = 1;
+  std::array<double, 3> factors;
 };
 
 double variance_floor(const Reference& reference, double spp) {
@@ -121,7 +138,7 @@ void add(const Rendering& rendering, const TargetImage& target, const Reference&
       const std::size_t i = pixel * channels + c;
       const double known = reference.target[i] + reference.sample[i] / rendering.spp;
       const double weight = of_pixel / std::max(floor, known), variance = view.variance(rendering, i);
-      const double r = view.exposure * static_cast<double>(rendering.mean[i]) - static_cast<double>(target.value[i]);
+      const double r = view.model(rendering, i) - static_cast<double>(target.value[i]);
       const Eigen::VectorXd instrument = reference.instruments.col(static_cast<Eigen::Index>(i)).cast<double>();
       view.jacobian(rendering, i, jacobian);
       part += weight * r * instrument;
@@ -145,13 +162,21 @@ void add(const Rendering& rendering, const TargetImage& target, const Reference&
 
 }  // namespace
 
+std::array<double, 3> camera_factors(const std::vector<double>& x, std::size_t parameters, std::size_t image,
+                                     bool white_balance) {
+  const std::size_t exposures = x.size() - parameters - (white_balance ? 2 : 0);
+  const double exposure = exposures > 0 ? std::exp(x[parameters + image]) : 1;
+  if (!white_balance) return {exposure, exposure, exposure};
+  return {exposure * std::exp(x[x.size() - 2]), exposure, exposure * std::exp(x[x.size() - 1])};
+}
+
 Reference reference_of(const Rendering& rendering, const TargetImage& target, std::size_t image, double relative_noise,
-                       const std::vector<Coordinate>& coordinates, const std::vector<double>& x) {
-  const View view(coordinates, x, image);
+                       const std::vector<Coordinate>& coordinates, const std::vector<double>& x, bool white_balance) {
+  const View view(coordinates, x, image, white_balance);
   const std::size_t size = target.value.size();
   std::vector<double> sample(size), mean(size);
   for (std::size_t i = 0; i < size; ++i) {
-    mean[i] = view.exposure * static_cast<double>(rendering.mean[i]);
+    mean[i] = view.model(rendering, i);
     sample[i] = view.variance(rendering, i) * rendering.spp;
   }
   Reference reference{smoothed(sample, target, variance_radius), smoothed(mean, target, variance_radius), {}};
@@ -164,7 +189,8 @@ Reference reference_of(const Rendering& rendering, const TargetImage& target, st
   const double scale = have > 0 ? wanted * wanted / (have * have) : 0;
   for (std::size_t i = 0; i < size; ++i) {
     const double relative = relative_noise * reference.target[i];  // of the radiance, until now
-    reference.target[i] = scale * reference.sample[i] + relative * relative;
+    const double camera = target.noise.empty() ? 0 : static_cast<double>(target.noise[i]);
+    reference.target[i] = scale * reference.sample[i] + relative * relative + camera * camera;
   }
 
   Columns jacobians(x.size(), std::vector<double>(size));
@@ -178,21 +204,20 @@ Reference reference_of(const Rendering& rendering, const TargetImage& target, st
                 std::max(floor, reference.target[i] + reference.sample[i] / rendering.spp);
   }
   // This image knows nothing about another one's exposure, which stays out of the choice.
-  Columns own(jacobians.begin(), jacobians.begin() + static_cast<std::ptrdiff_t>(coordinates.size()));
-  if (view.own_exposure >= 0) own.push_back(jacobians[static_cast<std::size_t>(view.own_exposure)]);
+  const std::vector<Eigen::Index> rows = view.own();
+  Columns own;
+  for (const Eigen::Index row : rows) own.push_back(jacobians[static_cast<std::size_t>(row)]);
   own = instruments_of(own, weight, target);
   reference.instruments.setZero(view.unknowns, static_cast<Eigen::Index>(size));
-  for (std::size_t k = 0; k < own.size(); ++k) {
-    const auto row = k < coordinates.size() ? static_cast<Eigen::Index>(k) : view.own_exposure;
+  for (std::size_t k = 0; k < own.size(); ++k)
     for (std::size_t i = 0; i < size; ++i)
-      reference.instruments(row, static_cast<Eigen::Index>(i)) = static_cast<float>(own[k][i]);
-  }
+      reference.instruments(rows[k], static_cast<Eigen::Index>(i)) = static_cast<float>(own[k][i]);
   return reference;
 }
 
 LeastSquares least_squares(const std::vector<Rendering>& images, const std::vector<TargetImage>& targets,
                            const std::vector<Reference>& references, const std::vector<Coordinate>& coordinates,
-                           const std::vector<double>& x) {
+                           const std::vector<double>& x, bool white_balance) {
   LeastSquares sum;
   const auto n = static_cast<Eigen::Index>(x.size());
   sum.gradient = Eigen::VectorXd::Zero(n);
@@ -202,7 +227,7 @@ LeastSquares least_squares(const std::vector<Rendering>& images, const std::vect
     double weights = 0;
     for (const float weight : targets[t].weight) weights += static_cast<double>(weight);
     const double all = weights * targets[t].channels * static_cast<double>(targets.size());
-    add(images[t], targets[t], references[t], View(coordinates, x, t), 1 / all, sum);
+    add(images[t], targets[t], references[t], View(coordinates, x, t, white_balance), 1 / all, sum);
   }
   sum.cost /= sum.residuals;
   sum.loss_stderr = std::sqrt(sum.loss_stderr);

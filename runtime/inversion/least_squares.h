@@ -2,8 +2,10 @@
 // well the parameters are known.
 //
 // Unknowns x: the coordinates of the parameters, then, where the exposures are unknown, log s of every target (the
-// model of a target is s T). r = s T - I is linear in a rendering's samples, and so is J = d r / d x. Multiplied with
-// numbers that know nothing of these samples, their means have no bias at any number of samples: the equations are
+// model of a target is s T), then, where the white balance is unknown, log b of red and of blue, which all targets
+// share (the model is s b T, green's b is 1). r = s T - I is linear in a rendering's samples, and so is J = d r / d x.
+// Multiplied with numbers that know nothing of these samples, their means have no bias at any number of samples: the
+// equations are
 //
 //   sum of w Z r = 0,   with the derivative   sum of w Z J^T,
 //
@@ -13,12 +15,17 @@
 // noisier than r, and sum of J r would carry its noise times that of the target.
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "runtime/inversion/forward_model.h"
 #include "runtime/inversion/image_loss.h"
 
 namespace itn {
+
+// s b, by channel: what the rendered image of target number `image` is multiplied by. parameters: of the unknowns.
+std::array<double, 3> camera_factors(const std::vector<double>& x, std::size_t parameters, std::size_t image,
+                                     bool white_balance);
 
 // What weighs the residuals of one image: an entry for each pixel and channel (as TargetImage::value).
 struct Reference {
@@ -27,10 +34,11 @@ struct Reference {
 };
 
 // rendering: of the model of `target`, which is the image number `image`, at x; its samples are then not used again.
-// Variance of the target: where its file has standard errors the variance of a sample, scaled to them on the whole, and
-// relative_noise times the rendered radiance, squared.
+// Variance of the target: where its file has standard errors the variance of a sample, scaled to them on the whole; a
+// camera's own; and relative_noise times the rendered radiance, squared. white_balance: x ends with it.
 Reference reference_of(const Rendering& rendering, const TargetImage& target, std::size_t image, double relative_noise,
-                       const std::vector<Coordinate>& coordinates, const std::vector<double>& x);
+                       const std::vector<Coordinate>& coordinates, const std::vector<double>& x,
+                       bool white_balance = false);
 
 constexpr std::size_t information_parts = 32;
 
@@ -50,6 +58,6 @@ struct LeastSquares {
 // x: the unknowns; images: rendered at x, one a target, 2 samples a pixel or more.
 LeastSquares least_squares(const std::vector<Rendering>& images, const std::vector<TargetImage>& targets,
                            const std::vector<Reference>& references, const std::vector<Coordinate>& coordinates,
-                           const std::vector<double>& x);
+                           const std::vector<double>& x, bool white_balance = false);
 
 }  // namespace itn

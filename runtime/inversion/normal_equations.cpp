@@ -85,13 +85,12 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
   const Eigen::MatrixXd mean_monte_carlo = monte_carlo_ / count_, target_noise = spread_ / count_ - mean_monte_carlo;
   // The mean gradient's variance over what the weights take it for.
   const double noise_ratio = count_ * relative(target_noise + mean_monte_carlo / count_).trace() / unknowns;
-  Eigen::VectorXd known = Eigen::VectorXd::Zero(right_.size()), expected = known, open = known;
-  for (std::size_t i = 0; i < prior.precision.size(); ++i) {
-    const auto k = static_cast<Eigen::Index>(i);
-    known[k] = count_ * noise_ratio * prior.precision[i];
-    expected[k] = prior.mean[i];
-    open[k] = count_ * noise_ratio * known[k];  // known^2 times the prior's variance
-  }
+  Eigen::VectorXd expected = Eigen::VectorXd::Zero(right_.size());
+  Eigen::MatrixXd known = Eigen::MatrixXd::Zero(right_.size(), right_.size());
+  const Eigen::Index parameters = prior.precision.rows();
+  known.topLeftCorner(parameters, parameters) = count_ * noise_ratio * prior.precision;
+  expected.head(parameters) = Eigen::Map<const Eigen::VectorXd>(prior.mean.data(), parameters);
+  const Eigen::MatrixXd open = count_ * noise_ratio * known;  // known times the prior's covariance times known
 
   const Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::NoQRPreconditioner> svd(relative(sum),
                                                                          Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -107,8 +106,7 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
   // prior they are at least short.
   constexpr double something = 1e-6;
   using Mask = Eigen::Array<bool, Eigen::Dynamic, 1>;
-  const Eigen::ArrayXd by_known =
-      product(svd.matrixV().transpose(), relative(known.asDiagonal()), svd.matrixV()).diagonal();
+  const Eigen::ArrayXd by_known = product(svd.matrixV().transpose(), relative(known), svd.matrixV()).diagonal();
   const Mask told = value > least, by_prior = !told && by_known > something * value.maxCoeff();
   solution.hidden = !told.all();
   solution.determined = (told || by_prior).all();
@@ -118,12 +116,12 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
   };
   const Eigen::ArrayXd trusted = told.select(value, by_prior.select(0.0, least));
   solution.information = product(scaled(product(l, svd.matrixU()), trusted), svd.matrixV().transpose(), l.transpose());
-  solution.information.diagonal() += known;
+  solution.information += known;
 
   const Eigen::PartialPivLU<Eigen::MatrixXd> solver(solution.information);
   const Eigen::VectorXd at = Eigen::Map<const Eigen::VectorXd>(from.data(), right_.size());
   const Eigen::MatrixXd not_by_prior = filter(!by_prior);
-  solution.x = at + solver.solve(not_by_prior * (right_ - sum * at) + known.cwiseProduct(expected - at));
+  solution.x = at + solver.solve(not_by_prior * (right_ - sum * at) + known * (expected - at));
   const auto sandwich = [&](const Eigen::MatrixXd& m) {
     const Eigen::MatrixXd half = solver.solve(m);
     const Eigen::MatrixXd whole = solver.solve(Eigen::MatrixXd(half.transpose()));
@@ -141,7 +139,7 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
   const Eigen::MatrixXd& axes = positive.eigenvectors();
   const Eigen::ArrayXd along_axes = positive.eigenvalues().cwiseMax(0.0);
   solution.covariance =
-      fitted * (product(scaled(axes, along_axes), axes.transpose()) + from_rendering) + sandwich(open.asDiagonal());
+      fitted * (product(scaled(axes, along_axes), axes.transpose()) + from_rendering) + sandwich(open);
   solution.monte_carlo_share =
       fitted * Eigen::LDLT<Eigen::MatrixXd>(solution.covariance).solve(from_rendering).trace() / unknowns;
   return solution;

@@ -8,12 +8,13 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/random.h"
+#include "runtime/scene/parameter_kind.h"
 
 namespace itn {
 namespace {
 
 // At the ends of a range derivatives may be lost (a black texel brings no path), so texels keep a little off them.
-// Voxels may be empty.
+// Voxels may be empty; from a bound that is not included they keep as far as scene files must.
 constexpr double share_kept_off = 1e-3;
 
 struct Ends {
@@ -21,7 +22,9 @@ struct Ends {
 };
 
 Ends ends_of(const Parameter& p) {
-  if (p.by_voxels) return {p.low, p.high};
+  if (p.by_voxels)
+    return {p.low + (p.low_included ? 0 : least_distance_from_bound),
+            p.high - (p.high_included ? 0 : least_distance_from_bound)};
   const double off = std::isfinite(p.high - p.low) ? share_kept_off * (p.high - p.low) : share_kept_off;
   return {p.low + off, p.high_included || !std::isfinite(p.high) ? p.high : p.high - off};
 }
@@ -187,7 +190,8 @@ const std::vector<TargetImage>& TextureInversion::targets_of(int repeat) {
     for (std::size_t i = 0; i < noisy_[t].value.size(); ++i) {
       const auto value = static_cast<double>(targets_[t].value[i]);
       const double stated = targets_[t].error.empty() ? 0 : static_cast<double>(targets_[t].error[i]);
-      const double noise = std::hypot(stated, options_.relative_noise * value);
+      const double camera = targets_[t].noise.empty() ? 0 : static_cast<double>(targets_[t].noise[i]);
+      const double noise = std::hypot(stated, camera, options_.relative_noise * value);
       const auto stream = static_cast<std::uint64_t>(repeat) << 32U | t;
       noisy_[t].value[i] = static_cast<float>(value + noise * random_normal(render_options_.seed, stream, i));
     }

@@ -7,6 +7,7 @@
 
 #include "kernels/shared/declaration.h"
 #include "runtime/scene/box.h"
+#include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
 #include "runtime/scene/xml/transform.h"
@@ -43,7 +44,8 @@ void check_lights(const Scene& scene) {
     const Light& light = scene.lights[i];
     const bool used = std::any_of(scene.shapes.begin(), scene.shapes.end(),
                                   [&](const Shape& s) { return s.light == static_cast<int>(i); });
-    if ((light.model->traits & LIGHT_ON_SHAPE) != 0 && !used)
+    const bool placed = (light.model->traits & LIGHT_BEAM) != 0 && length(light.value("normal").value) > 0;
+    if ((light.model->traits & (LIGHT_ON_SHAPE | LIGHT_BEAM)) != 0 && !used && !placed)
       fail(light.where, "emitter " + quote(light.type()) +
                             " belongs into a <shape>, which is what shines, or needs one that refers to it by its id");
   }

@@ -4,6 +4,7 @@
 
 #include <map>
 #include <mutex>
+#include <stdexcept>
 #include <string>
 
 #include "kernels/model/phase/mixture.h"
@@ -100,6 +101,20 @@ const Mixture& interned(std::vector<Piece> pieces) {
 }  // namespace
 
 std::size_t parts_of(const Model& phase) { return phase.mixture ? phase.mixture->parts.size() : 1; }
+
+const DeclaredNumber& number_of_grid(const PhaseFunction& phase, std::size_t parameter) {
+  const auto by = phase.model->jacobian(phase.variant, phase.slots());
+  const auto slot = static_cast<std::size_t>(phase.model->parameters[parameter].slot);
+  const DeclaredNumber* found = nullptr;
+  for (const DeclaredNumber& number : phase.model->numbers) {
+    const double speed = by[static_cast<std::size_t>(number.slot)][slot];
+    if (speed == 0) continue;
+    if (found || speed != 1) throw std::logic_error("a grid of " + phase.model->parameters[parameter].name);
+    found = &number;
+  }
+  if (!found) throw std::logic_error("a grid of " + phase.model->parameters[parameter].name + ", which moves nothing");
+  return *found;
+}
 
 PhaseFunction make_mixture(const Instance& nest, const std::vector<PhaseFunction>& inside) {
   PhaseFunction mixture;

@@ -26,6 +26,10 @@ inline constexpr std::size_t most_parts = 64;
 
 std::size_t parts_of(const Model& phase);  // of one that is no mixture: 1
 
+// The number that a grid of a phase function's parameter stands for. Throws std::logic_error: there is none that is the
+// parameter itself.
+const DeclaredNumber& number_of_grid(const PhaseFunction& phase, std::size_t parameter);
+
 // A nest (sized_model.h) with its values around so many phase functions. They keep their ids as owners of their values.
 PhaseFunction make_mixture(const Instance& nest, const std::vector<PhaseFunction>& inside);
 

@@ -139,7 +139,7 @@ std::string printable(std::string text) {
 
 }  // namespace
 
-PlacedGrid read_openvdb_file(const std::string& file, const std::string& name) {
+PlacedGrid read_openvdb_file(const std::string& file, const std::string& name, VoxelValues allowed) {
   check_regular_file(file);
   std::string bytes;
   try {
@@ -156,7 +156,7 @@ PlacedGrid read_openvdb_file(const std::string& file, const std::string& name) {
   }
   note_input(file);
   PlacedGrid placed = from_bytes(bytes);
-  check_values(placed.grid, file, VoxelValues::from_zero);
+  check_values(placed.grid, file, allowed);
   return placed;
 }
 

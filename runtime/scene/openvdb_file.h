@@ -3,6 +3,7 @@
 #include <string>
 
 #include "runtime/scene/scene.h"
+#include "runtime/scene/volume_file.h"
 
 namespace itn {
 
@@ -13,7 +14,8 @@ struct PlacedGrid {
 
 // The grid of that name: numbers (float, double, half), or colours (vectors of three). Throws InputError: unreadable,
 // cut, no such grid (says which there are), another class of grid, no linear transform, empty, too large, or a value
-// that is not finite or negative (says where).
-PlacedGrid read_openvdb_file(const std::string& file, const std::string& name);
+// that is not finite or, where that is asked for, negative (says where).
+PlacedGrid read_openvdb_file(const std::string& file, const std::string& name,
+                             VoxelValues allowed = VoxelValues::from_zero);
 
 }  // namespace itn

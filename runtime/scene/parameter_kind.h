@@ -5,6 +5,8 @@
 
 namespace itn {
 
+// How far the voxels of a grid stay from a bound that is not included.
+constexpr double least_distance_from_bound = 1e-6;
 constexpr double least_ior = 1e-3, greatest_ior = 1e3;  // indices of refraction that scenes may have
 
 // What a spectrum is of. Reflectances and indices of refraction are seen under daylight (D65), so that 1 at all
@@ -14,6 +16,7 @@ enum class Quantity { reflectance, unbounded, emission };
 struct ParameterKind {
   enum class Reader {
     number,
+    number_volume,
     flag,
     colour,
     texture,
@@ -41,7 +44,8 @@ struct ParameterKind {
     measured_roughness,
     measured_gloss,
     volume,
-    of_phase
+    of_phase,
+    of_shape
   };
   int channels = 1;  // 3: a colour
   double low = 0, high = 0;
@@ -70,6 +74,8 @@ constexpr ParameterKind EXTINCTION_VOLUME{
 constexpr ParameterKind DENSITY_VOLUME{3,    0,          unbounded,           true, false,    Reader::volume,
                                        true, "a factor", Quantity::unbounded, true, "sigma_t"};
 constexpr ParameterKind MEAN_COSINE{1, -1, 1, false, false, Reader::of_phase, false};  // of a medium's phase function
+constexpr ParameterKind OF_SHAPE{3, -unbounded, unbounded, false, false, Reader::of_shape, false};  // of a light's
+constexpr ParameterKind OF_SHAPE_NUMBER{1, 0, 1, true, true, Reader::of_shape, false};
 constexpr ParameterKind EMISSION{3, 0, unbounded, true, false, Reader::colour, true, "", Quantity::emission};
 constexpr ParameterKind POSITION{3, -unbounded, unbounded, false, false, Reader::position, false};
 constexpr ParameterKind ORIGIN{3, -unbounded, unbounded, false, false, Reader::origin, false};
@@ -83,8 +89,8 @@ constexpr ParameterKind DIRECTION{3, -1, 1, true, true, Reader::direction, false
 constexpr ParameterKind HALF_ANGLE{1, 0, 180, false, true, Reader::number, false, "an angle in degrees"};
 constexpr ParameterKind BEAM{1, 0, 180, true, true, Reader::beam, false, "an angle in degrees"};
 constexpr ParameterKind METAL_INDEX{3, 0, 1e3, true, true, Reader::metal, true, "a part of an index of refraction"};
-constexpr ParameterKind COSINE{1, -1, 1, false, false, Reader::number, true, "a mean cosine"};
-constexpr ParameterKind CONCENTRATION{1, 0, unbounded, false, false, Reader::number, true, "a concentration"};
+constexpr ParameterKind COSINE{1, -1, 1, false, false, Reader::number_volume, true, "a mean cosine"};
+constexpr ParameterKind CONCENTRATION{1, 0, unbounded, false, false, Reader::number_volume, true, "a concentration"};
 constexpr ParameterKind NON_NEGATIVE{1, 0, unbounded, true, false};
 constexpr ParameterKind ROUGHNESS{1, 0, 1, false, true, Reader::roughness};
 constexpr ParameterKind ROUGHNESS_TEXTURE{1, 0, 1, false, true, Reader::roughness_texture};
@@ -96,7 +102,7 @@ constexpr ParameterKind INDEX_TEXTURE{1, least_ior, greatest_ior, true, true, Re
 constexpr ParameterKind INDEX_OR_SPECULAR{1, least_ior, greatest_ior, true, true, Reader::index_or_specular};
 constexpr ParameterKind SAMPLING_RATE{1, 0, unbounded, true, false, Reader::number, false};
 constexpr ParameterKind INDEX{1, least_ior, greatest_ior, true, true, Reader::index};
-constexpr ParameterKind MIXING_WEIGHT{1, 0, 1, true, true, Reader::number, true, "a share"};
+constexpr ParameterKind MIXING_WEIGHT{1, 0, 1, true, true, Reader::number_volume, true, "a share"};
 constexpr ParameterKind SHARE{1, 0, 1, true, true, Reader::share, true, "a share"};
 constexpr ParameterKind NORMAL_TEXTURE{3, 0, 1, true, true, Reader::normals, false};
 constexpr ParameterKind BUMP_TEXTURE{3, -unbounded, unbounded, false, false, Reader::bumps, false};

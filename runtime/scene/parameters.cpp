@@ -19,8 +19,7 @@ const char* const uneven_attributes =
     "an attribute of other channels than the parameter has; itn gradient and itn invert take those of one channel, or "
     "of "
     "three for a colour";
-const char* const voxels_value =
-    "a grid of voxels, not a number; itn gradient and itn invert take it voxel by voxel; scale is a number";
+const char* const voxels_value = "a grid of voxels, not a number; itn gradient and itn invert take it voxel by voxel";
 
 // Values of an attribute on meshes that have it.
 Bitmap attribute_values(const std::vector<const Mesh*>& meshes, const Texture& texture) {
@@ -340,16 +339,36 @@ void set_texels(Scene& scene, const Parameter& p, const Bitmap& texels) {
   }
 }
 
+namespace {
+
+// What the grid of a parameter is one of.
+const Instance& gridded_instance(const Scene& scene, const Parameter& p, int index) {
+  const Medium& medium = scene.media.at(static_cast<std::size_t>(index));
+  if (p.owner == Owner::phase) return medium.phase;
+  return medium;
+}
+
+Instance& gridded_instance(Scene& scene, const Parameter& p, int index) {
+  Medium& medium = scene.media.at(static_cast<std::size_t>(index));
+  if (p.owner == Owner::phase) return medium.phase;
+  return medium;
+}
+
+}  // namespace
+
 const std::shared_ptr<const VoxelGrid>& grid_of(const Scene& scene, const Parameter& p) {
-  return scene.media.at(static_cast<std::size_t>(p.indices.at(0))).value(p.member).volume->grid;
+  const Instance& instance = gridded_instance(scene, p, p.indices.at(0));
+  return instance.values.at(instance.values_called(p.id, p.member).at(0)).volume->grid;
 }
 
 void set_grid(Scene& scene, const Parameter& p, const std::shared_ptr<const VoxelGrid>& grid) {
   for (const int index : p.indices) {
-    Texture& value = scene.media.at(static_cast<std::size_t>(index)).value(p.member);
-    Volume volume = *value.volume;
-    volume.grid = grid;
-    value.volume = std::make_shared<const Volume>(std::move(volume));
+    Instance& instance = gridded_instance(scene, p, index);
+    for (const std::size_t i : instance.values_called(p.id, p.member)) {
+      Volume volume = *instance.values[i].volume;
+      volume.grid = grid;
+      instance.values[i].volume = std::make_shared<const Volume>(std::move(volume));
+    }
   }
 }
 

@@ -72,6 +72,10 @@ Instance Instance::showing(std::size_t parameter, std::size_t colour) const {
   return result;
 }
 
+bool Instance::has_grid() const {
+  return std::any_of(values.begin(), values.end(), [](const Texture& value) { return value.is_grid(); });
+}
+
 Bsdf make_bsdf(const std::string& type, const std::string& distribution) {
   Bsdf bsdf;
   if (type == "null") return bsdf;
@@ -83,9 +87,7 @@ Bsdf make_bsdf(const std::string& type, const std::string& distribution) {
   return bsdf;
 }
 
-bool Medium::has_grid() const {
-  return std::any_of(values.begin(), values.end(), [](const Texture& value) { return value.is_grid(); });
-}
+bool Medium::has_grid() const { return Instance::has_grid() || phase.has_grid(); }
 
 std::vector<double> Medium::slots() const {
   std::vector<double> result = Instance::slots();

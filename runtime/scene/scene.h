@@ -94,7 +94,8 @@ struct Texture {
   std::string attribute;
   double scale = 1;
 
-  // Of a medium's parameters that may have one; null: the same in all space. The value of a grid is 1.
+  // Of a medium's parameters that may have one; null: the same in all space. The value of a grid is 1. Of a phase
+  // function's a grid stands for the number; the value is its mean.
   std::shared_ptr<const Volume> volume;
 
   // Of a measured BSDF.
@@ -122,6 +123,7 @@ struct Instance {
   // The values of the parameter of that name and owner: of a structure (structure.h) several, where it has it twice.
   std::vector<std::size_t> values_called(const std::string& owner_id, const std::string& name) const;
   std::string type() const { return model ? model->type : "null"; }
+  bool has_grid() const;  // of any parameter
   // Takes the model's fallbacks.
   void become(const Model& of, int its_variant = 0);
   // The value of a parameter. Throws std::logic_error: the model has none of that name.
@@ -152,7 +154,7 @@ using PhaseFunction = Instance;
 struct Medium : Instance {
   PhaseFunction phase;
 
-  bool has_grid() const;  // of any parameter
+  bool has_grid() const;  // of any parameter, or of its phase function's
   // As of any instance, with the mean cosine of the phase function where the model asks for it.
   std::vector<double> slots() const;
 

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <optional>
 
-#include "network/loss.h"
+#include "network/distribution.h"
+#include "network/random.h"
 #include "runtime/base/error.h"
 #include "runtime/scene/parameters.h"
 #include "runtime/training/known_scene.h"
@@ -15,21 +15,40 @@
 namespace itn {
 namespace {
 
-// By the outputs' names.
-std::map<std::string, double> guess(Network& network, const std::string& image, const std::optional<SceneView>& view) {
+constexpr std::size_t drawn = 4096;  // samples of the distribution: its moments to some hundredths of a deviation
+
+// The network's raw outputs.
+std::vector<float> look(Network& network, const std::string& image, const std::optional<SceneView>& view,
+                        const PhotoOptions& photo) {
   const NetworkDescription& description = network.description();
   std::vector<float> input(network.image_values());
-  const std::vector<float> luminance = read_resampled_luminance(image, description.size);
+  const std::vector<float> luminance = read_resampled_luminance(image, description.size, photo);
   if (view) {
     const KnownScene known = view->known();
     network_input(description, luminance, &known, input);
   } else {
     network_input(description, luminance, nullptr, input);
   }
-  const std::vector<double> parameters = parameters_of(network.forward(input, 1), description.outputs);
-  std::map<std::string, double> by_name;
-  for (std::size_t i = 0; i < parameters.size(); ++i) by_name[description.outputs[i].name] = parameters[i];
-  return by_name;
+  return network.forward(input, 1);
+}
+
+// Parameters drawn from the network's distribution, those outside of its ranges left out.
+std::vector<std::vector<double>> draw(std::span<const float> raw, const NetworkDescription& network) {
+  const ShareDistribution said = share_distribution(raw, network);
+  const std::size_t n = said.mean.size();
+  std::vector<std::vector<double>> samples;
+  // Of a distribution whose mean lies inside of the ranges at least some eighth does.
+  for (std::uint64_t k = 0; samples.size() < drawn && k < 64 * drawn; ++k) {
+    std::vector<double> sample;
+    for (std::size_t i = 0; i < n; ++i) {
+      double sum = 0;
+      for (std::size_t j = 0; j <= i; ++j) sum += said.factor[i * n + j] * random_normal(0, RANDOM_NOISE, k * n + j);
+      const double share = said.mean[i] + said.deviation[i] * sum;
+      if (share > 0 && share < 1) sample.push_back(network.outputs[i].parameter_of_share(share));
+    }
+    if (sample.size() == n) samples.push_back(sample);
+  }
+  return samples;
 }
 
 std::string output_name(const Parameter& p) {
@@ -39,8 +58,32 @@ std::string output_name(const Parameter& p) {
 
 }  // namespace
 
-void set_network_start(Scene& scene, const std::vector<std::string>& parameters, const std::vector<std::string>& given,
-                       const std::string& run, const std::string& image, int sensor) {
+Prior NetworkGuess::prior(const std::vector<Coordinate>& coordinates) const {
+  Prior prior;
+  if (parameters.empty()) return prior;
+  std::vector<std::size_t> which;
+  for (const std::string& name : parameters)
+    for (std::size_t i = 0; i < coordinates.size(); ++i)
+      if (coordinates[i].parameter().name == name) which.push_back(i);
+  prior.add_samples(coordinates, which, samples);
+  return prior;
+}
+
+std::vector<std::string> NetworkGuess::words() const {
+  std::vector<std::string> text;
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    std::vector<double> values;
+    for (const std::vector<double>& sample : samples) values.push_back(sample[p]);
+    std::sort(values.begin(), values.end());
+    const auto at = [&](double share) { return values[static_cast<std::size_t>(share * double(values.size()))]; };
+    text.push_back(fmt::format("{}={:.4g},{:.4g} (network)", parameters[p], at(0.025), at(0.975)));
+  }
+  return text;
+}
+
+NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& parameters,
+                               const std::vector<std::string>& given, const std::string& run, const std::string& image,
+                               int sensor) {
   const std::vector<Parameter> all = list_parameters(scene);
   std::vector<Parameter> guessed;
   for (const std::string& name : parameters) {
@@ -55,7 +98,7 @@ void set_network_start(Scene& scene, const std::vector<std::string>& parameters,
                       "parameters before it; give --start {}=VALUE",
                       run, name, name));
   }
-  if (guessed.empty()) return;
+  if (guessed.empty()) return {};
 
   Network network = network_of(run);
   const auto index = static_cast<std::size_t>(guessed.front().indices.front());
@@ -63,19 +106,33 @@ void set_network_start(Scene& scene, const std::vector<std::string>& parameters,
   const Body body = body_of(scene, guessed.front().indices.front(), who);
   std::optional<SceneView> view;
   if (network.description().channels > 1) view.emplace(scene, sensor, network.description().size, body, who);
-  const std::map<std::string, double> guesses = guess(network, image, view);
+  const NetworkDescription& description = network.description();
+  const std::vector<float> raw = look(network, image, view, photo);
+  std::vector<std::vector<double>> samples;
+  if (description.distribution) samples = draw(raw, description);
+  NetworkGuess result;
+  if (!samples.empty()) result.samples.resize(samples.size());
   for (const Parameter& parameter : guessed) {
-    const auto found = guesses.find(output_name(parameter));
-    if (found == guesses.end())
+    const auto found = std::find_if(description.outputs.begin(), description.outputs.end(),
+                                    [&](const OutputRange& o) { return o.name == output_name(parameter); });
+    if (found == description.outputs.end())
       throw UsageError(fmt::format("--init {}: the network does not guess {}; give --start {}=VALUE", run,
                                    parameter.name, parameter.name));
-    double value = found->second;
+    const auto output = static_cast<std::size_t>(found - description.outputs.begin());
+    double unit = 1;
     if (parameter.is(Owner::medium, "sigma_t")) {
       const double scale = scene.media.at(index).number("scale");
-      value = sigma_t_in_scene(value, network.description(), body) / (scale > 0 ? scale : 1);
+      unit = sigma_t_in_scene(1, description, body) / (scale > 0 ? scale : 1);
     }
-    set_parameter(scene, parameter, value);
+    set_parameter(scene, parameter, unit * found->parameter(raw[output]));
+    const bool is_colour = std::count_if(guessed.begin(), guessed.end(), [&](const Parameter& p) {
+                             return output_name(p) == output_name(parameter);
+                           }) > 1;
+    if (is_colour || samples.empty()) continue;
+    result.parameters.push_back(parameter.name);
+    for (std::size_t s = 0; s < samples.size(); ++s) result.samples[s].push_back(unit * samples[s][output]);
   }
+  return result;
 }
 
 }  // namespace itn

@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "network/dataset_examples.h"
-#include "network/loss.h"
 #include "runtime/base/error.h"
 #include "runtime/training/known_scene.h"
 #include "runtime/training/trained_network.h"
@@ -108,17 +107,18 @@ PredictedImages predict_images(const PredictionRequest& request, const std::atom
   std::vector<float> input(network.image_values());
   for (const std::string& file : request.images) {
     if (cancel) throw Interrupted();
-    const std::vector<float> luminance = read_resampled_luminance(file, description.size);
+    const std::vector<float> luminance = read_resampled_luminance(file, description.size, request.photo);
     if (description.channels > 1) {
       const KnownScene scene = known->of(file);
       network_input(description, luminance, &scene, input);
     } else {
       network_input(description, luminance, nullptr, input);
     }
-    ImagePrediction image{file, parameters_of(network.forward(input, 1), description.outputs)};
+    ImagePrediction image{file, estimates_of(network.forward(input, 1), description)};
     for (std::size_t i = 0; i < image.parameters.size(); ++i)
       if (result.in_scene && description.outputs[i].name == "sigma_t")
-        image.parameters[i] = sigma_t_in_scene(image.parameters[i], description, *known->body());
+        for (double* number : {&image.parameters[i].value, &image.parameters[i].low, &image.parameters[i].high})
+          *number = sigma_t_in_scene(*number, description, *known->body());
     if (each) each(description, image);
     result.images.push_back(std::move(image));
   }

@@ -5,25 +5,27 @@
 #include <string>
 #include <vector>
 
-#include "network/network.h"
+#include "network/distribution.h"
+#include "runtime/image/photo.h"
 #include "runtime/scene/scene.h"
 
 namespace itn {
 
 struct PredictionRequest {
   std::string run;                  // trained_network.h
-  std::vector<std::string> images;  // square OpenEXR files
+  std::vector<std::string> images;  // square, OpenEXR or photos
   // For networks of six channels one of these; a scene also gives the unit of length.
   const Scene* scene = nullptr;
   int sensor = 0;
   std::string dataset;        // folder that the images belong to
   std::string shape_buffers;  // file of all images
   std::vector<double> light;  // and the direction to it
+  PhotoOptions photo = {};
 };
 
 struct ImagePrediction {
   std::string file;
-  std::vector<double> parameters;  // of the network's outputs
+  std::vector<ParameterEstimate> parameters;  // of the network's outputs
 };
 
 struct PredictedImages {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "network/network_file.h"
@@ -19,20 +20,29 @@ using Json = StoredRun::Json;
 
 constexpr int batches_for_lambda = 8;
 
-// The sets to learn from: complete, of images of the same size and scale, each there once.
+// The sets to learn from, and after them those to calibrate on: complete, of images of the same size and scale, each
+// there once.
 std::vector<Manifest> read_sets(const TrainingRequest& request) {
+  if (request.distribution && request.kind != "rn")
+    throw UsageError("--distribution: only rn learns one; " + request.kind + " learns parameters by their images");
+  if (request.frozen && (!request.distribution || request.init.empty() || request.weight_decay > 0))
+    throw UsageError("--frozen: needs --distribution and the network of --init, and goes without --weight-decay");
   if (request.kind == "rn" && request.lambda) throw UsageError("--lambda: rn has no image loss to weigh");
   if (request.data.size() > 1 && request.kind != "rn")
     throw UsageError(request.kind + ": its image loss needs one data set; only rn learns from several");
+  if (!request.distribution && !request.calibration.empty())
+    throw UsageError("--calibrate: only a distribution (--distribution) is calibrated");
   std::vector<Manifest> sets;
-  for (const std::string& folder : request.data) {
+  std::vector<std::string> folders = request.data;
+  folders.insert(folders.end(), request.calibration.begin(), request.calibration.end());
+  for (const std::string& folder : folders) {
     Manifest set = read_complete_manifest(folder);
     for (std::size_t i = 0; i < sets.size(); ++i) {
-      if (set.hash == sets[i].hash) throw UsageError(fmt::format("{}: the same images as {}", folder, request.data[i]));
+      if (set.hash == sets[i].hash) throw UsageError(fmt::format("{}: the same images as {}", folder, folders[i]));
       if (set.size != sets[i].size || set.mm_per_unit != sets[i].mm_per_unit)
         throw UsageError(fmt::format(
             "{}: {} pixels a side and {} mm a scene unit, {} has {} and {}; to be learnt from together they must agree",
-            folder, set.size, set.mm_per_unit, request.data[i], sets[i].size, sets[i].mm_per_unit));
+            folder, set.size, set.mm_per_unit, folders[i], sets[i].size, sets[i].mm_per_unit));
     }
     sets.push_back(std::move(set));
   }
@@ -45,11 +55,13 @@ std::string joined_hashes(const std::vector<Manifest>& sets) {
   return hashes;
 }
 
-DatasetImages read_images(const TrainingRequest& request, const std::vector<Manifest>& sets, Manifest::Split split,
-                          bool with_shapes, const std::atomic<bool>& cancel) {
+DatasetImages read_images(const std::vector<std::string>& folders, const std::vector<Manifest>& sets,
+                          const std::vector<Manifest::Split>& splits, bool with_shapes,
+                          const std::atomic<bool>& cancel) {
   DatasetImages images;
   for (std::size_t i = 0; i < sets.size(); ++i)
-    append(images, itn::read_images(request.data[i], sets[i], split, with_shapes, cancel));
+    for (const Manifest::Split split : splits)
+      append(images, itn::read_images(folders[i], sets[i], split, with_shapes, cancel));
   return images;
 }
 
@@ -64,7 +76,8 @@ int stored_threads(const StoredRun& run) {
 }
 
 // All that the numbers depend on: training goes on only with the same.
-Json circumstances_of(const TrainingRequest& r, const std::vector<Manifest>& sets, int thread_count) {
+Json circumstances_of(const TrainingRequest& r, const std::vector<Manifest>& sets,
+                      const std::vector<Manifest>& calibration, int thread_count) {
   const auto or_null = [](const auto& value) { return value ? Json(*value) : Json(); };
   Json all{{"version", version()},
            {"network", r.kind},
@@ -83,6 +96,8 @@ Json circumstances_of(const TrainingRequest& r, const std::vector<Manifest>& set
            {"noise", r.variation.noise},
            {"threads", thread_count}};
   if (r.shards > 1) all["shards"] = r.shards;
+  if (r.distribution) all["distribution"] = r.frozen ? "frozen" : "learnt";
+  if (!calibration.empty()) all["calibration"] = joined_hashes(calibration);
   return all;
 }
 
@@ -96,8 +111,14 @@ TrainingOptions training_options(const TrainingRequest& r, const std::vector<Man
   options.weight_decay = r.weight_decay;
   options.patience = r.patience;
   options.shards = r.shards;
+  options.frozen = r.frozen;
   options.data = joined_hashes(sets);
   return options;
+}
+
+void set_distribution(NetworkDescription& description, bool wanted) {
+  description.distribution = wanted;
+  description.spread.assign(wanted ? description.outputs.size() : 0, 1);
 }
 
 // A new network, or `init`, that of request.init, with the data set's size of images.
@@ -112,6 +133,7 @@ Network first_network(const TrainingRequest& request, const std::optional<Networ
     description.outputs = output_ranges(training);
     description.luminance = mean_luminance(training);
     description.mm_per_unit = manifest.mm_per_unit;
+    set_distribution(description, request.distribution);
     Network network(description);
     network.initialise(request.seed);
     return network;
@@ -126,8 +148,14 @@ Network first_network(const TrainingRequest& request, const std::optional<Networ
   description.kind = request.kind;
   description.size = manifest.size;
   description.mm_per_unit = manifest.mm_per_unit;
+  set_distribution(description, request.distribution);
   Network network(description);
-  network.weights() = init->weights();
+  // The means come first. What a distribution has beside them begins at 0, so with even shares (distribution.h).
+  for (std::size_t k = 0; k < network.weights().size(); ++k) {
+    const std::vector<float>& from = init->weights()[k].values;
+    std::vector<float>& to = network.weights()[k].values;
+    std::copy_n(from.begin(), std::min(from.size(), to.size()), to.begin());
+  }
   return network;
 }
 
@@ -143,6 +171,9 @@ Json to_json(const EpochLosses& losses, bool has_image_loss) {
 TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>& cancel)
     : request_(request), sets_(read_sets(request)), folder_(open_folder(request.folder)), cancel_(cancel) {
   request_.variation.seed = request.seed;
+  const auto learnt = sets_.begin() + static_cast<std::ptrdiff_t>(request.data.size());
+  calibration_sets_.assign(learnt, sets_.end());
+  sets_.erase(learnt, sets_.end());
   const Json before = folder_.run().before("request");
   if (before.is_null() && is_there(file("network.safetensors")))
     throw UsageError(request.folder + ": holds a network that itn train has not made; give another folder with -o");
@@ -150,17 +181,22 @@ TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>
                            : before.is_null() ? (request.shards > 1 ? 1 : threads())
                                               : stored_threads(folder_.run());
   set_threads(thread_count);
-  circumstances_ = circumstances_of(request, sets_, thread_count);
+  circumstances_ = circumstances_of(request, sets_, calibration_sets_, thread_count);
   folder_.run().require_same(circumstances_);
   std::optional<Network> init;
   if (!request.init.empty()) init.emplace(network_of(request.init));
   const int channels = init ? init->description().channels : request.channels.value_or(NetworkDescription().channels);
   const bool with_shapes = channels > 1 || request.kind != "rn";
-  training_images_ = read_images(request, sets_, Manifest::Split::train, with_shapes, cancel);
-  validation_images_ = read_images(request, sets_, Manifest::Split::validation, with_shapes, cancel);
+  training_images_ = read_images(request.data, sets_, {Manifest::Split::train}, with_shapes, cancel);
+  validation_images_ = read_images(request.data, sets_, {Manifest::Split::validation}, with_shapes, cancel);
   network_.emplace(first_network(request, init, sets_.front(), training_images_));
   training_.emplace(training_images_, network_->description(), request_.variation);
   validation_.emplace(validation_images_, network_->description());
+  if (!calibration_sets_.empty()) {
+    calibration_images_ = read_images(request.calibration, calibration_sets_,
+                                      {Manifest::Split::train, Manifest::Split::validation}, with_shapes, cancel);
+    calibration_.emplace(calibration_images_, network_->description());
+  }
   TrainingOptions options = training_options(request, sets_);
   if (request.kind != "rn") options.image_weight = prepare_image_loss(options, cancel);
   trainer_.emplace(*network_, *training_, *validation_, options, image_loss_.loss.get());
@@ -189,9 +225,11 @@ void TrainingRun::step() {
   ++steps_;
 }
 
-Network TrainingRun::best() const {
+Network TrainingRun::best() {
   Network best(network_->description());
   best.weights() = trainer_->best_weights();
+  if (best.description().distribution)
+    best.set_spread(calibrated_spread(best, calibration_ ? *calibration_ : *validation_));
   return best;
 }
 
@@ -214,6 +252,7 @@ Json TrainingRun::record() const {
   json["losses"] = to_json(trainer_->curve()[trainer_->best_epoch()], has_image_loss());
   for (std::size_t i = 0; i < errors_.size(); ++i)
     json["validation_rmse"][network_->description().outputs[i].name] = errors_[i];
+  for (std::size_t i = 0; i < spread_.size(); ++i) json["spread"][network_->description().outputs[i].name] = spread_[i];
   return json;
 }
 
@@ -235,6 +274,7 @@ void TrainingRun::save() {
 std::vector<double> TrainingRun::conclude() {
   Network network = best();
   errors_ = root_mean_square_errors(predict(network, *validation_));
+  spread_ = network.description().spread;
   save();
   return errors_;
 }

@@ -29,7 +29,12 @@ struct TrainingRequest {
   std::vector<std::string> data;  // folders of complete data sets; several only for rn
   std::string kind = "rn";        // rn; itn, ssn: also with the image loss
   std::string folder;
-  std::string init;                           // RUN to start from (trained_network.h); empty: random weights
+  std::string init;           // RUN to start from (trained_network.h); empty: random weights
+  bool distribution = false;  // learn how sure it is, too (NetworkDescription); rn
+  bool frozen = false;        // and nothing else: the network of `init` says what it said
+  // Folders of data sets, none of `data`, on all of whose images for training and validation a distribution is
+  // calibrated; none: on the validation images of `data`.
+  std::vector<std::string> calibration;
   std::optional<int> channels, width;         // of a new network; default: NetworkDescription's
   std::optional<int> threads;                 // of the network; default: as in the folder, else threads()
   std::optional<double> lambda;               // weight of the image loss; default: both losses of equal size
@@ -61,7 +66,8 @@ class TrainingRun {
 
   const Trainer& trainer() const { return *trainer_; }
   const NetworkDescription& description() const { return network_->description(); }
-  Network best() const;  // after the first epoch
+  // After the first epoch: the weights that validate best. A distribution's spread is calibrated.
+  Network best();
   bool has_image_loss() const { return image_loss_.loss != nullptr; }
   std::size_t training_count() const { return training_->count(); }
   std::size_t validation_count() const { return validation_->count(); }
@@ -80,17 +86,18 @@ class TrainingRun {
   void store_record() const;
 
   TrainingRequest request_;
-  std::vector<Manifest> sets_;
+  std::vector<Manifest> sets_, calibration_sets_;
   RunFolder folder_;
   const std::atomic<bool>& cancel_;
   StoredRun::Json circumstances_;  // all that the numbers depend on
-  DatasetImages training_images_, validation_images_;
+  DatasetImages training_images_, validation_images_, calibration_images_;
   std::optional<Network> network_;
-  std::optional<DatasetExamples> training_, validation_;
+  std::optional<DatasetExamples> training_, validation_, calibration_;
   RenderedImageLoss image_loss_;
   std::optional<Trainer> trainer_;
   int steps_ = 0;               // of this object
   std::vector<double> errors_;  // of the validation, once concluded
+  std::vector<double> spread_;  // likewise, of a distribution (NetworkDescription)
 };
 
 }  // namespace itn

@@ -371,6 +371,7 @@ bool ViewSession::look_for_step() {
       for (const Coordinate& c : model.coordinates()) x.push_back(c.of(now_.values[index(c.parameter().name)]));
       InversionOptions how;
       how.relative_noise = options_.relative_noise;
+      how.exposure = options_.exposure;
       inversion_ = std::make_unique<Inversion>(model, targets_, how);
       inversion_state_ = inversion_->start(x);
       constexpr int least = 16, most = 256;
@@ -401,6 +402,16 @@ bool ViewSession::look_for_step() {
   return true;
 }
 
+void ViewSession::look_at_loss() {
+  try {
+    if (options_.exposure) exposure_ = best_exposure(groups_, *options_.target);
+    loss_ = loss_gradient(groups_, *options_.target, exposure_);
+  } catch (const ResultError&) {  // a black image: no factor makes it the target
+    exposure_ = 1;
+    loss_ = loss_gradient(groups_, *options_.target, exposure_);
+  }
+}
+
 void ViewSession::publish() {
   auto frame = std::make_shared<ViewFrame>();
   frame->revision = now_.revision;
@@ -411,9 +422,9 @@ void ViewSession::publish() {
   frame->problem = problem_;
   frame->derivative = problem_.empty() ? derivative_ : frame_->derivative;
   frame->derivative_note = derivative_note_;
-  if (options_.target && problem_.empty() && next_group_ == 0 && !loss_)
-    loss_ = loss_gradient(groups_, *options_.target);
+  if (options_.target && problem_.empty() && next_group_ == 0 && !loss_) look_at_loss();
   frame->loss = loss_;
+  frame->exposure = exposure_;
   frame->step = step_;
   frame->step_note = step_note_;
   frame->done = next_group_ == 0 && samples_ + static_cast<int>(groups_.size()) > options_.spp;

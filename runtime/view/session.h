@@ -28,6 +28,7 @@ struct ViewOptions {
   Operator op = Operator::full;
   std::optional<TargetImage> target;
   double relative_noise = 0;  // of the target (InversionOptions)
+  bool exposure = false;      // the target is known up to a factor
 };
 
 // Where Gauss-Newton would step to.
@@ -48,6 +49,7 @@ struct ViewFrame {
   std::string derivative_note;  // why there is none yet, or at all
   // With a target, from four samples a pixel on. gradient: by the derivative's parameter.
   std::optional<LossGradient> loss;
+  double exposure = 1;           // of the target over the image; found with the loss where it is not known
   std::optional<ViewStep> step;  // from these values
   std::string step_note;         // why there is none yet, or at all
   std::string problem;           // why these values cannot be rendered; the image is then that of earlier ones
@@ -122,6 +124,7 @@ class ViewSession {
   ForwardModel& forward_model();
   bool explain(const std::runtime_error& error);
   void publish();
+  void look_at_loss();
   void change(const std::function<void(Wanted&)>& what);
 
   ViewOptions options_;
@@ -151,6 +154,7 @@ class ViewSession {
   std::string derivative_;      // what groups_ have
   std::string derivative_note_, step_note_, derivative_problem_, problem_;
   std::optional<LossGradient> loss_;
+  double exposure_ = 1;
   std::optional<ViewStep> step_;
   bool step_done_ = false;
   std::chrono::steady_clock::time_point published_{}, moved_{};

@@ -63,19 +63,22 @@ std::vector<float> woven(const std::vector<std::vector<float>>& shares, const st
   return all;
 }
 
-// Every rank's pixels. values: of a pixel of an image. Returns how many arrivals were misplaced on all ranks.
-std::uint64_t share_pixels(Ranks& ranks, const std::vector<TracedJob>& jobs, std::size_t values,
-                           std::vector<Image>& images, std::uint64_t misplaced) {
+// Every rank's pixels. values: of a pixel of an image. Returns the faults of all ranks.
+PathFaults share_pixels(Ranks& ranks, const std::vector<TracedJob>& jobs, std::size_t values,
+                        std::vector<Image>& images, const PathFaults& own) {
   std::vector<float> mine;
   for (const Image& image : images)
     for (const std::vector<float>* part : {&image.mean, &image.stderr_})
       mine.insert(mine.end(), part->begin(), part->end());
-  const std::vector<std::string> all = ranks.gather(bytes_of(std::vector{misplaced}) + bytes_of(mine));
-  misplaced = 0;
+  const std::vector<std::string> all = ranks.gather(bytes_of(std::vector{own.misplaced, own.endless}) + bytes_of(mine));
+  constexpr std::size_t counts = 2 * sizeof(std::uint64_t);
+  PathFaults faults;
   std::vector<std::vector<float>> numbers;
   for (const std::string& one : all) {
-    misplaced += numbers_of<std::uint64_t>(one.substr(0, sizeof misplaced)).front();
-    numbers.push_back(numbers_of<float>(one.substr(sizeof misplaced)));
+    const std::vector<std::uint64_t> theirs = numbers_of<std::uint64_t>(one.substr(0, counts));
+    faults.misplaced += theirs[0];
+    faults.endless += theirs[1];
+    numbers.push_back(numbers_of<float>(one.substr(counts)));
   }
   const std::size_t parts = 2 * images.size();
   for (std::size_t part = 0; part < parts; ++part) {
@@ -88,7 +91,7 @@ std::uint64_t share_pixels(Ranks& ranks, const std::vector<TracedJob>& jobs, std
     Image& image = images[part / 2];
     (part % 2 == 0 ? image.mean : image.stderr_) = woven(shares, jobs, values);
   }
-  return misplaced;
+  return faults;
 }
 
 // Pixels first, first + step, ...: the part of an image that one job's group of samples is.
@@ -180,10 +183,10 @@ std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std:
     }
     film.develop(spp / groups, band * groups, images);
   }
-  std::uint64_t misplaced = wavefront.misplaced();
+  PathFaults faults = wavefront.faults();
   if (options.ranks && !options.ranks->alone()) {
     const auto values = static_cast<std::size_t>(groups * film.channels());
-    misplaced = share_pixels(*options.ranks, jobs, values, images, misplaced);
+    faults = share_pixels(*options.ranks, jobs, values, images, faults);
   }
   const double seconds = seconds_since(render_start);
   const std::vector<StageTime> stages = wavefront.stage_times();
@@ -199,7 +202,8 @@ std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std:
       out.spp = spp / groups;
       out.render_s = seconds;
       out.paths = static_cast<std::uint64_t>(count) * static_cast<std::uint64_t>(out.spp);
-      out.misplaced = misplaced;
+      out.misplaced = faults.misplaced;
+      out.endless = faults.endless;
       out.stages = stages;
       out.channels = job.sensor->luminance ? 1 : 3;
       for (std::size_t i = 0; i < images.size(); ++i) {

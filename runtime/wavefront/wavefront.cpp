@@ -181,6 +181,7 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   }
   counter_ = device.allocate(2 * queues * sizeof(int), "queue lengths");
   buffers_.misplaced = device.upload(std::vector<cl_uint>{0}, "misplaced arrivals");
+  buffers_.endless = device.upload(std::vector<cl_uint>{0}, "endless paths");
   floats_a_sample_ = channels_ * (1 + std::stoi(definitions["DERIVATIVES"]));
   if (adjoint_ && definitions["BASELINES"] == "1") floats_a_sample_ += throughput_channels_;
   if (by_voxels_) floats_a_sample_ += 1;
@@ -224,10 +225,11 @@ void Wavefront::reseed(std::uint64_t seed) {
   learnt_ = features_.at("BASELINES") == "0";
 }
 
-std::uint64_t Wavefront::misplaced() const {
-  std::vector<cl_uint> count(1);
-  device_.download(buffers_.misplaced, count);
-  return count[0];
+PathFaults Wavefront::faults() const {
+  std::vector<cl_uint> misplaced(1), endless(1);
+  device_.download(buffers_.misplaced, misplaced);
+  device_.download(buffers_.endless, endless);
+  return {misplaced[0], endless[0]};
 }
 
 std::vector<StageTime> Wavefront::stage_times() const {

@@ -20,6 +20,12 @@ struct JobSlice {
   int pixel_step = 1;  // from a pixel to the next
 };
 
+// What went wrong with paths, modulo 2^32 each: arrivals at surfaces from the side where the path cannot be, and paths
+// that were ended though the scene sets no max_depth.
+struct PathFaults {
+  std::uint64_t misplaced = 0, endless = 0;
+};
+
 class Wavefront {
  public:
   // jobs: as append_scene returned them, with their seeds. derivatives: of every job's image; targets count within the
@@ -63,8 +69,7 @@ class Wavefront {
   void time_stages() { timed_ = true; }
   std::vector<StageTime> stage_times() const;
 
-  // Arrivals so far at surfaces from the side where the path cannot be, modulo 2^32.
-  std::uint64_t misplaced() const;
+  PathFaults faults() const;  // so far
 
  private:
   void upload_records(const LaunchData& data, const DerivativeData& derivatives);

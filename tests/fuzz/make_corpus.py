@@ -82,6 +82,28 @@ def exr(width=2, height=2, compression=0, channels=("B", "G", "R"), attributes=(
     return head + table + chunks
 
 
+def jpeg(exif=b""):
+    """8 x 8 grey pixels of one value, with the shortest tables."""
+    def segment(kind, data):
+        return b"\xff" + kind + struct.pack(">H", len(data) + 2) + data
+    table = b"\1" + b"\0" * 16  # one code of one bit, for 0
+    return (b"\xff\xd8" + (segment(b"\xe1", exif) if exif else b"") + segment(b"\xdb", b"\0" + b"\1" * 64)
+            + segment(b"\xc0", struct.pack(">BHHBBBB", 8, 8, 8, 1, 1, 0x11, 0)) + segment(b"\xc4", b"\0" + table)
+            + segment(b"\xc4", b"\x10" + table) + segment(b"\xda", b"\1\1\0\0\x3f\0") + b"\x3f\xff\xd9")
+
+
+def tiff(width, height, channels, bits, data, compression=1):
+    at = 8 + len(data) + len(data) % 2
+    tags = [(256, 4, 1, width), (257, 4, 1, height), (258, 3, channels, 0), (259, 3, 1, compression),
+            (262, 3, 1, 1 if channels < 3 else 2), (273, 4, 1, 8), (277, 3, 1, channels), (278, 4, 1, height),
+            (279, 4, 1, len(data))] + ([(338, 3, 1, 2)] if channels in (2, 4) else [])
+    end = at + 2 + 12 * len(tags) + 4
+    value = {2: bits | bits << 16}.get(channels, bits if channels == 1 else end)
+    tags = [(n, k, c, value if n == 258 else v) for n, k, c, v in tags]
+    return (struct.pack("<2sHI", b"II", 42, at) + data.ljust(at - 8, b"\0") + struct.pack("<H", len(tags))
+            + b"".join(struct.pack("<HHII", *tag) for tag in tags) + struct.pack("<I", 0) + struct.pack("<%dH" % channels, *[bits] * channels))
+
+
 def images():
     write("exr", "colour.exr", exr())
     write("exr", "text.exr", exr(channels=("Y", "stderr.Y"), attributes=[("hash", "string", b"0123456789abcdef")]))
@@ -99,15 +121,14 @@ def images():
     write("image", "grey16.png", png(1, 1, 16, 0, b"\0\1\2"))
     write("image", "palette.png", png(4, 1, 2, 3, b"\0\x1b", chunk(b"PLTE", bytes(range(12)))))
     write("image", "large.png", png(30000, 30000, 1, 0, b"\0" * 100))
-    def segment(marker, data):
-        return b"\xff" + bytes([marker]) + struct.pack(">H", len(data) + 2) + data
-    def jpeg(dc_counts, dc_symbols):  # 8 x 8 pixels of 200, if the tables are right: of the cosines the mean alone
-        return b"\xff\xd8" + segment(0xdb, b"\0" + b"\1" * 64) + segment(0xc0, b"\x08\0\x08\0\x08\1\1\x11\0") + \
-            segment(0xc4, b"\0" + bytes(dc_counts) + bytes(dc_symbols)) + segment(0xc4, b"\x10\1" + b"\0" * 16) + \
-            segment(0xda, b"\1\1\0\0\x3f\0") + b"\xa4\x07\xff\xd9"
-    write("image", "grey.jpg", jpeg([1, 1] + [0] * 14, [0, 10]))
-    write("image", "codes.jpg", jpeg([0] * 14 + [130, 130], list(range(130)) * 2))
     pixels = bytes(range(12))
+    write("image", "grey.jpg", jpeg())
+    write("image", "turned.jpg", jpeg(b"Exif\0\0II*\0\x08\0\0\0\1\0\x12\1\3\0\1\0\0\0\6\0\0\0\0\0\0\0"))
+    write("image", "rgb.tif", tiff(2, 2, 3, 8, pixels))
+    write("image", "alpha16.tif", tiff(1, 2, 2, 16, pixels[:8]))
+    write("image", "packed.tif", tiff(4, 1, 1, 8, b"\xfd\x40", 32773))
+    write("image", "deflate.tif", tiff(2, 2, 3, 8, zlib.compress(pixels), 8))
+    write("image", "large.tif", tiff(30000, 30000, 1, 8, b"a"))
     write("image", "a.ppm", b"P6\n2 2\n255\n" + pixels)
     write("image", "a.pgm", b"P5 2 2 65535\n" + pixels)
     write("image", "a.tga", b"\0\0\2" + b"\0" * 9 + b"\2\0\2\0\x18\0" + pixels)

@@ -83,15 +83,6 @@ TEST_CASE("missing, foreign and truncated images are input errors") {
   CHECK_THROWS_AS(itn::read_bitmap(folder / "cut.png"), itn::InputError);
 }
 
-TEST_CASE("a JPEG is read, and refused where a table has more codes than there are bytes") {
-  const std::string corpus = ITN_SOURCE_DIR "/tests/fuzz/corpus/image/";
-  const itn::Bitmap bitmap = itn::read_bitmap(corpus + "grey.jpg", true);
-  REQUIRE(bitmap.data.size() == 64);
-  for (const float value : bitmap.data) CHECK(value == Approx(200 / 255.0).margin(1e-6));
-  CHECK_THROWS_WITH(itn::read_bitmap(corpus + "codes.jpg"),
-                    Catch::Contains("the table at byte") && Catch::Contains("260 codes"));
-}
-
 TEST_CASE("an HDR image that ends within its runs is refused and does not hang") {
   const TemporaryFolder folder;
   const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 8\n\2\2" + std::string("\0\10", 2);

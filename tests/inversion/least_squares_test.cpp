@@ -1,4 +1,5 @@
 // The equations of made-up renderings whose answer is known.
+#include <Eigen/LU>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
@@ -97,7 +98,7 @@ TEST_CASE("with a prior that truths are drawn from, solutions are the posterior'
           "[stat]") {
   Made made;
   const double deviation = 0.005;  // about what the image tells
-  const Prior prior{truth, {1 / (deviation * deviation), 1 / (deviation * deviation)}};
+  const Prior prior{truth, Eigen::Matrix2d(Eigen::Matrix2d::Identity() / (deviation * deviation))};
   const int repeats = 400;
   double mean[2] = {0, 0}, square[2] = {0, 0}, error = 0, without = 0;
   for (int k = 0; k < repeats; ++k) {
@@ -136,7 +137,8 @@ TEST_CASE("what noise hides a prior tells") {
   NormalEquations pool(2);
   pool.add(least_squares({made.render(truth, 64)}, targets, references, coordinates(), truth), truth);
   CHECK_FALSE(pool.solve(truth, {"first", "second"}).determined);
-  const NormalEquations::Solution solution = pool.solve(truth, {"first", "second"}, {{0, -0.25}, {0, 1 / 1e-4}});
+  const Prior prior{{0, -0.25}, Eigen::Vector2d(0, 1 / 1e-4).asDiagonal().toDenseMatrix()};
+  const NormalEquations::Solution solution = pool.solve(truth, {"first", "second"}, prior);
   CHECK((solution.hidden && solution.determined));
   CHECK(solution.x[0] == Approx(truth[0]).margin(0.05));
   CHECK(solution.x[1] == Approx(-0.25).margin(0.003));
@@ -184,4 +186,26 @@ TEST_CASE("stored equations are the same equations") {
   const NormalEquations again = NormalEquations::from_numbers(2, pool.numbers());
   CHECK(again.solve(truth, {"", ""}).x == pool.solve(truth, {"", ""}).x);
   CHECK(again.solve(truth, {"", ""}).covariance == pool.solve(truth, {"", ""}).covariance);
+}
+
+TEST_CASE("a prior with a correlation counts with it beside the image, as precisions add up") {
+  Made made;
+  const std::vector<TargetImage> targets{made.target(0.05)};
+  const std::vector<Reference> references{reference_of(made.render(truth, 64), targets[0], 0, 0, coordinates(), truth)};
+  NormalEquations pool(2);
+  pool.add(least_squares({made.render(truth, 64)}, targets, references, coordinates(), truth), truth);
+  const NormalEquations::Solution alone = pool.solve(truth, {"first", "second"});
+  Eigen::Matrix2d known;
+  known << 4, 3.6, 3.6, 4;
+  known *= 0.5 / alone.covariance.trace();
+  const Prior prior{{truth[0] + 0.01, truth[1]}, known};
+  const NormalEquations::Solution both = pool.solve(truth, {"first", "second"}, prior);
+  CHECK_FALSE(both.hidden);
+  // In units of the image's noise.
+  const Eigen::Matrix2d added = both.information - alone.information;
+  CHECK((added - known * (added.trace() / known.trace())).norm() < 1e-9 * added.norm());
+  const Eigen::Vector2d mean =
+      alone.x + both.information.inverse() * (added * (Eigen::Vector2d(prior.mean[0], prior.mean[1]) - alone.x));
+  CHECK((both.x - mean).norm() < 1e-9);
+  for (Eigen::Index k = 0; k < 2; ++k) CHECK(both.covariance(k, k) < alone.covariance(k, k));
 }

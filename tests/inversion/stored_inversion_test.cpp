@@ -128,8 +128,30 @@ TEST_CASE("a prior's interval holds 95 % of its normal distribution, and other p
   const ForwardModel model(test::device(), fog_ball(2, 0.7, 0.5), {"fog.sigma_t", "fog.albedo"}, {0}, RenderOptions());
   Prior prior;
   prior.add_interval(model.coordinates(), 1, 0.4, 0.8);
-  const double deviation = 1 / std::sqrt(prior.precision[1]);
+  const double deviation = 1 / std::sqrt(prior.precision(1, 1));
   for (const auto& [value, share] : {std::pair{0.4, 0.025}, {0.8, 0.975}})
     CHECK(normal_cdf((model.coordinates()[1].of(value) - prior.mean[1]) / deviation) == Approx(share));
-  CHECK(prior.precision[0] == 0);
+  CHECK(prior.precision(0, 0) == 0);
+}
+
+TEST_CASE("a prior of samples has their mean and covariance in the coordinates, and leaves other parameters unknown") {
+  const ForwardModel model(test::device(), fog_ball(2, 0.7, 0.5), {"fog.sigma_t", "fog.albedo"}, {0}, RenderOptions());
+  // Four corners of a slanted square in the coordinates (first, second).
+  const std::vector<Coordinate>& c = model.coordinates();
+  std::vector<std::vector<double>> samples;
+  for (const auto& [a, b] : {std::pair{1.0, 0.5}, {-1.0, -0.5}, {0.2, -0.4}, {-0.2, 0.4}})
+    samples.push_back({c[1].value(0.3 + b), c[0].value(0.1 + a)});
+  Prior prior;
+  prior.add_samples(c, {1, 0}, samples);
+  CHECK(prior.mean[0] == Approx(0.1));
+  CHECK(prior.mean[1] == Approx(0.3));
+  Eigen::Matrix2d covariance;  // sums of squares and products over three
+  covariance << 2.08, 0.84, 0.84, 0.82;
+  covariance /= 3;
+  CHECK((prior.precision * covariance - Eigen::Matrix2d::Identity()).norm() < 1e-9);
+
+  Prior one;
+  one.add_samples(c, {1}, {{0.4}, {0.6}, {0.7}});
+  CHECK(one.precision(1, 1) > 0);
+  CHECK((one.precision(0, 0) == 0 && one.precision(0, 1) == 0));
 }

@@ -1,9 +1,13 @@
 // Targets as files: which channels count, and what cannot be radiance, a weight or a standard error.
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
 
 #include "runtime/base/error.h"
+#include "runtime/base/file.h"
 #include "runtime/image/exr.h"
+#include "runtime/image/png.h"
+#include "runtime/image/srgb.h"
 #include "runtime/inversion/image_loss.h"
 #include "tests/support/temporary_folder.h"
 
@@ -16,7 +20,7 @@ constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN(),
                 infinite = std::numeric_limits<float>::infinity();
 
 // 2 x 1 pixels with the radiance 1, 2, 3 and 4, 5, 6, and standard errors of a tenth.
-struct Photo {
+struct StoredTarget {
   TemporaryFolder folder;
   ExrImage image{2,
                  1,
@@ -43,7 +47,7 @@ struct Photo {
 }  // namespace
 
 TEST_CASE("a target's radiance and standard errors are those of its channels, in the order of the film's") {
-  Photo photo;
+  StoredTarget photo;
   const TargetImage target = photo.read();
   CHECK(target.value == std::vector<float>{1, 2, 3, 4, 5, 6});
   CHECK(target.error == std::vector<float>{0.1F, 0.2F, 0.3F, 0.4F, 0.5F, 0.6F});
@@ -56,7 +60,7 @@ TEST_CASE("a target's radiance and standard errors are those of its channels, in
 }
 
 TEST_CASE("standard errors of some channels only count as none") {
-  Photo photo;
+  StoredTarget photo;
   photo.image = {2, 1, {"R", "G", "B", "stderr.R", "stderr.B"}, {1, 2, 3, 0.1F, -1, 4, 5, 6, 0.4F, 0.6F}, {}};
   const TargetImage target = photo.read();
   CHECK(target.value == std::vector<float>{1, 2, 3, 4, 5, 6});
@@ -64,7 +68,7 @@ TEST_CASE("standard errors of some channels only count as none") {
 }
 
 TEST_CASE("standard errors of 0 are taken; negative, infinite and NaN ones are refused with pixel and channel") {
-  Photo photo;
+  StoredTarget photo;
   photo.image.data[10] = 0;
   CHECK(photo.read().error[4] == 0);
   for (const float wrong : {-0.5F, infinite, not_a_number}) {
@@ -76,7 +80,7 @@ TEST_CASE("standard errors of 0 are taken; negative, infinite and NaN ones are r
 }
 
 TEST_CASE("pixels of weight 0 may hold anything, and count as 0") {
-  Photo photo;
+  StoredTarget photo;
   photo.masked = true;
   photo.image.data[6] = not_a_number;
   photo.image.data[10] = -1;
@@ -92,4 +96,35 @@ TEST_CASE("a target whose data window is not its display window is refused: its 
   CHECK_THROWS_WITH(read_target(ITN_SOURCE_DIR "/tests/fuzz/corpus/exr/moved.exr", "", 2, 2, 3),
                     Contains("moved.exr: its data window"));
   CHECK(read_target(ITN_SOURCE_DIR "/tests/fuzz/corpus/exr/colour.exr", "", 2, 2, 3).value.size() == 12);
+}
+
+TEST_CASE("a photo of 8 bits is a target: averaged down, what is saturated or masked left out, its noise known") {
+  const TemporaryFolder folder;
+  // 4 x 2, twice the film: the right half has a saturated pixel.
+  std::vector<std::uint8_t> samples(24, 128);
+  samples[9] = 255;
+  write_png(folder / "photo.png", 4, 2, samples);
+  const auto value = static_cast<float>(srgb_decode(128 / 255.0));
+  const TargetImage target = read_target(folder / "photo.png", "", 2, 1, 3);
+  CHECK(target.weight == std::vector<float>{1, 0});
+  CHECK(target.value[0] == Approx(value));
+  CHECK(target.error.empty());
+  REQUIRE(target.noise.size() == 6);
+  const double step = srgb_decode(128.5 / 255) - srgb_decode(127.5 / 255);
+  CHECK(target.noise[0] == Approx(step / std::sqrt(12.0) / 2).epsilon(1e-3));  // of four pixels
+  CHECK_THAT(target.note, Contains("4 x 2 pixels, averaged down to 2 x 1") && Contains("12 % are saturated"));
+  CHECK(read_target(folder / "photo.png", "", 2, 1, 1).value[0] == Approx(value).epsilon(1e-5));  // luminance
+  CHECK(read_target(folder / "photo.png", "", 2, 1, 3, {transfer_curve("linear"), 2}).value[0] == Approx(128 / 255.0));
+
+  std::vector<std::uint8_t> mask(24, 255);
+  for (std::size_t i = 0; i < 3; ++i) mask[i] = 0;
+  write_png(folder / "mask.png", 4, 2, mask);
+  CHECK(read_target(folder / "photo.png", folder / "mask.png", 2, 1, 3, {{}, 2}).weight == std::vector<float>{0, 1});
+  CHECK_THROWS_WITH(read_target(folder / "photo.png", folder / "mask.png", 2, 1, 3),
+                    Contains("saturated, transparent or masked"));
+  write_exr(folder / "mask.exr", {2, 1, {"Y"}, {0.5F, 1}, {}});
+  CHECK(read_target(folder / "photo.png", folder / "mask.exr", 2, 1, 3).weight == std::vector<float>{0.5F, 0});
+  CHECK_THROWS_WITH(read_target(folder / "photo.png", "", 3, 1, 3), Contains("photo.png: 4 x 2 pixels, need 3 x 1"));
+  write_file(folder / "grey.pgm", std::string("P5 2 1 255\n\x10\x20"));
+  CHECK_THROWS_WITH(read_target(folder / "grey.pgm", "", 2, 1, 3), Contains("is grey, need colours"));
 }

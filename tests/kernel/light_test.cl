@@ -14,7 +14,7 @@ __kernel void sample(__global const JobRecord* job, __global const LightRecord* 
   REAL v[4];
   for (int i = 0; i < 4; ++i) v[i] = GATHER(u, at + i * n);
   LightSample s;
-  const MASK found = sample_light(&launch, job, (MASK)(0), make3((REAL)(x), (REAL)(y), (REAL)(z)), v, &s);
+  const MASK found = sample_light(&launch, job, make3((REAL)(x), (REAL)(y), (REAL)(z)), v, &s);
   SCATTER(out, at, s.source.direction.x);
   SCATTER(out, at + n, s.source.direction.y);
   SCATTER(out, at + 2 * n, s.source.direction.z);

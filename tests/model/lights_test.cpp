@@ -113,6 +113,25 @@ TEST_CASE("directional light arrives alike everywhere, against its direction, fr
   }
 }
 
+TEST_CASE("a beam is as bright everywhere in front of its shape, and dark beside and behind it", "[model]") {
+  Light light = light_of("directionalarea");
+  light.value("center").value = {1, 0, 0};
+  light.value("normal").value = {0, 0, 1};
+  light.value("to_u").value = {0.5, 0, 0};  // 2 wide to either side, 1 high
+  light.value("to_v").value = {0, 1, 0};
+  for (const bool round : {false, true}) {
+    light.set("round", round ? 1 : 0);
+    for (const Vec3& from : {Vec3{1, 0, 0.1}, Vec3{2.5, 0, 50}, Vec3{1, -0.9, 3}}) {
+      const Arrival a = arrival(light, from);
+      CHECK(a.share == 1);
+      CHECK(a.distance == Approx(from[2]));
+      CHECK(Vec3{a.towards} == Vec3{0, 0, -1});
+    }
+    for (const Vec3& dark : {Vec3{1, 0, -2}, Vec3{3.1, 0, 1}, Vec3{1, 1.1, 1}}) CHECK(arrival(light, dark).share == 0);
+    CHECK(arrival(light, {2.8, 0.9, 1}).share == (round ? 0 : 1));  // in a corner
+  }
+}
+
 TEST_CASE("a shape shines to the front, and not to the back", "[model]") {
   const Light light = light_of("area");
   const Vec3 on{0, 0, 1}, normal{0, 0, 1};

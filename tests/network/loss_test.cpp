@@ -79,7 +79,7 @@ TEST_CASE("An image loss is added with its weight, its gradient through the rang
   const std::vector<double> truth{40, 0.8, 0.5};
   const std::vector<float> outputs{0.25f, -1.0f, 2.0f};
   const OutputLoss supervised = supervised_loss(outputs, truth, ranges);
-  const std::vector<double> parameters = parameters_of(outputs, ranges);
+  const std::vector<double> parameters = parameters_of(outputs, NetworkDescription());
   // A made-up image loss: the sum of squared logarithms.
   ImageLoss::Result image;
   for (const double p : parameters) {

@@ -59,6 +59,37 @@ TEST_CASE("A network comes back from its file with the same outputs to the bit, 
   CHECK(outputs(read) == outputs(network));
 }
 
+TEST_CASE("A network's distribution and its spread come back from its file, and others are input errors") {
+  const TemporaryFolder folder;
+  const std::string file = folder / "a.safetensors";
+  NetworkDescription description = some_network().description();
+  description.kind = "rn";
+  description.distribution = true;
+  description.spread = {1.25, 0.75};
+  Network network(description);
+  network.initialise(3);
+  write_network(file, network, Precision::single);
+  Network read = read_network(file);
+  CHECK(read.description() == description);
+  CHECK(outputs(read) == outputs(network));
+  const auto refusal = [&](const std::string& name, const std::string& value) {
+    Safetensors content{network.weights(), network_metadata(description)};
+    content.metadata[name] = value;
+    write_file(file, safetensors_bytes(content, Precision::single));
+    try {
+      read_network(file);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  CHECK_THAT(refusal("distribution", "cauchy"), Contains("'normal' is expected"));
+  CHECK_THAT(refusal("spread", "[1]"), Contains("a spread above 0 for each output"));
+  CHECK_THAT(refusal("spread", "[1, -1]"), Contains("a spread above 0 for each output"));
+  CHECK_THAT(refusal("spread", "[1, \"x\"]"), Contains("no list of numbers"));
+  CHECK_THAT(refusal("kind", "itn"), Contains("only rn learns a distribution"));
+}
+
 TEST_CASE("Half precision, without the weights that meet no pixel, is far smaller and moves the outputs by little") {
   const TemporaryFolder folder;
   Network network = some_network();

@@ -30,7 +30,7 @@ TEST_CASE("Predictions are the network's parameters for every example, in whiche
     std::vector<float> image(16);
     std::vector<double> truth(2);
     Noise().read(i, 0, image, truth);
-    const std::vector<double> alone = parameters_of(network.forward(image, 1), network.description().outputs);
+    const std::vector<double> alone = parameters_of(network.forward(image, 1), network.description());
     for (std::size_t output = 0; output < 2; ++output) {
       CHECK(predictions.predicted[2 * i + output] == Approx(alone[output]).epsilon(1e-5));
       CHECK(predictions.truth[2 * i + output] == truth[output]);

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "../support/temporary_folder.h"
+#include "network/distribution.h"
 #include "network/network_file.h"
 #include "network/random.h"
 #include "runtime/base/error.h"
@@ -214,7 +215,7 @@ TEST_CASE("The balanced weight makes both losses equal over the first batches") 
     const Batch batch = read_batch(training, asked[step], network);
     const std::vector<float>& raw = network.forward(batch.images, chosen.batch);
     supervised += supervised_loss(raw, batch.truth, outputs).loss;
-    image += image_loss.evaluate(asked[step], parameters_of(raw, outputs), step).loss;
+    image += image_loss.evaluate(asked[step], parameters_of(raw, network.description()), step).loss;
   }
   CHECK(weight * image == Approx(supervised));
 
@@ -324,6 +325,10 @@ TEST_CASE("A checkpoint of other circumstances or a damaged one is an input erro
   CHECK_THAT(changed("progress", "{}"), Contains("'progress'"));
   CHECK_THAT(changed("progress", R"({"steps":1,"sums":[0,0,0],"curve":[[1,1,1]],"best_epoch":0})"),
              Contains("contradicts itself"));
+  std::string flipped = bytes;
+  flipped[flipped.size() - 4] ^= 1;  // the last bit of the last number
+  write_file(file, flipped);
+  CHECK_THAT(message(options(1), training), Contains("checksum differs"));
   write_network(file, network, Precision::single);
   CHECK_THAT(message(options(1), training), Contains("format is 'itn.network'"));
   write_file(file, std::string_view(bytes).substr(0, bytes.size() / 2));
@@ -369,4 +374,78 @@ TEST_CASE("Every epoch is another look at the examples") {
   expected.resize(32, 1);
   CHECK(training.looks == expected);
   CHECK(validation.looks == std::vector<std::uint64_t>(16, 0));
+}
+
+TEST_CASE("A distribution is learnt by likelihood: it says how far off it is, and goes on where it was stopped") {
+  const MadeUpExamples training(64, 1), validation(200, 2);
+  NetworkDescription description{"rn", 1, SIZE, outputs, 2};
+  description.distribution = true;
+  description.spread = {1, 1};
+  const auto begin = [&] {
+    Network network(description);
+    network.initialise(1);
+    return network;
+  };
+  Network whole = begin(), stopped = begin(), gone_on = begin();
+  Trainer trainer(whole, training, validation, options(40));
+  while (!trainer.finished()) trainer.step();
+  trainer.restore_best();
+  const TemporaryFolder folder;
+  Trainer first(stopped, training, validation, options(40));
+  for (int i = 0; i < 11; ++i) first.step();
+  first.write_checkpoint(folder / "checkpoint.safetensors");
+  Trainer second(gone_on, training, validation, options(40));
+  second.read_checkpoint(folder / "checkpoint.safetensors");
+  while (!second.finished()) second.step();
+  second.restore_best();
+  CHECK(same_weights(whole, gone_on));
+
+  // Of a share that nothing is known of, uniform over 0.8: log(0.8).
+  CHECK(trainer.curve()[trainer.best_epoch()].validation < std::log(0.8) - 0.5);
+  std::vector<double> square(2);
+  for (std::size_t i = 0; i < validation.count(); ++i) {
+    std::vector<float> image(SIZE * SIZE);
+    std::vector<double> truth(2);
+    validation.read(i, 0, image, truth);
+    const Calibration c = calibration_of(whole.forward(image, 1), truth, description);
+    for (std::size_t p = 0; p < 2; ++p) square[p] += c.score[p] * c.score[p] / static_cast<double>(validation.count());
+  }
+  for (const double mean : square) {
+    CHECK(mean > 0.5);
+    CHECK(mean < 2);
+  }
+}
+
+TEST_CASE("A frozen network learns how sure it is, and says what it said to the bit") {
+  const MadeUpExamples training(64, 1), validation(32, 2);
+  NetworkDescription description{"rn", 1, SIZE, outputs, 2};
+  description.distribution = true;
+  description.spread = {1, 1};
+  Network network(description);
+  network.initialise(1);
+  const Network before = [&] {
+    Network copy(description);
+    copy.weights() = network.weights();
+    return copy;
+  }();
+  TrainingOptions frozen = options(6);
+  frozen.frozen = true;
+  Trainer trainer(network, training, validation, frozen);
+  while (!trainer.finished()) trainer.step();
+  CHECK(trainer.curve().back().validation < trainer.curve().front().validation);
+  const std::size_t last = network.weights().size() - 2;
+  for (std::size_t k = 0; k < last; ++k) CHECK(network.weights()[k].values == before.weights()[k].values);
+  for (std::size_t k = last; k < last + 2; ++k) {
+    const std::vector<float>&now = network.weights()[k].values, &then = before.weights()[k].values;
+    const auto means = static_cast<std::ptrdiff_t>(then.size() * 2 / 5);
+    CHECK(std::equal(then.begin(), then.begin() + means, now.begin()));
+    CHECK_FALSE(std::equal(then.begin() + means, then.end(), now.begin() + means));
+  }
+  frozen.weight_decay = 1;
+  CHECK_THROWS_WITH(Trainer(network, training, validation, frozen), Contains("no weight decay"));
+  Network plain = small_network();
+  frozen.weight_decay = 0;
+  CHECK_THROWS_WITH(Trainer(plain, training, validation, frozen), Contains("needs a distribution"));
+  MadeUpImageLoss image_loss;
+  CHECK_THROWS_WITH(Trainer(network, training, validation, options(6), &image_loss), Contains("no distribution"));
 }

@@ -20,6 +20,18 @@ foreach(file IN ITEMS man/man1/itn.1 man/man1/itn-render.1 bash-completion/compl
     message(FATAL_ERROR "share/${file} was not installed")
   endif()
 endforeach()
+# The list of what the program is made of is JSON, and every library of THIRD-PARTY.md that is not optional is in it.
+file(GLOB sbom ${WORK}/moved/share/doc/*/itn.cdx.json)
+file(READ "${sbom}" text)
+string(JSON count LENGTH "${text}" components)
+if(count LESS 17)
+  message(FATAL_ERROR "${sbom} has ${count} components; there were 17")
+endif()
+string(JSON version GET "${text}" metadata component version)
+if(NOT version STREQUAL VERSION)
+  message(FATAL_ERROR "${sbom} is of itn ${version}, need ${VERSION}")
+endif()
+
 # Lines, since a semicolon would end the argument.
 run(bash -c "source share/bash-completion/completions/itn
 COMP_WORDS=(itn render --op) COMP_CWORD=2

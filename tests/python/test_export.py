@@ -13,7 +13,7 @@ onnxruntime = pytest.importorskip("onnxruntime")
 
 def by_itn(program, run, images, *options):
     text = subprocess.run([program, "predict", run, *images, *options, "--json", "-"], check=True, capture_output=True, text=True).stdout
-    return [[image[name] for name in ("sigma_t", "albedo", "g")] for image in json.loads(text)["images"]]
+    return [[list(image[name].values()) for name in ("sigma_t", "albedo", "g")] for image in json.loads(text)["images"]]
 
 
 def known(folder, manifest, image):
@@ -26,8 +26,8 @@ def known(folder, manifest, image):
     return np.concatenate([normal, nearness[None], cosine[None]]).astype(np.float32)
 
 
-@pytest.mark.parametrize("channels", [1, 6])
-def test_onnxruntime_predicts_what_itn_does(tmp_path, channels):
+@pytest.mark.parametrize("channels, distribution", [(1, True), (6, False)])
+def test_onnxruntime_predicts_what_itn_does(tmp_path, channels, distribution):
     program = os.environ.get("ITN_BINARY")
     if not program:
         pytest.skip("ITN_BINARY is not set")
@@ -35,7 +35,7 @@ def test_onnxruntime_predicts_what_itn_does(tmp_path, channels):
     config = {"preset": "tiny", "size": 16, "spp": 2, "train": {"shapes": ["knot"], "azimuths": [0], "materials": 20},
               "test": {"shapes": ["hare"], "azimuths": [90], "materials": 1}}
     data = itn.dataset(config, folder)
-    itn.train(data, "rn", tmp_path / "run", epochs=2, batch=4, width=2, threads=1, channels=channels)
+    itn.train(data, "rn", tmp_path / "run", epochs=2, batch=4, width=2, threads=1, channels=channels, distribution=distribution)
     subprocess.run([program, "export", tmp_path / "run", "-o", tmp_path / "net.onnx", "--quiet"], check=True)
 
     manifest = json.loads((folder / "manifest.json").read_text())
@@ -45,8 +45,10 @@ def test_onnxruntime_predicts_what_itn_does(tmp_path, channels):
     inputs = {"luminance": np.stack([itn.read_exr(file)["Y"][None] for file in files])}
     if channels == 6:
         inputs["known"] = np.stack([known(folder, manifest, image) for image in images])
-    (found,) = session.run(["parameters"], inputs)
+    names = ["parameters", "low", "high"] if distribution else ["parameters"]
+    assert [output.name for output in session.get_outputs()] == names
+    found = np.stack(session.run(names, inputs), axis=-1)
     expected = by_itn(program, tmp_path / "run", files, *(["--dataset", folder] if channels == 6 else []))
-    np.testing.assert_allclose(found, expected, rtol=2e-4)
+    np.testing.assert_allclose(found, np.array(expected, dtype=float)[..., :len(names)], rtol=2e-4)
     assert session.get_modelmeta().custom_metadata_map["kind"] == "rn"
     assert [o["name"] for o in json.loads(session.get_modelmeta().custom_metadata_map["outputs"])] == ["sigma_t", "albedo", "g"]

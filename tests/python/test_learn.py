@@ -37,6 +37,13 @@ def test_the_networks_way_from_a_data_set_to_a_prediction(tmp_path):
     images = [data.image(0), tmp_path / "set" / data.images[1]["file"]]
     found = itn.predict(images, run)
     assert found["sigma_t"].shape == (2,) and found.unit_of_sigma_t == "1/mm" and 20 <= found["sigma_t"][0] <= 300
+    assert found.intervals == {}  # it says parameters alone
+    sure = itn.train(data, "rn", tmp_path / "sure", init=run, distribution=True, frozen=True, epochs=1, batch=4, threads=1)
+    again = itn.predict(images, sure)
+    for name, ends in again.intervals.items():
+        np.testing.assert_array_equal(again[name], found[name])
+        assert ends.shape == (2, 2) and (ends[:, 0] < again[name]).all() and (again[name] < ends[:, 1]).all()
+    assert set(again.intervals) == {"sigma_t", "albedo", "g"} and "95 %:" in repr(again)
     result = itn.evaluate(data, [run], tmp_path / "report", images=0, inversions=0)
     assert result["schema"] == "itn.eval/1" and (tmp_path / "report/report.html").exists()
     with pytest.raises(itn.UsageError, match="its network sees luminance alone"):

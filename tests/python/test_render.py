@@ -1,10 +1,12 @@
 """Images, gradients, checks and inversions."""
 import os
 import signal
+import struct
 import subprocess
 import sys
 import threading
 import time
+import zlib
 
 import numpy as np
 import pytest
@@ -112,6 +114,36 @@ def test_targets_are_checked(ball, photo):
         itn.gradient(ball, wrong, BY, spp=4)
     with pytest.raises(itn.UsageError, match="every pixel is 0"):
         itn.gradient(ball, photo, BY, spp=4, mask=np.zeros((24, 32)))
+
+
+def write_png(path, image):
+    """8 bits a sample, sRGB."""
+    linear = np.clip(image, 0, 1)
+    samples = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    rows = np.rint(255 * samples).astype(np.uint8)
+    height, width, _ = rows.shape
+    def chunk(kind, body):
+        return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
+                     + chunk(b"IDAT", zlib.compress(b"".join(b"\0" + row.tobytes() for row in rows))) + chunk(b"IEND", b""))
+
+
+def test_a_photo_is_a_target(ball, photo, tmp_path):
+    write_png(tmp_path / "photo.png", np.repeat(np.repeat(0.5 * photo.image, 2, axis=0), 2, axis=1))
+    target = itn.photo(ball, tmp_path / "photo.png")
+    assert target.noise_known and "64 x 48 pixels, averaged down to 32 x 24" in target.note
+    as_it_is = itn.gradient(ball, photo, BY, spp=64, exposure=True)
+    as_photo = itn.gradient(ball, target, BY, spp=64, exposure=True)
+    assert as_photo.exposures[0] == pytest.approx(0.5 * as_it_is.exposures[0], rel=0.01)
+    by_name = itn.gradient(ball, tmp_path / "photo.png", BY, spp=64, exposure=True)
+    assert by_name.loss == as_photo.loss
+    with pytest.raises(itn.UsageError, match="need auto, srgb, linear, or an exponent"):
+        itn.photo(ball, tmp_path / "photo.png", curve="film")
+    (tmp_path / "cut.png").write_bytes((tmp_path / "photo.png").read_bytes()[:300])
+    with pytest.raises(itn.InputError, match="cut.png: image is damaged"):
+        itn.photo(ball, tmp_path / "cut.png")
+    with pytest.raises(itn.UsageError, match="adam finds exposures alone"):
+        itn.invert(ball, target, BY, method="adam", white_balance=True)
 
 
 def test_derivatives_agree_with_differences(ball):

@@ -112,6 +112,22 @@ def test_networks_are_equal_to_rounding():
     assert set(values) == {"sigma_t", "albedo", "g"}
 
 
+def test_networks_say_the_intervals_that_predict_says(tmp_path):
+    config = {"preset": "tiny", "size": 16, "spp": 2, "train": {"shapes": ["knot"], "azimuths": [0], "materials": 20},
+              "test": {"shapes": ["hare"], "azimuths": [90], "materials": 1}}
+    data = itn.dataset(config, tmp_path / "set")
+    run = itn.train(data, "rn", tmp_path / "run", epochs=2, batch=4, width=1, threads=1, distribution=True)
+    module = itn.torch.network(run)
+    with torch.no_grad():
+        raw = module(module.input(torch.from_numpy(data.image(0))[None]))
+        intervals, shares = module.intervals(raw), module.shares(raw)
+    found = itn.predict([data.image(0)], run)
+    for k, name in enumerate(found.intervals):
+        np.testing.assert_allclose(intervals[name].numpy(), found.intervals[name], rtol=1e-4)
+    assert shares.covariance_matrix.shape == (1, 3, 3)
+    torch.testing.assert_close(torch.sigmoid(raw[:, :3]), shares.mean)
+
+
 def test_a_data_set_is_one_of_torchs(tmp_path):
     config = {"preset": "tiny", "size": 16, "spp": 2,
               "train": {"shapes": ["knot"], "random_shapes": 0, "azimuths": [0], "materials": 20},

@@ -236,6 +236,42 @@ TEST_CASE("a shape shines as a texture shows, which has a factor") {
                      3, {"attribute of a mesh"});
 }
 
+TEST_CASE("a beam takes the place of its rectangle or disk, which does not shine itself") {
+  SceneFolder folder;
+  const std::string beam =
+      "<emitter type=\"directionalarea\" id=\"laser\">\n<rgb name=\"radiance\" value=\"1, 2, 3\"/></emitter>";
+  const std::string place =
+      "<transform name=\"to_world\"><scale x=\"2\"/><rotate x=\"1\" angle=\"180\"/><translate x=\"5\" "
+      "z=\"4\"/></transform>";
+  for (const std::string type : {"rectangle", "disk"}) {
+    const Scene scene = folder.load("<shape type=\"" + type + "\">" + place + beam + "</shape>");
+    REQUIRE(scene.lights.size() == 1);
+    const Light& light = scene.lights[0];
+    const auto near = [&](const char* name, const Vec3& expected) {
+      for (std::size_t a = 0; a < 3; ++a) CHECK(light.value(name).value[a] == Approx(expected[a]).margin(1e-6));
+    };
+    near("center", {5, 0, 4});
+    near("normal", {0, 0, -1});
+    near("to_u", {0.5, 0, 0});
+    CHECK(std::abs(light.value("to_v").value[1]) == Approx(1));
+    CHECK(light.number("round") == (type == "disk" ? 1 : 0));
+    CHECK(scene.shapes.at(0).light == -1);
+    CHECK(scene.bsdfs[static_cast<std::size_t>(scene.shapes[0].bsdf)].number("reflectance") == 0);
+    CHECK(find_parameter(list_parameters(scene), "laser.radiance.R").not_differentiable.empty());
+  }
+  // One that two shapes refer to is a light for each, and one parameter.
+  const std::string ref = "<ref id=\"laser\"/>";
+  Scene two = folder.load(beam + "<shape type=\"rectangle\">" + ref + "</shape><shape type=\"disk\">" + place + ref +
+                          "</shape>");
+  REQUIRE(two.lights.size() == 2);
+  CHECK(two.lights[0].value("center").value == Vec3{0, 0, 0});
+  CHECK(two.lights[1].value("center").value[2] == Approx(4));
+  set_parameter(two, find_parameter(list_parameters(two), "laser.radiance.G"), 7);
+  CHECK((two.lights[0].value("radiance").value[1] == 7 && two.lights[1].value("radiance").value[1] == 7));
+  folder.check_error("<shape type=\"sphere\">" + beam + "</shape>", 2, {"directionalarea", "rectangle or a disk"});
+  folder.check_error(beam, 2, {"directionalarea", "belongs into a <shape>"});
+}
+
 TEST_CASE("faulty shapes are refused") {
   SceneFolder folder;
   folder.check_error("<shape type=\"sphere\">\n<float name=\"radius\" value=\"0\"/></shape>", 3, {"radius = 0"});

@@ -197,6 +197,52 @@ TEST_CASE("a picture drives a medium: a grid that is the same along its third ax
                      {"to_uv", "to_world"});
 }
 
+TEST_CASE("grids stand for numbers of phase functions, alone and within a blend of two") {
+  SceneFolder folder;
+  File cosines;
+  cosines.values.assign(24, 0.25F);
+  cosines.values[0] = -0.75F;
+  folder.write("g.vol", cosines.bytes());
+  const auto phase = [](const std::string& type, const std::string& content) {
+    return "<phase type=\"" + type + "\" id=\"" + type + "\">\n" + content + "</phase>";
+  };
+  Scene scene = folder.load(medium(phase("hg", grid("g"))));
+  const PhaseFunction& alone = scene.media.at(0).phase;
+  REQUIRE(alone.value("g").is_grid());
+  CHECK(alone.number("g") == Approx((23 * 0.25 - 0.75) / 24));  // their mean
+  const Parameter p = find_parameter(list_parameters(scene), "hg.g");
+  CHECK(p.by_voxels);
+  CHECK(values_of(scene, p).data == cosines.values);
+  VoxelGrid other = values_of(scene, p);
+  other.data[3] = 0.5F;
+  set_values(scene, p, other);
+  CHECK(scene.media[0].phase.value("g").volume->grid->data[3] == 0.5F);
+
+  folder.write("w.vol", File().bytes());
+  const std::string weight =
+      "<volume type=\"gridvolume\" name=\"weight\"><string name=\"filename\" value=\"w.vol\"/></volume>";
+  const std::string blend = phase("blendphase", weight + phase("hg", grid("g")) + "<phase type=\"isotropic\"/>");
+  const Scene blended = folder.load(medium(blend));
+  for (const char* name : {"blendphase.weight", "hg.g"})
+    CHECK(find_parameter(list_parameters(blended), name).by_voxels);
+  const std::string constant = "<volume type=\"constvolume\" name=\"g\"><float name=\"value\" value=\"0.5\"/></volume>";
+  CHECK(folder.load(medium(phase("hg", constant))).media.at(0).phase.number("g") == 0.5);
+
+  const std::string nested =
+      phase("dictionary", "<string name=\"weights\" value=\"1 2\"/>" + blend + "<phase type=\"rayleigh\"/>");
+  folder.check_error(medium(nested), 4, {"a weight that is a grid", "numbers"});
+  folder.check_error(medium("<float name=\"sigma_s_prime\" value=\"1\"/><float name=\"sigma_a\" value=\"1\"/>" +
+                            phase("hg", grid("g"))),
+                     3, {"reduced scattering", "sigma_s and sigma_a"});
+  cosines.values[5] = 1;
+  folder.write("g.vol", cosines.bytes());
+  folder.check_error(medium(phase("hg", grid("g"))), 4, {"\"g\"", "from -0.75 to 1", "-0.999999"});
+  cosines.channels = 3;
+  cosines.values.assign(72, 0.1F);
+  folder.write("g.vol", cosines.bytes());
+  folder.check_error(medium(phase("hg", grid("g"))), 4, {"3 channels", "need one"});
+}
+
 TEST_CASE("volumes that make no sense are refused where they stand") {
   SceneFolder folder;
   File file;

@@ -103,6 +103,8 @@ std::vector<Path> arrivals(PathBench& bench, std::size_t n) {
     p.depth = static_cast<int>(i % 12);
     p.medium = i % 5 == 0 ? 0 : -1;
     p.throughput = {rays.number(0.1, 1), rays.number(0.1, 1), rays.number(0.1, 1)};
+    if (i % 16 == 15)
+      for (double& t : p.throughput) t *= 100;  // beyond where roulette ends what loses nothing
     p.radiance = {0.25, 0.5, 0.75};
     p.refraction_scale = rays.number(0.5, 2);
     p.last_pdf = 0.125;
@@ -116,47 +118,17 @@ struct HostLight {
   const std::vector<float>& tables;
   ClearSky sky;
 
-  double share() const {
-    return std::min(0.9,
-                    std::max(0.1, double(record.sun_weight) / (double(record.sun_weight) + double(record.sky_weight))));
-  }
-  double table(int i) const { return static_cast<double>(tables[static_cast<std::size_t>(record.sampling + i)]); }
-  static int columns_of(int row) { return SKY_ROWS + 1 + row * (SKY_COLUMNS + 1); }
-  double azimuth() const { return std::atan2(double(record.sun_azimuth_sin), double(record.sun_azimuth_cos)); }
   double pdf(const Vec3& d) const {
     const double one_minus_cos = double(record.sun_one_minus_cos);
-    const double in_sun =
-        dot(difference(d, sky.sun), difference(d, sky.sun)) < 2 * one_minus_cos ? 1 / (2 * pi * one_minus_cos) : 0;
-    double in_sky = 0;
-    if (d[2] > 0) {
-      const int row = std::min(static_cast<int>(std::sqrt(d[2]) * SKY_ROWS), SKY_ROWS - 1);
-      double turn = (std::atan2(d[1], d[0]) - azimuth()) / (2 * pi);
-      turn -= std::floor(turn);
-      const int column = static_cast<int>(turn * SKY_COLUMNS), first = columns_of(row);
-      const double probability = (table(row + 1) - table(row)) * (table(first + column + 1) - table(first + column));
-      in_sky = probability * SKY_ROWS * SKY_ROWS * SKY_COLUMNS / (2 * pi) / (2 * row + 1);
-    }
-    return share() * in_sun + (1 - share()) * in_sky;
-  }
-  int cell(int first, int n, double* u) const {
-    int k = 0;
-    while (k < n - 1 && table(first + k + 1) <= *u) ++k;
-    *u = (*u - table(first + k)) / (table(first + k + 1) - table(first + k));
-    return k;
+    return dot(difference(d, sky.sun), difference(d, sky.sun)) < 2 * one_minus_cos ? 1 / (2 * pi * one_minus_cos) : 0;
   }
   Vec3 sample(std::array<double, 4> u) const {
-    if (u[2] < share()) {
-      const double fall = u[0] * double(record.sun_one_minus_cos), r = std::sqrt(fall * (2 - fall));
-      Vec3 d = along({0, 0, 0}, 1 - fall, sky.sun);
-      for (std::size_t k = 0; k < 3; ++k)
-        d[k] += r * (std::cos(2 * pi * u[1]) * double(record.sun_tangent[k]) +
-                     std::sin(2 * pi * u[1]) * double(record.sun_bitangent[k]));
-      return d;
-    }
-    const int row = cell(0, SKY_ROWS, &u[0]), column = cell(columns_of(row), SKY_COLUMNS, &u[1]);
-    const double z = (row * row + (2 * row + 1) * u[0]) / (SKY_ROWS * SKY_ROWS), r = std::sqrt(1 - z * z),
-                 phi = azimuth() + 2 * pi * (column + u[1]) / SKY_COLUMNS;
-    return {r * std::cos(phi), r * std::sin(phi), z};
+    const double fall = u[0] * double(record.sun_one_minus_cos), r = std::sqrt(fall * (2 - fall));
+    Vec3 d = along({0, 0, 0}, 1 - fall, sky.sun);
+    for (std::size_t k = 0; k < 3; ++k)
+      d[k] += r * (std::cos(2 * pi * u[1]) * double(record.sun_tangent[k]) +
+                   std::sin(2 * pi * u[1]) * double(record.sun_bitangent[k]));
+    return d;
   }
 };
 
@@ -203,7 +175,7 @@ Check check(const Scene& scene, int width) {
     Rgb throughput;
     double largest = 0;
     for (std::size_t c = 0; c < 3; ++c) largest = std::max(largest, throughput[c] = p.throughput[c] * albedo[c]);
-    const double survival = std::min(largest, 0.95);
+    const double survival = std::min(largest, largest < 16 ? 0.95 : 0.999);
     if (depth > 5 && std::abs(u[2] - survival) < 1e-4) continue;
     if (depth >= 11 || (depth > 5 && u[2] >= survival)) {
       ++check.died;
@@ -231,7 +203,6 @@ Check check(const Scene& scene, int width) {
       const auto v = bench.random(p, 1);
       const Vec3 d = light.sample(v);
       const double cosine = d[2] * side / pi, pdf = light.pdf(d);
-      if (std::abs(v[2] - light.share()) < 1e-6) continue;
       if (p.medium < 0 && cosine > 0 && visible(p.position, d)) {
         const Rgb sky = sky_radiance(light.sky, d), sun = sun_radiance(light.sky, d);
         for (std::size_t c = 0; c < 3; ++c)

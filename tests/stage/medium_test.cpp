@@ -13,7 +13,7 @@ using namespace itn::test;
 
 namespace {
 
-constexpr int once = 0x1000000;  // SCATTERED_ONCE of path_state.h
+constexpr int once = 0x40000000;  // SCATTERED_ONCE of path_state.h
 
 // Paths inside the unit sphere.
 std::vector<Path> inside_sphere(std::size_t n) {
@@ -27,6 +27,8 @@ std::vector<Path> inside_sphere(std::size_t n) {
     p.medium = 0;
     p.depth = static_cast<int>(i % 8);
     p.throughput = {0.9, 0.6, 0.3};
+    if (i % 16 == 15)
+      for (double& t : p.throughput) t *= 100;  // beyond where roulette ends what loses nothing
     p.radiance = {0.5, 0.5, 0.5};
     p.event = 2;
     p.queue = Queue::medium;
@@ -96,7 +98,7 @@ MediumCheck check_event(const Scene& scene, const PathBench& bench, const std::v
       if (spectral) weight = spectral_weight[c];
       largest = std::max(largest, throughput[c] * weight);
     }
-    const double survival = std::min(largest, 0.95);
+    const double survival = std::min(largest, largest < 16 ? 0.95 : 1);
     if (depth > scene.integrator.rr_depth && std::abs(u[3] - survival) < 1e-4) {
       ++check.undecided;
       continue;

@@ -109,6 +109,7 @@ PathBench::PathBench(const Device& device, const Scene& scene, const Options& op
        {&buffers_.derivatives, &buffers_.futures, &buffers_.visits, &buffers_.pulls, &buffers_.gradient})
     *unused = device.upload(std::vector<float>{}, "unused");
   buffers_.misplaced = device.upload(std::vector<cl_uint>{0}, "misplaced");
+  buffers_.endless = device.upload(std::vector<cl_uint>{0}, "endless");
 }
 
 Queue PathBench::queue_of(const Bsdf& bsdf) const {

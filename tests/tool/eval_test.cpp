@@ -106,7 +106,7 @@ TEST_CASE("itn eval: three tables of a rendered set, in JSON, on the terminal an
   const auto predictions = nlohmann::json::parse(itn::read_file(small.folder / "predictions.json"));
   double square = 0;
   for (std::size_t i = 0; i < truth.size(); ++i)
-    square += std::pow(predictions["images"][i]["albedo"].get<double>() - truth[i], 2);
+    square += std::pow(predictions["images"][i]["albedo"]["value"].get<double>() - truth[i], 2);
   CHECK(json["table1"]["unseen_shape"]["rn"]["albedo"]["value"].get<double>() ==
         Approx(std::sqrt(square / static_cast<double>(truth.size()))));
 
@@ -124,6 +124,41 @@ TEST_CASE("itn eval: three tables of a rendered set, in JSON, on the terminal an
   const std::string page = itn::read_file(small.folder / "report/report.html");
   CHECK_THAT(page, Contains("<svg") && Contains("data:image/png;base64,") && Contains("What holds here"));
   CHECK(page.find("src=\"images") == std::string::npos);
+}
+
+TEST_CASE("itn eval says how often the intervals of networks that give some hold the truth") {
+  const Small small;
+  itn::NetworkDescription description;
+  description.size = 16;
+  description.width = 1;
+  description.distribution = true;
+  description.spread = {1, 1, 0.05};  // far too sure of g
+  std::filesystem::create_directories(small.folder / "sure");
+  itn::write_network(small.folder / "sure/network.safetensors", itn::Network(description), itn::Precision::single);
+  const Result result =
+      run_itn({"eval", small.set, small.folder / "sure", small.folder / "itn", "-o", small.folder / "report",
+               "--images", "0", "--inversions", "0", "--json", small.folder / "result.json"});
+  INFO(result.error);
+  REQUIRE(result.exit_code == 0);
+  CHECK_THAT(result.output, Contains("Coverage, testing") && Contains("jointly"));
+  const auto coverage = nlohmann::json::parse(itn::read_file(small.folder / "result.json"))["coverage"]["testing"];
+  CHECK_FALSE(coverage.contains("itn"));
+  // Its weights are 0: it says the middle of every range, and as deviation that of an even share times spread.
+  CHECK(coverage["rn"]["sigma_t"]["value"] == 1);
+  const itn::Manifest set = itn::read_complete_manifest(small.set);
+  double held = 0, count = 0;
+  for (const itn::Manifest::Image& image : set.images)
+    if (image.split != itn::Manifest::Split::train && image.split != itn::Manifest::Split::validation) {
+      const double share =
+          (image.g - description.outputs[2].low) / (description.outputs[2].high - description.outputs[2].low);
+      held += std::fabs(share - 0.5) < 1.959964 * 0.05 / std::sqrt(12.0);
+      count += 1;
+    }
+  CHECK(coverage["rn"]["g"]["value"].get<double>() == Approx(held / count));
+  CHECK(coverage["rn"]["jointly"]["value"].get<double>() <= coverage["rn"]["sigma_t"]["value"].get<double>());
+  int ranked = 0;
+  for (const auto& tenth : coverage["rn"]["albedo"]["ranks"]) ranked += tenth.get<int>();
+  CHECK(ranked == count);
 }
 
 TEST_CASE("stopped in its inversions, itn eval goes on to the same result") {

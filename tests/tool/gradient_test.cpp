@@ -3,14 +3,19 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 
+#include "runtime/base/file.h"
 #include "runtime/image/exr.h"
+#include "runtime/image/png.h"
 #include "runtime/scene/volume_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
 
 namespace {
+
+using Catch::Contains;
 
 std::vector<std::string> gradient(const std::string& target, const std::vector<std::string>& more = {}) {
   std::vector<std::string> arguments{"gradient", ball, "--target", target, "--parameter", "skin.albedo.G"};
@@ -191,4 +196,37 @@ TEST_CASE("itn gradient: by a grid it is a grid of the same size") {
   for (const float v : grid.data) sum += static_cast<double>(v);
   CHECK(sum != 0);
   CHECK(gradient["value"].get<double>() == Approx(sum).epsilon(1e-3));
+}
+
+TEST_CASE("photos as targets: what was done is told, wrong curves and damaged files end with a message") {
+  const TemporaryFolder folder;
+  std::vector<std::uint8_t> samples(3 * 64 * 48, 150);
+  itn::write_png(folder / "photo.png", 64, 48, samples);
+  const Result run = run_itn(gradient(folder / "photo.png", {"--spp", "4", "--exposure"}));
+  INFO(run.error);
+  REQUIRE(run.exit_code == 0);
+  CHECK_THAT(run.output, Contains("photo.png: 64 x 48 pixels, averaged down to 32 x 24") && Contains("exposure "));
+  const Result curve = run_itn(gradient(folder / "photo.png", {"--curve", "film"}));
+  CHECK(curve.exit_code == 2);
+  CHECK_THAT(curve.error, Contains("--curve film: need auto, srgb, linear, or an exponent"));
+  const std::string whole = itn::read_file(folder / "photo.png");
+  itn::write_file(folder / "cut.png", whole.substr(0, whole.size() / 2));
+  itn::write_file(folder / "cut.jpg", "\xff\xd8\xff\xe0 and no more");
+  itn::write_file(folder / "cut.tif", std::string("II*\0\x08\0\0\0\x09\0", 10));
+  itn::write_png(folder / "square.png", 48, 48, std::vector<std::uint8_t>(3 * 48 * 48, 150));
+  itn::write_png(folder / "white.png", 32, 24, std::vector<std::uint8_t>(3 * 32 * 24, 255));
+  for (const auto& [file, message] : std::map<std::string, std::string>{{"cut.png", "is damaged"},
+                                                                        {"cut.jpg", "is damaged"},
+                                                                        {"cut.tif", "is damaged"},
+                                                                        {"square.png", "need 32 x 24"},
+                                                                        {"white.png", "is saturated"}}) {
+    CAPTURE(file);
+    for (const std::vector<std::string>& command :
+         {gradient(folder / file), std::vector<std::string>{"view", ball, "--target", folder / file}}) {
+      const Result refused = run_itn(command);
+      CHECK(refused.exit_code == 3);
+      CHECK_THAT(refused.error, Contains(file) && Contains(message));
+    }
+    if (message == "is damaged") CHECK(run_itn({"predict", folder / file}).exit_code == 3);
+  }
 }

@@ -6,6 +6,8 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
 
 #include "runtime/base/file.h"
 #include "runtime/image/exr.h"
@@ -31,14 +33,21 @@ TEST_CASE("no output goes over an input or another output") {
   const std::string before = itn::read_file(scene.file);
   std::filesystem::create_symlink(scene.file, scene.folder / "link.exr");
   const std::string a = scene.folder / "a.exr";
-  for (const auto& arguments :
-       std::vector<std::vector<std::string>>{{"render", scene.file, "-o", scene.file},
-                                             {"render", scene.file, "-o", scene.folder / "link.exr"},
-                                             {"render", scene.file, "-o", a, "--json", a},
-                                             {"render", scene.file, "-o", a, "--json", scene.folder / "./a.exr"},
-                                             {"render", scene.file, "-o", a, "--json", scene.file},
-                                             {"parameters", scene.file, "--json", scene.file},
-                                             {"gradcheck", scene.file, "--json", scene.file}}) {
+  for (const auto& arguments : std::vector<std::vector<std::string>>{
+           {"render", scene.file, "-o", scene.file},
+           {"render", scene.file, "-o", scene.folder / "link.exr"},
+           {"render", scene.file, "-o", a, "--json", a},
+           {"render", scene.file, "-o", a, "--json", scene.folder / "./a.exr"},
+           {"render", scene.file, "-o", a, "--json", scene.file},
+           {"parameters", scene.file, "--json", scene.file},
+           {"gradcheck", scene.file, "--json", scene.file},
+           // folders
+           {"shapes", "-o", scene.file},
+           {"dataset", "tiny", "-o", scene.file},
+           {"train", "set", "--network", "rn", "-o", scene.file},
+           {"eval", "set", "run", "-o", scene.file},
+           {"gradient", scene.file, "--target", "x", "--parameter", "y", "-o", scene.file},
+           {"invert", scene.file, "--target", "x", "--parameter", "y", "-o", scene.file}}) {
     const Result result = run_itn(arguments);
     CAPTURE(arguments.front(), result.error);
     CHECK(result.exit_code == 2);
@@ -46,6 +55,19 @@ TEST_CASE("no output goes over an input or another output") {
     CHECK(itn::read_file(scene.file) == before);
     CHECK_FALSE(itn::is_there(a));
   }
+}
+
+TEST_CASE("what is said of a network does not go over it, or over the data set that a prediction reads") {
+  const TemporaryFolder folder;
+  const std::string network = folder / "net.safetensors";
+  std::filesystem::copy_file(ITN_SOURCE_DIR "/network/weights/network.safetensors", network);
+  const std::string before = itn::read_file(network);
+  const Result exported = run_itn({"export", network, "-o", folder / "net.onnx", "--json", network});
+  CHECK(exported.exit_code == 2);
+  CHECK((itn::read_file(network) == before));
+  const Result predicted = run_itn({"predict", network, "a.exr", "--dataset", folder.path(), "--json", network});
+  CHECK(predicted.exit_code == 2);
+  CHECK((itn::read_file(network) == before));
 }
 
 TEST_CASE("a trained network does not go over a data set") {
@@ -112,4 +134,72 @@ TEST_CASE("a cache of kernels that cannot be written is named, with what to do")
   if (result.exit_code == 0) return;  // a driver that needs none
   CHECK(result.exit_code == 4);
   CHECK_THAT(result.error, Contains(folder / "file") && Contains("POCL_CACHE_DIR"));
+}
+
+TEST_CASE("where standard files are closed, no other file gets in their place") {
+  const TemporaryFolder folder;
+  const MadeUpDataset set(folder / "set", 16, 4);
+  set.write_manifest();
+  const auto train = [&](const std::string& run, const std::vector<int>& closed) {
+    return run_itn({"train", set.folder, "--network", "rn", "--width", "2", "--epochs", "1", "-o", folder / run},
+                   {.environment = {{"OMP_NUM_THREADS", "1"}}, .closed = closed});
+  };
+  REQUIRE(train("open", {}).exit_code == 0);
+  CHECK(train("closed", {0, 1, 2}).exit_code == 1);  // its words find no reader
+  for (const char* file : {"network.safetensors", "checkpoint.safetensors", "curve.jsonl", "run.json"})
+    CHECK((itn::read_file(folder / ("closed/" + std::string(file))) ==
+           itn::read_file(folder / ("open/" + std::string(file)))));
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "closed"))  // the lock, too
+    CHECK_THAT(itn::read_file(entry.path().string()), !Contains("epoch 1"));
+}
+
+TEST_CASE("damaged files in the cache of kernels end with the name of the folder that is to be removed") {
+  const TemporaryFolder folder;
+  itn::write_file(folder / "empty.xml", R"(<scene version="3.0.0"><emitter type="constant"/>
+<sensor type="perspective"><film type="hdrfilm"><integer name="width" value="4"/><integer name="height" value="4"/></film>
+</sensor></scene>)");
+  const auto render = [&] {
+    return run_itn({"render", folder / "empty.xml", "-o", folder / "a.exr", "--spp", "2"},
+                   {.environment = {{"POCL_CACHE_DIR", folder / "cache"}}});
+  };
+  REQUIRE(render().exit_code == 0);
+  if (!itn::is_there(folder / "cache")) return;  // a driver that needs none
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / "cache"))
+    if (entry.is_regular_file()) std::filesystem::resize_file(entry.path(), entry.file_size() / 2);
+  const Result result = render();
+  INFO(result.error);
+  CHECK((result.exit_code == 0 || result.exit_code == 4));
+  if (result.exit_code != 0) CHECK_THAT(result.error, Contains("rm -r " + (folder / "cache")));
+}
+
+TEST_CASE("a film that does not fit into memory is refused before anything is rendered") {
+  const TemporaryFolder folder;
+  const Result result = run_itn({"render", ball, "-o", folder / "a.exr", "--size", "32768x32768"});
+  if (result.exit_code == 0) return;  // a machine that has the memory
+  CHECK(result.exit_code == 3);
+  CHECK_THAT(result.error, Contains("of memory"));
+  CHECK(folder.empty());
+}
+
+TEST_CASE("paths that never end are stopped and said to be") {
+  const TemporaryFolder folder;
+  std::string text = itn::read_file(ball);
+  const auto limit = text.find("<integer name=\"max_depth\""), end = text.find("/>", limit) + 2;
+  text.erase(limit, end - limit);
+  for (const auto& [from, to] : std::map<std::string, std::string>{{"\"0.9, $green, 0.7\"", "\"1, 1, 1\""},
+                                                                   {"roughdielectric", "null"},
+                                                                   {"<float name=\"alpha\" value=\"0.2\"/>", ""}})
+    text.replace(text.find(from), from.size(), to);
+  itn::write_file(folder / "white.xml", text);
+  const std::vector<std::string> arguments{
+      "render", folder / "white.xml", "-o", folder / "a.exr", "--size", "4x4", "--spp", "4", "--json", "-", "-D"};
+  std::vector<std::string> dense = arguments, thin = arguments;
+  dense.push_back("sigma_t=1e12");  // flights of less than a bit of single precision
+  thin.push_back("sigma_t=10");
+  const Result stopped = run_itn(dense), whole = run_itn(thin);
+  CHECK(stopped.exit_code == 0);
+  CHECK_THAT(stopped.error, Contains("found no end") && Contains("too dark"));
+  CHECK(nlohmann::json::parse(stopped.output)["endless"] > 0);
+  CHECK(nlohmann::json::parse(whole.output)["endless"] == 0);
+  CHECK(whole.error.empty());
 }

@@ -139,6 +139,26 @@ TEST_CASE("itn invert --init starts from what a network sees in the target; --st
   CHECK(from["haze.g"].get<double>() == Approx(0.3));
   CHECK(from["glass.alpha"].get<double>() == Approx(0.25));
 
+  // One that says a distribution hands it over as prior, but of a colour's components, of which it sees the mean alone.
+  itn::NetworkDescription sure = description;
+  sure.distribution = true;
+  sure.spread = {0.2, 0.2, 0.2};
+  itn::write_network(network, itn::Network(sure), itn::Precision::single);
+  std::filesystem::remove_all(folder / "fit");
+  const std::vector<std::string> both{"--parameter", "skin.sigma_t", "--parameter", "skin.albedo.G"};
+  REQUIRE(invert(both).exit_code <= 1);
+  const auto prior = nlohmann::json::parse(itn::read_file(folder / "fit.json"))["prior"];
+  REQUIRE(prior.size() == 2);
+  CHECK_THAT(prior[0].get<std::string>(), Catch::Contains("skin.sigma_t=2.1") && Catch::Contains(" (network)"));
+  // The user's goes first.
+  std::filesystem::remove_all(folder / "fit");
+  std::vector<std::string> with_prior = both;
+  with_prior.insert(with_prior.end(), {"--prior", "skin.albedo.G=0.5,0.7"});
+  REQUIRE(invert(with_prior).exit_code <= 1);
+  CHECK(nlohmann::json::parse(itn::read_file(folder / "fit.json"))["prior"] == nlohmann::json{"skin.albedo.G=0.5,0.7"});
+  itn::write_network(network, itn::Network(description), itn::Precision::single);
+  std::filesystem::remove_all(folder / "fit");
+
   const auto error_of = [&](const std::vector<std::string>& more, int code) {
     const Result refused = invert(more);
     CHECK(refused.exit_code == code);
@@ -212,9 +232,9 @@ TEST_CASE("itn invert --init: a network of six channels knows the scene's shape 
   INFO(result.error);
   REQUIRE(result.exit_code <= 1);
   const auto from = nlohmann::json::parse(itn::read_file(folder / "fit.json"))["starts"][0]["from"];
-  CHECK(from["medium.sigma_t"].get<double>() == Approx(guess["sigma_t"].get<double>()).epsilon(1e-3));
-  CHECK(from["medium.albedo"].get<double>() == Approx(guess["albedo"].get<double>()).epsilon(1e-3));
-  CHECK(from["phase.g"].get<double>() == Approx(guess["g"].get<double>()).epsilon(1e-3).margin(1e-3));
+  CHECK(from["medium.sigma_t"].get<double>() == Approx(guess["sigma_t"]["value"].get<double>()).epsilon(1e-3));
+  CHECK(from["medium.albedo"].get<double>() == Approx(guess["albedo"]["value"].get<double>()).epsilon(1e-3));
+  CHECK(from["phase.g"].get<double>() == Approx(guess["g"]["value"].get<double>()).epsilon(1e-3).margin(1e-3));
 
   const auto predict = [&](const std::string& size) {
     return run_itn({"predict", folder / "six.safetensors", file, "--scene", ITN_SOURCE_DIR "/scenes/dataset/scene.xml",
@@ -225,7 +245,8 @@ TEST_CASE("itn invert --init: a network of six channels knows the scene's shape 
   const auto in_scene = nlohmann::json::parse(of_its_size);
   CHECK(in_scene["unit_of_sigma_t"] == "1/scene unit");
   for (const char* name : {"sigma_t", "albedo", "g"})
-    CHECK(in_scene["images"][0][name].get<double>() == Approx(guess[name].get<double>()).epsilon(1e-3).margin(1e-3));
+    CHECK(in_scene["images"][0][name]["value"].get<double>() ==
+          Approx(guess[name]["value"].get<double>()).epsilon(1e-3).margin(1e-3));
   CHECK(predict("32").output == of_its_size);  // the network looks with its own pixels
 }
 

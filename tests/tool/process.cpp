@@ -44,6 +44,8 @@ Process::Process(const std::vector<std::string>& arguments, const Options& optio
   if (pid_ == 0) {
     redirect(output_, STDOUT_FILENO);
     redirect(error_, STDERR_FILENO);
+    signal(SIGHUP, SIG_DFL);  // as from a terminal, whatever (nohup) the tests were started by
+    for (const int descriptor : options.closed) close(descriptor);
     for (const auto& [name, value] : options.environment) setenv(name.c_str(), value.c_str(), 1);
     if (options.ordinary_user && geteuid() == 0 && (setgid(65534) != 0 || setuid(65534) != 0)) _exit(127);
     fexecve(binary, argv.data(), environ);

@@ -21,6 +21,7 @@ class Process {
     std::map<std::string, std::string> environment{};  // added to this process's own
     bool ordinary_user = false;                        // give up root, which may write anywhere
     std::string output_file{};                         // standard output goes there instead of Result::output
+    std::vector<int> closed{};                         // standard files that are not open
   };
 
   Process(const std::vector<std::string>& arguments, const Options& options);

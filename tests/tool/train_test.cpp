@@ -87,15 +87,84 @@ TEST_CASE("itn train learns a data set's parameters, and itn predict finds them 
   REQUIRE(predicted.exit_code == 0);
   CHECK(std::count(predicted.output.begin(), predicted.output.end(), '\n') == 48);
   const auto predictions = nlohmann::json::parse(itn::read_file(folder / "predictions.json"));
-  CHECK(predictions["schema"] == "itn.predict/1");
+  CHECK(predictions["schema"] == "itn.predict/2");
   REQUIRE(predictions["images"].size() == 48);
   double squares = 0;
   for (std::size_t i = 0; i < 48; ++i) {
     CHECK(predictions["images"][i]["file"] == set.path(set.manifest.images[192 + i].file));
-    const double difference = predictions["images"][i]["albedo"].get<double>() - set.manifest.images[192 + i].albedo;
+    const double difference =
+        predictions["images"][i]["albedo"]["value"].get<double>() - set.manifest.images[192 + i].albedo;
     squares += difference * difference;
   }
   CHECK(std::sqrt(squares / 48) == Approx(stored["validation_rmse"]["albedo"].get<double>()).epsilon(1e-4));
+  CHECK(predictions["images"][0]["albedo"]["low"].is_null());  // it says no distribution
+}
+
+TEST_CASE("itn train --distribution: a network learns how sure it is, and itn predict says the intervals") {
+  const TemporaryFolder folder;
+  const MadeUpDataset set(folder / "set", 192, 48);
+  const std::string plain = folder / "plain", run = folder / "run";
+  REQUIRE(run_itn(train(set.folder, plain, {"--epochs", "30"}), one_thread).exit_code == 0);
+  const Result result =
+      run_itn(train(set.folder, run, {"--epochs", "30", "--distribution", "--frozen", "--init", plain, "--json", "-"}),
+              one_thread);
+  INFO(result.error);
+  REQUIRE(result.exit_code == 0);
+  const auto spread = nlohmann::json::parse(result.output)["spread"];
+  for (const char* name : {"sigma_t", "albedo", "g"}) CHECK(spread[name].get<double>() > 0.3);
+
+  const auto predictions = [&](const std::string& network) {
+    Strings arguments{"predict", network, "--json", folder / "predictions.json"};
+    for (const itn::Manifest::Image& image : set.manifest.images)
+      if (image.split == itn::Manifest::Split::validation) arguments.push_back(set.path(image.file));
+    const Result predicted = run_itn(arguments);
+    INFO(predicted.error);
+    REQUIRE(predicted.exit_code == 0);
+    if (network == run) CHECK_THAT(predicted.output, Contains(" to ") && Contains("sigma_t ") && Contains(")"));
+    return nlohmann::json::parse(itn::read_file(folder / "predictions.json"))["images"];
+  };
+  const auto before = predictions(plain), now = predictions(run);
+  for (const char* name : {"sigma_t", "albedo", "g"}) {
+    CAPTURE(name);
+    std::size_t held = 0;
+    for (std::size_t i = 0; i < 48; ++i) {
+      const auto& said = now[i][name];
+      CHECK(said["value"] == before[i][name]["value"]);  // frozen
+      CHECK((said["low"] < said["value"] && said["value"] < said["high"]));
+      const itn::Manifest::Image& image = set.manifest.images[192 + i];
+      const double truth = std::string(name) == "sigma_t" ? image.sigma_t
+                           : name == std::string("g")     ? image.g
+                                                          : image.albedo;
+      held += truth >= said["low"].get<double>() * (1 - 1e-9) && truth <= said["high"].get<double>() * (1 + 1e-9);
+    }
+    CHECK(held >= 47);  // calibrated on these: the 47th of 49 (prediction.h)
+  }
+
+  // Calibrated on other images: these are as far off, so by nearly the same factor, and with another network's bytes.
+  MadeUpDataset other(folder / "other", 20, 20);
+  other.manifest.hash = "00000000000000bb";
+  for (const itn::Manifest::Image& image : other.manifest.images) {
+    const auto pixels = itn::read_exr(other.path(image.file));
+    itn::write_stored(other.folder, other.manifest, image, pixels);
+  }
+  other.write_manifest();
+  const Result elsewhere = run_itn(train(set.folder, folder / "elsewhere",
+                                         {"--epochs", "30", "--distribution", "--frozen", "--init", plain,
+                                          "--calibrate", other.folder, "--json", "-"}),
+                                   one_thread);
+  INFO(elsewhere.error);
+  REQUIRE(elsewhere.exit_code == 0);
+  const auto another = nlohmann::json::parse(elsewhere.output)["spread"];
+  for (const char* name : {"sigma_t", "albedo", "g"}) {
+    CHECK(another[name] != spread[name]);
+    CHECK(another[name].get<double>() == Approx(spread[name].get<double>()).epsilon(0.6));
+  }
+
+  const auto refused = [&](const Strings& more) { return run_itn(train(set.folder, folder / "none", more)); };
+  CHECK(refused({"--distribution", "--frozen"}).exit_code == 2);
+  CHECK(refused({"--frozen", "--init", plain}).exit_code == 2);
+  CHECK(refused({"--calibrate", other.folder}).exit_code == 2);
+  CHECK(refused({"--distribution", "--calibrate", set.folder}).exit_code == 2);  // what it learns from
 }
 
 TEST_CASE("itn train killed at 20 moments goes on to the same bytes, with any number of threads wished for later") {
@@ -127,21 +196,26 @@ TEST_CASE("itn train killed at 20 moments goes on to the same bytes, with any nu
     CHECK((itn::read_file(killed + "/" + file) == itn::read_file(whole + "/" + file)));
 }
 
-TEST_CASE("Ctrl-C ends itn train with a checkpoint and exit code 130; it goes on to the same bytes") {
+TEST_CASE("Ctrl-C and SIGHUP end itn train with a checkpoint and exit code 130; it goes on to the same bytes") {
   const TemporaryFolder folder;
   const MadeUpDataset set(folder / "set", 32, 8);
   const std::string whole = folder / "whole", stopped = folder / "stopped";
   const Strings more{"--epochs", "300", "--checkpoint-every", "100000"};
-  Process process(train(set.folder, stopped, more), one_thread);
-  wait_until([&] { return std::filesystem::exists(stopped + "/run.json"); });
-  const double begun = process.cpu_seconds();
-  wait_until([&] { return process.cpu_seconds() > begun + 0.05; });  // it trains
-  process.send(SIGINT);
-  const Result result = process.wait();
-  CHECK(result.exit_code == 130);
-  CHECK_THAT(result.error, Contains("interrupted"));
-  CHECK(std::filesystem::exists(stopped + "/checkpoint.safetensors"));
-  CHECK(epochs_in(stopped) < 300);
+  for (const int signal_number : {SIGHUP, SIGINT}) {
+    CAPTURE(signal_number);
+    const std::size_t before = epochs_in(stopped);
+    Process process(train(set.folder, stopped, more), one_thread);
+    wait_until([&] { return std::filesystem::exists(stopped + "/run.json") && process.handles(signal_number); });
+    const double begun = process.cpu_seconds();
+    wait_until([&] { return process.cpu_seconds() > begun + 0.1; });  // it trains
+    process.send(signal_number);
+    const Result result = process.wait();
+    CHECK(result.exit_code == 130);
+    CHECK_THAT(result.error, Contains("interrupted"));
+    CHECK(std::filesystem::exists(stopped + "/checkpoint.safetensors"));
+    CHECK(epochs_in(stopped) > before);
+    CHECK(epochs_in(stopped) < 300);
+  }
   REQUIRE(run_itn(train(set.folder, stopped, more), one_thread).exit_code == 0);
   REQUIRE(run_itn(train(set.folder, whole, more), one_thread).exit_code == 0);
   for (const std::string& file : run_files)
@@ -366,7 +440,7 @@ TEST_CASE("itn predict without a RUN: the shipped network tells the materials of
   REQUIRE(truth.size() == 16);
   double square = 0, of_middle = 0;
   for (std::size_t i = 0; i < 16; ++i) {
-    square += std::pow(guess["images"][i]["albedo"].get<double>() - truth[i], 2) / 16;
+    square += std::pow(guess["images"][i]["albedo"]["value"].get<double>() - truth[i], 2) / 16;
     of_middle += std::pow(0.625 - truth[i], 2) / 16;
   }
   CHECK(std::sqrt(square) < 0.6 * std::sqrt(of_middle));

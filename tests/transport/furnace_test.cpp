@@ -1,7 +1,9 @@
 // White furnaces: nothing absorbs, the light is 1 everywhere, so every pixel is 1 (scenes/test/furnace_*.xml).
 #include <catch2/catch.hpp>
 
+#include "../support/temporary_folder.h"
 #include "../support/z_test.h"
+#include "runtime/base/file.h"
 #include "transport.h"
 
 using namespace itn;
@@ -31,6 +33,32 @@ TEST_CASE("an albedo-1 medium in unit light has radiance 1 in every pixel (white
   for (const char* scene : {"furnace_matched.xml", "furnace_dielectric.xml"})
     for (const char* sigma_t : {"0.1", "10", "1000"})
       for (const char* g : {"-0.5", "0", "0.9"}) check_furnace(scene, sigma_t, g);
+}
+
+TEST_CASE("200 mean free paths deep the white furnace is white, and the standard error says how well that is known",
+          "[transport][stat]") {
+  const TemporaryFolder folder;
+  write_file(folder / "deep.xml", R"(<scene version="3.0.0">
+  <integrator type="volpath"/>
+  <medium type="homogeneous" id="milk">
+    <float name="sigma_t" value="200"/><float name="albedo" value="1"/><phase type="isotropic"/>
+  </medium>
+  <sensor type="perspective">
+    <film type="hdrfilm"><integer name="width" value="4"/><integer name="height" value="4"/><rfilter type="box"/></film>
+    <ref id="milk"/>
+  </sensor>
+  <emitter type="constant"/>
+  <shape type="sphere"><bsdf type="null"/><ref id="milk" name="interior"/></shape>
+</scene>)");
+  RenderOptions options = one_lane();
+  options.spp = 64;
+  options.seed = 4;
+  const Rendering image = render(device(), load_scene(folder / "deep.xml"), options);
+  CHECK(image.endless == 0);
+  CHECK(std::abs(z_score(image_mean(image), 1.0)) < 4);
+  // One path in 16 or so comes out of 20,000 scatterings, with a throughput of 16.
+  CHECK(image_mean(image).stderr_ > 0.08);
+  CHECK(image_mean(image).stderr_ < 0.2);
 }
 
 TEST_CASE("Russian roulette leaves the white furnace white", "[transport][stat]") {

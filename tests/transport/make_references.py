@@ -9,6 +9,7 @@ Each scene is rendered in independent passes, each with a seed of its own. The f
 channels R G B, and its standard error, from the spread of the passes, in stderr.R stderr.G stderr.B.
 The integrator is the scene's own volpath. For RGB sigma_t volpath takes one channel's density, which has no useful
 variance: there either volpathmis, or, where that is heavy-tailed too, three renders with a channel's sigma_t for all three.
+Lights that only its particle tracer finds (directionalarea) are rendered by that one.
 Mitsuba takes rgb sigma_t in [0, 1] only: the scenes use `scale`.
 """
 import glob
@@ -26,9 +27,10 @@ SPP_OF = {'rgb_sigma_t': 2048, 'null_constant': 512, 'dielectric_constant': 512,
           'max_depth': 512, 'rough_shading_normals': 512, 'cylinder_instances': 96, 'checkerboard': 256,
           'lights_surfaces': 512, 'lights_medium': 256, 'lights_rough': 1024, 'lights_textured': 256,
           'rayleigh': 512, 'tabulated': 512, 'mixtures': 512, 'thinlens': 256, 'irradiancemeter': 65536, 'distant': 65536,
-          'grid_null': 256, 'grid_rgb': 512, 'grid_rough': 512, 'grid_inside': 256,
+          'grid_null': 256, 'grid_rgb': 512, 'grid_rough': 512, 'grid_inside': 256, 'grid_phase': 512, 'beams': 2048,
           'blends': 128, 'masks': 128, 'bent_normals': 128}
 SPECTRAL_MIS = {'rgb_sigma_t'}
+PARTICLES = {'beams'}  # lights that no path finds
 CHANNEL_BY_CHANNEL = {'rgb_sigma_t_null', 'grid_rgb'}
 
 
@@ -57,6 +59,8 @@ def render(path):
     integrator = scene.integrator()
     if name in SPECTRAL_MIS:
         integrator = mi.load_dict({'type': 'volpathmis', 'max_depth': 256, 'rr_depth': 5})
+    if name in PARTICLES:
+        integrator = mi.load_dict({'type': 'ptracer', 'max_depth': 2})
     spp = SPP_OF.get(name, SPP)
     start = time.time()
     mean, square = 0.0, 0.0

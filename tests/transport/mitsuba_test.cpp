@@ -26,6 +26,7 @@ struct MitsubaScene {
 // Samples enough for a pixel's mean to be near normal; more where few paths carry most of the light.
 const std::vector<MitsubaScene> scenes = {
     {"anisotropic", 4096},
+    {"beams", 2048},
     {"bent_normals", 2048},
     {"blends", 1024},
     {"camera_inside", 1024},
@@ -34,6 +35,7 @@ const std::vector<MitsubaScene> scenes = {
     {"distant", 65536},
     {"glass", 1024},
     {"grid_null", 1024},
+    {"grid_phase", 4096},
     {"grid_rgb", 2048},
     {"grid_rough", 2048},
     {"irradiancemeter", 65536},

@@ -255,7 +255,10 @@ function describe() {
 function describeFit() {
   if (frame.residual_scale !== undefined) scaleText(element("residual-scale"), frame.residual_scale, "");
   const { loss, step } = frame;
-  if (loss) element("loss").textContent = `Mean squared difference ${text(loss.value, 4)} ± ${text(loss.stderr, 2)}`;
+  if (loss) {
+    const exposure = loss.exposure === undefined ? "" : `, exposure ${text(loss.exposure, 4)}`;
+    element("loss").textContent = `Mean squared difference ${text(loss.value, 4)} ± ${text(loss.stderr, 2)}${exposure}`;
+  }
   for (const row of rows) {
     if (row.fit && document.activeElement !== row.fit) row.fit.checked = frame.fit.includes(row.parameter.name);
     const change = step && step.values[row.parameter.name];

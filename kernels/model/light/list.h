@@ -16,17 +16,19 @@
 #define ITN_LIGHT_LIST_H
 #include "model/light/area.h"
 #include "model/light/directional.h"
+#include "model/light/directional_area.h"
 #include "model/light/point.h"
 #include "model/light/projector.h"
 #include "model/light/spot.h"
 #include "model/light/textured_area.h"
 
-#define LIGHT_LIST(LIGHT)                        \
-  LIGHT(point, POINT, "point")                   \
-  LIGHT(spot, SPOT, "spot")                      \
-  LIGHT(directional, DIRECTIONAL, "directional") \
-  LIGHT(projector, PROJECTOR, "projector")       \
-  LIGHT(area, AREA, "area")                      \
+#define LIGHT_LIST(LIGHT)                                      \
+  LIGHT(point, POINT, "point")                                 \
+  LIGHT(spot, SPOT, "spot")                                    \
+  LIGHT(directional, DIRECTIONAL, "directional")               \
+  LIGHT(directional_area, DIRECTIONAL_AREA, "directionalarea") \
+  LIGHT(projector, PROJECTOR, "projector")                     \
+  LIGHT(area, AREA, "area")                                    \
   LIGHT(textured_area, TEXTURED_AREA, "area")
 
 #endif

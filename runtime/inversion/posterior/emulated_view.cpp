@@ -285,6 +285,7 @@ WhiteTarget white_target(const TargetImage& target, const std::vector<const Exem
   double mean = 0;
   for (std::size_t i = 0; i < size; ++i) {
     variance[i] += std::pow(relative_noise * radiance[i], 2);
+    if (!target.noise.empty()) variance[i] += std::pow(static_cast<double>(target.noise[i]), 2);
     mean += variance[i] / static_cast<double>(size);
   }
   if (!(mean > 0)) throw ResultError("the targets have no noise at all: say what they have with --noise");

@@ -71,6 +71,7 @@ int Posterior::refinement_spp() const {
       for (const float v : target.value) own += std::pow(options_.relative_noise * static_cast<double>(v), 2);
     else
       for (const float e : target.error) own += static_cast<double>(e) * static_cast<double>(e);
+    for (const float e : target.noise) own += static_cast<double>(e) * static_cast<double>(e);
     if (near > 0 && own > 0) {
       const double exposure = options_.exposure && rendered > 0 ? shown * near / rendered : 1;
       wanted += exposure * exposure * sample / near / own;

@@ -35,8 +35,9 @@ std::string images(const PosteriorOutcome& outcome, std::size_t t, const TargetI
   for (std::size_t i = 0; i < target.value.size(); ++i) {
     const bool compared = target.weight[i / channels] > 0;
     const double left = compared ? static_cast<double>(image.mean[i]) - static_cast<double>(target.value[i]) : 0;
-    const double own =
-        target.error.empty() ? 0.01 * static_cast<double>(target.value[i]) : static_cast<double>(target.error[i]);
+    const double own = !target.noise.empty()   ? static_cast<double>(target.noise[i])
+                       : !target.error.empty() ? static_cast<double>(target.error[i])
+                                               : 0.01 * static_cast<double>(target.value[i]);
     const double all = std::hypot(own, static_cast<double>(image.stderr_[i]));
     residual.push_back(static_cast<float>(left));
     relative.push_back(static_cast<float>(all > 0 ? left / all : 0));

@@ -86,14 +86,14 @@ void check_texture(Builder& builder, const Element& element) {
   if (is_spectrum_type(element.attribute("type")))
     builder.report.attempt([&] { spectrum_plugin(builder.document, element, Quantity::unbounded, builder.report); });
   else if (element.tag == "volume")
-    build_volume(builder, element);
+    build_volume(builder, element, VoxelValues::of_any_sign);
   else
     build_texture(builder, element);
 }
 
-Volume build_volume(Builder& builder, const Element& element) {
+Volume build_volume(Builder& builder, const Element& element, VoxelValues allowed) {
   Volume volume;
-  build_or_examine(builder, element, [&] { volume = read_volume(builder, element); });
+  build_or_examine(builder, element, [&] { volume = read_volume(builder, element, allowed); });
   return volume;
 }
 

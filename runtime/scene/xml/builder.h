@@ -9,6 +9,7 @@
 
 #include "runtime/scene/load.h"
 #include "runtime/scene/scene.h"
+#include "runtime/scene/volume_file.h"
 #include "runtime/scene/xml/document.h"
 #include "runtime/scene/xml/properties.h"
 
@@ -52,7 +53,8 @@ void build_sensor(Builder& builder, const Element& element, const Shape* on = nu
 void build_integrator(Builder& builder, const Element& element);
 Texture build_texture(Builder& builder, const Element& element);  // <texture>
 void check_texture(Builder& builder, const Element& element);     // any <texture> or <volume>, also a spectrum
-Volume build_volume(Builder& builder, const Element& element);    // <volume type="gridvolume">
+// <volume type="gridvolume">
+Volume build_volume(Builder& builder, const Element& element, VoxelValues allowed);
 PhaseFunction build_phase(Builder& builder, const Element& element);
 void build_film(Builder& builder, const Element& element, Sensor& sensor);
 void build_filter(Builder& builder, const Element& element, Sensor& sensor);
@@ -67,7 +69,9 @@ void read_shape(Builder& builder, const Element& element);
 void read_sensor(Builder& builder, const Element& element, const Shape* on);
 void read_integrator(Builder& builder, const Element& element);
 Texture read_texture(Builder& builder, const Element& element);
-Volume read_volume(Builder& builder, const Element& element);
+Volume read_volume(Builder& builder, const Element& element, VoxelValues allowed);
+// The mesh of a shape that is nothing else: inside of a volume. It has texture coordinates.
+Mesh read_surface(Builder& builder, const Element& element);
 PhaseFunction read_phase(Builder& builder, const Element& element);
 void read_film(Builder& builder, const Element& element, Sensor& sensor);
 void read_filter(Builder& builder, const Element& element, Sensor& sensor);
@@ -77,6 +81,8 @@ void read_sampler(Builder& builder, const Element& element, Sensor& sensor);
 void read_parameters(Builder& builder, Properties& properties, Instance& instance);
 // The parameter `name` of a medium: a number, a colour or a grid of voxels.
 Texture read_medium_parameter(Builder& builder, Properties& properties, const DeclaredParameter& parameter);
+// The parameter `name` of a phase function: a number or a grid of them.
+Texture read_number_volume(Builder& builder, Properties& properties, const DeclaredParameter& parameter);
 // Refuses a value outside of the parameter's range.
 void check_in_range(Properties& properties, const DeclaredParameter& parameter, double value);
 // "weights" of a dictionary: one for each of so many elements of a tag.

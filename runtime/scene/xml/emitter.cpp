@@ -100,14 +100,15 @@ int harmonics_order(Properties& properties) {
 
 #define ITN_REST(name, PREFIX, type) \
   if (environment.model->id == MODEL_##name) name##_rest(builder, properties, environment);
-void read_rest(Builder& builder, Properties& properties, Environment& environment){ENVIRONMENT_LIST(ITN_REST)}
+void read_rest(Builder& builder, Properties& properties, Environment& environment) { ENVIRONMENT_LIST(ITN_REST) }
 
-// Those of lights of a trait's value.
-std::vector<std::string> light_types(bool on_shape) {
+bool is_in_shape(const Model& model) { return (model.traits & (LIGHT_ON_SHAPE | LIGHT_BEAM)) != 0; }
+
+// Those of lights that stand in a shape, or of the others.
+std::vector<std::string> light_types(bool in_shape) {
   std::vector<std::string> types;
   for (const Model& model : light_models())
-    if (((model.traits & LIGHT_ON_SHAPE) != 0) == on_shape && (types.empty() || types.back() != model.type))
-      types.push_back(model.type);
+    if (is_in_shape(model) == in_shape && (types.empty() || types.back() != model.type)) types.push_back(model.type);
   return types;
 }
 
@@ -157,7 +158,7 @@ std::vector<std::string> emitter_types() {
 
 int read_shape_light(Builder& builder, const Element& element) {
   const Model* model = find_model(light_models(), element.attribute("type"));
-  if (!model || !(model->traits & LIGHT_ON_SHAPE)) fail_type(element, light_types(true));
+  if (!model || !is_in_shape(*model)) fail_type(element, light_types(true));
   Properties properties = builder.properties(element);
   const bool textured = properties.is_object("radiance") && !properties.is_spectrum("radiance");
   for (const Model& other : light_models())
@@ -168,7 +169,7 @@ int read_shape_light(Builder& builder, const Element& element) {
 void read_emitter(Builder& builder, const Element& element) {
   Properties properties = builder.properties(element);
   if (const Model* model = find_model(light_models(), properties.type())) {
-    if (model->traits & LIGHT_ON_SHAPE) {
+    if (is_in_shape(*model)) {
       build_shape_light(builder, element);  // a shape refers to it
       return;
     }

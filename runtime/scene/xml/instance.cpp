@@ -234,6 +234,9 @@ Texture read(Builder& builder, Properties& properties, const Model& model, const
       number(properties.number(p.name, p.fallback));
       check_in_range(properties, p, value.value[0]);
       break;
+    case ParameterKind::Reader::number_volume:
+      value = read_number_volume(builder, properties, p);
+      break;
     case ParameterKind::Reader::flag:
       number(properties.boolean(p.name, p.fallback != 0) ? 1 : 0);
       break;
@@ -288,6 +291,9 @@ Texture read(Builder& builder, Properties& properties, const Model& model, const
       value = bumps(builder, properties);
       break;
     case ParameterKind::Reader::of_phase:  // Medium::slots
+      break;
+    case ParameterKind::Reader::of_shape:  // place_beam
+      number(0);
       break;
     case ParameterKind::Reader::any_number:
       number(properties.number(p.name, p.fallback));

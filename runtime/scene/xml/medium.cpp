@@ -42,8 +42,8 @@ PhaseFunction read_mixture(Builder& builder, Properties& properties, Instance ne
                                        blend ? "two, for weight 0 and weight 1" : "one for each weight"));
   if (blend) {
     nest.become(blend_phase_model());
-    nest.values[0].value.fill(properties.number("weight"));
-    check_in_range(properties, nest.model->parameters[0], nest.number("weight"));
+    if (!properties.has("weight")) properties.number("weight");
+    nest.values[0] = read_number_volume(builder, properties, nest.model->parameters[0]);
   } else {
     read_weights(properties, "phase", found.size(), nest);
   }
@@ -57,6 +57,13 @@ PhaseFunction read_mixture(Builder& builder, Properties& properties, Instance ne
     properties.fail_at(
         "", fmt::format("{} phase functions are nested in it, each as often as it is met; the most is {}", parts,
                         most_parts));
+  // A share of nested weights is their product, which no grid is.
+  for (const PhaseFunction& phase : inside)
+    if (phase.model->mixture && (nest.has_grid() || phase.values[0].is_grid()))
+      properties.fail_at(
+          "",
+          "a weight that is a grid, and one mixture inside of another; need numbers for the weights of nested "
+          "mixtures, or a blendphase of two phase functions that are none");
   return make_mixture(nest, inside);
 }
 
@@ -137,6 +144,11 @@ int read_medium(Builder& builder, const Element& element) {
   properties.boolean("sample_emitters", true);
   properties.boolean("has_spectral_extinction", true);
   if (const Element* phase = properties.object("phase")) medium.phase = build_phase(builder, *phase);
+  if (medium.model->mean_cosine_slot() >= 0 && medium.phase.has_grid())
+    properties.fail_at(
+        "",
+        "reduced scattering, and a phase function with a grid: its mean cosine differs from place to place; give "
+        "sigma_s and sigma_a, or sigma_t and albedo");
   properties.finish();
   builder.scene.media.push_back(medium);
   return static_cast<int>(builder.scene.media.size()) - 1;

@@ -304,6 +304,42 @@ int default_bsdf(Builder& builder, const Shape& shape) {
   return static_cast<int>(builder.scene.bsdfs.size()) - 1;
 }
 
+// A light of the shape that has no extent in directions: it takes the shape's place, and the shape itself does not
+// shine.
+void place_beam(Builder& builder, Shape& shape, const std::string& type) {
+  std::vector<Light>& lights = builder.scene.lights;
+  const auto index = static_cast<std::size_t>(shape.light);
+  if (!lights[index].model || !(lights[index].model->traits & LIGHT_BEAM))
+    return;  // without a model: a stand-in, which is reported
+  Vec3 center = shape.center, u = shape.edge_u, v = shape.edge_v, normal{};
+  const bool round = shape.kind == Shape::Kind::disk;
+  if (round) {
+    normal = (shape.flip_normals ? -1.0 : 1.0) * cross(u, v);
+  } else if (type == "rectangle") {
+    const auto at = [&](std::size_t k) {
+      const auto& p = shape.mesh->position[k];
+      return Vec3{p[0], p[1], p[2]};
+    };
+    const auto& t = shape.mesh->triangle[0];
+    center = 0.5 * (at(0) + at(2));
+    u = 0.5 * (at(1) - at(0));
+    v = 0.5 * (at(3) - at(0));
+    normal = cross(at(t[1]) - at(t[0]), at(t[2]) - at(t[0]));
+  } else {
+    fail(lights[index].where,
+         "a directionalarea in a " + quote(type) + "; need a rectangle or a disk: from others the beam would spread");
+  }
+  normal = normalize(normal);
+  if (length(lights[index].value("normal").value) > 0) lights.push_back(lights[index]);  // of another shape, too
+  Light& light = length(lights[index].value("normal").value) > 0 ? lights.back() : lights[index];
+  light.value("center").value = center;
+  light.value("normal").value = normal;
+  light.value("to_u").value = (1 / dot(u, cross(v, normal))) * cross(v, normal);
+  light.value("to_v").value = (1 / dot(v, cross(normal, u))) * cross(normal, u);
+  light.set("round", round ? 1 : 0);
+  shape.light = -1;
+}
+
 }  // namespace
 
 void check_single_precision(const Properties& properties, const Shape& shape) {
@@ -312,12 +348,11 @@ void check_single_precision(const Properties& properties, const Shape& shape) {
     check_single_precision(properties, v);
 }
 
-Shape make_shape(Builder& builder, const Element& element) {
-  Properties properties = builder.properties(element);
-  Shape shape;
-  shape.id = element.id;
-  shape.where = element.where;
-  LoadedMesh loaded;  // of shapes that are one
+namespace {
+
+// Where a shape is. Returns the mesh of those that are one.
+LoadedMesh read_geometry(Properties& properties, Shape& shape) {
+  LoadedMesh loaded;
   const std::string& type = properties.type();
   if (type == "obj" || type == "ply" || type == "serialized" || type == "mesh") {
     loaded = load_mesh(properties);
@@ -336,8 +371,33 @@ Shape make_shape(Builder& builder, const Element& element) {
   } else if (type == "cylinder") {
     build_cylinder(properties, shape);
   } else {
-    fail_type(element, shape_types);
+    fail_type(properties.element(), shape_types);
   }
+  return loaded;
+}
+
+}  // namespace
+
+Mesh read_surface(Builder& builder, const Element& element) {
+  Properties properties = builder.properties(element);
+  Shape shape;
+  LoadedMesh loaded = read_geometry(properties, shape);
+  properties.finish();
+  if (shape.kind != Shape::Kind::mesh)
+    fail(element.where,
+         "a " + quote(properties.type()) + " has no mesh; need a shape that has: export it as PLY or OBJ");
+  Mesh mesh = finish_mesh(builder, properties, std::move(loaded));
+  if (mesh.texcoord.empty())
+    fail(element.where, properties.title() + " has no texture coordinates; export the mesh with them");
+  return mesh;
+}
+
+Shape make_shape(Builder& builder, const Element& element) {
+  Properties properties = builder.properties(element);
+  Shape shape;
+  shape.id = element.id;
+  shape.where = element.where;
+  LoadedMesh loaded = read_geometry(properties, shape);
   if (const Element* emitter = properties.object("emitter")) shape.light = build_shape_light(builder, *emitter);
   if (const Element* bsdf = properties.object("bsdf"))
     shape.bsdf = build_bsdf(builder, *bsdf);
@@ -360,12 +420,14 @@ Shape make_shape(Builder& builder, const Element& element) {
 
 void read_shape(Builder& builder, const Element& element) {
   const std::string& type = element.attribute("type");
-  if (type == "shapegroup")
+  if (type == "shapegroup") {
     shapes_of_group(builder, element);  // checked, and seen only where it has instances
-  else if (type == "instance")
+  } else if (type == "instance") {
     build_instance(builder, element);
-  else
+  } else {
     builder.scene.shapes.push_back(make_shape(builder, element));
+    if (builder.scene.shapes.back().light >= 0) place_beam(builder, builder.scene.shapes.back(), type);
+  }
 }
 
 }  // namespace itn

@@ -1,11 +1,16 @@
-// <volume>s of type gridvolume, vdbvolume and texturevolume, and the parameters of media that may be volumes.
+// <volume>s of type gridvolume, vdbvolume, texturevolume and surfacevolume, and the parameters of media and phase
+// functions that may be volumes.
 #include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
+#include "runtime/base/colour.h"
 #include "runtime/base/error.h"
 #include "runtime/scene/openvdb_file.h"
+#include "runtime/scene/surface_volume.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/volume_file.h"
 #include "runtime/scene/xml/builder.h"
@@ -14,15 +19,14 @@
 namespace itn {
 namespace {
 
-std::shared_ptr<const VoxelGrid> load_grid(Builder& builder, Properties& properties) {
+std::shared_ptr<const VoxelGrid> load_grid(Builder& builder, Properties& properties, VoxelValues allowed) {
   const std::string file = properties.file("filename");
   std::shared_ptr<const VoxelGrid>& grid = builder.grid_of_file[file];
-  if (!grid) {
-    try {
-      grid = std::make_shared<const VoxelGrid>(read_volume_file(file));
-    } catch (const InputError& error) {
-      properties.fail_at("filename", error.what());
-    }
+  try {
+    if (!grid) grid = std::make_shared<const VoxelGrid>(read_volume_file(file, VoxelValues::of_any_sign));
+    check_values(*grid, file, allowed);
+  } catch (const InputError& error) {
+    properties.fail_at("filename", error.what());
   }
   return grid;
 }
@@ -40,9 +44,9 @@ Transform box_of_file(Properties& properties, const VoxelGrid& grid) {
 }
 
 // Ours: a grid of an OpenVDB file, where the file says that it is.
-void load_openvdb(Properties& properties, Volume& volume) {
+void load_openvdb(Properties& properties, VoxelValues allowed, Volume& volume) {
   try {
-    PlacedGrid placed = read_openvdb_file(properties.file("filename"), properties.text("grid", "density"));
+    PlacedGrid placed = read_openvdb_file(properties.file("filename"), properties.text("grid", "density"), allowed);
     volume.to_world = volume.to_world * placed.to_world;
     volume.grid = std::make_shared<const VoxelGrid>(std::move(placed.grid));
   } catch (const InputError& error) {
@@ -50,21 +54,29 @@ void load_openvdb(Properties& properties, Volume& volume) {
   }
 }
 
-// Ours: a picture over x and y of the unit cube, the same along z. So it is a grid of depth 1.
-void load_picture(Builder& builder, Properties& properties, Volume& volume) {
+// The bitmap inside of a volume; without a model: a stand-in, which is reported.
+Texture nested_picture(Builder& builder, Properties& properties, VoxelValues allowed) {
   const Element* element = properties.object("texture");
   if (!element) properties.fail_at("", "no <texture>; need one nested bitmap");
-  const Texture texture = build_texture(builder, *element);
-  if (!texture.model) return;  // a stand-in, which is reported
+  Texture texture = build_texture(builder, *element);
+  if (!texture.model) return texture;
   if (!texture.bitmap)
     fail(element->where,
          "the picture is a " + quote(element->attribute("type")) + "; need a <texture type=\"bitmap\">");
+  for (const float value : texture.bitmap->data)
+    if ((allowed == VoxelValues::from_zero && !(value >= 0)) || !std::isfinite(value))
+      fail(element->where, fmt::format("a value of the picture is {}; need numbers{}", value,
+                                       allowed == VoxelValues::from_zero ? " from 0 on" : ""));
+  return texture;
+}
+
+// Ours: a picture over x and y of the unit cube, the same along z. So it is a grid of depth 1.
+void load_picture(Builder& builder, Properties& properties, VoxelValues allowed, Volume& volume) {
+  const Texture texture = nested_picture(builder, properties, allowed);
+  if (!texture.model) return;
   if (texture.to_uv != Texture().to_uv)
-    fail(element->where, "to_uv does not move the picture of a volume; move the volume by its to_world");
+    properties.fail_at("", "to_uv does not move the picture of a volume; move the volume by its to_world");
   const Bitmap& bitmap = *texture.bitmap;
-  for (const float value : bitmap.data)
-    if (!(value >= 0) || !std::isfinite(value))
-      fail(element->where, fmt::format("a value of the picture is {}; need numbers from 0 on", value));
   VoxelGrid grid;
   grid.width = bitmap.width;
   grid.height = bitmap.height;
@@ -78,6 +90,20 @@ void load_picture(Builder& builder, Properties& properties, Volume& volume) {
                                                         : Volume::Wrap::clamp;
 }
 
+// Ours: at each place what a picture on a mesh shows at the nearest point of that.
+void load_surface(Builder& builder, Properties& properties, VoxelValues allowed, Volume& volume) {
+  const Texture texture = nested_picture(builder, properties, allowed);
+  const Element* shape = properties.object("shape");
+  if (!shape) properties.fail_at("", "no <shape>; need the mesh on which the picture lies");
+  const Mesh mesh = read_surface(builder, *shape);
+  constexpr long most = 512;
+  const long resolution = properties.integer("resolution", 64);
+  if (resolution < 1 || resolution > most)
+    properties.fail_at("resolution",
+                       fmt::format("resolution = {}; need 1 to {} voxels along the longest side", resolution, most));
+  if (texture.model) volume = surface_volume(mesh, texture, static_cast<int>(resolution));
+}
+
 // How places between voxels are interpolated, and beyond them.
 void read_lookup(Properties& properties, Volume& volume) {
   volume.nearest = properties.choice("filter_type", {"trilinear", "nearest"}) == "nearest";
@@ -87,22 +113,28 @@ void read_lookup(Properties& properties, Volume& volume) {
 
 }  // namespace
 
-Volume read_volume(Builder& builder, const Element& element) {
+Volume read_volume(Builder& builder, const Element& element, VoxelValues allowed) {
   Properties properties = builder.properties(element);
-  const bool is_openvdb = properties.type() == "vdbvolume", is_picture = properties.type() == "texturevolume";
-  if (!is_openvdb && !is_picture && properties.type() != "gridvolume")
-    fail_type(element, {"constvolume", "gridvolume", "vdbvolume", "texturevolume"});
+  const bool is_openvdb = properties.type() == "vdbvolume", is_picture = properties.type() == "texturevolume",
+             is_surface = properties.type() == "surfacevolume";
+  if (!is_openvdb && !is_picture && !is_surface && properties.type() != "gridvolume")
+    fail_type(element, {"constvolume", "gridvolume", "vdbvolume", "texturevolume", "surfacevolume"});
   Volume volume;
+  if (is_surface) {
+    load_surface(builder, properties, allowed, volume);
+    properties.finish();
+    return volume;
+  }
   volume.to_world = properties.transform("to_world");
   if (is_picture) {
-    load_picture(builder, properties, volume);
+    load_picture(builder, properties, allowed, volume);
     properties.finish();
     return volume;
   }
   if (is_openvdb)
-    load_openvdb(properties, volume);
+    load_openvdb(properties, allowed, volume);
   else
-    volume.grid = load_grid(builder, properties);
+    volume.grid = load_grid(builder, properties, allowed);
   read_lookup(properties, volume);
   if (!is_openvdb && properties.boolean("use_grid_bbox", false))
     volume.to_world = volume.to_world * box_of_file(properties, *volume.grid);
@@ -114,19 +146,64 @@ Volume read_volume(Builder& builder, const Element& element) {
   return volume;
 }
 
+namespace {
+
+// The volume that a parameter is given as.
+Volume volume_of(Builder& builder, Properties& properties, const std::string& name, VoxelValues allowed) {
+  const Element* element = properties.object("volume", name);
+  if (!element)
+    properties.fail_at(name, quote(name) + " is an object of the wrong kind; need a <volume>, <rgb> or <float>");
+  return build_volume(builder, *element, allowed);
+}
+
+// The range of a parameter as voxels may have it.
+std::pair<float, float> range_of_voxels(const ParameterKind& kind) {
+  return {static_cast<float>(kind.low + (kind.low_included ? 0 : least_distance_from_bound)),
+          static_cast<float>(kind.high - (kind.high_included ? 0 : least_distance_from_bound))};
+}
+
+void check_range_of_voxels(Properties& properties, const DeclaredParameter& p, const VoxelGrid& grid) {
+  const auto [least, greatest] = std::minmax_element(grid.data.begin(), grid.data.end());
+  const auto [low, high] = range_of_voxels(p.kind);
+  if (*least < low || *greatest > high)
+    properties.fail_at(p.name, fmt::format("{}: the values of the grid go from {} to {}; need [{}, {}]", quote(p.name),
+                                           *least, *greatest, low, high));
+}
+
+}  // namespace
+
+Texture read_number_volume(Builder& builder, Properties& properties, const DeclaredParameter& p) {
+  Texture value;
+  if (!properties.is_object(p.name)) {
+    value.value.fill(properties.number(p.name, p.fallback));
+    check_in_range(properties, p, value.value[0]);
+    return value;
+  }
+  if (properties.is_spectrum(p.name)) {
+    value.value = properties.color(p.name, {}, p.kind.quantity).value;
+    if (!grey(value.value)) properties.fail_at(p.name, quote(p.name) + " is a colour; need a number");
+    check_in_range(properties, p, value.value[0]);
+    return value;
+  }
+  Volume volume = volume_of(builder, properties, p.name, VoxelValues::of_any_sign);
+  value.value.fill(p.fallback);
+  if (!volume.grid) return value;  // reported
+  if (volume.grid->channels != 1)
+    properties.fail_at(p.name, fmt::format("{}: the grid has {} channels; need one: it is a number", quote(p.name),
+                                           volume.grid->channels));
+  check_range_of_voxels(properties, p, *volume.grid);
+  const std::vector<float>& data = volume.grid->data;
+  value.value.fill(std::accumulate(data.begin(), data.end(), 0.0) / static_cast<double>(data.size()));
+  value.volume = std::make_shared<const Volume>(std::move(volume));
+  return value;
+}
+
 Texture read_medium_parameter(Builder& builder, Properties& properties, const DeclaredParameter& p) {
   Texture value;
   value.value.fill(1);
   if (properties.is_object(p.name) && !properties.is_spectrum(p.name)) {
-    const Element* element = properties.object("volume", p.name);
-    if (!element)
-      properties.fail_at(p.name, quote(p.name) + " is an object of the wrong kind; need a <volume>, <rgb> or <float>");
-    value.volume = std::make_shared<const Volume>(build_volume(builder, *element));
-    if (!value.is_grid()) return value;  // reported
-    const auto [low, high] = std::minmax_element(value.volume->grid->data.begin(), value.volume->grid->data.end());
-    if (static_cast<double>(*high) > p.kind.high)
-      properties.fail_at(p.name, fmt::format("{}: the values of the grid go from {} to {}; need [{}, {}]",
-                                             quote(p.name), *low, *high, p.kind.low, p.kind.high));
+    value.volume = std::make_shared<const Volume>(volume_of(builder, properties, p.name, VoxelValues::from_zero));
+    if (value.is_grid()) check_range_of_voxels(properties, p, *value.volume->grid);  // else reported
     return value;
   }
   const Color colour = properties.color(p.name, {{p.fallback, p.fallback, p.fallback}}, p.kind.quantity);

@@ -1,0 +1,15 @@
+// JPEG files, by libjpeg.
+#pragma once
+#include <string>
+
+#include "runtime/image/samples.h"
+
+namespace itn {
+
+bool is_jpeg(const std::string& bytes);
+
+// As read_samples(): grey, or RGB. Throws InputError: damaged (also where the library could guess what is missing), or of
+// other colours.
+Samples read_jpeg(const std::string& bytes, const std::string& path);
+
+}  // namespace itn
