@@ -89,7 +89,8 @@ class NoExamples : public Examples {
 };
 
 // As when training goes on: into a network that is there. The bytes are what the metadata says of the progress; the
-// rest of the file, some 300 KB of weights for the smallest network, is as it was written.
+// rest of the file, some 300 KB of weights for the smallest network, is as it was written: what the checksum no longer
+// fits is refused once the progress has been read.
 void read_checkpoint(std::string_view bytes) {
   static Network network(small_network());
   static const NoExamples examples;
