@@ -99,10 +99,10 @@ void Trainer::read_checkpoint(const std::string& file) {
   std::size_t best_epoch = 0;
   try {
     const auto progress = parse_json<Json>(content.text("progress", file), file + ": metadata 'progress'");
-    state.steps = progress.at("steps");
+    state.steps = whole<std::uint64_t>(progress.at("steps"));
     sums = losses_of(progress.at("sums"));
     for (const Json& losses : progress.at("curve")) curve.push_back(losses_of(losses));
-    best_epoch = progress.at("best_epoch");
+    best_epoch = whole<std::size_t>(progress.at("best_epoch"));
   } catch (const Json::exception& error) {
     throw InputError(file + ": metadata 'progress' does not say how far training was: " + error.what());
   }

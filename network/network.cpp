@@ -46,11 +46,11 @@ void check(const NetworkDescription& description) {
     throw UsageError("network: need a spread above 0 for each output of a distribution, and none without one");
 }
 
-std::vector<Tensor> empty_weights(const NetworkDescription& description) {
+// Names and shapes; no values yet.
+std::vector<Tensor> weight_shapes(const NetworkDescription& description) {
   std::vector<Tensor> tensors;
   const auto add = [&](std::string name, std::vector<std::size_t> shape) {
-    const std::size_t count = count_of(shape);
-    tensors.push_back({std::move(name), std::move(shape), std::vector<float>(count)});
+    tensors.push_back({std::move(name), std::move(shape), {}});
   };
   auto in = static_cast<std::size_t>(description.channels);
   auto out = static_cast<std::size_t>(description.width);
@@ -61,6 +61,12 @@ std::vector<Tensor> empty_weights(const NetworkDescription& description) {
   }
   add("fully_connected.weight", {description.raw_outputs(), in});
   add("fully_connected.bias", {description.raw_outputs()});
+  return tensors;
+}
+
+std::vector<Tensor> empty_weights(const NetworkDescription& description) {
+  std::vector<Tensor> tensors = weight_shapes(description);
+  for (Tensor& tensor : tensors) tensor.values.resize(count_of(tensor.shape));
   return tensors;
 }
 
@@ -98,6 +104,13 @@ struct Network::Pass {
   float* features() { return data(stages.back().output()); }
   float* features_gradient() { return data(stages.back().output_gradient()); }
 };
+
+std::size_t weight_count(const NetworkDescription& description) {
+  check(description);
+  std::size_t count = 0;
+  for (const Tensor& tensor : weight_shapes(description)) count += count_of(tensor.shape);
+  return count;
+}
 
 Network::Network(NetworkDescription description) : description_(std::move(description)) {
   check(description_);

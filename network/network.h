@@ -39,6 +39,9 @@ struct NetworkDescription {
   friend bool operator==(const NetworkDescription&, const NetworkDescription&) = default;
 };
 
+// How many numbers its weights are. Throws UsageError as Network().
+std::size_t weight_count(const NetworkDescription& description);
+
 class Network {
  public:
   // All weights 0. Throws UsageError: a kind, size or number of channels not named above; wrong outputs.

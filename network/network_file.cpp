@@ -139,6 +139,13 @@ Network parse_network(std::string_view bytes, const std::string& file) {
   const Safetensors content = parse_safetensors(bytes, file);
   const NetworkDescription description = network_description(content, file);
   try {
+    // A small file must not ask for a large network's memory. Of a kernel's nine numbers it may hold one.
+    std::size_t values = 0;
+    for (const Tensor& tensor : content.tensors) values += tensor.values.size();
+    const std::size_t needed = weight_count(description);
+    if (values < needed / 9)
+      throw InputError(file + ": has " + std::to_string(values) + " numbers, where its network has " +
+                       std::to_string(needed) + "; copy the whole file");
     Network network(description);
     if (content.tensors.size() != network.weights().size())
       throw InputError(file + ": has " + std::to_string(content.tensors.size()) + " arrays, where " +

@@ -15,6 +15,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/inputs.h"
+#include "runtime/base/retried.h"
 
 namespace itn {
 namespace {
@@ -79,7 +80,7 @@ class Output {
  public:
   // A file or device that is there.
   explicit Output(const fs::path& target) : target_(target), written_(target) {
-    descriptor_ = ::open(written_.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
+    descriptor_ = retried([&] { return ::open(written_.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY); });
     if (descriptor_ < 0) fail(target_, errno);
   }
   // A new one beside the target. It is locked as long as its process lives: remove_remains() knows by that.
@@ -96,19 +97,19 @@ class Output {
 
   void write(std::string_view bytes) const {
     while (!bytes.empty()) {
-      const ssize_t n = ::write(descriptor_, bytes.data(), bytes.size());
-      if (n < 0 && errno != EINTR) fail(target_, errno);
-      if (n > 0) bytes.remove_prefix(static_cast<std::size_t>(n));
+      const ssize_t n = retried([&] { return ::write(descriptor_, bytes.data(), bytes.size()); });
+      if (n < 0) fail(target_, errno);
+      bytes.remove_prefix(static_cast<std::size_t>(n));
     }
   }
   // Without it the name could be there after a power cut, and the bytes not.
   void sync() const {
-    if (::fsync(descriptor_) != 0 && errno != EINVAL && errno != ENOSYS) fail(target_, errno);
+    if (retried([&] { return ::fsync(descriptor_); }) != 0 && errno != EINVAL && errno != ENOSYS) fail(target_, errno);
   }
   void close() {
     const int result = ::close(descriptor_);
     descriptor_ = -1;
-    if (result != 0) fail(target_, errno);
+    if (result != 0 && errno != EINTR) fail(target_, errno);  // interrupted: closed all the same
   }
   void rename() {
     if (::rename(written_.c_str(), target_.c_str()) != 0) fail(target_, errno);
@@ -127,12 +128,15 @@ class Output {
     written_ = temporary_name(target_);
     if (written_.native().size() >= sizeof unfinished) fail(target_, ENAMETOOLONG);
     std::strcpy(unfinished, written_.c_str());
-    descriptor_ = ::open(written_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+    descriptor_ =
+        retried([&] { return ::open(written_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666); });
     if (descriptor_ < 0 && errno == EEXIST) return;
     if (descriptor_ < 0) fail(target_, errno);
     remove_ = has_unfinished = true;
     struct stat status {};
-    ::flock(descriptor_, LOCK_EX);  // fails where a file system has no locks: its files are then never removed
+    retried([&] {
+      return ::flock(descriptor_, LOCK_EX);
+    });  // fails where a file system has no locks: its files are then never removed
     if (::fstat(descriptor_, &status) == 0 && status.st_nlink > 0) return;
     ::close(descriptor_);  // taken for remains between its creation and its lock
     descriptor_ = -1;
@@ -162,7 +166,7 @@ fs::path checked_target(const std::string& path) {
 
 // A temporary file that no living process has locked.
 void remove_if_left(const fs::path& file) {
-  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+  const int descriptor = retried([&] { return ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK); });
   if (descriptor < 0) return;
   if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) ::unlink(file.c_str());
   ::close(descriptor);
@@ -210,8 +214,8 @@ void write_file(const std::string& path, std::string_view bytes, Sync sync) {
 }
 
 void sync_folder(const std::string& folder) {
-  const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (opened.number() < 0 || ::syncfs(opened.number()) != 0) fail(folder, errno);
+  const Descriptor opened(retried([&] { return ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); }));
+  if (opened.number() < 0 || retried([&] { return ::syncfs(opened.number()); }) != 0) fail(folder, errno);
 }
 
 void remove_unfinished_file() noexcept {
@@ -243,6 +247,11 @@ bool is_there(const std::string& path) {
   return ::stat(path.c_str(), &status) == 0 || (errno != ENOENT && errno != ENOTDIR);
 }
 
+bool is_reachable(const std::string& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0;
+}
+
 bool is_folder(const std::string& path) {
   std::error_code error;
   return fs::is_directory(path, error);
@@ -265,7 +274,7 @@ std::string read_file(const std::string& path, std::uint64_t most) {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) fail_to_read(path, std::strerror(errno));
   require_regular(path, status);
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  const Descriptor file(retried([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY); }));
   if (file.number() < 0 || ::fstat(file.number(), &status) != 0) fail_to_read(path, std::strerror(errno));
   require_regular(path, status);
   const auto size = static_cast<std::uint64_t>(status.st_size);
@@ -276,8 +285,7 @@ std::string read_file(const std::string& path, std::uint64_t most) {
     if (done == bytes.size()) {  // at the end, or a file whose size says nothing, as those of /proc
       constexpr std::size_t step = 1 << 16;
       char more[step];
-      const ssize_t n = ::read(file.number(), more, step);
-      if (n < 0 && errno == EINTR) continue;
+      const ssize_t n = retried([&] { return ::read(file.number(), more, step); });
       if (n < 0) fail_to_read(path, std::strerror(errno));
       if (n == 0) break;
       bytes.append(more, static_cast<std::size_t>(n));
@@ -285,8 +293,7 @@ std::string read_file(const std::string& path, std::uint64_t most) {
       if (done > most) throw InputError(path + ": grows while it is read; at most " + gib(most) + " are read");
       continue;
     }
-    const ssize_t n = ::read(file.number(), bytes.data() + done, bytes.size() - done);
-    if (n < 0 && errno == EINTR) continue;
+    const ssize_t n = retried([&] { return ::read(file.number(), bytes.data() + done, bytes.size() - done); });
     if (n < 0) fail_to_read(path, std::strerror(errno));
     if (n == 0) bytes.resize(done);
     done += static_cast<std::size_t>(n);

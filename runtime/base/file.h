@@ -35,6 +35,7 @@ void remove_remains(const std::string& folder, const std::string& of = "");
 // Is there something by this name? True, too, where that cannot be told (no permission, a loop of links): whoever opens
 // it then says why it cannot be opened.
 bool is_there(const std::string& path);
+bool is_reachable(const std::string& path);  // there for certain
 bool is_folder(const std::string& path);
 
 // With those above it; nothing where it is there. Throws ResultError.

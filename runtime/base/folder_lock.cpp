@@ -10,6 +10,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/retried.h"
 
 namespace itn {
 namespace {
@@ -18,7 +19,8 @@ constexpr const char* part_lock = ".lock ";
 
 // The file, locked. how: of flock(). whose: for the message, "set" or "set, part 2 of 20".
 int locked(const std::string& name, int how, const std::string& whose) {
-  const int file = open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644);
+  const int file =
+      retried([&] { return open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644); });
   if (file < 0) throw ResultError(name + ": cannot be written; " + std::strerror(errno));
   if (flock(file, how | LOCK_NB) == 0) return file;
   const int reason = errno;

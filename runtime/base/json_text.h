@@ -1,8 +1,10 @@
 // JSON from files that anybody may have written.
 #pragma once
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "runtime/base/error.h"
 
@@ -20,6 +22,17 @@ Json parse_json(std::string_view text, const std::string& file) {
   } catch (const typename Json::exception& error) {
     throw InputError(file + ": is no JSON; " + error.what());
   }
+}
+
+// A whole number of that type. Where it is another one, of a fraction, too large or negative, get<Whole>() would make
+// another number of it; this throws Json::type_error.
+template <class Whole, class Json>
+Whole whole(const Json& json) {
+  const bool fits = json.is_number_unsigned()  ? std::in_range<Whole>(json.template get<std::uint64_t>())
+                    : json.is_number_integer() ? std::in_range<Whole>(json.template get<std::int64_t>())
+                                               : false;
+  if (!fits) throw Json::type_error::create(302, "need a whole number, got " + json.dump(), nullptr);
+  return json.template get<Whole>();
 }
 
 }  // namespace itn

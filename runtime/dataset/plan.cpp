@@ -19,6 +19,15 @@ enum Stream : std::uint64_t { STREAM_SHAPE, STREAM_SEED, STREAM_AZIMUTH, STREAM_
 
 constexpr int validation_share = 10;  // one in so many
 
+// Their names have six digits. Each shape has images: there are no more of those either.
+constexpr std::size_t most_images = 1'000'000;
+
+void require_room(std::size_t images) {
+  if (images > most_images)
+    throw InputError(fmt::format("the data set would have more than {} images; need fewer shapes, lights or materials",
+                                 most_images));
+}
+
 // Where an environment is in the set's folder.
 std::string environment_file(const std::string& from) {
   return "environments/" + std::filesystem::path(from).stem().string() + ".exr";
@@ -52,6 +61,7 @@ class Planner {
   // with phi^4 = phi + 1, shifted by the seed.
   void add_image(Manifest::Split split, int shape, int light) {
     const std::size_t i = set_.images.size();
+    require_room(i + 1);
     const double phi = 1.22074408460575947536;
     std::array<double, 3> u{};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -105,6 +115,7 @@ void add_shapes(const DatasetConfig& config, const DatasetConfig::Side& side, Ma
     const std::string name = path.stem().string();
     add(name, Manifest::FileMesh{"shapes/" + name + ".ply"}, shape);
   }
+  require_room(plan.manifest.shapes.size() + static_cast<std::size_t>(side.random_shapes));
   for (int i = 0; i < side.random_shapes; ++i) {
     // Test shapes are never training shapes: even and odd seeds.
     const std::uint64_t index = 2 * static_cast<std::uint64_t>(i) + (role == Manifest::Role::test ? 1 : 0);

@@ -21,7 +21,7 @@ struct DatasetPlan {
 // test shapes have the test's lights only, under suns as unseen_shape.
 // Materials follow a low-discrepancy sequence. Everything is a function of the configuration; the hash is of that, the
 // mesh and environment files, version and device. Throws InputError: mesh or environment files that cannot be used, two
-// shapes or environments of one name.
+// shapes or environments of one name, more than 10^6 images.
 DatasetPlan plan_dataset(const DatasetConfig& config, const std::string& version, const std::string& device);
 
 }  // namespace itn

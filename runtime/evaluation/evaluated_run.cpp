@@ -41,12 +41,15 @@ std::vector<std::string> warnings_of(const std::string& run, const Manifest& set
   const std::string file = (std::filesystem::path(run) / "run.json").string();
   if (!is_there(file)) return {};
   const auto json = parse_json<nlohmann::json>(read_file(file), file);
-  if (!json.is_object()) throw InputError(file + ": not by itn train; need an object { ... }");
   std::vector<std::string> warnings;
-  if (!json.value("complete", true)) warnings.push_back(run + ": its training has not ended");
-  const nlohmann::json request = json.value("request", nlohmann::json::object());
-  if (request.value("data", set.hash).find(set.hash) == std::string::npos)
-    warnings.push_back(run + ": was trained on another data set, so `training` is not what it has learnt from");
+  try {
+    if (!json.value("complete", true)) warnings.push_back(run + ": its training has not ended");
+    const nlohmann::json request = json.value("request", nlohmann::json::object());
+    if (request.value("data", set.hash).find(set.hash) == std::string::npos)
+      warnings.push_back(run + ": was trained on another data set, so `training` is not what it has learnt from");
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(file + ": not by itn train; " + error.what());
+  }
   return warnings;
 }
 

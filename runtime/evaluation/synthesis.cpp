@@ -1,7 +1,10 @@
 #include "runtime/evaluation/synthesis.h"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
+#include "runtime/base/json_text.h"
 #include "runtime/dataset/dataset_mesh.h"
 #include "runtime/inversion/state_json.h"
 #include "runtime/scene/parameters.h"
@@ -103,14 +106,28 @@ void Synthesis::restore(const nlohmann::json& state) {
   auto moments = state.at("moments").get<std::vector<AdamMoments>>();
   std::vector<Record> records;
   for (const nlohmann::json& stored : state.at("records")) {
-    Record record{stored.at("iteration").get<int>(), {}, stored.at("loss").get<std::vector<double>>()};
+    Record record{whole<int>(stored.at("iteration")), {}, stored.at("loss").get<std::vector<double>>()};
     for (const nlohmann::json& m : stored.at("material"))
       record.material.push_back({m.at(0).get<double>(), m.at(1).get<double>(), m.at(2).get<double>()});
     records.push_back(std::move(record));
   }
   auto x = state.at("x").get<std::vector<std::vector<double>>>();
-  if (x.size() != targets_.size() || moments.size() != targets_.size()) throw std::out_of_range("other images");
-  iteration_ = state.at("iteration").get<int>();
+  const int iteration = whole<int>(state.at("iteration"));
+  // Files may have been edited.
+  const auto is_point = [&](const std::vector<double>& v) {
+    return v.size() == coordinates_.size() &&
+           std::all_of(v.begin(), v.end(), [](double coordinate) { return std::isfinite(coordinate); });
+  };
+  const auto is_of_point = [&](const std::vector<double>& v) { return v.empty() || is_point(v); };
+  const bool fits = x.size() == targets_.size() && moments.size() == targets_.size() && iteration >= 0 &&
+                    iteration <= options_.iterations && std::all_of(x.begin(), x.end(), is_point) &&
+                    std::all_of(moments.begin(), moments.end(),
+                                [&](const AdamMoments& m) { return is_of_point(m.first) && is_of_point(m.second); }) &&
+                    std::all_of(records.begin(), records.end(), [&](const Record& r) {
+                      return r.material.size() == targets_.size() && r.loss.size() == targets_.size();
+                    });
+  if (!fits) throw std::out_of_range("other images, or no state that was stored");
+  iteration_ = iteration;
   x_ = std::move(x);
   moments_ = std::move(moments);
   records_ = std::move(records);

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstring>
+#include <optional>
 
 #include "runtime/base/error.h"
 
@@ -16,6 +18,27 @@ constexpr std::uint64_t most_of_byte = 1100;                   // bytes that a c
 constexpr std::uint64_t always_allowed = 1 << 20;              // other methods may do better: small images may be even
 constexpr std::int64_t rows_of_chunk = 256;                    // at most, of the method with the largest chunks
 constexpr std::uint64_t bytes_of_place = 8;                    // that the file's table has for a chunk
+
+// Bytes of the types of one size [OpenEXR's ImfStdAttributes].
+std::optional<std::int32_t> size_of(std::string_view type) {
+  struct Size {
+    std::string_view type;
+    std::int32_t bytes;
+  };
+  constexpr std::array sizes{
+      Size{"box2f", 16},      Size{"box2i", 16},    Size{"chromaticities", 32},
+      Size{"compression", 1}, Size{"double", 8},    Size{"deepImageState", 1},
+      Size{"envmap", 1},      Size{"float", 4},     Size{"int", 4},
+      Size{"keycode", 28},    Size{"lineOrder", 1}, Size{"m33f", 36},
+      Size{"m33d", 72},       Size{"m44f", 64},     Size{"m44d", 128},
+      Size{"rational", 8},    Size{"tiledesc", 9},  Size{"timecode", 8},
+      Size{"v2i", 8},         Size{"v2f", 8},       Size{"v2d", 16},
+      Size{"v3i", 12},        Size{"v3f", 12},      Size{"v3d", 24},
+  };
+  for (const Size& size : sizes)
+    if (size.type == type) return size.bytes;
+  return {};
+}
 
 class Header {
  public:
@@ -68,10 +91,15 @@ class Header {
     if (size < 0 || static_cast<std::uint64_t>(size) > bytes_.size() - at_)
       fail(fmt::format("byte {}: an attribute of {} bytes, in a file of {}", begin, static_cast<std::uint32_t>(size),
                        bytes_.size()));
-    if (called == "dataWindow" && type == "box2i" && size == 16) read_window();
-    if (called == "tiles" && type == "tiledesc" && size == 9) read_tile();
-    if (called == "channels" && type == "chlist") count_channels(at_ + static_cast<std::size_t>(size));
-    if (type == "preview" && size >= 8) check_preview(begin, size);
+    // OpenEXR reads what a type takes, whatever the size says, and takes the next attribute from where it then is.
+    if (const std::optional<std::int32_t> need = size_of(type); need && *need != size)
+      fail(fmt::format("byte {}: an attribute of type {} and {} bytes, which takes {}", begin, type, size, *need));
+    if (called == "dataWindow" && type == "box2i") read_window();
+    if (called == "tiles" && type == "tiledesc") read_tile();
+    if (type == "chlist") count_channels(called == "channels", at_ + static_cast<std::size_t>(size));
+    if (type == "preview") check_preview(begin, size);
+    if (type == "stringvector") check_texts(begin, size);
+    if (type == "idmanifest") fail(fmt::format("byte {}: a list of ids, which is not read here", begin));
     at_ += static_cast<std::size_t>(size);
   }
 
@@ -85,24 +113,40 @@ class Header {
     tile_height_ = static_cast<std::uint32_t>(number(at_ + 4));
   }
 
-  void count_channels(std::size_t end) {
+  void count_channels(bool are_of_image, std::size_t end) {
     const std::size_t begin = at_;
     constexpr std::size_t of_channel = 16;  // behind its name
-    channels_ = 0;
+    std::uint64_t count = 0;
     while (at_ < end && bytes_[at_] != '\0') {
       name();
       at_ += of_channel;
-      ++channels_;
+      ++count;
     }
-    if (at_ >= end) fail(fmt::format("byte {}: a list of channels without an end", begin));
+    if (at_ + 1 != end) fail(fmt::format("byte {}: a list of channels that does not end where it should", begin));
     at_ = begin;
+    if (are_of_image) channels_ = count;
   }
 
   void check_preview(std::size_t begin, std::int32_t size) const {
+    constexpr std::int32_t of_size = 8, of_pixel = 4;
+    if (size < of_size) fail(fmt::format("byte {}: a preview of {} bytes", begin, size));
     const auto pixels = std::uint64_t{static_cast<std::uint32_t>(number(at_))} *
                         std::uint64_t{static_cast<std::uint32_t>(number(at_ + 4))};
-    if (pixels > static_cast<std::uint64_t>(size) / 4)
+    if (pixels != static_cast<std::uint64_t>(size - of_size) / of_pixel || size % of_pixel != 0)
       fail(fmt::format("byte {}: a preview of {} pixels in {} bytes", begin, pixels, size));
+  }
+
+  // Each with its length before it.
+  void check_texts(std::size_t begin, std::int32_t size) const {
+    const std::size_t end = at_ + static_cast<std::size_t>(size);
+    std::size_t at = at_;
+    while (at < end) {
+      const std::int32_t length = number(at);
+      at += sizeof length;
+      if (length < 0 || at > end || static_cast<std::size_t>(length) > end - at)
+        fail(fmt::format("byte {}: a list of texts that does not end where it should", begin));
+      at += static_cast<std::size_t>(length);
+    }
   }
 
   void check_size() const {

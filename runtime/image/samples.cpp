@@ -21,6 +21,7 @@
 #include <utility>
 
 #include "runtime/base/error.h"
+#include "runtime/image/bitmap_check.h"
 #include "runtime/image/image_size.h"
 #include "runtime/image/jpeg.h"
 #include "runtime/image/tiff.h"
@@ -63,6 +64,7 @@ std::optional<HdrValues> read_hdr(const std::string& bytes, const std::string& p
   if (stbi_info_from_memory(data_of(bytes), size, &result.width, &result.height, &channels))
     check_image_size(static_cast<std::uint64_t>(result.width), static_cast<std::uint64_t>(result.height),
                      most_pixels_of_byte, bytes.size(), path);
+  check_runs_of_hdr(bytes, result.width, result.height, path);
   const std::unique_ptr<float, void (*)(void*)> values(
       stbi_loadf_from_memory(data_of(bytes), size, &result.width, &result.height, &channels, 3), stbi_image_free);
   if (!values) throw InputError(path + ": image is damaged; " + stbi_failure_reason());
@@ -78,6 +80,7 @@ Samples read_samples(const std::string& bytes, const std::string& path) {
         fmt::format("{}: {} bytes; at most {} are read: convert it to OpenEXR", path, bytes.size(), most_bytes));
   if (is_tiff(bytes)) return read_tiff(bytes, path);
   if (is_jpeg(bytes)) return read_jpeg(bytes, path);
+  check_pnm(bytes, path);
   const int size = static_cast<int>(bytes.size());
   Samples result;
   if (!stbi_info_from_memory(data_of(bytes), size, &result.width, &result.height, &result.channels))

@@ -156,10 +156,6 @@ std::vector<double> NormalEquations::numbers() const {
   return result;
 }
 
-bool NormalEquations::fits(std::size_t unknowns, std::size_t numbers) {
-  return numbers == 0 || numbers == NormalEquations(unknowns).numbers().size();
-}
-
 NormalEquations NormalEquations::from_numbers(std::size_t unknowns, const std::vector<double>& numbers) {
   NormalEquations result(unknowns);
   if (numbers.size() != result.numbers().size()) throw std::invalid_argument("stored equations of another size");

@@ -39,7 +39,9 @@ class NormalEquations {
   // Everything as plain numbers, to store.
   std::vector<double> numbers() const;
   // Are so many numbers those of equations for so many unknowns, or none?
-  static bool fits(std::size_t unknowns, std::size_t numbers);
+  static bool fits(std::size_t unknowns, std::size_t numbers) {
+    return numbers == 0 || numbers == 2 + unknowns + (3 + information_parts) * unknowns * unknowns;
+  }
   static NormalEquations from_numbers(std::size_t unknowns, const std::vector<double>& numbers);
 
  private:

@@ -6,16 +6,9 @@
 #include <vector>
 
 #include "runtime/base/stored_run.h"
-#include "runtime/inversion/inversion.h"
+#include "runtime/inversion/started_inversion.h"
 
 namespace itn {
-
-// One start and how far it has come.
-struct StartedInversion {
-  std::vector<double> start;  // coordinates
-  InversionState state;
-  std::vector<InversionStep> steps;
-};
 
 // The coordinates where `count` inversions start: the first at `first`, the others at random.
 std::vector<std::vector<double>> inversion_starts(const std::vector<Coordinate>& coordinates,

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -26,7 +28,7 @@ Json to_json(const TextureInversionStep& s) {
 
 TextureInversionStep step_from(const Json& j) {
   const Json& error = j.at("loss_stderr");
-  return {j.at("repeat"), j.at("iteration"), j.at("loss"),
+  return {whole<int>(j.at("repeat")), whole<int>(j.at("iteration")), j.at("loss"),
           error.is_null() ? std::numeric_limits<double>::infinity() : error.get<double>(), j.at("roughness")};
 }
 
@@ -69,8 +71,8 @@ void StoredTextureInversion::load(std::size_t steps) {
       steps_.push_back(step_from(parse_json<Json>(line, folder_.file("iterations.jsonl"))));
       kept += line + "\n";
     }
-    state_.iteration = folder_.run().before("iteration");
-    state_.repeat = folder_.run().before("repeat");
+    state_.iteration = whole<int>(folder_.run().before("iteration"));
+    state_.repeat = whole<int>(folder_.run().before("repeat"));
     state_.finished = folder_.run().before("finished");
   } catch (const Json::exception&) {
     folder_.run().refuse();
@@ -78,10 +80,13 @@ void StoredTextureInversion::load(std::size_t steps) {
   const std::string bytes = read_file(folder_.file(unknowns_file(steps)));
   const std::vector<std::vector<double>*> parts = parts_of(state_);
   const std::size_t count = state_.x.size(), part = count * sizeof(double);
-  if (steps_.size() != steps || bytes.size() != parts.size() * part) folder_.run().refuse();
+  if (state_.iteration < 0 || state_.repeat < 0 || steps_.size() != steps || bytes.size() != parts.size() * part)
+    folder_.run().refuse();
   for (std::size_t k = 0; k < parts.size(); ++k) {
     parts[k]->resize(count);
     std::memcpy(parts[k]->data(), bytes.data() + k * part, part);
+    if (!std::all_of(parts[k]->begin(), parts[k]->end(), [](double x) { return std::isfinite(x); }))
+      folder_.run().refuse();
   }
   write_file(folder_.file("iterations.jsonl"), kept);  // without a step that was not stored
 }

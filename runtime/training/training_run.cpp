@@ -67,6 +67,14 @@ DatasetImages read_images(const std::vector<std::string>& folders, const std::ve
 
 RunFolder open_folder(const std::string& folder) { return {folder, "run.json", "itn.run/1", "a training"}; }
 
+// Of the training that the folder holds.
+int stored_threads(const StoredRun& run) {
+  constexpr int most = 1024;
+  const Json threads = run.before("request").value("threads", Json(1));
+  if (!threads.is_number_integer() || threads < 1 || threads > most) run.refuse();
+  return threads;
+}
+
 // All that the numbers depend on: training goes on only with the same.
 Json circumstances_of(const TrainingRequest& r, const std::vector<Manifest>& sets,
                       const std::vector<Manifest>& calibration, int thread_count) {
@@ -171,7 +179,7 @@ TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>
     throw UsageError(request.folder + ": holds a network that itn train has not made; give another folder with -o");
   const int thread_count = request.threads    ? *request.threads
                            : before.is_null() ? (request.shards > 1 ? 1 : threads())
-                                              : before.value("threads", 1);
+                                              : stored_threads(folder_.run());
   set_threads(thread_count);
   circumstances_ = circumstances_of(request, sets_, calibration_sets_, thread_count);
   folder_.run().require_same(circumstances_);

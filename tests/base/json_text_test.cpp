@@ -17,6 +17,17 @@ TEST_CASE("brackets in texts do not nest") {
   CHECK(parse_json<nlohmann::json>(brackets, "a.json").is_string());
 }
 
+TEST_CASE("whole numbers are taken as they stand or refused") {
+  const auto read = [](const char* text) { return whole<int>(nlohmann::json::parse(text)); };
+  CHECK(read("-2147483648") == -2147483648);
+  CHECK(read("2147483647") == 2147483647);
+  for (const char* text :
+       {"2147483648", "-2147483649", "1.0", "1e300", "\"1\"", "null", "true", "18446744073709551615"})
+    CHECK_THROWS_AS(read(text), nlohmann::json::exception);
+  CHECK(whole<std::uint64_t>(nlohmann::json::parse("18446744073709551615")) == ~std::uint64_t{0});
+  CHECK_THROWS_AS(whole<std::uint64_t>(nlohmann::json::parse("-1")), nlohmann::json::exception);
+}
+
 TEST_CASE("what is no JSON is an input error that names the file") {
   CHECK_THROWS_WITH(parse_json<nlohmann::json>("{", "a.json"), Catch::Contains("a.json: is no JSON"));
 }

@@ -285,3 +285,12 @@ TEST_CASE("numbers of a configuration are taken as they stand or refused, never 
   }
   CHECK_THAT(refusal(std::string(50000, '[') + std::string(50000, ']')), Catch::Contains("deep"));
 }
+
+TEST_CASE("more than a million images or shapes are refused before they take the memory") {
+  DatasetConfig config = read_dataset_config("tiny");
+  config.train.materials = 10'000'000;
+  CHECK_THROWS_WITH(plan_of(config), Catch::Contains("more than 1000000 images"));
+  config = read_dataset_config("varied");
+  config.train.random_shapes = 10'000'000;
+  CHECK_THROWS_WITH(plan_of(config), Catch::Contains("more than 1000000 images"));
+}

@@ -109,4 +109,18 @@ TEST_CASE("stopped at any iteration and gone on from its state, it has the same 
   nlohmann::json damaged = wanted;
   damaged["x"].erase(0);
   CHECK_THROWS(other.restore(damaged));
+  const nlohmann::json none = nlohmann::json::array();
+  for (const auto& [place, value] : std::vector<std::pair<const char*, nlohmann::json>>{{"/x/0", none},
+                                                                                        {"/x/1/2", nullptr},
+                                                                                        {"/moments/0/first", {1}},
+                                                                                        {"/iteration", -1},
+                                                                                        {"/iteration", 7},
+                                                                                        {"/iteration", 1.5},
+                                                                                        {"/records/0/material", none},
+                                                                                        {"/records/0/loss", none}}) {
+    CAPTURE(place, value.dump());
+    damaged = wanted;
+    damaged[nlohmann::json::json_pointer(place)] = value;
+    CHECK_THROWS(other.restore(damaged));
+  }
 }

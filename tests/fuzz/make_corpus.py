@@ -165,5 +165,108 @@ def texts():
     write("json", "text.json", '"' + "[" * 200 + '\\""')
 
 
-for make in (ply, obj, serialized, vol, images, texts):
+def scenes():
+    body = """<default name="g" value="0.5"/><path value="."/><include filename="part.xml"/>
+<integrator type="volpath"><integer name="max_depth" value="-1"/></integrator>
+<medium type="homogeneous" id="skin"><spectrum name="sigmaT" filename="a.spd"/><float name="albedo" value="0.9"/>
+<phase type="hg"><float name="g" value="$g"/></phase></medium>
+<sensor type="perspective"><string name="fov_axis" value="smaller"/><float name="fov" value="40"/>
+<transform name="to_world"><lookat origin="0,0,-5" target="0,0,0" up="0,1,0"/></transform>
+<film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="4"/><rfilter type="box"/></film>
+<sampler type="independent"><integer name="sample_count" value="16"/></sampler></sensor>
+<bsdf type="twosided" id="floor"><bsdf type="diffuse"><ref name="reflectance" id="grey"/></bsdf></bsdf>
+<spectrum type="irregular" id="gray"><string name="wavelengths" value="400 700"/><string name="values" value="0.1 1"/></spectrum>
+<alias id="gray" as="grey"/>
+<shape type="ply"><string name="filename" value="t.ply"/><transform name="to_world"><rotate y="1" angle="30"/><scale value="2"/>
+</transform><bsdf type="roughdielectric"><float name="alpha" value="0.2"/><string name="int_ior" value="water"/></bsdf>
+<ref name="interior" id="skin"/></shape><shape type="rectangle"><ref id="floor"/></shape>
+<emitter type="sunsky"><vector name="sun_direction" x="0" y="1" z="1"/></emitter>"""
+    mesh = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 4\n" \
+           "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n"
+    files = "\n=== part.xml\n<bsdf version=\"3.0.0\" type=\"null\"/>\n=== a.spd\n400 1\n500 2\n700 3\n=== t.ply\n" + mesh
+    write("scene", "files.xml", '<scene version="0.6.0">' + body + "</scene>" + files)
+
+    def scene(name, inside, more=""):
+        write("scene", name, '<scene version="3.0.0">' + inside + "</scene>" + more)
+    number, rgb, text = '<float name="%s" value="%s"/>', '<rgb name="%s" value="%s"/>', '<string name="%s" value="%s"/>'
+    ball = '<shape type="sphere">%s</shape>'
+    bsdf = '<bsdf type="%s">%s</bsdf>'
+    scene("surfaces.xml", "".join(ball % (bsdf % (kind, inside)) for kind, inside in (
+        ("dielectric", number % ("int_ior", 1.5)), ("thindielectric", ""), ("conductor", text % ("material", "Au")),
+        ("roughconductor", number % ("alpha_u", 0.1) + number % ("alpha_v", 0.3) + text % ("distribution", "ggx")),
+        ("plastic", rgb % ("diffuse_reflectance", "0.1 0.2 0.3")), ("roughplastic", number % ("alpha", 0.2)),
+        ("principled", number % ("roughness", 0.5) + number % ("spec_trans", 0.5)), ("oren_nayar", number % ("alpha", 0.3)),
+        ("ward", ""), ("ashikhmin_shirley", number % ("nu", 10)),
+        ("blendbsdf", number % ("weight", 0.5) + 2 * (bsdf % ("diffuse", ""))),
+        ("mask", number % ("opacity", 0.5) + bsdf % ("diffuse", "")),
+        ("dictionary", text % ("weights", "0.5 0.5") + 2 * (bsdf % ("diffuse", ""))),
+        ("merl", text % ("filename", "a.binary")))) + '<emitter type="constant"/>')
+    scene("textures.xml", ball % (bsdf % ("diffuse", '<texture name="reflectance" type="bitmap"><string name="filename" '
+          'value="a.ppm"/><transform name="to_uv"><scale value="2"/></transform></texture>')) +
+          ball % (bsdf % ("bumpmap", '<texture type="checkerboard"/>' + bsdf % ("diffuse", ""))) +
+          '<emitter type="envmap"><string name="filename" value="a.ppm"/></emitter>', "\n=== a.ppm\nP3 2 2 255 0 1 2 3 4 5 6 7 8 9 10 11")
+    scene("media.xml", "".join('<medium type="homogeneous" id="m%d">%s</medium>' % (i, inside) for i, inside in enumerate((
+        '<phase type="rayleigh"/>', '<phase type="draine"/>', '<phase type="vmf"/>',
+        '<phase type="tabphase"><string name="values" value="1 2 3"/></phase>',
+        '<phase type="blendphase"><float name="weight" value="0.5"/><phase type="hg"/><phase type="isotropic"/></phase>'))) +
+        '<medium type="heterogeneous" id="h"><volume name="sigma_t" type="gridvolume"><string name="filename" value="a.vol"/></volume>'
+        '<volume name="albedo" type="constvolume"><float name="value" value="0.5"/></volume></medium>' +
+        ball % '<ref name="interior" id="h"/><bsdf type="null"/>',
+        "\n=== a.vol\n" + (b"VOL\3" + struct.pack("<5i6f", 1, 1, 1, 1, 1, 0, 0, 0, 1, 1, 1) + struct.pack("<f", 1)).decode("latin1"))
+    scene("shapes.xml", "".join('<shape type="%s">%s</shape>' % each for each in (
+        ("cube", ""), ("disk", ""), ("cylinder", number % ("radius", 2)), ("rectangle", '<emitter type="area"/>'),
+        ("linearcurve", text % ("filename", "a.txt")), ("bsplinecurve", text % ("filename", "a.txt")),
+        ("obj", text % ("filename", "a.obj")), ("shapegroup", '<shape type="sphere"/>'))) +
+        '<shape type="shapegroup" id="g"><shape type="sphere"/></shape><shape type="instance"><ref id="g"/></shape>',
+        "\n=== a.txt\n0 0 0 1\n1 0 0 1\n2 0 0 0.5\n3 1 0 1\n=== a.obj\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    scene("lights.xml", "".join('<emitter type="%s"/>' % kind for kind in ("point", "spot", "directional", "projector")) +
+          '<emitter type="sphericalharmonics"><integer name="order" value="1"/></emitter>' +
+          "".join('<sensor type="%s"/>' % kind for kind in ("orthographic", "thinlens", "radiancemeter", "distant")))
+
+
+def states():
+    write("config", "own.json", json.dumps({
+        "preset": "tiny", "size": 16, "spp": 8, "seed": 1, "sigma_t": [1, 2], "albedo": [0.1, 0.2], "g": [0, 0.5], "zenith": 20,
+        "boundary": {"type": "rough", "alpha": 0.1, "int_ior": 1.3}, "longest_side_mm": 2, "environment_scale": 2,
+        "train": {"shapes": ["knot", "a.ply"], "random_shapes": 1, "triangles": 200, "azimuths": [0, 30], "materials": 2},
+        "test": {"shapes": ["hare"], "azimuths": [], "azimuth_range": [0, 90], "materials": 1, "environments": ["a.exr"],
+                 "environment_azimuths": [0, 90]}}))
+    write("config", "empty.json", "{}")
+    write("spectrum", "a.spd", "# nm value\n400 0.1\n500.5, 2\n700 1e-3 # end\n")
+    write("curves", "a.txt", "0 0 0 1\n1 0 0 1\n2 0.5 0 0.5\n3 1 0 1\n\n0 0 1 0.1\n1 0 1 0.1\n")
+    write("merl", "header.binary", struct.pack("<3i", 90, 90, 180) + b"\0" * 8)
+    write("checkpoint", "progress.json", json.dumps({"steps": 4, "sums": [0.5, 0, 0], "curve": [[1, 0, 2], [0.5, 0, 1]], "best_epoch": 1}))
+    write("checkpoint", "begin.json", json.dumps({"steps": 1, "sums": [0.5, 0, 0], "curve": [], "best_epoch": 0}))
+    x = [0.1, 0.2, 0.3]
+    state = {"iteration": 1, "spp": 16, "next_sample": 16, "x": x, "done": False, "converged": False, "reference_x": [],
+             "accepted_x": x, "reference_spp": 0, "reference_sample": 0, "accepted_loss": 1, "accepted_loss_stderr": 0.1,
+             "damping": 0.01, "accepted": True, "pool": [], "moments": {"first": x, "second": []}}
+    pooled = dict(state, pool=[0.5] * (2 + 3 + 35 * 9), done=True)
+    steps = [[16, x, 1.5, None, True, 0.5], [16, x, 1, 0.5, False, 0]]
+    for name, runs in (("adam.json", [(state, 1)]), ("pool.json", [(pooled, 2), (state, 1)])):
+        write("inversion", name, json.dumps({"schema": "itn.invert.state/2", "request": {"seed": 5},
+                                             "runs": [{"start": x[:2], "state": s, "steps": steps[:n]} for s, n in runs]}))
+    # A network for images of one pixel, of whose kernels the middles are stored.
+    channels, tensors = [1] + [1 << stage for stage in range(7)], []
+    for stage in range(7):
+        tensors.append(("convolution%d.weight" % stage, [channels[stage + 1], channels[stage], 1, 1]))
+        tensors.append(("convolution%d.bias" % stage, [channels[stage + 1]]))
+    tensors += [("fully_connected.weight", [3, 64]), ("fully_connected.bias", [3])]
+    outputs = [{"name": name, "low": low, "high": high, "logarithmic": log}
+               for name, low, high, log in (("sigma_t", 10, 400, True), ("albedo", 0.1, 1, False), ("g", 0, 0.95, False))]
+    header = {"__metadata__": {"format": "itn.network", "version": "1", "kind": "rn", "channels": "1", "size": "1", "width": "1",
+                               "luminance": "1.0", "mm_per_unit": "1.0", "outputs": json.dumps(outputs)}}
+    at = 0
+    for name, shape in tensors:
+        size = 2
+        for extent in shape:
+            size *= extent
+        header[name] = {"dtype": "F16", "shape": shape, "data_offsets": [at, at + size]}
+        at += size
+    text = json.dumps(header).encode()
+    text += b" " * (-len(text) % 8)
+    write("network", "small", struct.pack("<Q", len(text)) + text + b"\x00\x2c" * (at // 2))
+
+
+for make in (ply, obj, serialized, vol, images, texts, scenes, states):
     make()

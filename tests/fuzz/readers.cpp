@@ -1,44 +1,34 @@
 #include "tests/fuzz/readers.h"
 
-#include <sys/mman.h>
-#include <unistd.h>
-
+#include <algorithm>
 #include <array>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "network/network_file.h"
 #include "network/safetensors.h"
+#include "network/trainer.h"
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/base/json_text.h"
 #include "runtime/base/printable.h"
+#include "runtime/base/stored_run.h"
+#include "runtime/dataset/config.h"
 #include "runtime/dataset/manifest.h"
 #include "runtime/image/bitmap.h"
 #include "runtime/image/exr.h"
+#include "runtime/inversion/started_inversion.h"
+#include "runtime/scene/load.h"
+#include "runtime/scene/measured_brdf.h"
+#include "runtime/scene/mesh/curve_mesh.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/volume_file.h"
+#include "runtime/scene/xml/spectrum.h"
+#include "tests/fuzz/input_files.h"
 
 namespace itn::fuzz {
 namespace {
-
-// A file in memory, whose name readers can open.
-class MemoryFile {
- public:
-  explicit MemoryFile(std::string_view bytes) : descriptor_(memfd_create("fuzz", MFD_CLOEXEC)) {
-    while (!bytes.empty()) {
-      const ssize_t n = write(descriptor_, bytes.data(), bytes.size());
-      if (n <= 0) throw std::runtime_error("cannot write a file in memory");
-      bytes.remove_prefix(static_cast<std::size_t>(n));
-    }
-  }
-  ~MemoryFile() { close(descriptor_); }
-  MemoryFile(const MemoryFile&) = delete;
-  MemoryFile& operator=(const MemoryFile&) = delete;
-  std::string name() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
-
- private:
-  int descriptor_;
-};
 
 template <class Read>
 void read_or_refuse(const Read& read) {
@@ -52,8 +42,90 @@ void read_or_refuse(const Read& read) {
 
 template <class Read>
 void read_file_or_refuse(std::string_view bytes, const Read& read) {
-  const MemoryFile file(bytes);
-  read_or_refuse([&] { read(file.name()); });
+  const InputFiles files({{"file", std::string(bytes)}});
+  read_or_refuse([&] { read(files.path("file")); });
+}
+
+// A scene, then lines "=== name" before the files that it names.
+std::map<std::string, std::string> scene_files(std::string_view bytes) {
+  constexpr std::string_view mark = "\n=== ";
+  std::map<std::string, std::string> files;
+  std::string name = "scene.xml";
+  for (;;) {
+    const std::size_t end = bytes.find(mark);
+    files[name] = bytes.substr(0, end);
+    if (end == std::string_view::npos) return files;
+    bytes.remove_prefix(end + mark.size());
+    const std::size_t line = std::min(bytes.find('\n'), bytes.size());
+    name = bytes.substr(0, line);
+    // Names that stay in the folder, where the files are on a disk.
+    constexpr std::size_t longest = 40;
+    const bool plain = name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_.") == std::string::npos;
+    if (name.empty() || name[0] == '.' || name.size() > longest || !plain) name = "other";
+    bytes.remove_prefix(std::min(line + 1, bytes.size()));
+  }
+}
+
+void read_scene(std::string_view bytes) {
+  const InputFiles files(scene_files(bytes));
+  read_or_refuse([&] { load_scene(files.path("scene.xml")); });
+}
+
+NetworkDescription small_network() {
+  NetworkDescription description;
+  description.channels = 1;
+  description.size = 8;
+  description.width = 1;
+  return description;
+}
+
+class NoExamples : public Examples {
+ public:
+  std::size_t count() const override { return 4; }
+  void read(std::size_t /*index*/, std::uint64_t /*look*/, std::span<float> /*image*/,
+            std::span<double> /*truth*/) const override {
+    throw std::logic_error("a reader that trains");
+  }
+};
+
+// As when training goes on: into a network that is there. The bytes are what the metadata says of the progress; the
+// rest of the file, some 300 KB of weights for the smallest network, is as it was written: what the checksum no longer
+// fits is refused once the progress has been read.
+void read_checkpoint(std::string_view bytes) {
+  static Network network(small_network());
+  static const NoExamples examples;
+  TrainingOptions options;
+  options.batch = 2;
+  static Trainer trainer(network, examples, examples, options);
+  static Safetensors content = [] {
+    const InputFiles files({});
+    trainer.write_checkpoint(files.path("file"));
+    Safetensors written = parse_safetensors(read_file(files.path("file")), "file");
+    for (std::size_t i = 0, count = network.weights().size(); i < count; ++i) {
+      Tensor best = network.weights()[i];
+      best.name.insert(0, "best.");
+      written.tensors.push_back(std::move(best));
+    }
+    return written;
+  }();
+  if (!is_utf8(bytes)) return;  // what no JSON holds
+  content.metadata["progress"] = bytes;
+  read_file_or_refuse(safetensors_bytes(content, Precision::single),
+                      [](const std::string& file) { trainer.read_checkpoint(file); });
+}
+
+void read_inversion(std::string_view bytes) {
+  read_file_or_refuse(bytes, [](const std::string& file) {
+    const StoredRun run(file, "itn.invert.state/2", "an inversion");
+    const StoredRun::Json request{{"seed", 5}};
+    if (!run.continues(request)) {
+      try {
+        run.require_same(request);
+      } catch (const UsageError&) {  // of another request
+      }
+    }
+    started_inversions(run, {2, 3, 2});
+  });
 }
 
 constexpr std::array all{
@@ -83,6 +155,27 @@ constexpr std::array all{
            }},
     Reader{"safetensors", [](std::string_view bytes) { read_or_refuse([&] { parse_safetensors(bytes, "file"); }); }},
     Reader{"manifest", [](std::string_view bytes) { read_or_refuse([&] { parse_manifest(bytes, "file"); }); }},
+    Reader{"scene", read_scene},
+    Reader{"config",
+           [](std::string_view bytes) {
+             read_file_or_refuse(bytes, [](const std::string& file) { read_dataset_config(file); });
+           }},
+    Reader{"spectrum",
+           [](std::string_view bytes) {
+             read_file_or_refuse(
+                 bytes, [](const std::string& file) { integrate(read_spectrum(file), /*under_daylight=*/true); });
+           }},
+    Reader{"curves",
+           [](std::string_view bytes) {
+             read_file_or_refuse(bytes, [](const std::string& file) { read_curves(file, 2); });
+           }},
+    Reader{"merl",
+           [](std::string_view bytes) {
+             read_file_or_refuse(bytes, [](const std::string& file) { read_merl_file(file); });
+           }},
+    Reader{"network", [](std::string_view bytes) { read_or_refuse([&] { parse_network(bytes, "file"); }); }},
+    Reader{"checkpoint", read_checkpoint},
+    Reader{"inversion", read_inversion},
     Reader{"json", [](std::string_view bytes) { read_or_refuse([&] { parse_json<nlohmann::json>(bytes, "file"); }); }},
 };
 

@@ -83,6 +83,21 @@ TEST_CASE("missing, foreign and truncated images are input errors") {
   CHECK_THROWS_AS(itn::read_bitmap(folder / "cut.png"), itn::InputError);
 }
 
+TEST_CASE("an HDR image that ends within its runs is refused and does not hang") {
+  const TemporaryFolder folder;
+  const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 8\n\2\2" + std::string("\0\10", 2);
+  itn::write_file(folder / "a.hdr", head + "\210\1\210\1\210\1\210\1");
+  CHECK(itn::read_bitmap(folder / "a.hdr").data.size() == 24);
+  itn::write_file(folder / "a.hdr", head + "\210\1\210\1\210\1");
+  CHECK_THROWS_WITH(itn::read_bitmap(folder / "a.hdr"), Catch::Contains("a run of no pixels"));
+}
+
+TEST_CASE("a PNM whose size has too many digits is refused") {
+  const TemporaryFolder folder;
+  itn::write_file(folder / "a.pgm", "P5 # comment\n1 # another\n4294967297 255\nx");
+  CHECK_THROWS_WITH(itn::read_bitmap(folder / "a.pgm"), Catch::Contains("a number of 10 digits"));
+}
+
 TEST_CASE("a PNG that promises more than it can hold, or with a wrong checksum, is refused") {
   const TemporaryFolder folder;
   itn::write_png(folder / "a.png", 2, 2, std::vector<std::uint8_t>(12, 100));

@@ -92,6 +92,29 @@ TEST_CASE("a header that promises more than the file holds is refused before mem
   CHECK_THAT(with("itn.scene", sizeof "itn.scene" + sizeof "string", -1), Catch::Contains("an attribute of"));
 }
 
+TEST_CASE("attributes that are not as long as their type takes are refused: OpenEXR would read on elsewhere") {
+  const TemporaryFolder folder;
+  itn::write_exr(folder / "a.exr", example());
+  const std::string whole = itn::read_file(folder / "a.exr");
+  const auto attribute = [](const std::string& type, std::int32_t size, const std::string& value) {
+    return std::string("x\0", 2) + type + '\0' + std::string(reinterpret_cast<const char*>(&size), 4) + value;
+  };
+  const auto with = [&](const std::string& added) {
+    std::string bytes = whole;
+    bytes.insert(8, added);
+    itn::write_file(folder / "b.exr", bytes);
+    return failure(folder / "b.exr");
+  };
+  CHECK_THAT(with(attribute("float", 8, std::string(8, '\0'))),
+             Catch::Contains("type float and 8 bytes, which takes 4"));
+  CHECK_THAT(with(attribute("preview", 12, std::string(12, '\0'))),
+             Catch::Contains("a preview of 0 pixels in 12 bytes"));
+  CHECK_THAT(with(attribute("chlist", 2, std::string(2, '\0'))), Catch::Contains("a list of channels"));
+  CHECK_THAT(with(attribute("stringvector", 8, std::string("\xff\xff\xff\x7f", 4) + "text")),
+             Catch::Contains("a list of texts"));
+  CHECK_THAT(with(attribute("idmanifest", 4, std::string(4, '\0'))), Catch::Contains("a list of ids"));
+}
+
 TEST_CASE("names of channels that OpenEXR would cut are refused") {
   const TemporaryFolder folder;
   const std::string name(256, 'x');

@@ -116,6 +116,7 @@ TEST_CASE("A network file of another kind, version or shape is an input error") 
   CHECK_THAT(message([](Safetensors& c) { c.metadata["mm_per_unit"] = "-1"; }), Contains("scene units of -1"));
   CHECK_THAT(message([](Safetensors& c) { c.metadata["size"] = "100"; }), Contains("100 pixels"));
   CHECK_THAT(message([](Safetensors& c) { c.metadata["width"] = "65"; }), Contains("65 channels in its first stage"));
+  CHECK_THAT(message([](Safetensors& c) { c.metadata["width"] = "64"; }), Contains("copy the whole file"));
   CHECK_THAT(message([](Safetensors& c) { c.metadata["size"] = "64 "; }), Contains("whole number"));
   CHECK_THAT(message([](Safetensors& c) { c.metadata["outputs"] = "[{}]"; }), Contains("'outputs'"));
   CHECK_THAT(message([](Safetensors& c) { c.metadata["outputs"] = "{"; }), Contains("'outputs'"));

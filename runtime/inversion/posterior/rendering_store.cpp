@@ -9,6 +9,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/json_text.h"
 #include "runtime/image/exr.h"
 
 namespace itn {
@@ -55,7 +56,7 @@ RenderingStore::RenderingStore(const std::string& folder, const StoredRun::Json&
   folder_.run().require_same(scene_);
   try {
     for (const StoredRun::Json& entry : folder_.run().before("renderings"))
-      entries_.push_back({entry.at("values").get<std::vector<double>>(), entry.at("spp").get<int>()});
+      entries_.push_back({entry.at("values").get<std::vector<double>>(), whole<int>(entry.at("spp"))});
   } catch (const nlohmann::json::exception&) {
     folder_.run().refuse();
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "runtime/base/file.h"
+#include "runtime/base/json_text.h"
 
 namespace itn {
 
@@ -31,8 +32,8 @@ StoredPosterior::StoredPosterior(const std::string& folder, const StoredRun::Jso
   found_ = store.entries().size();
   if (!found.is_null()) {
     try {
-      found_ = found.get<std::size_t>();
-      made_ = made.get<std::vector<std::size_t>>();
+      found_ = whole<std::size_t>(found);
+      for (const StoredRun::Json& index : made) made_.push_back(whole<std::size_t>(index));
     } catch (const nlohmann::json::exception&) {
       folder_.run().refuse();
     }

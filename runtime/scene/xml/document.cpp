@@ -337,10 +337,9 @@ class Reader {
     const std::string& value = element.attribute("value");
     if (++paths_ > most_paths) give_up(element.where, most_paths, "<path>");
     if (value.empty()) fail(element.where, "<path> has no value; need a folder");
-    std::error_code status;
     std::string folder = (fs::path(folder_of(element.where.file)) / value).string();
-    if (!fs::exists(folder, status)) folder = resolver.find(value);
-    if (folder.empty() || !fs::is_directory(folder, status))
+    if (!is_reachable(folder)) folder = resolver.find(value);
+    if (folder.empty() || !is_folder(folder))
       fail(element.where, "<path>: no such folder " + quote(value) + "; looked in " + folder_of(element.where.file) +
                               ", " + list_folders(resolver.folders()));
     resolver.prepend(folder);

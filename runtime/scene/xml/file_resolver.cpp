@@ -26,10 +26,9 @@ std::string FileResolver::find(const std::string& name) const {
   if (fs::path(name).is_absolute()) return is_there(name) ? name : "";
   std::string unreachable;  // its reader says why
   for (const std::string& folder : folders_) {
-    const fs::path candidate = folder == "." ? fs::path(name) : fs::path(folder) / name;
-    std::error_code status;
-    if (fs::exists(candidate, status)) return candidate.string();
-    if (unreachable.empty() && is_there(candidate.string())) unreachable = candidate.string();
+    const std::string candidate = folder == "." ? name : (fs::path(folder) / name).string();
+    if (is_reachable(candidate)) return candidate;
+    if (unreachable.empty() && is_there(candidate)) unreachable = candidate;
   }
   return unreachable;
 }

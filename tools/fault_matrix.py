@@ -1,0 +1,209 @@
+#!/usr/bin/env python3
+"""Lets the n-th open, read, write, fsync, rename, close, mkdir or operator new of itn fail, n = 1, 2, ... (tests/fault/fault.cpp; only
+calls on files of the working folder count, of operator new those of the program itself), and asks each time:
+
+  - exit code 0 with the bytes of an undisturbed run, or one of the contract with a message that is no "internal error";
+  - EINTR and reading or writing less than was asked for are no failures;
+  - no temporary file is left, and all that the command reads is as it was;
+  - the same command then ends with the bytes of an undisturbed run.
+
+  tools/fault_matrix.py [--jobs render,dataset,...] [--calls open,write,...] [--most N] [--short] [--folder DIR]
+
+Exit code 1 where anything else happens. --most: of each call and error so many n, evenly spread (default: all; of operator new 40).
+--short: a handful of n of one command, in seconds."""
+import argparse
+import errno
+import hashlib
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+LESS = 0  # in the place of an error: less is read or written than was asked for
+ERRORS = {
+    "open": [errno.EACCES, errno.EMFILE, errno.EIO, errno.ENOSPC, errno.EINTR],
+    "read": [errno.EIO, errno.EINTR, LESS],
+    "write": [errno.ENOSPC, errno.EIO, errno.EINTR, LESS],
+    "fsync": [errno.EIO, errno.ENOSPC, errno.EINTR],
+    "rename": [errno.ENOSPC, errno.EIO, errno.EACCES],
+    "close": [errno.EIO, errno.EINTR],
+    "mkdir": [errno.ENOSPC, errno.EACCES, errno.EIO],
+    "new": [errno.ENOMEM],
+}
+HARMLESS = (errno.EINTR, LESS)
+SHORT = {"open": [errno.EMFILE, errno.EINTR], "read": [errno.EIO, LESS], "write": [errno.ENOSPC, LESS], "fsync": [errno.EIO],
+         "rename": [errno.EACCES], "close": [errno.EINTR], "new": [errno.ENOMEM]}
+FAILED, BAD_INPUT, GIVEN_UP = 1, 3, 4  # exit codes
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--jobs", help="of render, gradient, shapes, dataset, train, predict, export, invert, eval [all]")
+    parser.add_argument("--calls", default=",".join(ERRORS))
+    parser.add_argument("--most", type=int)
+    parser.add_argument("--short", action="store_true")
+    parser.add_argument("--itn", default=ROOT / "build/bin/itn", type=pathlib.Path)
+    parser.add_argument("--fault", default=ROOT / "build/tests/fault/libitn_fault.so", type=pathlib.Path)
+    parser.add_argument("--folder", type=pathlib.Path, help="to work in; default: a temporary one")
+    return parser.parse_args()
+
+
+def jobs_in(inputs, out):
+    """Commands by name; they read what is in `inputs` and write into `out`."""
+    ball = str(inputs / "ball.xml")
+    size = ["--size", "8x6"]
+    return {
+        "render": ["render", ball, "--spp", "4", *size, "--derivative", "skin.sigma_t", "--preview", "-o", str(out / "a.exr")],
+        "gradient": ["gradient", ball, "--target", str(inputs / "target.exr"), "--parameter", "skin.sigma_t", "--spp", "8", *size,
+                     "-o", str(out / "g")],
+        "shapes": ["shapes", "-o", str(out / "shapes")],
+        "dataset": ["dataset", str(inputs / "config.json"), "-o", str(out / "set")],
+        "train": ["train", str(inputs / "set"), "--network", "rn", "-o", str(out / "run"), "--epochs", "2", "--batch", "4",
+                  "--width", "1", "--checkpoint-every", "0", "--threads", "1", "--export", str(out / "n.safetensors")],
+        "predict": ["predict", str(inputs / "run"), str(inputs / "set/images/000000.exr"), "--json",
+                    str(out / "p.json")],
+        "export": ["export", str(inputs / "run"), "-o", str(out / "n.onnx")],
+        "invert": ["invert", ball, "--target", str(inputs / "target.exr"), *size, "--parameter", "skin.sigma_t", "--iterations", "3",
+                   "--spp", "8", "--method", "adam", "-o", str(out / "fit")],
+        "eval": ["eval", str(inputs / "set"), str(inputs / "run"), "-o", str(out / "report"), "--images", "1", "--inversions", "1",
+                 "--iterations", "2", "--threads", "1"],
+    }
+
+
+def sums(folder):
+    files = sorted(f for f in folder.rglob("*") if f.is_file() and f.name != ".lock")
+    return {str(f.relative_to(folder)): hashlib.sha256(f.read_bytes()).hexdigest() for f in files}
+
+
+class Matrix:
+    def __init__(self, options, work):
+        self.itn, self.fault, self.work = str(options.itn.resolve()), str(options.fault.resolve()), work
+        self.inputs, self.out = work / "inputs", work / "out"
+        self.failures = self.faults = 0
+
+    def itn_with(self, command, call="", at=0, error=0, counts=None):
+        """Exit code and message."""
+        environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+        if call or counts:
+            environment |= {"LD_PRELOAD": self.fault, "ITN_FAULT_FOLDER": str(self.work), "ITN_FAULT_CALL": call,
+                            "ITN_FAULT_AT": str(at), "ITN_FAULT_ERROR": str(error), "ITN_FAULT_COUNT": str(counts or "")}
+        done = subprocess.run([self.itn, *command, "--quiet"] if "--quiet" not in command else [self.itn, *command],
+                              stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, env=environment, cwd=self.work, timeout=600)
+        return done.returncode, done.stderr.decode(errors="replace")
+
+    def whole(self, command):
+        code, message = self.itn_with(command)
+        if code != 0:
+            sys.exit(f"{' '.join(command)}: exit code {code} undisturbed: {message}")
+
+    def prepare(self, jobs):
+        """What the commands read."""
+        self.inputs.mkdir(parents=True)
+        (self.inputs / "ball.xml").write_text((ROOT / "tests/tool/data/ball.xml").read_text())
+        side = {"shapes": ["knot"], "azimuths": [0], "materials": 10}
+        (self.inputs / "config.json").write_text(json.dumps(
+            {"preset": "tiny", "size": 8, "spp": 4, "train": side, "test": {"shapes": ["hare"], "azimuths": [30], "materials": 2}}))
+        if {"gradient", "invert"} & set(jobs):
+            self.whole(["render", str(self.inputs / "ball.xml"), "--size", "8x6", "--spp", "256", "-o", str(self.inputs / "target.exr")])
+        if {"train", "predict", "export", "eval"} & set(jobs):
+            self.whole(["dataset", str(self.inputs / "config.json"), "-o", str(self.inputs / "set")])
+        if {"predict", "export", "eval"} & set(jobs):
+            self.whole(["train", str(self.inputs / "set"), "--network", "rn", "-o", str(self.inputs / "run"), "--epochs", "1", "--batch",
+                        "4", "--width", "1"])
+
+    def clean(self):
+        shutil.rmtree(self.out, ignore_errors=True)
+        self.out.mkdir()
+
+    def undisturbed(self, command):
+        """Sums of the outputs that are the same in two runs; and of the calls how many there are."""
+        found = []
+        counts = self.work.parent / (self.work.name + ".counts")
+        for call_counts in (None, counts):
+            self.clean()
+            code, message = self.itn_with(command, counts=call_counts)
+            if code not in (0, FAILED):
+                sys.exit(f"{' '.join(command)}: exit code {code} undisturbed: {message}")
+            found.append(sums(self.out))
+        number = {line.split()[0]: int(line.split()[1]) for line in counts.read_text().splitlines()}
+        counts.unlink()
+        kept = {name: s for name, s in found[0].items() if found[1].get(name) == s}
+        if not kept:
+            sys.exit(f"{' '.join(command)}: two whole runs differ: nothing to compare with")
+        return kept, number, code, message
+
+    def differences(self, kept):
+        found = sums(self.out)
+        return [name for name in kept if found.get(name) != kept[name]]
+
+    def try_fault(self, job, command, call, n, error, whole):
+        kept, _, whole_code, whole_message = whole
+        before = sums(self.inputs)
+        self.clean()
+        self.faults += 1
+        code, message = self.itn_with(command, call, n, error)
+        wrong = []
+        succeeded = code == whole_code and message == whole_message
+        if succeeded:
+            wrong += [f"{name} differs from an undisturbed run" for name in self.differences(kept)]
+        elif error in HARMLESS:
+            wrong.append(f"exit code {code} for what is no failure: {message.strip()}")
+        # Where memory ends within a function that may not throw, as nlohmann's JSON has some, the program ends with a message.
+        elif code not in (FAILED, BAD_INPUT) and not (call == "new" and code == GIVEN_UP):
+            wrong.append(f"exit code {code}: {message.strip()}")
+        elif not message.startswith("itn: ") and "\nitn: " not in message or "internal error" in message:
+            wrong.append(f"message: {message.strip()}")
+        wrong += [f"left behind: {f.relative_to(self.work)}" for f in self.work.rglob("*.tmp-*")]
+        if sums(self.inputs) != before:
+            wrong.append("the inputs have changed")
+        if not succeeded:
+            code, message = self.itn_with(command)
+            if code != whole_code:
+                wrong.append(f"the same command then: exit code {code}: {message.strip()}")
+            wrong += [f"{name} differs after the same command again" for name in self.differences(kept)]
+            wrong += [f"then left behind: {f.relative_to(self.work)}" for f in self.work.rglob("*.tmp-*")]
+        for text in wrong:
+            self.failures += 1
+            name = errno.errorcode.get(error, "less")
+            print(f"{job}: {call} {n} fails with {name}: {text[:600]}", flush=True)
+
+    def run(self, job, command, errors, most):
+        begin = time.monotonic()
+        whole = self.undisturbed(command)
+        faults, tried = self.faults, []
+        for call in errors:
+            count, limit = whole[1][call], most or (40 if call == "new" else None)
+            if not limit or count <= limit:
+                places = range(1, count + 1)
+            else:
+                places = sorted({1 + (2 * i + 1) * count // (2 * limit) for i in range(limit)})
+            for error in errors[call]:
+                for n in places:
+                    self.try_fault(job, command, call, n, error, whole)
+            tried.append(f"{call} {len(places)} of {count}")
+        print(f"{job}: {self.faults - faults} faults ({', '.join(tried)}) in {time.monotonic() - begin:.0f} s", flush=True)
+
+
+def main():
+    options = arguments()
+    work = (options.folder or pathlib.Path(tempfile.mkdtemp(prefix="itn_faults_"))).resolve()
+    work.mkdir(parents=True, exist_ok=True)
+    matrix = Matrix(options, work)
+    jobs = jobs_in(matrix.inputs, matrix.out)
+    names = options.jobs.split(",") if options.jobs else ["render"] if options.short else list(jobs)
+    matrix.prepare(names)
+    errors = {call: (SHORT if options.short else ERRORS)[call] for call in options.calls.split(",") if call in SHORT or not options.short}
+    for name in names:
+        matrix.run(name, jobs[name], errors, 1 if options.short else options.most)
+    print(f"{matrix.faults} faults, {matrix.failures} findings")
+    if not options.folder:
+        shutil.rmtree(work)
+    sys.exit(matrix.failures > 0)
+
+
+main()
