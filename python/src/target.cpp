@@ -97,8 +97,8 @@ void bind_target(nb::module_& module) {
           "note", [](const TargetImage& t) { return t.note; }, "What was done to a photo.")
       .def_prop_ro("fingerprint", &fingerprint_of_target);
   module.def("target_from_arrays", &from_arrays, "scene"_a, "sensor"_a, "image"_a, "mask"_a.none(), "error"_a.none());
-  module.def("target_from_file", &from_file, "scene"_a, "sensor"_a, "file"_a, "mask"_a,
-             "curve"_a = "auto", "saturation"_a = PhotoOptions().saturation);
+  module.def("target_from_file", &from_file, "scene"_a, "sensor"_a, "file"_a, "mask"_a, "curve"_a = "auto",
+             "saturation"_a = PhotoOptions().saturation);
 }
 
 }  // namespace itn::python

@@ -8,8 +8,8 @@ namespace itn {
 
 bool is_jpeg(const std::string& bytes);
 
-// As read_samples(): grey, or RGB. Throws InputError: damaged (also where the library could guess what is missing), or of
-// other colours.
+// As read_samples(): grey, or RGB. Throws InputError: damaged (also where the library could guess what is missing), or
+// of other colours.
 Samples read_jpeg(const std::string& bytes, const std::string& path);
 
 }  // namespace itn
