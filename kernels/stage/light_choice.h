@@ -11,13 +11,13 @@
 #if LIGHT_SAMPLING
 enum { STREAM_LIGHT_CHOICE = 0x82 };
 
-/* What is expected of a light with that weight: its luminance, and a little in proportion to how often it is drawn, since derivatives
- * by the light need black ones, too. */
-inline REAL expected_light(const LightSample* s, const REAL weight[RADIANCE_CHANNELS]) {
+/* What is expected of a light with that weight: its luminance, and `least` in proportion to how often it is drawn, since
+ * derivatives by the light need black ones, too. */
+inline REAL expected_light(const LightSample* s, float least, const REAL weight[RADIANCE_CHANNELS]) {
   const float luminance[3] = {0.212671f, 0.715160f, 0.072169f};
   REAL sum = (REAL)(0.0f);
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) /* the sky has negative channels */
-    sum += (RADIANCE_CHANNELS == 1 ? 1.0f : luminance[c]) * weight[c] * (ABS(s->rgb[c]) + 0.01f * s->pdf);
+    sum += (RADIANCE_CHANNELS == 1 ? 1.0f : luminance[c]) * weight[c] * (ABS(s->rgb[c]) + least * s->pdf);
   return sum;
 }
 
@@ -58,7 +58,11 @@ inline MASK choose_light(int model, int variant, const Launch* launch, __global 
                          REAL weight[RADIANCE_CHANNELS]) {
   REAL v[4];
   draw(random, 1, v);
-  int around = candidates_around(launch->environments + job->environment), lamps = 0;
+  __global const EnvironmentRecord* environment = launch->environments + job->environment;
+  int around = candidates_around(environment), lamps = 0;
+  /* brighter light chooses alike */
+  const float brightness = environment->sun_weight + environment->sky_weight;
+  const float least = 0.01f * (brightness > 0 ? brightness : 1.0f);
 #if HAS_LIGHTS
   if (!(job->light_share < 1.0f)) around = 0;
   if (job->lights > 0) lamps = LAMP_CANDIDATES;
@@ -85,7 +89,7 @@ inline MASK choose_light(int model, int variant, const Launch* launch, __global 
       possible = candidate_around(launch, job, k, v, &candidate);
     REAL brings[RADIANCE_CHANNELS];
     weigh_candidate(model, variant, launch, s, r, &candidate, possible, factor, brings);
-    const REAL expected = expected_light(&candidate, brings);
+    const REAL expected = expected_light(&candidate, least, brings);
     sum += expected;
     const REAL share = expected / MAX(sum, (REAL)(1e-30f));
     const MASK takes = u < share;

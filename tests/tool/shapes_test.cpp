@@ -66,7 +66,7 @@ TEST_CASE("itn shapes says where it cannot write and what it cannot make") {
     CHECK_THAT(result.error, Catch::Contains(word));
   };
   itn::write_file(folder / "file", "");
-  fails({"shapes", "-o", folder / "file"}, 1, "file");
+  fails({"shapes", "-o", folder / "file"}, 2, "no folder");
   fails({"shapes", "-o", folder / "file/below"}, 1, "cannot be created");
   REQUIRE(chmod(folder.path().c_str(), 0555) == 0);
   fails({"shapes", "-o", folder / "below"}, 1, "cannot be created", {.ordinary_user = true});
