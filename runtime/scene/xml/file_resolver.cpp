@@ -26,7 +26,7 @@ std::string FileResolver::find(const std::string& name) const {
   if (fs::path(name).is_absolute()) return is_there(name) ? name : "";
   std::string unreachable;  // its reader says why
   for (const std::string& folder : folders_) {
-    const std::string candidate = folder == "." ? name : (fs::path(folder) / name).string();
+    std::string candidate = folder == "." ? name : (fs::path(folder) / name).string();
     if (is_reachable(candidate)) return candidate;
     if (unreachable.empty() && is_there(candidate)) unreachable = candidate;
   }
