@@ -38,7 +38,7 @@ void add_curve_option(CLI::App& command, TransferCurve& curve) {
           "--curve", [&curve](const std::string& text) { curve = transfer_curve(text); },
           "transfer curve of photos: srgb, linear, an exponent such as 2.2, or auto: linear for TIFF of 16 bits, else "
           "srgb")
-      ->type_name("auto|srgb|linear|EXPONENT")
+      ->type_name("CURVE")
       ->default_str("auto");
 }
 
