@@ -166,6 +166,7 @@ int run_and_report(int argc, char** argv) {
       if (!itn::is_utf8(argument))
         throw itn::UsageError(argument + ": is no text in UTF-8; rename the file, or give a link to it");
     std::vector<char*> pointers;
+    pointers.reserve(arguments.size());
     for (std::string& argument : arguments) pointers.push_back(argument.data());
     return run(argc, pointers.data());
   } catch (const itn::UsageError& error) {
