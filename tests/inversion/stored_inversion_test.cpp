@@ -39,6 +39,13 @@ struct Small {
   }
 };
 
+// A state without its checksum, which would be what is refused otherwise.
+nlohmann::json unsealed(const std::string& file) {
+  auto state = nlohmann::json::parse(read_file(file));
+  state.erase("checksum");
+  return state;
+}
+
 }  // namespace
 
 TEST_CASE("inversions from two starts, stopped after any iteration, end with the same bytes") {
@@ -62,9 +69,9 @@ TEST_CASE("a state that is damaged inside is refused by name") {
   const TemporaryFolder folder;
   Small small(InversionOptions::Method::adam);
   small.open(folder / "fit").advance();
-  std::string state = read_file(folder / "fit/state.json");
-  state.replace(state.find("\"damping\""), 9, "\"dumping\"");
-  write_file(folder / "fit/state.json", state);
+  auto state = unsealed(folder / "fit/state.json");
+  state["runs"][0]["state"].erase("damping");
+  write_file(folder / "fit/state.json", state.dump());
   CHECK_THROWS_AS(small.open(folder / "fit"), InputError);
   CHECK_THROWS_WITH(small.open(folder / "fit"), Catch::Contains("state.json: not an inversion"));
 }
@@ -89,17 +96,29 @@ TEST_CASE("a state of numbers that no inversion has is refused") {
                                                                                       {"x", nullptr},
                                                                                       {"spp", "many"}}) {
     CAPTURE(key, value.dump());
-    auto state = nlohmann::json::parse(whole);
+    auto state = unsealed(folder / "fit/state.json");
     state["runs"][0]["state"][key] = value;
     write_file(folder / "fit/state.json", state.dump());
-    CHECK_THROWS_AS(small.open(folder / "fit"), InputError);
+    CHECK_THROWS_WITH(small.open(folder / "fit"), Catch::Contains("state.json: not an inversion"));
+    write_file(folder / "fit/state.json", whole);
   }
-  auto state = nlohmann::json::parse(whole);
+  auto state = unsealed(folder / "fit/state.json");
   for (int i = 0; i < 5; ++i) state["runs"].push_back(state["runs"][0]);
   write_file(folder / "fit/state.json", state.dump());
-  CHECK_THROWS_AS(small.open(folder / "fit"), InputError);
+  CHECK_THROWS_WITH(small.open(folder / "fit"), Catch::Contains("state.json: not an inversion"));
   write_file(folder / "fit/state.json", whole);
   CHECK_FALSE(small.open(folder / "fit").finished());
+}
+
+TEST_CASE("a state of which a digit has changed is refused") {
+  const TemporaryFolder folder;
+  Small small(InversionOptions::Method::gauss_newton);
+  small.open(folder / "fit").advance();
+  std::string state = read_file(folder / "fit/state.json");
+  char& digit = state[state.find_first_of("0123456789", state.find("\"accepted_loss\"")) + 3];
+  digit = digit == '5' ? '6' : '5';
+  write_file(folder / "fit/state.json", state);
+  CHECK_THROWS_WITH(small.open(folder / "fit"), Catch::Contains("state.json: has changed since it was written"));
 }
 
 TEST_CASE("two inversions into one folder: the second is refused") {
