@@ -2,7 +2,8 @@
 """Renders small scenes of all models, 4 x 4 pixels, with every number at 0, denormal, 1e-38 ... 1e38 of either sign, one at a time;
 what `itn parameters` lists within the range that it says, and at its ends.
 
-  tools/extreme_parameters.py [--itn build/bin/itn] [--scenes a,b] [--quick | --once] [--oclgrind] [--derivatives] [--timeout S]
+  tools/extreme_parameters.py [--itn build/bin/itn] [--scenes a,b] [--quick | --once] [--oclgrind] [--derivatives]
+                              [--spp N] [--size 4x4] [--timeout S]
 
 Each run must end within the time, with an image of finite values from 0 on, or be refused with a message (exit code 3). In
 white furnaces (names that begin with furnace) the image must be 1, or the warning must say that it is not to be trusted. Exit code
@@ -208,7 +209,11 @@ class Checker:
 
     def render(self, scene, what, more):
         arguments = ["render", f"{scene}.xml", "-o", f"{scene}.exr", "--json", "-", "--quiet", *more]
-        done, seconds = self.run(arguments + (["--spp", str(self.options.spp)] if self.options.spp else []))
+        if self.options.size:
+            arguments += ["--size", self.options.size]
+        if self.options.spp:
+            arguments += ["--spp", str(self.options.spp)]
+        done, seconds = self.run(arguments)
         self.counts["runs"] += 1
         self.slowest = max(self.slowest, (seconds, f"{scene}: {what}"))
         wrong = self.verdict(scene, done)
@@ -243,6 +248,7 @@ def main():
     parser.add_argument("--quick", action="store_true", help="six values and the ends in place of 25")
     parser.add_argument("--once", action="store_true", help="each scene as it is, no values")
     parser.add_argument("--spp", type=int, default=0)
+    parser.add_argument("--size", help="WIDTHxHEIGHT; default: 4x4")
     parser.add_argument("--timeout", type=float, default=120, help="[s]")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="itn_extreme_") as folder:
