@@ -13,7 +13,6 @@ Exit code 1 where anything else happens. --most: of each call and error so many 
 --short: a handful of n of one command, in seconds."""
 import argparse
 import errno
-import hashlib
 import json
 import os
 import pathlib
@@ -23,7 +22,7 @@ import sys
 import tempfile
 import time
 
-from resumable_jobs import FLOOR, ROOT, egg
+from resumable_jobs import FLOOR, ROOT, contents, egg
 
 LESS = 0  # in the place of an error: less is read or written than was asked for
 ERRORS = {
@@ -77,8 +76,7 @@ def jobs_in(inputs, out):
 
 
 def sums(folder):
-    files = sorted(f for f in folder.rglob("*") if f.is_file() and f.name != ".lock")
-    return {str(f.relative_to(folder)): hashlib.sha256(f.read_bytes()).hexdigest() for f in files}
+    return {name: s for name, s in contents(folder).items() if pathlib.Path(name).name != ".lock"}
 
 
 class Matrix:
