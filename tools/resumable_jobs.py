@@ -125,7 +125,8 @@ def jobs():
     return [
         Job("dataset", ["dataset", "config.json"], "set", "images/000012.exr", ["config.json", "egg.ply", "pea.ply"]),
         Job("train", ["train", "set", "--network", "rn", "--width", "2", "--epochs", "8", "--batch", "4", "--channels", "6", "--threads", "1",
-                      "--checkpoint-every", "0"], "run", "checkpoint.safetensors", ["set/manifest.json", "set/images/000003.exr", "set/shapes/egg.exr"]),
+                      "--checkpoint-every", "0"], "run", "checkpoint.safetensors",
+            ["set/manifest.json", "set/images/000003.exr", "set/shapes/egg.exr"]),
         Job("gauss-newton", invert + start + ["--spp", "16"], "gauss-newton", "state.json", files),
         Job("adam", invert + start + ["--spp", "8", "--method", "adam", "--iterations", "12"], "adam", "state.json", files),
         Job("textures", ["invert", "floor.xml", "--target", "floor.exr", "--parameter", "wood.reflectance", "--method", "adam", "--iterations",
