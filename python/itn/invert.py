@@ -143,16 +143,10 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
     textures = [name for name in names if scene._scene.has_values(name)]
     if method not in (None, "adam", "gauss-newton", "posterior"):
         raise _itn.UsageError(f"method: got {method!r}, need 'gauss-newton', 'adam' or 'posterior'")
-    if method == "posterior" and (start or starts or init):
-        raise _itn.UsageError("method='posterior': it needs no start; leave out start, starts and init")
-    if method == "posterior" and white_balance:
-        raise _itn.UsageError("white_balance: of method='gauss-newton' alone")
-    if method != "posterior" and (range or renderings):
-        raise _itn.UsageError("range, renderings: of method='posterior' alone")
     start, prior, range = (_by_component(scene, values or {}) for values in (start, prior, range))
-    if textures and (method in ("gauss-newton", "posterior") or start or prior or init or starts):
+    if textures and (method in ("gauss-newton", "posterior") or start or prior or init or starts or range or renderings):
         raise _itn.UsageError(f"{textures[0]}: textures and grids are found by adam, from the scene's own values, without "
-                              "start, starts, prior and init")
+                              "start, starts, prior, init, range and renderings")
     if textures and white_balance:
         raise _itn.UsageError(f"{textures[0]}: textures and grids are found without white_balance")
     if init and not isinstance(target, (str, os.PathLike)):
@@ -174,15 +168,12 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
                 found = _itn.invert_values(*common, iterations, relative, learning_rate, exposure, smoothness, repeats, tell)
                 return _of_values(found, repeats, folder if output is not None else None)
             intervals = lambda known: {k: (float(v[0]), float(v[1])) for k, v in known.items()}
-            if method == "posterior":
-                of_scene = _request(scene, [], without=names, parameters=names, sensors=sensors, seed=seed, operator=operator)
-                kept = os.fspath(renderings) if renderings is not None else os.path.join(folder, "renderings")
-                found = _itn.invert_posterior(*common, iterations, relative, exposure, intervals(prior), intervals(range),
-                                              kept, of_scene, known or noise is not None, tell)
-            else:
-                found = _itn.invert_numbers(*common, asked["method"], iterations, relative, learning_rate, exposure, white_balance,
-                                            {k: float(v) for k, v in start.items()}, starts, intervals(prior), init or "",
-                                            os.fspath(target) if init else "", known or noise is not None, tell)
+            of_scene = _request(scene, [], without=names, parameters=names, sensors=sensors, seed=seed, operator=operator)
+            found = _itn.invert_numbers(*common, method or "", iterations, relative, learning_rate, exposure, white_balance,
+                                        {k: float(v) for k, v in start.items()}, starts, intervals(prior), init or "",
+                                        os.fspath(target) if init else "", intervals(range),
+                                        os.fspath(renderings) if renderings is not None else "", of_scene,
+                                        known or noise is not None, tell)
     finally:
         if output is None:
             shutil.rmtree(folder, ignore_errors=True)
