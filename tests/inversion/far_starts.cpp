@@ -175,7 +175,7 @@ TEST_CASE("what itn invert finds by itself from far starts holds the truth", "[.
       {"sun, matched, 14 x 14", true, false, 14},       {"sun, rough, 14 x 14", true, true, 14},
       {"constant, matched, 14 x 14", false, false, 14}, {"constant, rough, 14 x 14", false, true, 14},
       {"sun, matched, 32 x 32", true, false, 32},       {"constant, rough, 32 x 32", false, true, 32}};
-  const int photos = 10;
+  const int photos = 4;
   Inside all;
   int asked = 0;
   for (std::size_t k = 0; k < kinds.size(); ++k) {
