@@ -292,8 +292,8 @@ void add_invert(CLI::App& app) {
                    "gauss-newton: steps of weighted least squares; adam: 200 iterations of stochastic gradients; "
                    "posterior: no start, renderings all over the range, an emulator of the image and samples of all "
                    "materials that fit. Default: gauss-newton, and where it does not converge to one material that "
-                   "fits, posterior (in OUTPUT/posterior; up to 8 numbers; not with --start, --starts or --init); "
-                   "posterior with --range or --renderings")
+                   "fits (up to 8 numbers), or --range or --renderings is given, posterior after it, which begins "
+                   "where it ended; not with --start, --starts, --init or --white-balance")
       ->check(CLI::IsMember({"adam", "gauss-newton", "posterior"}));
   command
       ->add_option("--iterations", options->iterations, "at most; default 50, adam 200, posterior 8 (rounds)")
@@ -330,13 +330,13 @@ void add_invert(CLI::App& app) {
       ->add_option(
           "--range", options->range,
           "NAME=LOW,HIGH: posterior: look for it between these, evenly (numbers above 0 without an upper bound "
-          "in their logarithm); default: all of a range with two bounds, else a tenth to ten times the scene's "
-          "value; may be repeated")
+          "in their logarithm), and start from there before it; default: all of a range with two bounds, else a tenth "
+          "to ten times the scene's value; may be repeated")
       ->check(gives_numbers(2, "NAME=LOW,HIGH"))
       ->take_all();
   command->add_option("--renderings", options->renderings,
                       "posterior: the folder where renderings of the scene are kept for the next photo of it; default: "
-                      "renderings in that of --output");
+                      "renderings in that of --output, after gauss-newton posterior/renderings");
   command->add_option("--learning-rate", options->learning_rate, "adam: of the first iterations")
       ->check(CLI::Range(1e-6, 10.0))
       ->capture_default_str();

@@ -125,9 +125,11 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
     values are the start; `start` gives others, `init` a network's guess ("shipped", or a run's folder) from a target that is
     a file; how sure the network is is Gauss-Newton's prior, unless `prior` gives one. The scene is left as it is: `result.apply(scene)` changes it.
 
-    method: "gauss-newton" (default), "adam", or "posterior", which needs no start: renderings all over the range, and all
-    materials that fit. range: {name: (low, high)} that it looks at (default: all of a range with two bounds, else a tenth to
-    ten times the scene's value); renderings: the folder where it keeps them for the next target of the same scene.
+    method: "gauss-newton", "adam", or "posterior", which needs no start: renderings all over the range, and all materials that
+    fit. Default: gauss-newton, and where it does not converge to one material that fits, or range or renderings is given, the
+    posterior after it (up to eight numbers; not with start, starts, init or white_balance). range: {name: (low, high)} that
+    it looks at (default: all of a range with two bounds, else a tenth to ten times the scene's value), and where
+    Gauss-Newton starts before it; renderings: the folder where it keeps them for the next target of the same scene.
     spp: samples a pixel, at most 1024 (Gauss-Newton), 16 (Adam), as the target's noise asks for (posterior). noise: standard
     deviation of the target's noise over its radiance; default what it says itself, else 1 %. exposure: the target is
     known up to a factor. white_balance: red and blue of all targets are known up to a factor each (Gauss-Newton). starts:

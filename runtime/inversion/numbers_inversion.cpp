@@ -158,10 +158,14 @@ PosteriorOutcome find_posterior(const NumbersQuestion& question, const Inversion
   return outcome;
 }
 
-// Gauss-Newton's answer is quick, and its intervals those of one valley: the posterior of all materials follows, if
-// nobody has asked for the one. Throws UsageError: what is wrong with a range.
-bool posterior_follows(const NumbersQuestion& question, const std::vector<Coordinate>& coordinates) {
-  const bool asked_for = !question.range.empty() || !question.renderings.empty();
+bool asks_for_posterior(const NumbersQuestion& question) {
+  return !question.range.empty() || !question.renderings.empty();
+}
+
+// May the posterior of all materials follow Gauss-Newton, where nobody has asked for the one? Throws UsageError: what is
+// wrong with a range.
+bool posterior_may_follow(const NumbersQuestion& question, const std::vector<Coordinate>& coordinates) {
+  const bool asked_for = asks_for_posterior(question);
   if (!may_follow(question) || (coordinates.size() > most_unknowns && !asked_for)) return false;
   try {
     natural_ranges(coordinates, prior_of(question.prior, coordinates), question.range);
@@ -193,8 +197,7 @@ void check(const NumbersQuestion& question, const std::vector<TargetImage>& targ
     if (question.spp == 1) throw UsageError("spp 1: a rendering has two halves; need 2 or more");
     return;
   }
-  const bool of_posterior = !question.range.empty() || !question.renderings.empty();
-  if (of_posterior && !may_follow(question))
+  if (asks_for_posterior(question) && !may_follow(question))
     throw UsageError(fmt::format("range, renderings: mean nothing {}; they are the posterior's",
                                  question.method.empty() ? "with start, starts, init or white balance"
                                                          : "to method " + method));
@@ -221,9 +224,9 @@ NumbersAnswer invert_numbers(const NumbersQuestion& question, const NetworkPrior
     answer.posterior = find_posterior(question, nullptr, scene, targets, model, watch);
     return answer;
   }
-  const bool follows = posterior_follows(question, model.coordinates());
+  const bool may = posterior_may_follow(question, model.coordinates());
   answer.inversion = find_values(question, method, network, scene, targets, model, watch);
-  if (follows) {
+  if (may && (asks_for_posterior(question) || !answer.inversion->converged())) {
     if (watch.on_posterior) watch.on_posterior(*answer.inversion);
     answer.posterior = find_posterior(question, &*answer.inversion, scene, targets, model, watch);
   }

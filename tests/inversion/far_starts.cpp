@@ -53,8 +53,8 @@ std::ostream& operator<<(std::ostream& to, const Inside& i) {
   return to << i.photos << " converged, " << i.covered << " of " << i.intervals << " intervals hold";
 }
 
-// As `itn invert` does by itself: Gauss-Newton from a start that is drawn like the photo's material and from random
-// ones, then the posterior.
+// As `itn invert` with --range: Gauss-Newton from a start that is drawn like the photo's material and from random ones,
+// then the posterior.
 struct Counts {
   int photos = 0, starts = 0;
   Inside first, newton, posterior;  // those that converged: the first of the starts alone, all of them, the posterior
@@ -170,7 +170,7 @@ int found_wrong(const Wrong& wrong, int photos, std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("what itn invert finds by itself from far starts holds the truth", "[.far_starts]") {
+TEST_CASE("what Gauss-Newton and the posterior after it find from far starts holds the truth", "[.far_starts]") {
   const std::vector<Kind> kinds{
       {"sun, matched, 14 x 14", true, false, 14},       {"sun, rough, 14 x 14", true, true, 14},
       {"constant, matched, 14 x 14", false, false, 14}, {"constant, rough, 14 x 14", false, true, 14},

@@ -22,7 +22,7 @@ std::string target_in(const TemporaryFolder& folder) {
   return folder / "target.exr";
 }
 
-// With no method of its own: gauss-newton, and the posterior after it.
+// With no method: gauss-newton, and perhaps the posterior after it.
 std::vector<std::string> invert_by_itself(const TemporaryFolder& folder, const std::vector<std::string>& more = {}) {
   std::vector<std::string> arguments{"invert", ball, "--target", folder / "target.exr", "--parameter", "skin.albedo.G",
                                      "--spp",  "64", "-o",       folder / "fit"};
@@ -92,7 +92,7 @@ TEST_CASE("itn invert says that a photo of another scene does not fit, with ever
   CHECK(nlohmann::json::parse(posterior.output)["converged"] == false);
 }
 
-TEST_CASE("itn invert by itself: Gauss-Newton, then the posterior, which begins where that ended and is the answer") {
+TEST_CASE("itn invert goes on to the posterior where Gauss-Newton does not converge or a range asks for it") {
   const TemporaryFolder folder;
   target_in(folder);
   const Result result = run_itn(invert_by_itself(folder, {"--range", "skin.albedo.G=0.3,0.9", "--json", "-"}));
@@ -115,6 +115,17 @@ TEST_CASE("itn invert by itself: Gauss-Newton, then the posterior, which begins 
   CHECK(albedo["high"].get<double>() > 0.6);
   for (const char* name : {"iterations.jsonl", "samples.csv", "report.html", "posterior/state.json"})
     CHECK(std::filesystem::exists(folder / ("fit/" + std::string(name))));
+
+  // Not converged: it follows by itself, and one round settles nothing.
+  std::filesystem::remove_all(folder / "fit");
+  const std::vector<std::string> unsure{"--parameter", "skin.sigma_t", "--parameter", "haze.g",
+                                        "--iterations", "1",           "--json",      "-"};
+  const Result followed = run_itn(invert_by_itself(folder, unsure));
+  CHECK(followed.exit_code == 1);
+  const auto both = nlohmann::json::parse(followed.output);
+  CHECK(both["method"] == "posterior");
+  CHECK(both["converged"] == false);
+  CHECK(both["gauss_newton"]["converged"] == false);
   // A start of one's own asks for what comes of it alone.
   const Result started = run_itn(
       invert_by_itself(folder, {"--start", "skin.albedo.G=0.5", "--range", "skin.albedo.G=0.3,0.9", "--json", "-"}));
