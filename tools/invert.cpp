@@ -295,8 +295,7 @@ void add_invert(CLI::App& app) {
                    "fits (up to 8 numbers), or --range or --renderings is given, posterior after it, which begins "
                    "where it ended; not with --start, --starts, --init or --white-balance")
       ->check(CLI::IsMember({"adam", "gauss-newton", "posterior"}));
-  command
-      ->add_option("--iterations", options->iterations, "at most; default 50, adam 200, posterior 8 (rounds)")
+  command->add_option("--iterations", options->iterations, "at most; default 50, adam 200, posterior 8 (rounds)")
       ->check(CLI::Range(1, 1000000));
   command
       ->add_option("--noise", options->noise,

@@ -121,8 +121,8 @@ nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string
     watch.on_rendering = [&](const StoredPosterior& stored, const std::vector<NaturalRange>&) {
       running.update(stored.fraction());
     };
-    const NumbersAnswer answer = itn::invert_numbers(asked, {guess.prior(model.coordinates()), guess.words()}, *question.scene,
-                                         images, model, watch);
+    const NumbersAnswer answer = itn::invert_numbers(asked, {guess.prior(model.coordinates()), guess.words()},
+                                                     *question.scene, images, model, watch);
     return NumbersFound{to_json(answer, model.coordinates()).dump(), verdict(answer, model.coordinates()),
                         ambiguity_words(answer, model.coordinates()), answer.images()};
   });
@@ -216,8 +216,8 @@ nb::dict invert_values(const SceneObject& object, const std::vector<std::string>
 void bind_invert(nb::module_& module) {
   module.def("invert_numbers", &invert_numbers, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
              "request"_a, "spp"_a, "seed"_a, "single"_a, "method"_a, "iterations"_a, "noise"_a, "learning_rate"_a,
-             "exposure"_a, "white_balance"_a, "start"_a, "starts"_a, "prior"_a, "init"_a, "init_image"_a,
-             "range"_a, "renderings"_a, "scene_request"_a, "noise_known"_a, "progress"_a.none());
+             "exposure"_a, "white_balance"_a, "start"_a, "starts"_a, "prior"_a, "init"_a, "init_image"_a, "range"_a,
+             "renderings"_a, "scene_request"_a, "noise_known"_a, "progress"_a.none());
   module.def("invert_values", &invert_values, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
              "request"_a, "spp"_a, "seed"_a, "single"_a, "iterations"_a, "noise"_a, "learning_rate"_a, "exposure"_a,
              "smoothness"_a, "repeats"_a, "progress"_a.none());

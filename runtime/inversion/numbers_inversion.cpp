@@ -11,8 +11,8 @@
 namespace itn {
 namespace {
 
-constexpr std::size_t most_unknowns = 8;     // of a posterior that nobody asked for
-constexpr double most_samples = 1 << 29;     // that a pixel has, over all iterations
+constexpr std::size_t most_unknowns = 8;  // of a posterior that nobody asked for
+constexpr double most_samples = 1 << 29;  // that a pixel has, over all iterations
 
 bool is_adam(const NumbersQuestion& question) { return question.method == "adam"; }
 
@@ -59,8 +59,8 @@ Prior prior_of(const NamedIntervals& known, const std::vector<Coordinate>& coord
       throw UsageError(said + ": need NAME=LOW,HIGH with the name of a parameter that is asked for");
     const Parameter& parameter = found->parameter();
     if (!parameter.contains(low) || !parameter.contains(high) || !(low < high))
-      throw UsageError(fmt::format("{}: need NAME=LOW,HIGH, two numbers in {}, the smaller first", said,
-                                   parameter.range()));
+      throw UsageError(
+          fmt::format("{}: need NAME=LOW,HIGH, two numbers in {}, the smaller first", said, parameter.range()));
     prior.add_interval(coordinates, static_cast<std::size_t>(found - coordinates.begin()), low, high);
   }
   return prior;
@@ -99,7 +99,8 @@ InversionOutcome find_values(const NumbersQuestion& question, const std::string&
   const bool until_sure = question.starts == 0 && !adam;
   const int most = until_sure ? static_cast<int>(most_starts) : std::max(1, question.starts);
   StoredInversion stored(question.folder, request_of(question, method), inversion, coordinates,
-                         inversion_starts(coordinates, model.start(), most, question.seed, question.range), until_sure ? 1 : 0);
+                         inversion_starts(coordinates, model.start(), most, question.seed, question.range),
+                         until_sure ? 1 : 0);
   InversionOutcome outcome =
       invert(words, inversion, coordinates, scene, stored, until_sure, [&](const InversionStep& step) {
         if (watch.on_step) watch.on_step(stored, step, how.iteration_limit());
@@ -162,8 +163,8 @@ bool asks_for_posterior(const NumbersQuestion& question) {
   return !question.range.empty() || !question.renderings.empty();
 }
 
-// May the posterior of all materials follow Gauss-Newton, where nobody has asked for the one? Throws UsageError: what is
-// wrong with a range.
+// May the posterior of all materials follow Gauss-Newton, where nobody has asked for the one? Throws UsageError: what
+// is wrong with a range.
 bool posterior_may_follow(const NumbersQuestion& question, const std::vector<Coordinate>& coordinates) {
   const bool asked_for = asks_for_posterior(question);
   if (!may_follow(question) || (coordinates.size() > most_unknowns && !asked_for)) return false;
@@ -198,9 +199,9 @@ void check(const NumbersQuestion& question, const std::vector<TargetImage>& targ
     return;
   }
   if (asks_for_posterior(question) && !may_follow(question))
-    throw UsageError(fmt::format("range, renderings: mean nothing {}; they are the posterior's",
-                                 question.method.empty() ? "with start, starts, init or white balance"
-                                                         : "to method " + method));
+    throw UsageError(
+        fmt::format("range, renderings: mean nothing {}; they are the posterior's",
+                    question.method.empty() ? "with start, starts, init or white balance" : "to method " + method));
   if (is_adam(question) && !question.prior.empty())
     throw UsageError("prior: adam minimises the image loss alone; use method gauss-newton");
   if (question.white_balance && is_adam(question))

@@ -18,22 +18,22 @@ using NamedIntervals = std::map<std::string, std::pair<double, double>>;  // of 
 
 struct NumbersQuestion {
   std::string scene, folder;
-  std::vector<std::string> targets;   // what they are called in reports
-  std::string method;                 // "gauss-newton", "adam", "posterior"; empty: as the rules say
-  int spp = 0, iterations = 0;        // 0: the method's own
-  int starts = 0;                     // 0: one with Adam, as many as it takes with Gauss-Newton
-  bool started = false;               // the first start was chosen: by values, or by a network
-  double relative_noise = 0;          // InversionOptions
-  bool noise_known = true;            // else relative_noise is a guess
-  double learning_rate = 0.05;        // of Adam
+  std::vector<std::string> targets;  // what they are called in reports
+  std::string method;                // "gauss-newton", "adam", "posterior"; empty: as the rules say
+  int spp = 0, iterations = 0;       // 0: the method's own
+  int starts = 0;                    // 0: one with Adam, as many as it takes with Gauss-Newton
+  bool started = false;              // the first start was chosen: by values, or by a network
+  double relative_noise = 0;         // InversionOptions
+  bool noise_known = true;           // else relative_noise is a guess
+  double learning_rate = 0.05;       // of Adam
   bool exposure = false, white_balance = false;
-  NamedIntervals prior;               // 95 %
-  NamedIntervals range;               // where the posterior looks
-  std::string renderings;             // the folder where the posterior keeps them; empty: one in its own
+  NamedIntervals prior;    // 95 %
+  NamedIntervals range;    // where the posterior looks
+  std::string renderings;  // the folder where the posterior keeps them; empty: one in its own
   std::uint64_t seed = 0;
-  StoredRun::Json request;            // all that the numbers depend on, but for the method
-  StoredRun::Json of_scene;           // all that a rendering depends on, but for its samples and the parameters' values
-  bool may_follow = true;             // one method may follow another where none was named
+  StoredRun::Json request;   // all that the numbers depend on, but for the method
+  StoredRun::Json of_scene;  // all that a rendering depends on, but for its samples and the parameters' values
+  bool may_follow = true;    // one method may follow another where none was named
   std::chrono::steady_clock::time_point begun = std::chrono::steady_clock::now();
 };
 
@@ -50,7 +50,7 @@ struct NumbersWatch {  // any may be empty
 };
 
 struct NumbersAnswer {
-  std::optional<InversionOutcome> inversion;   // of Gauss-Newton or Adam
+  std::optional<InversionOutcome> inversion;  // of Gauss-Newton or Adam
   std::optional<PosteriorOutcome> posterior;  // where there is one, it is the answer
 
   bool converged() const;

@@ -88,8 +88,7 @@ Counts far_starts(const Kind& kind, int photos, std::uint64_t seed) {
       counts.starts += static_cast<int>(found.runs.size());
       if (found.converged()) counts.newton.add(found.parameters, truth);
       const Inversion::Conclusion& of_first = found.runs[0].end;
-      if (of_first.converged)
-        counts.first.add(intervals(model.coordinates(), of_first.x, of_first.covariance), truth);
+      if (of_first.converged) counts.first.add(intervals(model.coordinates(), of_first.x, of_first.covariance), truth);
     };
     const NumbersAnswer answer = invert_numbers(question, {}, scene, targets, model, watch);
     if (answer.converged()) counts.posterior.add(answer.posterior->parameters, truth);
@@ -181,9 +180,8 @@ TEST_CASE("what Gauss-Newton and the posterior after it find from far starts hol
   for (std::size_t k = 0; k < kinds.size(); ++k) {
     const Counts c = far_starts(kinds[k], photos, 40 + k);
     WARN(kinds[k].name << ", of " << c.photos << " photos: the first start alone " << c.first << "; "
-                       << c.starts / double(c.photos) << " starts " << c.newton << " in "
-                       << c.newton_seconds / c.photos << " s; posterior " << c.posterior << " in "
-                       << c.seconds / c.photos << " s more");
+                       << c.starts / double(c.photos) << " starts " << c.newton << " in " << c.newton_seconds / c.photos
+                       << " s; posterior " << c.posterior << " in " << c.seconds / c.photos << " s more");
     asked += c.photos;
     all.photos += c.posterior.photos;
     all.intervals += c.posterior.intervals;

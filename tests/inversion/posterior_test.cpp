@@ -199,8 +199,8 @@ TEST_CASE("an unknown exposure is found along with the posterior") {
 
 namespace {
 
-// Three materials, of which one changes the brightness by a factor of thirty and one moves an edge: no polynomial of the
-// whole range comes near the noise.
+// Three materials, of which one changes the brightness by a factor of thirty and one moves an edge: no polynomial of
+// the whole range comes near the noise.
 double steep(double x, double y, const Eigen::VectorXd& t) {
   return 0.2 + std::exp(1.7 * t[0]) * (1 + std::tanh(4 * (x - 0.6 * t[1]))) * std::exp(-y * y * (1 + 0.8 * t[2]));
 }

@@ -118,8 +118,8 @@ TEST_CASE("itn invert goes on to the posterior where Gauss-Newton does not conve
 
   // Not converged: it follows by itself, and one round settles nothing.
   std::filesystem::remove_all(folder / "fit");
-  const std::vector<std::string> unsure{"--parameter", "skin.sigma_t", "--parameter", "haze.g",
-                                        "--iterations", "1",           "--json",      "-"};
+  const std::vector<std::string> unsure{
+      "--parameter", "skin.sigma_t", "--parameter", "haze.g", "--iterations", "1", "--json", "-"};
   const Result followed = run_itn(invert_by_itself(folder, unsure));
   CHECK(followed.exit_code == 1);
   const auto both = nlohmann::json::parse(followed.output);

@@ -19,14 +19,14 @@ constexpr int least_spp = 16, most_spp = 512;  // of a half
 constexpr double least_share = 1.0 / 8;        // of the samples that a target's noise asks for
 constexpr double margin = 1.15;                // of the frame about the samples of a broader density
 // An emulator that makes a share s of the variance moves means by some sqrt(2 s) deviations from one round to the next.
-constexpr double settled_share = 0.15;         // of the emulator
-constexpr double settled_shift = 0.4;          // standard deviations
-constexpr double settled_growth = 0.2;         // of log standard deviations
-constexpr int working_samples = 600;           // of the posterior, before the last round
+constexpr double settled_share = 0.15;  // of the emulator
+constexpr double settled_shift = 0.4;   // standard deviations
+constexpr double settled_growth = 0.2;  // of log standard deviations
+constexpr int working_samples = 600;    // of the posterior, before the last round
 constexpr Eigen::Index most_polynomials = 130;
 
-constexpr double about_ends = 2;                // their standard deviations
-constexpr std::size_t rounds_of_ends = 2;      // in which they are in question, whatever an emulator of little says
+constexpr double about_ends = 2;           // their standard deviations
+constexpr std::size_t rounds_of_ends = 2;  // in which they are in question, whatever an emulator of little says
 
 int design_size(Eigen::Index dimensions) { return 12 + 12 * static_cast<int>(dimensions); }
 int refinement_size(Eigen::Index dimensions) { return 8 + 4 * static_cast<int>(dimensions); }
@@ -135,8 +135,7 @@ void Posterior::want_refinement() {
   };
   for (const Exemplar& exemplar : exemplars_)
     if (exemplar.views.front().spp >= spp / 2) note(exemplar.at);
-  const bool to_confirm = rounds_.back().emulator_share <= settled_share;
-  for (int k = 0; k < refinement_size(dimensions_) / (to_confirm ? 2 : 1); ++k) {
+  for (int k = 0; k < refinement_size(dimensions_); ++k) {
     const auto farthest = std::max_element(distance.begin(), distance.end()) - distance.begin();
     wanted_.push_back({from.col(farthest), spp});
     note(wanted_.back().at);
