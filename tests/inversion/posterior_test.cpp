@@ -197,39 +197,6 @@ TEST_CASE("an unknown exposure is found along with the posterior") {
   CHECK(e.deviation < 0.05);
 }
 
-namespace {
-
-// Three materials, of which one changes the brightness by a factor of thirty and one moves an edge: no polynomial of
-// the whole range comes near the noise.
-double steep(double x, double y, const Eigen::VectorXd& t) {
-  return 0.2 + std::exp(1.7 * t[0]) * (1 + std::tanh(4 * (x - 0.6 * t[1]))) * std::exp(-y * y * (1 + 0.8 * t[2]));
-}
-
-}  // namespace
-
-TEST_CASE("a first emulator that misses all sums of pixels alike says so: the truth stays within what it leaves") {
-  int inside = 0;
-  const int photos = 4;
-  for (int k = 0; k < photos; ++k) {
-    MadeUpScene scene{steep};
-    scene.random.seed(70 + static_cast<unsigned>(k));
-    std::uniform_real_distribution<double> uniform(-0.8, 0.8);
-    const Eigen::VectorXd truth = Eigen::VectorXd::NullaryExpr(3, [&] { return uniform(scene.random); });
-    const std::vector<TargetImage> targets{scene.photo(truth, 1024)};
-    PosteriorOptions how;
-    how.rounds = 1;
-    how.seed = static_cast<std::uint64_t>(k);
-    Posterior posterior(3, targets, even, how);
-    scene.run(posterior);
-    const Eigen::MatrixXd& samples = posterior.samples().at;
-    const Eigen::VectorXd off = truth - samples.rowwise().mean();
-    const double square = off.dot(covariance_of(samples).inverse() * off);
-    UNSCOPED_INFO("photo " << k << ": " << square << " with three degrees of freedom");
-    inside += square < 11.3;  // 1 %
-  }
-  CHECK(inside == photos);
-}
-
 TEST_CASE("ends of another method are rendered about first, and one that is wrong does no harm") {
   MadeUpScene scene{spot};
   const Eigen::VectorXd truth = Eigen::Vector2d(0.3, -0.2), wrong = Eigen::Vector2d(-0.6, 0.7);
