@@ -143,6 +143,27 @@ TEST_CASE("random starts are what the seed says, the first is the given one, and
   }
 }
 
+TEST_CASE("starts lie in the range that was given, the first in its middle where it lay outside") {
+  const ForwardModel model(test::device(), fog_ball(2, 0.7, 0.5), {"fog.sigma_t", "fog.albedo"}, {0}, RenderOptions());
+  const Coordinate &sigma_t = model.coordinates()[0], &albedo = model.coordinates()[1];
+  const std::vector<double> first = model.start();
+  const auto starts = inversion_starts(model.coordinates(), first, 20, 3, {{"fog.sigma_t", {10, 40}}});
+  REQUIRE(starts.size() == 20);
+  CHECK(sigma_t.value(starts[0][0]) == Approx(20));  // of its logarithm
+  CHECK(starts[0][1] == first[1]);
+  double least = 40, most = 10;
+  for (const std::vector<double>& start : starts) {
+    least = std::min(least, sigma_t.value(start[0]));
+    most = std::max(most, sigma_t.value(start[0]));
+    CHECK(albedo.parameter().contains(albedo.value(start[1])));
+  }
+  CHECK(least >= 10);
+  CHECK(least < 15);
+  CHECK(most > 28);
+  CHECK(most <= 40);
+  CHECK(inversion_starts(model.coordinates(), first, 1, 3, {{"fog.sigma_t", {1, 40}}})[0] == first);
+}
+
 TEST_CASE("a prior's interval holds 95 % of its normal distribution, and other parameters stay unknown") {
   const ForwardModel model(test::device(), fog_ball(2, 0.7, 0.5), {"fog.sigma_t", "fog.albedo"}, {0}, RenderOptions());
   Prior prior;

@@ -39,12 +39,12 @@ ExrImage read_image(const std::string& file, const TargetImage& target) {
   if (image.width != target.width || image.height != target.height)
     throw InputError(
         fmt::format("{}: {} x {} pixels, where the scene's image has {} x {}: not this scene's rendering; "
-                    "remove the folder or give --renderings another",
+                    "remove the folder or give the renderings another",
                     file, image.width, image.height, target.width, target.height));
   const auto bad = std::find_if(image.data.begin(), image.data.end(), [](float v) { return !std::isfinite(v); });
   if (bad != image.data.end())
     throw InputError(
-        fmt::format("{}: values that are not finite: damaged; remove the folder or give --renderings "
+        fmt::format("{}: values that are not finite: damaged; remove the folder or give the renderings "
                     "another",
                     file));
   return image;
