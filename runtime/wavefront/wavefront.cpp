@@ -193,8 +193,8 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
                static_cast<std::size_t>(channels_);
   const std::size_t sums = adjoint_ ? static_cast<std::size_t>(workers_) * GRADIENT_SETS * (numbers_ + 1) : 1;
   buffers_.gradient = device_.allocate(sums * sizeof(std::int64_t), "gradient");
-  buffers_.texel_gradient =
-      device_.allocate(std::max(std::size_t{1}, copies_of_texels() * texels_) * sizeof(std::int64_t), "gradient by texels");
+  buffers_.texel_gradient = device_.allocate(
+      std::max(std::size_t{1}, copies_of_texels() * texels_) * sizeof(std::int64_t), "gradient by texels");
   const std::size_t bytes_a_sample = static_cast<std::size_t>(floats_a_sample_) * sizeof(float);
   const std::uint64_t budget = std::min(std::uint64_t{256} << 20, device.info().max_allocation / 4);
   const Device::Elements samples =
