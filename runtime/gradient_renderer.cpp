@@ -11,6 +11,7 @@
 #include "kernels/shared/declaration.h"
 #include "runtime/base/colour.h"
 #include "runtime/base/error.h"
+#include "runtime/base/parallel.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/cluster/ranks.h"
 #include "runtime/compile/geometry.h"
@@ -117,25 +118,41 @@ struct GradientRenderer::State {
   }
 
   // One for each parameter.
-  std::vector<VoxelGrid> develop_texels(const std::vector<std::int64_t>& sums, double quantum) const {
+  std::vector<VoxelGrid> develop_texels(const std::int64_t* sums, double quantum) const {
     std::vector<VoxelGrid> result(static_cast<std::size_t>(derivatives.images()));
     const auto of_texel = static_cast<std::size_t>(wavefront->texel_channels());
     for (const DifferentiatedTexture& texture : derivatives.textures) {
       const auto own = static_cast<std::size_t>(texture.shape.channels);
-      std::vector<std::int64_t> total(texture.values() * own);
-      for (std::size_t i = 0; i < texture.texels(); ++i) {
-        const int value = texture.corners.empty() ? static_cast<int>(i) : texture.corners[i];
-        if (value < 0) continue;
-        const std::int64_t* sum = sums.data() + (static_cast<std::size_t>(texture.first_texel) + i) * of_texel;
-        // one number moves all channels of the radiance
-        for (std::size_t c = 0; c < of_texel; ++c)
-          total[static_cast<std::size_t>(value) * own + (own == 1 ? 0 : c)] += sum[c];
-      }
+      const std::int64_t* first = sums + static_cast<std::size_t>(texture.first_texel) * of_texel;
       VoxelGrid& of = result[static_cast<std::size_t>(texture.image)];
       of = texture.shape;
-      for (const std::int64_t sum : total) of.data.push_back(static_cast<float>(quantum * static_cast<double>(sum)));
+      of.data.resize(texture.values() * own);
+      if (texture.corners.empty()) {
+        develop_values(first, of_texel, own, quantum, of.data);
+        continue;
+      }
+      std::vector<std::int64_t> total(texture.values() * of_texel);  // of a value at several corners
+      for (std::size_t i = 0; i < texture.corners.size(); ++i)
+        for (std::size_t c = 0; c < of_texel && texture.corners[i] >= 0; ++c)
+          total[static_cast<std::size_t>(texture.corners[i]) * of_texel + c] += first[i * of_texel + c];
+      develop_values(total.data(), of_texel, own, quantum, of.data);
     }
     return result;
+  }
+
+  // sums: of_texel of each value; one number moves all channels of the radiance. Grids have millions.
+  static void develop_values(const std::int64_t* sums, std::size_t of_texel, std::size_t own, double quantum,
+                             std::vector<float>& values) {
+    constexpr std::size_t block = 1 << 16;
+    const std::size_t texels = values.size() / own;
+    parallel_for((texels + block - 1) / block, [&](std::size_t k) {
+      for (std::size_t i = k * block; i < std::min(texels, (k + 1) * block); ++i) {
+        std::array<std::int64_t, 3> total{};
+        for (std::size_t c = 0; c < of_texel; ++c) total[own == 1 ? 0 : c] += sums[i * of_texel + c];
+        for (std::size_t c = 0; c < own; ++c)
+          values[i * own + c] = static_cast<float>(quantum * static_cast<double>(total[c]));
+      }
+    });
   }
 
   WeighedDerivatives develop(const std::vector<std::int64_t>& sums, double quantum) const {
@@ -271,12 +288,18 @@ WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<
     if (s.options.progress)
       s.options.progress(0.5 + 0.5 * static_cast<double>(l + 1) / static_cast<double>(traced.launches.size()));
   }
-  std::vector<std::int64_t> of_texels = s.wavefront->texel_gradient(), of_numbers = s.wavefront->take_gradient();
-  if (s.options.ranks) {
-    add_up(*s.options.ranks, of_texels);
-    add_up(*s.options.ranks, of_numbers);
-  }
-  std::vector<VoxelGrid> values = s.develop_texels(of_texels, quantum);
+  std::vector<VoxelGrid> values;
+  s.wavefront->look_at_texel_gradient([&](const std::int64_t* sums) {
+    if (!s.options.ranks) {
+      values = s.develop_texels(sums, quantum);
+      return;
+    }
+    std::vector<std::int64_t> of_all(sums, sums + s.wavefront->texel_sums());
+    add_up(*s.options.ranks, of_all);
+    values = s.develop_texels(of_all.data(), quantum);
+  });
+  std::vector<std::int64_t> of_numbers = s.wavefront->take_gradient();
+  if (s.options.ranks) add_up(*s.options.ranks, of_numbers);
   WeighedDerivatives result = s.develop(of_numbers, quantum);
   result.values = std::move(values);
   result.render_s = seconds_since(start);

@@ -79,12 +79,17 @@ inline bool is_summed(int k, int model, int channel) {
   return summed[k].model == model && ((own < 0) | (THROUGHPUT_CHANNELS == 1) | (own == channel));
 }
 
-/* To a sum that work-items share: carries arrive once each, in whatever order. */
+/* To a sum that work-items share: where there are no atomics of 64 bits, carries arrive once each, in whatever order. */
+#ifdef cl_khr_int64_base_atomics
+#pragma OPENCL EXTENSION cl_khr_int64_base_atomics : enable
+inline void add_shared(__global uint* sum, long x) { atom_add((volatile __global long*)sum, x); }
+#else
 inline void add_shared(__global uint* sum, long x) {
   const uint low = (uint)as_ulong(x), high = (uint)(as_ulong(x) >> 32), before = atomic_add(sum, low);
   const uint rest = high + (before + low < low ? 1u : 0u);
   if (rest) atomic_add(sum + 1, rest);
 }
+#endif
 
 inline void add_to_gradient(const Launch* launch, int number, long x) {
   __global uint* sum = launch->gradient + 2 * number;

@@ -57,6 +57,7 @@ inline void add_to_voxels(const Launch* launch, __global const JobRecord* job, c
   set.integer =
       gradient_set(launch, job, pool, slots) * SUMS_OF_A_SET + FIRST_VOXEL_NUMBER + field->sum * RADIANCE_CHANNELS;
   const uint bits = lane_bits(mask);
+  __global uint* const sums = launch->texel_gradient + (size_t)field->gradient * (2 * TEXEL_CHANNELS);
   MASK beyond = (MASK)(0);
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     LongLanes all;
@@ -67,8 +68,7 @@ inline void add_to_voxels(const Launch* launch, __global const JobRecord* job, c
       all.integer += part.integer;
       FOR_EACH_LANE(l, bits) {
         if (part.i[l] == 0) continue;
-        __global uint* sum =
-            launch->texel_gradient + (size_t)(field->gradient + v.at[k].i[l]) * (2 * TEXEL_CHANNELS) + 2 * c;
+        __global uint* sum = sums + (size_t)v.at[k].i[l] * (2 * TEXEL_CHANNELS) + 2 * c;
 #if OWN_TEXELS
         *(__global long*)sum += part.i[l];
 #else

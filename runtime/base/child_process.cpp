@@ -55,16 +55,19 @@ void write_all(int fd, const std::string& bytes) {
   limit(RLIMIT_CPU, limits.seconds);
   limit(RLIMIT_AS, bytes_now + limits.bytes);
   std::string answer;
+  char done = 'n';
   try {
-    answer = "y" + work();
+    answer = work();
+    done = 'y';
   } catch (const std::bad_alloc&) {
-    answer = fmt::format("ntakes more than {} GiB to read", limits.bytes >> 30);
+    answer = fmt::format("takes more than {} GiB to read", limits.bytes >> 30);
   } catch (const std::exception& error) {
-    answer = std::string("n") + error.what();
+    answer = error.what();
   } catch (...) {
-    answer = "ncannot be read";
+    answer = "cannot be read";
   }
   write_all(fd, answer);
+  write_all(fd, std::string(1, done));  // apart: the answer may be large
   _exit(0);
 }
 
@@ -117,8 +120,8 @@ std::string in_child_process(const std::function<std::string()>& work, const Chi
     throw InputError(fmt::format("takes more than {} s to read", limits.seconds));
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || answer.empty())
     throw InputError("crashes its reader: it is broken");
-  const bool done = answer[0] == 'y';
-  answer.erase(0, 1);
+  const bool done = answer.back() == 'y';
+  answer.pop_back();
   if (!done) throw InputError(answer);
   return answer;
 }

@@ -169,7 +169,12 @@ int append_field(const Volume& volume, LaunchData& data) {
   r.mean = static_cast<float>(sum / static_cast<double>(grid.data.size()));
   const auto [known, is_new] = data.voxels_of.try_emplace(&grid, static_cast<int>(data.voxels.size()));
   r.first_voxel = known->second;
-  if (is_new) data.voxels.insert(data.voxels.end(), grid.data.begin(), grid.data.end());
+  if (is_new) {
+    const int cells = r.cells[0] * r.cells[1] * r.cells[2];
+    // with the cells: grown for them later, the voxels would be there twice for a while
+    data.voxels.reserve(data.voxels.size() + grid.data.size() + 2 * static_cast<std::size_t>(cells));
+    data.voxels.insert(data.voxels.end(), grid.data.begin(), grid.data.end());
+  }
   append_cells(grid, map, r, data);
   data.fields.push_back(r);
   return static_cast<int>(data.fields.size()) - 1;

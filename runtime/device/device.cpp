@@ -316,12 +316,17 @@ cl::Buffer Device::allocate(std::size_t bytes, const char* what) const {
 
 cl::Buffer Device::allocate_zeroed(std::size_t bytes, const char* what) const {
   cl::Buffer buffer = allocate(bytes, what);
+  clear(buffer);
+  return buffer;
+}
+
+void Device::clear(const cl::Buffer& buffer) const {
+  const auto bytes = buffer.getInfo<CL_MEM_SIZE>();
   try {
     queue_.enqueueFillBuffer(buffer, cl_uint{0}, 0, bytes);
   } catch (const cl::Error& error) {
-    fail(info_, "clearing " + readable_size(bytes) + " for " + what, error);
+    fail(info_, "clearing " + readable_size(bytes), error);
   }
-  return buffer;
 }
 
 Device::Elements Device::allocate_most(std::size_t wanted, std::size_t least, std::size_t bytes_each,

@@ -59,6 +59,7 @@ class Device {
   // Uninitialised (or filled from host memory) device memory; size 0 becomes one byte-aligned dummy element.
   cl::Buffer allocate(std::size_t bytes, const char* what) const;
   cl::Buffer allocate_zeroed(std::size_t bytes, const char* what) const;  // a multiple of 4
+  void clear(const cl::Buffer& buffer) const;                             // to 0; of a size that is a multiple of 4
   // As many of `wanted` elements of that size as fit into half of the free memory (others want some too); halves the
   // number until the driver has room. Throws DeviceError where not even `least` fit.
   struct Elements {

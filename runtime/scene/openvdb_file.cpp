@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 
 #include "runtime/base/child_process.h"
 #include "runtime/base/error.h"
@@ -36,18 +37,24 @@ Vec3 vector(const openvdb::Coord& c) {
   return {static_cast<double>(c.x()), static_cast<double>(c.y()), static_cast<double>(c.z())};
 }
 
-// The values in `box`, x fastest.
+// The values in `box`, x fastest, channels interleaved.
 template <class Grid>
-void fill(const Grid& from, const openvdb::CoordBBox& box, VoxelGrid& grid) {
+void fill(const Grid& from, const openvdb::CoordBBox& box, float* values) {
   using Value = typename Grid::ValueType;
-  openvdb::tools::Dense<Value, openvdb::tools::LayoutXYZ> dense(box);
+  using Dense = openvdb::tools::Dense<Value, openvdb::tools::LayoutXYZ>;
+  if constexpr (std::is_same_v<Value, float>) {
+    Dense dense(box, values);
+    openvdb::tools::copyToDense(from, dense, /*serial*/ true);
+    return;
+  }
+  Dense dense(box);
   openvdb::tools::copyToDense(from, dense, /*serial*/ true);
-  const Value* values = dense.data();
-  for (std::size_t i = 0; i < grid.data.size(); ++i) {
+  for (std::size_t i = 0; i < dense.valueCount(); ++i) {
+    const Value& value = dense.data()[i];
     if constexpr (openvdb::VecTraits<Value>::IsVec)
-      grid.data[i] = static_cast<float>(values[i / 3][static_cast<int>(i % 3)]);
+      for (int c = 0; c < 3; ++c) *values++ = static_cast<float>(value[c]);
     else
-      grid.data[i] = static_cast<float>(values[i]);
+      *values++ = static_cast<float>(value);
   }
 }
 
@@ -71,7 +78,13 @@ openvdb::GridBase::Ptr read_grid(const std::string& file, const std::string& nam
   return in.readGrid(name);
 }
 
-PlacedGrid place(const std::string& name, const openvdb::GridBase& source) {
+// How a grid comes back from the process that has read it; its values follow.
+struct Header {
+  std::array<int, 4> size;  // width, height, depth, channels
+  Transform to_world;
+};
+
+std::string bytes_of(const std::string& name, const openvdb::GridBase& source) {
   const std::string grid_name = fmt::format("grid \"{}\"", name);
   if (source.getGridClass() == openvdb::GRID_LEVEL_SET)
     throw InputError(grid_name + " is a level set, distances to a surface; need a fog volume: convert it");
@@ -81,39 +94,28 @@ PlacedGrid place(const std::string& name, const openvdb::GridBase& source) {
         " has a transform that is not linear (a frustum); need one of voxels of the same shape: resample it");
   openvdb::CoordBBox box = source.evalActiveVoxelBoundingBox();
   if (box.empty()) throw InputError(grid_name + " has no active voxels; need some: export a grid with content");
-  PlacedGrid placed;
-  VoxelGrid& grid = placed.grid;
-  const bool is_colour = source.isType<openvdb::Vec3SGrid>();
   const auto extent = [&](std::size_t axis) {  // in 64 bits: a broken file's coordinates may be anything
     const auto n = std::int64_t{box.max()[axis]} - box.min()[axis] + 3;
     return static_cast<int>(std::min<std::int64_t>(n, std::numeric_limits<int>::max()));
   };
-  grid.width = extent(0);
-  grid.height = extent(1);
-  grid.depth = extent(2);
-  grid.channels = is_colour ? 3 : 1;
-  grid.data.resize(checked_values(grid, grid_name));
+  VoxelGrid size;
+  size.width = extent(0);
+  size.height = extent(1);
+  size.depth = extent(2);
+  size.channels = source.isType<openvdb::Vec3SGrid>() ? 3 : 1;
+  const std::size_t values = checked_values(size, grid_name);
   box.expand(1);
-  if (!with_type(source, [&](const auto& typed) { fill(typed, box, grid); }))
+  // whole coordinates are the middles of voxels
+  const Header header{
+      {size.width, size.height, size.depth, size.channels},
+      affine(source.transform()) * translate(vector(box.min()) - Vec3{0.5, 0.5, 0.5}) * scale(vector(box.dim()))};
+  std::string bytes(sizeof(header) + values * sizeof(float), '\0');  // of a large grid there is room for one copy
+  std::memcpy(bytes.data(), &header, sizeof(header));
+  auto* const first = reinterpret_cast<float*>(bytes.data() + sizeof(header));
+  if (!with_type(source, [&](const auto& typed) { fill(typed, box, first); }))
     throw InputError(
         fmt::format("{} holds values of type {}; need float, double or vec3s", grid_name, source.valueType()));
-  // whole coordinates are the middles of voxels
-  placed.to_world =
-      affine(source.transform()) * translate(vector(box.min()) - Vec3{0.5, 0.5, 0.5}) * scale(vector(box.dim()));
-  return placed;
-}
-
-// How a grid comes back from the process that has read it.
-struct Header {
-  std::array<int, 4> size;
-  Transform to_world;
-};
-
-std::string bytes_of(const PlacedGrid& placed) {
-  const VoxelGrid& grid = placed.grid;
-  const Header header{{grid.width, grid.height, grid.depth, grid.channels}, placed.to_world};
-  std::string bytes(reinterpret_cast<const char*>(&header), sizeof(header));
-  return bytes.append(reinterpret_cast<const char*>(grid.data.data()), grid.data.size() * sizeof(float));
+  return bytes;
 }
 
 PlacedGrid from_bytes(const std::string& bytes) {
@@ -147,7 +149,7 @@ PlacedGrid read_openvdb_file(const std::string& file, const std::string& name, V
     bytes = in_child_process([&] {
       openvdb::initialize();
       try {
-        return bytes_of(place(name, *read_grid(file, name)));
+        return bytes_of(name, *read_grid(file, name));
       } catch (const openvdb::Exception& error) {
         throw InputError(std::string(error.what()) + "; need a whole OpenVDB file");
       }
@@ -157,6 +159,7 @@ PlacedGrid read_openvdb_file(const std::string& file, const std::string& name, V
   }
   input.note();
   PlacedGrid placed = from_bytes(bytes);
+  bytes = std::string();
   check_values(placed.grid, file, allowed);
   return placed;
 }

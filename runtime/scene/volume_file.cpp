@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <fstream>
+#include <string_view>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
@@ -64,8 +66,10 @@ void check_values(const VoxelGrid& grid, const std::string& file, VoxelValues al
   }
 }
 
-VoxelGrid read_volume_file(const std::string& file, VoxelValues allowed) {
-  const std::string bytes = read_file(file);
+namespace {
+
+// What a file that begins so says of its voxels.
+VoxelGrid read_header(std::string_view bytes, const std::string& file) {
   std::array<char, header_bytes> header{};
   std::copy_n(bytes.begin(), std::min(bytes.size(), header_bytes), header.begin());
   if (bytes.size() < 4 || std::memcmp(header.data(), "VOL", 3) != 0)
@@ -81,16 +85,39 @@ VoxelGrid read_volume_file(const std::string& file, VoxelValues allowed) {
   grid.height = at<std::int32_t>(header, 12);
   grid.depth = at<std::int32_t>(header, 16);
   grid.channels = at<std::int32_t>(header, 20);
-  const std::uint64_t values = checked_values(grid, file), needed = header_bytes + sizeof(float) * values;
-  if (bytes.size() < needed)
-    fail(file, fmt::format("{} bytes; {} of {} channels take {}: copy the whole file", bytes.size(), size_of(grid),
-                           grid.channels, needed));
+  checked_values(grid, file);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     grid.low[axis] = static_cast<double>(at<float>(header, 24 + 4 * axis));
     grid.high[axis] = static_cast<double>(at<float>(header, 36 + 4 * axis));
   }
-  grid.data.resize(values);
-  std::memcpy(grid.data.data(), bytes.data() + header_bytes, sizeof(float) * values);
+  return grid;
+}
+
+// Refuses a file by its header before all of it is read, which may be more than there is memory for.
+void check_header(const std::string& file) {
+  check_regular_file(file);
+  std::string beginning(header_bytes, '\0');
+  std::ifstream in(file, std::ios::binary);
+  in.read(beginning.data(), header_bytes);
+  beginning.resize(static_cast<std::size_t>(in.gcount()));
+  read_header(beginning, file);
+}
+
+}  // namespace
+
+VoxelGrid read_volume_file(const std::string& file, VoxelValues allowed) {
+  check_header(file);
+  VoxelGrid grid;
+  {
+    const std::string bytes = read_file(file);
+    grid = read_header(bytes, file);
+    const std::uint64_t values = checked_values(grid, file), needed = header_bytes + sizeof(float) * values;
+    if (bytes.size() < needed)
+      fail(file, fmt::format("{} bytes; {} of {} channels take {}: copy the whole file", bytes.size(), size_of(grid),
+                             grid.channels, needed));
+    grid.data.resize(values);
+    std::memcpy(grid.data.data(), bytes.data() + header_bytes, sizeof(float) * values);
+  }
   check_values(grid, file, allowed);
   return grid;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <utility>
 
 #include "kernels/model/models.h"
 #include "kernels/shared/path_state.h"
@@ -43,13 +44,15 @@ std::vector<StageTime> stage_times_of(const LaunchData& data) {
 }
 
 // Baselines pay where paths gather much after their decisions: in media that scatter often. Below, they take less off
-// the variance than they add to the time (kernels/README.md, "Quiet derivatives").
+// the variance than they add to the time (kernels/README.md, "Quiet derivatives"). In grids they always pay: voxels are
+// asked for one by one, and most flights through one know no more of the sky behind it than others do.
 constexpr float least_albedo = 0.8F;
 
 // Does not look at which derivatives are asked for: each is the same alone and beside others.
 bool with_baselines(const LaunchData& data, Baselines wanted) {
   if (data.cells == 0) return false;
   if (wanted != Baselines::automatic) return wanted == Baselines::on;
+  if (!data.fields.empty()) return true;
   return std::any_of(data.media.begin(), data.media.end(), [&](const MediumRecord& m) {
     const float* albedo = data.numbers.data() + m.first_number + HOMOGENEOUS_albedo;
     return *std::max_element(albedo, albedo + 3) >= least_albedo;
@@ -188,7 +191,10 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   if (adjoint_)
     numbers_ = (data.numbers.size() + derivatives.derivatives.size() + static_cast<std::size_t>(derivatives.grids())) *
                static_cast<std::size_t>(channels_);
-  clear_gradient();
+  const std::size_t sums = adjoint_ ? static_cast<std::size_t>(workers_) * GRADIENT_SETS * (numbers_ + 1) : 1;
+  buffers_.gradient = device_.allocate(sums * sizeof(std::int64_t), "gradient");
+  buffers_.texel_gradient = device_.allocate(
+      std::max(std::size_t{1}, copies_of_texels() * texels_) * sizeof(std::int64_t), "gradient by texels");
   const std::size_t bytes_a_sample = static_cast<std::size_t>(floats_a_sample_) * sizeof(float);
   const std::uint64_t budget = std::min(std::uint64_t{256} << 20, device.info().max_allocation / 4);
   const Device::Elements samples =
@@ -245,6 +251,7 @@ void Wavefront::trace(const std::vector<JobSlice>& slices, std::size_t at) {
 }
 
 void Wavefront::replay(const std::vector<JobSlice>& slices, const std::vector<float>& pulls, std::size_t at) {
+  if (!summing_) clear_gradient();
   buffers_.pulls = device_.upload(pulls, "pulls");
   trace_jobs(slices, Purpose::replay, at);
   if (has_probes_) trace_jobs(slices, Purpose::probes, at);
@@ -252,31 +259,30 @@ void Wavefront::replay(const std::vector<JobSlice>& slices, const std::vector<fl
 
 // Of every work-item a gradient of its own, but for that by texels.
 void Wavefront::clear_gradient() {
-  const std::size_t sums = adjoint_ ? static_cast<std::size_t>(workers_) * GRADIENT_SETS * (numbers_ + 1) : 1;
-  buffers_.gradient = cl::Buffer();  // its memory first
-  buffers_.gradient = device_.upload(std::vector<std::int64_t>(sums), "gradient");
-  buffers_.texel_gradient = cl::Buffer();
-  const std::size_t copies = own_texels_ ? static_cast<std::size_t>(workers_) : 1;
-  buffers_.texel_gradient =
-      device_.allocate_zeroed(std::max(std::size_t{1}, texels_ * copies) * sizeof(std::int64_t), "gradient by texels");
+  device_.clear(buffers_.gradient);
+  if (texels_ > 0) device_.clear(buffers_.texel_gradient);
+  summing_ = true;
 }
 
 std::vector<std::int64_t> Wavefront::take_gradient() {
   const std::size_t size = GRADIENT_SETS * (numbers_ + 1);
   std::vector<std::int64_t> all(size * static_cast<std::size_t>(workers_)), sum(size);
+  if (!std::exchange(summing_, false)) return sum;
   device_.download(buffers_.gradient, all);
-  clear_gradient();
   for (std::size_t i = 0; i < all.size(); ++i) sum[i % size] += all[i];
   return sum;
 }
 
-std::vector<std::int64_t> Wavefront::texel_gradient() const {
-  if (texels_ == 0) return {};
-  std::vector<std::int64_t> sums(texels_ * (own_texels_ ? static_cast<std::size_t>(workers_) : 1));
-  device_.download(buffers_.texel_gradient, sums);
-  for (std::size_t i = texels_; i < sums.size(); ++i) sums[i % texels_] += sums[i];
-  sums.resize(texels_);
-  return sums;
+void Wavefront::look_at_texel_gradient(const std::function<void(const std::int64_t* sums)>& use) const {
+  if (texels_ == 0 || !summing_) return use(std::vector<std::int64_t>(texels_).data());
+  const std::size_t copies = copies_of_texels();
+  device_.look_at(buffers_.texel_gradient, copies * texels_ * sizeof(std::int64_t), [&](const void* data) {
+    const auto* const of_copies = static_cast<const std::int64_t*>(data);
+    if (copies == 1) return use(of_copies);
+    std::vector<std::int64_t> sums(of_copies, of_copies + texels_);
+    for (std::size_t i = texels_; i < copies * texels_; ++i) sums[i % texels_] += of_copies[i];
+    use(sums.data());
+  });
 }
 
 // A pilot of every job: pixels spread evenly over its film, and samples that no image takes.

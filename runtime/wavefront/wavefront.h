@@ -1,5 +1,6 @@
 // Runs jobs through the stages of kernels/wavefront.cl: device buffers, program, chunks, launches.
 #pragma once
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -60,9 +61,11 @@ class Wavefront {
   // [set][number], and of each set a last one: of the first set how many products were lost, the integers being too
   // small. The next gradient starts from 0.
   std::vector<std::int64_t> take_gradient();
-  // Of it, [texel][channel] of the textures and grids in `derivatives`; to be read before it is taken.
+  // Of it, [texel][channel] of the textures and grids in `derivatives`; to be looked at before it is taken. They may be
+  // many: `use` sees them where they are, if the device's memory is the host's.
   // texel_channels(): those of the radiance, or three where some texels are directions.
-  std::vector<std::int64_t> texel_gradient() const;
+  void look_at_texel_gradient(const std::function<void(const std::int64_t* sums)>& use) const;
+  std::size_t texel_sums() const { return texels_; }  // how many that are
   int texel_channels() const { return texel_channels_; }
 
   // From now on trace() of the staged schedule waits for every launch and counts its time to its stage.
@@ -77,6 +80,7 @@ class Wavefront {
   void trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose, std::size_t at = 0);
   void learn_baselines();
   void clear_gradient();
+  std::size_t copies_of_texels() const { return own_texels_ ? static_cast<std::size_t>(workers_) : 1; }
   void trace_fused(const std::vector<ChunkRecord>& chunks);
   void trace_staged(const std::vector<ChunkRecord>& chunks, int paths);
 
@@ -92,6 +96,7 @@ class Wavefront {
   bool by_voxels_ = false;   // are grids differentiated by?
   bool has_probes_ = false;  // do their voxels need probes?
   bool own_texels_ = false;  // has every work-item sums of its own of them?
+  bool summing_ = false;     // are there sums since the gradient was taken?
   int texel_channels_ = 1;
   int width_, channels_, workers_, slots_;
   std::size_t sample_capacity_;
