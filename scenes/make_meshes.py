@@ -240,6 +240,9 @@ def main():
     tiles = checker(16, 8, (.1, .15, .25), (.8, .7, .5))
     tiles[:4, :8] = (.7, .1, .1)
     write_exr(test + 'tiles.exr', tiles)
+    # Copper and aluminium in turn.
+    write_exr(test + 'metal_eta.exr', checker(8, 4, (.20, .92, 1.10), (1.66, .88, .52)))
+    write_exr(test + 'metal_k.exr', checker(8, 4, (3.91, 2.45, 2.14), (9.22, 6.27, 4.84)))
     v, f, uv = waves(12)
     write_ply(test + 'waves.ply', v, f, normals=True, uv=uv)
     heights, normals = bumps(32)

@@ -150,20 +150,24 @@ TEST_CASE("numbers are found beside a texture") {
   }
 }
 
-TEST_CASE("a texture's inversion that was stopped ends with the same numbers") {
-  const std::vector<TargetImage> targets{target_from(floor_of(picture(painted)))};
+TEST_CASE("a texture's inversion that was stopped ends with the same numbers, of unseen texels too") {
+  Scene scene = floor_of(picture(grey)), true_scene = floor_of(picture(painted));
+  for (Scene* of : {&scene, &true_scene})  // half of the picture is beyond the floor's edge
+    of->bsdfs[0].value("reflectance").to_uv = {0.5, 0, 0, 0, 1, 0};
+  const std::vector<TargetImage> targets{target_from(true_scene)};
   TextureInversionOptions options;
   options.iterations = 6;
   options.spp = 2;
-  options.smoothness = 0.1;
-  options.repeats = 2;  // of one iteration each
+  options.smoothness = GENERATE(0.0, 0.1);  // tells of unseen texels, too
+  options.repeats = 2;                      // of one iteration each
   options.relative_noise = 0.01;
-  TextureInversion inversion(device(), floor_of(picture(grey)), {"wood.reflectance"}, {0}, targets, {}, options);
+  TextureInversion inversion(device(), scene, {"wood.reflectance"}, {0}, targets, {}, options);
   REQUIRE(inversion.steps() == 8);
   const TemporaryFolder whole;
   StoredTextureInversion at_once(whole.path().string(), {{"a", 1}}, inversion);
   while (!at_once.state().finished) at_once.advance();
   CHECK(at_once.steps().size() == 8);
+  CHECK(std::isinf(at_once.state().squares[3 * (size - 1)]) == (options.smoothness == 0));
   for (const int before : {3, 7}) {
     const TemporaryFolder stopped;
     {

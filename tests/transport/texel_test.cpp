@@ -424,8 +424,13 @@ TEST_CASE("the gradient by the texel of a light is its central difference", "[de
     <transform name="to_world"><lookat origin="0.5, -0.5, 2.5" target="0, 0, 0" up="0, 1, 0"/></transform>)" +
                             texture("irradiance", file, R"(<string name="filter_type" value="bilinear"/>)") +
                             "</emitter>";
-  const Scene scene = room_with(folder, ground, slide, 4, lamp);
+  const std::string spot = R"(<emitter type="spot" id="spot"><rgb name="intensity" value="6, 5, 4"/>
+    <float name="cutoff_angle" value="35"/>
+    <transform name="to_world"><lookat origin="1, -1, 2" target="0, 0.4, 0" up="0, 1, 0"/></transform>)" +
+                           texture("texture", file, rotated("bilinear", "clamp")) + "</emitter>";
+  const Scene scene = room_with(folder, ground, slide, 4, spot);
   check_texels(scene, "slide.irradiance", 64, 0.02);
+  check_texels(scene, "spot.texture", 64, 0.02);
   const WeighedDerivatives result = gradient(scene, by({"slide.irradiance"}), 16);
   CHECK(sum_of(result.values[0]) == Approx(result.value[0]).epsilon(1e-5));
 }
