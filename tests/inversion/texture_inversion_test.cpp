@@ -238,12 +238,14 @@ TEST_CASE("the gradient of a texture's roughness is its difference") {
   values.channels = 2;
   values.data = {0.1F, 0.7F, 0.3F, 0.2F, 0.9F, 0.4F, 0.5F, 0.6F, 0.8F, 0.1F, 0.2F, 0.5F};
   std::vector<double> gradient(values.data.size()), ignored(gradient);
-  roughness_of(values, 2, gradient.data());
+  const bool all_around = GENERATE(false, true);
+  roughness_of(values, all_around, 2, gradient.data());
   for (std::size_t i = 0; i < values.data.size(); ++i) {
     VoxelGrid more = values, less = values;
     more.data[i] += 0.125F;
     less.data[i] -= 0.125F;
-    const double difference = (roughness_of(more, 0, ignored.data()) - roughness_of(less, 0, ignored.data())) / 0.25;
+    const double difference =
+        (roughness_of(more, all_around, 0, ignored.data()) - roughness_of(less, all_around, 0, ignored.data())) / 0.25;
     CHECK(gradient[i] == Approx(2 * difference).margin(1e-6));
   }
 }
