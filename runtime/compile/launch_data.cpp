@@ -506,11 +506,15 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
                                [](const EnvironmentRecord& e) { return e.sun_pdf > 0; });
   const bool lights = !data.lights.empty();
   const bool rough_light = ((sun || lights) && rough) || (uneven_light && has(BSDF_BROAD, BSDF_BROAD));
-  const bool medium_light = ((uneven_light || lights) && matched) || (sun && refracted);
+  const auto lights_of_launch = models_of(data).lights;
+  const bool parallel = rough && refracted &&
+                        std::any_of(lights_of_launch.begin(), lights_of_launch.end(),
+                                    [](const Model* m) { return (m->traits & LIGHT_PARALLEL) != 0; });
+  const bool medium_light = ((uneven_light || lights) && matched) || ((sun || parallel) && refracted);
   set("HAS_LIGHTS", lights);
   set("HAS_AREA_LIGHTS",
       std::any_of(data.shapes.begin(), data.shapes.end(), [](const ShapeRecord& s) { return s.light >= 0; }));
-  const auto lights_of_launch = models_of(data).lights;
+  set("HAS_PARALLEL_LIGHTS", parallel);
   set("HAS_SCREENS", std::any_of(lights_of_launch.begin(), lights_of_launch.end(), [](const Model* m) {
         return (m->traits & LIGHT_ON_SHAPE) != 0 && (m->traits & LIGHT_TINTED) != 0;
       }));
