@@ -48,14 +48,18 @@ Scene under_a_sky(const TemporaryFolder& folder, const std::string& shapes) {
   return load_scene(folder / "scene.xml");
 }
 
-// A cloud, half of which is empty.
+// A cloud, half of which is empty, onto which the same picture is thrown.
 Scene cloud(const TemporaryFolder& folder) {
   VoxelGrid grid;
   grid.width = 2;
   grid.height = grid.depth = 1;
   grid.data = {0, 3};
   write_volume_file(folder / "cloud.vol", grid);
-  return under_a_sky(folder, R"(<shape type="cube"><bsdf type="null"/>
+  return under_a_sky(folder, R"(<emitter type="projector" id="slide"><float name="fov" value="50"/>
+      <transform name="to_world"><lookat origin="0.5, -0.5, 3.5" target="0, 0, 0" up="0, 1, 0"/></transform>
+      <texture type="bitmap" name="irradiance"><boolean name="raw" value="true"/>
+        <string name="filename" value="sky.exr"/></texture></emitter>
+    <shape type="cube"><bsdf type="null"/>
     <medium type="heterogeneous" name="interior" id="smoke"><rgb name="albedo" value="0.9, 0.8, 0.7"/>
       <volume type="gridvolume" name="sigma_t"><string name="filename" value="cloud.vol"/>
         <transform name="to_world"><scale value="2"/><translate x="-1" y="-1" z="-1"/></transform></volume>
@@ -98,8 +102,8 @@ RenderOptions by(const std::vector<std::string>& parameters) {
 }
 
 // One value raised, and light sampled as before: what is drawn has no part in the derivative.
-Scene raised(const Scene& scene, std::size_t value, double by) {
-  const Parameter p = find_parameter(list_parameters(scene), "sky.data");
+Scene raised(const Scene& scene, const std::string& name, std::size_t value, double by) {
+  const Parameter p = find_parameter(list_parameters(scene), name);
   Bitmap pixels = texels_of(scene, p);
   pixels.data[value] += static_cast<float>(by);
   Scene result = scene;
@@ -108,7 +112,7 @@ Scene raised(const Scene& scene, std::size_t value, double by) {
   return result;
 }
 
-// What all pixels bring, as the sky's only light does: it is linear in them.
+// What all pixels of the picture bring, which is linear in them.
 double brought(const VoxelGrid& by_pixels) {
   double sum = 0;
   for (std::size_t i = 0; i < by_pixels.data.size(); ++i)
@@ -120,10 +124,11 @@ double sum_of(const VoxelGrid& values) { return std::accumulate(values.data.begi
 
 }  // namespace
 
-TEST_CASE("the gradient by a pixel of an environment map is its difference, beside voxels too", "[derivative]") {
+TEST_CASE("the gradient by a pixel of an environment map, or of a lamp, is its difference beside voxels, too",
+          "[derivative]") {
   const TemporaryFolder folder;
   const Scene scene = cloud(folder);
-  const RenderOptions options = by({"smoke.sigma_t", "sky.data"});
+  const RenderOptions options = by({"smoke.sigma_t", "sky.data", "slide.irradiance"});
   constexpr int spp = 32;
   const WeighedDerivatives result = gradient(scene, options, spp);
   const VoxelGrid& pixels = result.values[1];
@@ -132,14 +137,19 @@ TEST_CASE("the gradient by a pixel of an environment map is its difference, besi
   REQUIRE(pixels.data.size() == 3 * width * height);
   CHECK(sum_of(pixels) == Approx(result.value[1]).epsilon(1e-5));
   const double before = weighed(scene, options, spp);
-  CHECK(brought(pixels) == Approx(before).epsilon(1e-5));
+  CHECK(brought(pixels) + brought(result.values[2]) == Approx(before).epsilon(1e-5));
   // the first and the last column meet; those of black pixels
   for (const std::size_t pixel : {0U, 4U, 7U, 9U, 12U, 13U, 16U, 19U}) {
     const std::size_t value = 3 * pixel + pixel % 3;
     INFO("pixel " << pixel);
     CHECK(static_cast<double>(pixels.data[value]) ==
-          Approx(weighed(raised(scene, value, 1), options, spp) - before).epsilon(1e-3).margin(1e-5 * before));
+          Approx(weighed(raised(scene, "sky.data", value, 1), options, spp) - before)
+              .epsilon(1e-3)
+              .margin(1e-5 * before));
   }
+  const double of_lamp = weighed(raised(scene, "slide.irradiance", 21, 1), options, spp) - before;
+  CHECK(static_cast<double>(result.values[2].data[21]) == Approx(of_lamp).epsilon(1e-3));
+  CHECK(of_lamp > 1e-5 * before);
 }
 
 TEST_CASE("pixels of an environment map times their gradients are the derivative by its scale", "[derivative]") {
@@ -174,7 +184,7 @@ TEST_CASE("the gradient by a pixel of an environment map has the mean of differe
     const double before = weighed(scene, options, spp);
     for (std::size_t k = 0; k < values.size(); ++k) {
       const auto value = static_cast<double>(pixels[values[k]]);
-      const double difference = value - (weighed(raised(scene, values[k], 1), options, spp) - before);
+      const double difference = value - (weighed(raised(scene, "sky.data", values[k], 1), options, spp) - before);
       mean[k] += value / seeds;
       lack[k] += difference / seeds;
       square[k] += difference * difference / seeds;
