@@ -263,6 +263,7 @@ def main():
                                                        ((-.2, 1, .6), .3, (4, 3, 2.4))],
                                                   (.05, .05, .05), (.25, .25, .27), (.1, .12, .16)))
     write_exr(gallery + 'tiles.exr', checker(256, 16, (.12, .13, .15), (.62, .60, .56)))
+    write_exr(gallery + 'dim.exr', np.full((24, 48, 3), .3))
     v, f = star(3)
     v = (v - (v.min(0) + v.max(0)) / 2) / (v.max(0) - v.min(0)).max()
     write_ply('dataset/star.ply', v - [0, 0, v[:, 2].min()], f, normals=True)
