@@ -120,8 +120,8 @@ inline MASK sample_sun_at_boundary(int model, int variant, const Launch* launch,
  * from a scattering vertex x over the exit y to the sun in direction o, weighed by the balance heuristic: the phase
  * function and the flight bring the path to y and (A) the sun is sampled there or (B) the BSDF finds it; or (C) o
  * and the direction of the segment are drawn at x (connect.h). What A and B share cancels; `rival` is C's density
- * over theirs. To parallel lights lead A and C, which are drawn there and there with chances of their own; to other lights of the
- * scene A and B alone, and so they do where the BSDF is broad.
+ * over theirs. To parallel lights lead A and C, which draw them with the chances of their own places; to other lights of the
+ * scene lead A and B alone, and so they do where the BSDF is broad.
  * Returns LAST_PDF for the BSDF's own direction, of density pdf. */
 inline REAL sample_light_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job,
                                      Pool* pool, INT slots, MASK at_boundary, const Surface* s, Reflector* r,
