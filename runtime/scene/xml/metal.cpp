@@ -23,7 +23,7 @@ const std::map<std::string, Metal>& metals() {
 }  // namespace
 
 std::string metal_instead_of(Properties& properties, const std::string& name) {
-  const std::string material = properties.text("material", "none");
+  std::string material = properties.text("material", "none");
   if (material != "none" && properties.has(name))
     properties.fail_at(name, quote(name) + " and \"material\" given; need one or the other");
   return material;
