@@ -103,16 +103,21 @@ inline INT plain_depth(INT depth) {
 #endif
 }
 
-#define HEAVY 16.0f              /* throughput from which on nothing but what a path loses ends it */
+#define FAINT 0.5f               /* throughput below which paths may end */
+#define PATIENCE 512             /* vertices after which paths may end that lose nothing, until */
+#define HEAVY 16.0f              /* their throughput has been raised to this */
 #define LASTS_IN_MEDIA 1.0f      /* survival of heavy paths */
 #define LASTS_AT_SURFACES 0.999f /* some paths never leave smooth glass, or a white room without a window */
 
-/* Russian roulette: from rr_depth on, survival with the largest throughput. Paths that lose nothing survive with 0.95, as
- * in Mitsuba, until their throughput has been raised to HEAVY: for ever it would end all that take long, and raise the rest
- * without bound. From there on they survive with `lasts`. Returns who dies; survivors' throughput is raised in place. */
+/* Russian roulette: from rr_depth on, paths whose largest throughput is below FAINT survive with throughput over FAINT,
+ * which raises it to FAINT. Brighter ones go on, so that no path brings more than it would without roulette. Paths that
+ * after PATIENCE vertices have lost nothing survive with 0.95, as in Mitsuba, until their throughput has been raised to
+ * HEAVY: for ever it would end all that take long, and raise the rest without bound. From there on they survive with
+ * `lasts`. Returns who dies; survivors' throughput is raised in place. */
 inline MASK roulette(const Launch* launch, __global const JobRecord* job, INT depth, REAL u, MASK active, REAL largest,
                      float lasts, REAL throughput[]) {
-  REAL survival = MIN(largest, SELECT(largest < HEAVY, (REAL)0.95f, (REAL)lasts));
+  const REAL longest = SELECT(depth <= PATIENCE, (REAL)(1.0f), SELECT(largest < HEAVY, (REAL)0.95f, (REAL)lasts));
+  REAL survival = MIN(largest * (1.0f / FAINT), longest);
   MASK plays = active & (depth > job->rr_depth);
   MASK dies = (active & (largest <= 0.0f)) | (plays & (u >= survival));
   REAL raise = SELECT(plays & !dies, 1.0f / MAX(survival, (REAL)1e-20f), 1.0f);

@@ -63,7 +63,7 @@ Scene dataset_scene(const Manifest& set, const std::shared_ptr<const Mesh>& shap
   static const std::shared_ptr<const Bitmap> the_pattern = floor_pattern();
   Scene scene;
   scene.file = "data set";
-  scene.integrator.rr_depth = 20;
+  scene.integrator.rr_depth = 5;
   scene.sensors = {sensor_of(set)};
 
   Bsdf ground = make_bsdf("diffuse");

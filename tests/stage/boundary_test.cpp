@@ -32,8 +32,9 @@ std::vector<Path> arrivals(const PathBench& bench, Queue queue, std::size_t n) {
     p.event = 3 + static_cast<int>(i % 4);
     p.depth = static_cast<int>(i % 12);
     p.throughput = {rays.number(0.1, 1), rays.number(0.1, 1), rays.number(0.1, 1)};
-    if (i % 16 == 15)
-      for (double& t : p.throughput) t *= 100;  // beyond where roulette ends what loses nothing
+    if (i % 5 == 4) p.depth += 600;  // where roulette also ends what loses nothing
+    if (i % 10 == 9)
+      for (double& t : p.throughput) t *= 100;  // but what is heavy
     p.radiance = {0.25, 0.5, 0.75};
     p.refraction_scale = rays.number(0.5, 2);
     p.last_pdf = 0.125;
@@ -76,7 +77,7 @@ struct BoundaryCheck {
       expected[c] = before.throughput[c] * e.weight * (e.reflects ? reflectance : transmittance)[c];
       largest = std::max(largest, expected[c]);
     }
-    const double survival = std::min(largest, largest < 16 ? 0.95 : 0.999), u = bench.random(before, 0)[3];
+    const double survival = test::survival(depth, largest, 0.999), u = bench.random(before, 0)[3];
     if (depth > rr_depth && std::abs(u - survival) < 1e-4) return;  // rounding decides
     const bool dies = largest <= 0 || depth >= max_depth || (depth > rr_depth && u >= survival);
     died += dies;
@@ -192,7 +193,7 @@ TEST_CASE("stage dielectric reflects and refracts as Fresnel and Snell say") {
     bsdf.value("specular_reflectance").value = {1, 0.75, 0.5};
     bsdf.value("specular_transmittance").value = {0.25, 0.5, 1};
     Scene scene = sphere_scene(bsdf, medium_of(1, 0.5, 0));
-    scene.integrator.max_depth = 11;
+    scene.integrator.max_depth = 611;
     scene.integrator.rr_depth = 5;
     for (const int width : widths) {
       PathBench bench(device(), scene, {.width = width});
@@ -213,7 +214,7 @@ TEST_CASE("stage dielectric reflects and refracts as Fresnel and Snell say") {
         // near the critical angle float sees another square root
         if (!reflects && std::abs(wo.z) < 0.03) continue;
         check.add(bench, paths[i], after[i], {reflects, frame.to_world(wo), 1, far},
-                  bsdf.value("specular_reflectance").value, bsdf.value("specular_transmittance").value, 11, 5);
+                  bsdf.value("specular_reflectance").value, bsdf.value("specular_transmittance").value, 611, 5);
       }
       CAPTURE(eta, width);
       CHECK(check.wrong == 0);
@@ -232,7 +233,7 @@ TEST_CASE("stage rough dielectric follows the microfacet model") {
     Bsdf bsdf = bsdf_of("roughdielectric", 1.33, 0.3, distribution);
     bsdf.value("specular_reflectance").value = {1, 0.75, 0.5};
     Scene scene = sphere_scene(bsdf, medium_of(1, 0.5, 0));
-    scene.integrator.max_depth = 11;
+    scene.integrator.max_depth = 611;
     scene.integrator.rr_depth = 5;
     const int kind = distribution == "ggx" ? MICROFACET_GGX : MICROFACET_BECKMANN;
     const Queue queue = distribution == "ggx" ? Queue::rough_ggx : Queue::rough_beckmann;
@@ -261,7 +262,7 @@ TEST_CASE("stage rough dielectric follows the microfacet model") {
         }
         check.add(bench, paths[i], after[i],
                   {reflects, frame.to_world(wo), reflects ? weight : weight * far * far, far},
-                  bsdf.value("specular_reflectance").value, {1, 1, 1}, 11, 5);
+                  bsdf.value("specular_reflectance").value, {1, 1, 1}, 611, 5);
       }
       CAPTURE(kind, width);
       CHECK(undecided < 800);

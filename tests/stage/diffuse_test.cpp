@@ -78,7 +78,7 @@ Scene floors() {
     }
     add_floor(scene, bsdf, half, static_cast<float>(k));
   }
-  scene.integrator.max_depth = 11;
+  scene.integrator.max_depth = 611;
   scene.integrator.rr_depth = 5;
   return scene;
 }
@@ -103,8 +103,9 @@ std::vector<Path> arrivals(PathBench& bench, std::size_t n) {
     p.depth = static_cast<int>(i % 12);
     p.medium = i % 5 == 0 ? 0 : -1;
     p.throughput = {rays.number(0.1, 1), rays.number(0.1, 1), rays.number(0.1, 1)};
-    if (i % 16 == 15)
-      for (double& t : p.throughput) t *= 100;  // beyond where roulette ends what loses nothing
+    if (i % 5 == 4) p.depth += 600;  // where roulette also ends what loses nothing
+    if (i % 10 == 9)
+      for (double& t : p.throughput) t *= 100;  // but what is heavy
     p.radiance = {0.25, 0.5, 0.75};
     p.refraction_scale = rays.number(0.5, 2);
     p.last_pdf = 0.125;
@@ -175,9 +176,9 @@ Check check(const Scene& scene, int width) {
     Rgb throughput;
     double largest = 0;
     for (std::size_t c = 0; c < 3; ++c) largest = std::max(largest, throughput[c] = p.throughput[c] * albedo[c]);
-    const double survival = std::min(largest, largest < 16 ? 0.95 : 0.999);
+    const double survival = test::survival(depth, largest, 0.999);
     if (depth > 5 && std::abs(u[2] - survival) < 1e-4) continue;
-    if (depth >= 11 || (depth > 5 && u[2] >= survival)) {
+    if (depth >= 611 || (depth > 5 && u[2] >= survival)) {
       ++check.died;
       check.wrong += q.queue != Queue::free || q.sample_radiance != p.radiance;
       continue;

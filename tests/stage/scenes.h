@@ -1,5 +1,6 @@
 // Scenes of the stage tests: a unit sphere about the origin, with or without a floor.
 #pragma once
+#include <algorithm>
 #include <memory>
 
 #include "runtime/scene/scene.h"
@@ -26,6 +27,11 @@ inline Medium medium_of(double sigma_t, double albedo, double g) {
   medium.phase.become(*find_model(phase_models(), "hg"));
   medium.phase.set("g", g);
   return medium;
+}
+
+// With what probability roulette lets a path go on from its vertex number `depth`. lasts: of heavy paths
+inline double survival(int depth, double largest, double lasts) {
+  return std::min(largest / 0.5, depth <= 512 ? 1 : largest < 16 ? 0.95 : lasts);
 }
 
 // The unit sphere, filled with the medium.
