@@ -109,7 +109,8 @@ void add_eval(CLI::App& app) {
       "eval",
       "the paper's tables 1, 2 and 3 for trained networks: errors of the parameters, of images rendered with them, and "
       "analysis by synthesis that starts from them\n\n"
-      "Stopped in the inversions of table 3, the same command goes on with them where it was.");
+      "Stopped in the inversions of table 3, the same command goes on with them where it was; with other networks or "
+      "options they need another folder.");
   command->add_option("data", options->evaluation.data, "folder of the data set (itn dataset)")->required();
   command
       ->add_option("runs", options->evaluation.runs,

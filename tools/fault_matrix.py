@@ -13,7 +13,6 @@ Exit code 1 where anything else happens. --most: of each call and error so many 
 --short: a handful of n of one command, in seconds."""
 import argparse
 import errno
-import hashlib
 import json
 import os
 import pathlib
@@ -23,7 +22,8 @@ import sys
 import tempfile
 import time
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+from resumable_jobs import FLOOR, ROOT, contents, egg
+
 LESS = 0  # in the place of an error: less is read or written than was asked for
 ERRORS = {
     "open": [errno.EACCES, errno.EMFILE, errno.EIO, errno.ENOSPC, errno.EINTR],
@@ -59,8 +59,8 @@ def jobs_in(inputs, out):
     size = ["--size", "8x6"]
     return {
         "render": ["render", ball, "--spp", "4", *size, "--derivative", "skin.sigma_t", "--preview", "-o", str(out / "a.exr")],
-        "gradient": ["gradient", ball, "--target", str(inputs / "target.exr"), "--parameter", "skin.sigma_t", "--spp", "8", *size,
-                     "-o", str(out / "g")],
+        "gradient": ["gradient", str(inputs / "floor.xml"), "--target", str(inputs / "floor.exr"), "--parameter", "wood.reflectance",
+                     "--spp", "8", *size, "-o", str(out), "--json", str(out / "g.json")],
         "shapes": ["shapes", "-o", str(out / "shapes")],
         "dataset": ["dataset", str(inputs / "config.json"), "-o", str(out / "set")],
         "train": ["train", str(inputs / "set"), "--network", "rn", "-o", str(out / "run"), "--epochs", "2", "--batch", "4",
@@ -76,8 +76,7 @@ def jobs_in(inputs, out):
 
 
 def sums(folder):
-    files = sorted(f for f in folder.rglob("*") if f.is_file() and f.name != ".lock")
-    return {str(f.relative_to(folder)): hashlib.sha256(f.read_bytes()).hexdigest() for f in files}
+    return {name: s for name, s in contents(folder).items() if pathlib.Path(name).name != ".lock"}
 
 
 class Matrix:
@@ -105,11 +104,18 @@ class Matrix:
         """What the commands read."""
         self.inputs.mkdir(parents=True)
         (self.inputs / "ball.xml").write_text((ROOT / "tests/tool/data/ball.xml").read_text())
-        side = {"shapes": ["knot"], "azimuths": [0], "materials": 10}
+        for name in ("egg", "pea"):
+            (self.inputs / f"{name}.ply").write_text(egg())
+        side = {"shapes": ["egg.ply"], "azimuths": [0], "materials": 10}
         (self.inputs / "config.json").write_text(json.dumps(
-            {"preset": "tiny", "size": 8, "spp": 4, "train": side, "test": {"shapes": ["hare"], "azimuths": [30], "materials": 2}}))
-        if {"gradient", "invert"} & set(jobs):
-            self.whole(["render", str(self.inputs / "ball.xml"), "--size", "8x6", "--spp", "256", "-o", str(self.inputs / "target.exr")])
+            {"preset": "tiny", "size": 8, "spp": 4, "train": side, "test": {"shapes": ["pea.ply"], "azimuths": [30], "materials": 2}}))
+        (self.inputs / "floor.xml").write_text(FLOOR)
+        shutil.copy(ROOT / "scenes/test/uniform.exr", self.inputs / "sky.exr")
+        (self.inputs / "wood.ppm").write_bytes(b"P6 2 2 255\n" + bytes(range(40, 160, 10)))
+        for job, scene, target in (("gradient", "floor", "floor"), ("invert", "ball", "target")):
+            if job in jobs:
+                self.whole(["render", str(self.inputs / f"{scene}.xml"), "--size", "8x6", "--spp", "256",
+                            "-o", str(self.inputs / f"{target}.exr")])
         if {"train", "predict", "export", "eval"} & set(jobs):
             self.whole(["dataset", str(self.inputs / "config.json"), "-o", str(self.inputs / "set")])
         if {"predict", "export", "eval"} & set(jobs):

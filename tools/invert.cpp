@@ -6,21 +6,19 @@
 #include <chrono>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/base/inputs.h"
-#include "runtime/base/seconds_since.h"
 #include "runtime/base/version.h"
 #include "runtime/cluster/ranks.h"
-#include "runtime/inversion/inversion_report.h"
-#include "runtime/inversion/posterior/natural_range.h"
+#include "runtime/inversion/numbers_inversion.h"
 #include "runtime/scene/load.h"
 #include "runtime/training/network_start.h"
 #include "runtime/training/trained_network.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
-#include "tools/invert_posterior.h"
 #include "tools/invert_textures.h"
 #include "tools/named_numbers.h"
 #include "tools/progress.h"
@@ -31,22 +29,20 @@ namespace {
 
 struct InvertArguments {
   CommonOptions common;
-  std::string scene, folder, init, renderings, method;  // no method: gauss-newton, and the posterior where it fails
+  std::string scene, folder, init, renderings, method;
   Operator op = Operator::full;
   TargetOptions images;
   std::vector<std::string> parameters, start, prior, range;
-  int starts = 0;          // not given
-  double noise = -1;       // not given
-  double smoothness = 0;   // of textures
-  int repeats = 4;         // of textures
-  bool by_itself = false;  // neither a method was given nor what tells one how to work
-  // Options that were given and mean something to the posterior alone, and to the others alone.
-  std::vector<std::string> only_posterior, no_posterior;
+  int iterations = 0, starts = 0;  // not given
+  double noise = -1;               // not given
+  double learning_rate = 0.05;
+  bool exposure = false, white_balance = false;
+  double smoothness = 0;                  // of textures
+  int repeats = 4;                        // of textures
   std::vector<std::string> only_numbers;  // options that were given and mean nothing to textures
-  InversionOptions inversion;
 };
 
-// Everything that the numbers depend on: a folder goes on only with the same.
+// Everything that the numbers depend on, but for the method: a folder goes on only with the same.
 nlohmann::ordered_json request(const InvertArguments& o, const Device& device, const Inputs& inputs) {
   // the scene, all that it names, and the images
   nlohmann::ordered_json files = nlohmann::ordered_json::object();
@@ -65,15 +61,15 @@ nlohmann::ordered_json request(const InvertArguments& o, const Device& device, c
           {"range", o.range},
           {"method", o.method},
           {"operator", name_of(o.op)},
-          {"iterations", o.inversion.iterations},
+          {"iterations", o.iterations},
           {"spp", o.common.spp},
           {"seed", o.common.seed},
           {"noise", o.noise},
-          {"exposure", o.inversion.exposure},
-          {"white_balance", o.inversion.white_balance},
+          {"exposure", o.exposure},
+          {"white_balance", o.white_balance},
           {"curve", {static_cast<int>(o.images.photo.curve.kind), o.images.photo.curve.exponent}},
           {"saturation", o.images.photo.saturation},
-          {"learning_rate", o.inversion.learning_rate},
+          {"learning_rate", o.learning_rate},
           {"device", device.info().name + ", " + device.info().platform}};
 }
 
@@ -113,22 +109,14 @@ NetworkGuess set_starts(const InvertArguments& options, Scene& scene) {
   return guess;
 }
 
-Prior prior_of(const InvertArguments& options, const std::vector<Coordinate>& coordinates) {
-  Prior prior;
-  for (const std::string& text : options.prior) {
-    const NamedNumbers known = named_numbers(text);
-    const auto found = std::find_if(coordinates.begin(), coordinates.end(),
-                                    [&](const Coordinate& c) { return c.parameter().name == known.name; });
-    if (found == coordinates.end())
-      throw UsageError(fmt::format("--prior {}: need NAME=LOW,HIGH with a name given to --parameter", text));
-    const double low = known.numbers[0], high = known.numbers[1];
-    const Parameter& parameter = found->parameter();
-    if (!parameter.contains(low) || !parameter.contains(high) || !(low < high))
-      throw UsageError(
-          fmt::format("--prior {}: need LOW,HIGH, two numbers in {}, the smaller first", text, parameter.range()));
-    prior.add_interval(coordinates, static_cast<std::size_t>(found - coordinates.begin()), low, high);
+// NAME=LOW,HIGH each.
+NamedIntervals named_intervals(const std::vector<std::string>& texts) {
+  NamedIntervals intervals;
+  for (const std::string& text : texts) {
+    const NamedNumbers named = named_numbers(text);
+    intervals[named.name] = {named.numbers[0], named.numbers[1]};
   }
-  return prior;
+  return intervals;
 }
 
 void print_step(std::size_t start, const InversionStep& step, const std::vector<Coordinate>& coordinates) {
@@ -140,8 +128,25 @@ void print_step(std::size_t start, const InversionStep& step, const std::vector<
   std::fflush(stdout);
 }
 
-void print(const InversionOutcome& outcome, const std::vector<Coordinate>& coordinates) {
-  for (const std::string& sentence : verdict(outcome, coordinates)) fmt::print("{}\n", sentence);
+void print_round(std::size_t number, const PosteriorRound& round, const std::vector<NaturalRange>& ranges) {
+  std::string values;
+  for (std::size_t p = 0; p < ranges.size(); ++p) {
+    const auto i = static_cast<Eigen::Index>(p);
+    const double low = std::max(-1.0, round.mean[i] - round.deviation[i]),
+                 high = std::min(1.0, round.mean[i] + round.deviation[i]);
+    values +=
+        fmt::format("  {} {:.4g} to {:.4g}", ranges[p].parameter().name, ranges[p].value(low), ranges[p].value(high));
+  }
+  fmt::print("round {}  {} renderings{}  emulator {:.0f} %\n", number, round.exemplars, values,
+             100 * round.emulator_share);
+  std::fflush(stdout);
+}
+
+// outcome: of an inversion or a posterior.
+template <class Outcome>
+void print(const Outcome& outcome, const std::vector<std::string>& sentences,
+           const std::vector<Coordinate>& coordinates) {
+  for (const std::string& sentence : sentences) fmt::print("{}\n", sentence);
   for (const auto* list : {&outcome.parameters, &outcome.coefficients, &outcome.exposures})
     for (const Interval& i : *list)
       fmt::print("{:<24} {:>10.5g}   95 %: {:.5g} to {:.5g}\n", i.name, i.value, i.low, i.high);
@@ -155,11 +160,11 @@ void find_textures(const InvertArguments& options, const Scene& scene, const std
     throw UsageError(options.only_numbers.front() +
                      ": of numbers alone; textures are found by adam, from the scene's own");
   TextureInversionOptions how;
-  how.iterations = options.inversion.iterations > 0 ? options.inversion.iterations : how.iterations;
+  how.iterations = options.iterations > 0 ? options.iterations : how.iterations;
   how.spp = options.common.spp > 0 ? options.common.spp : how.spp;
-  how.learning_rate = options.inversion.learning_rate;
+  how.learning_rate = options.learning_rate;
   how.smoothness = options.smoothness;
-  how.exposure = options.inversion.exposure;
+  how.exposure = options.exposure;
   how.repeats = options.repeats;
   how.relative_noise = relative_noise(options.noise, targets);
   RenderOptions render_options;
@@ -174,42 +179,32 @@ void find_textures(const InvertArguments& options, const Scene& scene, const std
                   targets, device, render_options, asked);
 }
 
-// Where Gauss-Newton does not tell one material, the posterior of all follows, if nobody has asked for the one.
-bool posterior_follows(const InvertArguments& options, const std::vector<Coordinate>& coordinates) {
-  constexpr std::size_t most_unknowns = 8;
-  if (!options.by_itself || options.inversion.white_balance || coordinates.size() > most_unknowns || !world().alone())
-    return false;
-  try {
-    natural_ranges(coordinates, prior_of(options, coordinates), {});
-  } catch (const UsageError&) {
-    return false;  // no range to look at
-  }
-  return true;
-}
-
-void find_posterior(const InvertArguments& options, const Scene& scene, const std::vector<TargetImage>& targets,
-                    ForwardModel& model, const StoredRun::Json& of_scene, const StoredRun::Json& asked) {
-  PosteriorQuestion question{options.common,
-                             {options.scene, options.method, options.folder, options.images.targets, options.prior,
-                              errors_known(targets) || options.noise >= 0},
-                             options.parameters,
-                             options.range,
-                             options.images,
-                             prior_of(options, model.coordinates()),
-                             {},
-                             options.renderings.empty() ? options.folder + "/renderings" : options.renderings};
-  PosteriorOptions& how = question.posterior;
-  if (options.inversion.iterations > 0) how.rounds = options.inversion.iterations;
-  how.spp = options.common.spp;
-  how.seed = options.common.seed;
-  how.relative_noise = relative_noise(options.noise, targets);
-  how.exposure = options.inversion.exposure;
-  invert_posterior(question, scene, targets, model, of_scene, asked);
+NumbersQuestion question_of(const InvertArguments& options, const std::vector<TargetImage>& targets) {
+  NumbersQuestion question;
+  question.scene = options.scene;
+  question.folder = options.folder;
+  question.targets = options.images.targets;
+  question.method = options.method;
+  question.spp = options.common.spp;
+  question.iterations = options.iterations;
+  question.starts = options.starts;
+  question.started = !options.start.empty() || !options.init.empty();
+  question.relative_noise = relative_noise(options.noise, targets);
+  question.noise_known = errors_known(targets) || options.noise >= 0;
+  question.learning_rate = options.learning_rate;
+  question.exposure = options.exposure;
+  question.white_balance = options.white_balance;
+  question.prior = named_intervals(options.prior);
+  question.range = named_intervals(options.range);
+  question.renderings = options.renderings;
+  question.seed = options.common.seed;
+  question.may_follow = world().alone();
+  return question;
 }
 
 void run(InvertArguments options) {
   const CommonOptions& common = options.common;
-  const auto seconds = [start = std::chrono::steady_clock::now()] { return seconds_since(start); };
+  const auto begun = std::chrono::steady_clock::now();
   check_folder(options.folder);
   check_folder(options.renderings);
   Inputs inputs(Inputs::Keep::fingerprints);
@@ -222,86 +217,54 @@ void run(InvertArguments options) {
   const std::vector<TargetImage> targets = read_targets(options.images, scene);
   const NetworkGuess guess = set_starts(options, scene);
   inputs.end();
-  print_notes(common, targets, !options.inversion.exposure);
+  print_notes(common, targets, !options.exposure);
   const Device device(common.device);
-  if (options.method.empty()) options.method = options.only_posterior.empty() ? "gauss-newton" : "posterior";
-  const bool posterior = options.method == "posterior";
-  const std::vector<std::string>& without_meaning = posterior ? options.no_posterior : options.only_posterior;
-  if (!without_meaning.empty())
-    throw UsageError(fmt::format("{}: means nothing to --method {}", without_meaning.front(), options.method));
   if (names_texture(all, options.parameters)) return find_textures(options, scene, targets, device, inputs);
-  if (posterior) {
-    RenderOptions render_options;
-    render_options.seed = options.common.seed;
-    render_options.op = options.op;
-    render_options.cancel = &interrupt_flag();
-    if (options.common.spp == 1) throw UsageError("--spp 1: a rendering has two halves; need 2 or more");
-    ForwardModel model(device, scene, options.parameters, options.images.sensors, render_options);
-    return find_posterior(options, scene, targets, model, scene_request(options, device, scene_files),
-                          request(options, device, inputs));
-  }
 
-  InversionOptions& how = options.inversion;
-  how.method = options.method == "adam" ? InversionOptions::Method::adam : InversionOptions::Method::gauss_newton;
-  if (options.method == "adam" && !options.prior.empty())
-    throw UsageError("--prior: adam minimises the image loss alone; use --method gauss-newton");
-  if (how.white_balance && options.method == "adam")
-    throw UsageError("--white-balance: adam finds exposures alone; use --method gauss-newton");
-  if (how.white_balance &&
-      std::any_of(targets.begin(), targets.end(), [](const TargetImage& t) { return t.channels == 1; }))
-    throw UsageError("--white-balance: the sensor's film has luminance alone; need one with colours");
-  how.spp = common.spp;
-  if (how.sample_limit() < 2) throw UsageError("--spp 1: a loss compares different samples of a pixel; need 2 or more");
-  constexpr double most_samples = 1 << 29;  // that a pixel has, over all iterations
-  if (double(how.iteration_limit()) * how.sample_limit() > most_samples)
-    throw UsageError(fmt::format("--iterations {} of --spp {}: need at most {} samples in all", how.iteration_limit(),
-                                 how.sample_limit(), most_samples));
-  how.relative_noise = relative_noise(options.noise, targets);
-  how.noise_known = errors_known(targets) || options.noise >= 0;
-  const bool until_sure = options.starts == 0 && how.method == InversionOptions::Method::gauss_newton;
-  const int starts = until_sure ? static_cast<int>(most_starts) : std::max(1, options.starts);
-
+  NumbersQuestion question = question_of(options, targets);
+  question.begun = begun;
+  question.request = request(options, device, inputs);
+  question.of_scene = scene_request(options, device, scene_files);
+  check(question, targets);
+  check_outputs(common, {});
   RenderOptions render_options;
   render_options.seed = common.seed;
   render_options.op = options.op;
   render_options.cancel = &interrupt_flag();
-  render_options.ranks = &world();
+  if (options.method != "posterior") render_options.ranks = &world();
   ForwardModel model(device, scene, options.parameters, options.images.sensors, render_options);
-  std::vector<std::string> known = options.prior;
-  how.prior = prior_of(options, model.coordinates());
-  if (how.method == InversionOptions::Method::gauss_newton && known.empty()) {
-    how.prior = guess.prior(model.coordinates());
-    known = guess.words();
-  }
-  Inversion inversion(model, targets, how);
-
-  check_outputs(common, {});
-  StoredInversion stored(options.folder, request(options, device, inputs), inversion, model.coordinates(),
-                         inversion_starts(model.coordinates(), model.start(), starts, common.seed), until_sure ? 1 : 0);
-  Progress progress(options.scene, double(how.iteration_limit()) * (until_sure ? 1 : starts), "iterations at most",
-                    !common.quiet);
-  const InversionQuestion question{options.scene,          options.method, options.folder,
-                                   options.images.targets, known,          how.noise_known};
-  const auto show = [&](const InversionStep& step) {
-    progress.clear();
-    if (common.talkative()) print_step(stored.current(), step, model.coordinates());
-    progress.update(stored.fraction(how.iteration_limit()));
+  const std::vector<Coordinate>& coordinates = model.coordinates();
+  std::optional<Progress> progress;
+  std::size_t rounds = 0;
+  NumbersWatch watch;
+  watch.on_step = [&](const StoredInversion& stored, const InversionStep& step, int most) {
+    if (!progress) progress.emplace(options.scene, most, "iterations at most", !common.quiet);
+    progress->clear();
+    if (common.talkative()) print_step(stored.current(), step, coordinates);
+    progress->update(stored.fraction(most));
   };
-  InversionOutcome outcome = invert(question, inversion, model.coordinates(), scene, stored, until_sure, show);
-  progress.clear();
-  outcome.seconds = seconds();
-  write_inversion(outcome, model.coordinates(), targets);
-  if (common.talkative()) print(outcome, model.coordinates());
-  if (!outcome.converged() && posterior_follows(options, model.coordinates())) {
-    if (common.talkative()) fmt::print("\nThe posterior of all materials follows:\n");
-    options.method = "posterior";
-    options.folder += "/posterior";
-    return find_posterior(options, scene, targets, model, scene_request(options, device, scene_files),
-                          request(options, device, inputs));
-  }
-  write_json(common, to_json(outcome, model.coordinates()));
-  if (!outcome.converged())
-    throw ResultError("invert: not converged; " + options.folder + "/report.html shows how far");
+  watch.on_posterior = [&](const InversionOutcome& found) {
+    progress.reset();
+    if (!common.talkative()) return;
+    print(found, verdict(found, coordinates), coordinates);
+    fmt::print("\nThe posterior of all materials follows:\n");
+  };
+  watch.on_rendering = [&](const StoredPosterior& stored, const std::vector<NaturalRange>& ranges) {
+    if (!progress) progress.emplace(options.scene, stored.most_rounds(), "rounds at most", !common.quiet);
+    progress->clear();
+    for (const auto& all_rounds = stored.posterior().rounds(); rounds < all_rounds.size(); ++rounds)
+      if (common.talkative()) print_round(rounds, all_rounds[rounds], ranges);
+    progress->update(stored.fraction());
+  };
+  const NumbersAnswer answer =
+      invert_numbers(question, {guess.prior(coordinates), guess.words()}, scene, targets, model, watch);
+  progress.reset();
+  if (common.talkative() && answer.posterior) print(*answer.posterior, verdict(*answer.posterior), coordinates);
+  if (common.talkative() && !answer.posterior)
+    print(*answer.inversion, verdict(*answer.inversion, coordinates), coordinates);
+  write_json(common, to_json(answer, coordinates));
+  if (!answer.converged())
+    throw ResultError("invert: not converged; " + answer.folder() + "/report.html shows how far");
 }
 
 }  // namespace
@@ -329,18 +292,17 @@ void add_invert(CLI::App& app) {
                    "gauss-newton: steps of weighted least squares; adam: 200 iterations of stochastic gradients; "
                    "posterior: no start, renderings all over the range, an emulator of the image and samples of all "
                    "materials that fit. Default: gauss-newton, and where it does not converge to one material that "
-                   "fits, posterior (in OUTPUT/posterior; up to 8 numbers; not with --start, --starts or --init); "
-                   "posterior with --range or --renderings")
+                   "fits (up to 8 numbers), or --range or --renderings is given, posterior after it, which begins "
+                   "where it ended; not with --start, --starts, --init or --white-balance")
       ->check(CLI::IsMember({"adam", "gauss-newton", "posterior"}));
-  command
-      ->add_option("--iterations", options->inversion.iterations, "at most; default 50, adam 200, posterior 8 (rounds)")
+  command->add_option("--iterations", options->iterations, "at most; default 50, adam 200, posterior 8 (rounds)")
       ->check(CLI::Range(1, 1000000));
   command
       ->add_option("--noise", options->noise,
                    "standard deviation of the targets' noise over their radiance, beside what their files say")
       ->check(CLI::Range(0.0, 10.0));
-  command->add_flag("--exposure", options->inversion.exposure, "each target is known up to a factor: find it, too");
-  command->add_flag("--white-balance", options->inversion.white_balance,
+  command->add_flag("--exposure", options->exposure, "each target is known up to a factor: find it, too");
+  command->add_flag("--white-balance", options->white_balance,
                     "gauss-newton: red and blue of all targets are known up to a factor each: find them, too");
   command
       ->add_option("--init", options->init,
@@ -367,14 +329,14 @@ void add_invert(CLI::App& app) {
       ->add_option(
           "--range", options->range,
           "NAME=LOW,HIGH: posterior: look for it between these, evenly (numbers above 0 without an upper bound "
-          "in their logarithm); default: all of a range with two bounds, else a tenth to ten times the scene's "
-          "value; may be repeated")
+          "in their logarithm), and start from there before it; default: all of a range with two bounds, else a tenth "
+          "to ten times the scene's value; may be repeated")
       ->check(gives_numbers(2, "NAME=LOW,HIGH"))
       ->take_all();
   command->add_option("--renderings", options->renderings,
                       "posterior: the folder where renderings of the scene are kept for the next photo of it; default: "
-                      "renderings in that of --output");
-  command->add_option("--learning-rate", options->inversion.learning_rate, "adam: of the first iterations")
+                      "renderings in that of --output, after gauss-newton posterior/renderings");
+  command->add_option("--learning-rate", options->learning_rate, "adam: of the first iterations")
       ->check(CLI::Range(1e-6, 10.0))
       ->capture_default_str();
   command
@@ -395,14 +357,8 @@ void add_invert(CLI::App& app) {
                      "1024 at most (Gauss-Newton), 16 (Adam), as the targets' noise asks for (posterior)");
   add_open_option(*command, options->common);
   command->callback([options, command] {
-    for (const char* name : {"--init", "--start", "--starts", "--prior", "--white-balance"})
+    for (const char* name : {"--init", "--start", "--starts", "--prior", "--white-balance", "--range", "--renderings"})
       if (command->count(name) > 0) options->only_numbers.emplace_back(name);
-    for (const char* name : {"--range", "--renderings"})
-      if (command->count(name) > 0) options->only_posterior.emplace_back(name);
-    for (const char* name : {"--init", "--start", "--starts", "--learning-rate", "--white-balance"})
-      if (command->count(name) > 0) options->no_posterior.emplace_back(name);
-    options->by_itself = command->count("--method") == 0;
-    for (const char* name : {"--start", "--starts", "--init"}) options->by_itself &= command->count(name) == 0;
     if (command->count("--method") > 0 && options->method != "adam")
       options->only_numbers.push_back("--method " + options->method);
     run(*options);

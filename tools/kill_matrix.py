@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Kills itn with SIGKILL at random moments, again and again, until the job is done, and compares the files with those of a job that
-was never killed: data sets, trainings, inversions by all three methods, evaluations. Files that kills have left count, too.
+was never killed: data sets, trainings, inversions by all three methods and of textures, evaluations. Files that kills have left count, too.
 
   tools/kill_matrix.py [--kills N] [--jobs dataset,train,...] [--itn build/bin/itn] [--folder DIR]
 

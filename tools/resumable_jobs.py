@@ -22,6 +22,18 @@ SCENE = """<scene version="3.0.0">
   </shape>
 </scene>
 """
+FLOOR = """<scene version="3.0.0">
+  <integrator type="volpath"/>
+  <sensor type="perspective">
+    <transform name="to_world"><lookat origin="0, -3, 3" target="0, 0, 0" up="0, 0, 1"/></transform>
+    <film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="6"/><rfilter type="box"/></film>
+  </sensor>
+  <emitter type="envmap"><string name="filename" value="sky.exr"/></emitter>
+  <shape type="rectangle">
+    <bsdf type="diffuse" id="wood"><texture type="bitmap" name="reflectance"><string name="filename" value="wood.ppm"/></texture></bsdf>
+  </shape>
+</scene>
+"""
 MEDIUM = """<scene version="3.0.0">
   <medium type="homogeneous" name="interior" id="skin">
     <float name="sigma_t" value="10"/><rgb name="albedo" value="0.9, 0.8, 0.7"/><phase type="hg"><float name="g" value="0.5"/></phase>
@@ -50,10 +62,11 @@ def egg(rings=10, sectors=16):
 
 
 class Job:
-    """A command, which folder it writes, and which files it reads. All names are relative to the folder that it runs in."""
+    """A command, which folder it writes, and which files it reads. All names are relative to the folder that it runs in.
+    half_way: a file of the output that is there when the command is on its way."""
 
-    def __init__(self, name, arguments, output, inputs):
-        self.name, self.arguments, self.output, self.inputs = name, arguments, output, inputs
+    def __init__(self, name, arguments, output, half_way, inputs):
+        self.name, self.arguments, self.output, self.half_way, self.inputs = name, arguments, output, half_way, inputs
 
     def start(self, itn, work):
         return subprocess.Popen([str(itn), *self.arguments, "-o", self.output, "--quiet"], cwd=work, stdout=subprocess.DEVNULL,
@@ -91,6 +104,8 @@ def write_inputs(itn, work):
     """The files that the jobs read, all but what jobs themselves make for others."""
     (work / "scene.xml").write_text(SCENE)
     (work / "skin.xml").write_text(MEDIUM)
+    (work / "floor.xml").write_text(FLOOR)
+    (work / "wood.ppm").write_bytes(b"P6 2 2 255\n" + bytes(range(40, 160, 10)))
     for name in ("egg", "pea"):
         (work / f"{name}.ply").write_text(egg())
     side = {"shapes": ["egg.ply"], "azimuths": [0, 60], "materials": 10}
@@ -98,8 +113,8 @@ def write_inputs(itn, work):
                                                   "test": {"shapes": ["pea.ply"], "azimuths": [30], "materials": 3}}))
     sky = (ROOT / "scenes/test/uniform.exr").read_bytes()
     (work / "sky.exr").write_bytes(sky)
-    for name, spp in (("target", "256"), ("mask", "4")):
-        subprocess.run([str(itn), "render", "scene.xml", "--spp", spp, "-o", f"{name}.exr", "--quiet"], cwd=work, check=True)
+    for scene, name, spp in (("scene", "target", "256"), ("scene", "mask", "4"), ("floor", "floor", "64")):
+        subprocess.run([str(itn), "render", f"{scene}.xml", "--spp", spp, "-o", f"{name}.exr", "--quiet"], cwd=work, check=True)
 
 
 def jobs():
@@ -108,13 +123,18 @@ def jobs():
     files = ["scene.xml", "skin.xml", "egg.ply", "sky.exr", "target.exr", "mask.exr"]
     start = ["--start", "skin.sigma_t=5"]
     return [
-        Job("dataset", ["dataset", "config.json"], "set", ["config.json", "egg.ply", "pea.ply"]),
+        Job("dataset", ["dataset", "config.json"], "set", "images/000012.exr", ["config.json", "egg.ply", "pea.ply"]),
         Job("train", ["train", "set", "--network", "rn", "--width", "2", "--epochs", "8", "--batch", "4", "--channels", "6", "--threads", "1",
-                      "--checkpoint-every", "0"], "run", ["set/manifest.json", "set/images/000003.exr", "set/shapes/egg.exr"]),
-        Job("gauss-newton", invert + start + ["--spp", "16"], "gauss-newton", files),
-        Job("adam", invert + start + ["--spp", "8", "--method", "adam", "--iterations", "12"], "adam", files),
-        Job("posterior", invert + ["--spp", "16", "--method", "posterior", "--iterations", "2"], "posterior", files),
+                      "--checkpoint-every", "0"], "run", "checkpoint.safetensors",
+            ["set/manifest.json", "set/images/000003.exr", "set/shapes/egg.exr"]),
+        Job("gauss-newton", invert + start + ["--spp", "16"], "gauss-newton", "state.json", files),
+        Job("adam", invert + start + ["--spp", "8", "--method", "adam", "--iterations", "12"], "adam", "state.json", files),
+        Job("textures", ["invert", "floor.xml", "--target", "floor.exr", "--parameter", "wood.reflectance", "--method", "adam", "--iterations",
+                         "8", "--spp", "4", "--repeats", "2"], "textures", "state-0.bin", ["floor.xml", "wood.ppm", "sky.exr", "floor.exr"]),
+        Job("posterior", invert + ["--spp", "16", "--method", "posterior", "--iterations", "2"], "posterior", "renderings/000004_0.exr",
+            files),
         Job("eval", ["eval", "set", "run", "--images", "2", "--inversions", "1", "--iterations", "4", "--threads", "1"], "report",
+            "inversions_truth.json",
             ["set/manifest.json", "set/images/000020.exr", "set/shapes/pea.ply", "run/network.safetensors"]),
     ]
 

@@ -40,16 +40,11 @@ def changes(data, other, quick):
 
 
 def stop_on_the_way(job, itn, work):
-    """Starts the job and kills it when half of the files of a whole job are there. Returns those that are."""
-    folder, whole = work / job.output, len(list((work / (job.output + ".whole")).rglob("*")))
+    """Starts the job and kills it when it is on its way. Returns the files that are there."""
+    folder = work / job.output
     shutil.rmtree(folder, ignore_errors=True)
     process = job.start(itn, work)
-    seen, since = 0, time.monotonic()
-    while process.poll() is None:
-        there = len([p for p in folder.rglob("*") if ".tmp-" not in p.name]) if folder.exists() else 0
-        stored = any((folder / name).exists() for name in ("state.json", "checkpoint.safetensors", "inversions_truth.json"))
-        if stored or there > whole // 2:
-            break
+    while process.poll() is None and not (folder / job.half_way).exists():
         time.sleep(0.002)
     process.kill()
     process.communicate()

@@ -125,9 +125,11 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
     values are the start; `start` gives others, `init` a network's guess ("shipped", or a run's folder) from a target that is
     a file; how sure the network is is Gauss-Newton's prior, unless `prior` gives one. The scene is left as it is: `result.apply(scene)` changes it.
 
-    method: "gauss-newton" (default), "adam", or "posterior", which needs no start: renderings all over the range, and all
-    materials that fit. range: {name: (low, high)} that it looks at (default: all of a range with two bounds, else a tenth to
-    ten times the scene's value); renderings: the folder where it keeps them for the next target of the same scene.
+    method: "gauss-newton", "adam", or "posterior", which needs no start: renderings all over the range, and all materials that
+    fit. Default: gauss-newton, and where it does not converge to one material that fits, or range or renderings is given, the
+    posterior after it (up to eight numbers; not with start, starts, init or white_balance). range: {name: (low, high)} that
+    it looks at (default: all of a range with two bounds, else a tenth to ten times the scene's value), and where
+    Gauss-Newton starts before it; renderings: the folder where it keeps them for the next target of the same scene.
     spp: samples a pixel, at most 1024 (Gauss-Newton), 16 (Adam), as the target's noise asks for (posterior). noise: standard
     deviation of the target's noise over its radiance; default what it says itself, else 1 %. exposure: the target is
     known up to a factor. white_balance: red and blue of all targets are known up to a factor each (Gauss-Newton). starts:
@@ -143,16 +145,10 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
     textures = [name for name in names if scene._scene.has_values(name)]
     if method not in (None, "adam", "gauss-newton", "posterior"):
         raise _itn.UsageError(f"method: got {method!r}, need 'gauss-newton', 'adam' or 'posterior'")
-    if method == "posterior" and (start or starts or init):
-        raise _itn.UsageError("method='posterior': it needs no start; leave out start, starts and init")
-    if method == "posterior" and white_balance:
-        raise _itn.UsageError("white_balance: of method='gauss-newton' alone")
-    if method != "posterior" and (range or renderings):
-        raise _itn.UsageError("range, renderings: of method='posterior' alone")
     start, prior, range = (_by_component(scene, values or {}) for values in (start, prior, range))
-    if textures and (method in ("gauss-newton", "posterior") or start or prior or init or starts):
+    if textures and (method in ("gauss-newton", "posterior") or start or prior or init or starts or range or renderings):
         raise _itn.UsageError(f"{textures[0]}: textures and grids are found by adam, from the scene's own values, without "
-                              "start, starts, prior and init")
+                              "start, starts, prior, init, range and renderings")
     if textures and white_balance:
         raise _itn.UsageError(f"{textures[0]}: textures and grids are found without white_balance")
     if init and not isinstance(target, (str, os.PathLike)):
@@ -174,15 +170,12 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
                 found = _itn.invert_values(*common, iterations, relative, learning_rate, exposure, smoothness, repeats, tell)
                 return _of_values(found, repeats, folder if output is not None else None)
             intervals = lambda known: {k: (float(v[0]), float(v[1])) for k, v in known.items()}
-            if method == "posterior":
-                of_scene = _request(scene, [], without=names, parameters=names, sensors=sensors, seed=seed, operator=operator)
-                kept = os.fspath(renderings) if renderings is not None else os.path.join(folder, "renderings")
-                found = _itn.invert_posterior(*common, iterations, relative, exposure, intervals(prior), intervals(range),
-                                              kept, of_scene, known or noise is not None, tell)
-            else:
-                found = _itn.invert_numbers(*common, asked["method"], iterations, relative, learning_rate, exposure, white_balance,
-                                            {k: float(v) for k, v in start.items()}, starts, intervals(prior), init or "",
-                                            os.fspath(target) if init else "", known or noise is not None, tell)
+            of_scene = _request(scene, [], without=names, parameters=names, sensors=sensors, seed=seed, operator=operator)
+            found = _itn.invert_numbers(*common, method or "", iterations, relative, learning_rate, exposure, white_balance,
+                                        {k: float(v) for k, v in start.items()}, starts, intervals(prior), init or "",
+                                        os.fspath(target) if init else "", intervals(range),
+                                        os.fspath(renderings) if renderings is not None else "", of_scene,
+                                        known or noise is not None, tell)
     finally:
         if output is None:
             shutil.rmtree(folder, ignore_errors=True)

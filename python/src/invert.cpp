@@ -16,8 +16,7 @@
 #include "python/src/target.h"
 #include "runtime/base/error.h"
 #include "runtime/inversion/forward_model.h"
-#include "runtime/inversion/inversion_report.h"
-#include "runtime/inversion/posterior/posterior_outcome.h"
+#include "runtime/inversion/numbers_inversion.h"
 #include "runtime/inversion/stored_texture_inversion.h"
 #include "runtime/training/network_start.h"
 
@@ -61,23 +60,6 @@ nb::list image_arrays(const std::vector<Rendering>& images) {
 }
 
 using Numbers = std::map<std::string, double>;
-using Intervals = std::map<std::string, std::pair<double, double>>;
-
-Prior prior_of(const Intervals& known, const std::vector<Coordinate>& coordinates) {
-  Prior prior;
-  for (const auto& [name, interval] : known) {
-    const auto found = std::find_if(coordinates.begin(), coordinates.end(),
-                                    [&, wanted = name](const Coordinate& c) { return c.parameter().name == wanted; });
-    if (found == coordinates.end())
-      throw UsageError(fmt::format("prior: {} is none of the parameters that are asked for", name));
-    const auto& [low, high] = interval;
-    if (!found->parameter().contains(low) || !found->parameter().contains(high) || !(low < high))
-      throw UsageError(fmt::format("prior: {} has ({}, {}), need two numbers in {}, the smaller first", name, low, high,
-                                   found->parameter().range()));
-    prior.add_interval(coordinates, static_cast<std::size_t>(found - coordinates.begin()), low, high);
-  }
-  return prior;
-}
 
 struct NumbersFound {
   std::string json;
@@ -85,92 +67,12 @@ struct NumbersFound {
   std::vector<Rendering> images;
 };
 
-NumbersFound find_numbers(const Question& question, InversionOptions how, const Intervals& prior,
-                          const NetworkGuess& guess, int starts, Running& running) {
-  const std::shared_ptr<SharedDevice> device = shared_device();
-  const std::lock_guard lock(device->mutex);
-  const std::vector<TargetImage> targets = images_of(question.targets);
-  ForwardModel model(device->device, *question.scene, question.parameters, question.sensors,
-                     render_options(question, running));
-  const bool adam = how.method == InversionOptions::Method::adam, by_network = prior.empty() && !adam;
-  how.prior = by_network ? guess.prior(model.coordinates()) : prior_of(prior, model.coordinates());
-  Inversion inversion(model, targets, how);
-  const bool until_sure = starts == 0 && !adam;
-  const int most = until_sure ? static_cast<int>(most_starts) : std::max(1, starts);
-  StoredInversion stored(question.folder, StoredRun::Json::parse(question.request), inversion, model.coordinates(),
-                         inversion_starts(model.coordinates(), model.start(), most, question.seed), until_sure ? 1 : 0);
-  const InversionQuestion words{question.scene->file,
-                                adam ? "adam" : "gauss-newton",
-                                question.folder,
-                                std::vector<std::string>(targets.size(), "an array"),
-                                by_network ? guess.words() : std::vector<std::string>(),
-                                how.noise_known};
-  const InversionOutcome outcome =
-      invert(words, inversion, model.coordinates(), *question.scene, stored, until_sure,
-             [&](const InversionStep&) { running.update(stored.fraction(how.iteration_limit())); });
-  write_inversion(outcome, model.coordinates(), targets);
-  return {to_json(outcome, model.coordinates()).dump(), verdict(outcome, model.coordinates()),
-          ambiguity_words(outcome, model.coordinates()), outcome.found().end.images};
-}
-
-// Renderings are kept in a folder of their own, for scene_request: all that they depend on but the parameters' values.
-NumbersFound find_posterior(const Question& question, const PosteriorOptions& how, const Intervals& prior,
-                            const Intervals& range, const std::string& renderings, const std::string& scene_request,
-                            bool noise_known, Running& running) {
-  const std::shared_ptr<SharedDevice> device = shared_device();
-  const std::lock_guard lock(device->mutex);
-  const std::vector<TargetImage> targets = images_of(question.targets);
-  ForwardModel model(device->device, *question.scene, question.parameters, question.sensors,
-                     render_options(question, running));
-  const std::vector<NaturalRange> ranges =
-      natural_ranges(model.coordinates(), prior_of(prior, model.coordinates()), range);
-  RenderingStore store(renderings, StoredRun::Json::parse(scene_request), question.parameters.size());
-  StoredPosterior stored(question.folder, StoredRun::Json::parse(question.request), store, model, ranges, targets, how);
-  while (!stored.done()) {
-    stored.advance();
-    running.update(stored.fraction());
-  }
-  const InversionQuestion words{
-      question.scene->file, "posterior", question.folder, std::vector<std::string>(targets.size(), "an array"), {},
-      noise_known};
-  const PosteriorOutcome outcome = conclude(words, stored, model, ranges, *question.scene, targets, how);
-  write_posterior(outcome, model.coordinates(), targets);
-  return {to_json(outcome, model.coordinates()).dump(), verdict(outcome), ambiguity_words(outcome, model.coordinates()),
-          outcome.images};
-}
-
-nb::dict as_dict(const NumbersFound& found) {
-  nb::dict result;
-  result["json"] = found.json;
-  result["verdict"] = found.verdict;
-  result["ambiguity"] = found.ambiguity;
-  result["images"] = image_arrays(found.images);
-  return result;
-}
-
-nb::dict invert_posterior(const SceneObject& object, const std::vector<std::string>& names, const Targets& targets,
-                          const std::vector<int>& sensors, const std::string& folder, const std::string& request,
-                          int spp, std::uint64_t seed, bool single, int rounds, double noise, bool exposure,
-                          const Intervals& prior, const Intervals& range, const std::string& renderings,
-                          const std::string& scene_request, bool noise_known, const nb::object& progress) {
-  if (spp == 1) throw UsageError("spp 1: a rendering has two halves; need 2 or more");
-  PosteriorOptions how;
-  if (rounds > 0) how.rounds = rounds;
-  how.spp = spp;
-  how.seed = seed;
-  how.relative_noise = noise;
-  how.exposure = exposure;
-  const Question question{object.scene(), names, targets, sensors, folder, request, seed, single};
-  return as_dict(interruptible(progress, [&](Running& running) {
-    return find_posterior(question, how, prior, range, renderings, scene_request, noise_known, running);
-  }));
-}
-
 nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string>& names, const Targets& targets,
                         const std::vector<int>& sensors, const std::string& folder, const std::string& request, int spp,
                         std::uint64_t seed, bool single, const std::string& method, int iterations, double noise,
                         double learning_rate, bool exposure, bool white_balance, const Numbers& start, int starts,
-                        const Intervals& prior, const std::string& init, const std::string& init_image,
+                        const NamedIntervals& prior, const std::string& init, const std::string& init_image,
+                        const NamedIntervals& range, const std::string& renderings, const std::string& scene_request,
                         bool noise_known, const nb::object& progress) {
   Scene scene = *object.scene();
   NetworkGuess guess;
@@ -184,26 +86,52 @@ nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string
       throw UsageError(fmt::format("start: {} is none of the parameters that are asked for", name));
     set_parameter(scene, object.parameter(name), value);
   }
-  InversionOptions how;
-  how.method = method == "adam" ? InversionOptions::Method::adam : InversionOptions::Method::gauss_newton;
-  if (method == "adam" && !prior.empty())
-    throw UsageError("prior: adam minimises the image loss alone; use method='gauss-newton'");
-  how.iterations = iterations;
-  how.spp = spp;
-  how.relative_noise = noise;
-  how.learning_rate = learning_rate;
-  how.exposure = exposure;
-  how.noise_known = noise_known;
-  how.white_balance = white_balance;
-  if (white_balance && method == "adam")
-    throw UsageError("white_balance: adam finds exposures alone; use method='gauss-newton'");
-  if (white_balance && std::any_of(targets.begin(), targets.end(), [](const auto& t) { return t->channels == 1; }))
-    throw UsageError("white_balance: the sensor's film has luminance alone; need one with colours");
-  if (how.sample_limit() < 2) throw UsageError("spp 1: a loss compares different samples of a pixel; need 2 or more");
+  NumbersQuestion asked;
+  asked.scene = scene.file;
+  asked.folder = folder;
+  asked.targets.assign(targets.size(), "an array");
+  asked.method = method;
+  asked.spp = spp;
+  asked.iterations = iterations;
+  asked.starts = starts;
+  asked.started = !start.empty() || !init.empty();
+  asked.relative_noise = noise;
+  asked.noise_known = noise_known;
+  asked.learning_rate = learning_rate;
+  asked.exposure = exposure;
+  asked.white_balance = white_balance;
+  asked.prior = prior;
+  asked.range = range;
+  asked.renderings = renderings;
+  asked.seed = seed;
+  asked.request = StoredRun::Json::parse(request);
+  asked.of_scene = StoredRun::Json::parse(scene_request);
   const Question question{
       std::make_shared<const Scene>(std::move(scene)), names, targets, sensors, folder, request, seed, single};
-  return as_dict(interruptible(
-      progress, [&](Running& running) { return find_numbers(question, how, prior, guess, starts, running); }));
+  const std::vector<TargetImage> images = images_of(targets);
+  check(asked, images);
+  const NumbersFound found = interruptible(progress, [&](Running& running) {
+    const std::shared_ptr<SharedDevice> device = shared_device();
+    const std::lock_guard lock(device->mutex);
+    ForwardModel model(device->device, *question.scene, names, sensors, render_options(question, running));
+    NumbersWatch watch;
+    watch.on_step = [&](const StoredInversion& stored, const InversionStep&, int most) {
+      running.update(stored.fraction(most));
+    };
+    watch.on_rendering = [&](const StoredPosterior& stored, const std::vector<NaturalRange>&) {
+      running.update(stored.fraction());
+    };
+    const NumbersAnswer answer = itn::invert_numbers(asked, {guess.prior(model.coordinates()), guess.words()},
+                                                     *question.scene, images, model, watch);
+    return NumbersFound{to_json(answer, model.coordinates()).dump(), verdict(answer, model.coordinates()),
+                        ambiguity_words(answer, model.coordinates()), answer.images()};
+  });
+  nb::dict result;
+  result["json"] = found.json;
+  result["verdict"] = found.verdict;
+  result["ambiguity"] = found.ambiguity;
+  result["images"] = image_arrays(found.images);
+  return result;
 }
 
 struct ValuesFound {
@@ -288,10 +216,7 @@ nb::dict invert_values(const SceneObject& object, const std::vector<std::string>
 void bind_invert(nb::module_& module) {
   module.def("invert_numbers", &invert_numbers, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
              "request"_a, "spp"_a, "seed"_a, "single"_a, "method"_a, "iterations"_a, "noise"_a, "learning_rate"_a,
-             "exposure"_a, "white_balance"_a, "start"_a, "starts"_a, "prior"_a, "init"_a, "init_image"_a,
-             "noise_known"_a, "progress"_a.none());
-  module.def("invert_posterior", &invert_posterior, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
-             "request"_a, "spp"_a, "seed"_a, "single"_a, "rounds"_a, "noise"_a, "exposure"_a, "prior"_a, "range"_a,
+             "exposure"_a, "white_balance"_a, "start"_a, "starts"_a, "prior"_a, "init"_a, "init_image"_a, "range"_a,
              "renderings"_a, "scene_request"_a, "noise_known"_a, "progress"_a.none());
   module.def("invert_values", &invert_values, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
              "request"_a, "spp"_a, "seed"_a, "single"_a, "iterations"_a, "noise"_a, "learning_rate"_a, "exposure"_a,

@@ -35,6 +35,19 @@ bool number_of(const std::string& file, FileNumber& number) {
   return true;
 }
 
+// All 0 where there is none.
+struct stat status_of(const std::string& file) {
+  struct stat status {};
+  if (stat(file.c_str(), &status) != 0) return {};
+  return status;
+}
+
+bool keeps_fingerprints() {
+  Record& r = record();
+  const std::lock_guard guard(r.mutex);
+  return r.noting && r.with_fingerprints;
+}
+
 }  // namespace
 
 Inputs::Inputs(Keep keep) {
@@ -66,24 +79,28 @@ std::map<std::string, std::string> Inputs::fingerprints() const {
 }
 
 void note_input(const std::string& file, std::string_view bytes) {
+  note_fingerprint(file, keeps_fingerprints() ? fingerprint_text(bytes) : "");
+}
+
+void note_fingerprint(const std::string& file, const std::string& fingerprint) {
   Record& r = record();
   const std::lock_guard guard(r.mutex);
   if (!r.noting) return;
   if (FileNumber number; number_of(file, number)) r.numbers.insert(number);
-  if (r.with_fingerprints) r.fingerprints[file] = fingerprint_text(bytes);
+  if (r.with_fingerprints) r.fingerprints[file] = fingerprint;
 }
 
-void note_input(const std::string& file) {
-  bool whole = false;
-  {
-    Record& r = record();
-    const std::lock_guard guard(r.mutex);
-    whole = r.noting && r.with_fingerprints;
-  }
-  if (whole)
-    read_file(file);
-  else
-    note_input(file, "");
+ForeignInput::ForeignInput(const std::string& file) : file_(file), status_(status_of(file)) {
+  if (keeps_fingerprints()) fingerprint_ = fingerprint_of(file);
+}
+
+void ForeignInput::note() const {
+  const auto same = [](const timespec& a, const timespec& b) { return a.tv_sec == b.tv_sec && a.tv_nsec == b.tv_nsec; };
+  const struct stat now = status_of(file_);
+  if (now.st_dev != status_.st_dev || now.st_ino != status_.st_ino || now.st_size != status_.st_size ||
+      !same(now.st_mtim, status_.st_mtim) || !same(now.st_ctim, status_.st_ctim))
+    throw InputError(file_ + ": has changed while it was read; call the command again");
+  note_fingerprint(file_, fingerprint_);
 }
 
 void refuse_input(const std::string& file) {

@@ -1,5 +1,7 @@
 // What a command reads: never written over, and a job that was stopped goes on only with the same.
 #pragma once
+#include <sys/stat.h>
+
 #include <map>
 #include <string>
 #include <string_view>
@@ -25,8 +27,21 @@ class Inputs {
 
 // For readers that do not call read_file().
 void note_input(const std::string& file, std::string_view bytes);
-// The same for what foreign libraries read: reads the file again where a fingerprint is kept.
-void note_input(const std::string& file);
+// For readers in another process. fingerprint: fingerprint_text() of the bytes that they read.
+void note_fingerprint(const std::string& file, const std::string& fingerprint);
+
+// For foreign libraries that read from the disk themselves: made before they do. Where fingerprints are kept, the file
+// is read once more, here.
+class ForeignInput {
+ public:
+  explicit ForeignInput(const std::string& file);
+  // After they have read. Throws InputError: the file has changed since this was made.
+  void note() const;
+
+ private:
+  std::string file_, fingerprint_;
+  struct stat status_;
+};
 
 // Throws UsageError where the file is one of the living Inputs.
 void refuse_input(const std::string& file);

@@ -7,6 +7,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/fingerprint.h"
 #include "runtime/base/json_text.h"
 #include "runtime/cluster/ranks.h"
 
@@ -15,6 +16,14 @@ namespace {
 
 // Whatever the order of an object's members.
 bool same(const StoredRun::Json& a, const StoredRun::Json& b) { return nlohmann::json(a) == nlohmann::json(b); }
+
+constexpr const char* checksum_name = "checksum";
+
+// Of all members but the checksum: of what they say, not of how it is set out.
+std::string checksum_of(StoredRun::Json all) {
+  all.erase(checksum_name);
+  return fingerprint_text(all.dump());
+}
 
 }  // namespace
 
@@ -26,6 +35,9 @@ StoredRun::StoredRun(std::string file, std::string schema, std::string job)
   stored_ = Json::parse(text, nullptr, false);
   const auto has = [&](const char* key) { return stored_.is_object() && stored_.contains(key); };
   if (!has("schema") || stored_["schema"] != schema_ || !has("request") || !stored_["request"].is_object()) refuse();
+  if (has(checksum_name) && stored_[checksum_name] != checksum_of(stored_))
+    throw InputError(file_ +
+                     ": has changed since it was written: its checksum differs; remove its folder to begin anew");
 }
 
 void StoredRun::refuse() const {
@@ -43,8 +55,6 @@ std::string StoredRun::first_difference(const Json& request) const {
   return "";
 }
 
-bool StoredRun::continues(const Json& request) const { return !stored_.is_null() && first_difference(request).empty(); }
-
 void StoredRun::require_same(const Json& request) const {
   if (stored_.is_null()) return;
   const std::string key = first_difference(request);
@@ -58,6 +68,7 @@ void StoredRun::require_same(const Json& request) const {
 void StoredRun::write(const Json& request, const Json& record, int indent) const {
   Json all{{"schema", schema_}, {"request", request}};
   all.update(record);
+  all[checksum_name] = checksum_of(all);
   if (!std::exchange(written_, true)) world().meet();
   write_file(file_, all.dump(indent) + "\n");
 }

@@ -15,7 +15,8 @@ class StoredRun {
   using Json = nlohmann::ordered_json;
 
   // schema: of the file, with the version of its format. job: for messages, "a training". Throws InputError: the file
-  // is there and is not of this schema.
+  // is there and is not of this schema, or has changed since it was written. Files from before there were checksums
+  // have none, and are taken as they are.
   StoredRun(std::string file, std::string schema, std::string job);
 
   const std::string& file() const { return file_; }
@@ -23,16 +24,16 @@ class StoredRun {
   // What the file held under `key` when this was made; null: no file, or no such key.
   Json before(const std::string& key) const;
 
-  // Did the file hold a job of this request? Keys of the file that the request lacks do not count.
-  bool continues(const Json& request) const;
-  // Throws UsageError: the file held a job of another request; says what differs.
+  // Throws UsageError: the file held a job of another request; says what differs. Keys of the file that the request
+  // lacks do not count.
   void require_same(const Json& request) const;
 
   // For whoever finds that what the file holds is damaged.
   [[noreturn]] void refuse() const;
 
   // Of several ranks (cluster/ranks.h) the first writes, and not before all have read: all call this.
-  // The file becomes {"schema", "request"} and the members of `record`, whole or not at all. indent: as Json::dump().
+  // The file becomes {"schema", "request"}, the members of `record` and a checksum, whole or not at all. indent: as
+  // Json::dump().
   // Throws ResultError.
   void write(const Json& request, const Json& record, int indent = -1) const;
 

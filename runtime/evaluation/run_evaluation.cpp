@@ -18,8 +18,8 @@ void part(const EvaluationProgress& progress, const std::string& label, std::siz
 
 // Every start's inversions; what there is of one is stored when it is interrupted.
 void synthesise(const EvaluationOptions& how, const Device& device, RenderedLoss& renderer,
-                const EvaluationProgress& progress, Evaluation& e) {
-  for (const std::string& start : choose_synthesis_targets(how, e)) {
+                const std::vector<std::string>& starts, const EvaluationProgress& progress, Evaluation& e) {
+  for (const std::string& start : starts) {
     StoredSynthesis synthesis(how, device, renderer, e, start);
     progress.begin("inversions from " + start, static_cast<double>(e.synthesis_targets.size()) * how.iterations,
                    "renderings", synthesis.fraction(), true);
@@ -51,6 +51,11 @@ void run_evaluation(const EvaluationOptions& options, const std::string& device,
        [&](const Fraction& update) { predict_splits(options, e, cancel, update); });
   if (options.images == 0 && options.inversions == 0) return;
   const Device chosen(device);
+  std::vector<std::string> starts;
+  if (options.inversions > 0) {  // before the work of table 2
+    starts = choose_synthesis_targets(options, e);
+    require_same_syntheses(options, chosen, e, starts);
+  }
   RenderedLoss renderer(chosen, e.set, options.data, Operator::full, &cancel);
   if (options.images > 0) {
     choose_rerendered(options, e, cancel);
@@ -59,7 +64,7 @@ void run_evaluation(const EvaluationOptions& options, const std::string& device,
     part(progress, "information limit", e.rerendered.size(),
          [&](const Fraction& update) { bound_rerendered(options, renderer, e, update); });
   }
-  if (options.inversions > 0) synthesise(options, chosen, renderer, progress, e);
+  if (options.inversions > 0) synthesise(options, chosen, renderer, starts, progress, e);
 }
 
 }  // namespace itn

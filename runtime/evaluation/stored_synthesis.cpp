@@ -48,6 +48,10 @@ Json request_of(const Evaluation& e, const Device& device, const std::string& st
           {"device", device.info().name + ", " + device.info().platform}};
 }
 
+StoredRun file_of(const EvaluationOptions& options, const std::string& start) {
+  return {options.report + "/inversions_" + start + ".json", "itn.eval.inversions/1", "inversions of itn eval"};
+}
+
 }  // namespace
 
 std::vector<std::string> choose_synthesis_targets(const EvaluationOptions& options, Evaluation& e) {
@@ -70,17 +74,23 @@ std::vector<std::string> choose_synthesis_targets(const EvaluationOptions& optio
   return starts;
 }
 
+void require_same_syntheses(const EvaluationOptions& options, const Device& device, const Evaluation& e,
+                            const std::vector<std::string>& starts) {
+  for (const std::string& start : starts) file_of(options, start).require_same(request_of(e, device, start));
+}
+
 StoredSynthesis::StoredSynthesis(const EvaluationOptions& options, const Device& device, RenderedLoss& renderer,
                                  const Evaluation& e, const std::string& start)
     : start_(start),
       iterations_(options.iterations),
       request_(request_of(e, device, start)),
       synthesis_(renderer, e.set, options.data, e.synthesis_targets, materials_at(e, start), e.synthesis_options),
-      stored_(options.report + "/inversions_" + start + ".json", "itn.eval.inversions/1",
-              "the inversions of itn eval") {
-  if (!stored_.continues(request_)) return;
+      stored_(file_of(options, start)) {
+  stored_.require_same(request_);
+  const Json state = stored_.before("state");
+  if (state.is_null()) return;
   try {
-    synthesis_.restore(stored_.before("state"));
+    synthesis_.restore(state);
   } catch (const nlohmann::json::exception&) {
     stored_.refuse();
   } catch (const std::out_of_range&) {

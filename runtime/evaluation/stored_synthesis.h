@@ -1,5 +1,5 @@
 // Table 3's analysis by synthesis from one kind of start, stored in the report's folder (inversions_<start>.json) so
-// that it goes on where it was stopped. A file of another question is overwritten.
+// that it goes on where it was stopped, with the same networks and options.
 #pragma once
 #include <string>
 
@@ -8,10 +8,15 @@
 
 namespace itn {
 
+// Throws UsageError: the report's folder holds inversions that began with another network or other options; InputError:
+// a file of them is damaged. starts: as choose_synthesis_targets() returned.
+void require_same_syntheses(const EvaluationOptions& options, const Device& device, const Evaluation& e,
+                            const std::vector<std::string>& starts);
+
 class StoredSynthesis {
  public:
-  // start: one of those that choose_synthesis_targets() returned. renderer and e must outlive this. Throws InputError:
-  // the file is damaged.
+  // start: one of those that choose_synthesis_targets() returned. renderer and e must outlive this. Throws as
+  // require_same_syntheses().
   StoredSynthesis(const EvaluationOptions& options, const Device& device, RenderedLoss& renderer, const Evaluation& e,
                   const std::string& start);
 

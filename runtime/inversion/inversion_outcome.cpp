@@ -205,12 +205,12 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
   else if (!agreement.rivals.empty())
     text.push_back(
         fmt::format("NOT converged: the images fit {} separate materials as well as the noise can tell, and the "
-                    "intervals are those of one of them. --method posterior shows all that fits.",
+                    "intervals are those of one of them. Method posterior shows all that fits.",
                     1 + agreement.rivals.size()));
   else
     text.emplace_back(
         "NOT converged: the image found does not fit, and no other start ended there; the intervals do not hold. Start "
-        "nearer (--start, --init), from more places (--starts), or use --method posterior.");
+        "nearer (start, init), from more places (starts), or use method posterior.");
   for (const std::size_t k : agreement.rivals) {
     std::vector<std::string> values;
     for (std::size_t p = 0; p < coordinates.size(); ++p)
@@ -221,12 +221,12 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
   if (!end.determined)
     text.emplace_back(
         "A direction of the parameters shows so little in the images that the noise of the derivatives hides it: the "
-        "intervals do not hold. Give it more samples (--spp), fewer parameters, or what is known of them beforehand "
-        "(--prior).");
+        "intervals do not hold. Give it more samples (spp), fewer parameters, or what is known of them beforehand "
+        "(prior).");
   else if (end.hidden)
     text.emplace_back(
         "A direction of the parameters shows so little in the images that the noise of the derivatives hides it: along "
-        "it the result is what was known before. More samples (--spp) may tell more.");
+        "it the result is what was known before. More samples (spp) may tell more.");
   for (std::size_t p = 0; p < coordinates.size(); ++p)
     if (coordinates[p].at_edge(end.x[p]))
       text.push_back(fmt::format("{} ended on the edge of its range: its interval does not hold.",
@@ -236,7 +236,7 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
                                fmt::join(outcome.question.prior, "; ")));
   if (!outcome.question.noise_known)
     text.emplace_back(
-        "The targets' noise is not known (no standard errors in the files, no --noise): 1 % of the radiance was "
+        "The targets' noise is not known (no standard errors, and noise was not given): 1 % of the radiance was "
         "assumed to weigh the pixels; the intervals come from what is left of the targets, so they hold if that is "
         "noise.");
   text.push_back(words(end.fit));

@@ -5,15 +5,27 @@
 #include "runtime/base/file.h"
 #include "runtime/base/random.h"
 #include "runtime/inversion/inversion_outcome.h"
+#include "runtime/inversion/posterior/natural_range.h"
 
 namespace itn {
 std::vector<std::vector<double>> inversion_starts(const std::vector<Coordinate>& coordinates,
-                                                  const std::vector<double>& first, int count, std::uint64_t seed) {
-  std::vector<std::vector<double>> result{first};
-  for (std::uint64_t k = 1; k < static_cast<std::uint64_t>(count); ++k) {
-    std::vector<double> x;
-    x.reserve(coordinates.size());
-    for (const Coordinate& c : coordinates) x.push_back(c.start(random_uniform(seed, k, x.size())));
+                                                  const std::vector<double>& first, int count, std::uint64_t seed,
+                                                  const std::map<std::string, std::pair<double, double>>& ranges) {
+  std::vector<std::vector<double>> result;
+  for (std::uint64_t k = 0; k < static_cast<std::uint64_t>(std::max(1, count)); ++k) {
+    std::vector<double> x = first;
+    for (std::size_t p = 0; p < coordinates.size(); ++p) {
+      const Coordinate& c = coordinates[p];
+      const auto range = ranges.find(c.parameter().name);
+      const double u = k == 0 ? 0.5 : random_uniform(seed, k, p);
+      if (range == ranges.end()) {
+        if (k > 0) x[p] = c.start(u);
+        continue;
+      }
+      const auto& [low, high] = range->second;
+      const bool inside = low <= c.value(first[p]) && c.value(first[p]) <= high;
+      if (k > 0 || !inside) x[p] = c.of(NaturalRange(c.parameter(), low, high).value(2 * u - 1));
+    }
     result.push_back(std::move(x));
   }
   return result;

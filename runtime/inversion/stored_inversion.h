@@ -2,7 +2,9 @@
 // along), so that the same request goes on where it was stopped.
 #pragma once
 #include <cstdint>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "runtime/base/stored_run.h"
@@ -10,9 +12,12 @@
 
 namespace itn {
 
-// The coordinates where `count` inversions start: the first at `first`, the others at random.
+// The coordinates where `count` inversions start: the first at `first`, the others at random, all between the two
+// numbers that `ranges` has for the parameter's name. Throws UsageError: not two numbers in its range, the smaller
+// first.
 std::vector<std::vector<double>> inversion_starts(const std::vector<Coordinate>& coordinates,
-                                                  const std::vector<double>& first, int count, std::uint64_t seed);
+                                                  const std::vector<double>& first, int count, std::uint64_t seed,
+                                                  const std::map<std::string, std::pair<double, double>>& ranges = {});
 
 class StoredInversion {
  public:

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <limits>
 #include <sstream>
+#include <utility>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
@@ -40,10 +41,10 @@ std::vector<std::vector<double>*> parts_of(TextureInversionState& state) {
   return {&state.x, &state.moments.first, &state.moments.second, &state.found, &state.squares};
 }
 
-void append_line(const std::string& file, const std::string& line) {
+void append(const std::string& file, const std::string& line) {
   if (!is_writing()) return;
   std::ofstream out(file, std::ios::app | std::ios::binary);
-  out << line << "\n";
+  out << line;
   out.close();
   if (!out) throw ResultError(file + ": cannot be written");
 }
@@ -52,7 +53,7 @@ void append_line(const std::string& file, const std::string& line) {
 
 StoredTextureInversion::StoredTextureInversion(const std::string& folder, const StoredRun::Json& request,
                                                TextureInversion& inversion)
-    : folder_(folder, "state.json", "itn.invert.textures.state/2", "an inversion"),
+    : folder_(folder, "state.json", "itn.invert.textures.state/3", "an inversion"),
       request_(request),
       inversion_(inversion),
       state_(inversion.start()) {
@@ -78,6 +79,12 @@ void StoredTextureInversion::load(std::size_t steps) {
     folder_.run().refuse();
   }
   const std::string bytes = read_file(folder_.file(unknowns_file(steps)));
+  lines_ = fingerprint(kept);
+  for (const auto& [key, found] : {std::pair{"lines", fingerprint_text(lines_)}, {"unknowns", fingerprint_text(bytes)}})
+    if (folder_.run().before(key) != Json(found))
+      throw InputError(
+          fmt::format("{}: the {} beside it have changed since it was written; remove its folder to begin anew",
+                      folder_.run().file(), key));
   const std::vector<std::vector<double>*> parts = parts_of(state_);
   const std::size_t count = state_.x.size(), part = count * sizeof(double);
   if (state_.iteration < 0 || state_.repeat < 0 || steps_.size() != steps || bytes.size() != parts.size() * part)
@@ -108,11 +115,15 @@ void StoredTextureInversion::store() {
     std::memcpy(bytes.data() + at, part->data(), size);
   }
   write_file(folder_.file(unknowns_file(steps_.size())), bytes);
-  append_line(folder_.file("iterations.jsonl"), to_json(steps_.back()).dump());
+  const std::string line = to_json(steps_.back()).dump() + "\n";
+  lines_ = fingerprint(line, lines_);
+  append(folder_.file("iterations.jsonl"), line);
   folder_.run().write(request_, {{"steps", steps_.size()},
                                  {"iteration", state_.iteration},
                                  {"repeat", state_.repeat},
-                                 {"finished", state_.finished}});
+                                 {"finished", state_.finished},
+                                 {"unknowns", fingerprint_text(bytes)},
+                                 {"lines", fingerprint_text(lines_)}});
 }
 
 }  // namespace itn

@@ -1,9 +1,11 @@
 // An inversion of textures, stored in a folder after every iteration (state.json beside the unknowns in state-0.bin or
 // state-1.bin, and a line in iterations.jsonl), so that the same request goes on where it was stopped.
 #pragma once
+#include <cstdint>
 #include <string>
 #include <vector>
 
+#include "runtime/base/fingerprint.h"
 #include "runtime/base/stored_run.h"
 #include "runtime/inversion/texture_inversion.h"
 
@@ -30,6 +32,7 @@ class StoredTextureInversion {
   TextureInversion& inversion_;
   TextureInversionState state_;
   std::vector<TextureInversionStep> steps_;
+  std::uint64_t lines_ = fingerprint({});  // of iterations.jsonl
 };
 
 }  // namespace itn

@@ -141,6 +141,7 @@ std::string printable(std::string text) {
 
 PlacedGrid read_openvdb_file(const std::string& file, const std::string& name, VoxelValues allowed) {
   check_regular_file(file);
+  const ForeignInput input(file);
   std::string bytes;
   try {
     bytes = in_child_process([&] {
@@ -154,7 +155,7 @@ PlacedGrid read_openvdb_file(const std::string& file, const std::string& name, V
   } catch (const InputError& error) {
     fail(file, printable(error.what()));
   }
-  note_input(file);
+  input.note();
   PlacedGrid placed = from_bytes(bytes);
   check_values(placed.grid, file, allowed);
   return placed;

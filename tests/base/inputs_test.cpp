@@ -37,7 +37,8 @@ TEST_CASE("inputs know whether a file is what it was") {
   const auto fingerprint = [&] {
     const Inputs inputs(Inputs::Keep::fingerprints);
     read_file(folder / "a");
-    note_input(folder / "b");
+    const ForeignInput b(folder / "b");
+    b.note();
     REQUIRE(inputs.fingerprints().size() == 2);
     return inputs.fingerprints();
   };
@@ -48,4 +49,17 @@ TEST_CASE("inputs know whether a file is what it was") {
   write_file(folder / "b", "texT");
   CHECK(fingerprint().at(folder / "a") == before.at(folder / "a"));
   CHECK(fingerprint().at(folder / "b") != before.at(folder / "b"));
+}
+
+TEST_CASE("a file that is exchanged while a foreign library reads it is refused") {
+  const TemporaryFolder folder;
+  const Inputs inputs(Inputs::Keep::fingerprints);
+  write_file(folder / "a", "text");
+  write_file(folder / "twin", "text");
+  const ForeignInput exchanged(folder / "a");
+  std::filesystem::rename(folder / "twin", folder / "a");
+  CHECK_THROWS_WITH(exchanged.note(), Catch::Contains("a: has changed while it was read"));
+  const ForeignInput removed(folder / "a");
+  std::filesystem::remove(folder / "a");
+  CHECK_THROWS_AS(removed.note(), InputError);
 }

@@ -24,25 +24,54 @@ TEST_CASE("a run that was stored goes on with the same request, in whatever orde
   const TemporaryFolder folder;
   const std::string file = folder / "run.json";
   const StoredRun before = open(file);
-  CHECK_FALSE(before.continues(request));
   CHECK(before.before("state").is_null());
   CHECK_NOTHROW(before.require_same(request));
   before.write(request, {{"state", {1, 2}}});
-  CHECK(read_file(file) == R"({"schema":"test/1","request":{"seed":1,"files":{"a":"0a","b":"0b"}},"state":[1,2]})"
-                           "\n");
+  CHECK_THAT(read_file(file),
+             Catch::StartsWith(R"({"schema":"test/1","request":{"seed":1,"files":{"a":"0a","b":"0b"}},)"
+                               R"("state":[1,2],"checksum":")"));
   const StoredRun after = open(file);
   CHECK(after.before("state") == Json{1, 2});
-  for (const Json& same : {request, Json{{"files", {{"b", "0b"}, {"a", "0a"}}}, {"seed", 1}}, Json{{"seed", 1}}}) {
-    CHECK(after.continues(same));
+  for (const Json& same : {request, Json{{"files", {{"b", "0b"}, {"a", "0a"}}}, {"seed", 1}}, Json{{"seed", 1}}})
     CHECK_NOTHROW(after.require_same(same));
-  }
+}
+
+TEST_CASE("a run of which any character has changed is refused, or says the same") {
+  const TemporaryFolder folder;
+  const std::string file = folder / "run.json";
+  const Json state{1.25, -0.1, "text", nullptr, true, {{"deep", 1e-300}}};
+  open(file).write(request, {{"state", state}});
+  const std::string whole = read_file(file);
+  std::size_t refused = 0;
+  for (std::size_t at = 0; at < whole.size(); ++at)
+    for (const int bit : {1, 2, 4, 16, 32}) {
+      std::string changed = whole;
+      changed[at] = static_cast<char>(changed[at] ^ bit);
+      write_file(file, changed);
+      CAPTURE(changed);
+      try {
+        const StoredRun run = open(file);
+        CHECK_NOTHROW(run.require_same(request));
+        CHECK(run.before("state") == state);  // in the checksum's name: as from before there were any
+      } catch (const InputError&) {
+        ++refused;
+      }
+    }
+  CHECK(refused > 5 * whole.size() - 60);
+  write_file(file, Json::parse(whole).dump(2));  // set out in another way
+  CHECK(open(file).before("state") == state);
+  Json of_before = Json::parse(whole);
+  of_before.erase("checksum");
+  write_file(file, of_before.dump());
+  CHECK(open(file).before("state") == state);
+  write_file(file, whole.substr(0, whole.find("-0.1")) + "-0.2" + whole.substr(whole.find("-0.1") + 4));
+  CHECK_THROWS_WITH(open(file), Contains("run.json: has changed since it was written: its checksum differs"));
 }
 
 TEST_CASE("a run of another request is refused with what differs") {
   const TemporaryFolder folder;
   open(folder / "run.json").write(request, Json::object());
   const StoredRun run = open(folder / "run.json");
-  CHECK_FALSE(run.continues({{"seed", 2}}));
   CHECK_THROWS_AS(run.require_same({{"seed", 2}}), UsageError);
   CHECK_THROWS_WITH(run.require_same({{"seed", 2}}), Contains("holds a test with another seed (1, now 2)"));
   CHECK_THROWS_WITH(run.require_same({{"seed", 1}, {"device", "x"}}), Contains("another device (null, now \"x\")"));

@@ -122,13 +122,13 @@ def images():
     write("image", "palette.png", png(4, 1, 2, 3, b"\0\x1b", chunk(b"PLTE", bytes(range(12)))))
     write("image", "large.png", png(30000, 30000, 1, 0, b"\0" * 100))
     pixels = bytes(range(12))
-    write("image", "grey.jpg", jpeg())
-    write("image", "turned.jpg", jpeg(b"Exif\0\0II*\0\x08\0\0\0\1\0\x12\1\3\0\1\0\0\0\6\0\0\0\0\0\0\0"))
-    write("image", "rgb.tif", tiff(2, 2, 3, 8, pixels))
-    write("image", "alpha16.tif", tiff(1, 2, 2, 16, pixels[:8]))
-    write("image", "packed.tif", tiff(4, 1, 1, 8, b"\xfd\x40", 32773))
-    write("image", "deflate.tif", tiff(2, 2, 3, 8, zlib.compress(pixels), 8))
-    write("image", "large.tif", tiff(30000, 30000, 1, 8, b"a"))
+    write("jpeg", "grey.jpg", jpeg())
+    write("jpeg", "turned.jpg", jpeg(b"Exif\0\0II*\0\x08\0\0\0\1\0\x12\1\3\0\1\0\0\0\6\0\0\0\0\0\0\0"))
+    write("tiff", "rgb.tif", tiff(2, 2, 3, 8, pixels))
+    write("tiff", "alpha16.tif", tiff(1, 2, 2, 16, pixels[:8]))
+    write("tiff", "packed.tif", tiff(4, 1, 1, 8, b"\xfd\x40", 32773))
+    write("tiff", "deflate.tif", tiff(2, 2, 3, 8, zlib.compress(pixels), 8))
+    write("tiff", "large.tif", tiff(30000, 30000, 1, 8, b"a"))
     write("image", "a.ppm", b"P6\n2 2\n255\n" + pixels)
     write("image", "a.pgm", b"P5 2 2 65535\n" + pixels)
     write("image", "a.tga", b"\0\0\2" + b"\0" * 9 + b"\2\0\2\0\x18\0" + pixels)
@@ -238,13 +238,13 @@ def states():
     write("checkpoint", "progress.json", json.dumps({"steps": 4, "sums": [0.5, 0, 0], "curve": [[1, 0, 2], [0.5, 0, 1]], "best_epoch": 1}))
     write("checkpoint", "begin.json", json.dumps({"steps": 1, "sums": [0.5, 0, 0], "curve": [], "best_epoch": 0}))
     x = [0.1, 0.2, 0.3]
-    state = {"iteration": 1, "spp": 16, "next_sample": 16, "x": x, "done": False, "converged": False, "reference_x": [],
+    state = {"iteration": 1, "spp": 16, "next_sample": 16, "x": x, "done": False, "converged": False, "joined": -1, "reference_x": [],
              "accepted_x": x, "reference_spp": 0, "reference_sample": 0, "accepted_loss": 1, "accepted_loss_stderr": 0.1,
              "damping": 0.01, "accepted": True, "pool": [], "moments": {"first": x, "second": []}}
     pooled = dict(state, pool=[0.5] * (2 + 3 + 35 * 9), done=True)
     steps = [[16, x, 1.5, None, True, 0.5], [16, x, 1, 0.5, False, 0]]
     for name, runs in (("adam.json", [(state, 1)]), ("pool.json", [(pooled, 2), (state, 1)])):
-        write("inversion", name, json.dumps({"schema": "itn.invert.state/2", "request": {"seed": 5},
+        write("inversion", name, json.dumps({"schema": "itn.invert.state/3", "request": {"seed": 5},
                                              "runs": [{"start": x[:2], "state": s, "steps": steps[:n]} for s, n in runs]}))
     # A network for images of one pixel, of whose kernels the middles are stored.
     channels, tensors = [1] + [1 << stage for stage in range(7)], []

@@ -18,6 +18,8 @@
 #include "runtime/dataset/manifest.h"
 #include "runtime/image/bitmap.h"
 #include "runtime/image/exr.h"
+#include "runtime/image/jpeg.h"
+#include "runtime/image/tiff.h"
 #include "runtime/inversion/started_inversion.h"
 #include "runtime/scene/load.h"
 #include "runtime/scene/measured_brdf.h"
@@ -116,13 +118,11 @@ void read_checkpoint(std::string_view bytes) {
 
 void read_inversion(std::string_view bytes) {
   read_file_or_refuse(bytes, [](const std::string& file) {
-    const StoredRun run(file, "itn.invert.state/2", "an inversion");
+    const StoredRun run(file, "itn.invert.state/3", "an inversion");
     const StoredRun::Json request{{"seed", 5}};
-    if (!run.continues(request)) {
-      try {
-        run.require_same(request);
-      } catch (const UsageError&) {  // of another request
-      }
+    try {
+      run.require_same(request);
+    } catch (const UsageError&) {  // of another request
     }
     started_inversions(run, {2, 3, 2});
   });
@@ -153,6 +153,8 @@ constexpr std::array all{
            [](std::string_view bytes) {  // PNG and what else textures may be
              read_file_or_refuse(bytes, [](const std::string& file) { read_bitmap(file); });
            }},
+    Reader{"jpeg", [](std::string_view bytes) { read_or_refuse([&] { read_jpeg(std::string(bytes), "file"); }); }},
+    Reader{"tiff", [](std::string_view bytes) { read_or_refuse([&] { read_tiff(std::string(bytes), "file"); }); }},
     Reader{"safetensors", [](std::string_view bytes) { read_or_refuse([&] { parse_safetensors(bytes, "file"); }); }},
     Reader{"manifest", [](std::string_view bytes) { read_or_refuse([&] { parse_manifest(bytes, "file"); }); }},
     Reader{"scene", read_scene},

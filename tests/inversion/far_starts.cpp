@@ -1,9 +1,10 @@
-// Gauss-Newton from far starts: what it calls converged is right, and photographs of another scene are said to be so.
+// Inversions from far starts: what is called converged is right, and photographs of another scene are said to be so.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
+#include <ostream>
 
-#include "runtime/inversion/inversion_outcome.h"
+#include "runtime/inversion/numbers_inversion.h"
 #include "tests/inversion/small_scene.h"
 #include "tests/support/temporary_folder.h"
 
@@ -36,50 +37,64 @@ Material drawn(std::mt19937_64& random) {
   return {sigma_t, albedo, uniform(random) - 0.2};
 }
 
-struct Counts {
-  int photos = 0, converged = 0, rivals = 0, starts = 0, intervals = 0, covered = 0, first_intervals = 0,
-      first_covered = 0;
-};
+// How often the truth is inside.
+struct Inside {
+  int photos = 0, intervals = 0, covered = 0;
 
-int covered(const std::vector<Interval>& found, const Material& truth) {
-  int count = 0;
-  for (std::size_t p = 0; p < 3; ++p) count += found[p].low <= truth[p] && truth[p] <= found[p].high;
-  return count;
+  void add(const std::vector<Interval>& found, const Material& truth) {
+    ++photos;
+    for (std::size_t p = 0; p < 3; ++p) {
+      ++intervals;
+      covered += found[p].low <= truth[p] && truth[p] <= found[p].high;
+    }
+  }
+};
+std::ostream& operator<<(std::ostream& to, const Inside& i) {
+  return to << i.photos << " converged, " << i.covered << " of " << i.intervals << " intervals hold";
 }
+
+// As `itn invert` with --range: Gauss-Newton from a start that is drawn like the photo's material and from random ones,
+// then the posterior.
+struct Counts {
+  int photos = 0, starts = 0;
+  Inside first, newton, posterior;  // those that converged: the first of the starts alone, all of them, the posterior
+  double seconds = 0, newton_seconds = 0;
+};
 
 Counts far_starts(const Kind& kind, int photos, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   Counts counts;
   const TemporaryFolder folder;
-  ForwardModel model(test::device(), scene_of(kind, 2, 0.7, 0.3), names, {0}, RenderOptions());
-  const std::vector<Coordinate>& coordinates = model.coordinates();
   for (int k = 0; k < photos; ++k) {
     const Material truth = drawn(random), start = drawn(random);
     const std::uint64_t of_photo = 1000 * seed + static_cast<std::uint64_t>(k);
     const std::vector<TargetImage> targets{
         rendered_target(test::device(), scene_of(kind, truth[0], truth[1], truth[2]), 1024, of_photo)};
-    InversionOptions how;
-    how.spp = 4096;
-    Inversion inversion(model, targets, how);
-    std::vector<double> x;
-    for (std::size_t p = 0; p < 3; ++p) x.push_back(coordinates[p].of(start[p]));
-    StoredInversion stored(folder / std::to_string(k), {{"photo", k}}, inversion, coordinates,
-                           inversion_starts(coordinates, x, static_cast<int>(most_starts), of_photo), 1);
-    const InversionOutcome outcome = invert({"ball", "gauss-newton", folder / "", {}, {}, true}, inversion, coordinates,
-                                            scene_of(kind, 2, 0.7, 0.3), stored, true, [](const InversionStep&) {});
+    const Scene scene = scene_of(kind, start[0], start[1], start[2]);
+    ForwardModel model(test::device(), scene, names, {0}, RenderOptions());
+    NumbersQuestion question;
+    question.scene = "ball";
+    question.folder = folder / std::to_string(k);
+    question.targets = {"photo"};
+    question.seed = of_photo;
+    question.range = {{names[0], {1, 6}}, {names[1], {0.4, 0.95}}, {names[2], {-0.2, 0.8}}};
+    question.request = {{"photo", k}};
+    question.of_scene = {{"ball", kind.name}};
+    double newton_seconds = 0;
+    std::vector<Interval> first;
+    NumbersWatch watch;
+    watch.on_posterior = [&](const InversionOutcome& found) {
+      newton_seconds = found.seconds;
+      counts.starts += static_cast<int>(found.runs.size());
+      if (found.converged()) counts.newton.add(found.parameters, truth);
+      const Inversion::Conclusion& of_first = found.runs[0].end;
+      if (of_first.converged) counts.first.add(intervals(model.coordinates(), of_first.x, of_first.covariance), truth);
+    };
+    const NumbersAnswer answer = invert_numbers(question, {}, scene, targets, model, watch);
+    if (answer.converged()) counts.posterior.add(answer.posterior->parameters, truth);
+    counts.newton_seconds += newton_seconds;
+    counts.seconds += answer.posterior->seconds - newton_seconds;
     ++counts.photos;
-    counts.starts += static_cast<int>(outcome.runs.size());
-    counts.rivals += !outcome.agreement.rivals.empty();
-    counts.converged += outcome.converged();
-    if (outcome.converged()) {
-      counts.intervals += 3;
-      counts.covered += covered(outcome.parameters, truth);
-    }
-    const Inversion::Conclusion& first = outcome.runs[0].end;
-    if (first.converged) {
-      counts.first_intervals += 3;
-      counts.first_covered += covered(intervals(coordinates, first.x, first.covariance), truth);
-    }
   }
   return counts;
 }
@@ -154,26 +169,26 @@ int found_wrong(const Wrong& wrong, int photos, std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("what Gauss-Newton calls converged from far starts holds the truth", "[.far_starts]") {
+TEST_CASE("what Gauss-Newton and the posterior after it find from far starts holds the truth", "[.far_starts]") {
   const std::vector<Kind> kinds{
       {"sun, matched, 14 x 14", true, false, 14},       {"sun, rough, 14 x 14", true, true, 14},
       {"constant, matched, 14 x 14", false, false, 14}, {"constant, rough, 14 x 14", false, true, 14},
       {"sun, matched, 32 x 32", true, false, 32},       {"constant, rough, 32 x 32", false, true, 32}};
-  const int photos = 10;
-  Counts all;
+  const int photos = 4;
+  Inside all;
+  int asked = 0;
   for (std::size_t k = 0; k < kinds.size(); ++k) {
     const Counts c = far_starts(kinds[k], photos, 40 + k);
-    WARN(kinds[k].name << ": " << c.converged << " of " << c.photos << " converged, " << c.rivals << " with rivals; "
-                       << c.covered << " of " << c.intervals
-                       << " intervals hold (of first starts that converged: " << c.first_covered << " of "
-                       << c.first_intervals << "); starts a photo " << c.starts / double(c.photos));
-    all.photos += c.photos;
-    all.converged += c.converged;
-    all.covered += c.covered;
-    all.intervals += c.intervals;
+    WARN(kinds[k].name << ", of " << c.photos << " photos: the first start alone " << c.first << "; "
+                       << c.starts / double(c.photos) << " starts " << c.newton << " in " << c.newton_seconds / c.photos
+                       << " s; posterior " << c.posterior << " in " << c.seconds / c.photos << " s more");
+    asked += c.photos;
+    all.photos += c.posterior.photos;
+    all.intervals += c.posterior.intervals;
+    all.covered += c.posterior.covered;
   }
-  CHECK(all.converged >= 0.9 * all.photos);
-  CHECK(all.covered >= 0.9 * all.intervals);
+  CHECK(all.photos >= 0.9 * asked);
+  CHECK(all.covered >= 0.92 * all.intervals);
 }
 
 TEST_CASE("photographs of another scene are said not to fit, those of this one seldom", "[.trust]") {

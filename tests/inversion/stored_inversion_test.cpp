@@ -39,6 +39,13 @@ struct Small {
   }
 };
 
+// A state without its checksum, which would be what is refused otherwise.
+nlohmann::json unsealed(const std::string& file) {
+  auto state = nlohmann::json::parse(read_file(file));
+  state.erase("checksum");
+  return state;
+}
+
 }  // namespace
 
 TEST_CASE("inversions from two starts, stopped after any iteration, end with the same bytes") {
@@ -62,9 +69,9 @@ TEST_CASE("a state that is damaged inside is refused by name") {
   const TemporaryFolder folder;
   Small small(InversionOptions::Method::adam);
   small.open(folder / "fit").advance();
-  std::string state = read_file(folder / "fit/state.json");
-  state.replace(state.find("\"damping\""), 9, "\"dumping\"");
-  write_file(folder / "fit/state.json", state);
+  auto state = unsealed(folder / "fit/state.json");
+  state["runs"][0]["state"].erase("damping");
+  write_file(folder / "fit/state.json", state.dump());
   CHECK_THROWS_AS(small.open(folder / "fit"), InputError);
   CHECK_THROWS_WITH(small.open(folder / "fit"), Catch::Contains("state.json: not an inversion"));
 }
@@ -89,17 +96,29 @@ TEST_CASE("a state of numbers that no inversion has is refused") {
                                                                                       {"x", nullptr},
                                                                                       {"spp", "many"}}) {
     CAPTURE(key, value.dump());
-    auto state = nlohmann::json::parse(whole);
+    auto state = unsealed(folder / "fit/state.json");
     state["runs"][0]["state"][key] = value;
     write_file(folder / "fit/state.json", state.dump());
-    CHECK_THROWS_AS(small.open(folder / "fit"), InputError);
+    CHECK_THROWS_WITH(small.open(folder / "fit"), Catch::Contains("state.json: not an inversion"));
+    write_file(folder / "fit/state.json", whole);
   }
-  auto state = nlohmann::json::parse(whole);
+  auto state = unsealed(folder / "fit/state.json");
   for (int i = 0; i < 5; ++i) state["runs"].push_back(state["runs"][0]);
   write_file(folder / "fit/state.json", state.dump());
-  CHECK_THROWS_AS(small.open(folder / "fit"), InputError);
+  CHECK_THROWS_WITH(small.open(folder / "fit"), Catch::Contains("state.json: not an inversion"));
   write_file(folder / "fit/state.json", whole);
   CHECK_FALSE(small.open(folder / "fit").finished());
+}
+
+TEST_CASE("a state of which a digit has changed is refused") {
+  const TemporaryFolder folder;
+  Small small(InversionOptions::Method::gauss_newton);
+  small.open(folder / "fit").advance();
+  std::string state = read_file(folder / "fit/state.json");
+  char& digit = state[state.find_first_of("0123456789", state.find("\"accepted_loss\"")) + 3];
+  digit = digit == '5' ? '6' : '5';
+  write_file(folder / "fit/state.json", state);
+  CHECK_THROWS_WITH(small.open(folder / "fit"), Catch::Contains("state.json: has changed since it was written"));
 }
 
 TEST_CASE("two inversions into one folder: the second is refused") {
@@ -122,6 +141,27 @@ TEST_CASE("random starts are what the seed says, the first is the given one, and
     for (std::size_t p = 0; p < 2; ++p)
       CHECK(model.coordinates()[p].parameter().contains(model.coordinates()[p].value(starts[k][p])));
   }
+}
+
+TEST_CASE("starts lie in the range that was given, the first in its middle where it lay outside") {
+  const ForwardModel model(test::device(), fog_ball(2, 0.7, 0.5), {"fog.sigma_t", "fog.albedo"}, {0}, RenderOptions());
+  const Coordinate &sigma_t = model.coordinates()[0], &albedo = model.coordinates()[1];
+  const std::vector<double> first = model.start();
+  const auto starts = inversion_starts(model.coordinates(), first, 20, 3, {{"fog.sigma_t", {10, 40}}});
+  REQUIRE(starts.size() == 20);
+  CHECK(sigma_t.value(starts[0][0]) == Approx(20));  // of its logarithm
+  CHECK(starts[0][1] == first[1]);
+  double least = 40, most = 10;
+  for (const std::vector<double>& start : starts) {
+    least = std::min(least, sigma_t.value(start[0]));
+    most = std::max(most, sigma_t.value(start[0]));
+    CHECK(albedo.parameter().contains(albedo.value(start[1])));
+  }
+  CHECK(least >= 10);
+  CHECK(least < 15);
+  CHECK(most > 28);
+  CHECK(most <= 40);
+  CHECK(inversion_starts(model.coordinates(), first, 1, 3, {{"fog.sigma_t", {1, 40}}})[0] == first);
 }
 
 TEST_CASE("a prior's interval holds 95 % of its normal distribution, and other parameters stay unknown") {

@@ -85,7 +85,16 @@ TEST_CASE("renderings of another scene are refused, and damaged ones by name") {
   CHECK_THROWS_AS(RenderingStore(folder / "renderings", StoredRun::Json{{"scene", "another"}}, 2), UsageError);
   CHECK_THROWS_AS(RenderingStore(folder / "renderings", scene_request, 3), InputError);
   const std::string kept = folder / "renderings/000001_0.exr";
+  const std::string other = read_file(folder / "renderings/000000_0.exr"), own = read_file(kept);
+  write_file(kept, other);
+  CHECK_THROWS_WITH(small.go_on(folder / "fit", folder / "renderings", all),
+                    Catch::Contains("000001_0.exr: has changed since it was written"));
+  write_file(kept, own);
   ExrImage image = read_exr(kept);
+  image.data[8] += 0.25F;
+  write_exr(kept, image);
+  CHECK_THROWS_WITH(small.go_on(folder / "fit", folder / "renderings", all),
+                    Catch::Contains("000001_0.exr: has changed since"));
   image.data[7] = std::numeric_limits<float>::infinity();
   write_exr(kept, image);
   CHECK_THROWS_WITH(small.go_on(folder / "fit", folder / "renderings", all), Catch::Contains("000001_0.exr"));

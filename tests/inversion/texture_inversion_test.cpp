@@ -183,6 +183,19 @@ TEST_CASE("a texture's inversion that was stopped ends with the same numbers, of
     CHECK(second.state().squares == at_once.state().squares);
     CHECK(read_file(stopped / "iterations.jsonl") == read_file(whole / "iterations.jsonl"));
   }
+  const TemporaryFolder damaged;
+  const auto open = [&] { return StoredTextureInversion(damaged.path().string(), {{"a", 1}}, inversion); };
+  open().advance();
+  for (const char* name : {"state.json", "state-1.bin", "iterations.jsonl"}) {
+    CAPTURE(name);
+    const std::string file = damaged / name, bytes = read_file(file);
+    std::string changed = bytes;
+    const std::size_t digit = changed.find_last_of("0123456789", changed.size() / 2);
+    changed[digit == std::string::npos ? changed.size() / 2 : digit] ^= 1;
+    write_file(file, changed);
+    CHECK_THROWS_WITH(open(), Catch::Contains("since it was written"));
+    write_file(file, bytes);
+  }
 }
 
 TEST_CASE("a grid is found from images of what it fills, its empty voxels too") {

@@ -177,7 +177,7 @@ def test_a_posterior_needs_no_start_and_keeps_its_renderings(ball, photo, tmp_pa
         with pytest.raises(itn.UsageError):
             itn.invert(ball, photo, ["skin.sigma_t"], **{**ask, **wrong})
     with pytest.raises(itn.UsageError):
-        itn.invert(ball, photo, ["skin.sigma_t"], range={"skin.sigma_t": (3, 20)})
+        itn.invert(ball, photo, ["skin.sigma_t"], method="gauss-newton", range={"skin.sigma_t": (3, 20)})
 
 
 def test_memory_stays_as_it_is(ball):

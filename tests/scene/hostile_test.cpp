@@ -125,6 +125,13 @@ TEST_CASE("includes in diamonds and defaults that double end soon") {
   CHECK_THAT(folder.error_of(doubling), Contains("characters of what names like"));
 }
 
+TEST_CASE("more than a million elements are refused") {
+  SceneFolder folder;
+  std::string many;
+  for (int i = 0; i < 1'000'000; ++i) many += "<bsdf type=\"null\"/>";  // and the scene itself
+  CHECK_THAT(folder.error_of(many), Contains("more than 1000000 elements"));
+}
+
 TEST_CASE("a pipe or a device in place of a scene, a mesh or an image is refused at once") {
   SceneFolder folder;
   REQUIRE(mkfifo(folder.path("pipe.xml").c_str(), 0600) == 0);

@@ -5,6 +5,8 @@
 
 #include <cstring>
 
+#include "runtime/base/fingerprint.h"
+#include "runtime/base/inputs.h"
 #include "tests/scene/scene_folder.h"
 
 using namespace itn;
@@ -358,4 +360,22 @@ TEST_CASE("further properties of a PLY file are attributes, called as Mitsuba ca
   CHECK(m.attribute("vertex_tint_color")->values[2] == 0.9f);
   // both triangles of the square
   CHECK(m.attribute("face_weight")->values == std::vector<float>{0.25f, 0.25f});
+}
+
+TEST_CASE("inputs know the fingerprint of every file that Assimp has read") {
+  SceneFolder folder;
+  const float corners[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  folder.write("t.bin", std::string(reinterpret_cast<const char*>(corners), sizeof corners));
+  folder.write(
+      "t.gltf",
+      R"({"asset":{"version":"2.0"},"buffers":[{"uri":"t.bin","byteLength":36}],)"
+      R"("bufferViews":[{"buffer":0,"byteLength":36}],)"
+      R"("accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],)"
+      R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}],)"
+      R"("scenes":[{"nodes":[0]}],"scene":0})");
+  const Inputs inputs(Inputs::Keep::fingerprints);
+  CHECK(read_mesh(folder.path("t.gltf")).triangle.size() == 1);
+  const std::map<std::string, std::string> found = inputs.fingerprints();
+  REQUIRE(found.size() == 2);
+  for (const char* name : {"t.gltf", "t.bin"}) CHECK(found.at(folder.path(name)) == fingerprint_of(folder.path(name)));
 }

@@ -175,6 +175,9 @@ TEST_CASE("stopped in its inversions, itn eval goes on to the same result") {
   CHECK_FALSE(std::filesystem::exists(small.folder / "broken/report.html"));
   const auto stored = nlohmann::json::parse(itn::read_file(state));
   CHECK(stored["state"]["iteration"] < 60);
+  small.network("itn", 9, 16);
+  fails(small.eval("broken", more), 2, "holds inversions of itn eval with another network");
+  small.network("itn", 2, 16);
   REQUIRE(run_itn(small.eval("broken", more)).exit_code == 0);
   CHECK(result_of(small.folder / "broken") == result_of(small.folder / "whole"));
 }

@@ -22,11 +22,18 @@ std::string target_in(const TemporaryFolder& folder) {
   return folder / "target.exr";
 }
 
-std::vector<std::string> invert(const TemporaryFolder& folder, const std::vector<std::string>& more = {}) {
+// With no method: gauss-newton, and perhaps the posterior after it.
+std::vector<std::string> invert_by_itself(const TemporaryFolder& folder, const std::vector<std::string>& more = {}) {
   std::vector<std::string> arguments{"invert", ball, "--target", folder / "target.exr", "--parameter", "skin.albedo.G",
                                      "--spp",  "64", "-o",       folder / "fit"};
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
+}
+
+std::vector<std::string> invert(const TemporaryFolder& folder, std::vector<std::string> more = {}) {
+  if (std::find(more.begin(), more.end(), "--method") == more.end())
+    more.insert(more.end(), {"--method", "gauss-newton"});
+  return invert_by_itself(folder, more);
 }
 
 }  // namespace
@@ -80,20 +87,49 @@ TEST_CASE("itn invert says that a photo of another scene does not fit, with ever
       run_itn({"invert", ball, "--target", folder / "target.exr", "--parameter", "skin.albedo.G", "--method",
                "posterior", "--spp", "64", "--iterations", "2", "-o", folder / "posterior", "--json", "-"});
   INFO(posterior.error);
-  REQUIRE(posterior.exit_code == 0);
+  CHECK(posterior.exit_code == 1);
   CHECK(nlohmann::json::parse(posterior.output)["fit"]["fits"] == false);
+  CHECK(nlohmann::json::parse(posterior.output)["converged"] == false);
 }
 
-TEST_CASE("itn invert goes on to the posterior where Gauss-Newton does not converge, unless a start was given") {
+TEST_CASE("itn invert goes on to the posterior where Gauss-Newton does not converge or a range asks for it") {
   const TemporaryFolder folder;
   target_in(folder);
-  const Result result = run_itn(
-      invert(folder, {"--parameter", "skin.sigma_t", "--parameter", "haze.g", "--iterations", "1", "--json", "-"}));
+  const Result result = run_itn(invert_by_itself(folder, {"--range", "skin.albedo.G=0.3,0.9", "--json", "-"}));
   INFO(result.error);
-  CHECK(result.exit_code == 0);
-  CHECK(nlohmann::json::parse(result.output)["method"] == "posterior");
-  CHECK(nlohmann::json::parse(itn::read_file(folder / "fit/result.json"))["converged"] == false);
-  CHECK(std::filesystem::exists(folder / "fit/posterior/report.html"));
+  REQUIRE(result.exit_code == 0);
+  const auto json = nlohmann::json::parse(result.output);
+  CHECK(json["method"] == "posterior");
+  CHECK(json["converged"] == true);
+  CHECK(json == nlohmann::json::parse(itn::read_file(folder / "fit/result.json")));
+  const auto &before = json["gauss_newton"], &albedo = json["parameters"]["skin.albedo.G"];
+  CHECK(before["method"] == "gauss-newton");
+  CHECK(before["converged"] == true);
+  for (const auto& start : before["starts"]) {
+    CHECK(start["from"]["skin.albedo.G"].get<double>() > 0.3);
+    CHECK(start["from"]["skin.albedo.G"].get<double>() < 0.9);
+  }
+  const double value = before["parameters"]["skin.albedo.G"]["value"], error = albedo["stderr"];
+  CHECK(std::fabs(albedo["value"].get<double>() - value) < 2 * error);
+  CHECK(albedo["low"].get<double>() < 0.6);
+  CHECK(albedo["high"].get<double>() > 0.6);
+  for (const char* name : {"iterations.jsonl", "samples.csv", "report.html", "posterior/state.json"})
+    CHECK(std::filesystem::exists(folder / ("fit/" + std::string(name))));
+
+  // Not converged: it follows by itself, and one round settles nothing.
+  std::filesystem::remove_all(folder / "fit");
+  const std::vector<std::string> unsure{
+      "--parameter", "skin.sigma_t", "--parameter", "haze.g", "--iterations", "1", "--json", "-"};
+  const Result followed = run_itn(invert_by_itself(folder, unsure));
+  CHECK(followed.exit_code == 1);
+  const auto both = nlohmann::json::parse(followed.output);
+  CHECK(both["method"] == "posterior");
+  CHECK(both["converged"] == false);
+  CHECK(both["gauss_newton"]["converged"] == false);
+  // A start of one's own asks for what comes of it alone.
+  const Result started = run_itn(
+      invert_by_itself(folder, {"--start", "skin.albedo.G=0.5", "--range", "skin.albedo.G=0.3,0.9", "--json", "-"}));
+  CHECK(started.exit_code == 2);
 }
 
 TEST_CASE("itn invert goes on with what the folder holds, and only with the same question") {
@@ -221,7 +257,7 @@ TEST_CASE("itn invert refuses starts that make no sense") {
   CHECK(error_of({"--start", "skin.albedo.G=1.5"}, 2).find("[0, 1]") != std::string::npos);
   CHECK(error_of({"--start", "skin.albedo.G=x"}, 2).find("need a number") != std::string::npos);
   CHECK(error_of({"--start", "skin.sigma_t=3"}, 2).find("--parameter") != std::string::npos);
-  CHECK(error_of({"--prior", "skin.sigma_t=1,2"}, 2).find("--prior skin.sigma_t=1,2") != std::string::npos);
+  CHECK(error_of({"--prior", "skin.sigma_t=1,2"}, 2).find("prior skin.sigma_t=1,2") != std::string::npos);
   for (const char* prior : {"skin.albedo.G", "nothing"})
     CHECK(error_of({"--prior", prior}, 2).find("--prior: got " + std::string(prior)) != std::string::npos);
   for (const char* numbers : {"", "0.5", "0.5,", "0.6,0.5", "0.5,1.5", "0.5,0.6,0.7", "a,b"})

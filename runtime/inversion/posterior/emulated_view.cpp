@@ -250,6 +250,19 @@ Eigen::MatrixXd errors_of_sums(const Rows& errors, const Rows& weights, Eigen::I
   return alone.cwiseMax(together);
 }
 
+// Of the errors of several numbers, as the exemplars show them; of few exemplars less than that.
+Eigen::MatrixXd correlation_of(const std::vector<PolynomialFit>& fits) {
+  const auto count = static_cast<Eigen::Index>(fits.size());
+  Eigen::MatrixXd errors(fits.front().left_out().size(), count);
+  for (Eigen::Index k = 0; k < count; ++k) errors.col(k) = fits[static_cast<std::size_t>(k)].left_out();
+  const Eigen::MatrixXd products = product(errors.transpose(), errors);
+  const Eigen::VectorXd norm = products.diagonal().cwiseSqrt().cwiseMax(1e-30).cwiseInverse();
+  const double seen = static_cast<double>(errors.rows()) / static_cast<double>(errors.rows() + count);
+  Eigen::MatrixXd correlation = seen * Eigen::MatrixXd(norm.asDiagonal() * products * norm.asDiagonal());
+  correlation.diagonal().setOnes();
+  return correlation;
+}
+
 }  // namespace
 
 WhiteTarget white_target(const TargetImage& target, const std::vector<const ExemplarView*>& exemplars,
@@ -288,7 +301,7 @@ WhiteTarget white_target(const TargetImage& target, const std::vector<const Exem
     if (!target.noise.empty()) variance[i] += std::pow(static_cast<double>(target.noise[i]), 2);
     mean += variance[i] / static_cast<double>(size);
   }
-  if (!(mean > 0)) throw ResultError("the targets have no noise at all: say what they have with --noise");
+  if (!(mean > 0)) throw ResultError("the targets have no noise at all: say what they have (noise)");
   const auto count = static_cast<Eigen::Index>(size);
   result.value.resize(count);
   result.weight.resize(count);
@@ -376,6 +389,7 @@ void EmulatedView::fit(Half& half, const std::vector<PolynomialFit>& fits, const
     half.mean.row(k) = fits[static_cast<std::size_t>(k)].coefficients().transpose();
     half.leave_one_out += fits[static_cast<std::size_t>(k)].leave_one_out();
   }
+  half.correlation = correlation_of(fits);
   // The variance takes a product of matrices at each point: often asked for, so looked up instead.
   const Eigen::Index dimensions = polynomials.frame().centre.size();
   const Polynomials low(polynomials.frame(), Polynomials::degree_for(dimensions, most_images));
@@ -416,19 +430,24 @@ struct EmulatedView::Compared {
 
 EmulatedView::Compared EmulatedView::compare(const Half& half, const DesignPoint& at) const {
   const Eigen::VectorXd mean = half.mean * at.values;
-  const Eigen::VectorXd variance = (half.log_variance * at.values.head(half.log_variance.cols()))
-                                       .cwiseMin(half.most)
-                                       .cwiseMax(half.least)
-                                       .array()
-                                       .exp();
+  const Eigen::VectorXd deviation = (half.log_variance * at.values.head(half.log_variance.cols()) / 2)
+                                        .cwiseMin(half.most / 2)
+                                        .cwiseMax(half.least / 2)
+                                        .array()
+                                        .exp();
   Compared result;
   double scale = 1;  // the exposure, which the emulator's error is multiplied by, too
   for (int pass = 0; pass < (exposure_ ? 2 : 1); ++pass) {
-    const Eigen::ArrayXd covariance = 1 + scale * scale * variance.array();
-    result.from_target = (half.target.array().square() / covariance).sum();
-    result.both = (half.target.array() * mean.array() / covariance).sum();
-    result.from_model = (mean.array().square() / covariance).sum();
-    result.log_determinant = covariance.log().sum();
+    Eigen::MatrixXd covariance = half.correlation;
+    covariance.array().colwise() *= scale * deviation.array();
+    covariance.array().rowwise() *= scale * deviation.transpose().array();
+    covariance.diagonal().array() += 1;
+    const Eigen::LLT<Eigen::MatrixXd> root(covariance);
+    const Eigen::VectorXd target = root.matrixL().solve(half.target), model = root.matrixL().solve(mean);
+    result.from_target = target.squaredNorm();
+    result.both = target.dot(model);
+    result.from_model = model.squaredNorm();
+    result.log_determinant = 2 * root.matrixLLT().diagonal().array().log().sum();
     if (exposure_ && result.both > 0) scale = result.both / result.from_model;
   }
   return result;

@@ -62,6 +62,8 @@ class EmulatedView {
     // Log of the emulator's variance as a polynomial of low degree, and between which numbers it was seen.
     Eigen::MatrixXd log_variance;
     Eigen::VectorXd least, most;
+    // Of the emulator's errors of two sums: where its polynomials cannot follow the image they miss all sums alike.
+    Eigen::MatrixXd correlation;
     double leave_one_out = 0;  // sum
     double typical_error = 0;  // variance
   };

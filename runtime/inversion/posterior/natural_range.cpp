@@ -45,7 +45,7 @@ NaturalRange NaturalRange::of_scene(const Parameter& parameter) {
   if (parameter.low >= 0 && parameter.value > 0)
     return {parameter, std::max(parameter.low, parameter.value / decade),
             std::min(parameter.high, parameter.value * decade)};
-  throw UsageError(fmt::format("{} has no bounds to spread materials between; give some: --range {}=LOW,HIGH",
+  throw UsageError(fmt::format("{} has no bounds to spread materials between; give some: range {}=LOW,HIGH",
                                parameter.name, parameter.name));
 }
 

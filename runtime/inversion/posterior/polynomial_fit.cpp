@@ -80,7 +80,7 @@ DesignPoint::DesignPoint(const Polynomials& polynomials, const Eigen::VectorXd& 
 
 PolynomialFit::PolynomialFit(const Polynomials& polynomials, const DesignRows& design, const Eigen::VectorXd& values,
                              const Eigen::VectorXd& noise) {
-  constexpr std::array<double, 8> lacking{1e-3, 0.02, 0.06, 0.2, 0.6, 2, 6, 20};
+  constexpr std::array<double, 11> lacking{1e-3, 0.02, 0.06, 0.2, 0.6, 2, 6, 20, 60, 200, 600};
   const Eigen::Index dimensions = polynomials.frame().centre.size();
   double square = 0, count = 0;
   for (Eigen::Index r = 0; r < values.size(); r += design.block, ++count) square += values[r] * values[r];
@@ -135,7 +135,7 @@ PolynomialFit::PolynomialFit(const Polynomials& polynomials, const DesignRows& d
 
   // Each exemplar from the others, in closed form: with H the block of what the fit passes on, N that of the noise, and
   // r the residuals, the error is N (N - H)^-1 r and has the covariance N (N - H)^-1 N.
-  double sum = 0;
+  left_out_.setZero(values.size() / design.block);
   for (Eigen::Index first = 0; first < values.size(); first += design.block) {
     const auto rows = design.rows.middleRows(first, design.block);
     const Eigen::MatrixXd half = root_ * rows.transpose();
@@ -145,9 +145,9 @@ PolynomialFit::PolynomialFit(const Polynomials& polynomials, const DesignRows& d
     const Eigen::VectorXd residual = values.segment(first, design.block) - rows * coefficients_;
     const double error = own[0] * solver.solve(residual)[0];
     const double variance = own[0] * solver.solve(Eigen::MatrixXd(own.asDiagonal()))(0, 0);
-    if (variance > 0) sum += error * error / variance;
+    if (variance > 0) left_out_[first / design.block] = error / std::sqrt(variance);
   }
-  leave_one_out_ = sum / count;
+  leave_one_out_ = left_out_.squaredNorm() / count;
   inflation_ = std::max(1.0, leave_one_out_);
 }
 

@@ -42,12 +42,14 @@ class PolynomialFit {
   double variance(const DesignPoint& at) const;
 
   const Scales& scales() const { return scales_; }
-  // Mean square of the values' errors over their standard deviations, each predicted from the other exemplars.
+  // Errors of the values over their standard deviations, one an exemplar, each predicted from the other exemplars.
+  const Eigen::VectorXd& left_out() const { return left_out_; }
+  // Mean square of these.
   double leave_one_out() const { return leave_one_out_; }
 
  private:
   Scales scales_;
-  Eigen::VectorXd coefficients_;
+  Eigen::VectorXd coefficients_, left_out_;
   Eigen::MatrixXd root_;  // variance: the square of root_ * values
   double leave_one_out_ = 1, inflation_ = 1;
 };

@@ -1,11 +1,14 @@
 #include "runtime/inversion/posterior/posterior.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "runtime/base/parallel.h"
+#include "runtime/base/random.h"
+#include "runtime/base/statistics.h"
 #include "runtime/inversion/posterior/low_discrepancy.h"
 
 namespace itn {
@@ -13,12 +16,17 @@ namespace {
 
 constexpr int design_spp = 32;                 // of a half, where nothing is known yet
 constexpr int least_spp = 16, most_spp = 512;  // of a half
+constexpr double least_share = 1.0 / 8;        // of the samples that a target's noise asks for
 constexpr double margin = 1.15;                // of the frame about the samples of a broader density
-constexpr double settled_shift = 0.25;         // standard deviations
-constexpr double settled_growth = 0.15;        // of log standard deviations
-constexpr double settled_share = 0.15;         // of the emulator
-constexpr int working_samples = 600;           // of the posterior, before the last round
+// An emulator that makes a share s of the variance moves means by some sqrt(2 s) deviations from one round to the next.
+constexpr double settled_share = 0.15;  // of the emulator
+constexpr double settled_shift = 0.4;   // standard deviations
+constexpr double settled_growth = 0.2;  // of log standard deviations
+constexpr int working_samples = 600;    // of the posterior, before the last round
 constexpr Eigen::Index most_polynomials = 130;
+
+constexpr double about_ends = 2;           // their standard deviations
+constexpr std::size_t rounds_of_ends = 2;  // in which they are in question, whatever an emulator of little says
 
 int design_size(Eigen::Index dimensions) { return 12 + 12 * static_cast<int>(dimensions); }
 int refinement_size(Eigen::Index dimensions) { return 8 + 4 * static_cast<int>(dimensions); }
@@ -39,7 +47,27 @@ Posterior::Posterior(Eigen::Index dimensions, const std::vector<TargetImage>& ta
   regions_.samples.resize(dimensions, 256);
   for (Eigen::Index i = 0; i < regions_.samples.cols(); ++i)
     regions_.samples.col(i) = low_discrepancy_point(dimensions, static_cast<int>(i));
+  std::vector<FoundEnd>& ends = options_.ends;
+  ends.erase(std::remove_if(ends.begin(), ends.end(),
+                            [](const FoundEnd& end) { return !(end.at.cwiseAbs().maxCoeff() <= 1); }),
+             ends.end());
   want_design();
+}
+
+// Materials about the ends, by normal distributions wider than their own: a column each.
+Eigen::MatrixXd Posterior::near_ends(Eigen::Index count) const {
+  constexpr std::uint64_t stream = 0xe4d;
+  Eigen::MatrixXd points(dimensions_, options_.ends.empty() ? 0 : count);
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const FoundEnd& end = options_.ends[static_cast<std::size_t>(i) % options_.ends.size()];
+    Eigen::VectorXd z(dimensions_);
+    for (Eigen::Index j = 0; j < dimensions_; ++j)
+      z[j] = normal_quantile(random_uniform(options_.seed, stream, static_cast<std::uint64_t>(i * dimensions_ + j)));
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(end.covariance);
+    const Eigen::VectorXd way = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().cwiseProduct(z);
+    points.col(i) = (end.at + about_ends * way).cwiseMax(-1.0).cwiseMin(1.0);
+  }
+  return points;
 }
 
 void Posterior::want_design() {
@@ -50,21 +78,30 @@ void Posterior::want_design() {
                                    [&](const Exemplar& e) { return (e.at - at).cwiseAbs().maxCoeff() < 1e-5; });
     if (!there) wanted_.push_back({at, spp});
   }
+  const auto ends = static_cast<Eigen::Index>(options_.ends.size());
+  const Eigen::MatrixXd near = near_ends(ends * (2 + 2 * dimensions_));
+  for (Eigen::Index i = 0; i < near.cols(); ++i) wanted_.push_back({near.col(i), spp});
 }
 
-// As many samples as the targets have, by the noise of renderings near the posterior.
+// As many samples as the targets have, by the noise of renderings near the posterior; less as long as the emulator's
+// own error is greater than what they would save.
 int Posterior::refinement_spp() const {
   if (options_.spp > 0) return std::max(1, options_.spp / 2);
+  constexpr std::size_t enough = 8;
+  std::vector<std::pair<double, const Exemplar*>> nearest;
+  for (const Exemplar& exemplar : exemplars_) nearest.emplace_back(regions_.local.reach(exemplar.at), &exemplar);
+  std::stable_sort(nearest.begin(), nearest.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  nearest.resize(std::min(nearest.size(), enough));
   double wanted = 0, count = 0;
   for (std::size_t t = 0; t < targets_.size(); ++t) {
     const TargetImage& target = targets_[t];
-    double sample = 0, own = 0, near = 0, rendered = 0, shown = 0;
-    for (const Exemplar& exemplar : exemplars_) {
-      if (!regions_.local.near(exemplar.at)) continue;
-      for (const HalfImages& half : exemplar.views[t].half)
-        sample += static_cast<double>(half.error.row(0).squaredNorm()) * exemplar.views[t].spp;
-      rendered += 2 * static_cast<double>(exemplar.views[t].half[0].value.row(0).sum());
-      near += 2;
+    double sample = 0, own = 0, rendered = 0, shown = 0;
+    const auto halves = 2 * static_cast<double>(nearest.size());
+    for (const auto& [reach, exemplar] : nearest) {
+      const ExemplarView& view = exemplar->views[t];
+      for (const HalfImages& half : view.half)
+        sample += static_cast<double>(half.error.row(0).squaredNorm()) * view.spp / halves;
+      rendered += 2 * static_cast<double>(view.half[0].value.row(0).sum()) / halves;
     }
     for (const float v : target.value) shown += static_cast<double>(v);
     if (target.error.empty())
@@ -72,14 +109,15 @@ int Posterior::refinement_spp() const {
     else
       for (const float e : target.error) own += static_cast<double>(e) * static_cast<double>(e);
     for (const float e : target.noise) own += static_cast<double>(e) * static_cast<double>(e);
-    if (near > 0 && own > 0) {
-      const double exposure = options_.exposure && rendered > 0 ? shown * near / rendered : 1;
-      wanted += exposure * exposure * sample / near / own;
+    if (own > 0) {
+      const double exposure = options_.exposure && rendered > 0 ? shown / rendered : 1;
+      wanted += exposure * exposure * sample / own;
       ++count;
     }
   }
   const double spp = count > 0 ? wanted / count / 2 : most_spp;
-  return static_cast<int>(std::clamp<double>(spp, least_spp, most_spp));
+  const double saved = std::clamp(1 - rounds_.back().emulator_share, least_share, 1.0);
+  return static_cast<int>(std::clamp<double>(saved * spp, least_spp, most_spp));
 }
 
 // Samples of the broader density that are far from each other and from what is rendered already.
@@ -146,6 +184,10 @@ const PosteriorRound& Posterior::advance(std::vector<Exemplar> rendered) {
   for (const Exemplar& exemplar : exemplars_) round.local += regions_.local.near(exemplar.at);
   round.mean = samples_.at.rowwise().mean();
   round.deviation = deviations(samples_.at);
+  if (!options_.ends.empty() && rounds_.size() < rounds_of_ends) {
+    const Eigen::Index count = samples_.broad.cols() / 4;
+    samples_.broad.rightCols(count) = near_ends(count);
+  }
   regions_.samples = samples_.broad;
   for (const EmulatedView& view : views_) {
     const auto count = static_cast<double>(views_.size());

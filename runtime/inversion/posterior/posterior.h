@@ -12,6 +12,12 @@
 
 namespace itn {
 
+// Where another method has ended, in natural coordinates: there is rendered from the beginning.
+struct FoundEnd {
+  Eigen::VectorXd at;
+  Eigen::MatrixXd covariance;
+};
+
 struct PosteriorOptions {
   int rounds = 8;      // at most
   int spp = 0;         // of a rendering, both halves; 0: as the targets' noise asks for, 1024 at most
@@ -19,6 +25,7 @@ struct PosteriorOptions {
   std::uint64_t seed = 0;
   double relative_noise = 0;
   bool exposure = false;
+  std::vector<FoundEnd> ends;  // those outside of the cube are left out
 };
 
 struct PosteriorRound {
@@ -62,6 +69,7 @@ class Posterior {
  private:
   void want_design();
   void want_refinement();
+  Eigen::MatrixXd near_ends(Eigen::Index count) const;
   int refinement_spp() const;
   void emulate();
 

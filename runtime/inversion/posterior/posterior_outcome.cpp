@@ -96,7 +96,7 @@ void compare(const std::vector<TargetImage>& targets, ForwardModel& model, const
     for (std::size_t t = 0; t < targets.size(); ++t) groups[t].push_back(images[t]);
   }
   // The noise, of samples of its own.
-  const std::vector<Rendering> others = model.render_values(values, first + concluding_spp, concluding_spp / 4);
+  const std::vector<Rendering> others = model.render_values(values, first + concluding_spp, concluding_spp);
   for (std::size_t t = 0; t < targets.size(); ++t) {
     const double exposure = outcome.exposures.empty() ? 1 : outcome.samples[parameters + t][likeliest];
     losses.push_back(loss_gradient(groups[t], targets[t], exposure));
@@ -191,14 +191,15 @@ std::vector<std::string> verdict(const PosteriorOutcome& outcome) {
   const PosteriorRound& last = outcome.rounds.back();
   const std::string effort = fmt::format("{} rounds with {} renderings ({} of them were there before)",
                                          outcome.rounds.size(), last.exemplars, outcome.found);
-  if (outcome.settled())
+  if (outcome.converged())
     text.push_back("Settled after " + effort + ".");
+  else if (outcome.settled())
+    text.push_back("NOT converged: it settled after " + effort + ", but no material that was looked at fits.");
   else
     text.push_back(fmt::format(
         "NOT settled after {}: in the last one a mean still moved by {:.2g} standard deviations, and the emulator "
-        "makes "
-        "{:.2g} % of the variance. The intervals count in what it does not know; more rounds (--iterations) may narrow "
-        "them.",
+        "makes {:.2g} % of the variance. The intervals count in what it does not know; more rounds (iterations) may "
+        "narrow them.",
         effort, last.shift, 100 * last.emulator_share));
   if (outcome.peaks.size() > 1) {
     text.push_back(
@@ -219,7 +220,7 @@ std::vector<std::string> verdict(const PosteriorOutcome& outcome) {
     if (range.of(i.high) - range.of(i.low) > 1.6)
       text.push_back(fmt::format("The images hardly tell {}: its interval is nearly all that was looked at.", i.name));
     else if (range.of(i.low) < -0.97 || range.of(i.high) > 0.97)
-      text.push_back(fmt::format("{}: its interval reaches the end of what was looked at (--range).", i.name));
+      text.push_back(fmt::format("{}: its interval reaches the end of what was looked at (range).", i.name));
   }
   text.push_back(fmt::format("Looked at: {}.", fmt::join(assumed, ", ")));
   if (!outcome.question.prior.empty())
@@ -227,7 +228,7 @@ std::vector<std::string> verdict(const PosteriorOutcome& outcome) {
                                fmt::join(outcome.question.prior, "; ")));
   if (!outcome.question.noise_known)
     text.emplace_back(
-        "The targets' noise is not known (no standard errors in the files, no --noise): 1 % of the radiance was "
+        "The targets' noise is not known (no standard errors, and noise was not given): 1 % of the radiance was "
         "assumed to weigh the pixels; the intervals come from what is left of the targets, so they hold if that is "
         "noise.");
   text.push_back(words(outcome.fit));
@@ -258,28 +259,30 @@ nlohmann::ordered_json to_json(const PosteriorOutcome& outcome, const std::vecto
                       {"emulator_share", round.emulator_share},
                       {"leave_one_out", round.leave_one_out},
                       {"residual", round.residual}});
-  return {{"schema", "itn.invert/1"},
-          {"scene", outcome.question.scene},
-          {"method", outcome.question.method},
-          {"converged", outcome.settled()},
-          {"fit", to_json(outcome.fit)},
-          {"parameters", to_json(outcome.parameters)},
-          {"coefficients", to_json(outcome.coefficients)},
-          {"exposures", to_json(outcome.exposures)},
-          {"prior", outcome.question.prior},
-          {"range", ranges},
-          {"ambiguity", to_json(outcome.directions, coordinates, standard_deviation)},
-          {"correlation", correlation},
-          {"peaks", peaks},
-          {"samples", outcome.question.folder + "/samples.csv"},
-          {"loss", outcome.loss},
-          {"loss_stderr", outcome.loss_stderr},
-          {"residual", outcome.residual},
-          {"iterations", outcome.rounds.size()},
-          {"rounds", rounds},
-          {"renderings", {{"found", outcome.found}, {"made", outcome.made}}},
-          {"verdict", verdict(outcome)},
-          {"time", {{"total_s", outcome.seconds}}}};
+  Json json{{"schema", "itn.invert/1"},
+            {"scene", outcome.question.scene},
+            {"method", outcome.question.method},
+            {"converged", outcome.converged()},
+            {"fit", to_json(outcome.fit)},
+            {"parameters", to_json(outcome.parameters)},
+            {"coefficients", to_json(outcome.coefficients)},
+            {"exposures", to_json(outcome.exposures)},
+            {"prior", outcome.question.prior},
+            {"range", ranges},
+            {"ambiguity", to_json(outcome.directions, coordinates, standard_deviation)},
+            {"correlation", correlation},
+            {"peaks", peaks},
+            {"samples", outcome.question.folder + "/samples.csv"},
+            {"loss", outcome.loss},
+            {"loss_stderr", outcome.loss_stderr},
+            {"residual", outcome.residual},
+            {"iterations", outcome.rounds.size()},
+            {"rounds", rounds},
+            {"renderings", {{"found", outcome.found}, {"made", outcome.made}}},
+            {"verdict", verdict(outcome)},
+            {"time", {{"total_s", outcome.seconds}}}};
+  if (!outcome.gauss_newton.is_null()) json["gauss_newton"] = outcome.gauss_newton;
+  return json;
 }
 
 }  // namespace itn

@@ -31,8 +31,11 @@ struct PosteriorOutcome {
   std::vector<WhiteResidual> white;
   ImageFit fit;
   double seconds = 0;
+  nlohmann::ordered_json gauss_newton;  // what it had found before; null: nothing
 
   bool settled() const { return rounds.back().settled; }
+  // The rounds have settled, and what is left of the likeliest image is noise: else the intervals do not hold.
+  bool converged() const { return settled() && fit.looks_alike(); }
 };
 
 // Renders the likeliest sample. scene: what was inverted. Throws Interrupted.

@@ -6,9 +6,11 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/fingerprint.h"
 #include "runtime/base/json_text.h"
 #include "runtime/image/exr.h"
 
@@ -37,12 +39,12 @@ ExrImage read_image(const std::string& file, const TargetImage& target) {
   if (image.width != target.width || image.height != target.height)
     throw InputError(
         fmt::format("{}: {} x {} pixels, where the scene's image has {} x {}: not this scene's rendering; "
-                    "remove the folder or give --renderings another",
+                    "remove the folder or give the renderings another",
                     file, image.width, image.height, target.width, target.height));
   const auto bad = std::find_if(image.data.begin(), image.data.end(), [](float v) { return !std::isfinite(v); });
   if (bad != image.data.end())
     throw InputError(
-        fmt::format("{}: values that are not finite: damaged; remove the folder or give --renderings "
+        fmt::format("{}: values that are not finite: damaged; remove the folder or give the renderings "
                     "another",
                     file));
   return image;
@@ -56,7 +58,8 @@ RenderingStore::RenderingStore(const std::string& folder, const StoredRun::Json&
   folder_.run().require_same(scene_);
   try {
     for (const StoredRun::Json& entry : folder_.run().before("renderings"))
-      entries_.push_back({entry.at("values").get<std::vector<double>>(), whole<int>(entry.at("spp"))});
+      entries_.push_back({entry.at("values").get<std::vector<double>>(), whole<int>(entry.at("spp")),
+                          entry.value("files", std::vector<std::string>())});
   } catch (const nlohmann::json::exception&) {
     folder_.run().refuse();
   }
@@ -87,6 +90,8 @@ Exemplar RenderingStore::read(std::size_t index, const std::vector<NaturalRange>
     exemplar.at[static_cast<Eigen::Index>(p)] = ranges[p].of(entry.values[p]);
   for (std::size_t t = 0; t < targets.size(); ++t) {
     const ExrImage image = read_image(file(index, t), targets[t]);
+    if (t < entry.fingerprints.size() && fingerprint_of(file(index, t)) != entry.fingerprints[t])
+      throw InputError(fmt::format("{}: has changed since it was written; remove the folder", file(index, t)));
     const auto count = static_cast<std::size_t>(targets[t].channels), all = image.channels.size();
     const std::size_t pixels = image.data.size() / all;
     ExemplarView view{entry.spp, {}};
@@ -116,6 +121,7 @@ Exemplar RenderingStore::read(std::size_t index, const std::vector<NaturalRange>
 
 void RenderingStore::add(ForwardModel& model, const std::vector<double>& values, int spp) {
   const int first = next_sample();
+  Entry entry{values, spp, {}};
   const std::vector<Rendering> a = model.render_values(values, first, spp),
                                b = model.render_values(values, first + spp, spp);
   for (std::size_t t = 0; t < a.size(); ++t) {
@@ -132,11 +138,14 @@ void RenderingStore::add(ForwardModel& model, const std::vector<double>& values,
           for (const auto* numbers : {&of.mean, &of.stderr_})
             for (std::size_t c = 0; c < channels; ++c) image.data.push_back((*numbers)[pixel * channels + c]);
         }
-    write_exr(file(entries_.size(), t), image, Sync::later);
+    const std::string name = file(entries_.size(), t), bytes = encode_exr(name, image);
+    write_file(name, bytes, Sync::later);
+    entry.fingerprints.push_back(fingerprint_text(bytes));
   }
-  entries_.push_back({values, spp});
+  entries_.push_back(std::move(entry));
   StoredRun::Json list = StoredRun::Json::array();
-  for (const Entry& entry : entries_) list.push_back({{"values", entry.values}, {"spp", entry.spp}});
+  for (const Entry& each : entries_)
+    list.push_back({{"values", each.values}, {"spp", each.spp}, {"files", each.fingerprints}});
   folder_.run().write(scene_, {{"renderings", list}});
 }
 

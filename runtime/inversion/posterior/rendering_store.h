@@ -20,8 +20,9 @@ class RenderingStore {
   RenderingStore(const std::string& folder, const StoredRun::Json& scene, std::size_t parameters);
 
   struct Entry {
-    std::vector<double> values;  // of the parameters
-    int spp = 0;                 // of each half
+    std::vector<double> values;             // of the parameters
+    int spp = 0;                            // of each half
+    std::vector<std::string> fingerprints;  // of the files, an image each; none: from before they were kept
   };
   const std::vector<Entry>& entries() const { return entries_; }
 

@@ -19,7 +19,7 @@ LogPrior log_prior_of(const std::vector<NaturalRange>& ranges) {
 StoredPosterior::StoredPosterior(const std::string& folder, const StoredRun::Json& request, RenderingStore& store,
                                  ForwardModel& model, const std::vector<NaturalRange>& ranges,
                                  const std::vector<TargetImage>& targets, const PosteriorOptions& options)
-    : folder_(folder, "state.json", "itn.invert.posterior.state/1", "an inversion by --method posterior"),
+    : folder_(folder, "state.json", "itn.invert.posterior.state/1", "an inversion by method posterior"),
       request_(request),
       store_(store),
       model_(model),

@@ -19,6 +19,7 @@ class StoredPosterior {
   bool done() const { return posterior_->done(); }
   // One rendering more, or, if this round has them all, its end. Throws Interrupted: nothing has changed then.
   void advance();
+  int most_rounds() const { return most_rounds_; }
   // Of the renderings that all rounds may take.
   double fraction() const;
 

@@ -1,5 +1,6 @@
 // Further formats, through Assimp, in a process of its own: on broken files it crashes, hangs and asks for all memory.
 #include <assimp/DefaultIOSystem.h>
+#include <assimp/MemoryIOWrapper.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
@@ -11,10 +12,13 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <map>
+#include <memory>
 
 #include "runtime/base/child_process.h"
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/fingerprint.h"
 #include "runtime/base/inputs.h"
 #include "runtime/scene/mesh/mesh_file.h"
 
@@ -40,19 +44,27 @@ void append(const aiMesh& part, Mesh& mesh, bool with_normals, bool with_texcoor
   }
 }
 
-// Knows which files are read: those of glTF name others.
+using Fingerprints = std::map<std::string, std::string>;  // by name
+
+// Knows which files are read, those of glTF name others, and the fingerprints of the bytes that Assimp gets.
 class NotedFiles : public Assimp::DefaultIOSystem {
  public:
-  explicit NotedFiles(std::vector<std::string>& names) : names_(names) {}
+  explicit NotedFiles(Fingerprints& files) : files_(files) {}
   Assimp::IOStream* Open(const char* file, const char* mode) override {
     std::error_code error;
     if (!std::filesystem::is_regular_file(file, error)) return nullptr;
-    if (std::find(names_.begin(), names_.end(), file) == names_.end()) names_.emplace_back(file);
-    return DefaultIOSystem::Open(file, mode);
+    const std::unique_ptr<Assimp::IOStream> on_disk(DefaultIOSystem::Open(file, mode));
+    if (!on_disk) return nullptr;
+    const std::size_t size = on_disk->FileSize();
+    auto bytes = std::make_unique<std::uint8_t[]>(size);
+    if (on_disk->Read(bytes.get(), 1, size) != size) return nullptr;
+    const std::string sum = fingerprint_text({reinterpret_cast<const char*>(bytes.get()), size});
+    if (files_.emplace(file, sum).first->second != sum) return nullptr;  // changed since it was opened before
+    return new Assimp::MemoryIOStream(bytes.release(), size, /*own=*/true);
   }
 
  private:
-  std::vector<std::string>& names_;
+  Fingerprints& files_;
 };
 
 // What Assimp mends in silence, such as an index out of range.
@@ -69,7 +81,7 @@ class FirstError : public Assimp::LogStream {
 
 struct MeshFile {
   Mesh mesh;
-  std::vector<std::string> names;  // of the files it was in
+  Fingerprints files;  // that it was in
 };
 
 MeshFile import(const std::string& file) {
@@ -78,7 +90,7 @@ MeshFile import(const std::string& file) {
   Assimp::DefaultLogger::create("", Assimp::Logger::NORMAL, 0);
   Assimp::DefaultLogger::get()->attachStream(new FirstError(error), Assimp::Logger::Err);
   Assimp::Importer importer;
-  importer.SetIOHandler(new NotedFiles(result.names));
+  importer.SetIOHandler(new NotedFiles(result.files));
   // Identical corners become one vertex again, so that normals computed later are smooth across faces.
   const aiScene* scene =
       importer.ReadFile(file, aiProcess_Triangulate | aiProcess_PreTransformVertices | aiProcess_JoinIdenticalVertices);
@@ -136,12 +148,11 @@ std::string bytes_of(const MeshFile& file) {
   out.put(file.mesh.normal);
   out.put(file.mesh.texcoord);
   out.put(file.mesh.triangle);
-  std::vector<char> names;
-  for (const std::string& name : file.names) {
-    names.insert(names.end(), name.begin(), name.end());
-    names.push_back('\n');
-  }
-  out.put(names);
+  std::vector<char> files;
+  for (const auto& [name, sum] : file.files)
+    for (const std::string* text : {&name, &sum})
+      files.insert(files.end(), text->c_str(), text->c_str() + text->size() + 1);
+  out.put(files);
   return std::move(out.bytes);
 }
 
@@ -152,12 +163,16 @@ MeshFile from_bytes(const std::string& bytes) {
   in.take(file.mesh.normal);
   in.take(file.mesh.texcoord);
   in.take(file.mesh.triangle);
-  std::vector<char> names;
-  in.take(names);
-  for (auto begin = names.begin(); begin != names.end();) {
-    const auto end = std::find(begin, names.end(), '\n');
-    file.names.emplace_back(begin, end);
-    begin = end == names.end() ? end : end + 1;
+  std::vector<char> files;
+  in.take(files);
+  for (auto begin = files.begin(); begin != files.end();) {
+    std::array<std::string, 2> name_and_sum;
+    for (std::string& text : name_and_sum) {
+      const auto end = std::find(begin, files.end(), '\0');
+      text.assign(begin, end);
+      begin = end == files.end() ? end : end + 1;
+    }
+    file.files[name_and_sum[0]] = name_and_sum[1];
   }
   return file;
 }
@@ -174,7 +189,7 @@ Mesh read_with_assimp(const std::string& file, const std::string& extension) {
   check_regular_file(file);
   try {
     MeshFile read = from_bytes(in_child_process([&] { return bytes_of(import(file)); }, limits));
-    for (const std::string& name : read.names) note_input(name);
+    for (const auto& [name, sum] : read.files) note_fingerprint(name, sum);
     return std::move(read.mesh);
   } catch (const InputError& error) {
     throw InputError(file + ": " + error.what());

@@ -1,0 +1,250 @@
+#include "runtime/inversion/numbers_inversion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "runtime/base/error.h"
+#include "runtime/base/seconds_since.h"
+#include "runtime/inversion/inversion_report.h"
+
+namespace itn {
+namespace {
+
+constexpr std::size_t most_unknowns = 8;  // of a posterior that nobody asked for
+constexpr double most_samples = 1 << 29;  // that a pixel has, over all iterations
+
+bool is_adam(const NumbersQuestion& question) { return question.method == "adam"; }
+
+std::string method_of(const NumbersQuestion& question) {
+  return question.method.empty() ? "gauss-newton" : question.method;
+}
+
+bool may_follow(const NumbersQuestion& question) {
+  return question.method.empty() && question.may_follow && !question.started && question.starts == 0 &&
+         !question.white_balance;
+}
+
+InversionOptions inversion_options(const NumbersQuestion& question) {
+  InversionOptions how;
+  how.method = is_adam(question) ? InversionOptions::Method::adam : InversionOptions::Method::gauss_newton;
+  how.iterations = question.iterations;
+  how.spp = question.spp;
+  how.relative_noise = question.relative_noise;
+  how.learning_rate = question.learning_rate;
+  how.exposure = question.exposure;
+  how.noise_known = question.noise_known;
+  how.white_balance = question.white_balance;
+  return how;
+}
+
+PosteriorOptions posterior_options(const NumbersQuestion& question) {
+  PosteriorOptions how;
+  if (question.iterations > 0) how.rounds = question.iterations;
+  how.spp = question.spp;
+  how.seed = question.seed;
+  how.relative_noise = question.relative_noise;
+  how.exposure = question.exposure;
+  return how;
+}
+
+Prior prior_of(const NamedIntervals& known, const std::vector<Coordinate>& coordinates) {
+  Prior prior;
+  for (const auto& [name, interval] : known) {
+    const auto& [low, high] = interval;
+    const std::string said = fmt::format("prior {}={},{}", name, low, high);
+    const auto found = std::find_if(coordinates.begin(), coordinates.end(),
+                                    [&, wanted = name](const Coordinate& c) { return c.parameter().name == wanted; });
+    if (found == coordinates.end())
+      throw UsageError(said + ": need NAME=LOW,HIGH with the name of a parameter that is asked for");
+    const Parameter& parameter = found->parameter();
+    if (!parameter.contains(low) || !parameter.contains(high) || !(low < high))
+      throw UsageError(
+          fmt::format("{}: need NAME=LOW,HIGH, two numbers in {}, the smaller first", said, parameter.range()));
+    prior.add_interval(coordinates, static_cast<std::size_t>(found - coordinates.begin()), low, high);
+  }
+  return prior;
+}
+
+std::vector<std::string> words(const NamedIntervals& known) {
+  std::vector<std::string> text;
+  for (const auto& [name, interval] : known)
+    text.push_back(fmt::format("{}={},{}", name, interval.first, interval.second));
+  return text;
+}
+
+InversionQuestion for_reports(const NumbersQuestion& question, const std::string& method, const std::string& folder) {
+  return {question.scene, method, folder, question.targets, words(question.prior), question.noise_known};
+}
+
+StoredRun::Json request_of(const NumbersQuestion& question, const std::string& method) {
+  StoredRun::Json request = question.request;
+  request["method"] = method;
+  return request;
+}
+
+InversionOutcome find_values(const NumbersQuestion& question, const std::string& method, const NetworkPrior& network,
+                             const Scene& scene, const std::vector<TargetImage>& targets, ForwardModel& model,
+                             const NumbersWatch& watch) {
+  const std::vector<Coordinate>& coordinates = model.coordinates();
+  InversionQuestion words = for_reports(question, method, question.folder);
+  InversionOptions how = inversion_options(question);
+  how.prior = prior_of(question.prior, coordinates);
+  const bool adam = is_adam(question);
+  if (question.prior.empty() && !adam) {
+    how.prior = network.prior;
+    words.prior = network.words;
+  }
+  Inversion inversion(model, targets, how);
+  const bool until_sure = question.starts == 0 && !adam;
+  const int most = until_sure ? static_cast<int>(most_starts) : std::max(1, question.starts);
+  StoredInversion stored(question.folder, request_of(question, method), inversion, coordinates,
+                         inversion_starts(coordinates, model.start(), most, question.seed, question.range),
+                         until_sure ? 1 : 0);
+  InversionOutcome outcome =
+      invert(words, inversion, coordinates, scene, stored, until_sure, [&](const InversionStep& step) {
+        if (watch.on_step) watch.on_step(stored, step, how.iteration_limit());
+      });
+  outcome.seconds = seconds_since(question.begun);
+  write_inversion(outcome, coordinates, targets);
+  return outcome;
+}
+
+// Where Gauss-Newton ended, with its standard errors, but for places where clearly more is left of the targets than in
+// the best.
+std::vector<FoundEnd> ends_of(const InversionOutcome& found, const std::vector<Coordinate>& coordinates,
+                              const std::vector<NaturalRange>& ranges) {
+  constexpr double clearly_worse = 50;  // of the sum of squares over their variances
+  const Inversion::Conclusion& best = found.found().end;
+  std::vector<FoundEnd> ends;
+  for (const InversionRun& run : found.runs) {
+    const Inversion::Conclusion& end = run.end;
+    if (run.joined >= 0 || !end.converged || (end.residual - best.residual) * end.residuals > clearly_worse) continue;
+    const auto n = static_cast<Eigen::Index>(coordinates.size());
+    FoundEnd& there = ends.emplace_back(FoundEnd{Eigen::VectorXd(n), end.covariance.topLeftCorner(n, n)});
+    Eigen::VectorXd slope(n);
+    for (std::size_t p = 0; p < coordinates.size(); ++p) {
+      const auto i = static_cast<Eigen::Index>(p);
+      there.at[i] = ranges[p].of(coordinates[p].value(end.x[p]));
+      slope[i] = coordinates[p].slope(end.x[p]) / ranges[p].slope(there.at[i]);
+    }
+    there.covariance = slope.asDiagonal() * there.covariance * slope.asDiagonal();
+  }
+  return ends;
+}
+
+// found: by Gauss-Newton before; null: nothing. Its folder is then the one for reports, and one inside of it for what
+// the posterior goes on from.
+PosteriorOutcome find_posterior(const NumbersQuestion& question, const InversionOutcome* found, const Scene& scene,
+                                const std::vector<TargetImage>& targets, ForwardModel& model,
+                                const NumbersWatch& watch) {
+  const std::string folder = found ? question.folder + "/posterior" : question.folder;
+  const std::vector<Coordinate>& coordinates = model.coordinates();
+  const std::vector<NaturalRange> ranges =
+      natural_ranges(coordinates, prior_of(question.prior, coordinates), question.range);
+  RenderingStore store(question.renderings.empty() ? folder + "/renderings" : question.renderings, question.of_scene,
+                       coordinates.size());
+  PosteriorOptions how = posterior_options(question);
+  if (found) how.ends = ends_of(*found, coordinates, ranges);
+  StoredPosterior stored(folder, request_of(question, "posterior"), store, model, ranges, targets, how);
+  while (!stored.done()) {
+    stored.advance();
+    if (watch.on_rendering) watch.on_rendering(stored, ranges);
+  }
+  PosteriorOutcome outcome =
+      conclude(for_reports(question, "posterior", question.folder), stored, model, ranges, scene, targets, how);
+  if (found) outcome.gauss_newton = to_json(*found, coordinates);
+  outcome.seconds = seconds_since(question.begun);
+  write_posterior(outcome, coordinates, targets);
+  return outcome;
+}
+
+bool asks_for_posterior(const NumbersQuestion& question) {
+  return !question.range.empty() || !question.renderings.empty();
+}
+
+// May the posterior of all materials follow Gauss-Newton, where nobody has asked for the one? Throws UsageError: what
+// is wrong with a range.
+bool posterior_may_follow(const NumbersQuestion& question, const std::vector<Coordinate>& coordinates) {
+  const bool asked_for = asks_for_posterior(question);
+  if (!may_follow(question) || (coordinates.size() > most_unknowns && !asked_for)) return false;
+  try {
+    natural_ranges(coordinates, prior_of(question.prior, coordinates), question.range);
+  } catch (const UsageError&) {
+    if (asked_for) throw;
+    return false;  // no range to look at
+  }
+  return true;
+}
+
+}  // namespace
+
+bool NumbersAnswer::converged() const { return posterior ? posterior->converged() : inversion->converged(); }
+
+const std::vector<Rendering>& NumbersAnswer::images() const {
+  return posterior ? posterior->images : inversion->found().end.images;
+}
+
+const std::string& NumbersAnswer::folder() const {
+  return posterior ? posterior->question.folder : inversion->question.folder;
+}
+
+void check(const NumbersQuestion& question, const std::vector<TargetImage>& targets) {
+  const std::string method = method_of(question);
+  if (method == "posterior") {
+    if (question.started || question.starts > 0)
+      throw UsageError("start, starts, init: mean nothing to method posterior, which needs no start");
+    if (question.white_balance) throw UsageError("white balance: of method gauss-newton alone");
+    if (question.spp == 1) throw UsageError("spp 1: a rendering has two halves; need 2 or more");
+    return;
+  }
+  if (asks_for_posterior(question) && !may_follow(question))
+    throw UsageError(
+        fmt::format("range, renderings: mean nothing {}; they are the posterior's",
+                    question.method.empty() ? "with start, starts, init or white balance" : "to method " + method));
+  if (is_adam(question) && !question.prior.empty())
+    throw UsageError("prior: adam minimises the image loss alone; use method gauss-newton");
+  if (question.white_balance && is_adam(question))
+    throw UsageError("white balance: adam finds exposures alone; use method gauss-newton");
+  if (question.white_balance &&
+      std::any_of(targets.begin(), targets.end(), [](const TargetImage& t) { return t.channels == 1; }))
+    throw UsageError("white balance: the sensor's film has luminance alone; need one with colours");
+  const InversionOptions how = inversion_options(question);
+  if (how.sample_limit() < 2) throw UsageError("spp 1: a loss compares different samples of a pixel; need 2 or more");
+  if (double(how.iteration_limit()) * how.sample_limit() > most_samples)
+    throw UsageError(fmt::format("{} iterations with {} samples a pixel: need at most {} samples in all",
+                                 how.iteration_limit(), how.sample_limit(), most_samples));
+}
+
+NumbersAnswer invert_numbers(const NumbersQuestion& question, const NetworkPrior& network, const Scene& scene,
+                             const std::vector<TargetImage>& targets, ForwardModel& model, const NumbersWatch& watch) {
+  check(question, targets);
+  const std::string method = method_of(question);
+  NumbersAnswer answer;
+  if (method == "posterior") {
+    answer.posterior = find_posterior(question, nullptr, scene, targets, model, watch);
+    return answer;
+  }
+  const bool may = posterior_may_follow(question, model.coordinates());
+  answer.inversion = find_values(question, method, network, scene, targets, model, watch);
+  if (may && (asks_for_posterior(question) || !answer.inversion->converged())) {
+    if (watch.on_posterior) watch.on_posterior(*answer.inversion);
+    answer.posterior = find_posterior(question, &*answer.inversion, scene, targets, model, watch);
+  }
+  return answer;
+}
+
+nlohmann::ordered_json to_json(const NumbersAnswer& answer, const std::vector<Coordinate>& coordinates) {
+  return answer.posterior ? to_json(*answer.posterior, coordinates) : to_json(*answer.inversion, coordinates);
+}
+
+std::vector<std::string> verdict(const NumbersAnswer& answer, const std::vector<Coordinate>& coordinates) {
+  return answer.posterior ? verdict(*answer.posterior) : verdict(*answer.inversion, coordinates);
+}
+
+std::vector<std::string> ambiguity_words(const NumbersAnswer& answer, const std::vector<Coordinate>& coordinates) {
+  return answer.posterior ? ambiguity_words(*answer.posterior, coordinates)
+                          : ambiguity_words(*answer.inversion, coordinates);
+}
+
+}  // namespace itn

@@ -1,0 +1,73 @@
+// An inversion of numbers (not of textures) as the command line and Python ask for it: what may be asked together, and
+// what is done where nothing was said.
+#pragma once
+#include <chrono>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "runtime/inversion/inversion_outcome.h"
+#include "runtime/inversion/posterior/posterior_outcome.h"
+
+namespace itn {
+
+using NamedIntervals = std::map<std::string, std::pair<double, double>>;  // of parameters: low, high
+
+struct NumbersQuestion {
+  std::string scene, folder;
+  std::vector<std::string> targets;  // what they are called in reports
+  std::string method;                // "gauss-newton", "adam", "posterior"; empty: as the rules say
+  int spp = 0, iterations = 0;       // 0: the method's own
+  int starts = 0;                    // 0: one with Adam, as many as it takes with Gauss-Newton
+  bool started = false;              // the first start was chosen: by values, or by a network
+  double relative_noise = 0;         // InversionOptions
+  bool noise_known = true;           // else relative_noise is a guess
+  double learning_rate = 0.05;       // of Adam
+  bool exposure = false, white_balance = false;
+  NamedIntervals prior;    // 95 %
+  NamedIntervals range;    // where the posterior looks
+  std::string renderings;  // the folder where the posterior keeps them; empty: one in its own
+  std::uint64_t seed = 0;
+  StoredRun::Json request;   // all that the numbers depend on, but for the method
+  StoredRun::Json of_scene;  // all that a rendering depends on, but for its samples and the parameters' values
+  bool may_follow = true;    // one method may follow another where none was named
+  std::chrono::steady_clock::time_point begun = std::chrono::steady_clock::now();
+};
+
+// What a network says of the parameters: Gauss-Newton's prior where the question has none.
+struct NetworkPrior {
+  Prior prior;
+  std::vector<std::string> words;  // NetworkGuess
+};
+
+struct NumbersWatch {  // any may be empty
+  std::function<void(const StoredInversion&, const InversionStep&, int most_iterations)> on_step;
+  std::function<void(const StoredPosterior&, const std::vector<NaturalRange>&)> on_rendering;  // and after each round
+  std::function<void(const InversionOutcome&)> on_posterior;  // it follows what has been found
+};
+
+struct NumbersAnswer {
+  std::optional<InversionOutcome> inversion;  // of Gauss-Newton or Adam
+  std::optional<PosteriorOutcome> posterior;  // where there is one, it is the answer
+
+  bool converged() const;
+  const std::vector<Rendering>& images() const;
+  const std::string& folder() const;
+};
+
+// Throws UsageError: what does not go together.
+void check(const NumbersQuestion& question, const std::vector<TargetImage>& targets);
+
+// check() and then all that is asked for, with reports in the folder. scene: with the values of the first start; model:
+// of that scene. Throws as StoredInversion, StoredPosterior and natural_ranges(), and Interrupted.
+NumbersAnswer invert_numbers(const NumbersQuestion& question, const NetworkPrior& network, const Scene& scene,
+                             const std::vector<TargetImage>& targets, ForwardModel& model, const NumbersWatch& watch);
+
+nlohmann::ordered_json to_json(const NumbersAnswer& answer, const std::vector<Coordinate>& coordinates);
+std::vector<std::string> verdict(const NumbersAnswer& answer, const std::vector<Coordinate>& coordinates);
+std::vector<std::string> ambiguity_words(const NumbersAnswer& answer, const std::vector<Coordinate>& coordinates);
+
+}  // namespace itn
