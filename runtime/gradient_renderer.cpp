@@ -65,6 +65,7 @@ struct GradientRenderer::State {
     on_device.textures = derivatives.textures;
     on_device.by_directions = derivatives.by_directions;
     on_device.by_pictures = derivatives.by_pictures;
+    on_device.by_environment = derivatives.by_environment;
     const std::vector<Parameter> all = list_parameters(scene);
     for (std::size_t p = 0; p < derivatives.parts.size(); ++p) {
       DerivativeRecord& record = derivatives.derivatives[p];

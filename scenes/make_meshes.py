@@ -240,6 +240,9 @@ def main():
     tiles = checker(16, 8, (.1, .15, .25), (.8, .7, .5))
     tiles[:4, :8] = (.7, .1, .1)
     write_exr(test + 'tiles.exr', tiles)
+    # Copper and aluminium in turn.
+    write_exr(test + 'metal_eta.exr', checker(8, 4, (.20, .92, 1.10), (1.66, .88, .52)))
+    write_exr(test + 'metal_k.exr', checker(8, 4, (3.91, 2.45, 2.14), (9.22, 6.27, 4.84)))
     v, f, uv = waves(12)
     write_ply(test + 'waves.ply', v, f, normals=True, uv=uv)
     heights, normals = bumps(32)
@@ -260,6 +263,7 @@ def main():
                                                        ((-.2, 1, .6), .3, (4, 3, 2.4))],
                                                   (.05, .05, .05), (.25, .25, .27), (.1, .12, .16)))
     write_exr(gallery + 'tiles.exr', checker(256, 16, (.12, .13, .15), (.62, .60, .56)))
+    write_exr(gallery + 'dim.exr', np.full((24, 48, 3), .3))
     v, f = star(3)
     v = (v - (v.min(0) + v.max(0)) / 2) / (v.max(0) - v.min(0)).max()
     write_ply('dataset/star.ply', v - [0, 0, v[:, 2].min()], f, normals=True)

@@ -27,8 +27,10 @@ std::vector<std::string> letters(int channels) {
   return channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
 }
 
-// As scenes read it again: colours in sRGB; numbers as they are, for a texture with raw = true.
-std::vector<std::uint8_t> bytes_of(const VoxelGrid& bitmap) {
+// As scenes read it again: colours in sRGB; numbers as they are, for a texture with raw = true. Light from all around,
+// which may be much brighter than white: as images of scenes are drawn.
+std::vector<std::uint8_t> bytes_of(const VoxelGrid& bitmap, const Parameter& parameter) {
+  if (parameter.owner == Owner::environment) return tone_mapped(bitmap.data, bitmap.channels);
   std::vector<std::uint8_t> bytes;
   for (std::size_t i = 0; i < bitmap.data.size(); ++i) {
     const double v = std::clamp(static_cast<double>(bitmap.data[i]), 0.0, 1.0);
@@ -59,7 +61,7 @@ void write_picture(const std::string& file, const VoxelGrid& bitmap, const Textu
 
 Json write_texture(const std::string& file, const VoxelGrid& bitmap, const TextureQuestion& question,
                    const Parameter& parameter) {
-  write_picture(file, bitmap, question, parameter, bytes_of(bitmap));
+  write_picture(file, bitmap, question, parameter, bytes_of(bitmap, parameter));
   return {{"file", file + ".exr"},
           {"picture", file + ".png"},
           {"width", bitmap.width},

@@ -53,12 +53,40 @@ inline void gather_light_texels(const Launch* launch, __global const JobRecord* 
 }
 #endif
 
+#if ENVIRONMENT_TEXELS
+/* To the pixels of the picture around the scene. weight: as of gather_light_derivatives; direction: towards the light. */
+inline void gather_environment_texels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+                                      MASK mask, const REAL weight[RADIANCE_CHANNELS], REAL3 direction) {
+  __global const EnvironmentRecord* record = launch->environments + job->environment;
+  if (record->gradient < 0) return;
+  INT which[4];
+  REAL share[4];
+  envmap_pixels(record, environment_to_local(record, direction), which, share);
+  const uint bits = lane_bits(mask);
+  MASK beyond = (MASK)(0);
+  UNROLL_FOR(int k = 0; k < 4; ++k) {
+    Lanes texel;
+    texel.integer = record->gradient + which[k];
+    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
+      LongLanes sum;
+      sum.integer = rounded(LOAD(pool, PULL + c, slots) * weight[c] * record->radiance[c] * share[k], &beyond);
+      FOR_EACH_LANE(l, bits) add_to_texel(launch, texel.i[l], c, sum.i[l]);
+    }
+  }
+  add_lost(launch, mask & beyond);
+}
+#endif
+
 /* Adds to the derivatives by the light what reaches the lanes in `mask` from where it comes. weight: what the radiance of the
  * light is multiplied by on its way to the pixel. */
 inline void gather_light_derivatives(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
                                      MASK mask, const REAL weight[RADIANCE_CHANNELS], const LightSource* source) {
 #if LIGHT_TEXELS
-  if (job->replay) gather_light_texels(launch, job, pool, slots, mask, weight, source);
+  if (job->replay == REPLAY_SUMS) gather_light_texels(launch, job, pool, slots, mask, weight, source);
+#endif
+#if ENVIRONMENT_TEXELS
+  if (job->replay == REPLAY_SUMS)
+    gather_environment_texels(launch, job, pool, slots, mask & (source->index < 0), weight, source->direction);
 #endif
 #if HAS_LIGHT_DERIVATIVES
 #if ADJOINT

@@ -191,6 +191,23 @@ inline void screen_colour(const Launch* launch, INT light, const REAL uv[2], REA
 }
 #endif
 
+#if HAS_PARALLEL_LIGHTS
+/* Does each lane's light come from the same direction everywhere? light: -1: around the scene. */
+inline MASK is_parallel(const Launch* launch, INT light) {
+  const INT model = GATHER_INT(LIGHT_MEMBER_INT(launch, model), max(light, 0) * LIGHT_WORDS);
+  MASK parallel = (MASK)(0);
+#define FIND_PARALLEL(name, PREFIX) \
+  if (PREFIX##_TRAITS & LIGHT_PARALLEL) parallel = parallel | (model == MODEL_##name);
+  LIGHTS_OF_SCENE(FIND_PARALLEL)
+  return parallel & (light >= 0);
+}
+
+/* How often it is sampled at `from`, as in media. */
+inline REAL chance_of_light(const Launch* launch, __global const JobRecord* job, REAL3 from, INT light) {
+  return job->light_share * light_chance(launch, light_chances(job, from), max(light - job->first_light, 0));
+}
+#endif
+
 /* Density [1/sr] of a point of the front of a light that is a shape and is drawn with that chance, seen from `distance` under
  * an angle of that cosine. */
 inline REAL light_surface_pdf(const Launch* launch, INT light, REAL chance, REAL distance, REAL cosine) {

@@ -12,6 +12,9 @@
 #include "lib/phase.h"
 #include "model/bsdf/rough_dielectric.h"
 
+/* Are there lights of which the direction is known before the place at which they pass a rough boundary? */
+#define REFRACTED_CONNECTIONS (ROUGH_LIGHT_SAMPLING && (HAS_SUN || HAS_PARALLEL_LIGHTS))
+
 #if MEDIUM_LIGHT_SAMPLING
 #define CHANCE_FLOOR 0.02f
 #define CHANCE_SCALE 0.25f

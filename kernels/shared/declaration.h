@@ -80,10 +80,12 @@ enum { COORDINATE_LOG, COORDINATE_COSINE, COORDINATE_ITSELF };
  *   LIGHT_TINTED     its three numbers behind the colour are another colour, or a texture, that multiplies what
  *   arrives
  *   LIGHT_BEAM       it stands in a flat shape, which tells its place, but has no extent in directions: no path finds it by
- *                    chance */
+ *                    chance
+ *   LIGHT_PARALLEL   it comes from the same direction everywhere */
 #define LIGHT_ON_SHAPE 1
 #define LIGHT_TINTED 2
 #define LIGHT_BEAM 4
+#define LIGHT_PARALLEL 8
 
 /* A distance that leads out of every scene [scene unit]. */
 #define FAR_AWAY 1e30f

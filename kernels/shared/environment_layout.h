@@ -28,7 +28,7 @@ typedef struct {
   int sampling; /* but of even light: cumulative rows (rows + 1), then cumulative columns, row by row (columns + 1 each) */
   int sun_table;   /* sun with limb darkening: [knot][channel][power][value, slope] */
   int complex_sun; /* 0 or 1 */
-  int unused;
+  int gradient;    /* envmap: where the sums by its pixels begin (lib/adjoint.h); -1: nobody asks for them */
   float to_local[9];
   float radiance[3]; /* constant; envmap: what its pixels are multiplied by */
   float sky[3 * SKY_COEFFICIENTS];

@@ -42,12 +42,12 @@ inline REAL rival_density(REAL connection, REAL by_phase, MASK mask) {
 }
 
 /* Densities of the connections through the boundary (connect.h) over those of phase function and flight: of the sampled
- * direction to the sun and of the path's own. 0 where the segment did not begin at a scattering vertex. */
+ * direction to the sun or a parallel light and of the path's own. 0 where the segment did not begin at a scattering vertex. */
 inline void rival_densities(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
-                            MASK at_boundary, const Surface* s, const LightSource* light, REAL3 direction, REAL* rival,
+                            MASK at_boundary, const Surface* s, const LightSample* light, REAL3 direction, REAL* rival,
                             REAL* own_rival) {
   *rival = *own_rival = (REAL)(0.0f);
-#if MEDIUM_LIGHT_SAMPLING && HAS_SUN
+#if MEDIUM_LIGHT_SAMPLING && REFRACTED_CONNECTIONS
   const REAL last_pdf = LOAD(pool, LAST_PDF, slots);
   const INT medium = SELECT_INT(at_boundary, LOAD_INT(pool, MEDIUM, slots), -1); /* idle lanes hold anything */
   const INT at = max(medium, 0) * (int)(sizeof(MediumRecord) / sizeof(float));
@@ -62,11 +62,21 @@ inline void rival_densities(const Launch* launch, __global const JobRecord* job,
   const REAL by_phase = last_pdf * medium_transmittance(typical_sigma_t(&inside), SQRT(dot3(segment, segment)));
   const FlightCell cell = flight_cell(launch->grid, launch->geometries + job->geometry, vertex);
   const REAL3 guess = surface_normal_guess(&cell);
-  *rival = rival_density(refracted_pdf(&boundary, guess, light->direction, s->direction), by_phase,
-                         from_medium & (light->index < 0));
+  MASK drawn = from_medium & (light->source.index < 0);
+#if HAS_PARALLEL_LIGHTS
+  const MASK parallel = is_parallel(launch, light->source.index);
+  drawn = (HAS_SUN ? drawn : (MASK)(0)) | (from_medium & parallel);
+#endif
+  *rival = rival_density(refracted_pdf(&boundary, guess, light->source.direction, s->direction), by_phase, drawn);
+#if HAS_PARALLEL_LIGHTS
+  const REAL at_vertex = chance_of_light(launch, job, vertex, light->source.index);
+  *rival *= SELECT(parallel, at_vertex / light->pdf, 1.0f);
+#endif
+#if HAS_SUN
   const MASK finds_sun = from_medium & in_sun(launch->environments + job->environment, direction);
   if (ANY(finds_sun))
     *own_rival = rival_density(refracted_pdf(&boundary, guess, direction, s->direction), by_phase, finds_sun);
+#endif
 #endif
 }
 
@@ -94,7 +104,7 @@ inline MASK sample_sun_at_boundary(int model, int variant, const Launch* launch,
   MASK lit = (MASK)(0);
   UNROLL_FOR(int c = 0; c < CHANNELS; ++c) lit = lit | (f[c] > 0.0f);
   REAL rival;
-  rival_densities(launch, job, pool, slots, at_boundary, s, &sample->source, direction, &rival, own_rival);
+  rival_densities(launch, job, pool, slots, at_boundary, s, sample, direction, &rival, own_rival);
   const REAL mis = sample->pdf / (sample->pdf * (1.0f + rival) + sample->by_chance * bsdf_pdf);
   REAL of_channel[3];
   channel_weights(pool, slots, (REAL)(1.0f), of_channel);
@@ -110,7 +120,8 @@ inline MASK sample_sun_at_boundary(int model, int variant, const Launch* launch,
  * from a scattering vertex x over the exit y to the sun in direction o, weighed by the balance heuristic: the phase
  * function and the flight bring the path to y and (A) the sun is sampled there or (B) the BSDF finds it; or (C) o
  * and the direction of the segment are drawn at x (connect.h). What A and B share cancels; `rival` is C's density
- * over theirs. To lights of the scene lead A and B alone, and so they do where the BSDF is broad.
+ * over theirs. To parallel lights lead A and C, which draw them with the chances of their own places; to other lights of the
+ * scene lead A and B alone, and so they do where the BSDF is broad.
  * Returns LAST_PDF for the BSDF's own direction, of density pdf. */
 inline REAL sample_light_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job,
                                      Pool* pool, INT slots, MASK at_boundary, const Surface* s, Reflector* r,

@@ -1,5 +1,5 @@
 /* Stage connect: at a scattering vertex in a medium, light is connected: straight through index-matched boundaries, or
- * the sun through a rough one. Then the path goes on in the medium. */
+ * the sun and parallel lights through a rough one. Then the path goes on in the medium. */
 #ifndef ITN_STAGE_CONNECT_H
 #define ITN_STAGE_CONNECT_H
 #include "stage/boundary.h"
@@ -30,7 +30,7 @@ inline LitVertex load_lit_vertex(const Launch* launch, const Pool* pool, INT slo
   return x;
 }
 
-#if ROUGH_LIGHT_SAMPLING && HAS_SUN
+#if REFRACTED_CONNECTIONS
 /* Where a connection leaves the medium through a rough boundary. */
 typedef struct {
   LaneHits hits;
@@ -41,6 +41,7 @@ typedef struct {
   REAL texture[TEXTURE_PLACE];
   REAL density; /* with which `inward` was drawn */
   MASK found;
+  MASK parallel; /* the light is one of the scene */
 } Exit;
 
 inline Exit find_exit(const Launch* launch, __global const JobRecord* job, const LitVertex* x, REAL3 light,
@@ -76,6 +77,35 @@ inline Exit find_exit(const Launch* launch, __global const JobRecord* job, const
   return e;
 }
 
+#if HAS_PARALLEL_LIGHTS
+/* A parallel light is sampled whether it shines on the vertex or not. Returns for which lanes; u[2], which chose it, is uniform
+ * again. */
+inline MASK take_parallel(const Launch* launch, __global const JobRecord* job, const LitVertex* x, MASK valid, REAL u[],
+                          LightSample* light) {
+  const MASK parallel = valid & is_parallel(launch, light->source.index);
+  const INT chances = light_chances(job, x->position), own = max(light->source.index - job->first_light, 0);
+  const REAL chance = light_chance(launch, chances, own);
+  const REAL place = (u[2] - GATHER(launch->light_tables, chances + own)) / MAX(chance, (REAL)(1e-9f));
+  u[2] = SELECT(parallel, clamp(place, (REAL)(0.0f), (REAL)(0.99999994f)), u[2]);
+  light->pdf = SELECT(parallel, job->light_share * chance, light->pdf);
+  return parallel;
+}
+
+/* What the parallel light brings to the exit. */
+inline void light_exit(const Launch* launch, MASK parallel, Exit* e, LightSample* light) {
+  const REAL nowhere[2] = {(REAL)(0.0f), (REAL)(0.0f)};
+  LightSample there = *light;
+  MASK on_shape;
+  const INT index = max(light->source.index, 0);
+  light_arrives(launch, index, e->position, e->position, e->normal, nowhere, &there.source, &there.distance, &on_shape);
+  light_colour(launch, index, there.rgb);
+  UNROLL_FOR(int c = 0; c < 3; ++c) there.rgb[c] *= there.source.share[c];
+  take_light(parallel, &there, light);
+  e->parallel = parallel;
+  e->found = e->found & (!parallel | (there.source.share[0] > 0.0f));
+}
+#endif
+
 /* What an exit through surfaces of one BSDF brings. */
 inline void connect_through(int surface, int model, int variant, const Launch* launch, __global const JobRecord* job,
                             Pool* pool, INT slots, const Random* random, const LitVertex* x, const Exit* e,
@@ -100,7 +130,12 @@ inline void connect_through(int surface, int model, int variant, const Launch* l
   const REAL cosine = dot3(x->arrival, e->inward);
   const REAL phase = phase_value(&x->phase, cosine);
   const REAL by_phase = phase * medium_transmittance(sigma, e->hits.distance.real);
+#if HAS_PARALLEL_LIGHTS
+  const REAL light_pdf = sample->pdf, drawn_there = chance_of_light(launch, job, e->position, sample->source.index),
+             other = SELECT(e->parallel, drawn_there, light_pdf + bsdf_density(model, variant, n, wi, wo));
+#else
   const REAL light_pdf = sample->pdf, other = light_pdf + bsdf_density(model, variant, n, wi, wo);
+#endif
   const REAL mis = x->chance * e->density * light_pdf / (x->chance * e->density * light_pdf + by_phase * other);
   REAL connection_weight[RADIANCE_CHANNELS], passed[THROUGHPUT_CHANNELS];
   medium_dimming(launch, &x->inside, random, 0, x->position, e->inward, e->hits.distance.real, here, passed);
@@ -163,12 +198,20 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
   const INT connection = GATHER_INT(((__global const int*)launch->media + FIELD_OF(MediumRecord, connection)),
                                     x.medium * (int)(sizeof(MediumRecord) / sizeof(float)));
   straight = sampled & (connection == CONNECTION_STRAIGHT);
-#if HAS_SUN
+#if REFRACTED_CONNECTIONS
+  MASK reached = HAS_SUN ? sampled & (light.source.index < 0) : (MASK)(0);
+#if HAS_PARALLEL_LIGHTS
+  const MASK parallel = take_parallel(launch, job, &x, valid, u, &light);
+  reached = reached | parallel;
+#endif
   /* the boundary is one more scattering */
-  const MASK refracted = sampled & (light.source.index < 0) & (connection == CONNECTION_REFRACTED) &
-                         (plain_depth(LOAD_INT(pool, DEPTH, slots)) + 1 < job->max_depth);
+  const MASK refracted =
+      reached & (connection == CONNECTION_REFRACTED) & (plain_depth(LOAD_INT(pool, DEPTH, slots)) + 1 < job->max_depth);
   if (ANY(refracted)) {
-    const Exit exit = find_exit(launch, job, &x, light.source.direction, u, refracted);
+    Exit exit = find_exit(launch, job, &x, light.source.direction, u, refracted);
+#if HAS_PARALLEL_LIGHTS
+    light_exit(launch, parallel & refracted, &exit, &light);
+#endif
 #define CONNECT_THROUGH(surface, name, variant) \
   connect_through(surface, MODEL_##name, variant, launch, job, pool, slots, &random, &x, &exit, &light, &scores);
     SURFACE_LIST(CONNECT_THROUGH)

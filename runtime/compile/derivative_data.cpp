@@ -112,6 +112,12 @@ class Builder {
     if (const std::string formula = scene_.environment->model->formula; !formula.empty())
       data_.functions[formula] = {0};
     add_light_part(record, image);
+    if (!p.by_texels) return;
+    data_.by_environment = true;
+    DifferentiatedTexture pixels;
+    pixels.bitmap = scene_.environment->bitmap.get();
+    pixels.set_shape(values_of(scene_, p));
+    launch_.environments[static_cast<std::size_t>(job_.environment)].gradient = sums_of(std::move(pixels), image);
   }
 
   void add_number(const Parameter& p, int index, int image) {

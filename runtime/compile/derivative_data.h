@@ -62,8 +62,9 @@ struct DerivativeData {
   std::vector<DerivativeRecord> derivatives;  // one a part
   std::vector<NumberOfPart> numbers;          // one a part; by the light: without a model
   std::vector<DifferentiatedTexture> textures;
-  bool by_directions = false, by_pictures = false;  // by texels that are normals or heights; by those that tint lights
-  std::size_t texels() const {                      // of all of them
+  // By texels that are normals or heights; by those that tint lights; by those of the light around the scene.
+  bool by_directions = false, by_pictures = false, by_environment = false;
+  std::size_t texels() const {  // of all of them
     return textures.empty() ? 0 : static_cast<std::size_t>(textures.back().first_texel) + textures.back().texels();
   }
   int grids() const {

@@ -76,6 +76,7 @@ EnvironmentRecord environment_derivative(const Environment& environment, const P
 
 void append_environment(const Environment& environment, EnvironmentRecord& record, std::vector<float>& tables) {
   record = {};
+  record.gradient = -1;
   record.model = environment.model->id;
   set_rotation(environment, record);
 #define ITN_FILL(name, PREFIX, type) \

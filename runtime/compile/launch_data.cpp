@@ -294,7 +294,8 @@ void lay_light_grid(const Vec3& low, const Vec3& high, std::size_t lights, JobRe
 void append_light_chances(const std::vector<SampledLight>& lights, JobRecord& job, LaunchData& data) {
   constexpr double by_guess = 0.8;
   job.light_chances = static_cast<int>(data.light_tables.size());
-  std::vector<double> expected(lights.size());
+  std::vector<double> expected(lights.size(), 1.0);
+  if (lights.size() == 1) return append_cumulative(expected.data(), 1, data.light_tables);
   Vec3 low{}, high{};
   const auto side = [&](std::size_t k, int at) {
     const double cell = job.light_cells[k] > 1 ? 1 / static_cast<double>(job.light_cells_a_unit[k]) : 0;
@@ -371,11 +372,13 @@ void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
   const Vec3 low = vector(geometry.low), high = vector(geometry.high);
   lay_light_grid(low, high, sampled.size(), job);
   append_light_chances(sampled, job, data);
-  double sum = 0;
-  for (const SampledLight& light : sampled) sum += light.brings(low, high, 3);
+  job.light_share = 1;
   const EnvironmentRecord& around = data.environments[static_cast<std::size_t>(job.environment)];
   const double rest = is_uneven(around) ? static_cast<double>(around.sun_weight + around.sky_weight) : 0;
-  job.light_share = rest > 0 ? static_cast<float>(std::clamp(sum / (sum + rest), 0.1, 0.9)) : 1.0F;
+  if (!(rest > 0)) return;
+  double sum = 0;
+  for (const SampledLight& light : sampled) sum += light.brings(low, high, 3);
+  job.light_share = static_cast<float>(std::clamp(sum / (sum + rest), 0.1, 0.9));
 }
 
 // Do flights change positions of single precision? Paths in media too dense for it stay where they are.
@@ -503,11 +506,15 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
                                [](const EnvironmentRecord& e) { return e.sun_pdf > 0; });
   const bool lights = !data.lights.empty();
   const bool rough_light = ((sun || lights) && rough) || (uneven_light && has(BSDF_BROAD, BSDF_BROAD));
-  const bool medium_light = ((uneven_light || lights) && matched) || (sun && refracted);
+  const auto lights_of_launch = models_of(data).lights;
+  const bool parallel = rough && refracted &&
+                        std::any_of(lights_of_launch.begin(), lights_of_launch.end(),
+                                    [](const Model* m) { return (m->traits & LIGHT_PARALLEL) != 0; });
+  const bool medium_light = ((uneven_light || lights) && matched) || ((sun || parallel) && refracted);
   set("HAS_LIGHTS", lights);
   set("HAS_AREA_LIGHTS",
       std::any_of(data.shapes.begin(), data.shapes.end(), [](const ShapeRecord& s) { return s.light >= 0; }));
-  const auto lights_of_launch = models_of(data).lights;
+  set("HAS_PARALLEL_LIGHTS", parallel);
   set("HAS_SCREENS", std::any_of(lights_of_launch.begin(), lights_of_launch.end(), [](const Model* m) {
         return (m->traits & LIGHT_ON_SHAPE) != 0 && (m->traits & LIGHT_TINTED) != 0;
       }));

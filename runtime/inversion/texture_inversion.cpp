@@ -58,12 +58,13 @@ Rendering joined(const std::vector<Rendering>& groups) {
 
 }  // namespace
 
-double roughness_of(const VoxelGrid& values, double weight, double* gradient) {
+double roughness_of(const VoxelGrid& values, bool all_around, double weight, double* gradient) {
   const auto width = static_cast<std::size_t>(values.width), height = static_cast<std::size_t>(values.height),
              depth = static_cast<std::size_t>(values.depth), channels = static_cast<std::size_t>(values.channels);
   const std::size_t row = width * channels, layer = row * height;
+  const std::size_t steps = all_around ? width : width - 1;
   const auto pairs = static_cast<double>(
-      channels * ((width - 1) * height * depth + width * (height - 1) * depth + width * height * (depth - 1)));
+      channels * (steps * height * depth + width * (height - 1) * depth + width * height * (depth - 1)));
   if (pairs == 0) return 0;
   double sum = 0;
   const auto add = [&](std::size_t a, std::size_t b) {
@@ -77,6 +78,7 @@ double roughness_of(const VoxelGrid& values, double weight, double* gradient) {
       for (std::size_t i = 0; i < row; ++i) {
         const std::size_t at = z * layer + y * row + i;
         if (i + channels < row) add(at, at + channels);
+        if (i + channels >= row && all_around) add(at, at + channels - row);
         if (y + 1 < height) add(at, at + row);
         if (z + 1 < depth) add(at, at + layer);
       }
@@ -230,7 +232,8 @@ double TextureInversion::add_roughness(const std::vector<double>& x, std::vector
   double sum = 0;
   for (const Unknown& unknown : unknowns_)
     if (!unknown.coordinate)
-      sum += roughness_of(values_of_unknown(unknown, x), options_.smoothness, gradient.data() + unknown.first);
+      sum += roughness_of(values_of_unknown(unknown, x), unknown.parameter.owner == Owner::environment,
+                          options_.smoothness, gradient.data() + unknown.first);
   return sum;
 }
 

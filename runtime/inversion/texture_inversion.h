@@ -99,7 +99,8 @@ class TextureInversion {
   std::vector<std::unique_ptr<GradientRenderer>> renderers_;  // one a target
 };
 
-// Mean squared difference of texels or voxels beside each other; adds `weight` times its gradient.
-double roughness_of(const VoxelGrid& values, double weight, double* gradient);
+// Mean squared difference of texels or voxels beside each other, where it goes all around of the last and the first
+// column, too; adds `weight` times its gradient.
+double roughness_of(const VoxelGrid& values, bool all_around, double weight, double* gradient);
 
 }  // namespace itn

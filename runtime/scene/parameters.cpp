@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numeric>
 
 #include "kernels/shared/declaration.h"
@@ -35,6 +36,9 @@ Bitmap attribute_values(const std::vector<const Mesh*>& meshes, const Texture& t
   result.width = result.channels > 0 ? static_cast<int>(result.data.size()) / result.channels : 0;
   return result;
 }
+
+// The picture of an environment, which no model declares: Mitsuba's name.
+const char* const environment_picture = "data";
 
 Bitmap texels_shown(const Scene& scene, const std::vector<int>& bsdfs, const Texture& texture) {
   if (texture.bitmap) return *texture.bitmap;
@@ -139,6 +143,11 @@ class List {
     const bool by_texels = std::string(why_not).empty();
     number(p.shown(), std::nan(""), range, by_texels ? texel_value : why_not, p.unit);
     parameters.back().by_texels = by_texels;
+  }
+
+  void environment_pixels() {
+    number(environment_picture, std::nan(""), {0, std::numeric_limits<double>::infinity(), true, false}, texel_value);
+    parameters.back().by_texels = true;
   }
 
   void grid(const Instance& instance, const DeclaredParameter& p, const Range& range) {
@@ -304,6 +313,7 @@ std::vector<Parameter> list_parameters(const Scene& scene) {
   if (scene.environment) {
     list.begin(Owner::environment, 0, scene.environment->id);
     list.declared(*scene.environment);
+    if (scene.environment->bitmap) list.environment_pixels();
   }
   return each_once(list.parameters);
 }
@@ -317,12 +327,19 @@ void set_parameter(Scene& scene, const Parameter& p, double value) {
 }
 
 Bitmap texels_of(const Scene& scene, const Parameter& p) {
+  if (p.owner == Owner::environment) return *scene.environment.value().bitmap;
   return texels_shown(scene, p.indices, texture_of(scene, p));
 }
 
-bool is_picture(const Scene& scene, const Parameter& p) { return texture_of(scene, p).bitmap != nullptr; }
+bool is_picture(const Scene& scene, const Parameter& p) {
+  return p.owner == Owner::environment || texture_of(scene, p).bitmap != nullptr;
+}
 
 void set_texels(Scene& scene, const Parameter& p, const Bitmap& texels) {
+  if (p.owner == Owner::environment) {
+    scene.environment.value().bitmap = std::make_shared<const Bitmap>(texels);
+    return;
+  }
   const Texture shown = texture_of(scene, p);
   const auto bitmap = shown.bitmap ? std::make_shared<const Bitmap>(texels) : nullptr;
   const std::string attribute = bitmap ? "" : set_attribute(scene, p, shown.attribute, texels);

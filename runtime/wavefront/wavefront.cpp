@@ -101,6 +101,7 @@ std::map<std::string, std::string> features(const LaunchData& data, const Deriva
     result["VOXEL_SUMS"] = std::to_string(grids);
     result["TEXEL_CHANNELS"] = derivatives.by_directions ? "3" : result["RADIANCE_CHANNELS"];
     result["LIGHT_TEXELS"] = std::to_string(derivatives.by_pictures);
+    result["ENVIRONMENT_TEXELS"] = std::to_string(derivatives.by_environment);
     for (const SumRecord& r : sums)
       result["SUM_RECORDS"] +=
           fmt::format("{{{},{},{},{},{},{}}},", r.model, r.slot, r.channel, r.origin, r.at, r.texels);

@@ -150,20 +150,24 @@ TEST_CASE("numbers are found beside a texture") {
   }
 }
 
-TEST_CASE("a texture's inversion that was stopped ends with the same numbers") {
-  const std::vector<TargetImage> targets{target_from(floor_of(picture(painted)))};
+TEST_CASE("a texture's inversion that was stopped ends with the same numbers, of unseen texels too") {
+  Scene scene = floor_of(picture(grey)), true_scene = floor_of(picture(painted));
+  for (Scene* of : {&scene, &true_scene})  // half of the picture is beyond the floor's edge
+    of->bsdfs[0].value("reflectance").to_uv = {0.5, 0, 0, 0, 1, 0};
+  const std::vector<TargetImage> targets{target_from(true_scene)};
   TextureInversionOptions options;
   options.iterations = 6;
   options.spp = 2;
-  options.smoothness = 0.1;
-  options.repeats = 2;  // of one iteration each
+  options.smoothness = GENERATE(0.0, 0.1);  // tells of unseen texels, too
+  options.repeats = 2;                      // of one iteration each
   options.relative_noise = 0.01;
-  TextureInversion inversion(device(), floor_of(picture(grey)), {"wood.reflectance"}, {0}, targets, {}, options);
+  TextureInversion inversion(device(), scene, {"wood.reflectance"}, {0}, targets, {}, options);
   REQUIRE(inversion.steps() == 8);
   const TemporaryFolder whole;
   StoredTextureInversion at_once(whole.path().string(), {{"a", 1}}, inversion);
   while (!at_once.state().finished) at_once.advance();
   CHECK(at_once.steps().size() == 8);
+  CHECK(std::isinf(at_once.state().squares[3 * (size - 1)]) == (options.smoothness == 0));
   for (const int before : {3, 7}) {
     const TemporaryFolder stopped;
     {
@@ -287,12 +291,14 @@ TEST_CASE("the gradient of a texture's roughness is its difference") {
   values.channels = 2;
   values.data = {0.1F, 0.7F, 0.3F, 0.2F, 0.9F, 0.4F, 0.5F, 0.6F, 0.8F, 0.1F, 0.2F, 0.5F};
   std::vector<double> gradient(values.data.size()), ignored(gradient);
-  roughness_of(values, 2, gradient.data());
+  const bool all_around = GENERATE(false, true);
+  roughness_of(values, all_around, 2, gradient.data());
   for (std::size_t i = 0; i < values.data.size(); ++i) {
     VoxelGrid more = values, less = values;
     more.data[i] += 0.125F;
     less.data[i] -= 0.125F;
-    const double difference = (roughness_of(more, 0, ignored.data()) - roughness_of(less, 0, ignored.data())) / 0.25;
+    const double difference =
+        (roughness_of(more, all_around, 0, ignored.data()) - roughness_of(less, all_around, 0, ignored.data())) / 0.25;
     CHECK(gradient[i] == Approx(2 * difference).margin(1e-6));
   }
 }

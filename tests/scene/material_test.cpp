@@ -155,6 +155,10 @@ TEST_CASE("metals have Mitsuba's names") {
   check_bsdf_error("conductor", text("material", "Gold"), {"\"material\"", "unknown metal \"Gold\""});
   check_bsdf_error("conductor", "<rgb name=\"k\" value=\"1 2 3\"/>" + text("material", "Au"),
                    {"\"k\"", "one or the other"});
+  const std::string board =
+      "<texture type=\"checkerboard\" name=\"eta\"><rgb name=\"color1\" value=\"1 2 3\"/></texture>";
+  CHECK(load_bsdf("<bsdf type=\"conductor\">" + board + "</bsdf>").value("eta").colours[1] == Rgb{1, 2, 3});
+  check_bsdf_error("conductor", board + text("material", "Au"), {"\"eta\"", "one or the other"});
   check_bsdf_error("roughplastic", number("int_ior", "1"), {"int_ior", "not above ext_ior"});
 }
 

@@ -13,11 +13,11 @@ using namespace itn::test;
 
 namespace {
 
-// Parameters of the light, in the order of the list.
+// Numbers of the light, in the order of the list.
 std::vector<Parameter> light_parameters(const Scene& scene) {
   std::vector<Parameter> result;
   for (const Parameter& p : list_parameters(scene))
-    if (is_of_light(p)) result.push_back(p);
+    if (is_of_light(p) && !p.has_values()) result.push_back(p);
   return result;
 }
 

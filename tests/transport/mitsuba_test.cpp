@@ -45,6 +45,7 @@ const std::vector<MitsubaScene> scenes = {
     {"masks", 2048},
     {"max_depth_null", 1024},
     {"mesh_attribute", 1024},
+    {"metal_textures", 1024},
     {"mirrors", 1024},
     {"mixtures", 4096},
     {"null_constant", 1024},

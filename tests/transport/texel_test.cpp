@@ -262,6 +262,28 @@ TEST_CASE("the gradient by a texel is the central difference of that texel", "[d
 
 namespace {
 
+std::string metal(const TemporaryFolder& folder, const std::string& index, const std::string& more) {
+  return R"(<bsdf type="roughconductor" id="metal">)" + more +
+         texture(index, picture(folder, 3, uneven), rotated("bilinear", "repeat")) + "</bsdf>";
+}
+
+}  // namespace
+
+TEST_CASE("the gradient by a texel of a metal's index is its central difference", "[derivative]") {
+  const TemporaryFolder folder;
+  const std::string k = R"(<rgb name="k" value="2, 1.5, 1"/><float name="alpha" value="0.4"/>)";
+  check_texels(room_with(folder, metal(folder, "eta", k), "", 3, lamp), "metal.eta", 16, 0.02);
+}
+
+TEST_CASE("the gradient by a texel of a metal's index is its central difference on brushed metal, too", "[.texels]") {
+  const TemporaryFolder folder;
+  const std::string brushed = R"(<float name="alpha_u" value="0.3"/><float name="alpha_v" value="0.6"/>
+    <rgb name="eta" value="0.5, 1, 1.4"/>)";
+  check_texels(room_with(folder, metal(folder, "k", brushed), "", 3, lamp), "metal.k", 16, 0.02);
+}
+
+namespace {
+
 void check_alike(bool more) {
   const TemporaryFolder folder;
   // Nearest texels: the number is the same to the bit.
@@ -424,8 +446,13 @@ TEST_CASE("the gradient by the texel of a light is its central difference", "[de
     <transform name="to_world"><lookat origin="0.5, -0.5, 2.5" target="0, 0, 0" up="0, 1, 0"/></transform>)" +
                             texture("irradiance", file, R"(<string name="filter_type" value="bilinear"/>)") +
                             "</emitter>";
-  const Scene scene = room_with(folder, ground, slide, 4, lamp);
+  const std::string spot = R"(<emitter type="spot" id="spot"><rgb name="intensity" value="6, 5, 4"/>
+    <float name="cutoff_angle" value="35"/>
+    <transform name="to_world"><lookat origin="1, -1, 2" target="0, 0.4, 0" up="0, 1, 0"/></transform>)" +
+                           texture("texture", file, rotated("bilinear", "clamp")) + "</emitter>";
+  const Scene scene = room_with(folder, ground, slide, 4, spot);
   check_texels(scene, "slide.irradiance", 64, 0.02);
+  check_texels(scene, "spot.texture", 64, 0.02);
   const WeighedDerivatives result = gradient(scene, by({"slide.irradiance"}), 16);
   CHECK(sum_of(result.values[0]) == Approx(result.value[0]).epsilon(1e-5));
 }

@@ -44,6 +44,19 @@ static inline void envmap_radiance(__global const EnvironmentRecord* record, __g
   }
 }
 
+/* The pixels that the radiance is a sum of, row by row without the column that repeats, and their weights. */
+static inline void envmap_pixels(__global const EnvironmentRecord* record, REAL3 d, INT which[4], REAL weight[4]) {
+  INT row, column;
+  REAL down, across;
+  envmap_cell(record, d, &row, &column, &down, &across);
+  const int width = record->width;
+  const INT next = SELECT_INT(column + 1 < width, column + 1, 0);
+  UNROLL_FOR(int k = 0; k < 4; ++k) {
+    which[k] = (row + (k >> 1)) * width + ((k & 1) ? next : column);
+    weight[k] = ((k >> 1) ? down : 1 - down) * ((k & 1) ? across : 1 - across);
+  }
+}
+
 static inline void envmap_derivative(__global const EnvironmentRecord* record, __global const EnvironmentRecord* moving,
                                      __global const float* tables, REAL3 d, REAL rgb[3]) {
   envmap_radiance(moving, tables, d, rgb);

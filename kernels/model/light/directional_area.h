@@ -25,7 +25,7 @@
   PARAMETER(to_u, OF_SHAPE, 0, "")             \
   PARAMETER(to_v, OF_SHAPE, 0, "")             \
   PARAMETER(round, OF_SHAPE_NUMBER, 0, "")
-#define DIRECTIONAL_AREA_TRAITS LIGHT_BEAM
+#define DIRECTIONAL_AREA_TRAITS (LIGHT_BEAM | LIGHT_PARALLEL)
 enum { DIRECTIONAL_AREA_NUMBERS(DECLARE_SLOT) DIRECTIONAL_AREA_SLOTS };
 
 MODEL_VOID directional_area_arrives(const REAL* n, REAL3 from, REAL3 on, REAL3 normal, REAL3* towards, REAL* distance,

@@ -12,7 +12,7 @@
 
 #define SPOT_NUMBERS(NUMBER)                              \
   NUMBER(SPOT, intensity, 3, ROLE_FACTOR, COORDINATE_LOG) \
-  NUMBER(SPOT, texture, 3, ROLE_FIXED, COORDINATE_LOG)    \
+  NUMBER(SPOT, texture, 3, ROLE_TINT, COORDINATE_LOG)     \
   LIGHT_AXIS(NUMBER, SPOT, left)                          \
   LIGHT_AXIS(NUMBER, SPOT, up)                            \
   LIGHT_AXIS(NUMBER, SPOT, axis)                          \

@@ -65,10 +65,14 @@ void envmap_fill(const Environment& environment, EnvironmentRecord& record, std:
   record.sky_weight = static_cast<float>(sum(weight));
 }
 
-// Linear in its scale.
+// Linear in its scale, and in its pixels: by all of them alike, as a picture of ones has it.
 void envmap_move(const Environment& /*environment*/, const Parameter& p, EnvironmentRecord& moving,
-                 std::vector<float>& /*tables*/) {
-  move_radiance(p, moving);
+                 std::vector<float>& tables) {
+  if (!p.by_texels) return move_radiance(p, moving);
+  moving.width = 1;
+  moving.height = 2;
+  moving.values = static_cast<int>(tables.size());
+  tables.insert(tables.end(), 3 * static_cast<std::size_t>((moving.width + 1) * moving.height), 1.0F);
 }
 
 }  // namespace itn

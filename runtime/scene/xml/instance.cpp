@@ -312,6 +312,12 @@ Texture read(Builder& builder, Properties& properties, const Model& model, const
       number(parse_ior(properties, p.name, p.fallback));
       break;
     case ParameterKind::Reader::metal:
+      if (properties.is_object(p.name) && !properties.is_spectrum(p.name)) {
+        metal_instead_of(properties, p.name);
+        value = build_texture(builder, properties, p.name, p.fallback, p.kind.high);
+        value.value.fill(p.fallback);
+        break;
+      }
       value.value = parse_metal(properties, p.name, p.fallback);
       for (const double v : value.value) check_in_range(properties, p, v);
       break;

@@ -22,10 +22,16 @@ const std::map<std::string, Metal>& metals() {
 
 }  // namespace
 
+std::string metal_instead_of(Properties& properties, const std::string& name) {
+  std::string material = properties.text("material", "none");
+  if (material != "none" && properties.has(name))
+    properties.fail_at(name, quote(name) + " and \"material\" given; need one or the other");
+  return material;
+}
+
 Rgb parse_metal(Properties& properties, const std::string& name, double fallback) {
-  const std::string material = properties.text("material", "none");
+  const std::string material = metal_instead_of(properties, name);
   if (material == "none") return properties.color(name, {{fallback, fallback, fallback}}, Quantity::unbounded).value;
-  if (properties.has(name)) properties.fail_at(name, quote(name) + " and \"material\" given; need one or the other");
   const auto found = metals().find(material);
   if (found != metals().end()) return name == "eta" ? found->second.eta : found->second.k;
   std::vector<std::string> names{"none"};
