@@ -16,7 +16,7 @@ namespace {
 
 constexpr int design_spp = 32;                 // of a half, where nothing is known yet
 constexpr int least_spp = 16, most_spp = 512;  // of a half
-constexpr double least_share = 1.0 / 8;        // of the samples that a target's noise asks for
+constexpr double least_samples_share = 1.0 / 8;        // of the samples that a target's noise asks for
 constexpr double margin = 1.15;                // of the frame about the samples of a broader density
 // An emulator that makes a share s of the variance moves means by some sqrt(2 s) deviations from one round to the next.
 constexpr double settled_share = 0.15;  // of the emulator
@@ -116,7 +116,7 @@ int Posterior::refinement_spp() const {
     }
   }
   const double spp = count > 0 ? wanted / count / 2 : most_spp;
-  const double saved = std::clamp(1 - rounds_.back().emulator_share, least_share, 1.0);
+  const double saved = std::clamp(1 - rounds_.back().emulator_share, least_samples_share, 1.0);
   return static_cast<int>(std::clamp<double>(saved * spp, least_spp, most_spp));
 }
 
