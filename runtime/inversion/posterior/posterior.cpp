@@ -14,10 +14,10 @@
 namespace itn {
 namespace {
 
-constexpr int design_spp = 32;                 // of a half, where nothing is known yet
-constexpr int least_spp = 16, most_spp = 512;  // of a half
-constexpr double least_samples_share = 1.0 / 8;        // of the samples that a target's noise asks for
-constexpr double margin = 1.15;                // of the frame about the samples of a broader density
+constexpr int design_spp = 32;                   // of a half, where nothing is known yet
+constexpr int least_spp = 16, most_spp = 512;    // of a half
+constexpr double least_samples_share = 1.0 / 8;  // of the samples that a target's noise asks for
+constexpr double margin = 1.15;                  // of the frame about the samples of a broader density
 // An emulator that makes a share s of the variance moves means by some sqrt(2 s) deviations from one round to the next.
 constexpr double settled_share = 0.15;  // of the emulator
 constexpr double settled_shift = 0.4;   // standard deviations
