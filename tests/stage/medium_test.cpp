@@ -27,7 +27,7 @@ std::vector<Path> inside_sphere(std::size_t n) {
     p.medium = 0;
     p.depth = static_cast<int>(i % 8);
     p.throughput = {0.9, 0.6, 0.3};
-    if (i % 3 == 0)
+    if (i % 7 < 3)
       for (double& t : p.throughput) t *= 0.4;  // where roulette ends what is faint
     if (i % 5 == 4) p.depth += 600;             // where roulette also ends what loses nothing
     if (i % 10 == 9)
