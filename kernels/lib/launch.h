@@ -110,10 +110,9 @@ inline INT plain_depth(INT depth) {
 #define LASTS_AT_SURFACES 0.999f /* some paths never leave smooth glass, or a white room without a window */
 
 /* Russian roulette: from rr_depth on, paths whose largest throughput is below FAINT survive with throughput over FAINT,
- * which raises it to FAINT. Brighter ones go on, so that no path brings more than it would without roulette. Paths that
- * after PATIENCE vertices have lost nothing survive with 0.95, as in Mitsuba, until their throughput has been raised to
- * HEAVY: for ever it would end all that take long, and raise the rest without bound. From there on they survive with
- * `lasts`. Returns who dies; survivors' throughput is raised in place. */
+ * which raises it to FAINT, never more. Brighter ones go on. But after PATIENCE vertices they survive with 0.95, as in
+ * Mitsuba, until their throughput has been raised to HEAVY: for ever it would end all that take long, and raise the rest
+ * without bound. From there on they survive with `lasts`. Returns who dies; survivors' throughput is raised in place. */
 inline MASK roulette(const Launch* launch, __global const JobRecord* job, INT depth, REAL u, MASK active, REAL largest,
                      float lasts, REAL throughput[]) {
   const REAL longest = SELECT(depth <= PATIENCE, (REAL)(1.0f), SELECT(largest < HEAVY, (REAL)0.95f, (REAL)lasts));
