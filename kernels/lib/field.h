@@ -53,31 +53,56 @@ inline void neighbours(__global const FieldRecord* field, int axis, REAL3 p, INT
 
 inline REAL mixed(REAL a, REAL b, REAL share) { return a + share * (b - a); }
 
+/* Where the voxel at x, y, z is stored, in voxels. */
+inline INT voxel_index(const Launch* launch, __global const FieldRecord* field, INT x, INT y, INT z) {
+#if PACKED_FIELDS
+  if (field->first_brick >= 0) {
+    __global const int* bricks = (__global const int*)launch->voxels + field->first_brick;
+    const INT brick = GATHER_INT(
+        bricks, ((z >> BRICK_BITS) * field->bricks[1] + (y >> BRICK_BITS)) * field->bricks[0] + (x >> BRICK_BITS));
+    const INT row = (((brick << BRICK_BITS) + (z & (BRICK - 1))) << BRICK_BITS) + (y & (BRICK - 1));
+    return (row << BRICK_BITS) + (x & (BRICK - 1));
+  }
+#endif
+  return (z * field->size[1] + y) * field->size[0] + x;
+}
+
+/* index: voxel_index times the stored channels, and the channel */
+inline REAL voxel_value(const Launch* launch, __global const FieldRecord* field, INT index) {
+  __global const float* voxels = launch->voxels + field->first_voxel;
+#if PACKED_FIELDS
+  if (field->bits < 32) {
+    const int shift = field->bits == 8 ? 2 : 1; /* 4 or 2 numbers a word */
+    const UINT word = AS_UINT(GATHER_INT(((__global const int*)voxels), index >> shift));
+    const UINT number = (word >> AS_UINT((index & ((1 << shift) - 1)) * field->bits)) & ((1u << field->bits) - 1u);
+    return field->lowest + field->step * CAST_REAL(AS_INT(number));
+  }
+#endif
+  return GATHER(voxels, index);
+}
+
 /* value: a channel each; a grey field has the first alone where channels is 1 */
 inline void field_value(const Launch* launch, __global const FieldRecord* field, REAL3 p, int channels, REAL value[]) {
-  INT x0, x1, y0, y1, z0, z1;
-  REAL x, y, z;
-  neighbours(field, 0, p, &x0, &x1, &x);
-  neighbours(field, 1, p, &y0, &y1, &y);
-  neighbours(field, 2, p, &z0, &z1, &z);
+  INT x[2], y[2], z[2], at[8];
+  REAL right, up, deep, v[8];
+  neighbours(field, 0, p, &x[0], &x[1], &right);
+  neighbours(field, 1, p, &y[0], &y[1], &up);
+  neighbours(field, 2, p, &z[0], &z[1], &deep);
   const int stored = field->channels;
-  const INT row00 = (z0 * field->size[1] + y0) * field->size[0], row01 = (z0 * field->size[1] + y1) * field->size[0],
-            row10 = (z1 * field->size[1] + y0) * field->size[0], row11 = (z1 * field->size[1] + y1) * field->size[0];
+  if (field->nearest) {
+    at[0] = voxel_index(launch, field, x[0], y[0], z[0]) * stored;
+    for (int c = 0; c < channels; ++c) value[c] = c < stored ? voxel_value(launch, field, at[0] + c) : value[0];
+    return;
+  }
+  UNROLL_FOR(int k = 0; k < 8; ++k) at[k] = voxel_index(launch, field, x[k & 1], y[(k >> 1) & 1], z[k >> 2]) * stored;
   for (int c = 0; c < channels; ++c) {
     if (c >= stored) {
       value[c] = value[0];
       continue;
     }
-    __global const float* v = launch->voxels + field->first_voxel + c;
-    if (field->nearest) {
-      value[c] = GATHER(v, (row00 + x0) * stored);
-      continue;
-    }
-    const REAL v00 = mixed(GATHER(v, (row00 + x0) * stored), GATHER(v, (row00 + x1) * stored), x),
-               v01 = mixed(GATHER(v, (row01 + x0) * stored), GATHER(v, (row01 + x1) * stored), x),
-               v10 = mixed(GATHER(v, (row10 + x0) * stored), GATHER(v, (row10 + x1) * stored), x),
-               v11 = mixed(GATHER(v, (row11 + x0) * stored), GATHER(v, (row11 + x1) * stored), x);
-    value[c] = mixed(mixed(v00, v01, y), mixed(v10, v11, y), z);
+    UNROLL_FOR(int k = 0; k < 8; ++k) v[k] = voxel_value(launch, field, at[k] + c);
+    value[c] = mixed(mixed(mixed(v[0], v[1], right), mixed(v[2], v[3], right), up),
+                     mixed(mixed(v[4], v[5], right), mixed(v[6], v[7], right), up), deep);
   }
 }
 

@@ -70,8 +70,11 @@ typedef struct {
   int gradient;              /* where the sums by its texels begin (lib/adjoint.h); -1: nobody asks for them */
 } TextureRecord;
 
+enum { BRICK_BITS = 3, BRICK = 1 << BRICK_BITS }; /* voxels along each axis */
+
 /* A field (lib/field.h): voxels of one channel or three, x fastest, channels interleaved, and over the box that they fill
- * a coarse grid of the greatest and least values of its cells, both in one array of floats. */
+ * a coarse grid of the greatest and least values of its cells, both in one array of floats. Packed voxels
+ * (runtime/scene/packed_voxels.h) are bricks: the numbers of those stored, in the order of voxels, and the stored ones. */
 typedef struct {
   float low[3], high[3]; /* the box; outside of it extinction is 0 */
   float to_voxels[12];   /* rows of an affine map; voxel i reaches from i to i + 1 */
@@ -81,6 +84,10 @@ typedef struct {
   int wrap;    /* TEXTURE_REPEAT ... */
   int nearest; /* else linear */
   int first_voxel, first_cell;
+  int first_brick; /* where the numbers of packed bricks begin; -1: not packed */
+  int bricks[2];   /* along x and y */
+  int bits;        /* 8 or 16: a value is lowest + step * number; 32: a float */
+  float lowest, step;
   float mean;   /* value */
   int gradient; /* where the sums by its voxels begin (lib/voxel_gradient.h); -1: nobody asks for them */
   int sum;      /* which of the sums over all voxels of a field is its */

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <utility>
 
 #include "runtime/base/parallel.h"
+#include "runtime/scene/packed_voxels.h"
 #include "runtime/scene/transform.h"
 
 namespace itn {
@@ -85,18 +87,27 @@ std::pair<float, float> extremes(const VoxelGrid& grid, const FieldRecord& r, co
   for (std::size_t a = 0; a < 3; ++a) voxels[a] = voxels_between(least[a], most[a], r.size[a], r.wrap, r.nearest != 0);
   std::pair<float, float> result{0, std::numeric_limits<float>::infinity()};
   const auto channels = static_cast<std::size_t>(grid.channels);
+  const PackedVoxels* packed = grid.packed.get();
+  const std::array<int, 2> bricks{bricks_along(grid.width), bricks_along(grid.height)};
   for (const int z : voxels[2])
-    for (const int y : voxels[1])
-      for (const int x : voxels[0]) {
-        const std::size_t row =
-            static_cast<std::size_t>(z) * static_cast<std::size_t>(grid.height) + static_cast<std::size_t>(y);
-        const float* value =
-            grid.data.data() + (row * static_cast<std::size_t>(grid.width) + static_cast<std::size_t>(x)) * channels;
-        for (std::size_t c = 0; c < channels; ++c) {
-          result.first = std::max(result.first, value[c]);
-          result.second = std::min(result.second, value[c]);
+    for (const int y : voxels[1]) {
+      const std::size_t row =
+          (static_cast<std::size_t>(z) * static_cast<std::size_t>(grid.height) + static_cast<std::size_t>(y)) *
+          static_cast<std::size_t>(grid.width);
+      std::size_t voxel = 0;
+      for (int before = -1; const int x : voxels[0]) {
+        const bool next_in_brick = before == x - 1 && x % brick_side != 0;
+        voxel = !packed         ? row + static_cast<std::size_t>(x)
+                : next_in_brick ? voxel + 1
+                                : packed->voxel(bricks, x, y, z);
+        before = x;
+        for (std::size_t i = voxel * channels; i < (voxel + 1) * channels; ++i) {
+          const float value = packed ? packed->value(i) : grid.data[i];
+          result.first = std::max(result.first, value);
+          result.second = std::min(result.second, value);
         }
       }
+    }
   return result;
 }
 
@@ -121,6 +132,24 @@ void append_cells(const VoxelGrid& grid, const Affine& map, FieldRecord& r, Laun
       out[1] = least;
     }
   });
+}
+
+// cells: for how many coarse ones there is to be room behind them; grown for those later, the voxels would be there
+// twice for a while.
+void append_voxels(const VoxelGrid& grid, std::size_t cells, LaunchData& data) {
+  const std::size_t first = data.voxels.size();
+  if (!grid.packed) {
+    data.voxels.reserve(first + grid.data.size() + 2 * cells);
+    data.voxels.insert(data.voxels.end(), grid.data.begin(), grid.data.end());
+    return;
+  }
+  const PackedVoxels& packed = *grid.packed;  // integers as they are: the device's array has one type
+  static_assert(sizeof(float) == sizeof(packed.bricks[0]) && sizeof(float) == sizeof(packed.words[0]));
+  data.voxels.reserve(first + packed.bytes() / sizeof(float) + 2 * cells);
+  data.voxels.resize(first + packed.bytes() / sizeof(float));
+  std::memcpy(data.voxels.data() + first, packed.bricks.data(), sizeof(float) * packed.bricks.size());
+  std::memcpy(data.voxels.data() + first + packed.bricks.size(), packed.words.data(),
+              sizeof(float) * packed.words.size());
 }
 
 const VoxelGrid& one() {
@@ -164,16 +193,20 @@ int append_field(const Volume& volume, LaunchData& data) {
                                                  : TEXTURE_CLAMP;
   r.nearest = volume.nearest;
   r.gradient = r.sum = -1;
-  double sum = 0;
-  for (const float value : grid.data) sum += static_cast<double>(value);
-  r.mean = static_cast<float>(sum / static_cast<double>(grid.data.size()));
+  r.mean = static_cast<float>(mean_of(grid));
   const auto [known, is_new] = data.voxels_of.try_emplace(&grid, static_cast<int>(data.voxels.size()));
   r.first_voxel = known->second;
-  if (is_new) {
-    const int cells = r.cells[0] * r.cells[1] * r.cells[2];
-    // with the cells: grown for them later, the voxels would be there twice for a while
-    data.voxels.reserve(data.voxels.size() + grid.data.size() + 2 * static_cast<std::size_t>(cells));
-    data.voxels.insert(data.voxels.end(), grid.data.begin(), grid.data.end());
+  r.first_brick = -1;
+  r.bits = 32;
+  if (is_new) append_voxels(grid, static_cast<std::size_t>(r.cells[0]) * r.cells[1] * r.cells[2], data);
+  if (const PackedVoxels* packed = grid.packed.get()) {
+    r.first_brick = r.first_voxel;
+    r.first_voxel += static_cast<int>(packed->bricks.size());
+    r.bricks[0] = bricks_along(grid.width);
+    r.bricks[1] = bricks_along(grid.height);
+    r.bits = packed->bits;
+    r.lowest = packed->low;
+    r.step = packed->step;
   }
   append_cells(grid, map, r, data);
   data.fields.push_back(r);

@@ -486,6 +486,8 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   set("HAS_PASSAGES", has(BSDF_PASSES, BSDF_PASSES));
   set("HAS_MEDIUM", !data.media.empty());
   set("HAS_FIELDS", !data.fields.empty());
+  set("PACKED_FIELDS", std::any_of(data.fields.begin(), data.fields.end(),
+                                   [](const FieldRecord& field) { return field.first_brick >= 0; }));
   int phase_fields = 0;
   for (const MediumRecord& medium : data.media) phase_fields = std::max(phase_fields, medium.phase_fields);
   d["PHASE_FIELDS"] = std::to_string(phase_fields);

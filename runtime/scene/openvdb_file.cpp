@@ -16,6 +16,7 @@
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/base/inputs.h"
+#include "runtime/scene/packed_voxels.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/volume_file.h"
 
@@ -78,13 +79,101 @@ openvdb::GridBase::Ptr read_grid(const std::string& file, const std::string& nam
   return in.readGrid(name);
 }
 
-// How a grid comes back from the process that has read it; its values follow.
+// Bricks of our own are leaves of the file's tree where the grid begins at a multiple of their size.
+template <class Grid>
+PackedVoxels packed_from(const Grid& from, const openvdb::Coord& first, const VoxelGrid& size, int bits,
+                         const std::string& name) {
+  using Value = typename Grid::ValueType;
+  using Leaf = typename Grid::TreeType::LeafNodeType;
+  static_assert(Leaf::DIM == brick_side);
+  const auto accessor = from.getConstAccessor();
+  const auto put = [](const Value& value, float*& to) {
+    if constexpr (openvdb::VecTraits<Value>::IsVec)
+      for (int c = 0; c < 3; ++c) *to++ = static_cast<float>(value[c]);
+    else
+      *to++ = static_cast<float>(value);
+  };
+  return pack(size, bits, name, [&](const std::array<int, 3>& brick, float* to) {
+    const openvdb::Coord corner = first.offsetBy(brick_side * brick[0], brick_side * brick[1], brick_side * brick[2]);
+    const Leaf* leaf = accessor.probeConstLeaf(corner);
+    const Value even = accessor.getValue(corner);
+    for (int z = 0; z < brick_side; ++z)
+      for (int y = 0; y < brick_side; ++y)
+        for (int x = 0; x < brick_side; ++x) put(leaf ? leaf->getValue(Leaf::coordToOffset({x, y, z})) : even, to);
+  });
+}
+
+// How a grid comes back from the process that has read it; its values follow, or the bricks and words of packed ones.
 struct Header {
   std::array<int, 4> size;  // width, height, depth, channels
   Transform to_world;
+  int bits = 0;  // of packed ones
+  float low = 0, step = 0, least = 0, greatest = 0;
+  double mean = 0;
+  std::size_t bricks = 0;
 };
 
-std::string bytes_of(const std::string& name, const openvdb::GridBase& source) {
+std::string bytes_of(const Header& header, std::size_t values) {
+  std::string bytes(sizeof(header) + values * sizeof(float), '\0');  // of a large grid there is room for one copy
+  std::memcpy(bytes.data(), &header, sizeof(header));
+  return bytes;
+}
+
+std::string bytes_of(Header header, const PackedVoxels& packed) {
+  header.bits = packed.bits;
+  header.low = packed.low;
+  header.step = packed.step;
+  header.least = packed.least;
+  header.greatest = packed.greatest;
+  header.mean = packed.mean;
+  header.bricks = packed.bricks.size();
+  std::string bytes = bytes_of(header, header.bricks + packed.words.size());
+  std::memcpy(bytes.data() + sizeof(header), packed.bricks.data(), sizeof(float) * header.bricks);
+  std::memcpy(bytes.data() + sizeof(header) + sizeof(float) * header.bricks, packed.words.data(),
+              sizeof(float) * packed.words.size());
+  return bytes;
+}
+
+constexpr std::size_t most_dense_values = std::size_t{1} << 24;  // 64 MiB: above, what packing saves is asked for
+
+// The size of a grid that fills a box; in 64 bits, since a broken file's coordinates may be anything.
+VoxelGrid size_of(const openvdb::CoordBBox& box, int channels) {
+  const auto along = [&](int axis) {
+    const std::int64_t n = std::int64_t{box.max()[axis]} - box.min()[axis] + 1;
+    return static_cast<int>(std::clamp<std::int64_t>(n, 0, std::numeric_limits<int>::max()));
+  };
+  VoxelGrid size;
+  size.width = along(0);
+  size.height = along(1);
+  size.depth = along(2);
+  size.channels = channels;
+  return size;
+}
+
+Header header_of(const openvdb::GridBase& source, const openvdb::CoordBBox& box, const VoxelGrid& size) {
+  // whole coordinates are the middles of voxels
+  return {{size.width, size.height, size.depth, size.channels},
+          affine(source.transform()) * translate(vector(box.min()) - Vec3{0.5, 0.5, 0.5}) * scale(vector(box.dim()))};
+}
+
+template <class Grid>
+std::string bytes_of(const Grid& source, const openvdb::CoordBBox& box, int channels, int bits,
+                     const std::string& name) {
+  const VoxelGrid size = size_of(box, channels);
+  if (const std::size_t values = checked_values(size, name, /*packed=*/true); bits != 0 || values > most_dense_values) {
+    openvdb::CoordBBox leaves = box;
+    leaves.min() = leaves.min() & ~(brick_side - 1);
+    const VoxelGrid whole = size_of(leaves, channels);
+    const PackedVoxels packed = packed_from(source, leaves.min(), whole, bits == 0 ? 32 : bits, name);
+    if (bits != 0 || packed.bytes() < values * sizeof(float) / 2)
+      return bytes_of(header_of(source, leaves, whole), packed);
+  }
+  std::string bytes = bytes_of(header_of(source, box, size), checked_values(size, name));
+  fill(source, box, reinterpret_cast<float*>(bytes.data() + sizeof(Header)));
+  return bytes;
+}
+
+std::string bytes_of(const std::string& name, const openvdb::GridBase& source, int bits) {
   const std::string grid_name = fmt::format("grid \"{}\"", name);
   if (source.getGridClass() == openvdb::GRID_LEVEL_SET)
     throw InputError(grid_name + " is a level set, distances to a surface; need a fog volume: convert it");
@@ -94,25 +183,11 @@ std::string bytes_of(const std::string& name, const openvdb::GridBase& source) {
         " has a transform that is not linear (a frustum); need one of voxels of the same shape: resample it");
   openvdb::CoordBBox box = source.evalActiveVoxelBoundingBox();
   if (box.empty()) throw InputError(grid_name + " has no active voxels; need some: export a grid with content");
-  const auto extent = [&](std::size_t axis) {  // in 64 bits: a broken file's coordinates may be anything
-    const auto n = std::int64_t{box.max()[axis]} - box.min()[axis] + 3;
-    return static_cast<int>(std::min<std::int64_t>(n, std::numeric_limits<int>::max()));
-  };
-  VoxelGrid size;
-  size.width = extent(0);
-  size.height = extent(1);
-  size.depth = extent(2);
-  size.channels = source.isType<openvdb::Vec3SGrid>() ? 3 : 1;
-  const std::size_t values = checked_values(size, grid_name);
+  const int channels = source.isType<openvdb::Vec3SGrid>() ? 3 : 1;
+  checked_values(size_of(box, channels), grid_name, /*packed=*/true);
   box.expand(1);
-  // whole coordinates are the middles of voxels
-  const Header header{
-      {size.width, size.height, size.depth, size.channels},
-      affine(source.transform()) * translate(vector(box.min()) - Vec3{0.5, 0.5, 0.5}) * scale(vector(box.dim()))};
-  std::string bytes(sizeof(header) + values * sizeof(float), '\0');  // of a large grid there is room for one copy
-  std::memcpy(bytes.data(), &header, sizeof(header));
-  auto* const first = reinterpret_cast<float*>(bytes.data() + sizeof(header));
-  if (!with_type(source, [&](const auto& typed) { fill(typed, box, first); }))
+  std::string bytes;
+  if (!with_type(source, [&](const auto& typed) { bytes = bytes_of(typed, box, channels, bits, grid_name); }))
     throw InputError(
         fmt::format("{} holds values of type {}; need float, double or vec3s", grid_name, source.valueType()));
   return bytes;
@@ -127,8 +202,19 @@ PlacedGrid from_bytes(const std::string& bytes) {
   placed.grid.height = header.size[1];
   placed.grid.depth = header.size[2];
   placed.grid.channels = header.size[3];
-  placed.grid.data.resize((bytes.size() - sizeof(header)) / sizeof(float));
-  std::memcpy(placed.grid.data.data(), bytes.data() + sizeof(header), bytes.size() - sizeof(header));
+  const char* values = bytes.data() + sizeof(header);
+  const std::size_t count = (bytes.size() - sizeof(header)) / sizeof(float);
+  if (header.bits == 0) {
+    placed.grid.data.resize(count);
+    std::memcpy(placed.grid.data.data(), values, sizeof(float) * count);
+    return placed;
+  }
+  PackedVoxels packed{header.bits, header.low, header.step, header.least, header.greatest, header.mean, {}, {}};
+  packed.bricks.resize(header.bricks);
+  packed.words.resize(count - header.bricks);
+  std::memcpy(packed.bricks.data(), values, sizeof(float) * header.bricks);
+  std::memcpy(packed.words.data(), values + sizeof(float) * header.bricks, sizeof(float) * packed.words.size());
+  placed.grid.packed = std::make_shared<const PackedVoxels>(std::move(packed));
   return placed;
 }
 
@@ -141,7 +227,7 @@ std::string printable(std::string text) {
 
 }  // namespace
 
-PlacedGrid read_openvdb_file(const std::string& file, const std::string& name, VoxelValues allowed) {
+PlacedGrid read_openvdb_file(const std::string& file, const std::string& name, VoxelValues allowed, int bits) {
   check_regular_file(file);
   const ForeignInput input(file);
   std::string bytes;
@@ -149,7 +235,7 @@ PlacedGrid read_openvdb_file(const std::string& file, const std::string& name, V
     bytes = in_child_process([&] {
       openvdb::initialize();
       try {
-        return bytes_of(name, *read_grid(file, name));
+        return bytes_of(name, *read_grid(file, name), bits);
       } catch (const openvdb::Exception& error) {
         throw InputError(std::string(error.what()) + "; need a whole OpenVDB file");
       }

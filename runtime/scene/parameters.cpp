@@ -20,6 +20,9 @@ const char* const uneven_attributes =
     "an attribute of other channels than the parameter has; itn gradient and itn invert take those of one channel, or "
     "of "
     "three for a colour";
+const char* const packed_value =
+    "a packed grid of voxels; without \"bits\", and up to 2^24 voxels, itn gradient and itn invert take it voxel by "
+    "voxel";
 const char* const voxels_value = "a grid of voxels, not a number; itn gradient and itn invert take it voxel by voxel";
 
 // Values of an attribute on meshes that have it.
@@ -150,12 +153,12 @@ class List {
     parameters.back().by_texels = true;
   }
 
-  void grid(const Instance& instance, const DeclaredParameter& p, const Range& range) {
+  void grid(const Instance& instance, const DeclaredParameter& p, const Texture& of, const Range& range) {
     const Model& model = *instance.model;
-    const std::string why_not = model.obstacle(instance.slots().data(), p.slot);
-    number(p.shown(), std::nan(""), range,
-           why_not.empty() ? voxels_value : model.obstacle(instance.slots().data(), p.slot), p.unit);
-    parameters.back().by_voxels = why_not.empty();
+    const char* why_not = model.obstacle(instance.slots().data(), p.slot);
+    if (!*why_not && of.volume->grid->packed) why_not = packed_value;
+    number(p.shown(), std::nan(""), range, *why_not ? why_not : voxels_value, p.unit);
+    parameters.back().by_voxels = !*why_not;
   }
 
   // What its model declares.
@@ -172,7 +175,7 @@ class List {
       const auto value = [&](int c) { return slots[static_cast<std::size_t>(p.slot + c)]; };
       const auto why_not = [&](double, int c) { return model.obstacle(slots.data(), p.slot + c); };
       if (of.is_grid())
-        grid(instance, p, range);
+        grid(instance, p, of, range);
       else if (has_texels)
         texels(instance, p, of, range);
       else if (!of.is_constant())

@@ -63,11 +63,14 @@ struct Bitmap {
   std::vector<float> data;
 };
 
+struct PackedVoxels;
+
 // Voxels of one channel or three: x fastest, then y, then z; channels interleaved.
 struct VoxelGrid {
   int width = 0, height = 0, depth = 0, channels = 1;
   Vec3 low{0, 0, 0}, high{1, 1, 1};  // the box that the file says they fill
   std::vector<float> data;
+  std::shared_ptr<const PackedVoxels> packed;  // in place of data (packed_voxels.h)
 };
 
 // What a grid's values, or those of a constant, fill: the image of the unit cube.

@@ -144,8 +144,9 @@ constexpr std::array all{
            }},
     Reader{"vol",
            [](std::string_view bytes) {
-             read_file_or_refuse(bytes,
-                                 [](const std::string& file) { read_volume_file(file, VoxelValues::of_any_sign); });
+             for (const int bits : {0, 8, 32})
+               read_file_or_refuse(
+                   bytes, [=](const std::string& file) { read_volume_file(file, VoxelValues::of_any_sign, bits); });
            }},
     Reader{"exr",
            [](std::string_view bytes) { read_file_or_refuse(bytes, [](const std::string& file) { read_exr(file); }); }},

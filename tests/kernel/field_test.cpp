@@ -13,6 +13,7 @@
 #include "kernels/model/models.h"
 #include "runtime/compile/surfaces.h"
 #include "runtime/device/device.h"
+#include "runtime/scene/packed_voxels.h"
 #include "runtime/scene/transform.h"
 
 using namespace itn;
@@ -284,4 +285,46 @@ TEST_CASE("where a field is the same everywhere transmittance and thickness have
     REQUIRE(out[8 * samples + i] == Approx(0.7).epsilon(1e-5));
     REQUIRE(out[5 * samples + i] == Approx(std::exp(-1.4)).epsilon(1e-5));
   }
+}
+
+TEST_CASE("packed grids are the grids that they were packed from", "[kernel]") {
+  // Numbers from 0 to the greatest that the bits hold are stored as they are; a third of the bricks holds nothing.
+  const auto numbers = [](int bits, double turn) -> Function {
+    const double greatest = bits == 8 ? 255 : 65535;
+    return [=](double x, double y, double z) {
+      return x > 0.6 ? 0.0 : std::floor(greatest * (0.5 + 0.5 * std::sin(9 * x + 7 * y + turn) * std::cos(11 * z)));
+    };
+  };
+  for (const int bits : {8, 16, 32})
+    for (const int width : {1, 16}) {
+      const bool coloured = (bits == 16) == (width == 16);
+      INFO(bits << " bits, width " << width);
+      std::vector<Function> channels{numbers(bits, 0)};
+      if (coloured) channels.insert(channels.end(), {numbers(bits, 1), numbers(bits, 2)});
+      VoxelGrid grid = grid_of(35, 7, 26, channels);
+      grid.data[0] = bits == 8 ? 255 : 65535;
+      const double scale = 6 / static_cast<double>(grid.data[0]);
+      Ray ray{"", {}, {-0.2, 0.1, 0.2}, {0.8, 0.48, 0.36}, 3, {scale, scale / 2, scale / 3}, coloured};
+      ray.volume.nearest = bits == 8 && width == 16;
+      ray.volume.wrap = bits == 32 ? Volume::Wrap::mirror : Volume::Wrap::clamp;
+      ray.volume.grid = std::make_shared<const VoxelGrid>(grid);
+      const std::vector<float> expected = follow(ray, width);
+      grid.packed = std::make_shared<const PackedVoxels>(
+          pack(grid, bits, "grid", [&](const std::array<int, 3>& brick, float* to) {
+            const std::size_t stored = channels.size();
+            for (int z = 0; z < brick_side; ++z)
+              for (int y = 0; y < brick_side; ++y)
+                for (int x = 0; x < brick_side; ++x, to += stored) {
+                  const int at_x = brick_side * brick[0] + x, at_y = brick_side * brick[1] + y, at_z = brick_side * brick[2] + z;
+                  if (at_x < grid.width && at_y < grid.height && at_z < grid.depth)
+                    std::copy_n(grid.data.begin() + ((at_z * grid.height + at_y) * grid.width + at_x) *
+                                                        static_cast<std::ptrdiff_t>(stored),
+                                stored, to);
+                }
+          }));
+      if (bits < 32) CHECK(grid.packed->bytes() < sizeof(float) * grid.data.size());
+      grid.data.clear();
+      ray.volume.grid = std::make_shared<const VoxelGrid>(grid);
+      CHECK(follow(ray, width) == expected);
+    }
 }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "runtime/scene/packed_voxels.h"
 #include "runtime/scene/transform.h"
 #include "tests/scene/scene_folder.h"
 
@@ -83,6 +84,51 @@ TEST_CASE("OpenVDB grids of doubles and of colours") {
   const VoxelGrid tint = *folder.load(medium("tint")).media.at(0).value("sigma_t").volume->grid;
   CHECK(tint.channels == 3);
   for (const int channel : {0, 1, 2}) CHECK(voxel(tint, 3, 4, 5, channel) == 734);
+}
+
+TEST_CASE("wide OpenVDB grids that hold little keep the bricks that hold something") {
+  SceneFolder folder;
+  const auto wide = steps<openvdb::FloatGrid>("density");
+  wide->getAccessor().setValue({1000, 600, 5}, 5.5F);
+  wide->fill({{16, 16, 16}, {40, 40, 40}}, 2);  // tiles and parts of leaves
+  write(folder, {wide});
+  const Volume volume = *folder.load(medium()).media.at(0).value("sigma_t").volume;
+  const VoxelGrid& grid = *volume.grid;
+  REQUIRE(grid.packed);
+  CHECK(grid.packed->bits == 32);
+  CHECK(grid.packed->bytes() < (std::size_t{1} << 19));  // as floats: 97 MB
+  CHECK((grid.packed->least == 0 && grid.packed->greatest == 734));
+  const Vec3 corner = transform_point(volume.to_world, {0, 0, 0});
+  CHECK(transform_point(volume.to_world, {1, 1, 1})[0] == Approx(corner[0] + 0.5 * grid.width));
+  const std::array<int, 2> bricks{bricks_along(grid.width), bricks_along(grid.height)};
+  const auto value = [&](int x, int y, int z) {
+    const Vec3 place = Vec3{10 + 0.5 * x, 0.5 * y, 0.5 * z} - corner;  // the middle of that voxel
+    std::array<int, 3> voxel{};
+    for (std::size_t a = 0; a < 3; ++a) voxel[a] = static_cast<int>(std::floor(place[a] / 0.5));
+    return grid.packed->value(grid.packed->voxel(bricks, voxel[0], voxel[1], voxel[2]));
+  };
+  CHECK(value(2, -1, 3) == 0);  // not active
+  CHECK(value(4, 2, 7) == 734);
+  CHECK(value(1000, 600, 5) == 5.5F);
+  CHECK(value(999, 600, 5) == 0);
+  for (const int x : {16, 23, 24, 32, 40}) CHECK(value(x, 33, 39) == 2);
+  CHECK(value(15, 33, 39) == 0);
+  CHECK(value(41, 33, 39) == 0);
+}
+
+TEST_CASE("a packed OpenVDB grid of colours") {
+  SceneFolder folder;
+  write(folder, {steps<openvdb::Vec3SGrid>("density")});
+  const std::string text = medium();
+  const VoxelGrid grid =
+      *folder.load(text.substr(0, text.find("</volume>")) + "<integer name=\"bits\" value=\"16\"/></volume></medium>")
+           .media.at(0)
+           .value("sigma_t")
+           .volume->grid;
+  REQUIRE(grid.packed);
+  CHECK(grid.channels == 3);
+  const std::size_t voxel = grid.packed->voxel({bricks_along(grid.width), bricks_along(grid.height)}, 4, 10, 7);
+  for (const std::size_t c : {0, 1, 2}) CHECK(grid.packed->value(3 * voxel + c) == Approx(734).margin(734. / 131070));
 }
 
 TEST_CASE("OpenVDB grids that are no densities are refused") {

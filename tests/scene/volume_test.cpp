@@ -3,6 +3,7 @@
 #include <cstring>
 #include <limits>
 
+#include "runtime/scene/packed_voxels.h"
 #include "runtime/scene/parameters.h"
 #include "runtime/scene/volume_file.h"
 #include "tests/scene/scene_folder.h"
@@ -169,6 +170,57 @@ TEST_CASE("damaged .vol files are refused with what is wrong") {
   check_bad_file(changed([](File& f) { f.values[7] = std::nanf(""); }), {"voxel (1, 0, 1) is nan", "mend the grid"});
   check_bad_file(changed([](File& f) { f.values[0] = -1; }), {"voxel (0, 0, 0) is -1"});
   check_bad_file(changed([](File& f) { f.values[23] = std::numeric_limits<float>::infinity(); }), {"is inf"});
+}
+
+TEST_CASE("packed grids are within half a step of the file's values, and bricks of one value are stored once") {
+  SceneFolder folder;
+  File file;
+  file.width = 20;  // three bricks, the last of which is not full
+  file.height = file.depth = 8;
+  file.values.assign(20 * 8 * 8, 0.25F);
+  for (std::size_t i = 0; i < file.values.size(); ++i)
+    if (i % 20 >= 8 && i % 20 < 16) file.values[i] = static_cast<float>(i) / 640;
+  folder.write("g.vol", file.bytes());
+  double sum = 0;
+  for (const float value : file.values) sum += static_cast<double>(value);
+  for (const int bits : {8, 16, 32}) {
+    const std::string asked = "<integer name=\"bits\" value=\"" + std::to_string(bits) + "\"/>";
+    const Scene scene = folder.load(medium(grid("sigma_t", asked)));
+    const VoxelGrid& loaded = *scene.media.at(0).value("sigma_t").volume->grid;
+    REQUIRE(loaded.packed);
+    const PackedVoxels& packed = *loaded.packed;
+    CHECK(loaded.data.empty());
+    CHECK(packed.bricks == std::vector<std::int32_t>{0, 1, 0});
+    CHECK(packed.words.size() == static_cast<std::size_t>(2 * 512 * bits / 32));
+    const double half_a_step = bits == 32 ? 0 : 0.5 * (1279.0 / 640) / ((1 << bits) - 1);
+    for (int i = 0; i < 20 * 8 * 8; ++i) {
+      const double value = packed.value(packed.voxel({3, 1}, i % 20, i / 20 % 8, i / 160));
+      REQUIRE(std::abs(value - static_cast<double>(file.values[static_cast<std::size_t>(i)])) <= half_a_step + 1e-7);
+    }
+    CHECK(packed.mean == Approx(sum / 1280).margin(half_a_step));
+    CHECK((packed.least == file.values[8] && packed.greatest == file.values[7 * 160 + 7 * 20 + 15]));
+    const Parameter p = find_parameter(list_parameters(scene), "m.sigma_t");
+    CHECK_FALSE(p.by_voxels);
+    CHECK(p.not_differentiable.find("packed grid") != std::string::npos);
+  }
+  folder.check_error(medium(grid("sigma_t", "<integer name=\"bits\" value=\"7\"/>")), 4, {"bits = 7", "8, 16 or 32"});
+  for (const float bad : {std::nanf(""), 2e30F, -1.0F}) {
+    file.values[21] = bad;
+    folder.write("g.vol", file.bytes());
+    folder.check_error(medium(grid("sigma_t", "<integer name=\"bits\" value=\"8\"/>")), 4, {"g.vol", "mend the grid"});
+  }
+}
+
+TEST_CASE("grids too large for floats are refused with what would hold them") {
+  SceneFolder folder;
+  File file;
+  file.width = file.height = file.depth = 1024;
+  folder.write("g.vol", file.bytes());
+  folder.check_error(medium(grid("sigma_t")), 4, {"1024 x 1024 x 1024", "2 GiB", "\"bits\" is 8 or 16"});
+  folder.check_error(medium(grid("sigma_t", "<integer name=\"bits\" value=\"8\"/>")), 4, {"copy the whole file"});
+  file.width = file.height = file.depth = 1 << 20;
+  folder.write("g.vol", file.bytes());
+  folder.check_error(medium(grid("sigma_t", "<integer name=\"bits\" value=\"8\"/>")), 4, {"resample"});
 }
 
 TEST_CASE("a picture drives a medium: a grid that is the same along its third axis") {

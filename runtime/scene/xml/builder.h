@@ -30,7 +30,7 @@ class Builder {
   std::map<const Element*, std::vector<Shape>> shapes_of_group;         // of each <shape type="shapegroup">
   std::size_t copied_triangles = 0;                                     // of instances
   std::map<std::string, std::shared_ptr<const Bitmap>> bitmap_of_file;  // key: path, and "raw" or "srgb"
-  std::map<std::string, std::shared_ptr<const VoxelGrid>> grid_of_file;
+  std::map<std::pair<std::string, int>, std::shared_ptr<const VoxelGrid>> grid_of_file;  // and the bits asked for
   std::map<std::string, std::shared_ptr<const MeasuredBrdf>> measured_of_file;
 
   Properties properties(const Element& element) { return Properties(document, element, report); }

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "runtime/base/colour.h"
 #include "runtime/base/error.h"
 #include "runtime/scene/openvdb_file.h"
+#include "runtime/scene/packed_voxels.h"
 #include "runtime/scene/surface_volume.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/volume_file.h"
@@ -19,11 +19,21 @@
 namespace itn {
 namespace {
 
+// Ours: how many bits a voxel of a packed grid has; 0: not asked for.
+int read_bits(Properties& properties) {
+  if (!properties.has("bits")) return 0;
+  const long bits = properties.integer("bits", 0);
+  if (bits != 8 && bits != 16 && bits != 32)
+    properties.fail_at("bits", fmt::format("bits = {}; need 8, 16 or 32", bits));
+  return static_cast<int>(bits);
+}
+
 std::shared_ptr<const VoxelGrid> load_grid(Builder& builder, Properties& properties, VoxelValues allowed) {
   const std::string file = properties.file("filename");
-  std::shared_ptr<const VoxelGrid>& grid = builder.grid_of_file[file];
+  const int bits = read_bits(properties);
+  std::shared_ptr<const VoxelGrid>& grid = builder.grid_of_file[{file, bits}];
   try {
-    if (!grid) grid = std::make_shared<const VoxelGrid>(read_volume_file(file, VoxelValues::of_any_sign));
+    if (!grid) grid = std::make_shared<const VoxelGrid>(read_volume_file(file, VoxelValues::of_any_sign, bits));
     check_values(*grid, file, allowed);
   } catch (const InputError& error) {
     properties.fail_at("filename", error.what());
@@ -46,7 +56,8 @@ Transform box_of_file(Properties& properties, const VoxelGrid& grid) {
 // Ours: a grid of an OpenVDB file, where the file says that it is.
 void load_openvdb(Properties& properties, VoxelValues allowed, Volume& volume) {
   try {
-    PlacedGrid placed = read_openvdb_file(properties.file("filename"), properties.text("grid", "density"), allowed);
+    PlacedGrid placed = read_openvdb_file(properties.file("filename"), properties.text("grid", "density"), allowed,
+                                          read_bits(properties));
     volume.to_world = volume.to_world * placed.to_world;
     volume.grid = std::make_shared<const VoxelGrid>(std::move(placed.grid));
   } catch (const InputError& error) {
@@ -163,11 +174,11 @@ std::pair<float, float> range_of_voxels(const ParameterKind& kind) {
 }
 
 void check_range_of_voxels(Properties& properties, const DeclaredParameter& p, const VoxelGrid& grid) {
-  const auto [least, greatest] = std::minmax_element(grid.data.begin(), grid.data.end());
+  const auto [least, greatest] = range_of(grid);
   const auto [low, high] = range_of_voxels(p.kind);
-  if (*least < low || *greatest > high)
+  if (least < low || greatest > high)
     properties.fail_at(p.name, fmt::format("{}: the values of the grid go from {} to {}; need [{}, {}]", quote(p.name),
-                                           *least, *greatest, low, high));
+                                           least, greatest, low, high));
 }
 
 }  // namespace
@@ -192,8 +203,7 @@ Texture read_number_volume(Builder& builder, Properties& properties, const Decla
     properties.fail_at(p.name, fmt::format("{}: the grid has {} channels; need one: it is a number", quote(p.name),
                                            volume.grid->channels));
   check_range_of_voxels(properties, p, *volume.grid);
-  const std::vector<float>& data = volume.grid->data;
-  value.value.fill(std::accumulate(data.begin(), data.end(), 0.0) / static_cast<double>(data.size()));
+  value.value.fill(mean_of(*volume.grid));
   value.volume = std::make_shared<const Volume>(std::move(volume));
   return value;
 }
