@@ -5,15 +5,13 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <numeric>
 
 #include "../support/temporary_folder.h"
 #include "runtime/base/file.h"
-#include "runtime/gradient_renderer.h"
 #include "runtime/image/exr.h"
 #include "runtime/scene/parameters.h"
 #include "runtime/scene/volume_file.h"
-#include "transport.h"
+#include "weighed.h"
 
 using namespace itn;
 using namespace itn::test;
@@ -74,26 +72,6 @@ Scene ball(const TemporaryFolder& folder) {
       <string name="distribution" value="ggx"/><float name="alpha" value="0.3"/></bsdf></shape>)");
 }
 
-std::vector<double> weights_of(const Rendering& image) {
-  std::vector<double> weights(image.mean.size());
-  for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = 0.5 + 0.1 * static_cast<double>(i * 5 % 13);
-  return weights;
-}
-
-double weighed(const Scene& scene, RenderOptions options, int spp) {
-  options.derivatives.clear();
-  const Rendering image = Renderer(device(), scene, options).render(0, spp);
-  const std::vector<double> weights = weights_of(image);
-  return std::inner_product(weights.begin(), weights.end(), image.mean.begin(), 0.0, std::plus<>(),
-                            [](double w, float v) { return w * static_cast<double>(v); });
-}
-
-WeighedDerivatives gradient(const Scene& scene, const RenderOptions& options, int spp) {
-  return GradientRenderer(device(), scene, options).render(0, {spp}, [](const std::vector<Rendering>& groups) {
-    return std::vector<std::vector<double>>{weights_of(groups[0])};
-  });
-}
-
 RenderOptions by(const std::vector<std::string>& parameters) {
   RenderOptions options = one_lane();
   options.seed = 5;
@@ -119,8 +97,6 @@ double brought(const VoxelGrid& by_pixels) {
     sum += static_cast<double>(by_pixels.data[i]) * static_cast<double>(sky(i));
   return sum;
 }
-
-double sum_of(const VoxelGrid& values) { return std::accumulate(values.data.begin(), values.data.end(), 0.0); }
 
 }  // namespace
 

@@ -11,10 +11,9 @@
 
 #include "../support/temporary_folder.h"
 #include "runtime/base/file.h"
-#include "runtime/gradient_renderer.h"
 #include "runtime/scene/parameters.h"
 #include "runtime/scene/volume_file.h"
-#include "transport.h"
+#include "weighed.h"
 
 using namespace itn;
 using namespace itn::test;
@@ -70,26 +69,12 @@ Scene cube(const TemporaryFolder& folder, const std::string& phase) {
   return load_scene(file);
 }
 
-std::vector<double> weights_of(const Rendering& image) {
-  std::vector<double> weights(image.mean.size());
-  for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = 0.5 + 0.1 * static_cast<double>(i * 5 % 13);
-  return weights;
-}
-
-WeighedDerivatives gradient(GradientRenderer& renderer, int first, int spp) {
-  return renderer.render(first, {spp}, [](const std::vector<Rendering>& groups) {
-    return std::vector<std::vector<double>>{weights_of(groups[0])};
-  });
-}
-
 RenderOptions by(const std::vector<std::string>& parameters) {
   RenderOptions options;
   options.seed = 5;
   options.derivatives = parameters;
   return options;
 }
-
-double sum_of(const VoxelGrid& grid) { return std::accumulate(grid.data.begin(), grid.data.end(), 0.0); }
 
 // Mean of numbers and its standard error.
 Estimate estimate(const std::vector<double>& values) {

@@ -9,10 +9,9 @@
 #include "../support/temporary_folder.h"
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
-#include "runtime/gradient_renderer.h"
 #include "runtime/image/exr.h"
 #include "runtime/scene/parameters.h"
-#include "transport.h"
+#include "weighed.h"
 
 using namespace itn;
 using namespace itn::test;
@@ -73,27 +72,6 @@ Scene room(const TemporaryFolder& folder, const std::string& floor, const std::s
   return room_with(folder, floor, inside, 4, lamp_and_sky);
 }
 
-// A weight of each value of an image.
-std::vector<double> weights_of(const Rendering& image) {
-  std::vector<double> weights(image.mean.size());
-  for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = 0.5 + 0.1 * static_cast<double>(i * 5 % 13);
-  return weights;
-}
-
-double weighed(const Scene& scene, RenderOptions options, int spp) {
-  options.derivatives.clear();
-  const Rendering image = Renderer(device(), scene, options).render(0, spp);
-  const std::vector<double> weights = weights_of(image);
-  return std::inner_product(weights.begin(), weights.end(), image.mean.begin(), 0.0, std::plus<>(),
-                            [](double w, float v) { return w * static_cast<double>(v); });
-}
-
-WeighedDerivatives gradient(const Scene& scene, const RenderOptions& options, int spp, const Device& on = device()) {
-  return GradientRenderer(on, scene, options).render(0, {spp}, [](const std::vector<Rendering>& groups) {
-    return std::vector<std::vector<double>>{weights_of(groups[0])};
-  });
-}
-
 RenderOptions by(const std::vector<std::string>& parameters) {
   RenderOptions options = one_lane();
   options.seed = 5;
@@ -110,8 +88,6 @@ Scene moved(const Scene& scene, const std::string& name, std::size_t texel, doub
   set_texels(result, p, texels);
   return result;
 }
-
-double sum_of(const VoxelGrid& values) { return std::accumulate(values.data.begin(), values.data.end(), 0.0); }
 
 std::string rotated(const std::string& filter, const std::string& wrap) {
   return fmt::format(R"(<string name="filter_type" value="{}"/><string name="wrap_mode" value="{}"/>

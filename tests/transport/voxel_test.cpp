@@ -7,14 +7,12 @@
 #include <cmath>
 #include <functional>
 #include <memory>
-#include <numeric>
 
 #include "../support/temporary_folder.h"
 #include "runtime/base/file.h"
-#include "runtime/gradient_renderer.h"
 #include "runtime/scene/parameters.h"
 #include "runtime/scene/volume_file.h"
-#include "transport.h"
+#include "weighed.h"
 
 using namespace itn;
 using namespace itn::test;
@@ -64,23 +62,6 @@ std::string heterogeneous(const std::string& file, const std::string& more, cons
     <string name="filename" value="{}"/><string name="filter_type" value="{}"/>
     <transform name="to_world"><scale value="2"/><translate x="-1" y="-1" z="-1"/></transform></volume>{})",
                      file, filter, more);
-}
-
-std::vector<double> weights_of(const Rendering& image) {
-  std::vector<double> weights(image.mean.size());
-  for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = 0.5 + 0.1 * static_cast<double>(i * 5 % 13);
-  return weights;
-}
-
-WeighedDerivatives gradient(GradientRenderer& renderer, int first, int spp) {
-  return renderer.render(first, {spp}, [](const std::vector<Rendering>& groups) {
-    return std::vector<std::vector<double>>{weights_of(groups[0])};
-  });
-}
-
-WeighedDerivatives gradient(const Scene& scene, const RenderOptions& options, int spp) {
-  GradientRenderer renderer(device(), scene, options);
-  return gradient(renderer, 0, spp);
 }
 
 RenderOptions by(const std::vector<std::string>& parameters, std::uint64_t seed = 5) {
@@ -175,8 +156,6 @@ std::vector<double> first_values(const WeighedDerivatives& result) {
 double z_of(const Estimate& a, const Estimate& b) {
   return (a.value - b.value) / std::sqrt(a.stderr_ * a.stderr_ + b.stderr_ * b.stderr_);
 }
-
-double sum_of(const VoxelGrid& grid) { return std::accumulate(grid.data.begin(), grid.data.end(), 0.0); }
 
 }  // namespace
 
