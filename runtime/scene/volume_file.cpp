@@ -117,7 +117,8 @@ PackedVoxels packed_from(const VoxelGrid& grid, int bits, const std::string& fil
       for (int y = brick_side * brick[1]; y < std::min(grid.height, brick_side * (brick[1] + 1)); ++y) {
         const std::size_t row = static_cast<std::size_t>(z) * height + static_cast<std::size_t>(y),
                           first = row * width + static_cast<std::size_t>(brick_side * brick[0]),
-                          in_brick = static_cast<std::size_t>((z % brick_side * brick_side + y % brick_side) * brick_side);
+                          in_brick =
+                              static_cast<std::size_t>((z % brick_side * brick_side + y % brick_side) * brick_side);
         std::memcpy(to + in_brick * channels, values + sizeof(float) * first * channels,
                     sizeof(float) * static_cast<std::size_t>(right) * channels);
       }

@@ -315,7 +315,8 @@ TEST_CASE("packed grids are the grids that they were packed from", "[kernel]") {
             for (int z = 0; z < brick_side; ++z)
               for (int y = 0; y < brick_side; ++y)
                 for (int x = 0; x < brick_side; ++x, to += stored) {
-                  const int at_x = brick_side * brick[0] + x, at_y = brick_side * brick[1] + y, at_z = brick_side * brick[2] + z;
+                  const int at_x = brick_side * brick[0] + x, at_y = brick_side * brick[1] + y,
+                            at_z = brick_side * brick[2] + z;
                   if (at_x < grid.width && at_y < grid.height && at_z < grid.depth)
                     std::copy_n(grid.data.begin() + ((at_z * grid.height + at_y) * grid.width + at_x) *
                                                         static_cast<std::ptrdiff_t>(stored),
