@@ -84,7 +84,8 @@ class Packer {
   std::uint32_t encoded(float value) const {
     if (packed_.bits == 32) return std::bit_cast<std::uint32_t>(value);
     if (packed_.step == 0) return 0;
-    return static_cast<std::uint32_t>((value - packed_.low) / packed_.step + 0.5F);
+    const float above_half = (value - packed_.low) / packed_.step + 0.5F;  // never negative: lround's calls are slow
+    return static_cast<std::uint32_t>(above_half);
   }
   float decoded(std::uint32_t number) const {
     return packed_.bits == 32 ? std::bit_cast<float>(number) : packed_.low + packed_.step * static_cast<float>(number);
