@@ -133,6 +133,7 @@ void check_outputs(const CommonOptions& options, std::vector<std::string> files,
   std::set<std::string> names;
   for (const std::string& file : own) names.insert(whole_name(file));
   for (const std::string& file : files) {
+    if (file.empty()) throw UsageError("the name of a file to write is empty; choose another name");
     check_writable(file);
     const bool is_new = names.insert(whole_name(file)).second;
     std::error_code error;

@@ -29,13 +29,20 @@ bool is_control(std::string_view character) {
   return character.size() == 2 && byte(0) == 0xc2 && byte(1) < 0xa0;  // the second set of them, from 0x80
 }
 
+// What turns the direction of writing, so that a message would show other words than it has: U+061C, U+200E and U+200F,
+// U+202A to U+202E, U+2066 to U+2069.
+bool turns_text(std::string_view character) {
+  return character == "\u061c" || character == "\u200e" || character == "\u200f" ||
+         (character >= "\u202a" && character <= "\u202e") || (character >= "\u2066" && character <= "\u2069");
+}
+
 std::string escaped(std::string_view text) {
   std::string out;
   out.reserve(text.size());
   while (!text.empty()) {
     const std::size_t size = character_size(text);
     const std::string_view character = text.substr(0, std::max<std::size_t>(size, 1));
-    if (size == 0 || is_control(character))
+    if (size == 0 || is_control(character) || turns_text(character))
       for (const char c : character) out += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
     else
       out += character;

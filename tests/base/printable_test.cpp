@@ -12,6 +12,14 @@ TEST_CASE("what could act on a terminal is written out, other characters stay") 
   CHECK(printable("\xff\xc3") == "\\xff\\xc3");
 }
 
+TEST_CASE("what turns the direction of writing is written out, its neighbours stay") {
+  CHECK(printable("a\u202egpj.b") == "a\\xe2\\x80\\xaegpj.b");
+  for (const char* text : {"\u061c", "\u200e", "\u200f", "\u202a", "\u202e", "\u2066", "\u2069"})
+    CHECK_THAT(printable(text), Catch::StartsWith("\\x"));
+  for (const char* text : {"\u061b", "\u200d", "\u2010", "\u2029", "\u202f", "\u2065", "\u206a"})
+    CHECK(printable(text) == text);
+}
+
 TEST_CASE("a long text loses its middle, between characters") {
   std::string text;
   for (int i = 0; i < 1000000; ++i) text += "\xe2\x82\xac";

@@ -40,6 +40,7 @@ TEST_CASE("no output goes over an input or another output") {
            {"render", scene.file, "-o", a, "--json", scene.file},
            {"parameters", scene.file, "--json", scene.file},
            {"gradcheck", scene.file, "--json", scene.file},
+           {"render", scene.file, "-o", ""},
            // folders
            {"shapes", "-o", scene.file},
            {"dataset", "tiny", "-o", scene.file},
