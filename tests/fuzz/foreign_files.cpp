@@ -10,7 +10,8 @@ Mesh read_with_assimp(const std::string& file, const std::string& /*extension*/)
   throw InputError(file + ": left to the child process");
 }
 
-PlacedGrid read_openvdb_file(const std::string& file, const std::string& /*name*/, VoxelValues /*allowed*/) {
+PlacedGrid read_openvdb_file(const std::string& file, const std::string& /*name*/, VoxelValues /*allowed*/,
+                             int /*bits*/) {
   throw InputError(file + ": left to the child process");
 }
 
