@@ -208,7 +208,7 @@ class Checker:
         return None
 
     def render(self, scene, what, more):
-        arguments = ["render", f"{scene}.xml", "-o", f"{scene}.exr", "--json", "-", "--quiet", *more]
+        arguments = ["render", f"{scene}.xml", "-o", f"{scene}.exr", "--json", "-", *more]  # warnings are part of the verdict
         if self.options.size:
             arguments += ["--size", self.options.size]
         if self.options.spp:

@@ -115,7 +115,8 @@ inline INT plain_depth(INT depth) {
  * without bound. From there on they survive with `lasts`. Returns who dies; survivors' throughput is raised in place. */
 inline MASK roulette(const Launch* launch, __global const JobRecord* job, INT depth, REAL u, MASK active, REAL largest,
                      float lasts, REAL throughput[]) {
-  const REAL longest = SELECT(depth <= PATIENCE, (REAL)(1.0f), SELECT(largest < HEAVY, (REAL)0.95f, (REAL)lasts));
+  const float tired = job->max_depth == UNLIMITED_DEPTH ? lasts : 0.95f; /* paths that go nowhere are to be counted */
+  const REAL longest = SELECT(depth <= PATIENCE, (REAL)(1.0f), SELECT(largest < HEAVY, (REAL)tired, (REAL)lasts));
   REAL survival = MIN(largest * (1.0f / FAINT), longest);
   MASK plays = active & (depth > job->rr_depth);
   MASK dies = (active & (largest <= 0.0f)) | (plays & (u >= survival));

@@ -61,6 +61,19 @@ TEST_CASE("200 mean free paths deep the white furnace is white, and the standard
   CHECK(image_mean(image).stderr_ < 0.2);
 }
 
+TEST_CASE("in a medium too dense for flights to move, paths are counted as endless and none is lost without a word",
+          "[transport]") {
+  RenderOptions options = one_lane();
+  options.spp = 4;
+  options.seed = 4;
+  const Scene scene = load_scene(test_scene("furnace_matched.xml"), {{"sigma_t", "1e10"}});
+  const Rendering image = render(device(), scene, options);
+  const auto paths = static_cast<double>(image.paths);
+  CHECK(image.endless > 0);
+  CHECK(image.endless < image.paths);
+  CHECK(image.mean_of_image[0] * paths + static_cast<double>(image.endless) == Approx(paths).epsilon(1e-6));
+}
+
 TEST_CASE("Russian roulette leaves the white furnace white", "[transport][stat]") {
   for (const char* name : {"furnace_matched.xml", "furnace_dielectric.xml"}) {
     INFO(name);
