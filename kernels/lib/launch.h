@@ -115,16 +115,15 @@ inline INT plain_depth(INT depth) {
  * without bound. From there on they survive with `lasts`. Returns who dies; survivors' throughput is raised in place. */
 inline MASK roulette(const Launch* launch, __global const JobRecord* job, INT depth, REAL u, MASK active, REAL largest,
                      float lasts, REAL throughput[]) {
-  const bool stuck = job->max_depth == UNLIMITED_DEPTH; /* paths that go nowhere: none may end without being counted */
-  const float tired = stuck ? lasts : 0.95f;
+  const float tired = job->is_stuck ? lasts : 0.95f; /* of paths that go nowhere none may end without being counted */
   const REAL longest = SELECT(depth <= PATIENCE, (REAL)(1.0f), SELECT(largest < HEAVY, (REAL)tired, (REAL)lasts));
   REAL survival = MIN(largest * (1.0f / FAINT), longest);
   MASK plays = active & (depth > job->rr_depth);
   MASK dies = (active & (largest <= 0.0f)) | (plays & (u >= survival));
   REAL raise = SELECT(plays & !dies, 1.0f / MAX(survival, (REAL)1e-20f), 1.0f);
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) throughput[c] *= raise;
-  const MASK ends = active & !dies & (depth >= (stuck ? STUCK_DEPTH : job->max_depth));
-  if (job->max_depth >= UNLIMITED_DEPTH && ANY(ends)) atomic_add(launch->endless, popcount(lane_bits(ends)));
+  const MASK ends = active & !dies & (depth >= job->max_depth);
+  if (job->is_endless && ANY(ends)) atomic_add(launch->endless, popcount(lane_bits(ends)));
   return dies | ends;
 }
 

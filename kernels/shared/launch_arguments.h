@@ -17,7 +17,7 @@
  * futures: [cell][throughput channel] (lib/baseline.h); visits: of a pilot; pulls, gradient, texel_gradient: lib/adjoint.h.
  * measured: tables of measured BSDFs (lib/measured.h).
  * samples: SAMPLE_SIZE floats each. misplaced: one count, arrivals at surfaces from the wrong side. endless: one
- * count, paths that were ended at UNLIMITED_DEPTH or beyond. */
+ * count, paths that were ended though the scene sets no max_depth. */
 #define LAUNCH_ARGUMENTS(ARGUMENT)                \
   GEOMETRY_ARGUMENTS(ARGUMENT)                    \
   ARGUMENT(const float, texture_axes)             \

@@ -78,9 +78,7 @@ enum { PATH_STATE(NUMBER_FIELD) FIELDS };
 #define SCATTERED_ONCE 0x40000000
 
 /* Scenes without max_depth end paths there, and count them as endless: half of SCATTERED_ONCE, which takes minutes and is
- * beyond what leaves a body of 10^4 mean free paths. Where positions are too coarse for a medium's flights, so that
- * paths go nowhere, it is UNLIMITED_DEPTH, which is more than a scene can ask for, and stands for STUCK_DEPTH. */
-#define UNLIMITED_DEPTH 0x100000
+ * beyond what leaves a body of 10^4 mean free paths; STUCK_DEPTH where paths go nowhere. */
 #define STUCK_DEPTH 0x10000
 #define MOST_DEPTH 0x20000000
 

@@ -143,7 +143,9 @@ typedef struct {
   int light_chances;       /* which one, by place: light_layout.h */
   int light_cells[3];
   float light_low[3], light_cells_a_unit[3];
-  int max_depth; /* a path with k scatterings counts if k < max_depth */
+  int max_depth;  /* a path with k scatterings counts if k < max_depth */
+  int is_endless; /* 1: the scene sets none, and paths that max_depth ends are counted */
+  int is_stuck;   /* 1: positions are too coarse for a medium's flights, so that paths go nowhere */
   int rr_depth;
   int hide_emitters; /* 1: a path that has not scattered sees no light, as in Mitsuba */
   int first_pixel;   /* of this launch */

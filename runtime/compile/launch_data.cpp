@@ -424,10 +424,9 @@ JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData&
   append_attributes(scene, job, data);
 
   job.max_depth = scene.integrator.max_depth;
-  if (job.max_depth < 0)
-    job.max_depth = flights_move(scene, data.geometry.records[static_cast<std::size_t>(job.geometry)])
-                        ? MOST_DEPTH
-                        : UNLIMITED_DEPTH;
+  job.is_endless = job.max_depth < 0;
+  job.is_stuck = job.is_endless && !flights_move(scene, data.geometry.records[static_cast<std::size_t>(job.geometry)]);
+  if (job.is_endless) job.max_depth = job.is_stuck ? STUCK_DEPTH : MOST_DEPTH;
   job.rr_depth = scene.integrator.rr_depth;
   job.hide_emitters = scene.integrator.hide_emitters;
   std::fill_n(job.future_tint, 3, 1.0F);

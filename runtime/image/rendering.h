@@ -21,7 +21,7 @@ struct Rendering : Image {
   // Arrivals at surfaces from the side where the path cannot be: positions off by rounding (a few in 10^9), or shapes
   // that overlap or are not closed, and then the image is wrong.
   std::uint64_t misplaced = 0;
-  std::uint64_t endless = 0;      // paths that were ended after 2^20 events or more, though the scene sets no max_depth
+  std::uint64_t endless = 0;      // paths that were ended though the scene sets no max_depth
   std::vector<StageTime> stages;  // those that ran
 };
 

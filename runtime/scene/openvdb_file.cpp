@@ -107,10 +107,8 @@ PackedVoxels packed_from(const Grid& from, const openvdb::Coord& first, const Vo
 struct Header {
   std::array<int, 4> size;  // width, height, depth, channels
   Transform to_world;
-  int bits = 0;  // of packed ones
-  float low = 0, step = 0, least = 0, greatest = 0;
-  double mean = 0;
-  std::size_t bricks = 0;
+  std::size_t bricks = 0;  // 0: not packed
+  PackedRange packed = {};
 };
 
 std::string bytes_of(const Header& header, std::size_t values) {
@@ -120,12 +118,7 @@ std::string bytes_of(const Header& header, std::size_t values) {
 }
 
 std::string bytes_of(Header header, const PackedVoxels& packed) {
-  header.bits = packed.bits;
-  header.low = packed.low;
-  header.step = packed.step;
-  header.least = packed.least;
-  header.greatest = packed.greatest;
-  header.mean = packed.mean;
+  header.packed = packed;
   header.bricks = packed.bricks.size();
   std::string bytes = bytes_of(header, header.bricks + packed.words.size());
   std::memcpy(bytes.data() + sizeof(header), packed.bricks.data(), sizeof(float) * header.bricks);
@@ -204,12 +197,12 @@ PlacedGrid from_bytes(const std::string& bytes) {
   placed.grid.channels = header.size[3];
   const char* values = bytes.data() + sizeof(header);
   const std::size_t count = (bytes.size() - sizeof(header)) / sizeof(float);
-  if (header.bits == 0) {
+  if (header.bricks == 0) {
     placed.grid.data.resize(count);
     std::memcpy(placed.grid.data.data(), values, sizeof(float) * count);
     return placed;
   }
-  PackedVoxels packed{header.bits, header.low, header.step, header.least, header.greatest, header.mean, {}, {}};
+  PackedVoxels packed{header.packed, {}, {}};
   packed.bricks.resize(header.bricks);
   packed.words.resize(count - header.bricks);
   std::memcpy(packed.bricks.data(), values, sizeof(float) * header.bricks);

@@ -93,8 +93,10 @@ class Packer {
 
   void store(const std::array<int, 3>& place) {
     // Beyond the grid the brick goes on with its first voxel, so that it may still be of one value.
+    std::array<std::uint32_t, 3> first{};
+    for (std::size_t c = 0; c < channels_; ++c) first[c] = encoded(values_[c]);
     numbers_.resize(values_.size());
-    for (std::size_t i = 0; i < numbers_.size(); ++i) numbers_[i] = encoded(values_[i % channels_]);
+    for (std::size_t i = 0; i < numbers_.size(); ++i) numbers_[i] = first[i % channels_];
     auto of_brick = [this](const std::array<int, 3>& v) {
       return static_cast<std::size_t>((v[2] * brick_side + v[1]) * brick_side + v[0]) * channels_;
     };

@@ -17,11 +17,15 @@ inline constexpr float greatest_voxel = 1e30F;
 inline constexpr int most_voxels_along_axis = 1 << 20;
 inline constexpr int brick_side = BRICK;
 
-struct PackedVoxels {
+// How numbers stand for values, and what values there are.
+struct PackedRange {
   int bits = 32;            // 8 or 16: a value is low + step * number; 32: a float
   float low = 0, step = 0;  // of numbers
   float least = 0, greatest = 0;
-  double mean = 0;                   // of the values as they are stored
+  double mean = 0;  // of the values as they are stored
+};
+
+struct PackedVoxels : PackedRange {
   std::vector<std::int32_t> bricks;  // which of the stored ones each brick is, x fastest
   std::vector<std::uint32_t> words;  // stored bricks, one after another: x fastest, channels interleaved
 

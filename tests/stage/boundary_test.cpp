@@ -117,7 +117,7 @@ TEST_CASE("stage ray finds the closest surface and the queue of its boundary") {
     scene.shapes.push_back(shape);
   }
   add_floor(scene, bsdf_of("diffuse"), 5, -2);
-  for (const int width : widths) {
+  for (const int width : widths()) {
     PathBench bench(device(), scene, {.width = width});
     Rays rays(1);
     std::vector<Path> paths(4001);  // the last group is not full
@@ -164,7 +164,7 @@ TEST_CASE("stage ray finds the closest surface and the queue of its boundary") {
 
 TEST_CASE("stage null goes straight on in the medium of the other side") {
   const Scene scene = sphere_scene(bsdf_of("null"), medium_of(1, 0.5, 0));
-  for (const int width : widths) {
+  for (const int width : widths()) {
     PathBench bench(device(), scene, {.width = width});
     std::vector<Path> paths = arrivals(bench, Queue::null, 501), after;
     for (std::size_t i = 0; i < paths.size(); i += 10)
@@ -195,7 +195,7 @@ TEST_CASE("stage dielectric reflects and refracts as Fresnel and Snell say") {
     Scene scene = sphere_scene(bsdf, medium_of(1, 0.5, 0));
     scene.integrator.max_depth = 611;
     scene.integrator.rr_depth = 5;
-    for (const int width : widths) {
+    for (const int width : widths()) {
       PathBench bench(device(), scene, {.width = width});
       const std::vector<Path> paths = arrivals(bench, Queue::dielectric, 4001);
       std::vector<Path> after = paths;
@@ -237,7 +237,7 @@ TEST_CASE("stage rough dielectric follows the microfacet model") {
     scene.integrator.rr_depth = 5;
     const int kind = distribution == "ggx" ? MICROFACET_GGX : MICROFACET_BECKMANN;
     const Queue queue = distribution == "ggx" ? Queue::rough_ggx : Queue::rough_beckmann;
-    for (const int width : widths) {
+    for (const int width : widths()) {
       PathBench bench(device(), scene, {.width = width});
       const std::vector<Path> paths = arrivals(bench, queue, 4001);
       std::vector<Path> after = paths;

@@ -221,7 +221,7 @@ Check check(const Scene& scene, int width) {
 
 TEST_CASE("stage diffuse reflects the texture's value into a cosine-distributed direction") {
   const Scene scene = floors();
-  for (const int width : widths) {
+  for (const int width : widths()) {
     const Check c = check(scene, width);
     CAPTURE(width);
     CHECK(c.wrong == 0);
@@ -237,7 +237,7 @@ TEST_CASE("stage diffuse reflects the texture's value into a cosine-distributed 
 TEST_CASE("stage diffuse adds the sampled light, weighed against finding it by chance") {
   Scene scene = floors();
   scene.environment = wide_sun(20, {0.6, 0, 0.8}, 1);
-  for (const int width : widths) {
+  for (const int width : widths()) {
     const Check c = check(scene, width);
     CAPTURE(width);
     CHECK(c.wrong == 0);

@@ -59,7 +59,7 @@ double filter_cdf(FilterKind filter, double x) {
 }  // namespace
 
 TEST_CASE("camera rays pass through their pixel's part of the film") {
-  for (const int width : widths)
+  for (const int width : widths())
     for (const bool orthographic : {false, true})
       for (const FilterKind filter : {FilterKind::box, FilterKind::tent, FilterKind::gaussian}) {
         const Scene scene = camera_scene(filter, orthographic);
@@ -115,7 +115,7 @@ TEST_CASE("camera rays pass through their pixel's part of the film") {
 }
 
 TEST_CASE("a camera in a medium starts its paths there") {
-  for (const int width : widths) {
+  for (const int width : widths()) {
     Scene scene = camera_scene(FilterKind::box, false);
     scene.sensors[0].medium = 0;
     PathBench bench(device(), scene, {.width = width});
@@ -129,7 +129,7 @@ TEST_CASE("a camera in a medium starts its paths there") {
 TEST_CASE("heroes are drawn uniformly from the channels where sigma_t has colours") {
   Scene scene = camera_scene(FilterKind::box, false);
   scene.media[0].set("sigma_t", Rgb{1, 2, 3});
-  for (const int width : widths) {
+  for (const int width : widths()) {
     PathBench bench(device(), scene, {.width = width});
     std::array<double, 3> count{};
     const std::vector<Path> paths = bench.generate(35, 100);

@@ -196,7 +196,7 @@ TEST_CASE("a diffuse floor under sun and sky has the radiance of the integral") 
       for (std::size_t c = 0; c < 3; ++c)
         expected[c] += (a[c] + b[c]) * z * 2 / (double(rows) * columns) * bsdf.value("reflectance").value[c];
     }
-  for (const int width : widths) {
+  for (const int width : widths()) {
     PathBench bench(device(), scene, {.width = width, .medium_events = 64});
     std::vector<Path> paths(20000);
     for (std::size_t i = 0; i < paths.size(); ++i) {
@@ -218,8 +218,9 @@ TEST_CASE("a flight from boundary to boundary competes with no connection") {
   Scene scene = lit_scene(bsdf_of("roughdielectric", 1.4, 0.35), 2, 80, 0);
   scene.integrator.max_depth = 2;
   const auto mean = [&](bool light_sampling) {
-    PathBench bench(device(), scene,
-                    {.width = light_sampling ? 1 : 16, .medium_events = 64, .light_sampling = light_sampling});
+    PathBench bench(
+        device(), scene,
+        {.width = light_sampling ? 1 : widths().back(), .medium_events = 64, .light_sampling = light_sampling});
     std::vector<Path> paths(20000);
     const Vec3 sun = clear_sky(sunsky_of(*scene.environment)).sun;
     for (std::size_t i = 0; i < paths.size(); ++i) {

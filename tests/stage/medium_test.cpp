@@ -147,7 +147,7 @@ void require_exact(const MediumCheck& check) {
 TEST_CASE("stage medium flies, scatters and ends paths as the formulas say") {
   for (const char* kind : {"null", "dielectric"})
     for (const double g : {0.0, 0.8, -0.5})
-      for (const int width : widths) {
+      for (const int width : widths()) {
         const Scene scene = medium_scene(kind, 1.2, g);
         PathBench bench(device(), scene, {.width = width});
         const std::vector<Path> paths = inside_sphere(2001);
@@ -159,7 +159,7 @@ TEST_CASE("stage medium flies, scatters and ends paths as the formulas say") {
 }
 
 TEST_CASE("sigma_t with colours: flights with the hero's, weights by the densities of all kept") {
-  for (const int width : widths) {
+  for (const int width : widths()) {
     Scene scene = medium_scene("null", 1, 0.3);
     scene.media[0].set("sigma_t", Rgb{0.5, 1.5, 3});
     PathBench bench(device(), scene, {.width = width});
@@ -176,7 +176,7 @@ TEST_CASE("sigma_t with colours: flights with the hero's, weights by the densiti
 }
 
 TEST_CASE("operator single ends paths at their second scattering in a medium") {
-  for (const int width : widths) {
+  for (const int width : widths()) {
     const Scene scene = medium_scene("dielectric", 1.2, 0.3);
     PathBench bench(device(), scene, {.op = Operator::single, .width = width});
     std::vector<Path> paths = inside_sphere(2001);
@@ -200,7 +200,7 @@ TEST_CASE("operator single ends paths at their second scattering in a medium") {
 TEST_CASE("several events in one launch are the same events as one at a time") {
   Scene scene = medium_scene("dielectric", 4, 0.5);
   scene.integrator.max_depth = 7;
-  for (const int width : widths) {
+  for (const int width : widths()) {
     PathBench one(device(), scene, {.width = width, .medium_events = 1});
     PathBench many(device(), scene, {.width = width, .medium_events = 64});
     std::vector<Path> a = inside_sphere(501), b = a;
@@ -224,7 +224,7 @@ TEST_CASE("several events in one launch are the same events as one at a time") {
 }
 
 TEST_CASE("free flights are exponential and turns follow the phase function") {
-  for (const int width : widths) {
+  for (const int width : widths()) {
     Scene scene = medium_scene("null", 2, 0.6);
     scene.shapes[0].radius = 100;
     PathBench bench(device(), scene, {.width = width});
@@ -248,7 +248,7 @@ TEST_CASE("free flights are exponential and turns follow the phase function") {
 }
 
 TEST_CASE("a medium without extinction is crossed, albedo 0 ends paths") {
-  for (const int width : widths) {
+  for (const int width : widths()) {
     Scene scene = medium_scene("null", 0, 0);
     {
       PathBench bench(device(), scene, {.width = width});

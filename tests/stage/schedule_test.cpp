@@ -14,7 +14,7 @@ TEST_CASE("fused and staged schedules give the same bits for launches of any siz
   Scene scene = sphere_scene(bsdf_of("roughdielectric", 1.4, 0.3), medium_of(2, 0.9, 0.5));
   scene.sensors[0].to_world.m = {1, 0, 0, 0, 0, 0, 1, -4, 0, 1, 0, 0, 0, 0, 0, 1};
   scene.environment = wide_sun(40, {0.6, 0, 0.8}, 1);
-  for (const int width : widths) {
+  for (const int width : widths()) {
     RenderOptions options;
     options.spp = 64;
     options.width = width;
@@ -67,7 +67,7 @@ TEST_CASE("jobs that share a launch have the bits of each job alone") {
   // scenes in turn, one of them twice, runs of pixels and samples that begin anywhere
   const std::vector<JobSlice> slices{{0, 3, 200, 5, 7}, {1, 0, 256, 0, 9}, {0, 210, 40, 0, 16}, {2, 17, 100, 1, 33}};
   for (const Schedule schedule : {Schedule::fused, Schedule::staged})
-    for (const int width : widths) {
+    for (const int width : widths()) {
       CAPTURE(schedule == Schedule::fused, width);
       const auto data_of = [](const std::vector<Scene>& of, std::vector<JobRecord>& jobs) {
         LaunchData data;

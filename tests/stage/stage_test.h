@@ -14,12 +14,15 @@ inline const Device& device() {
   return shared;
 }
 
-// The environment variable ITN_TEST_WIDTH leaves one of them (tools/oclgrind).
-inline std::vector<int> tested_widths() {
-  if (const char* width = std::getenv("ITN_TEST_WIDTH")) return {std::atoi(width)};
-  return {1, 16};
+// One lane, as GPUs run it, and as many as the device has. The environment variable ITN_TEST_WIDTH leaves one of them
+// (tools/oclgrind).
+inline const std::vector<int>& widths() {
+  static const std::vector<int> tested = [] {
+    if (const char* width = std::getenv("ITN_TEST_WIDTH")) return std::vector<int>{std::atoi(width)};
+    return std::vector<int>{1, std::max(4, device().default_width())};
+  }();
+  return tested;
 }
-inline const std::vector<int> widths = tested_widths();
 
 // Largest distance between the distribution of the values and a cumulative distribution function.
 template <class Cdf>

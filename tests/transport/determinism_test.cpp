@@ -61,20 +61,12 @@ TEST_CASE("launches of any size render the same bits", "[transport]") {
   }
 }
 
-TEST_CASE("fused and staged schedules render the same bits", "[transport]") {
-  for (const char* name : scenes) {
-    INFO(name);
-    RenderOptions fused, staged;
-    fused.schedule = Schedule::fused;
-    staged.schedule = Schedule::staged;
-    CHECK(identical(image_of(name, fused), image_of(name, staged)));
-  }
-}
-
-TEST_CASE("one lane and 4 and 16 render the same image within the standard error", "[transport][stat]") {
+// Widths: 0 is the device's own.
+TEST_CASE("one lane and 4 and 16 and the device's number render the same image within the standard error",
+          "[transport][stat]") {
   for (const char* name : scenes)
-    for (const int width : {4, 16}) {
-      if (width < 16 && name != scenes[0]) continue;  // every stage is in the first scene: one program a width
+    for (const int width : {0, 4, 16}) {
+      if (width > 0 && name != scenes[0]) continue;  // every stage is in the first scene: one program a width
       INFO(name << ", width " << width);
       RenderOptions narrow, wide;
       narrow.width = 1;
@@ -93,12 +85,11 @@ TEST_CASE("one lane and 4 and 16 render the same image within the standard error
     }
 }
 
-TEST_CASE("one lane renders lights of the scene and surfaces as 16 do", "[transport]") {
+TEST_CASE("one lane renders lights of the scene and surfaces as the device's number does", "[transport]") {
   for (const char* name : {"lights_surfaces", "anisotropic"}) {
     INFO(name);
     RenderOptions narrow, wide;
     narrow.width = 1;
-    wide.width = 16;
     const Rendering a = image_of(name, narrow), same = image_of(name, wide);
     for (std::size_t c = 0; c < 3; ++c)
       CHECK(std::abs(a.mean_of_image[c] - same.mean_of_image[c]) < a.stderr_of_mean[c]);
@@ -112,7 +103,7 @@ TEST_CASE("derivative images do not change a bit of the image", "[transport]") {
   }
 }
 
-TEST_CASE("launch sizes and schedules do not change a bit of derivative images", "[transport]") {
+TEST_CASE("launch sizes and schedules do not change a bit of images with derivatives", "[transport]") {
   for (const char* name : scenes) {
     RenderOptions staged, small;
     staged.schedule = Schedule::staged;
@@ -120,6 +111,8 @@ TEST_CASE("launch sizes and schedules do not change a bit of derivative images",
     small.paths_a_launch = 1000;
     const Rendering whole = derivatives_of(name, {}), in_stages = derivatives_of(name, staged),
                     in_parts = derivatives_of(name, small);
+    CHECK(identical(whole, in_stages));
+    CHECK(identical(whole, in_parts));
     for (std::size_t i = 0; i < whole.derivatives.size(); ++i) {
       INFO(name << ", " << differentiated.at(name)[i]);
       CHECK(identical(whole.derivatives[i], in_stages.derivatives[i]));
@@ -128,11 +121,11 @@ TEST_CASE("launch sizes and schedules do not change a bit of derivative images",
   }
 }
 
-TEST_CASE("one lane and 16 render the same derivatives within the standard error", "[transport][stat]") {
+TEST_CASE("one lane and the device's number render the same derivatives within the standard error",
+          "[transport][stat]") {
   for (const char* name : scenes) {
     RenderOptions narrow, wide;
     narrow.width = 1;
-    wide.width = 16;
     const Rendering a = derivatives_of(name, narrow), same = derivatives_of(name, wide);
     wide.seed = 8;  // independent images, so that their standard errors add
     const Rendering b = derivatives_of(name, wide);
