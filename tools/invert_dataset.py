@@ -10,6 +10,7 @@ not inverted again.
 
 Prints a line an image, then for each parameter: root mean square, mean and median of the errors of a constant guess, of the network
 that ships with itn and of the inversion, how many 95 % intervals hold the truth, and in which tenth of the posterior it lies.
+OUT/intervals.svg shows photos, the intervals of both, and the truth.
 """
 import argparse
 import csv
@@ -21,9 +22,12 @@ import statistics
 import subprocess
 import sys
 
+from interval_picture import interval_picture
+
 root = pathlib.Path(__file__).resolve().parent.parent
 scene_file = root / 'scenes/dataset/scene.xml'
 parameters = {'sigma_t': 'medium.sigma_t', 'albedo': 'medium.albedo', 'g': 'phase.g'}
+titles = {'sigma_t': 'sigma_t [1/scene unit]', 'albedo': 'albedo', 'g': 'g'}
 
 
 def mesh_of(shape, folder, out):
@@ -122,7 +126,7 @@ def main():
     errors = {who: {short: [] for short in parameters} for who in ('constant guess', 'network', 'inversion', 'converged')}
     held, held_by_network = ({short: [] for short in parameters} for _ in range(2))
     tenths = {short: [0] * 10 for short in parameters}
-    joint, converged, first_seconds, next_seconds = [], 0, [], []
+    joint, converged, first_seconds, next_seconds, shown = [], 0, [], [], []
     for shape, light in evenly(list(scenes), options.scenes, 'scenes'):
         scene = f'{manifest["shapes"][shape]["name"]}_{manifest["lights"][light]["azimuth"]:g}'
         mesh = mesh_of(manifest['shapes'][shape], options.data, options.output).resolve()
@@ -148,6 +152,9 @@ def main():
             converged += result['converged']
             line = f'{file.stem} {scene} {"converged" if result["converged"] else "NOT converged"} {seconds:.1f} s'
             samples = samples_of(folder)
+            shown.append({'folder': folder, 'truth': image, 'network': guess,
+                          'found': {short: result['parameters'][name] for short, name in parameters.items()}})
+            (options.output / 'intervals.svg').write_text(interval_picture(shown, titles))
             for short, parameter in parameters.items():
                 truth, found, by_network = image[short], result['parameters'][parameter], guess[short]
                 errors['constant guess'][short].append(constant[short] - truth)
