@@ -55,6 +55,7 @@ std::map<std::string, std::string> Trainer::circumstances() const {
   all["weight_decay"] = number(options_.weight_decay);
   if (options_.shards > 1) all["shards"] = std::to_string(options_.shards);
   if (options_.frozen) all["frozen"] = "true";
+  if (options_.validated_by_images) all["validated_by_images"] = "true";
   all["patience"] = std::to_string(options_.patience);
   all["data"] = options_.data;
   all["training_examples"] = std::to_string(training_.count());

@@ -40,6 +40,8 @@ class ImageLoss {
   // be a function of the arguments alone: noise is seeded by `step`, so that training can be repeated bit for bit.
   virtual Result evaluate(std::span<const std::size_t> examples, std::span<const double> parameters,
                           std::uint64_t step) = 0;
+  // The loss alone, of examples of the validation set, with the same noise whenever it is asked for.
+  virtual double validate(std::span<const std::size_t> examples, std::span<const double> parameters) = 0;
 };
 
 // loss.gradient += weight * the image loss's gradient, by the raw outputs; loss.loss += weight * its loss. Of each

@@ -28,6 +28,7 @@ void check(const Examples& training, const Examples& validation, const TrainingO
   require(options.image_weight >= 0 && std::isfinite(options.image_weight),
           "the weight of the image loss must be 0 or above");
   require(has_image_loss || options.image_weight == 0, "a weight for the image loss, and none to weigh");
+  require(has_image_loss || !options.validated_by_images, "a validation by images, and no image loss");
   require(options.patience >= 0, "the patience must be 0 or above");
   require(options.shards >= 1 && options.batch % options.shards == 0, "the shards must divide the batch evenly");
   require(world().count() <= options.shards,
@@ -219,6 +220,7 @@ void Trainer::end_epoch() {
 
 // The ranks take batches in turn; the sum is in the order of the batches.
 double Trainer::validation_loss() {
+  if (options_.validated_by_images) return validation_image_loss();
   Ranks& ranks = world();
   const auto rank = static_cast<std::size_t>(ranks.rank()), rank_count = static_cast<std::size_t>(ranks.count());
   const std::size_t count = validation_.count(), step = static_cast<std::size_t>(options_.batch);
@@ -235,6 +237,21 @@ double Trainer::validation_loss() {
   for (const std::string& part : ranks.gather(bytes_of(mine))) losses.push_back(numbers_of<double>(part));
   double sum = 0;
   for (std::size_t b = 0; b * step < count; ++b) sum += losses[b % rank_count][b / rank_count];
+  return sum / static_cast<double>(count);
+}
+
+// The ranks render each batch together, so each of them asks the network for all.
+double Trainer::validation_image_loss() {
+  const std::size_t count = validation_.count(), step = static_cast<std::size_t>(options_.batch);
+  double sum = 0;
+  for (std::size_t first = 0; first < count; first += step) {
+    std::vector<std::size_t> examples;
+    for (std::size_t i = first; i < std::min(count, first + step); ++i) examples.push_back(i);
+    const Batch batch = read_batch(validation_, examples, network_);
+    const std::vector<float>& outputs = network_.forward(batch.images, static_cast<int>(examples.size()));
+    sum += image_loss_->validate(examples, parameters_of(outputs, network_.description())) *
+           static_cast<double>(examples.size());
+  }
   return sum / static_cast<double>(count);
 }
 

@@ -28,9 +28,10 @@ struct TrainingOptions {
   int epochs = 50;
   int batch = 32;  // examples that fill no whole batch are left to other epochs
   double first_learning_rate = 1e-4, last_learning_rate = 1e-6;
-  std::uint64_t seed = 0;   // of the order of the examples
-  double weight_decay = 0;  // adam.h
-  double image_weight = 0;  // lambda of the paper's eq. 3
+  std::uint64_t seed = 0;            // of the order of the examples
+  double weight_decay = 0;           // adam.h
+  double image_weight = 0;           // lambda of the paper's eq. 3
+  bool validated_by_images = false;  // the validation loss is the image loss; the examples' truth is not looked at
   // Only what a distribution has beside its means learns: what the network says stays as it is, to the bit. Without
   // weight decay, which would change it.
   bool frozen = false;
@@ -45,7 +46,7 @@ struct TrainingOptions {
 // A point of the loss curves.
 struct EpochLosses {
   double supervised = 0, image = 0;  // means over the epoch's batches, while the weights change
-  double validation = 0;             // supervised loss, after the epoch
+  double validation = 0;             // supervised or image loss, after the epoch
 
   friend bool operator==(const EpochLosses&, const EpochLosses&) = default;
 };
@@ -79,6 +80,8 @@ class Trainer {
   std::size_t best_epoch() const { return best_epoch_; }
   const std::vector<Tensor>& best_weights() const { return best_weights_; }  // none: empty
   void restore_best();
+  // The validation loss with the weights as they are.
+  double validation_loss();
 
   // Written whole or not at all. Throws ResultError.
   void write_checkpoint(const std::string& file) const;
@@ -95,7 +98,7 @@ class Trainer {
   void backward(OutputLoss& loss);
   void require_finite(const OutputLoss& loss) const;
   void end_epoch();
-  double validation_loss();
+  double validation_image_loss();
   std::map<std::string, std::string> circumstances() const;
 
   Network& network_;

@@ -28,9 +28,16 @@ struct TrainArguments {
 void print_beginning(const TrainArguments& options, const TrainingRun& run) {
   const NetworkDescription& description = run.description();
   fmt::print("{}: {} images to learn from, {} to validate with, {} x {} pixels, {} channel{}\n",
-             fmt::join(options.request.data, ", "), run.training_count(), run.validation_count(), description.size,
-             description.size, description.channels, description.channels == 1 ? "" : "s");
+             run.labelled() ? fmt::format("{}", fmt::join(options.request.data, ", ")) : options.request.unlabelled,
+             run.training_count(), run.validation_count(), description.size, description.size, description.channels,
+             description.channels == 1 ? "" : "s");
   const Trainer& trainer = run.trainer();
+  if (run.drops_distribution())
+    fmt::print(
+        "{} says how sure it is, and this network will not: afterwards --distribution --frozen teaches it again\n",
+        options.request.init);
+  if (!run.labelled())
+    fmt::print("no labels: validation is by images, {:.5f} of the network of --init\n", run.validation_before());
   if (run.has_image_loss()) fmt::print("lambda {:.6g}\n", trainer.options().image_weight);
   if (trainer.steps() > 0) fmt::print("goes on after {} epochs, {} steps\n", trainer.curve().size(), trainer.steps());
   std::fflush(stdout);
@@ -48,8 +55,10 @@ void print_epoch(const TrainingRun& run) {
 
 void print_end(const TrainingRun& run, const std::vector<double>& errors) {
   const Trainer& trainer = run.trainer();
-  fmt::print("{}: of epoch {}, validation loss {:.5f}; root mean square errors:", run.file("network.safetensors"),
-             trainer.best_epoch() + 1, trainer.curve()[trainer.best_epoch()].validation);
+  fmt::print("{}: of epoch {}, validation loss {:.5f}", run.file("network.safetensors"), trainer.best_epoch() + 1,
+             trainer.curve()[trainer.best_epoch()].validation);
+  if (!run.labelled()) fmt::print(", before {:.5f}", run.validation_before());
+  if (!errors.empty()) fmt::print("; root mean square errors:");
   for (std::size_t i = 0; i < errors.size(); ++i)
     fmt::print(" {} {:.4g}", run.description().outputs[i].name, errors[i]);
   fmt::print("\n");
@@ -96,6 +105,8 @@ void run(TrainArguments options) {
   for (const std::string& data : options.request.calibration)
     refuse_inside(data, {options.common.json, options.exported});
   for (const std::string& data : options.request.data) refuse_inside(data, {options.common.json, options.exported});
+  if (!options.request.unlabelled.empty())
+    refuse_inside(options.request.unlabelled, {options.common.json, options.exported});
   std::vector<std::string> files, own;
   for (const char* name : {"network.safetensors", "checkpoint.safetensors", "run.json", "curve.jsonl"})
     own.push_back(options.request.folder + "/" + name);
@@ -125,7 +136,10 @@ void add_train(CLI::App& app) {
       "train",
       "trains a network on the splits `train` and `validation` of a data set, or (rn) of several\n\n"
       "Stopped at any moment, the same command goes on where it was, with the same numbers as if never stopped.");
-  command->add_option("data", options->request.data, "folders of data sets (itn dataset)")->required();
+  command->add_option("data", options->request.data, "folders of data sets (itn dataset)");
+  command->add_option("--unlabelled", options->request.unlabelled,
+                      "itn: in place of labelled data, a data set whose materials nobody knows: the network of --init "
+                      "learns from its images, by rendering them, and is held near what it said of them");
   command
       ->add_option("--network", options->request.kind,
                    "rn: learns parameters; itn, ssn: also that the image rendered with them looks like the input, by "
@@ -195,7 +209,7 @@ void add_train(CLI::App& app) {
       ->add_option(
           "--lambda", options->request.lambda,
           "itn, ssn: weight of the image loss; default: such that both losses are of equal size over the first "
-          "batches")
+          "batches; with --unlabelled 1")
       ->check(CLI::Range(0.0, 1e12));
   command
       ->add_option(

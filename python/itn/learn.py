@@ -199,8 +199,9 @@ class Training:
         return f"<itn.Training {self.folder}: {len(self.curve)} epochs, validation loss {last.get('validation', float('nan')):.5f}>"
 
 
-def train(data: str | os.PathLike | DataSet | Sequence[str], network: str = "rn", output: str | os.PathLike = "", *,
-          init: str | os.PathLike = "", epochs: int = 50, batch: int = 32, learning_rate: float = 1e-4,
+def train(data: str | os.PathLike | DataSet | Sequence[str] = (), network: str = "rn", output: str | os.PathLike = "", *,
+          unlabelled: str | os.PathLike | DataSet = "", init: str | os.PathLike = "", epochs: int = 50, batch: int = 32,
+          learning_rate: float = 1e-4,
           weight_decay: float = 0, noise: float = 0, mirror: bool = False, patience: int = 0, channels: int | None = None,
           width: int | None = None, threads: int | None = None, image_weight: float | None = None, distribution: bool = False,
           calibration: Sequence[str | os.PathLike | DataSet] = (), frozen: bool = False, seed: int = 0, spp: int = 0,
@@ -209,17 +210,19 @@ def train(data: str | os.PathLike | DataSet | Sequence[str], network: str = "rn"
 
     network: "rn" learns parameters; "itn", "ssn" also that the image rendered with them looks like the input (all light;
     single scattering), weighed with image_weight (lambda). distribution: an "rn" also learns how sure it is, calibrated on the
-    data sets of calibration, or the validation images; with frozen it learns nothing else, beside what the network of init says. output: folder, where a training that was stopped goes on."""
+    data sets of calibration, or the validation images; with frozen it learns nothing else, beside what the network of init says.
+    unlabelled: instead of data, a data set whose materials nobody knows; with "itn" and init. output: folder, where a training that was stopped goes on."""
     if not output:
         raise _itn.UsageError("output: need a folder for the network and what goes on from")
     if network not in ("rn", "itn", "ssn"):
         raise _itn.UsageError(f"network: got {network!r}, need 'rn', 'itn' or 'ssn'")
     several = data if isinstance(data, (list, tuple)) else [data]
-    folders, held_out = ([d.folder if isinstance(d, DataSet) else os.fspath(d) for d in sets] for sets in (several, calibration))
+    folders, held_out, unknown = ([d.folder if isinstance(d, DataSet) else os.fspath(d) for d in sets]
+                                  for sets in (several, calibration, [unlabelled]))
     folder = os.fspath(output)
     with shown(progress, "train") as tell:
-        record = _itn.train(folders, network, folder, os.fspath(init), channels, width, threads, image_weight, distribution,
-                            held_out, frozen, mirror, noise,
+        record = _itn.train(folders, unknown[0], network, folder, os.fspath(init), channels, width, threads, image_weight,
+                            distribution, held_out, frozen, mirror, noise,
                             epochs, batch, patience, learning_rate, weight_decay, seed_number(seed), spp, tell)
     with open(Path(folder) / "curve.jsonl", encoding="utf-8") as file:
         return Training(folder, json.loads(record), [json.loads(line) for line in file])

@@ -16,12 +16,13 @@ constexpr int default_spp = 16;
 class BatchLoss : public ImageLoss {
  public:
   BatchLoss(const ImageLossOptions& options, const std::string& folder, const Manifest& set,
-            const DatasetImages& training, const std::atomic<bool>* cancel)
+            const DatasetImages& training, const DatasetImages& validation, const std::atomic<bool>* cancel)
       : seed_(options.seed),
         spp_(options.spp ? options.spp : default_spp),
         size_(set.size),
         least_square_(std::pow(darkest_radiance * mean_luminance(training), 2)),
         training_(training),
+        validation_(validation),
         device_(options.device),
         loss_(device_, set, folder, options.kind == "ssn" ? Operator::single : Operator::full, cancel) {}
 
@@ -29,27 +30,39 @@ class BatchLoss : public ImageLoss {
     return {{"spp", spp_}, {"device", device_.info().name + ", " + device_.info().platform}};
   }
 
+  Result evaluate(std::span<const std::size_t> examples, std::span<const double> parameters,
+                  std::uint64_t step) override {
+    return evaluate(training_, examples, parameters, step);
+  }
+  double validate(std::span<const std::size_t> examples, std::span<const double> parameters) override {
+    return evaluate(validation_, examples, parameters, validation_step + examples.front()).loss;
+  }
+
+ private:
+  static constexpr std::uint64_t validation_step = std::uint64_t{1} << 63;  // no training gets there
+
   // Mean squared difference over that of black, where the object is seen. Only the object counts: what else is seen is
   // nearly the same with any material, and single scattering leaves the floor black. And each image counts alike:
   // without the division the few brightest objects of a batch made nearly all of the gradient (the greatest was 40
   // times the median), and that only by the albedo.
-  Result evaluate(std::span<const std::size_t> examples, std::span<const double> parameters,
-                  std::uint64_t step) override {
+  Result evaluate(const DatasetImages& of, std::span<const std::size_t> examples, std::span<const double> parameters,
+                  std::uint64_t step) {
+    // Mirror images have the loss of what they mirror.
+    const auto original = [&](std::size_t i) { return examples[i] % of.images.size(); };
     std::vector<RerenderedImage> images;
     images.reserve(examples.size());
     for (std::size_t i = 0; i < examples.size(); ++i) {
-      const std::size_t example = original(examples[i]);
-      const Manifest::Image& image = training_.images[example];
+      const Manifest::Image& image = of.images[original(i)];
       images.push_back({&image,
                         {parameters[3 * i], parameters[3 * i + 1], parameters[3 * i + 2]},
                         random_bits(seed_, step, i),
-                        &training_.luminance[example],
+                        &of.luminance[original(i)],
                         &window(image.shape)});
     }
     Result result;
     const std::vector<LossGradient> losses = loss_.evaluate(images, spp_);
     for (std::size_t i = 0; i < losses.size(); ++i) {
-      const Target target = target_of(original(examples[i]));
+      const Target target = target_of(of, original(i));
       const double scale = 1 / (target.mean_square * static_cast<double>(images.size()));
       // The noise of the images themselves is no difference that another material could take away.
       result.loss += scale * (losses[i].loss - target.noise);
@@ -57,10 +70,6 @@ class BatchLoss : public ImageLoss {
     }
     return result;
   }
-
- private:
-  // Mirror images have the loss of what they mirror.
-  std::size_t original(std::size_t example) const { return example % training_.images.size(); }
 
   const ObjectWindow& window(int shape) {
     const auto found = windows_.find(shape);
@@ -73,10 +82,10 @@ class BatchLoss : public ImageLoss {
     double mean_square = 0;  // of the radiance, or of what counts as black
     double noise = 0;        // mean square of the standard errors
   };
-  Target target_of(std::size_t example) {
-    const ObjectWindow& seen = window(training_.images[example].shape);
-    const std::vector<float> value = cut(training_.luminance[example], size_, seen),
-                             error = cut(training_.errors[example], size_, seen);
+  Target target_of(const DatasetImages& of, std::size_t example) {
+    const ObjectWindow& seen = window(of.images[example].shape);
+    const std::vector<float> value = cut(of.luminance[example], size_, seen),
+                             error = cut(of.errors[example], size_, seen);
     Target target;
     double count = 0;
     for (std::size_t i = 0; i < value.size(); ++i) {
@@ -92,7 +101,7 @@ class BatchLoss : public ImageLoss {
   std::uint64_t seed_;
   int spp_, size_;
   double least_square_;
-  const DatasetImages& training_;
+  const DatasetImages &training_, &validation_;
   std::map<int, ObjectWindow> windows_;  // by shape
   Device device_;
   RenderedLoss loss_;
@@ -101,8 +110,9 @@ class BatchLoss : public ImageLoss {
 }  // namespace
 
 RenderedImageLoss make_image_loss(const ImageLossOptions& options, const std::string& folder, const Manifest& manifest,
-                                  const DatasetImages& training, const std::atomic<bool>* cancel) {
-  auto loss = std::make_unique<BatchLoss>(options, folder, manifest, training, cancel);
+                                  const DatasetImages& training, const DatasetImages& validation,
+                                  const std::atomic<bool>* cancel) {
+  auto loss = std::make_unique<BatchLoss>(options, folder, manifest, training, validation, cancel);
   nlohmann::ordered_json circumstances = loss->circumstances();
   return {std::move(loss), std::move(circumstances)};
 }

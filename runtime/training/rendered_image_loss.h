@@ -25,9 +25,11 @@ struct RenderedImageLoss {
   nlohmann::ordered_json circumstances;
 };
 
-// manifest: of the data set in `folder`. `training` holds what the loss's `examples` are indices of, with the shapes.
-// They and cancel must outlive the loss, which throws Interrupted soon after *cancel is set. Throws DeviceError.
+// manifest: of the data set in `folder`. `training` and `validation` hold what the loss's `examples` are indices of,
+// with the shapes. They and cancel must outlive the loss, which throws Interrupted soon after *cancel is set. Throws
+// DeviceError.
 RenderedImageLoss make_image_loss(const ImageLossOptions& options, const std::string& folder, const Manifest& manifest,
-                                  const DatasetImages& training, const std::atomic<bool>* cancel);
+                                  const DatasetImages& training, const DatasetImages& validation,
+                                  const std::atomic<bool>* cancel);
 
 }  // namespace itn

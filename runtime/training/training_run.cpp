@@ -20,6 +20,20 @@ using Json = StoredRun::Json;
 
 constexpr int batches_for_lambda = 8;
 
+TrainingRequest completed(TrainingRequest request) {
+  request.variation.seed = request.seed;
+  if (request.unlabelled.empty()) {
+    if (request.data.empty()) throw UsageError("training: needs a data set");
+    return request;
+  }
+  if (!request.data.empty()) throw UsageError("--unlabelled: takes the place of labelled data sets; give either");
+  if (request.kind != "itn")
+    throw UsageError("--unlabelled: needs --network itn: without labels there are only images to learn from");
+  if (request.init.empty()) throw UsageError("--unlabelled: needs a network to begin with (--init RUN)");
+  request.data = {request.unlabelled};
+  return request;
+}
+
 // The sets to learn from, and after them those to calibrate on: complete, of images of the same size and scale, each
 // there once.
 std::vector<Manifest> read_sets(const TrainingRequest& request) {
@@ -95,6 +109,7 @@ Json circumstances_of(const TrainingRequest& r, const std::vector<Manifest>& set
            {"mirror", r.variation.mirrored},
            {"noise", r.variation.noise},
            {"threads", thread_count}};
+  if (!r.unlabelled.empty()) all["labels"] = false;
   if (r.shards > 1) all["shards"] = r.shards;
   if (r.distribution) all["distribution"] = r.frozen ? "frozen" : "learnt";
   if (!calibration.empty()) all["calibration"] = joined_hashes(calibration);
@@ -112,8 +127,19 @@ TrainingOptions training_options(const TrainingRequest& r, const std::vector<Man
   options.patience = r.patience;
   options.shards = r.shards;
   options.frozen = r.frozen;
+  options.validated_by_images = !r.unlabelled.empty();
   options.data = joined_hashes(sets);
   return options;
+}
+
+// What the network, of a data set's three parameters, says takes the place of the images' materials.
+void label(DatasetImages& images, Network& network) {
+  const Predictions said = predict(network, DatasetExamples(images, network.description()));
+  for (std::size_t i = 0; i < images.images.size(); ++i) {
+    images.images[i].sigma_t = said.predicted[3 * i];
+    images.images[i].albedo = said.predicted[3 * i + 1];
+    images.images[i].g = said.predicted[3 * i + 2];
+  }
 }
 
 void set_distribution(NetworkDescription& description, bool wanted) {
@@ -169,37 +195,42 @@ Json to_json(const EpochLosses& losses, bool has_image_loss) {
 }  // namespace
 
 TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>& cancel)
-    : request_(request), sets_(read_sets(request)), folder_(open_folder(request.folder)), cancel_(cancel) {
-  request_.variation.seed = request.seed;
-  const auto learnt = sets_.begin() + static_cast<std::ptrdiff_t>(request.data.size());
+    : request_(completed(request)), sets_(read_sets(request_)), folder_(open_folder(request.folder)), cancel_(cancel) {
+  const auto learnt = sets_.begin() + static_cast<std::ptrdiff_t>(request_.data.size());
   calibration_sets_.assign(learnt, sets_.end());
   sets_.erase(learnt, sets_.end());
   const Json before = folder_.run().before("request");
   if (before.is_null() && is_there(file("network.safetensors")))
-    throw UsageError(request.folder + ": holds a network that itn train has not made; give another folder with -o");
-  const int thread_count = request.threads    ? *request.threads
-                           : before.is_null() ? (request.shards > 1 ? 1 : threads())
+    throw UsageError(request_.folder + ": holds a network that itn train has not made; give another folder with -o");
+  const int thread_count = request_.threads   ? *request_.threads
+                           : before.is_null() ? (request_.shards > 1 ? 1 : threads())
                                               : stored_threads(folder_.run());
   set_threads(thread_count);
-  circumstances_ = circumstances_of(request, sets_, calibration_sets_, thread_count);
+  circumstances_ = circumstances_of(request_, sets_, calibration_sets_, thread_count);
   folder_.run().require_same(circumstances_);
   std::optional<Network> init;
-  if (!request.init.empty()) init.emplace(network_of(request.init));
-  const int channels = init ? init->description().channels : request.channels.value_or(NetworkDescription().channels);
-  const bool with_shapes = channels > 1 || request.kind != "rn";
-  training_images_ = read_images(request.data, sets_, {Manifest::Split::train}, with_shapes, cancel);
-  validation_images_ = read_images(request.data, sets_, {Manifest::Split::validation}, with_shapes, cancel);
-  network_.emplace(first_network(request, init, sets_.front(), training_images_));
+  if (!request_.init.empty()) init.emplace(network_of(request_.init));
+  drops_distribution_ = init && init->description().distribution && !request_.distribution;
+  const int channels = init ? init->description().channels : request_.channels.value_or(NetworkDescription().channels);
+  const bool with_shapes = channels > 1 || request_.kind != "rn";
+  training_images_ = read_images(request_.data, sets_, {Manifest::Split::train}, with_shapes, cancel);
+  validation_images_ = read_images(request_.data, sets_, {Manifest::Split::validation}, with_shapes, cancel);
+  network_.emplace(first_network(request_, init, sets_.front(), training_images_));
+  if (!labelled()) label(training_images_, *network_);
   training_.emplace(training_images_, network_->description(), request_.variation);
   validation_.emplace(validation_images_, network_->description());
   if (!calibration_sets_.empty()) {
-    calibration_images_ = read_images(request.calibration, calibration_sets_,
+    calibration_images_ = read_images(request_.calibration, calibration_sets_,
                                       {Manifest::Split::train, Manifest::Split::validation}, with_shapes, cancel);
     calibration_.emplace(calibration_images_, network_->description());
   }
-  TrainingOptions options = training_options(request, sets_);
-  if (request.kind != "rn") options.image_weight = prepare_image_loss(options, cancel);
+  TrainingOptions options = training_options(request_, sets_);
+  if (request_.kind != "rn") options.image_weight = prepare_image_loss(options, cancel);
   trainer_.emplace(*network_, *training_, *validation_, options, image_loss_.loss.get());
+  if (!labelled()) {
+    const Json stored = folder_.run().before("validation_before");
+    validation_before_ = stored.is_number() ? stored.get<double>() : trainer_->validation_loss();
+  }
   if (is_there(file("checkpoint.safetensors"))) trainer_->read_checkpoint(file("checkpoint.safetensors"));
   store_record();
 }
@@ -207,10 +238,12 @@ TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>
 // The image loss, and its weight: as given, as it was at the beginning, or such that both losses are of equal size.
 double TrainingRun::prepare_image_loss(const TrainingOptions& options, const std::atomic<bool>& cancel) {
   const ImageLossOptions how{request_.kind, request_.device, request_.spp, request_.seed};
-  image_loss_ = make_image_loss(how, request_.data.front(), sets_.front(), training_images_, &cancel);
+  image_loss_ =
+      make_image_loss(how, request_.data.front(), sets_.front(), training_images_, validation_images_, &cancel);
   circumstances_["image_loss"] = image_loss_.circumstances;
   folder_.run().require_same(circumstances_);
   if (request_.lambda) return *request_.lambda;
+  if (!labelled()) return 1;
   if (const Json before = folder_.run().before("lambda"); before.is_number()) return before.get<double>();
   return balanced_image_weight(*network_, *training_, options, *image_loss_.loss, batches_for_lambda);
 }
@@ -244,9 +277,10 @@ Json TrainingRun::record() const {
   Json json{{"request", circumstances_},
             {"data_folders", request_.data},
             {"lambda", has_image_loss() ? Json(trainer_->options().image_weight) : Json()},
-            {"complete", !errors_.empty()},
+            {"complete", concluded_},
             {"steps", trainer_->steps()},
             {"epochs", trainer_->curve().size()}};
+  if (!labelled()) json["validation_before"] = validation_before_;
   if (trainer_->curve().empty()) return json;
   json["best_epoch"] = trainer_->best_epoch() + 1;
   json["losses"] = to_json(trainer_->curve()[trainer_->best_epoch()], has_image_loss());
@@ -273,7 +307,8 @@ void TrainingRun::save() {
 
 std::vector<double> TrainingRun::conclude() {
   Network network = best();
-  errors_ = root_mean_square_errors(predict(network, *validation_));
+  concluded_ = true;
+  if (labelled()) errors_ = root_mean_square_errors(predict(network, *validation_));
   spread_ = network.description().spread;
   save();
   return errors_;

@@ -27,7 +27,10 @@ namespace itn {
 
 struct TrainingRequest {
   std::vector<std::string> data;  // folders of complete data sets; several only for rn
-  std::string kind = "rn";        // rn; itn, ssn: also with the image loss
+  // Instead of `data`: the folder of a data set whose materials nobody knows; no truth in the manifest has any
+  // influence. In its place stands what the network of `init` says of the images. itn
+  std::string unlabelled;
+  std::string kind = "rn";  // rn; itn, ssn: also with the image loss
   std::string folder;
   std::string init;           // RUN to start from (trained_network.h); empty: random weights
   bool distribution = false;  // learn how sure it is, too (NetworkDescription); rn
@@ -35,9 +38,10 @@ struct TrainingRequest {
   // Folders of data sets, none of `data`, on all of whose images for training and validation a distribution is
   // calibrated; none: on the validation images of `data`.
   std::vector<std::string> calibration;
-  std::optional<int> channels, width;         // of a new network; default: NetworkDescription's
-  std::optional<int> threads;                 // of the network; default: as in the folder, else threads()
-  std::optional<double> lambda;               // weight of the image loss; default: both losses of equal size
+  std::optional<int> channels, width;  // of a new network; default: NetworkDescription's
+  std::optional<int> threads;          // of the network; default: as in the folder, else threads()
+  // Weight of the image loss; default: both losses of equal size, without labels 1.
+  std::optional<double> lambda;
   DatasetExamples::Variation variation;       // its seed is `seed`
   int epochs = 50, batch = 32, patience = 0;  // as TrainingOptions
   int shards = 1;                             // as TrainingOptions; above 1 `threads` is 1 by default
@@ -61,7 +65,7 @@ class TrainingRun {
   // there is.
   void step();
   void save();
-  // Stores the end. Returns the root mean square error of each output over the validation images.
+  // Stores the end. Returns the root mean square error of each output over the validation images; without labels none.
   std::vector<double> conclude();
 
   const Trainer& trainer() const { return *trainer_; }
@@ -69,6 +73,11 @@ class TrainingRun {
   // After the first epoch: the weights that validate best. A distribution's spread is calibrated.
   Network best();
   bool has_image_loss() const { return image_loss_.loss != nullptr; }
+  bool labelled() const { return request_.unlabelled.empty(); }
+  // Without labels: the validation loss, which is by images then, of the network of `init`.
+  double validation_before() const { return validation_before_; }
+  // Does the network of `init` say a distribution, and this one none?
+  bool drops_distribution() const { return drops_distribution_; }
   std::size_t training_count() const { return training_->count(); }
   std::size_t validation_count() const { return validation_->count(); }
   std::string file(const std::string& name) const { return folder_.file(name); }
@@ -77,8 +86,8 @@ class TrainingRun {
   double seconds() const;
   double images_per_second() const;
 
-  // run.json's content: request, lambda, steps, losses and, once concluded, the validation's errors. It has no duration
-  // and no date.
+  // run.json's content: request, lambda, steps, losses and, once concluded, the validation's errors where there are
+  // labels. It has no duration and no date.
   StoredRun::Json record() const;
 
  private:
@@ -95,6 +104,8 @@ class TrainingRun {
   std::optional<DatasetExamples> training_, validation_, calibration_;
   RenderedImageLoss image_loss_;
   std::optional<Trainer> trainer_;
+  double validation_before_ = 0;
+  bool drops_distribution_ = false, concluded_ = false;
   int steps_ = 0;               // of this object
   std::vector<double> errors_;  // of the validation, once concluded
   std::vector<double> spread_;  // likewise, of a distribution (NetworkDescription)

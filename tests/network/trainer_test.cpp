@@ -70,8 +70,15 @@ class MadeUpImageLoss : public ImageLoss {
     steps.push_back(step);
     return result;
   }
+  double validate(std::span<const std::size_t> examples, std::span<const double> parameters) override {
+    double sum = 0;
+    for (std::size_t i = 0; i < examples.size(); ++i) sum += std::pow(parameters[2 * i + 1] - 0.9, 2);
+    validated.insert(validated.end(), examples.begin(), examples.end());
+    return sum / static_cast<double>(examples.size());
+  }
   std::vector<std::vector<std::size_t>> asked;
   std::vector<std::uint64_t> steps;
+  std::vector<std::size_t> validated;
   bool broken = false;
 };
 
@@ -198,6 +205,27 @@ TEST_CASE("The image loss is asked about the batch, and pulls the network where 
   CHECK(first_epoch.size() == 16);
   for (std::size_t i = 0; i < 40; ++i) CHECK(image_loss.steps[i] == i);
   CHECK(trainer.curve().back().image < 0.25 * trainer.curve().front().image);
+}
+
+TEST_CASE("Where validation is by images, the truth of the validation examples has no influence") {
+  TrainingOptions chosen = options(6);
+  chosen.image_weight = 20;
+  chosen.validated_by_images = true;
+  chosen.shards = GENERATE(1, 2);
+  std::vector<std::vector<EpochLosses>> curves;
+  for (const bool meaningless : {false, true}) {
+    const MadeUpExamples training(16, 1), validation(12, 2, meaningless);
+    MadeUpImageLoss image_loss;
+    Network network = small_network();
+    Trainer trainer(network, training, validation, chosen, &image_loss);
+    const double before = trainer.validation_loss();
+    CHECK(image_loss.validated == std::vector<std::size_t>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11});
+    while (!trainer.finished()) trainer.step();
+    curves.push_back(trainer.curve());
+    CHECK(curves.back().back().validation < 0.5 * before);
+    CHECK(curves.back().back().validation == trainer.validation_loss());
+  }
+  CHECK(curves[0] == curves[1]);
 }
 
 TEST_CASE("The balanced weight makes both losses equal over the first batches") {
@@ -350,6 +378,9 @@ TEST_CASE("Training options that cannot be are usage errors") {
   CHECK_THROWS_AS(make(chosen, eight, eight), UsageError);
   chosen = options(1);
   chosen.image_weight = 1;
+  CHECK_THROWS_AS(make(chosen, eight, eight), UsageError);
+  chosen = options(1);
+  chosen.validated_by_images = true;
   CHECK_THROWS_AS(make(chosen, eight, eight), UsageError);
   chosen = options(1);
   chosen.first_learning_rate = 0;

@@ -48,3 +48,5 @@ def test_the_networks_way_from_a_data_set_to_a_prediction(tmp_path):
     assert result["schema"] == "itn.eval/1" and (tmp_path / "report/report.html").exists()
     with pytest.raises(itn.UsageError, match="its network sees luminance alone"):
         itn.predict(images, run, dataset=tmp_path / "set")
+    with pytest.raises(itn.UsageError, match="--unlabelled: needs a network to begin with"):
+        itn.train(network="itn", output=tmp_path / "itn", unlabelled=data)

@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -40,6 +41,33 @@ std::size_t epochs_in(const std::string& run) {
   if (!std::filesystem::exists(run + "/curve.jsonl")) return 0;
   const std::string lines = itn::read_file(run + "/curve.jsonl");
   return static_cast<std::size_t>(std::count(lines.begin(), lines.end(), '\n'));
+}
+
+std::map<std::string, std::string> bytes_after(const Strings& arguments, const std::string& run) {
+  const Result result = run_itn(arguments, one_thread);
+  INFO(result.error);
+  REQUIRE(result.exit_code == 0);
+  std::map<std::string, std::string> bytes;
+  for (const std::string& file : run_files) bytes[file] = itn::read_file(run + "/" + file);
+  return bytes;
+}
+
+// Root mean square over a data set's validation images.
+double error_of_albedo(const std::string& set, const std::string& run) {
+  const itn::Manifest manifest = itn::read_manifest(set);
+  Strings arguments{"predict", run, "--json", run + ".json"};
+  std::vector<double> truth;
+  for (const itn::Manifest::Image& image : manifest.images)
+    if (image.split == itn::Manifest::Split::validation) {
+      arguments.push_back((std::filesystem::path(set) / image.file).string());
+      truth.push_back(image.albedo);
+    }
+  REQUIRE(run_itn(arguments, one_thread).exit_code == 0);
+  const auto guess = nlohmann::json::parse(itn::read_file(run + ".json"));
+  double sum = 0;
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    sum += std::pow(guess["images"][i]["albedo"]["value"].get<double>() - truth[i], 2);
+  return std::sqrt(sum / static_cast<double>(truth.size()));
 }
 
 void refuses(const Strings& arguments, int code, const std::string& word) {
@@ -412,6 +440,44 @@ TEST_CASE("networks trained with the renderer: the image loss falls, and a kille
   REQUIRE(run_itn(arguments("itn", "broken", image_alone), one_thread).exit_code == 0);
   for (const std::string& file : run_files)
     CHECK((itn::read_file(folder / "itn/" + file) == itn::read_file(folder / "broken/" + file)));
+
+  // Without labels: the image loss of held-out images falls, and what images tell best, the albedo, is nearer to the
+  // truth.
+  REQUIRE(run_itn(arguments("rn", "begun", {"--epochs", "12"}), one_thread).exit_code == 0);
+  Strings unlabelled{"train", "--network", "itn", "--unlabelled", folder / "set", "--init", folder / "begun"};
+  unlabelled.insert(unlabelled.end(), {"-o", folder / "unlabelled", "--batch", "12", "--learning-rate", "0.003"});
+  unlabelled.insert(unlabelled.end(), {"--epochs", "16", "--spp", "8", "--quiet"});
+  const std::map<std::string, std::string> first = bytes_after(unlabelled, folder / "unlabelled");
+  const auto record = nlohmann::json::parse(first.at("run.json"));
+  CHECK(record["losses"]["validation"] < 0.5 * record["validation_before"].get<double>());
+  CHECK(!record.contains("validation_rmse"));
+  const double before = error_of_albedo(folder / "set", folder / "begun"),
+               after = error_of_albedo(folder / "set", folder / "unlabelled");
+  CAPTURE(before, after);
+  CHECK(after < 0.7 * before);
+  // Other labels, and killed in between: the same bytes.
+  itn::Manifest set = itn::read_manifest(folder / "set");
+  for (itn::Manifest::Image& image : set.images) {
+    image.sigma_t = 7;
+    image.albedo = 0.5;
+    image.g = 0.1;
+    itn::write_stored(folder / "set", set, image, itn::read_exr(folder / ("set/" + image.file)));
+  }
+  itn::write_manifest(folder / "set", set);
+  std::filesystem::remove_all(folder / "unlabelled");
+  Strings saving = unlabelled;
+  saving.insert(saving.end(), {"--checkpoint-every", "0"});
+  Process process(saving, one_thread);
+  wait_until([&] { return epochs_in(folder / "unlabelled") >= 2; });
+  process.send(SIGKILL);
+  process.wait();
+  CHECK((bytes_after(unlabelled, folder / "unlabelled") == first));
+
+  refuses(arguments("itn", "a", {"--unlabelled", folder / "set"}), 2, "give either");
+  refuses({"train", "--network", "itn", "--unlabelled", folder / "set", "-o", folder / "a"}, 2,
+          "needs a network to begin");
+  refuses({"train", "--network", "rn", "--unlabelled", folder / "set", "-o", folder / "a"}, 2, "needs --network itn");
+  refuses({"train", "--network", "rn", "-o", folder / "a"}, 2, "needs a data set");
 
   refuses(arguments("itn", "a", {"--spp", "1"}), 2, "need 2 to");
   refuses(arguments("itn", "itn", {"--lambda", "1e6", "--epochs", "12", "--spp", "16"}), 2, "another image_loss");
