@@ -143,6 +143,7 @@ void check_outputs(const CommonOptions& options, std::vector<std::string> files,
 }
 
 void check_folder(const std::string& folder) {
+  if (folder.empty()) throw UsageError("the name of a folder to write is empty; choose another name");
   std::error_code error;
   if (std::filesystem::exists(folder, error) && !std::filesystem::is_directory(folder, error))
     throw UsageError(folder + ": is there and no folder; choose another name");

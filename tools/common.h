@@ -55,7 +55,7 @@ void write_json(const CommonOptions& options, const nlohmann::ordered_json& resu
 void check_outputs(const CommonOptions& options, std::vector<std::string> files,
                    const std::vector<std::string>& own = {});
 
-// Asked before anything is read: throws UsageError where what is no folder has the name of an output folder.
+// Asked before anything is read: throws UsageError where an output folder has no name, or that of what is no folder.
 void check_folder(const std::string& folder);
 
 // Throws UsageError where one of the files is the folder or in it, links followed; empty names and "-" are no files.

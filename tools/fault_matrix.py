@@ -5,11 +5,16 @@ calls on files of the working folder count, of operator new those of the program
   - exit code 0 with the bytes of an undisturbed run, or one of the contract with a message that is no "internal error";
   - EINTR and reading or writing less than was asked for are no failures;
   - no temporary file is left, and all that the command reads is as it was;
-  - the same command then ends with the bytes of an undisturbed run.
+  - the same command then ends with the bytes of an undisturbed run. Where the files that are left are those that another fault left, or
+    none, that is known already.
 
-  tools/fault_matrix.py [--jobs render,dataset,...] [--calls open,write,...] [--most N] [--short] [--folder DIR]
+A command calls operator new some thousand times and more: of those from one place in the program, which is where the nearest of its
+functions on the stack are the same, the first fails.
 
-Exit code 1 where anything else happens. --most: of each call and error so many n, evenly spread (default: all; of operator new 40).
+  tools/fault_matrix.py [--jobs render,dataset,...] [--calls open,write,...] [--most N] [--stack N] [--short] [--folder DIR]
+
+Exit code 1 where anything else happens. --most: of each call and error so many n, evenly spread (default: all). --stack: how many functions
+make a place (default: 2; with 1 it is the call alone).
 --short: a handful of n of one command, in seconds."""
 import argparse
 import errno
@@ -38,7 +43,7 @@ ERRORS = {
 HARMLESS = (errno.EINTR, LESS)
 SHORT = {"open": [errno.EMFILE, errno.EINTR], "read": [errno.EIO, LESS], "write": [errno.ENOSPC, LESS], "fsync": [errno.EIO],
          "rename": [errno.EACCES], "close": [errno.EINTR], "new": [errno.ENOMEM]}
-FAILED, BAD_INPUT, GIVEN_UP = 1, 3, 4  # exit codes
+FAILED, BAD_INPUT = 1, 3  # exit codes
 
 
 def arguments():
@@ -46,6 +51,7 @@ def arguments():
     parser.add_argument("--jobs", help="of render, gradient, shapes, dataset, train, predict, export, invert, eval [all]")
     parser.add_argument("--calls", default=",".join(ERRORS))
     parser.add_argument("--most", type=int)
+    parser.add_argument("--stack", type=int, default=2)
     parser.add_argument("--short", action="store_true")
     parser.add_argument("--itn", default=ROOT / "build/bin/itn", type=pathlib.Path)
     parser.add_argument("--fault", default=ROOT / "build/tests/fault/libitn_fault.so", type=pathlib.Path)
@@ -79,24 +85,58 @@ def sums(folder):
     return {name: s for name, s in contents(folder).items() if pathlib.Path(name).name != ".lock"}
 
 
+def state(folder):
+    """What the next command finds there."""
+    return tuple(sorted(str(p.relative_to(folder)) for p in folder.rglob("*"))), tuple(sorted(sums(folder).items()))
+
+
+def evenly(places, most):
+    if not most or len(places) <= most:
+        return places
+    return [places[(2 * i + 1) * len(places) // (2 * most)] for i in range(most)]
+
+
+class Undisturbed:
+    """A command's whole run: sums of the outputs that are the same in two of them, exit code, message, and the calls: of each how many,
+    and the places of operator new, the first call of each by its place's key."""
+
+    def __init__(self, kept, code, message, counted):
+        self.kept, self.code, self.message = kept, code, message
+        rows = [line.split() for line in counted.splitlines()]
+        self.counts = {row[0]: int(row[1]) for row in rows if row[0] != "site"}
+        self.sites = {row[1]: int(row[2]) for row in rows if row[0] == "site"}
+
+    def places(self, call):
+        return sorted(self.sites.values()) if call == "new" else list(range(1, self.counts[call] + 1))
+
+
 class Matrix:
     def __init__(self, options, work):
         self.itn, self.fault, self.work = str(options.itn.resolve()), str(options.fault.resolve()), work
         self.inputs, self.out = work / "inputs", work / "out"
+        self.stack, self.short = options.stack, options.short
+        self.counts = work.parent / (work.name + ".counts")
         self.failures = self.faults = 0
 
-    def itn_with(self, command, call="", at=0, error=0, counts=None):
+    def itn_with(self, command, call="", at=0, error=0, preloaded=True):
         """Exit code and message."""
         environment = {**os.environ, "OMP_NUM_THREADS": "1"}
-        if call or counts:
+        if preloaded:
             environment |= {"LD_PRELOAD": self.fault, "ITN_FAULT_FOLDER": str(self.work), "ITN_FAULT_CALL": call,
-                            "ITN_FAULT_AT": str(at), "ITN_FAULT_ERROR": str(error), "ITN_FAULT_COUNT": str(counts or "")}
+                            "ITN_FAULT_AT": str(at), "ITN_FAULT_ERROR": str(error), "ITN_FAULT_COUNT": str(self.counts),
+                            "ITN_FAULT_STACK": str(self.stack)}
         done = subprocess.run([self.itn, *command, "--quiet"] if "--quiet" not in command else [self.itn, *command],
                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, env=environment, cwd=self.work, timeout=600)
         return done.returncode, done.stderr.decode(errors="replace")
 
+    def counted(self):
+        """What the library has written."""
+        text = self.counts.read_text() if self.counts.exists() else ""
+        self.counts.unlink(missing_ok=True)
+        return text
+
     def whole(self, command):
-        code, message = self.itn_with(command)
+        code, message = self.itn_with(command, preloaded=False)
         if code != 0:
             sys.exit(f"{' '.join(command)}: exit code {code} undisturbed: {message}")
 
@@ -127,72 +167,78 @@ class Matrix:
         self.out.mkdir()
 
     def undisturbed(self, command):
-        """Sums of the outputs that are the same in two runs; and of the calls how many there are."""
         found = []
-        counts = self.work.parent / (self.work.name + ".counts")
-        for call_counts in (None, counts):
+        for counting in (False, True):
             self.clean()
-            code, message = self.itn_with(command, counts=call_counts)
+            code, message = self.itn_with(command, preloaded=counting)
             if code not in (0, FAILED):
                 sys.exit(f"{' '.join(command)}: exit code {code} undisturbed: {message}")
             found.append(sums(self.out))
-        number = {line.split()[0]: int(line.split()[1]) for line in counts.read_text().splitlines()}
-        counts.unlink()
         kept = {name: s for name, s in found[0].items() if found[1].get(name) == s}
         if not kept:
             sys.exit(f"{' '.join(command)}: two whole runs differ: nothing to compare with")
-        return kept, number, code, message
+        return Undisturbed(kept, code, message, self.counted())
 
     def differences(self, kept):
         found = sums(self.out)
         return [name for name in kept if found.get(name) != kept[name]]
 
-    def try_fault(self, job, command, call, n, error, whole):
-        kept, _, whole_code, whole_message = whole
+    def left_behind(self):
+        return [str(f.relative_to(self.work)) for f in self.work.rglob("*.tmp-*")]
+
+    def gone_on_from(self, command, whole):
+        """What is wrong where the same command is called again."""
+        code, message = self.itn_with(command, preloaded=False)
+        wrong = [f"the same command then: exit code {code}: {message.strip()}"] if code != whole.code else []
+        wrong += [f"{name} differs after the same command again" for name in self.differences(whole.kept)]
+        return wrong + [f"then left behind: {f}" for f in self.left_behind()]
+
+    def try_fault(self, job, command, call, n, error, whole, seen):
+        """The place of operator new that has failed. seen: states of the output folder from which the command has gone on."""
         before = sums(self.inputs)
         self.clean()
         self.faults += 1
         code, message = self.itn_with(command, call, n, error)
+        failed = self.counted().removeprefix("failed").strip()
         wrong = []
-        succeeded = code == whole_code and message == whole_message
+        succeeded = code == whole.code and message == whole.message
         if succeeded:
-            wrong += [f"{name} differs from an undisturbed run" for name in self.differences(kept)]
+            wrong += [f"{name} differs from an undisturbed run" for name in self.differences(whole.kept)]
         elif error in HARMLESS:
             wrong.append(f"exit code {code} for what is no failure: {message.strip()}")
-        # Where memory ends within a function that may not throw, as nlohmann's JSON has some, the program ends with a message.
-        elif code not in (FAILED, BAD_INPUT) and not (call == "new" and code == GIVEN_UP):
+        elif code not in (FAILED, BAD_INPUT):
             wrong.append(f"exit code {code}: {message.strip()}")
         elif not message.startswith("itn: ") and "\nitn: " not in message or "internal error" in message:
             wrong.append(f"message: {message.strip()}")
-        wrong += [f"left behind: {f.relative_to(self.work)}" for f in self.work.rglob("*.tmp-*")]
+        wrong += [f"left behind: {f}" for f in self.left_behind()]
         if sums(self.inputs) != before:
             wrong.append("the inputs have changed")
-        if not succeeded:
-            code, message = self.itn_with(command)
-            if code != whole_code:
-                wrong.append(f"the same command then: exit code {code}: {message.strip()}")
-            wrong += [f"{name} differs after the same command again" for name in self.differences(kept)]
-            wrong += [f"then left behind: {f.relative_to(self.work)}" for f in self.work.rglob("*.tmp-*")]
+        if not succeeded and (now := state(self.out)) not in seen:
+            seen.add(now)
+            wrong += self.gone_on_from(command, whole)
         for text in wrong:
             self.failures += 1
             name = errno.errorcode.get(error, "less")
             print(f"{job}: {call} {n} fails with {name}: {text[:600]}", flush=True)
+        return failed
 
     def run(self, job, command, errors, most):
         begin = time.monotonic()
         whole = self.undisturbed(command)
-        faults, tried = self.faults, []
+        self.clean()
+        seen, faults, tried, failed = {state(self.out)}, self.faults, [], set()
         for call in errors:
-            count, limit = whole[1][call], most or (40 if call == "new" else None)
-            if not limit or count <= limit:
-                places = range(1, count + 1)
-            else:
-                places = sorted({1 + (2 * i + 1) * count // (2 * limit) for i in range(limit)})
+            places = whole.places(call)
+            # Of a few the last place: there JSON is destroyed, out of which no exception comes.
+            places = places[-1:] if self.short and call == "new" else evenly(places, most)
             for error in errors[call]:
                 for n in places:
-                    self.try_fault(job, command, call, n, error, whole)
-            tried.append(f"{call} {len(places)} of {count}")
-        print(f"{job}: {self.faults - faults} faults ({', '.join(tried)}) in {time.monotonic() - begin:.0f} s", flush=True)
+                    failed.add(self.try_fault(job, command, call, n, error, whole, seen))
+            tried.append(f"{call} {len(places)} of {whole.counts[call]}")
+            if call == "new":
+                tried[-1] += f", {len(failed & whole.sites.keys())} of {len(whole.sites)} places"
+        print(f"{job}: {self.faults - faults} faults ({', '.join(tried)}), gone on from {len(seen) - 1} states, in "
+              f"{time.monotonic() - begin:.0f} s", flush=True)
 
 
 def main():

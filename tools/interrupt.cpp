@@ -7,6 +7,8 @@
 
 #include <cstdio>
 #include <cstring>
+#include <exception>
+#include <new>
 
 #include "runtime/base/file.h"
 #include "runtime/device/kernel_cache.h"
@@ -20,12 +22,14 @@ static_assert(std::atomic<bool>::is_always_lock_free, "signal handlers may use l
 const char* end_text = "interrupted\n";
 
 // Everything here must be safe in a signal handler.
-void end_now(int) {
+[[noreturn]] void end_with(int code, const char* text) {
   remove_unfinished_file();
-  const auto ignored = write(STDERR_FILENO, end_text, std::strlen(end_text));
+  const auto ignored = write(STDERR_FILENO, text, std::strlen(text));
   (void)ignored;
-  _exit(130);
+  _exit(code);
 }
+
+void end_now(int) { end_with(130, end_text); }
 
 void on_signal(int signal_number) {
   if (interrupted.exchange(true)) end_now(signal_number);
@@ -37,12 +41,21 @@ void on_signal(int signal_number) {
 char abort_text[4096];
 
 // A driver that aborts: PoCL does where a file in its cache is damaged. Only what a signal handler may do.
-void on_abort(int) {
-  remove_unfinished_file();
-  const auto ignored = write(STDERR_FILENO, abort_text, std::strlen(abort_text));
-  (void)ignored;
+[[noreturn]] void on_abort(int) {
   constexpr int device_failure = 4;
-  _exit(device_failure);
+  end_with(device_failure, abort_text);
+}
+
+// An exception where none may pass: memory that ends while JSON is destroyed, for instance.
+[[noreturn]] void on_terminate() {
+  try {
+    if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
+  } catch (const std::bad_alloc&) {
+    constexpr int failed = 1;
+    end_with(failed, "itn: out of memory on the host; use a smaller mesh or image\n");
+  } catch (...) {  // which is no reason to go on
+  }
+  on_abort(SIGABRT);
 }
 
 void handle(int signal_number, void (*handler)(int)) {
@@ -60,7 +73,6 @@ extern "C" [[noreturn]] void __assert_fail(const char* assertion, const char* fi
                                            const char* function) noexcept {
   std::fprintf(stderr, "itn: %s:%u: %s: assertion failed: %s\n", file, line, function, assertion);
   on_abort(SIGABRT);
-  _exit(4);
 }
 
 const std::atomic<bool>& interrupt_flag() { return interrupted; }
@@ -80,6 +92,7 @@ void watch_for_interrupt() {
       "itn: the OpenCL driver, or a library, has given up; if it does so again, remove the folder of compiled "
       "programs: rm -r %s\n",
       kernel_cache_folder().c_str());
+  std::set_terminate(on_terminate);
   handle(SIGABRT, on_abort);
   handle(SIGBUS, on_abort);  // a file of the cache that is cut off
   handle(SIGALRM, end_now);

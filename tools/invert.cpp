@@ -206,7 +206,7 @@ void run(InvertArguments options) {
   const CommonOptions& common = options.common;
   const auto begun = std::chrono::steady_clock::now();
   check_folder(options.folder);
-  check_folder(options.renderings);
+  if (!options.renderings.empty()) check_folder(options.renderings);
   Inputs inputs(Inputs::Keep::fingerprints);
   Scene scene = load_scene(options.scene, common.definition_map(), {.size = options.images.size, .open = common.open});
   for (const std::string& text : scene.warnings) warn(common, text);

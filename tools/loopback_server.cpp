@@ -9,7 +9,9 @@
 #include <boost/beast/http.hpp>
 #include <chrono>
 #include <condition_variable>
+#include <list>
 #include <mutex>
+#include <optional>
 #include <system_error>
 #include <thread>
 
@@ -23,10 +25,11 @@ namespace beast = boost::beast;
 namespace http = boost::beast::http;
 using tcp = asio::ip::tcp;
 using Code = boost::system::error_code;
+using Clock = std::chrono::steady_clock;
 
 constexpr std::uint32_t longest_header = 16 << 10;
 constexpr std::uint64_t longest_body = 64 << 10;
-constexpr int most_connections = 32;
+constexpr std::size_t most_connections = 32;
 constexpr auto request_limit = std::chrono::seconds(10), answer_limit = std::chrono::seconds(30);
 constexpr auto poll = std::chrono::milliseconds(100);
 
@@ -88,9 +91,16 @@ struct LoopbackServer::State {
   Handler handler;
   std::string token = random_token();
   std::atomic<bool> stopping{false};
-  std::mutex mutex;
+
+  // Each is talked to by a thread of its own.
+  struct Connection {
+    asio::io_context context;
+    beast::tcp_stream stream{context};
+    std::optional<Clock::time_point> waiting = Clock::now();  // for a request, since when
+  };
+  std::mutex mutex;  // of the list, and of `waiting`
+  std::list<Connection> connections;
   std::condition_variable ended;
-  int connections = 0;
 
   int port() { return acceptor.local_endpoint().port(); }
   bool is_own_name(const std::string& host) {
@@ -131,27 +141,35 @@ struct LoopbackServer::State {
 
   // Runs what has been begun on the stream, and nothing else, to its end or its time limit.
   template <class Begin>
-  Code wait_for(asio::io_context& context, beast::tcp_stream& stream, std::chrono::seconds limit, const Begin& begin) {
+  Code wait_for(Connection& connection, std::chrono::seconds limit, const Begin& begin) {
     Code result;
-    stream.expires_after(limit);
+    connection.stream.expires_after(limit);
     begin([&result](Code code, std::size_t) { result = code; });
+    asio::io_context& context = connection.context;
     context.restart();
     while (!context.stopped()) {
       context.run_for(poll);
-      if (stopping && !context.stopped()) stream.cancel();
+      if (stopping && !context.stopped()) connection.stream.cancel();
     }
     return result;
   }
 
-  void converse(tcp::socket&& accepted, asio::io_context& context) {
-    beast::tcp_stream stream(std::move(accepted));
+  void set_waiting(Connection& connection, std::optional<Clock::time_point> since) {
+    const std::lock_guard lock(mutex);
+    connection.waiting = since;
+  }
+
+  void converse(Connection& connection) {
+    beast::tcp_stream& stream = connection.stream;
     beast::flat_buffer buffer(longest_header + longest_body);
     for (bool alive = true; alive && !stopping;) {
       http::request_parser<http::string_body> parser;
       parser.header_limit(longest_header);
       parser.body_limit(longest_body);
+      set_waiting(connection, Clock::now());
       const Code read =
-          wait_for(context, stream, request_limit, [&](auto done) { http::async_read(stream, buffer, parser, done); });
+          wait_for(connection, request_limit, [&](auto done) { http::async_read(stream, buffer, parser, done); });
+      set_waiting(connection, std::nullopt);
       WebResponse made;
       if (read == http::error::header_limit || read == http::error::body_limit ||
           read == http::error::buffer_overflow) {
@@ -169,43 +187,55 @@ struct LoopbackServer::State {
       }
       http::response<http::string_body> response = response_of(std::move(made), 11, alive);
       if (parser.is_header_done() && parser.get().method() == http::verb::head) response.body().clear();
-      if (wait_for(context, stream, answer_limit, [&](auto done) { http::async_write(stream, response, done); })) break;
+      if (wait_for(connection, answer_limit, [&](auto done) { http::async_write(stream, response, done); })) break;
     }
     Code ignored;
     stream.socket().shutdown(tcp::socket::shutdown_send, ignored);
   }
 
-  void serve(tcp::socket&& socket, std::unique_ptr<asio::io_context> context) {
+  void serve(std::list<Connection>::iterator connection) {
     try {
-      converse(std::move(socket), *context);
+      converse(*connection);
     } catch (const std::exception&) {
       // A connection that fails, for lack of memory too, is its client's loss alone.
     }
+    forget(connection);
+  }
+
+  void forget(std::list<Connection>::iterator connection) {
     const std::lock_guard lock(mutex);
-    --connections;
+    connections.erase(connection);
     ended.notify_all();
   }
 
-  // Of its own, for the thread that talks to it.
+  // Ends the connection whose request has been waited for longest: clients that send nothing, or slowly, keep no other
+  // one out. False: each has its request.
+  bool make_room(std::unique_lock<std::mutex>& lock) {
+    Connection* longest = nullptr;
+    for (Connection& c : connections)
+      if (c.waiting && (!longest || *c.waiting < *longest->waiting)) longest = &c;
+    if (!longest) return false;
+    longest->waiting.reset();
+    asio::post(longest->context, [longest] { longest->stream.cancel(); });
+    return ended.wait_for(lock, poll, [&] { return connections.size() < most_connections; });
+  }
+
   void accept() {
-    auto context = std::make_unique<asio::io_context>();
-    tcp::socket socket(*context);
+    std::list<Connection> made(1);
+    const auto connection = made.begin();
     Code code;
-    acceptor.accept(socket, code);
+    acceptor.accept(connection->stream.socket(), code);
     if (code) return;
+    connection->stream.socket().set_option(tcp::no_delay(true), code);
     {
-      const std::lock_guard lock(mutex);
-      if (connections == most_connections) return;  // closed
-      ++connections;
+      std::unique_lock lock(mutex);
+      if (connections.size() >= most_connections && !make_room(lock)) return;  // closed
+      connections.splice(connections.end(), made);
     }
-    socket.set_option(tcp::no_delay(true), code);
     try {
-      std::thread([this, s = std::move(socket), c = std::move(context)]() mutable {
-        serve(std::move(s), std::move(c));
-      }).detach();
+      std::thread([this, connection] { serve(connection); }).detach();
     } catch (const std::system_error&) {  // no more threads: closed
-      const std::lock_guard lock(mutex);
-      --connections;
+      forget(connection);
     }
   }
 };
@@ -217,7 +247,7 @@ LoopbackServer::LoopbackServer(int port, Handler handler) : state_(std::make_uni
   state_->acceptor.open(here.protocol(), code);
   if (!code) state_->acceptor.set_option(tcp::acceptor::reuse_address(true), code);
   if (!code) state_->acceptor.bind(here, code);
-  if (!code) state_->acceptor.listen(most_connections, code);
+  if (!code) state_->acceptor.listen(asio::socket_base::max_listen_connections, code);
   if (!code) state_->acceptor.non_blocking(true, code);
   if (code) throw ResultError(fmt::format("port {}: cannot be listened on; {}", port, code.message()));
 }
@@ -245,7 +275,7 @@ void LoopbackServer::run(const std::atomic<bool>& stop) {
   s.acceptor.close(ignored);
   s.stopping = true;
   std::unique_lock lock(s.mutex);
-  s.ended.wait(lock, [&] { return s.connections == 0; });
+  s.ended.wait(lock, [&] { return s.connections.empty(); });
 }
 
 }  // namespace itn::tools

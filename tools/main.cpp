@@ -16,6 +16,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/input_errors.h"
 #include "runtime/base/printable.h"
 #include "runtime/cluster/local_ranks.h"
 #include "runtime/cluster/mpi_ranks.h"
@@ -28,6 +29,8 @@
 
 namespace {
 
+using itn::printable, itn::printable_lines;
+
 // What scripts may rely on.
 enum ExitCode { done = 0, failed = 1, bad_command_line = 2, bad_input = 3, device_failure = 4, interrupted = 130 };
 
@@ -37,16 +40,16 @@ std::unique_ptr<itn::StartedRanks> ranks;  // none: the program was started once
 
 // What all ranks have found wrong the first says; what only another has found, that one says a moment later, unless it
 // was ended by then.
-void say(ExitCode code, const char* text) {
+void say(ExitCode code, const std::string& text) {
   const bool is_other = ranks && !ranks->is_first();
   if (is_other && code == interrupted) return;
   if (is_other) std::this_thread::sleep_for(std::chrono::seconds(1));
   const std::string who = ranks && !ranks->alone() ? "rank " + std::to_string(ranks->rank()) + ": " : "";
-  std::fprintf(stderr, "itn: %s%s\n", who.c_str(), itn::printable(text).c_str());
+  std::fprintf(stderr, "itn: %s%s\n", who.c_str(), text.c_str());
 }
 
 // An interrupted command may fail in other ways first: a driver whose compiler was interrupted reports a failed build.
-int report(ExitCode code, const char* text) {
+int report(ExitCode code, std::string text) {
   if (itn::tools::interrupt_flag()) {
     code = interrupted;
     text = ranks && !ranks->alone() ? ended_with_others : "interrupted";
@@ -104,7 +107,7 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    return report(bad_command_line, (describe(app, error, argc > 1 ? argv[1] : "") + "; see itn --help").c_str());
+    return report(bad_command_line, printable(describe(app, error, argc > 1 ? argv[1] : "")) + "; see itn --help");
   }
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
     throw itn::ResultError("standard output: cannot be written; is the disk full?");
@@ -157,6 +160,7 @@ void take_device(std::vector<std::string>& arguments) {
 
 int run_and_report(int argc, char** argv) {
   try {
+    if (argc > 1 && std::string_view(argv[1]) == "train") itn::tools::wait_asleep(argv);
     std::vector<std::string> arguments(argv, argv + argc);
     ranks = itn::join_ranks(itn::tools::interrupt_flag());
     take_device(arguments);
@@ -170,35 +174,35 @@ int run_and_report(int argc, char** argv) {
     for (std::string& argument : arguments) pointers.push_back(argument.data());
     return run(argc, pointers.data());
   } catch (const itn::UsageError& error) {
-    return report(bad_command_line, error.what());
+    return report(bad_command_line, printable_lines(error.what()));
+  } catch (const itn::InputErrors& error) {
+    return report(bad_input, printable_lines(error.what()));
   } catch (const itn::InputError& error) {
-    return report(bad_input, error.what());
+    return report(bad_input, printable(error.what()));
   } catch (const itn::DeviceError& error) {
-    return report(device_failure, error.what());
+    return report(device_failure, printable_lines(error.what()));
   } catch (const itn::Interrupted& error) {
     return report(interrupted, error.what());
   } catch (const itn::ResultError& error) {
-    return report(failed, error.what());
+    return report(failed, printable(error.what()));
   } catch (const cl::Error& error) {
-    return report(device_failure,
-                  (std::string(error.what()) + ": OpenCL error " + std::to_string(error.err())).c_str());
+    return report(device_failure, std::string(error.what()) + ": OpenCL error " + std::to_string(error.err()));
   } catch (const std::filesystem::filesystem_error& error) {
-    return report(failed, (error.path1().string() + ": cannot be reached; " + error.code().message()).c_str());
+    return report(failed, printable(error.path1().string()) + ": cannot be reached; " + error.code().message());
   } catch (const std::system_error& error) {  // of fmt::print
     if (std::ferror(stdout) != 0)
       return report(failed, "standard output: cannot be written; is the disk full or the reader gone?");
-    return report(failed, (std::string("the system refuses: ") + error.what()).c_str());
+    return report(failed, std::string("the system refuses: ") + error.what());
   } catch (const std::bad_alloc&) {
     return report(failed, "out of memory on the host; use a smaller mesh or image");
   } catch (const std::exception& error) {
-    return report(failed, (std::string("internal error, please report it: ") + error.what()).c_str());
+    return report(failed, std::string("internal error, please report it: ") + printable(error.what()));
   }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc > 1 && std::string_view(argv[1]) == "train") itn::tools::wait_asleep(argv);
   itn::tools::open_standard_files();
   const int code = run_and_report(argc, argv);
   if (ranks && code != done) ranks->end_all(code);

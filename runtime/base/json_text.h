@@ -10,18 +10,27 @@
 
 namespace itn {
 
-// Throws InputError: brackets nest deeper than anything that is read here. Copies and comparisons recurse.
-void check_nesting(std::string_view json, const std::string& file);
+// Throws InputError: brackets nest deeper than anything that is read here (copies and comparisons recurse), or an
+// object has a member twice. Says nothing of what is no JSON.
+void check_structure(std::string_view json, const std::string& file);
 
 // Throws InputError, which names the file, where it is no JSON.
 template <class Json>
 Json parse_json(std::string_view text, const std::string& file) {
-  check_nesting(text, file);
+  check_structure(text, file);
   try {
     return Json::parse(text);
   } catch (const typename Json::exception& error) {
     throw InputError(file + ": is no JSON; " + error.what());
   }
+}
+
+// The object of that name within an object, made where there is none. json[a][b] = c makes one too, but where memory
+// ends while it does, what it leaves behind crashes when it is destroyed.
+template <class Json>
+Json& object_in(Json& json, const std::string& name) {
+  if (!json.contains(name)) json[name] = Json::object();
+  return json[name];
 }
 
 // A whole number of that type. Where it is another one, of a fraction, too large or negative, get<Whole>() would make

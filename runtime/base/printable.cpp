@@ -25,7 +25,7 @@ std::size_t character_size(std::string_view text) {
 
 bool is_control(std::string_view character) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(character[i]); };
-  if (character.size() == 1) return (byte(0) < ' ' && byte(0) != '\n') || byte(0) == 0x7f;
+  if (character.size() == 1) return byte(0) < ' ' || byte(0) == 0x7f;
   return character.size() == 2 && byte(0) == 0xc2 && byte(1) < 0xa0;  // the second set of them, from 0x80
 }
 
@@ -36,19 +36,34 @@ bool turns_text(std::string_view character) {
          (character >= "\u202a" && character <= "\u202e") || (character >= "\u2066" && character <= "\u2069");
 }
 
-std::string escaped(std::string_view text) {
+enum class LineEnds { stay, are_written };
+
+std::string escaped(std::string_view text, LineEnds line_ends) {
   std::string out;
   out.reserve(text.size());
   while (!text.empty()) {
     const std::size_t size = character_size(text);
     const std::string_view character = text.substr(0, std::max<std::size_t>(size, 1));
-    if (size == 0 || is_control(character) || turns_text(character))
+    if (character == "\n")
+      out += line_ends == LineEnds::stay ? "\n" : "\\n";
+    else if (size == 0 || is_control(character) || turns_text(character))
       for (const char c : character) out += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
     else
       out += character;
     text.remove_prefix(character.size());
   }
   return out;
+}
+
+std::string shortened(std::string_view text, std::size_t most, LineEnds line_ends) {
+  if (text.size() <= most) return escaped(text, line_ends);
+  // Where it begins says where the fault is, where it ends what to do. Cut between characters.
+  std::size_t begin = most * 3 / 4, end = text.size() - most / 4;
+  const auto is_inside = [&](std::size_t at) { return (static_cast<unsigned char>(text[at]) & 0xc0) == 0x80; };
+  for (int i = 0; i < 3 && is_inside(begin); ++i) --begin;
+  for (int i = 0; i < 3 && end < text.size() && is_inside(end); ++i) ++end;
+  return fmt::format("{} ... ({} bytes left out) ... {}", escaped(text.substr(0, begin), line_ends), end - begin,
+                     escaped(text.substr(end), line_ends));
 }
 
 }  // namespace
@@ -62,15 +77,8 @@ bool is_utf8(std::string_view text) {
   return true;
 }
 
-std::string printable(std::string_view text, std::size_t most) {
-  if (text.size() <= most) return escaped(text);
-  // Where it begins says where the fault is, where it ends what to do. Cut between characters.
-  std::size_t begin = most * 3 / 4, end = text.size() - most / 4;
-  const auto is_inside = [&](std::size_t at) { return (static_cast<unsigned char>(text[at]) & 0xc0) == 0x80; };
-  for (int i = 0; i < 3 && is_inside(begin); ++i) --begin;
-  for (int i = 0; i < 3 && end < text.size() && is_inside(end); ++i) ++end;
-  return fmt::format("{} ... ({} bytes left out) ... {}", escaped(text.substr(0, begin)), end - begin,
-                     escaped(text.substr(end)));
-}
+std::string printable(std::string_view text, std::size_t most) { return shortened(text, most, LineEnds::are_written); }
+
+std::string printable_lines(std::string_view text, std::size_t most) { return shortened(text, most, LineEnds::stay); }
 
 }  // namespace itn

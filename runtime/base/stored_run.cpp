@@ -31,7 +31,7 @@ StoredRun::StoredRun(std::string file, std::string schema, std::string job)
     : file_(std::move(file)), schema_(std::move(schema)), job_(std::move(job)) {
   if (!is_there(file_)) return;
   const std::string text = read_file(file_);
-  check_nesting(text, file_);
+  check_structure(text, file_);
   stored_ = Json::parse(text, nullptr, false);
   const auto has = [&](const char* key) { return stored_.is_object() && stored_.contains(key); };
   if (!has("schema") || stored_["schema"] != schema_ || !has("request") || !stored_["request"].is_object()) refuse();

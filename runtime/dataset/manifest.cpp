@@ -229,7 +229,7 @@ Json json_of(const Manifest::Shape& shape) {
 }
 
 Json json_of(const Manifest::Light& light) {
-  Json json;
+  Json json = Json::object();
   if (light.environment) json = {{"environment", light.environment->file}, {"scale", light.environment->scale}};
   json["azimuth"] = light.azimuth;
   if (!light.environment) json["zenith"] = light.zenith;

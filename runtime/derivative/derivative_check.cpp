@@ -132,9 +132,10 @@ void run_check(const Device& device, const Scene& scene, const RenderOptions& op
 nlohmann::ordered_json to_json(const DerivativeCheck& check, const std::string& scene, const Device& device) {
   nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
   for (const DerivativeCheck::OfParameter& of : check.checks) {
-    nlohmann::ordered_json& json = parameters[of.parameter.name];
-    json["value"] = of.parameter.value;
-    json["step"] = of.stencil.step;
+    nlohmann::ordered_json json{{"value", of.parameter.value}, {"step", of.stencil.step}};
+    for (const char* list : {"derivative", "derivative_stderr", "difference", "difference_stderr", "z", "stderr",
+                             "pixels", "pixels_beyond_95"})
+      json[list] = nlohmann::ordered_json::array();
     for (const auto& c : of.channels) {
       json["derivative"].push_back(c.derivative);
       json["derivative_stderr"].push_back(c.derivative_stderr);
@@ -146,6 +147,7 @@ nlohmann::ordered_json to_json(const DerivativeCheck& check, const std::string& 
       json["pixels_beyond_95"].push_back(c.beyond_95);
     }
     json["passed"] = of.passed;
+    parameters[of.parameter.name] = std::move(json);
   }
   nlohmann::ordered_json not_differentiable = nlohmann::ordered_json::object();
   for (const Parameter& p : check.not_differentiable) not_differentiable[p.name] = p.not_differentiable;

@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "runtime/base/json_text.h"
 #include "runtime/base/statistics.h"
 #include "runtime/evaluation/claims.h"
 #include "runtime/evaluation/paper.h"
@@ -27,19 +28,19 @@ Json to_json(const Runs& runs, Average how, const Resampling& resampling) {
 Json table1_json(const Evaluation& e) {
   Json table = Json::object();
   for (const ParameterErrors& errors : e.errors) {
-    Json& subset = table[errors.name];
+    Json& subset = object_in(table, errors.name);
     subset["images"] = errors.images;
     subset["cells"] = errors.cells;
     for (const auto& [who, squares] : errors.squares)
       for (std::size_t p = 0; p < 3; ++p)
-        subset[who][parameter_names[p]] = to_json(squares[p], Average::root_of_mean, e.resampling);
+        object_in(subset, who)[parameter_names[p]] = to_json(squares[p], Average::root_of_mean, e.resampling);
     if (e.kind("rn") && e.kind("itn"))
       for (std::size_t p = 0; p < 3; ++p)
-        subset["itn/rn"][parameter_names[p]] = to_json(
+        object_in(subset, "itn/rn")[parameter_names[p]] = to_json(
             ratio(errors.squares.at("itn")[p], errors.squares.at("rn")[p], Average::root_of_mean, e.resampling));
   }
   for (const auto& [subset, figures] : {std::pair{"training", &paper_training}, {"testing", &paper_testing}})
-    for (const auto& [kind, values] : *figures) table[subset]["paper"][kind] = values;
+    for (const auto& [kind, values] : *figures) object_in(object_in(table, subset), "paper")[kind] = values;
   return table;
 }
 
@@ -47,7 +48,7 @@ Json coverage_json(const Evaluation& e) {
   Json table = Json::object();
   for (const ParameterErrors& errors : e.errors)
     for (const auto& [kind, coverage] : errors.coverage) {
-      Json& of_kind = table[errors.name][kind];
+      Json& of_kind = object_in(object_in(table, errors.name), kind);
       for (std::size_t p = 0; p < 3; ++p) {
         of_kind[parameter_names[p]] = to_json(coverage.held[p], Average::mean, e.resampling);
         of_kind[parameter_names[p]]["ranks"] = coverage.ranks[p];
@@ -60,22 +61,22 @@ Json coverage_json(const Evaluation& e) {
 Json table2_json(const Evaluation& e) {
   Json table{{"spp", e.spp}};
   for (const bool training : {true, false}) {
-    Json& subset = table[training ? "training" : "testing"];
+    Json& subset = object_in(table, training ? "training" : "testing");
     std::vector<std::string> all{"truth"};
     for (const Kind& kind : e.kinds) all.push_back(kind.name);
     for (const std::string& who : all)
       subset[who] = {{"rmse", to_json(e.appearance(who, training, false), Average::root_of_mean, e.resampling)},
                      {"1-ms_ssim", to_json(e.appearance(who, training, true), Average::mean, e.resampling)}};
     for (const auto& [kind, values] : training ? paper_training_images : paper_testing_images)
-      subset["paper"][kind] = values;
+      object_in(subset, "paper")[kind] = values;
   }
   Json& images = table["images"] = Json::array();
   for (const RerenderedResult& r : e.rerendered) {
     Json image{{"file", r.target.image.file}, {"split", split_name(r.target.image.split)}};
     for (std::size_t p = 0; p < 3; ++p) {
       const auto k = static_cast<Eigen::Index>(p);
-      image["limit"][parameter_names[p]] = {{"image", json_number(std::sqrt(r.bound.image[k]))},
-                                            {"with_prior", json_number(std::sqrt(r.bound.with_prior[k]))}};
+      object_in(image, "limit")[parameter_names[p]] = {{"image", json_number(std::sqrt(r.bound.image[k]))},
+                                                       {"with_prior", json_number(std::sqrt(r.bound.with_prior[k]))}};
     }
     const auto difference = [](const Difference& d) {
       return Json{{"mean_square", json_number(d.mean_square)},
@@ -106,13 +107,16 @@ Json table3_json(const Evaluation& e) {
       Json medians{{"iteration", record.iteration}};
       for (std::size_t what = 0; what < 4; ++what)
         medians[names[what]] = json_number(median(e.synthesis_errors(record, what)));
-      table["medians"][s.start].push_back(medians);
+      Json& of_start = object_in(table, "medians")[s.start];
+      if (of_start.is_null()) of_start = Json::array();
+      of_start.push_back(medians);
     }
-  for (std::size_t what = 0; what < 3; ++what) table["limit"][names[what]] = json_number(e.synthesis_limit(what));
+  for (std::size_t what = 0; what < 3; ++what)
+    object_in(table, "limit")[names[what]] = json_number(e.synthesis_limit(what));
   if (e.synthesis("rn") && e.synthesis("itn"))
     for (std::size_t what = 0; what < 4; ++what) {
       const int reached = iterations_to_reach(e, what);
-      table["itn_reaches_rn_after"][names[what]] = reached < 0 ? Json() : Json(reached);
+      object_in(table, "itn_reaches_rn_after")[names[what]] = reached < 0 ? Json() : Json(reached);
     }
   return table;
 }

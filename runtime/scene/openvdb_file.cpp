@@ -211,13 +211,6 @@ PlacedGrid from_bytes(const std::string& bytes) {
   return placed;
 }
 
-// A broken file's names may be anything.
-std::string printable(std::string text) {
-  for (char& c : text)
-    if (c < ' ' || c > '~') c = '?';
-  return text;
-}
-
 }  // namespace
 
 PlacedGrid read_openvdb_file(const std::string& file, const std::string& name, VoxelValues allowed, int bits) {
@@ -234,7 +227,7 @@ PlacedGrid read_openvdb_file(const std::string& file, const std::string& name, V
       }
     });
   } catch (const InputError& error) {
-    fail(file, printable(error.what()));
+    fail(file, error.what());
   }
   input.note();
   PlacedGrid placed = from_bytes(bytes);

@@ -10,6 +10,7 @@
 #include "network/threads.h"
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/json_text.h"
 #include "runtime/base/version.h"
 #include "runtime/training/trained_network.h"
 
@@ -285,8 +286,9 @@ Json TrainingRun::record() const {
   json["best_epoch"] = trainer_->best_epoch() + 1;
   json["losses"] = to_json(trainer_->curve()[trainer_->best_epoch()], has_image_loss());
   for (std::size_t i = 0; i < errors_.size(); ++i)
-    json["validation_rmse"][network_->description().outputs[i].name] = errors_[i];
-  for (std::size_t i = 0; i < spread_.size(); ++i) json["spread"][network_->description().outputs[i].name] = spread_[i];
+    object_in(json, "validation_rmse")[network_->description().outputs[i].name] = errors_[i];
+  for (std::size_t i = 0; i < spread_.size(); ++i)
+    object_in(json, "spread")[network_->description().outputs[i].name] = spread_[i];
   return json;
 }
 

@@ -31,3 +31,12 @@ TEST_CASE("whole numbers are taken as they stand or refused") {
 TEST_CASE("what is no JSON is an input error that names the file") {
   CHECK_THROWS_WITH(parse_json<nlohmann::json>("{", "a.json"), Catch::Contains("a.json: is no JSON"));
 }
+
+TEST_CASE("a member that an object has twice is refused by its name, however it is written") {
+  const auto parse = [](const char* text) { return parse_json<nlohmann::ordered_json>(text, "a.json"); };
+  for (const char* text :
+       {R"({"size": 8, "size": 16})", R"([{"b": {"size": 1}}, {"b": [{"a": 0, "size": 1, "size": 1}]}])",
+        R"({"size": 8, "s\u0069ze": null})"})
+    CHECK_THROWS_WITH(parse(text), Catch::Contains("a.json") && Catch::Contains("\"size\" twice"));
+  CHECK(parse(R"([{"size": 8}, {"size": {"size": 8}, "Size": 1}])").size() == 2);
+}

@@ -5,7 +5,8 @@
 using namespace itn;
 
 TEST_CASE("what could act on a terminal is written out, other characters stay") {
-  CHECK(printable("a\x1b[31mb\nc") == "a\\x1b[31mb\nc");
+  CHECK(printable("a\x1b[31mb\nc") == "a\\x1b[31mb\\nc");
+  CHECK(printable_lines("a\x1b[31mb\nc") == "a\\x1b[31mb\nc");
   CHECK(printable("\xc2\x9b"
                   "2J") == "\\xc2\\x9b2J");
   CHECK(printable("Größe \xe2\x82\xac \xf0\x9f\x98\x80") == "Größe \xe2\x82\xac \xf0\x9f\x98\x80");

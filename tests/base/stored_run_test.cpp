@@ -36,6 +36,13 @@ TEST_CASE("a run that was stored goes on with the same request, in whatever orde
     CHECK_NOTHROW(after.require_same(same));
 }
 
+TEST_CASE("a run with a member twice is refused by its name") {
+  const TemporaryFolder folder;
+  const std::string file = folder / "run.json";
+  write_file(file, R"({"schema": "test/1", "request": {"seed": 1, "seed": 2}})");
+  CHECK_THROWS_WITH(open(file), Contains("\"seed\" twice"));
+}
+
 TEST_CASE("a run of which any character has changed is refused, or says the same") {
   const TemporaryFolder folder;
   const std::string file = folder / "run.json";

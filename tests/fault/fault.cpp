@@ -2,14 +2,16 @@
 // fails. Calls on other files, as those of the loader and of the OpenCL driver, neither count nor fail.
 //
 //   ITN_FAULT_FOLDER  the folder, absolute and without links
-//   ITN_FAULT_CALL    open, read, write, fsync, rename, close, mkdir or new: C++'s operator new where the program
-//   itself
+//   ITN_FAULT_CALL    open, read, write, fsync, rename, close, mkdir or new: operator new where the program itself
 //                     calls it, from the beginning of main() on: before that it can say nothing
 //   ITN_FAULT_AT      which call, from 1 on; 0: none
 //   ITN_FAULT_ERROR   a number of errno, with which it fails; 0: it reads or writes one byte alone
 //   ITN_FAULT_COUNT   a file that gets a line for each of these calls at the end of the program: its name and how often
-//   it was called
+//                     it was called. Of new also a line "site KEY FIRST LAST" for each place in the program that calls
+//                     it: which the first and the last of its calls were; and "failed KEY" when the call fails
+//   ITN_FAULT_STACK   how many of the nearest functions of the program on the stack make a place
 #include <dlfcn.h>
+#include <execinfo.h>
 #include <fcntl.h>
 #include <link.h>
 #include <sys/stat.h>
@@ -25,6 +27,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <mutex>
 #include <new>
 
 namespace {
@@ -39,6 +42,7 @@ struct Plan {
   const char* call = setting("ITN_FAULT_CALL");
   long at = std::atol(setting("ITN_FAULT_AT"));
   int error = std::atoi(setting("ITN_FAULT_ERROR"));
+  int stack = std::atoi(setting("ITN_FAULT_STACK"));
   const char* count_file = setting("ITN_FAULT_COUNT");
 };
 
@@ -51,11 +55,10 @@ enum Call { open_call, read_call, write_call, fsync_call, rename_call, close_cal
 constexpr std::array<const char*, calls> names{"open", "read", "write", "fsync", "rename", "close", "mkdir", "new"};
 std::array<std::atomic<long>, calls> counts{};
 
+bool is_planned(Call call, long n) { return n == plan().at && std::strcmp(names[call], plan().call) == 0; }
+
 // Counts a call. Is it the one that fails?
-bool fails(Call call) {
-  const long n = ++counts[call];
-  return n == plan().at && std::strcmp(names[call], plan().call) == 0;
-}
+bool fails(Call call) { return is_planned(call, ++counts[call]); }
 
 bool is_in_folder(const char* path) {
   const std::size_t length = std::strlen(plan().folder);
@@ -129,7 +132,78 @@ struct Code {
         },
         this);
   }
+  bool has(const void* address) const {
+    const auto at = reinterpret_cast<std::uintptr_t>(address);
+    return at >= begin && at < end;
+  }
 };
+
+const Code& code() {
+  static const Code one;
+  return one;
+}
+
+// Places that call operator new: the same where the nearest functions of the program on the stack are the same.
+class Sites {
+ public:
+  using Key = std::uint64_t;
+
+  static Key here() {
+    std::array<void*, 64> stack{};
+    const int size = backtrace(stack.data(), stack.size());
+    Key key = 14695981039346656037U;
+    for (int i = 0, found = 0; i < size && found < plan().stack; ++i) {
+      if (!code().has(stack[static_cast<std::size_t>(i)])) continue;
+      ++found;
+      key = (key ^ (reinterpret_cast<std::uintptr_t>(stack[static_cast<std::size_t>(i)]) - code().begin)) *
+            1099511628211U;
+    }
+    return key;
+  }
+
+  void note(Key key, long n) {
+    const std::lock_guard lock(mutex_);
+    for (std::size_t i = key % most;; i = (i + 1) % most) {
+      Site& site = sites_[i];
+      if (site.first == 0) {
+        if (++count_ == most) std::abort();
+        site = {key, n, n};
+      }
+      if (site.key != key) continue;
+      site.last = n;
+      return;
+    }
+  }
+
+  void write(int file) {
+    for (const Site& site : sites_)
+      if (site.first > 0) dprintf(file, "site %lx %ld %ld\n", site.key, site.first, site.last);
+  }
+
+ private:
+  struct Site {
+    Key key;
+    long first, last;
+  };
+  static constexpr std::size_t most = 1 << 15;
+  std::mutex mutex_;
+  std::array<Site, most> sites_{};
+  std::size_t count_ = 0;
+};
+
+Sites sites;
+
+int count_file(int flags) {
+  return next<int(const char*, int, mode_t)>("open")(plan().count_file, O_WRONLY | O_CREAT | flags, 0644);
+}
+
+// At once: the program may have no proper end.
+void note_failure() {
+  const int file = count_file(O_APPEND);
+  if (file < 0) return;
+  dprintf(file, "failed %lx\n", Sites::here());
+  next<int(int)>("close")(file);
+}
 
 using Main = int(int, char**, char**);
 Main* real_main = nullptr;
@@ -141,23 +215,23 @@ int begin_main(int argc, char** argv, char** environment) {
 }
 
 void* allocated(std::size_t size, const void* caller) {
-  static const Code code;
-  const auto at = reinterpret_cast<std::uintptr_t>(caller);
-  if (has_begun && at >= code.begin && at < code.end && fails(new_call)) return nullptr;
+  if (has_begun && code().has(caller)) {
+    const long n = ++counts[new_call];
+    if (is_planned(new_call, n)) {
+      note_failure();
+      return nullptr;
+    }
+    if (plan().at == 0) sites.note(Sites::here(), n);
+  }
   return std::malloc(size == 0 ? 1 : size);
 }
 
 [[gnu::destructor]] void report() {
-  if (plan().count_file[0] == '\0') return;
-  std::array<char, 512> text{};
-  int size = 0;
-  for (std::size_t i = 0; i < calls; ++i)
-    size += std::snprintf(text.data() + size, text.size() - static_cast<std::size_t>(size), "%s %ld\n", names[i],
-                          counts[i].load());
-  const int file = next<int(const char*, int, mode_t)>("open")(plan().count_file, O_WRONLY | O_CREAT | O_TRUNC, 0644);
+  if (plan().count_file[0] == '\0' || plan().at > 0) return;
+  const int file = count_file(O_TRUNC);
   if (file < 0) return;
-  if (next<ssize_t(int, const void*, std::size_t)>("write")(file, text.data(), static_cast<std::size_t>(size)) != size)
-    std::abort();
+  for (std::size_t i = 0; i < calls; ++i) dprintf(file, "%s %ld\n", names[i], counts[i].load());
+  sites.write(file);
   next<int(int)>("close")(file);
 }
 

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -47,7 +48,9 @@ TEST_CASE("no output goes over an input or another output") {
            {"train", "set", "--network", "rn", "-o", scene.file},
            {"eval", "set", "run", "-o", scene.file},
            {"gradient", scene.file, "--target", "x", "--parameter", "y", "-o", scene.file},
-           {"invert", scene.file, "--target", "x", "--parameter", "y", "-o", scene.file}}) {
+           {"invert", scene.file, "--target", "x", "--parameter", "y", "-o", scene.file},
+           {"shapes", "-o", ""},
+           {"dataset", "tiny", "-o", ""}}) {
     const Result result = run_itn(arguments);
     CAPTURE(arguments.front(), result.error);
     CHECK(result.exit_code == 2);
@@ -107,6 +110,17 @@ TEST_CASE("an argument that is no UTF-8 is refused, and messages hold no termina
   const Result result = run_itn({"parameters", scene.file});
   CHECK(result.exit_code == 3);
   CHECK(result.error.size() < 5000);
+}
+
+TEST_CASE("ends of lines in names are written out, so that messages have the lines that they were given") {
+  CHECK_THAT(run_itn({"parameters", "a\nitn: b.xml"}).error, Contains("a\\nitn: b.xml"));
+  CHECK_THAT(run_itn({"export", "a\nb", "-o", "a.onnx"}).error, Contains("a\\nb"));
+  const OwnScene scene;
+  itn::write_file(scene.file, R"(<scene version="3.0.0"><shape type="a&#10;b"/><bsdf type="c"/></scene>)");
+  const Result result = run_itn({"parameters", scene.file});
+  CHECK(result.exit_code == 3);
+  CHECK_THAT(result.error, Contains("\"a\\nb\"") && Contains("\"c\""));
+  CHECK(std::count(result.error.begin(), result.error.end(), '\n') == 2);
 }
 
 TEST_CASE("--spp 1 makes no data set") {

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <tuple>
 
+#include "runtime/base/input_errors.h"
+#include "runtime/base/printable.h"
+
 namespace itn {
 namespace {
 
@@ -36,9 +39,10 @@ void Report::raise() const {
   std::vector<Problem> sorted = problems_;
   std::stable_sort(sorted.begin(), sorted.end(), [&](const Problem& a, const Problem& b) { return rank(a) < rank(b); });
   std::string text;
-  for (std::size_t i = 0; i < std::min(sorted.size(), most_told); ++i) text += (i ? "\n" : "") + sorted[i].message;
+  for (std::size_t i = 0; i < std::min(sorted.size(), most_told); ++i)
+    text += (i ? "\n" : "") + printable(sorted[i].message);
   if (sorted.size() > most_told) text += "\nand " + std::to_string(sorted.size() - most_told) + " more";
-  throw InputError(text);
+  throw InputErrors(text);
 }
 
 }  // namespace itn

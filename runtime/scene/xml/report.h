@@ -38,7 +38,7 @@ class Report {
   // So many problems are told already that nobody reads more.
   bool is_full() const;
 
-  // Throws one InputError with every problem, a line each, in the order of the files; returns when there is none.
+  // Throws InputErrors with every problem, a line each, in the order of the files; returns when there is none.
   void raise() const;
 
   const std::vector<std::string>& warnings() const { return warnings_; }
