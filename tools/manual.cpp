@@ -80,7 +80,7 @@ std::string page(const CLI::App& app, const std::string& name) {
     if (takes_value(*option)) names += " \\fI" + roff(value_name(*option)) + "\\fR";
     options += fmt::format(".TP\n{}\n{}", names, roff(option->get_description()));
     if (!option->get_default_str().empty()) options += fmt::format(" [{}]", roff(option->get_default_str()));
-    options += "\n";
+    options += '\n';
   }
   const std::vector<const CLI::App*> commands = commands_of(app);
   text += commands.empty() ? "[options]\n" : "\\fIcommand\\fR ...\n";
