@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 #include "runtime/bench/derivatives.h"
 #include "runtime/bench/measurement.h"
 #include "runtime/bench/stages.h"
@@ -118,7 +119,7 @@ void time_stages_of(const Device& device, const std::vector<BenchScene>& scenes,
   for (const BenchScene& scene : scenes) {
     const Rendering image = time_stages(device, load_scene(scene.file), render_options);
     if (options.common.talkative()) print_stages(scene.name, image);
-    result["stages"][scene.name] = stages_to_json(image);
+    object_in(result, "stages")[scene.name] = stages_to_json(image);
   }
   const ScatteringSpeed speed = scattering_speed(device, options.runs);
   if (options.common.talkative())
@@ -173,10 +174,10 @@ void cost_of_derivatives(const Device& device, MitsubaPeer* peer, const std::vec
     }
     if (talk) fmt::print("\n");
     std::fflush(stdout);
-    result["derivatives"][scene.name] = json;
+    object_in(result, "derivatives")[scene.name] = json;
   }
   if (!peer) return;
-  result["geometric_mean"]["all"]["value_and_gradient"] = std::exp(speeds);
+  object_in(object_in(result, "geometric_mean"), "all")["value_and_gradient"] = std::exp(speeds);
   if (talk) fmt::print("{:<40} speed {:>6.2f}x\n", "value and gradient, geometric mean", std::exp(speeds));
 }
 
@@ -216,10 +217,10 @@ void cost_of_texture_gradients(const Device& device, MitsubaPeer* peer, const st
     }
     if (talk) fmt::print("\n");
     std::fflush(stdout);
-    result["texture_gradients"][scene.name] = json;
+    object_in(result, "texture_gradients")[scene.name] = json;
   }
   if (!peer || count == 0) return;
-  result["geometric_mean"]["all"]["texture_gradient"] = std::exp(speeds / count);
+  object_in(object_in(result, "geometric_mean"), "all")["texture_gradient"] = std::exp(speeds / count);
   if (talk) fmt::print("{:<40} speed {:>6.2f}x\n", "gradient, geometric mean", std::exp(speeds / count));
 }
 
@@ -265,7 +266,7 @@ void run(const BenchArguments& options) {
       const std::string label = mean.group.empty() ? "all" : mean.group;
       if (options.common.talkative())
         fmt::print("{:<40} speed {:>6.2f}x   equal-error efficiency {:>7.2f}x\n", label, mean.speed, mean.efficiency);
-      result["geometric_mean"][label] = {{"paths_per_s", mean.speed}, {"efficiency", mean.efficiency}};
+      object_in(result, "geometric_mean")[label] = {{"paths_per_s", mean.speed}, {"efficiency", mean.efficiency}};
     }
   }
   if (options.derivatives)
