@@ -10,6 +10,10 @@ Everything runs in the libraries behind the command `itn`: the same scene, sampl
 """
 import os as _os
 
+from .driver import offer_pip_driver as _offer_pip_driver
+
+_offer_pip_driver()
+
 # Threads of the networks wait for each other asleep: several times faster where the machine has other work. OpenMP looks
 # at this when it is loaded, and PyTorch's, which is another one, is to have its own way.
 _given = _os.environ.get("OMP_WAIT_POLICY")
