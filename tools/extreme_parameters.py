@@ -60,6 +60,7 @@ def hg(name="haze", g=0.5):
 NULL = '<bsdf type="null"/>'
 GRID = '<volume name="sigma_t" type="gridvolume"><string name="filename" value="grid.vol"/>' \
        '<transform name="to_world"><translate x="-0.5" y="-0.5" z="-0.5"/></transform></volume>'
+PACKED = GRID.replace("grid.vol", "bricks.vol").replace("<transform", '<integer name="bits" value="8"/><transform')
 CUBE = '<shape type="cube"><transform name="to_world"><scale value="0.5"/></transform>'
 PHASES = '<phase type="dictionary" id="parts"><string name="weights" value="{parts_weight_0=1}, {parts_weight_1=2}, ' \
          '{parts_weight_2=1}, {parts_weight_3=1}"/>' + hg() + \
@@ -81,6 +82,7 @@ SCENES = {
                         medium("homogeneous", "skin", hg(), colour("skin", "sigma_t", 5, 8, 12), colour("skin", "albedo", 0.9, 0.8, 0.7), number("skin", "scale", 1)))
     + ball(0.9, NULL, medium("homogeneous", "wax", '<phase type="isotropic"/>', colour("wax", "sigma_s", 3, 4, 5), colour("wax", "sigma_a", 0.1, 0.2, 0.3))),
     "grid": SKY + CUBE + NULL + medium("heterogeneous", "cloud", hg(), GRID, colour("cloud", "albedo", 0.9, 0.8, 0.7), number("cloud", "scale", 4)) + "</shape>",
+    "packed": SKY + CUBE + NULL + medium("heterogeneous", "cloud", hg(), PACKED, number("cloud", "albedo", 0.9), number("cloud", "scale", 4)) + "</shape>",
     "metals": SKY + ball(-1.2, bsdf("roughconductor", "gold", number("gold", "alpha", 0.2), colour("gold", "eta", 0.2, 0.4, 1.4), colour("gold", "k", 3.9, 2.4, 1.6), number("gold", "specular_reflectance", 1)))
     + ball(0, bsdf("conductor", "mirror", colour("mirror", "eta", 0.2, 0.4, 1.4), colour("mirror", "k", 3.9, 2.4, 1.6), number("mirror", "specular_reflectance", 1)))
     + ball(1.2, bsdf("roughconductor", "brushed", number("brushed", "alpha_u", 0.1), number("brushed", "alpha_v", 0.3), number("brushed", "eta", 0.2), number("brushed", "k", 3), number("brushed", "specular_reflectance", 0.9))),
@@ -131,9 +133,7 @@ def text_of(body):
     return f'<scene version="3.0.0">{lines}<integrator type="volpath"/>{CAMERA}{body}</scene>', defaults
 
 
-def write_grid(path):
-    size = 4
-    values = [1.0] * size**3
+def write_grid(path, size, values):
     path.write_bytes(b"VOL\x03" + struct.pack("<5i6f", 1, size, size, size, 1, 0, 0, 0, 1, 1, 1) + struct.pack(f"<{len(values)}f", *values))
 
 
@@ -253,7 +253,8 @@ def main():
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="itn_extreme_") as folder:
         work = pathlib.Path(folder)
-        write_grid(work / "grid.vol")
+        write_grid(work / "grid.vol", 4, [1.0] * 4**3)
+        write_grid(work / "bricks.vol", 12, [min(1.0, k % 12 % 7 / 6 + (k % 12 < 8)) for k in range(12**3)])  # even bricks, and others
         checker = Checker(options, work)
         for scene in options.scenes.split(","):
             checker.check(scene, SCENES[scene])
