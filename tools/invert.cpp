@@ -33,8 +33,8 @@ struct InvertArguments {
   Operator op = Operator::full;
   TargetOptions images;
   std::vector<std::string> parameters, start, prior, range;
-  int iterations = 0, starts = 0;  // not given
-  double noise = -1;               // not given
+  int iterations = 0, starts = 0, exemplars = 0;  // not given
+  double noise = -1;                              // not given
   double learning_rate = 0.05;
   bool exposure = false, white_balance = false;
   double smoothness = 0;                  // of textures
@@ -55,6 +55,7 @@ nlohmann::ordered_json request(const InvertArguments& o, const Device& device, c
           {"sensors", o.images.sensors},
           {"parameters", o.parameters},
           {"init", o.init.empty() ? "" : network_fingerprint(o.init)},
+          {"exemplars", o.exemplars},
           {"start", o.start},
           {"starts", o.starts},
           {"prior", o.prior},
@@ -92,14 +93,18 @@ nlohmann::ordered_json scene_request(const InvertArguments& o, const Device& dev
 
 // The values of --start, else what the network of --init sees in the first target, else the scene's.
 // Returns what that network knows of the parameters.
-NetworkGuess set_starts(const InvertArguments& options, Scene& scene) {
+NetworkGuess set_starts(const InvertArguments& options, Scene& scene, const Device& device) {
   const std::vector<Parameter> all = list_parameters(scene);
   std::vector<std::string> given;
   for (const std::string& text : options.start) given.push_back(named_numbers(text).name);
   NetworkGuess guess;
-  if (!options.init.empty())
+  if (!options.init.empty()) {
+    Progress progress(options.init, options.exemplars, "exemplars", !options.common.quiet && options.exemplars > 0);
+    const Showing showing{options.exemplars, &device, 0, options.common.seed,
+                          [&](double fraction) { progress.update(fraction); }};
     guess = set_network_start(scene, options.parameters, given, options.init, options.images.targets.front(),
-                              options.images.sensors.front(), options.images.photo);
+                              options.images.sensors.front(), options.images.photo, showing, interrupt_flag());
+  }
   for (const std::string& text : options.start) {
     const NamedNumbers start = named_numbers(text);
     if (std::find(options.parameters.begin(), options.parameters.end(), start.name) == options.parameters.end())
@@ -215,10 +220,10 @@ void run(InvertArguments options) {
   for (std::vector<std::string>* texts : {&options.parameters, &options.start, &options.prior, &options.range})
     *texts = by_component(all, *texts);
   const std::vector<TargetImage> targets = read_targets(options.images, scene);
-  const NetworkGuess guess = set_starts(options, scene);
+  const Device device(common.device);
+  const NetworkGuess guess = set_starts(options, scene, device);
   inputs.end();
   print_notes(common, targets, !options.exposure);
-  const Device device(common.device);
   if (names_texture(all, options.parameters)) return find_textures(options, scene, targets, device, inputs);
 
   NumbersQuestion question = question_of(options, targets);
@@ -304,13 +309,20 @@ void add_invert(CLI::App& app) {
   command->add_flag("--exposure", options->exposure, "each target is known up to a factor: find it, too");
   command->add_flag("--white-balance", options->white_balance,
                     "gauss-newton: red and blue of all targets are known up to a factor each: find them, too");
+  CLI::Option* init =
+      command
+          ->add_option("--init", options->init,
+                       "start from what the network of this RUN (itn train; or .safetensors file; without RUN: the one "
+                       "that ships with the program) sees in the first target: sigma_t, albedo and g of one medium. "
+                       "Without --prior what it says of them, and how surely, is Gauss-Newton's prior, too")
+          ->expected(0, 1)
+          ->default_str(shipped_run);
   command
-      ->add_option("--init", options->init,
-                   "start from what the network of this RUN (itn train; or .safetensors file; without RUN: the one "
-                   "that ships with the program) sees in the first target: sigma_t, albedo and g of one medium. "
-                   "Without --prior what it says of them, and how surely, is Gauss-Newton's prior, too")
-      ->expected(0, 1)
-      ->default_str(shipped_run);
+      ->add_option(
+          "--exemplars", options->exemplars,
+          "show the network of --init so many renderings of the scene first, of other materials each (24, say)")
+      ->check(CLI::Range(least_exemplars, 4096))
+      ->needs(init);
   command->add_option("--start", options->start, "NAME=VALUE: start there instead; may be repeated")
       ->check(gives_numbers(1, "NAME=VALUE"))
       ->take_all();

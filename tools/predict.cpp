@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -16,6 +17,7 @@
 #include "runtime/training/trained_network.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
+#include "tools/progress.h"
 #include "tools/target_options.h"
 
 namespace itn::tools {
@@ -24,7 +26,7 @@ namespace {
 struct PredictArguments {
   CommonOptions common;
   std::string run, dataset, scene, shape_buffers;
-  int sensor = 0;
+  int sensor = 0, exemplars = 0;
   std::vector<std::string> images;
   std::vector<double> light;
   PhotoOptions photo;
@@ -39,18 +41,28 @@ void run(const PredictArguments& options) {
     for (const std::string& text : scene->warnings) warn(options.common, text);
     chosen_sensor(*scene, options.sensor);  // throws where there is none
   }
+  std::optional<Device> device;
+  std::optional<Progress> progress;
+  Showing showing;
+  if (options.exemplars > 0) {
+    device.emplace(options.common.device);
+    progress.emplace(options.scene, options.exemplars, "exemplars", !options.common.quiet);
+    showing = {options.exemplars, &*device, options.common.spp, options.common.seed,
+               [&](double fraction) { progress->update(fraction); }};
+  }
   const PredictionRequest request{options.run,    options.images,  scene ? &*scene : nullptr,
                                   options.sensor, options.dataset, options.shape_buffers,
-                                  options.light,  options.photo};
+                                  options.light,  options.photo,   showing};
   nlohmann::ordered_json images = nlohmann::ordered_json::array();
   const auto each = [&](const NetworkDescription& network, const ImagePrediction& image) {
     nlohmann::ordered_json line{{"file", image.file}};
+    progress.reset();
     std::string text = image.file;
     for (std::size_t i = 0; i < image.parameters.size(); ++i) {
       const ParameterEstimate& estimate = image.parameters[i];
       line[network.outputs[i].name] = {{"value", estimate.value}, {"low", estimate.low}, {"high", estimate.high}};
       text += fmt::format("  {} {:.4g}", network.outputs[i].name, estimate.value);
-      if (network.distribution) text += fmt::format(" ({:.4g} to {:.4g})", estimate.low, estimate.high);
+      if (std::isfinite(estimate.low)) text += fmt::format(" ({:.4g} to {:.4g})", estimate.low, estimate.high);
     }
     images.push_back(std::move(line));
     if (options.common.talkative()) fmt::print("{}\n", text);
@@ -62,6 +74,7 @@ void run(const PredictArguments& options) {
                               {"channels", predicted.network.channels},
                               {"mm_per_unit", predicted.network.mm_per_unit},
                               {"unit_of_sigma_t", predicted.in_scene ? "1/scene unit" : "1/mm"},
+                              {"exemplars", {{"count", options.exemplars}, {"spp", predicted.exemplars_spp}}},
                               {"images", images}});
 }
 
@@ -95,6 +108,12 @@ void add_predict(CLI::App& app) {
   command->add_option("--scene", options->scene,
                       "Mitsuba 3 XML file of what the images show: gives shape, light and the unit of length (-D fills "
                       "$name, as for itn render)");
+  command
+      ->add_option(
+          "--exemplars", options->exemplars,
+          "with --scene: show the network so many renderings of it, of other materials each (24, say): what it "
+          "answers to these says what its answer to an image means in this scene, and how surely")
+      ->check(CLI::Range(least_exemplars, 4096));
   add_sensor_option(*command, options->sensor);
   command->add_option("--shape-buffers", options->shape_buffers,
                       "six channels: OpenEXR file with the channels normal.X, normal.Y, normal.Z, depth and mask, of "
@@ -108,7 +127,7 @@ void add_predict(CLI::App& app) {
                    "photos: the radiance that their largest sample stands for; networks know how bright things are")
       ->check(CLI::Range(1e-6, 1e6))
       ->capture_default_str();
-  add_common_options(*command, options->common);
+  add_common_options(*command, options->common, "of exemplars: as noisy as the images");
   add_open_option(*command, options->common);
   command->callback([options] {
     take_run(*options);

@@ -160,13 +160,16 @@ class Prediction:
 
 def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene | None = None, sensor: int = 0,
             dataset: str | os.PathLike | None = None, shape_buffers: str | os.PathLike | None = None,
-            light: Sequence[float] = (), progress: bool | Callable[[float], object] | None = None) -> Prediction:
+            light: Sequence[float] = (), exemplars: int = 0, spp: int = 0, seed: int = 0,
+            progress: bool | Callable[[float], object] | None = None) -> Prediction:
     """Parameters for images by a network, with 95 % intervals where it says them: `itn predict`.
 
     images: square files (OpenEXR, or photos) or arrays, (size, size) of luminance or (size, size, 3), linear; one, or a
     list. network: the one that ships with the program, a folder that training wrote, or a .safetensors file. scene: of what
     the images show: gives shape, light and the unit of length. For networks that know shape and light also: dataset, the
-    folder that the images belong to; or shape_buffers and light, as of the command."""
+    folder that the images belong to; or shape_buffers and light, as of the command. exemplars: show the network so many
+    renderings of the scene (12 or more), of other materials each, with spp samples a pixel (0: as noisy as the images): what
+    it answers to these says what its answer to an image means in this scene, and how surely."""
     several = list(images) if isinstance(images, (list, tuple)) else [images]
     with tempfile.TemporaryDirectory() as temporary, shown(progress, "predict") as tell:
         files = []
@@ -176,10 +179,10 @@ def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene
                 image = os.path.join(temporary, f"{k}.exr")
             files.append(os.fspath(image))
         result = _itn.predict(files, os.fspath(network), scene._scene if scene else None, sensor,
-                              os.fspath(dataset or ""), os.fspath(shape_buffers or ""), list(map(float, light)), tell)
+                              os.fspath(dataset or ""), os.fspath(shape_buffers or ""), list(map(float, light)), exemplars, spp, seed_number(seed), tell)
     names = [output[0] for output in result["network"]["outputs"]]
     numbers = np.array(result["parameters"]).reshape(len(files), len(names), 3)
-    intervals = {name: numbers[:, k, 1:] for k, name in enumerate(names)} if result["network"]["distribution"] else {}
+    intervals = {name: numbers[:, k, 1:] for k, name in enumerate(names)} if result["intervals"] else {}
     return Prediction({name: numbers[:, k, 0] for k, name in enumerate(names)}, intervals, "1/scene unit" if result["in_scene"] else "1/mm", result["network"])
 
 

@@ -167,6 +167,8 @@ def load(file: str | os.PathLike, *, size: tuple[int, int] | None = None, open: 
     size: (width, height) of every film, instead of the file's. open: take shapes that bound a medium though they are not
     closed. Raises InputError with every problem and where it is; UsageError for a name that the scene does not use.
     """
+    if size is not None and (isinstance(size, str) or np.shape(size) != (2,)):
+        raise _itn.UsageError(f"size: got {size!r}, need (width, height) of the films; $size of the file: defines={{'size': ...}}")
     text = {name: str(value).lower() if isinstance(value, bool) else str(value)
             for name, value in {**(defines or {}), **more}.items()}
     return Scene(_itn.load(os.fspath(file), text, size, open))

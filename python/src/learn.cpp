@@ -14,6 +14,7 @@
 #include "python/src/device.h"
 #include "python/src/running.h"
 #include "python/src/scene.h"
+#include "python/src/showing.h"
 #include "runtime/base/error.h"
 #include "runtime/base/folder_lock.h"
 #include "runtime/base/seconds_since.h"
@@ -77,11 +78,13 @@ nb::object input(const Network& network, const FloatArray& luminance) {
 
 nb::dict predict(const std::vector<std::string>& images, const std::string& run, const SceneObject* scene, int sensor,
                  const std::string& dataset, const std::string& shape_buffers, const std::vector<double>& light,
-                 const nb::object& progress) {
+                 int exemplars, int spp, std::uint64_t seed, const nb::object& progress) {
   const std::shared_ptr<const Scene> kept = scene ? scene->scene() : nullptr;
-  const PredictionRequest request{run, images, kept.get(), sensor, dataset, shape_buffers, light};
+  PredictionRequest request{run, images, kept.get(), sensor, dataset, shape_buffers, light};
   const PredictedImages predicted = interruptible(progress, [&](Running& running) {
     std::size_t done = 0;
+    const SharedShowing shared(exemplars, spp, seed, running);
+    request.showing = shared.showing;
     return predict_images(request, running.cancel(), [&](const NetworkDescription&, const ImagePrediction&) {
       running.update(static_cast<double>(++done) / static_cast<double>(images.size()));
     });
@@ -93,6 +96,7 @@ nb::dict predict(const std::vector<std::string>& images, const std::string& run,
   result["network"] = describe(predicted.network);
   result["in_scene"] = predicted.in_scene;
   result["parameters"] = rows;
+  result["intervals"] = exemplars > 0 || predicted.network.distribution;
   return result;
 }
 
@@ -211,7 +215,7 @@ void bind_learn(nb::module_& module) {
       },
       "file"_a, "size"_a, "Of a square OpenEXR file, at this size.");
   module.def("predict", &predict, "images"_a, "run"_a, "scene"_a.none(), "sensor"_a, "dataset"_a, "shape_buffers"_a,
-             "light"_a, "progress"_a.none());
+             "light"_a, "exemplars"_a, "spp"_a, "seed"_a, "progress"_a.none());
   module.def("dataset", &dataset, "config"_a, "folder"_a, "spp"_a, "seed"_a.none(), "progress"_a.none());
   module.def("train", &bind_train, "data"_a, "unlabelled"_a, "kind"_a, "folder"_a, "init"_a, "channels"_a.none(),
              "width"_a.none(), "threads"_a.none(), "weight_of_images"_a.none(), "distribution"_a, "calibration"_a,

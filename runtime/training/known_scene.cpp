@@ -15,12 +15,7 @@ namespace itn {
 namespace {
 
 SeenShape seen_shape_of(Scene scene, int sensor, int size, const Body& body, const std::string& who) {
-  Sensor& camera = scene.sensors[static_cast<std::size_t>(sensor)];
-  if (camera.width != camera.height || camera.crop_width != camera.width || camera.crop_height != camera.height)
-    throw UsageError(
-        fmt::format("{}: the network sees square images, the scene's sensor takes {} x {} of {} x {} pixels", who,
-                    camera.crop_width, camera.crop_height, camera.width, camera.height));
-  camera.width = camera.height = camera.crop_width = camera.crop_height = size;
+  film_for_network(scene, sensor, size, who);
   for (const Shape& shape : scene.shapes)
     if (!shape.mesh)
       throw UsageError(who + ": the network's view of the shape needs meshes; one of the shapes is round");
@@ -51,6 +46,15 @@ Body body_of(const Scene& scene, int medium, const std::string& who) {
     throw UsageError(fmt::format("{}: the network knows media inside of one shape, and {} is inside of {}", who,
                                  scene.media[static_cast<std::size_t>(medium)].id, bodies.size()));
   return {bodies.front(), box_of(scene.shapes[static_cast<std::size_t>(bodies.front())]).longest_side()};
+}
+
+void film_for_network(Scene& scene, int sensor, int size, const std::string& who) {
+  Sensor& camera = scene.sensors[static_cast<std::size_t>(sensor)];
+  if (camera.width != camera.height || camera.crop_width != camera.width || camera.crop_height != camera.height)
+    throw UsageError(
+        fmt::format("{}: the network sees square images, the scene's sensor takes {} x {} of {} x {} pixels", who,
+                    camera.crop_width, camera.crop_height, camera.width, camera.height));
+  camera.width = camera.height = camera.crop_width = camera.crop_height = size;
 }
 
 SceneView::SceneView(const Scene& scene, int sensor, int size, const Body& body, const std::string& who)

@@ -18,11 +18,15 @@ struct Body {
 // who: whose network it is, for messages: "--init rn". Throws UsageError: a medium inside of several shapes or none.
 Body body_of(const Scene& scene, int medium, const std::string& who);
 
+// The sensor as if it had size x size pixels, as networks see images. who: as of body_of(). Throws UsageError: pixels
+// that are no square or only a part of the film.
+void film_for_network(Scene& scene, int sensor, int size, const std::string& who);
+
 // For networks of six channels, which learnt from bodies whose longest side is one scene unit.
 class SceneView {
  public:
-  // sensor: of the scene, as if it had size x size pixels. Throws UsageError: pixels that are no square or only a part
-  // of the film, shapes or light that the network cannot know.
+  // sensor, size: as of film_for_network(). Throws as that, and UsageError: shapes or light that the network cannot
+  // know.
   SceneView(const Scene& scene, int sensor, int size, const Body& body, const std::string& who);
   KnownScene known() const { return {shape_, light_}; }
 

@@ -83,7 +83,8 @@ std::vector<std::string> NetworkGuess::words() const {
 
 NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& parameters,
                                const std::vector<std::string>& given, const std::string& run, const std::string& image,
-                               int sensor, const PhotoOptions& photo) {
+                               int sensor, const PhotoOptions& photo, const Showing& showing,
+                               const std::atomic<bool>& cancel) {
   const std::vector<Parameter> all = list_parameters(scene);
   std::vector<Parameter> guessed;
   for (const std::string& name : parameters) {
@@ -109,7 +110,18 @@ NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& par
   const NetworkDescription& description = network.description();
   const std::vector<float> raw = look(network, image, view, photo);
   std::vector<std::vector<double>> samples;
-  if (description.distribution) samples = draw(raw, description);
+  std::vector<double> values;  // one an output
+  for (std::size_t i = 0; i < description.outputs.size(); ++i)
+    values.push_back(description.outputs[i].parameter(static_cast<double>(raw[i])));
+  if (showing.exemplars > 0) {
+    const ShownScene shown(network, scene, sensor, static_cast<int>(index), body, view ? &*view : nullptr,
+                           noise_share(image, description.size, photo), showing, cancel, who);
+    samples = shown.posterior(raw);
+    values.clear();
+    for (const ParameterEstimate& estimate : estimates_of(samples)) values.push_back(estimate.value);
+  } else if (description.distribution) {
+    samples = draw(raw, description);
+  }
   NetworkGuess result;
   if (!samples.empty()) result.samples.resize(samples.size());
   for (const Parameter& parameter : guessed) {
@@ -124,7 +136,7 @@ NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& par
       const double scale = scene.media.at(index).number("scale");
       unit = sigma_t_in_scene(1, description, body) / (scale > 0 ? scale : 1);
     }
-    set_parameter(scene, parameter, unit * found->parameter(raw[output]));
+    set_parameter(scene, parameter, unit * values[output]);
     const bool is_colour = std::count_if(guessed.begin(), guessed.end(), [&](const Parameter& p) {
                              return output_name(p) == output_name(parameter);
                            }) > 1;

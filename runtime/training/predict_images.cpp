@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -37,6 +38,8 @@ class Known {
 
   // What the scene's medium is inside of; none without a scene.
   const std::optional<Body>& body() const { return body_; }
+
+  const SceneView* view() const { return view_ ? &*view_ : nullptr; }
 
   KnownScene of(const std::string& file) {
     if (view_) return view_->known();
@@ -80,6 +83,8 @@ class Known {
 };
 
 void check(const PredictionRequest& request, const NetworkDescription& network) {
+  if (request.showing.exemplars > 0 && !request.scene)
+    throw UsageError("--exemplars: the network is shown renderings of a scene; which one (--scene)?");
   const bool one_by_one = !request.shape_buffers.empty() || !request.light.empty();
   if (network.channels == 1) {
     if (one_by_one || !request.dataset.empty())
@@ -103,7 +108,15 @@ PredictedImages predict_images(const PredictionRequest& request, const std::atom
   std::optional<Known> known;
   if (description.channels > 1 || request.scene) known.emplace(request, description);
 
-  PredictedImages result{description, known && known->body(), {}};
+  std::optional<ShownScene> shown;
+  if (request.showing.exemplars > 0) {
+    double noise = 0;  // of the noisiest: of the others intervals are a little too wide
+    for (const std::string& file : request.images)
+      noise = std::max(noise, noise_share(file, description.size, request.photo));
+    shown.emplace(network, *request.scene, request.sensor, 0, *known->body(), known->view(), noise, request.showing,
+                  cancel, "--scene " + request.scene->file);
+  }
+  PredictedImages result{description, known && known->body(), shown ? shown->spp() : 0, {}};
   std::vector<float> input(network.image_values());
   for (const std::string& file : request.images) {
     if (cancel) throw Interrupted();
@@ -114,7 +127,8 @@ PredictedImages predict_images(const PredictionRequest& request, const std::atom
     } else {
       network_input(description, luminance, nullptr, input);
     }
-    ImagePrediction image{file, estimates_of(network.forward(input, 1), description)};
+    const std::vector<float>& raw = network.forward(input, 1);
+    ImagePrediction image{file, shown ? estimates_of(shown->posterior(raw)) : estimates_of(raw, description)};
     for (std::size_t i = 0; i < image.parameters.size(); ++i)
       if (result.in_scene && description.outputs[i].name == "sigma_t")
         for (double* number : {&image.parameters[i].value, &image.parameters[i].low, &image.parameters[i].high})

@@ -8,6 +8,7 @@
 #include "network/distribution.h"
 #include "runtime/image/photo.h"
 #include "runtime/scene/scene.h"
+#include "runtime/training/shown_scene.h"
 
 namespace itn {
 
@@ -21,16 +22,18 @@ struct PredictionRequest {
   std::string shape_buffers;  // file of all images
   std::vector<double> light;  // and the direction to it
   PhotoOptions photo = {};
+  Showing showing = {};  // of the scene
 };
 
 struct ImagePrediction {
   std::string file;
-  std::vector<ParameterEstimate> parameters;  // of the network's outputs
+  std::vector<ParameterEstimate> parameters;  // of the network's outputs; intervals too where it is shown the scene
 };
 
 struct PredictedImages {
   NetworkDescription network;
   bool in_scene = false;  // sigma_t is in 1 / scene unit, else 1 / mm
+  int exemplars_spp = 0;  // samples a pixel of what the network was shown; 0: nothing
   std::vector<ImagePrediction> images;
 };
 

@@ -44,6 +44,14 @@ def test_the_networks_way_from_a_data_set_to_a_prediction(tmp_path):
         np.testing.assert_array_equal(again[name], found[name])
         assert ends.shape == (2, 2) and (ends[:, 0] < again[name]).all() and (again[name] < ends[:, 1]).all()
     assert set(again.intervals) == {"sigma_t", "albedo", "g"} and "95 %:" in repr(again)
+    scene = itn.load(SCENES / "dataset/scene.xml", size=(16, 16))
+    photo = itn.render(scene, spp=4)
+    seen = itn.predict(photo, run, scene=scene, exemplars=12, spp=4)  # shown the scene, it says how sure it is
+    assert set(seen.intervals) == {"sigma_t", "albedo", "g"} and itn.predict(photo, run, scene=scene).intervals == {}
+    with pytest.raises(itn.UsageError, match="which one"):
+        itn.predict(photo, run, exemplars=12)
+    with pytest.raises(itn.UsageError, match="which one"):
+        itn.invert(scene, photo, ["phase.g"], exemplars=12)
     result = itn.evaluate(data, [run], tmp_path / "report", images=0, inversions=0)
     assert result["schema"] == "itn.eval/1" and (tmp_path / "report/report.html").exists()
     with pytest.raises(itn.UsageError, match="its network sees luminance alone"):

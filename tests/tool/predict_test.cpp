@@ -1,0 +1,82 @@
+// itn predict with renderings of the scene that the network is shown (--exemplars). What else it does is tested where
+// networks are trained and inversions start from them.
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "runtime/base/file.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/tool/process.h"
+
+namespace {
+
+using Strings = std::vector<std::string>;
+
+const std::string scene_file = ITN_SOURCE_DIR "/scenes/dataset/scene.xml";
+
+Strings predict(const std::string& scene, const Strings& more) {
+  Strings arguments{"predict", "--scene", scene, "-D", "size=64"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+}  // namespace
+
+TEST_CASE("itn predict --exemplars: the shipped network's intervals in a scene that it is shown hold the truth") {
+  const TemporaryFolder folder;
+  struct Material {
+    double sigma_t, albedo, g;
+  };
+  const std::vector<Material> truth{{40, 0.5, 0.2}, {60, 0.9, 0.6}, {100, 0.7, 0.4}, {200, 0.85, 0.1}};
+  Strings photos;
+  for (const Material& m : truth) {
+    photos.push_back(folder / (std::to_string(photos.size()) + ".exr"));
+    REQUIRE(run_itn({"render", scene_file, "-o", photos.back(), "--spp", "32", "-D", "size=64", "-D",
+                     "sigma_t=" + std::to_string(m.sigma_t), "-D", "albedo=" + std::to_string(m.albedo), "-D",
+                     "g=" + std::to_string(m.g), "--quiet"})
+                .exit_code == 0);
+  }
+  Strings more{"--exemplars", "16", "--json", "-", "--quiet"};
+  more.insert(more.end(), photos.begin(), photos.end());
+  const Result result = run_itn(predict(scene_file, more));
+  INFO(result.error);
+  REQUIRE(result.exit_code == 0);
+  const auto json = nlohmann::json::parse(result.output);
+  CHECK(json["exemplars"]["count"] == 16);
+  // As noisy as the photos, which have 32 samples; the brightest and the darkest differ.
+  CHECK(json["exemplars"]["spp"].get<int>() >= 16);
+  CHECK(json["exemplars"]["spp"].get<int>() <= 64);
+  int held = 0;
+  for (std::size_t k = 0; k < truth.size(); ++k)
+    for (const auto& [name, value] :
+         std::map<std::string, double>{{"sigma_t", truth[k].sigma_t}, {"albedo", truth[k].albedo}, {"g", truth[k].g}}) {
+      const auto& said = json["images"][k][name];
+      INFO(k << " " << said.dump());
+      CHECK((said["low"] < said["value"] && said["value"] < said["high"]));
+      held += said["low"] < value && value < said["high"];
+    }
+  CHECK(held >= 9);  // of 12; by chance fewer than once in 5,000
+  CHECK(run_itn(predict(scene_file, more)).output == result.output);
+}
+
+TEST_CASE("itn predict --exemplars refuses what it cannot be shown") {
+  const TemporaryFolder folder;
+  const std::string photo = folder / "photo.exr";
+  REQUIRE(run_itn({"render", scene_file, "-o", photo, "--spp", "2", "-D", "size=64", "--quiet"}).exit_code == 0);
+  const auto error_of = [&](const Strings& arguments) {
+    const Result refused = run_itn(arguments);
+    CHECK(refused.exit_code == 2);
+    return refused.error;
+  };
+  CHECK(error_of({"predict", photo, "--exemplars", "24"}).find("which one (--scene)?") != std::string::npos);
+  CHECK(error_of(predict(scene_file, {photo, "--exemplars", "5"})).find("--exemplars") != std::string::npos);
+
+  // A medium that scatters evenly has no g to show.
+  std::string object = itn::read_file(ITN_SOURCE_DIR "/scenes/dataset/object.xml");
+  const std::size_t at = object.find("<phase"), end = object.find("</phase>");
+  object.replace(at, end - at, "<phase type=\"isotropic\" id=\"phase\">");
+  itn::write_file(folder / "object.xml", object);
+  for (const char* name : {"scene.xml", "floor.exr", "star.ply"})
+    itn::write_file(folder / name, itn::read_file(std::string(ITN_SOURCE_DIR "/scenes/dataset/") + name));
+  CHECK(error_of(predict(folder / "scene.xml", {photo, "--exemplars", "12"}))
+            .find("media with one g, and the scene's has none") != std::string::npos);
+}
