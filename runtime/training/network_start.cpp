@@ -114,8 +114,8 @@ NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& par
   for (std::size_t i = 0; i < description.outputs.size(); ++i)
     values.push_back(description.outputs[i].parameter(static_cast<double>(raw[i])));
   if (showing.exemplars > 0) {
-    const ShownScene shown(network, scene, sensor, static_cast<int>(index), body, view ? &*view : nullptr,
-                           noise_share(image, description.size, photo), showing, cancel, who);
+    const SceneToShow here{scene, sensor, static_cast<int>(index), body, view ? &*view : nullptr, who};
+    const ShownScene shown(network, here, noise_share(image, description.size, photo), showing, cancel);
     samples = shown.posterior(raw);
     values.clear();
     for (const ParameterEstimate& estimate : estimates_of(samples)) values.push_back(estimate.value);

@@ -113,8 +113,9 @@ PredictedImages predict_images(const PredictionRequest& request, const std::atom
     double noise = 0;  // of the noisiest: of the others intervals are a little too wide
     for (const std::string& file : request.images)
       noise = std::max(noise, noise_share(file, description.size, request.photo));
-    shown.emplace(network, *request.scene, request.sensor, 0, *known->body(), known->view(), noise, request.showing,
-                  cancel, "--scene " + request.scene->file);
+    const SceneToShow scene{*request.scene, request.sensor, 0,
+                            *known->body(), known->view(),  "--scene " + request.scene->file};
+    shown.emplace(network, scene, noise, request.showing, cancel);
   }
   PredictedImages result{description, known && known->body(), shown ? shown->spp() : 0, {}};
   std::vector<float> input(network.image_values());

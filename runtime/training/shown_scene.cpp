@@ -42,6 +42,34 @@ std::vector<Parameter> numbers_of(const Scene& scene, int medium, const OutputRa
   return found;
 }
 
+// The scene on a film of the network's size, of any material.
+class MaterialScene {
+ public:
+  MaterialScene(const NetworkDescription& network, const SceneToShow& shown)
+      : scene_(shown.scene), outputs_(network.outputs) {
+    film_for_network(scene_, shown.sensor, network.size, shown.who);
+    scene_.sensors[static_cast<std::size_t>(shown.sensor)].luminance = true;
+    for (const OutputRange& output : outputs_) numbers_.push_back(numbers_of(scene_, shown.medium, output, shown.who));
+    const double scale = scene_.media.at(static_cast<std::size_t>(shown.medium)).number("scale");
+    sigma_t_unit_ = sigma_t_in_scene(1, network, shown.body) / (scale > 0 ? scale : 1);
+  }
+
+  const Scene& at(const Eigen::VectorXd& shares) {
+    for (std::size_t i = 0; i < outputs_.size(); ++i) {
+      const double unit = outputs_[i].name == "sigma_t" ? sigma_t_unit_ : 1;
+      const double value = unit * outputs_[i].parameter_of_share(shares[static_cast<Eigen::Index>(i)]);
+      for (const Parameter& number : numbers_[i]) set_parameter(scene_, number, value);
+    }
+    return scene_;
+  }
+
+ private:
+  Scene scene_;
+  std::vector<OutputRange> outputs_;
+  std::vector<std::vector<Parameter>> numbers_;  // of each output
+  double sigma_t_unit_ = 1;
+};
+
 }  // namespace
 
 double noise_share(const std::string& image, int size, const PhotoOptions& options) {
@@ -58,34 +86,20 @@ double noise_share(const std::string& image, int size, const PhotoOptions& optio
   return noise_share(value, noise) / std::sqrt(averaged);
 }
 
-ShownScene::ShownScene(Network& network, Scene scene, int sensor, int medium, const Body& body, const SceneView* view,
-                       double noise, const Showing& how, const std::atomic<bool>& cancel, const std::string& who)
+ShownScene::ShownScene(Network& network, const SceneToShow& shown, double noise, const Showing& how,
+                       const std::atomic<bool>& cancel)
     : outputs_(network.description().outputs), seed_(how.seed) {
   const NetworkDescription& description = network.description();
-  film_for_network(scene, sensor, description.size, who);
-  scene.sensors[static_cast<std::size_t>(sensor)].luminance = true;
-  std::vector<std::vector<Parameter>> numbers;
-  for (const OutputRange& output : outputs_) numbers.push_back(numbers_of(scene, medium, output, who));
-  const double scale = scene.media.at(static_cast<std::size_t>(medium)).number("scale");
-  const double unit = sigma_t_in_scene(1, description, body) / (scale > 0 ? scale : 1);
-  const auto set = [&](const Eigen::VectorXd& shares) {
-    for (std::size_t i = 0; i < outputs_.size(); ++i) {
-      const double value = outputs_[i].parameter_of_share(shares[static_cast<Eigen::Index>(i)]);
-      for (const Parameter& p : numbers[i])
-        set_parameter(scene, p, outputs_[i].name == "sigma_t" ? unit * value : value);
-    }
-  };
-
+  MaterialScene material(description, shown);
   const auto dimensions = static_cast<Eigen::Index>(outputs_.size());
   Eigen::MatrixXd shares(dimensions, how.exemplars), answers(dimensions, how.exemplars);
   for (int k = 0; k < how.exemplars; ++k) shares.col(k) = (low_discrepancy_point(dimensions, k).array() + 1) / 2;
 
   RenderOptions options;
-  options.sensor = sensor;
+  options.sensor = shown.sensor;
   options.seed = how.seed;
   options.cancel = &cancel;
-  set(Eigen::VectorXd::Constant(dimensions, 0.5));
-  Renderer renderer(*how.device, scene, options);
+  Renderer renderer(*how.device, material.at(Eigen::VectorXd::Constant(dimensions, 0.5)), options);
   spp_ = how.spp > 0 ? how.spp : usual_spp;
   int sample = 0;
   if (how.spp == 0 && noise > 0) {
@@ -94,14 +108,17 @@ ShownScene::ShownScene(Network& network, Scene scene, int sensor, int medium, co
     const double wanted = pilot_spp * std::pow(noise_share(pilot.mean, pilot.stderr_) / noise, 2);
     spp_ = static_cast<int>(std::clamp<double>(std::round(wanted), least_spp, most_spp));
   }
+  constexpr double most_samples = 1 << 30;  // that a pixel has
+  if (static_cast<double>(spp_) * how.exemplars > most_samples)
+    throw UsageError(fmt::format("{} exemplars with {} samples a pixel: need at most {} samples in all", how.exemplars,
+                                 spp_, most_samples));
   std::vector<float> input(network.image_values());
   for (int k = 0; k < how.exemplars; ++k) {
-    set(shares.col(k));
-    renderer.replace(scene);
+    renderer.replace(material.at(shares.col(k)));
     const Rendering rendering = renderer.render(sample, spp_);
     sample += spp_;
-    if (view) {
-      const KnownScene known = view->known();
+    if (shown.view) {
+      const KnownScene known = shown.view->known();
       network_input(description, rendering.mean, &known, input);
     } else {
       network_input(description, rendering.mean, nullptr, input);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -30,13 +31,20 @@ struct Showing {
 // does not say (channel stderr.Y of an EXR; photos always). Throws InputError.
 double noise_share(const std::string& image, int size, const PhotoOptions& photo);
 
+struct SceneToShow {
+  const Scene& scene;
+  int sensor = 0, medium = 0;
+  const Body& body;
+  const SceneView* view = nullptr;  // null: for networks of one channel
+  std::string who;                  // as of body_of()
+};
+
 class ShownScene {
  public:
-  // Renders and looks. view: null for networks of one channel. noise: noise_share() of the noisiest photo. Throws
-  // UsageError: a sensor that is not square, a medium without one number of each of the network's names; Interrupted
-  // soon after cancel is set.
-  ShownScene(Network& network, Scene scene, int sensor, int medium, const Body& body, const SceneView* view,
-             double noise, const Showing& how, const std::atomic<bool>& cancel, const std::string& who);
+  // Renders and looks. noise: noise_share() of the noisiest photo. Throws UsageError: a sensor that is not square, a
+  // medium without one number of each of the network's names; Interrupted soon after cancel is set.
+  ShownScene(Network& network, const SceneToShow& shown, double noise, const Showing& how,
+             const std::atomic<bool>& cancel);
 
   int spp() const { return spp_; }
   // Of the network's parameters, a sample each, in its units: what is known after it gave these raw outputs to a photo.
