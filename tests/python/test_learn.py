@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 import itn
+from conftest import ROOT
 
 
 def test_shapes_are_closed_meshes(tmp_path):
@@ -44,7 +45,7 @@ def test_the_networks_way_from_a_data_set_to_a_prediction(tmp_path):
         np.testing.assert_array_equal(again[name], found[name])
         assert ends.shape == (2, 2) and (ends[:, 0] < again[name]).all() and (again[name] < ends[:, 1]).all()
     assert set(again.intervals) == {"sigma_t", "albedo", "g"} and "95 %:" in repr(again)
-    scene = itn.load(SCENES / "dataset/scene.xml", size=(16, 16))
+    scene = itn.load(ROOT / "scenes/dataset/scene.xml", size=(16, 16))
     photo = itn.render(scene, spp=4)
     seen = itn.predict(photo, run, scene=scene, exemplars=12, spp=4)  # shown the scene, it says how sure it is
     assert set(seen.intervals) == {"sigma_t", "albedo", "g"} and itn.predict(photo, run, scene=scene).intervals == {}

@@ -32,6 +32,8 @@ def test_definitions_fill_the_file():
     assert itn.load(BALL, sigma_t=3).parameters["skin.sigma_t"] == 3
     assert itn.load(BALL, defines={"green": 0.5}).parameters["skin.albedo.G"] == 0.5
     assert itn.load(BALL, size=(16, 8)).sensors[0]["width"] == 16
+    with pytest.raises(itn.UsageError, match="defines="):
+        itn.load(BALL, size="16")
     with pytest.raises(itn.UsageError, match="the scene never uses"):
         itn.load(BALL, sigma=3)
 
