@@ -208,6 +208,18 @@ def checker(size, cells, dark, light):
     return np.where(((x + y) % 2)[..., None] == 0, np.array(dark), np.array(light))
 
 
+def inlay(size=64):
+    """Albedos: a star of eight fields in a ring, red and blue in white."""
+    y, x = (np.mgrid[:size, :size] + .5) / size * 2 - 1
+    r, angle = np.hypot(x, y), np.arctan2(y, x)
+    picture = np.full((size, size, 3), (.98, .97, .95))
+    star = r < .38 + .3 * np.cos(4 * angle) ** 2
+    picture[star & (np.sin(8 * angle) > 0)] = (.93, .4, .2)
+    picture[star & (np.sin(8 * angle) <= 0)] = (.25, .45, .88)
+    picture[(r > .78) & (r < .88)] = (.15, .4, .85)
+    return picture
+
+
 def data_set_floor():
     """The numbers of floor_pattern() in runtime/dataset/dataset_scene.cpp: random_uniform(7, 0, i) of runtime/base/random.h."""
     mask = (1 << 64) - 1
@@ -263,6 +275,7 @@ def main():
                                                        ((-.2, 1, .6), .3, (4, 3, 2.4))],
                                                   (.05, .05, .05), (.25, .25, .27), (.1, .12, .16)))
     write_exr(gallery + 'tiles.exr', checker(256, 16, (.12, .13, .15), (.62, .60, .56)))
+    write_exr(gallery + 'inlay.exr', inlay())
     write_exr(gallery + 'dim.exr', np.full((24, 48, 3), .3))
     v, f = star(3)
     v = (v - (v.min(0) + v.max(0)) / 2) / (v.max(0) - v.min(0)).max()
