@@ -199,7 +199,7 @@ void cost_of_texture_gradients(const Device& device, MitsubaPeer* peer, const st
   render_options.spp = options.common.spp;
   render_options.seed = options.common.seed;
   render_options.cancel = &interrupt_flag();
-  double speeds = 0, count = 0;
+  double speeds = 0, efficiencies = 0, count = 0;
   for (const BenchScene& scene : scenes) {
     if (scene.texture.empty()) continue;
     const TextureGradientCost cost = texture_gradient_cost(device, load_scene(scene.file), scene.file, scene.texture,
@@ -211,6 +211,7 @@ void cost_of_texture_gradients(const Device& device, MitsubaPeer* peer, const st
                    z = (cost.ours.sum - cost.peer.sum) / std::hypot(cost.ours.stderr_, cost.peer.stderr_),
                    efficiency = speed * cost.peer.variance / cost.ours.variance;
       speeds += std::log(speed);
+      efficiencies += std::log(efficiency);
       ++count;
       json.update({{"mitsuba_s", cost.peer.seconds}, {"speed", speed}, {"z", z}, {"efficiency", efficiency}});
       if (talk) fmt::print(" {:>8.2f}x {:>9.2f} {:>10.2f}x", speed, z, efficiency);
@@ -220,8 +221,11 @@ void cost_of_texture_gradients(const Device& device, MitsubaPeer* peer, const st
     object_in(result, "texture_gradients")[scene.name] = json;
   }
   if (!peer || count == 0) return;
-  object_in(object_in(result, "geometric_mean"), "all")["texture_gradient"] = std::exp(speeds / count);
-  if (talk) fmt::print("{:<40} speed {:>6.2f}x\n", "gradient, geometric mean", std::exp(speeds / count));
+  const double speed = std::exp(speeds / count), efficiency = std::exp(efficiencies / count);
+  nlohmann::ordered_json& means = object_in(object_in(result, "geometric_mean"), "all");
+  means["texture_gradient"] = speed;
+  means["texture_gradient_efficiency"] = efficiency;
+  if (talk) fmt::print("{:<40} speed {:>6.2f}x  efficiency {:>8.2f}x\n", "gradient, geometric mean", speed, efficiency);
 }
 
 void run(const BenchArguments& options) {

@@ -179,7 +179,8 @@ def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene
                 image = os.path.join(temporary, f"{k}.exr")
             files.append(os.fspath(image))
         result = _itn.predict(files, os.fspath(network), scene._scene if scene else None, sensor,
-                              os.fspath(dataset or ""), os.fspath(shape_buffers or ""), list(map(float, light)), exemplars, spp, seed_number(seed), tell)
+                              os.fspath(dataset or ""), os.fspath(shape_buffers or ""), list(map(float, light)),
+                              exemplars, spp, seed_number(seed), tell)
     names = [output[0] for output in result["network"]["outputs"]]
     numbers = np.array(result["parameters"]).reshape(len(files), len(names), 3)
     intervals = {name: numbers[:, k, 1:] for k, name in enumerate(names)} if result["intervals"] else {}

@@ -184,9 +184,9 @@ const Candidate& choose(const std::vector<Candidate>& all, const std::string& op
                       kernel_cache_folder() + ": " + fault);
   if (all.empty())
     throw DeviceError(
-        "no OpenCL device: no installed driver offers one; install one, for instance Debian's pocl-opencl-icd (any "
-        "CPU) "
-        "or, beside the Python package, pip's pocl-binary-distribution with gcc, and check with 'itn devices'");
+        "no OpenCL device: no installed driver offers one; install one, for instance Debian's pocl-opencl-icd "
+        "(any CPU) or, beside the Python package, pip's pocl-binary-distribution with gcc, and check with 'itn "
+        "devices'");
   const char* variable = std::getenv("ITN_DEVICE");
   const std::string spec = !option.empty() ? option : variable ? variable : "";
   if (spec.empty()) {
