@@ -14,8 +14,8 @@ namespace {
 
 constexpr int degree = 3;
 // Added to the normal equations of answers of variance 1, where polynomials are not linear: few exemplars cannot tell
-// twenty coefficients. On 80 random shapes, 24 exemplars each, errors were 44 /mm, .061, .125 with it, 50, .066, .132 with
-// a tenth.
+// twenty coefficients. On 80 random shapes, 24 exemplars each, errors were 44 /mm, .061, .125 with it, 50, .066, .132
+// with a tenth.
 constexpr double ridge = 10;
 constexpr double least_variance = 1e-6;
 constexpr double seen_correlation = 4;  // exemplars of which one sees half of a correlation
