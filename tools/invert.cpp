@@ -210,6 +210,8 @@ NumbersQuestion question_of(const InvertArguments& options, const std::vector<Ta
 void run(InvertArguments options) {
   const CommonOptions& common = options.common;
   const auto begun = std::chrono::steady_clock::now();
+  if (options.exemplars > 0 && options.init.empty())
+    throw UsageError("--exemplars: a network is shown them; which one (--init)?");
   check_folder(options.folder);
   if (!options.renderings.empty()) check_folder(options.renderings);
   Inputs inputs(Inputs::Keep::fingerprints);
@@ -220,17 +222,18 @@ void run(InvertArguments options) {
   for (std::vector<std::string>* texts : {&options.parameters, &options.start, &options.prior, &options.range})
     *texts = by_component(all, *texts);
   const std::vector<TargetImage> targets = read_targets(options.images, scene);
+  const bool textures = names_texture(all, options.parameters);
+  NumbersQuestion question = question_of(options, targets);
+  if (!textures) check(question, targets);
   const Device device(common.device);
   const NetworkGuess guess = set_starts(options, scene, device);
   inputs.end();
   print_notes(common, targets, !options.exposure);
-  if (names_texture(all, options.parameters)) return find_textures(options, scene, targets, device, inputs);
+  if (textures) return find_textures(options, scene, targets, device, inputs);
 
-  NumbersQuestion question = question_of(options, targets);
   question.begun = begun;
   question.request = request(options, device, inputs);
   question.of_scene = scene_request(options, device, scene_files);
-  check(question, targets);
   check_outputs(common, {});
   RenderOptions render_options;
   render_options.seed = common.seed;
@@ -309,20 +312,18 @@ void add_invert(CLI::App& app) {
   command->add_flag("--exposure", options->exposure, "each target is known up to a factor: find it, too");
   command->add_flag("--white-balance", options->white_balance,
                     "gauss-newton: red and blue of all targets are known up to a factor each: find them, too");
-  CLI::Option* init =
-      command
-          ->add_option("--init", options->init,
-                       "start from what the network of this RUN (itn train; or .safetensors file; without RUN: the one "
-                       "that ships with the program) sees in the first target: sigma_t, albedo and g of one medium. "
-                       "Without --prior what it says of them, and how surely, is Gauss-Newton's prior, too")
-          ->expected(0, 1)
-          ->default_str(shipped_run);
+  command
+      ->add_option("--init", options->init,
+                   "start from what the network of this RUN (itn train; or .safetensors file; without RUN: the one "
+                   "that ships with the program) sees in the first target: sigma_t, albedo and g of one medium. "
+                   "Without --prior what it says of them, and how surely, is Gauss-Newton's prior, too")
+      ->expected(0, 1)
+      ->default_str(shipped_run);
   command
       ->add_option(
           "--exemplars", options->exemplars,
           "show the network of --init so many renderings of the scene first, of other materials each (24, say)")
-      ->check(CLI::Range(least_exemplars, 4096))
-      ->needs(init);
+      ->check(CLI::Range(least_exemplars, 4096));
   command->add_option("--start", options->start, "NAME=VALUE: start there instead; may be repeated")
       ->check(gives_numbers(1, "NAME=VALUE"))
       ->take_all();

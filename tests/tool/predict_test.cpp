@@ -69,6 +69,9 @@ TEST_CASE("itn predict --exemplars refuses what it cannot be shown") {
   };
   CHECK(error_of({"predict", photo, "--exemplars", "24"}).find("which one (--scene)?") != std::string::npos);
   CHECK(error_of(predict(scene_file, {photo, "--exemplars", "5"})).find("--exemplars") != std::string::npos);
+  CHECK(error_of({"invert", scene_file, "--target", photo, "--parameter", "phase.g", "--exemplars", "24", "-o",
+                  folder / "fit"})
+            .find("which one (--init)?") != std::string::npos);
 
   // A medium that scatters evenly has no g to show.
   std::string object = itn::read_file(ITN_SOURCE_DIR "/scenes/dataset/object.xml");
