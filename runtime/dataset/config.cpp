@@ -53,6 +53,23 @@ DatasetConfig preset(const std::string& name) {
     config.train.triangles = 10000;
     config.train.materials = 4;
     config.train.azimuth_range = {0, 90};
+  } else if (name == "world") {
+    config.spp = 64;
+    config.in_colours = true;
+    config.cameras = {{10, 80}, {-180, 180}};
+    config.boundaries = {0.3, {0.05, 0.5}, {1.2, 1.6}};
+    for (DatasetConfig::Side* side : {&config.train, &config.test}) {
+      *side = {};
+      side->triangles = 10000;
+      side->azimuth_range = {-180, 180};
+      side->zenith_range = {0, 70};
+      side->lamps = 0.5;
+    }
+    config.train.random_shapes = 3000;
+    config.train.materials = 4;
+    config.test.shapes = shapes(true);
+    config.test.random_shapes = 296;
+    config.test.materials = 2;
   } else if (name == "paper") {
     config.size = 128;
     config.spp = 1024;
@@ -61,27 +78,34 @@ DatasetConfig preset(const std::string& name) {
   return config;
 }
 
-// What is about environments is left out where there are none: sets without them keep their hash.
+// What is not asked for is left out, here and below: sets from before keep their hash.
 Json side_json(const DatasetConfig::Side& side) {
   Json json{{"shapes", side.shapes},     {"random_shapes", side.random_shapes}, {"triangles", side.triangles},
             {"azimuths", side.azimuths}, {"azimuth_range", side.azimuth_range}, {"materials", side.materials}};
+  if (side.lamps > 0) json["lamps"] = side.lamps;
+  if (side.zenith_range) json["zenith_range"] = *side.zenith_range;
   if (side.environments.empty()) return json;
   json["environments"] = side.environments;
   json["environment_azimuths"] = side.environment_azimuths;
   return json;
 }
 
+Json boundary_json(const DatasetConfig& c) {
+  if (c.boundaries)
+    return {{"type", "drawn"},
+            {"matched", c.boundaries->matched},
+            {"alpha", c.boundaries->alpha},
+            {"int_ior", c.boundaries->int_ior}};
+  if (!c.boundary.rough) return {{"type", "matched"}};
+  return {{"type", "rough"}, {"alpha", c.boundary.alpha}, {"int_ior", c.boundary.int_ior}};
+}
+
 Json as_json(const DatasetConfig& c) {
-  Json boundary{{"type", c.boundary.rough ? "rough" : "matched"}};
-  if (c.boundary.rough) {
-    boundary["alpha"] = c.boundary.alpha;
-    boundary["int_ior"] = c.boundary.int_ior;
-  }
   Json json{{"size", c.size},
             {"spp", c.spp},
             {"seed", c.seed},
             {"longest_side_mm", c.longest_side_mm},
-            {"boundary", boundary},
+            {"boundary", boundary_json(c)},
             {"zenith", c.zenith},
             {"sigma_t", c.sigma_t},
             {"albedo", c.albedo},
@@ -89,6 +113,10 @@ Json as_json(const DatasetConfig& c) {
             {"train", side_json(c.train)},
             {"test", side_json(c.test)}};
   if (!c.train.environments.empty() || !c.test.environments.empty()) json["environment_scale"] = c.environment_scale;
+  if (c.cameras) json["camera"] = {{"elevation", c.cameras->elevation}, {"azimuth", c.cameras->azimuth}};
+  if (c.in_colours) json["colours"] = "rgb";
+  if (c.flash > 0) json["flash"] = c.flash;
+  if (c.linear_sigma_t) json["sigma_t_scale"] = "linear";
   return json;
 }
 
@@ -190,6 +218,8 @@ DatasetConfig::Side read_side(Reader& config, const std::string& file, const cha
   reader.read_azimuths("azimuths", side.azimuths);
   reader.read_range("azimuth_range", side.azimuth_range, -180, 180);
   reader.read_whole("materials", side.materials, 1, 10000000);
+  if (reader.has("lamps")) reader.read_number("lamps", side.lamps, 0, 1);
+  if (reader.has("zenith_range")) reader.read_range("zenith_range", side.zenith_range.emplace(), 0, 89);
   if (reader.has("environments"))
     reader.read("environments", side.environments, "a list of image files, each once", [](auto files) {
       std::sort(files.begin(), files.end());
@@ -200,6 +230,24 @@ DatasetConfig::Side read_side(Reader& config, const std::string& file, const cha
   if (side.environment_azimuths.empty()) reader.fail("environment_azimuths", "at least one angle");
   if (side.shapes.empty() && side.random_shapes == 0) reader.fail("shapes", "at least one, or random_shapes above 0");
   return side;
+}
+
+void read_boundary(const Json& json, const std::string& file, DatasetConfig& config) {
+  Reader boundary(json, file, "boundary");
+  std::string type;
+  boundary.read("type", type, "\"matched\", \"rough\" or \"drawn\"",
+                [](const std::string& t) { return t == "matched" || t == "rough" || t == "drawn"; });
+  constexpr double least_alpha = 0.01, least_ior = 1.01, most_ior = 4;
+  config.boundary.rough = type == "rough";
+  if (type == "rough") {
+    boundary.read_number("alpha", config.boundary.alpha, least_alpha, 1);
+    boundary.read_number("int_ior", config.boundary.int_ior, least_ior, most_ior);
+  } else if (type == "drawn") {
+    boundary.read_number("matched", config.boundaries.emplace().matched, 0, 1);
+    boundary.read_range("alpha", config.boundaries->alpha, least_alpha, 1);
+    boundary.read_range("int_ior", config.boundaries->int_ior, least_ior, most_ior);
+  }
+  boundary.finish();
 }
 
 DatasetConfig from_json(const Json& json, const std::string& file) {
@@ -216,16 +264,23 @@ DatasetConfig from_json(const Json& json, const std::string& file) {
   reader.read_range("albedo", config.albedo, 0, 1);
   reader.read_range("g", config.g, -0.99, 0.99);
 
-  Reader boundary(reader.object("boundary"), file, "boundary");
-  std::string type;
-  boundary.read("type", type, "\"matched\" or \"rough\"",
-                [](const std::string& t) { return t == "matched" || t == "rough"; });
-  config.boundary.rough = type == "rough";
-  if (config.boundary.rough) {
-    boundary.read_number("alpha", config.boundary.alpha, 0.01, 1);
-    boundary.read_number("int_ior", config.boundary.int_ior, 1.01, 4);
+  read_boundary(reader.object("boundary"), file, config);
+  if (reader.has("camera") && !reader.object("camera").is_null()) {
+    Reader camera(reader.object("camera"), file, "camera");
+    camera.read_range("elevation", config.cameras.emplace().elevation, 5, 85);
+    camera.read_range("azimuth", config.cameras->azimuth, -180, 180);
+    camera.finish();
   }
-  boundary.finish();
+  const auto choice = [&](const char* key, const std::string& no, const std::string& yes) {
+    std::string chosen = no;
+    if (reader.has(key))
+      reader.read(key, chosen, fmt::format("\"{}\" or \"{}\"", no, yes),
+                  [&](const std::string& text) { return text == no || text == yes; });
+    return chosen == yes;
+  };
+  config.in_colours = choice("colours", "luminance", "rgb");
+  config.linear_sigma_t = choice("sigma_t_scale", "logarithmic", "linear");
+  if (reader.has("flash")) reader.read_number("flash", config.flash, 0, 1e6);
 
   config.train = read_side(reader, file, "train");
   config.test = read_side(reader, file, "test");
@@ -255,7 +310,7 @@ void resolve(DatasetConfig::Side& side, const std::string& file) {
 }  // namespace
 
 const std::vector<std::string>& dataset_presets() {
-  static const std::vector<std::string> names{"tiny", "laptop", "varied", "paper"};
+  static const std::vector<std::string> names{"tiny", "laptop", "varied", "world", "paper"};
   return names;
 }
 
@@ -279,6 +334,8 @@ DatasetConfig read_dataset_config(const std::string& name_or_file) {
   }
   if (!patch.is_object()) throw InputError(name_or_file + ": need an object { ... }");
   Json json = as_json(preset(base));
+  if (patch.contains("boundary") && patch["boundary"].is_object() && patch["boundary"].contains("type"))
+    json.erase("boundary");  // another kind has other numbers
   json.merge_patch(patch);
   DatasetConfig config = from_json(json, name_or_file);
   resolve(config.train, name_or_file);

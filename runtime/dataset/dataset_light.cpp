@@ -8,6 +8,7 @@
 
 #include "runtime/base/colour.h"
 #include "runtime/base/error.h"
+#include "runtime/base/random.h"
 #include "runtime/image/bitmap.h"
 #include "runtime/scene/transform.h"
 
@@ -18,6 +19,39 @@ constexpr double sun_widening = 70;      // of the sun's radius, at the same pow
 constexpr double sun_aperture = 0.5358;  // [degree], of the real sun
 constexpr const char* emitter_id = "sky";
 constexpr double most_negative = 1e-3;  // of a picture's light: above it, something is wrong
+
+constexpr double room_irradiance = 3;  // of a horizontal surface, in luminance
+
+// A lamp's profile. inside: the angle from its middle over its radius.
+double soft(double inside) { return inside < 1 ? std::pow(1 - inside * inside, 2) : 0; }
+
+double angle_between(const Vec3& a, const Vec3& b) { return std::acos(std::clamp(dot(a, b), -1.0, 1.0)); }
+
+// All directions with the light of each, in Mitsuba's axes of pictures.
+template <class LightFrom>
+std::shared_ptr<const Bitmap> painted_room(const LightFrom& light_from) {
+  constexpr int width = 64, height = 32;
+  Bitmap picture{width, height, 3, {}};
+  double irradiance = 0;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const double theta = std::numbers::pi * y / (height - 1), phi = 2 * std::numbers::pi * (x + 0.5) / width;
+      const Vec3 towards{std::sin(theta) * std::sin(phi), std::cos(theta), -std::sin(theta) * std::cos(phi)};
+      const Vec3 light = light_from(towards);
+      const double solid_angle = std::sin(theta) * (std::numbers::pi / (height - 1)) * (2 * std::numbers::pi / width);
+      irradiance += solid_angle * std::max(0.0, towards[1]) * luminance(light);
+      for (const double value : light) picture.data.push_back(static_cast<float>(value));
+    }
+  for (float& value : picture.data) value *= static_cast<float>(room_irradiance / irradiance);
+  return std::make_shared<const Bitmap>(std::move(picture));
+}
+
+// From warm (0) to white (1), of luminance 1.
+Vec3 lamp_colour(double whiteness) {
+  const Vec3 warm{1, 0.62, 0.3}, white{0.92, 1, 1.08};
+  const Vec3 colour = (1 - whiteness) * warm + whiteness * white;
+  return (1 / luminance(colour)) * colour;
+}
 
 double luminance_at(const Bitmap& picture, std::size_t row, std::size_t column) {
   const auto channels = static_cast<std::size_t>(picture.channels);
@@ -65,6 +99,43 @@ std::shared_ptr<const Bitmap> read_environment(const std::string& file) {
   return std::make_shared<const Bitmap>(std::move(picture));
 }
 
+std::shared_ptr<const Bitmap> lamp_room(std::uint64_t seed) {
+  std::uint64_t drawn = 0;
+  const auto draw = [&](double low, double high) { return low + (high - low) * random_uniform(seed, 0, drawn++); };
+  struct Lamp {
+    Vec3 towards, light;
+    double radius;
+  };
+  std::vector<Lamp> lamps(1 + static_cast<std::size_t>(draw(0, 4)));
+  for (Lamp& lamp : lamps) {
+    const double z = draw(0.1, 1), phi = draw(0, 2 * std::numbers::pi), side = std::sqrt(1 - z * z);
+    lamp.towards = {side * std::cos(phi), z, side * std::sin(phi)};  // Mitsuba's pictures have y up
+    lamp.radius = draw(8, 25) * std::numbers::pi / 180;
+    const double power = draw(0.3, 1);  // alike for small and large ones
+    lamp.light = (power / (lamp.radius * lamp.radius)) * lamp_colour(draw(0, 1));
+  }
+  const Vec3 walls = draw(0.05, 0.5) * lamp_colour(draw(0, 1));
+  return painted_room([&](const Vec3& towards) {
+    Vec3 light = (1 + 0.5 * towards[1]) * walls;
+    for (const Lamp& lamp : lamps)
+      light = light + soft(angle_between(towards, lamp.towards) / lamp.radius) * lamp.light;
+    return light;
+  });
+}
+
+Environment lamp_alone(const Vec3& towards, double irradiance) {
+  // A sun that stands in its zenith, turned to where the lamp is: it passes rough boundaries with a third of the noise
+  // of a picture's bright spot.
+  constexpr double of_scale_1 = 1.307;  // irradiance in luminance, as rendered: tests/dataset/dataset_light_test.cpp
+  Environment lamp = make_environment("sunsky");
+  lamp.id = emitter_id;
+  lamp.sun.aperture = 20;
+  lamp.set("sky_scale", 0);
+  lamp.set("sun_scale", irradiance / of_scale_1);
+  lamp.to_world = look_at({0, 0, 0}, towards, {0, 0, 1});
+  return lamp;
+}
+
 // Mitsuba's pictures have y up, +z in their middle and -x to the right of it: the first two turns make them z, +y and
 // +x, as scenes/dataset/environment.xml does.
 Environment environment_light(std::shared_ptr<const Bitmap> picture, double azimuth, double scale) {
@@ -98,6 +169,7 @@ Vec3 mean_direction(const Environment& environment) {
 
 Environment DatasetLights::of(int index) {
   const Manifest::Light& light = set_.lights[static_cast<std::size_t>(index)];
+  if (light.lamps) return environment_light(lamp_room(*light.lamps), light.azimuth, 1);
   if (!light.environment) return sun_and_sky(light.direction);
   std::shared_ptr<const Bitmap>& picture = pictures_[light.environment->file];
   if (!picture) picture = read_environment(folder_ + "/" + light.environment->file);

@@ -1,4 +1,5 @@
-// The lights of a data set's images: sun and sky, or a picture of the surroundings (an environment map).
+// The lights of a data set's images: sun and sky, a picture of the surroundings (an environment map), or lamps in a
+// room.
 #pragma once
 #include <map>
 #include <memory>
@@ -24,6 +25,14 @@ std::shared_ptr<const Bitmap> read_environment(const std::string& file);
 // Its upper edge is the zenith; its middle stands where a sun of that azimuth stands, and what is right of the middle
 // has a greater azimuth.
 Environment environment_light(std::shared_ptr<const Bitmap> picture, double azimuth, double scale);
+
+// One to four soft lamps of white to warm light in a dim room, a picture of all directions. A function of the seed; of
+// all rooms alike a horizontal surface gets the same irradiance, that of sun and sky, about.
+std::shared_ptr<const Bitmap> lamp_room(std::uint64_t seed);
+
+// A warm lamp of ten degrees in radius, and no other light. towards: to the lamp, unit, not upright; irradiance: of a
+// surface that faces it, in luminance.
+Environment lamp_alone(const Vec3& towards, double irradiance);
 
 // What networks know of an environment: the mean of the directions above the floor, weighted by luminance and solid
 // angle, unit. The light that falls on a surface changes with its normal along it, to first order (Ramamoorthi and

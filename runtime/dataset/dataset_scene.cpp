@@ -38,16 +38,24 @@ std::shared_ptr<const Mesh> floor_mesh() {
   return std::make_shared<const Mesh>(std::move(mesh));
 }
 
-Sensor sensor_of(const Manifest& set) {
+double camera_distance() { return view_width / 2 / std::tan(view_angle / 2 * std::numbers::pi / 180); }
+
+// From the object towards the camera, unit.
+Vec3 towards_camera(const Manifest::Image& image) {
+  if (!image.camera) return normalize(Vec3{0, -1, 1});
+  const double e = image.camera->elevation * std::numbers::pi / 180, a = image.camera->azimuth * std::numbers::pi / 180;
+  return {std::cos(e) * std::sin(a), -std::cos(e) * std::cos(a), std::sin(e)};
+}
+
+Sensor sensor_of(const Manifest& set, const Manifest::Image& image) {
   Sensor sensor;
   sensor.id = "camera";
   sensor.fov_x = view_angle;
-  const double distance = view_width / 2 / std::tan(view_angle / 2 * std::numbers::pi / 180);
   const Vec3 target{0, 0, view_height};
-  sensor.to_world = look_at(target + distance * normalize(Vec3{0, -1, 1}), target, {0, 0, 1});
+  sensor.to_world = look_at(target + camera_distance() * towards_camera(image), target, {0, 0, 1});
   sensor.width = sensor.height = sensor.crop_width = sensor.crop_height = set.size;
   sensor.spp = set.spp;
-  sensor.luminance = true;
+  sensor.luminance = !set.in_colours;
   sensor.filter = FilterKind::box;
   return sensor;
 }
@@ -57,14 +65,23 @@ Sensor sensor_of(const Manifest& set) {
 const char *const dataset_sigma_t = "medium.sigma_t", *const dataset_albedo = "medium.albedo",
                   *const dataset_g = "phase.g";
 
+DatasetMaterial material_of(const Manifest::Image& image) {
+  return {image.sigma_t, image.albedo, image.g, image.colours};
+}
+
 Scene dataset_scene(const Manifest& set, const std::shared_ptr<const Mesh>& shape, const Environment& light,
                     const DatasetMaterial& material) {
+  return dataset_scene(set, {}, shape, light, material);
+}
+
+Scene dataset_scene(const Manifest& set, const Manifest::Image& image, const std::shared_ptr<const Mesh>& shape,
+                    const Environment& light, const DatasetMaterial& material) {
   static const std::shared_ptr<const Mesh> the_floor = floor_mesh();
   static const std::shared_ptr<const Bitmap> the_pattern = floor_pattern();
   Scene scene;
   scene.file = "data set";
   scene.integrator.rr_depth = 5;
-  scene.sensors = {sensor_of(set)};
+  scene.sensors = {sensor_of(set, image)};
 
   Bsdf ground = make_bsdf("diffuse");
   ground.id = "ground";
@@ -74,18 +91,26 @@ Scene dataset_scene(const Manifest& set, const std::shared_ptr<const Mesh>& shap
   paint.wrap = Texture::Wrap::repeat;
   const double repeats = 2 * floor_half_side / (the_pattern->width * tile);
   paint.to_uv = {repeats, 0, 0, 0, repeats, 0};
-  Bsdf boundary = make_bsdf(set.boundary.rough ? "roughdielectric" : "null");
+  const Manifest::Boundary& of_body = image.boundary ? *image.boundary : set.boundary;
+  Bsdf boundary = make_bsdf(of_body.rough ? "roughdielectric" : "null");
   boundary.id = "boundary";
-  if (set.boundary.rough) {
-    boundary.set("alpha", set.boundary.alpha);
-    boundary.set("int_ior", set.boundary.int_ior);
+  if (of_body.rough) {
+    boundary.set("alpha", of_body.alpha);
+    boundary.set("int_ior", of_body.int_ior);
   }
   scene.bsdfs = {ground, boundary};
 
   Medium medium;
   medium.id = "medium";
-  medium.set("sigma_t", material.sigma_t * set.mm_per_unit);
-  medium.set("albedo", material.albedo);
+  if (material.colours) {
+    Rgb sigma_t = material.colours->sigma_t;
+    for (double& value : sigma_t) value *= set.mm_per_unit;
+    medium.set("sigma_t", sigma_t);
+    medium.set("albedo", material.colours->albedo);
+  } else {
+    medium.set("sigma_t", material.sigma_t * set.mm_per_unit);
+    medium.set("albedo", material.albedo);
+  }
   medium.phase.become(*find_model(phase_models(), "hg"));
   medium.phase.id = "phase";
   medium.phase.set("g", material.g);
@@ -103,6 +128,16 @@ Scene dataset_scene(const Manifest& set, const std::shared_ptr<const Mesh>& shap
 
   scene.environment = light;
   return scene;
+}
+
+Scene in_flash(Scene scene, double irradiance) {
+  const Transform& camera = scene.sensors.front().to_world;
+  scene.environment = lamp_alone(-1.0 * transform_vector(camera, {0, 0, 1}), irradiance);
+  return scene;
+}
+
+Vec3 before_camera(const Manifest::Image& image, const Vec3& direction) {
+  return image.camera ? transform_vector(rotate({0, 0, 1}, -image.camera->azimuth), direction) : direction;
 }
 
 }  // namespace itn

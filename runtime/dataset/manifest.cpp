@@ -128,8 +128,8 @@ Manifest::Boundary boundary_of(const Node& node) {
           node["int_ior"].number(1, std::numeric_limits<double>::max(), "an index of refraction of 1 or more")};
 }
 
-Manifest::Shape shape_of(const Node& node) {
-  Manifest::Shape shape{node["name"].text(), node["role"].one_of(ROLES), node["buffers"].file(), {}};
+Manifest::Shape shape_of(const Node& node, bool cameras) {
+  Manifest::Shape shape{node["name"].text(), node["role"].one_of(ROLES), cameras ? "" : node["buffers"].file(), {}};
   const Node mesh = node["mesh"];
   if (mesh.has("named"))
     shape.mesh = Manifest::NamedMesh{mesh["named"].text()};
@@ -146,7 +146,9 @@ Manifest::Shape shape_of(const Node& node) {
 Manifest::Light light_of(const Node& node) {
   Manifest::Light light;
   light.azimuth = node["azimuth"].number(-360, 360, "an angle of -360 to 360 degrees");
-  if (node.has("environment"))
+  if (node.has("lamps"))
+    light.lamps = node["lamps"].seed();
+  else if (node.has("environment"))
     light.environment = {node["environment"].file(), node["scale"].positive("a number above 0")};
   else
     light.zenith = node["zenith"].number(0, 90, "an angle of 0 to 90 degrees");
@@ -162,17 +164,46 @@ Manifest::Light light_of(const Node& node) {
   return light;
 }
 
+std::array<double, 3> three(const Node& node, double low, double high, const char* need) {
+  const std::vector<Node> parts = node.list();
+  if (parts.size() != 3) node.fail_need("three numbers, of red, green and blue");
+  std::array<double, 3> values{};
+  for (std::size_t i = 0; i < 3; ++i) values[i] = parts[i].number(low, high, need);
+  return values;
+}
+
+double mean_of(const std::array<double, 3>& v) { return (v[0] + v[1] + v[2]) / 3; }
+
+void read_material(const Node& node, const Manifest& manifest, Manifest::Image& image) {
+  const char *const above_0 = "a number above 0", *const share = "a number from 0 to 1";
+  if (manifest.in_colours) {
+    image.colours = {
+        three(node["sigma_t"], std::numeric_limits<double>::min(), std::numeric_limits<double>::max(), above_0),
+        three(node["albedo"], 0, 1, share)};
+    image.sigma_t = mean_of(image.colours->sigma_t);
+    image.albedo = mean_of(image.colours->albedo);
+  } else {
+    image.sigma_t = node["sigma_t"].positive(above_0);
+    image.albedo = node["albedo"].number(0, 1, share);
+  }
+  const double below_one = std::nextafter(1.0, 0.0);
+  image.g = node["g"].number(-below_one, below_one, "a number between -1 and 1");
+}
+
 Manifest::Image image_of(const Node& node, const Manifest& manifest) {
   Manifest::Image image;
   image.file = node["file"].file();
   image.split = node["split"].one_of(SPLITS);
   image.shape = node["shape"].index(manifest.shapes.size(), "shapes");
   image.light = node["light"].index(manifest.lights.size(), "lights");
-  image.sigma_t = node["sigma_t"].positive("a number above 0");
-  image.albedo = node["albedo"].number(0, 1, "a number from 0 to 1");
-  const double below_one = std::nextafter(1.0, 0.0);
-  image.g = node["g"].number(-below_one, below_one, "a number between -1 and 1");
+  read_material(node, manifest, image);
   image.seed = node["seed"].seed();
+  if (manifest.cameras) {
+    const Node camera = node["camera"];
+    image.camera = {camera["elevation"].number(1, 89, "an angle of 1 to 89 degrees"),
+                    camera["azimuth"].number(-180, 180, "an angle of -180 to 180 degrees")};
+  }
+  if (node.has("boundary")) image.boundary = boundary_of(node["boundary"]);
   const Manifest::Shape& shape = manifest.shapes[static_cast<std::size_t>(image.shape)];
   const bool unseen = image.split == Manifest::Split::unseen_shape || image.split == Manifest::Split::unseen_both;
   if (unseen != (shape.role == Manifest::Role::test))
@@ -200,11 +231,15 @@ Manifest manifest_of(const Node& root) {
   manifest.spp = root["spp"].whole(1, std::numeric_limits<int>::max());
   manifest.mm_per_unit = root["mm_per_unit"].positive("a number above 0");
   manifest.boundary = boundary_of(root["boundary"]);
+  if (root.has("in_colours")) manifest.in_colours = root["in_colours"].boolean();
+  if (root.has("cameras")) manifest.cameras = root["cameras"].boolean();
+  if (root.has("flash")) manifest.flash = root["flash"].positive("an irradiance above 0");
+  if (root.has("linear_sigma_t")) manifest.linear_sigma_t = root["linear_sigma_t"].boolean();
   std::set<std::string> names, files;
   for (const Node& node : root["shapes"].list()) {
-    manifest.shapes.push_back(shape_of(node));
+    manifest.shapes.push_back(shape_of(node, manifest.cameras));
     require_new(names, manifest.shapes.back().name, node["name"]);
-    require_new(files, manifest.shapes.back().buffers, node["buffers"]);
+    if (!manifest.cameras) require_new(files, manifest.shapes.back().buffers, node["buffers"]);
   }
   for (const Node& node : root["lights"].list()) manifest.lights.push_back(light_of(node));
   for (const Node& node : root["images"].list()) {
@@ -225,15 +260,30 @@ Json json_of(const Manifest::Shape& shape) {
   if (const auto* random = std::get_if<Manifest::RandomMesh>(&shape.mesh))
     mesh = {{"random", random->seed}, {"triangles", random->triangles}};
   if (const auto* file = std::get_if<Manifest::FileMesh>(&shape.mesh)) mesh = {{"file", file->file}};
-  return {{"name", shape.name}, {"role", name_of(ROLES, shape.role)}, {"buffers", shape.buffers}, {"mesh", mesh}};
+  Json json{{"name", shape.name}, {"role", name_of(ROLES, shape.role)}};
+  if (!shape.buffers.empty()) json["buffers"] = shape.buffers;
+  json["mesh"] = mesh;
+  return json;
 }
 
 Json json_of(const Manifest::Light& light) {
   Json json = Json::object();
   if (light.environment) json = {{"environment", light.environment->file}, {"scale", light.environment->scale}};
+  if (light.lamps) json = {{"lamps", *light.lamps}};
   json["azimuth"] = light.azimuth;
-  if (!light.environment) json["zenith"] = light.zenith;
+  if (!light.environment && !light.lamps) json["zenith"] = light.zenith;
   json["direction"] = light.direction;
+  return json;
+}
+
+Json json_of(const Manifest::Image& image) {
+  Json json{{"file", image.file}, {"split", split_name(image.split)}, {"shape", image.shape}, {"light", image.light}};
+  json["sigma_t"] = image.colours ? Json(image.colours->sigma_t) : Json(image.sigma_t);
+  json["albedo"] = image.colours ? Json(image.colours->albedo) : Json(image.albedo);
+  json["g"] = image.g;
+  json["seed"] = image.seed;
+  if (image.camera) json["camera"] = {{"elevation", image.camera->elevation}, {"azimuth", image.camera->azimuth}};
+  if (image.boundary) json["boundary"] = json_of(*image.boundary);
   return json;
 }
 
@@ -241,27 +291,24 @@ Json json_of(const Manifest& manifest) {
   Json shapes = Json::array(), lights = Json::array(), images = Json::array();
   for (const Manifest::Shape& shape : manifest.shapes) shapes.push_back(json_of(shape));
   for (const Manifest::Light& light : manifest.lights) lights.push_back(json_of(light));
-  for (const Manifest::Image& image : manifest.images)
-    images.push_back({{"file", image.file},
-                      {"split", split_name(image.split)},
-                      {"shape", image.shape},
-                      {"light", image.light},
-                      {"sigma_t", image.sigma_t},
-                      {"albedo", image.albedo},
-                      {"g", image.g},
-                      {"seed", image.seed}});
-  return {{"schema", SCHEMA},
-          {"version", manifest.version},
-          {"hash", manifest.hash},
-          {"complete", manifest.complete},
-          {"config", Json::parse(manifest.config, nullptr, false)},
-          {"size", manifest.size},
-          {"spp", manifest.spp},
-          {"mm_per_unit", manifest.mm_per_unit},
-          {"boundary", json_of(manifest.boundary)},
-          {"shapes", shapes},
-          {"lights", lights},
-          {"images", images}};
+  for (const Manifest::Image& image : manifest.images) images.push_back(json_of(image));
+  Json json{{"schema", SCHEMA},
+            {"version", manifest.version},
+            {"hash", manifest.hash},
+            {"complete", manifest.complete},
+            {"config", Json::parse(manifest.config, nullptr, false)},
+            {"size", manifest.size},
+            {"spp", manifest.spp},
+            {"mm_per_unit", manifest.mm_per_unit},
+            {"boundary", json_of(manifest.boundary)}};
+  if (manifest.in_colours) json["in_colours"] = true;
+  if (manifest.cameras) json["cameras"] = true;
+  if (manifest.flash > 0) json["flash"] = manifest.flash;
+  if (manifest.linear_sigma_t) json["linear_sigma_t"] = true;
+  json["shapes"] = shapes;
+  json["lights"] = lights;
+  json["images"] = images;
+  return json;
 }
 
 }  // namespace

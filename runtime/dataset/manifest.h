@@ -32,7 +32,8 @@ struct Manifest {
   struct Shape {
     std::string name;  // no two alike
     Role role = Role::train;
-    std::string buffers;  // file in the data set's folder: the shape as the camera sees it
+    std::string
+        buffers;  // file in the data set's folder: the shape as the camera sees it; empty: images' files have it
     std::variant<NamedMesh, RandomMesh, FileMesh> mesh;
   };
 
@@ -41,25 +42,41 @@ struct Manifest {
     std::string file;  // in the data set's folder
     double scale = 1;  // > 0: radiance in the scene over that in the file
   };
-  // Sun and sky, or an environment.
+  // Sun and sky, an environment, or lamps in a room.
   struct Light {
     double azimuth = 0;                           // of the sun or of the picture's middle [degrees]
     double zenith = 0;                            // of the sun [degrees], in [0, 90]; not looked at of environments
     std::array<double, 3> direction = {0, 0, 1};  // towards the sun, or to where most light comes from; length 1
     std::optional<Environment> environment = {};
+    std::optional<std::uint64_t> lamps = {};  // seed of lamp_room(), dataset_light.h
+  };
+
+  // Where a camera stands around the object [degrees]; without one it is at 45 and 0.
+  struct Camera {
+    double elevation = 45;  // above the floor, (0, 90)
+    double azimuth = 0;     // around the vertical, from above counter-clockwise, [-180, 180]
   };
 
   // What an image is for. Shapes of `train`, `validation` and `unseen_light` have the role train, those of
   // `unseen_shape` and `unseen_both` the role test: no shape is learnt and then called unseen.
   enum class Split { train, validation, unseen_light, unseen_shape, unseen_both };
+
+  // Of red, green and blue.
+  struct Colours {
+    std::array<double, 3> sigma_t{1, 1, 1};  // [1/mm], > 0
+    std::array<double, 3> albedo{0, 0, 0};   // [0, 1]
+  };
   struct Image {
     std::string file;  // in the data set's folder; no two alike
     Split split = Split::train;
-    int shape = 0, light = 0;  // indices
-    double sigma_t = 1;        // [1/mm], > 0
-    double albedo = 0;         // [0, 1]
-    double g = 0;              // (-1, 1)
-    std::uint64_t seed = 0;    // of its rendering
+    int shape = 0, light = 0;               // indices
+    double sigma_t = 1;                     // [1/mm], > 0; of colours their mean
+    double albedo = 0;                      // [0, 1]; of colours their mean
+    double g = 0;                           // (-1, 1)
+    std::uint64_t seed = 0;                 // of its rendering
+    std::optional<Colours> colours = {};    // of a set in colours
+    std::optional<Camera> camera = {};      // of a set with cameras all around
+    std::optional<Boundary> boundary = {};  // instead of the set's
   };
 
   std::string version;        // of the program that made it
@@ -70,6 +87,11 @@ struct Manifest {
   int spp = 1;                // samples a pixel
   double mm_per_unit = 1;     // sigma_t [1/mm] times it is per scene unit
   Boundary boundary;
+  // What people's pictures are like, where they are not of luminance from one place:
+  bool in_colours = false;      // images have red, green and blue, and every image has `colours`
+  bool cameras = false;         // every image has a camera, and its file the shape's buffers
+  double flash = 0;             // irradiance of a lamp at the camera, whose light each file has, too; 0: none
+  bool linear_sigma_t = false;  // equal differences are equally likely, else equal ratios
   std::vector<Shape> shapes;
   std::vector<Light> lights;
   std::vector<Image> images;

@@ -45,7 +45,8 @@ Manifest merge_dataset(const DatasetConfig& config, const std::string& folder, c
   Manifest set = read_manifest(folder);
   require_same(folder, set, config);
   const std::vector<std::size_t> images = missing_of(folder, set, set.images, cancel),
-                                 shapes = missing_of(folder, set, set.shapes, cancel);
+                                 shapes = set.cameras ? std::vector<std::size_t>()
+                                                      : missing_of(folder, set, set.shapes, cancel);
   if (!images.empty() || !shapes.empty())
     throw ResultError(fmt::format(
         "{}: {} of {} images and the buffers of {} of {} shapes are missing or damaged, the first {}; run the parts "

@@ -15,7 +15,22 @@
 namespace itn {
 namespace {
 
-enum Stream : std::uint64_t { STREAM_SHAPE, STREAM_SEED, STREAM_AZIMUTH, STREAM_MATERIAL };
+enum Stream : std::uint64_t {
+  STREAM_SHAPE,
+  STREAM_SEED,
+  STREAM_AZIMUTH,
+  STREAM_MATERIAL,
+  STREAM_LAMPS,
+  STREAM_ZENITH,
+  STREAM_ELEVATION,
+  STREAM_CAMERA_AZIMUTH,
+  STREAM_MATCHED,
+  STREAM_ALPHA,
+  STREAM_INT_IOR,
+  STREAM_ROOM,
+};
+
+double between(const std::array<double, 2>& range, double u) { return range[0] + u * (range[1] - range[0]); }
 
 constexpr int validation_share = 10;  // one in so many
 
@@ -40,49 +55,100 @@ class Planner {
   // The side's suns, then its environments; none: each image's is drawn.
   std::vector<int> lights(const DatasetConfig::Side& side) {
     std::vector<int> result;
-    for (const double azimuth : side.azimuths) result.push_back(add(sun(azimuth)));
+    for (const double azimuth : side.azimuths) result.push_back(add(sun(azimuth, config_.zenith)));
     for (const std::string& file : side.environments) {
       const Manifest::Environment environment{environment_file(file), config_.environment_scale};
       const std::shared_ptr<const Bitmap> picture = read_environment(file);
       for (const double azimuth : side.environment_azimuths) {
         const Vec3 direction = mean_direction(environment_light(picture, azimuth, environment.scale));
-        result.push_back(add({azimuth, 0, direction, environment}));
+        result.push_back(add({azimuth, 0, direction, environment, {}}));
       }
     }
     return result;
   }
-  // One of its own, from the range.
-  int drawn_light(const std::array<double, 2>& range) {
-    const double u = random_uniform(config_.seed, STREAM_AZIMUTH, set_.images.size());
-    return add(sun(range[0] + u * (range[1] - range[0])));
+  // The next image's own, from the side's ranges.
+  int drawn_light(const DatasetConfig::Side& side) {
+    const double azimuth = draw(STREAM_AZIMUTH, side.azimuth_range);
+    if (side.lamps > 0 && draw(STREAM_LAMPS, {0, 1}) < side.lamps) {
+      const std::uint64_t room = random_bits(config_.seed, STREAM_ROOM, set_.images.size());
+      const Vec3 direction = mean_direction(environment_light(lamp_room(room), azimuth, 1));
+      return add({azimuth, 0, direction, {}, room});
+    }
+    const double zenith = side.zenith_range ? draw(STREAM_ZENITH, *side.zenith_range) : config_.zenith;
+    return add(sun(azimuth, zenith));
   }
 
-  // The next material, point i of the additive sequence of Roberts (2018) in three dimensions: 1/phi, 1/phi^2, 1/phi^3
-  // with phi^4 = phi + 1, shifted by the seed.
   void add_image(Manifest::Split split, int shape, int light) {
     const std::size_t i = set_.images.size();
     require_room(i + 1);
-    const double phi = 1.22074408460575947536;
-    std::array<double, 3> u{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double shift = random_uniform(config_.seed, STREAM_MATERIAL, k);
-      u[k] = std::fmod(shift + static_cast<double>(i) * std::pow(phi, -static_cast<double>(k + 1)), 1.0);
-    }
     Manifest::Image image;
     image.file = fmt::format("images/{:06}.exr", i);
     image.split = split;
     image.shape = shape;
     image.light = light;
-    image.sigma_t = config_.sigma_t[0] * std::pow(config_.sigma_t[1] / config_.sigma_t[0], u[0]);
-    image.albedo = config_.albedo[0] + u[1] * (config_.albedo[1] - config_.albedo[0]);
-    image.g = config_.g[0] + u[2] * (config_.g[1] - config_.g[0]);
+    set_material(image);
     image.seed = random_bits(config_.seed, STREAM_SEED, i);
+    if (config_.cameras)
+      image.camera = {draw(STREAM_ELEVATION, config_.cameras->elevation),
+                      draw(STREAM_CAMERA_AZIMUTH, config_.cameras->azimuth)};
+    if (const auto& drawn = config_.boundaries) {
+      image.boundary.emplace();
+      image.boundary->rough = draw(STREAM_MATCHED, {0, 1}) >= drawn->matched;
+      if (image.boundary->rough) {
+        image.boundary->alpha = draw(STREAM_ALPHA, drawn->alpha);
+        image.boundary->int_ior = draw(STREAM_INT_IOR, drawn->int_ior);
+      }
+    }
     set_.images.push_back(image);
   }
 
  private:
-  Manifest::Light sun(double azimuth) const {
-    return {azimuth, config_.zenith, sun_direction(azimuth, config_.zenith), {}};
+  // Of the next image.
+  double draw(Stream stream, const std::array<double, 2>& range) const {
+    return between(range, random_uniform(config_.seed, stream, set_.images.size()));
+  }
+
+  // The next material, point i of the additive sequence of Roberts (2018) in D dimensions: 1/phi, 1/phi^2, ... with
+  // phi^(D + 1) = phi + 1, shifted by the seed.
+  template <std::size_t D>
+  std::array<double, D> material_point() const {
+    constexpr double phi = D == 3 ? 1.22074408460575947536 : 1.09698155779855981790;
+    static_assert(D == 3 || D == 7);
+    std::array<double, D> u{};
+    for (std::size_t k = 0; k < D; ++k) {
+      const double shift = random_uniform(config_.seed, STREAM_MATERIAL, k);
+      u[k] =
+          std::fmod(shift + static_cast<double>(set_.images.size()) * std::pow(phi, -static_cast<double>(k + 1)), 1.0);
+    }
+    return u;
+  }
+
+  double sigma_t_at(double u) const {
+    const auto& [low, high] = config_.sigma_t;
+    return config_.linear_sigma_t ? low + u * (high - low) : low * std::pow(high / low, u);
+  }
+
+  void set_material(Manifest::Image& image) const {
+    if (!config_.in_colours) {
+      const std::array<double, 3> u = material_point<3>();
+      image.sigma_t = sigma_t_at(u[0]);
+      image.albedo = between(config_.albedo, u[1]);
+      image.g = between(config_.g, u[2]);
+      return;
+    }
+    const std::array<double, 7> u = material_point<7>();
+    Manifest::Colours& colours = image.colours.emplace();
+    for (std::size_t c = 0; c < 3; ++c) {
+      colours.sigma_t[c] = sigma_t_at(u[c]);
+      colours.albedo[c] = between(config_.albedo, u[3 + c]);
+    }
+    image.sigma_t = (colours.sigma_t[0] + colours.sigma_t[1] + colours.sigma_t[2]) / 3;
+    image.albedo = (colours.albedo[0] + colours.albedo[1] + colours.albedo[2]) / 3;
+    image.g = between(config_.g, u[6]);
+  }
+
+  Manifest::Light sun(double azimuth, double zenith) const {
+    return {azimuth, zenith, sun_direction(azimuth, zenith), {}, {}};
   }
   int add(const Manifest::Light& light) {
     set_.lights.push_back(light);
@@ -103,7 +169,7 @@ void add_environments(const DatasetConfig::Side& side, DatasetPlan& plan) {
 
 void add_shapes(const DatasetConfig& config, const DatasetConfig::Side& side, Manifest::Role role, DatasetPlan& plan) {
   const auto add = [&](const std::string& name, auto mesh, const std::string& from) {
-    plan.manifest.shapes.push_back({name, role, "shapes/" + name + ".exr", mesh});
+    plan.manifest.shapes.push_back({name, role, config.cameras ? "" : "shapes/" + name + ".exr", mesh});
     plan.mesh_files.push_back(from);
   };
   for (const std::string& shape : side.shapes) {
@@ -146,6 +212,10 @@ DatasetPlan plan_dataset(const DatasetConfig& config, const std::string& version
   set.spp = config.spp;
   set.mm_per_unit = config.longest_side_mm;
   set.boundary = config.boundary;
+  set.in_colours = config.in_colours;
+  set.cameras = config.cameras.has_value();
+  set.flash = config.flash;
+  set.linear_sigma_t = config.linear_sigma_t;
   add_shapes(config, config.train, Manifest::Role::train, plan);
   const int train_shapes = static_cast<int>(set.shapes.size());
   add_shapes(config, config.test, Manifest::Role::test, plan);
@@ -163,7 +233,7 @@ DatasetPlan plan_dataset(const DatasetConfig& config, const std::string& version
       for (int m = 0; m < materials; ++m) {
         const bool held_out = (random ? shape : m) % validation_share == validation_share - 1;
         planner.add_image(split == Split::train && held_out ? Split::validation : split, shape,
-                          lights.empty() ? planner.drawn_light(drawn.azimuth_range) : lights[l]);
+                          lights.empty() ? planner.drawn_light(drawn) : lights[l]);
       }
   };
   // Where the training has suns from anywhere, only environments are unseen.

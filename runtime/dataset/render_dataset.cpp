@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/parallel.h"
+#include "runtime/base/random.h"
 #include "runtime/cluster/ranks.h"
 #include "runtime/dataset/dataset_mesh.h"
 #include "runtime/dataset/dataset_scene.h"
@@ -41,89 +44,154 @@ void check_same(const std::string& folder, const Manifest& set) {
                     folder, there.hash, set.hash));
 }
 
+// Shapes on the device, with a renderer that always renders the same kind of scenes.
+struct Placed {
+  Placed(const Device& device, const RenderOptions& options, DatasetShapes& made)
+      : renderer(device, options), shapes(renderer, made) {}
+
+  std::vector<Rendering> render(const std::vector<const Manifest::Image*>& images, const std::vector<Scene>& scenes,
+                                std::uint64_t stream, int spp) {
+    std::vector<int> of_images;
+    for (const Manifest::Image* image : images) of_images.push_back(image->shape);
+    shapes.place(of_images);
+    std::vector<BatchImage> batch;
+    for (std::size_t i = 0; i < images.size(); ++i) {
+      const std::uint64_t seed = stream == 0 ? images[i]->seed : random_bits(images[i]->seed, stream, 0);
+      batch.push_back({&scenes[i], shapes.geometry(images[i]->shape), seed, 0});
+    }
+    return renderer.render(batch, spp);
+  }
+
+  BatchRenderer renderer;
+  PlacedShapes shapes;
+};
+
+std::vector<std::string> channels_of(const Manifest& set) {
+  const auto add_light = [&](std::vector<std::string>& names, const std::string& light) {
+    for (const char* error : {"", "stderr."})
+      for (const std::string& letter : colour_names(set)) names.push_back(light + error + letter);
+  };
+  std::vector<std::string> names;
+  add_light(names, "");
+  if (set.flash > 0) add_light(names, "flash.");
+  if (set.cameras) names.insert(names.end(), buffer_names.begin(), buffer_names.end());
+  return names;
+}
+
 class DatasetRenderer {
  public:
   DatasetRenderer(const Device& device, const Manifest& set, std::string folder, const std::atomic<bool>* cancel)
       : set_(set),
         folder_(std::move(folder)),
         lights_(set, folder_),
-        renderer_(device, options(cancel)),
         shapes_(set, folder_, most_bytes),
-        placed_(renderer_, shapes_) {}
+        ambient_(device, options(cancel), shapes_),
+        channels_(channels_of(set)) {
+    if (set.flash > 0) flash_.emplace(device, options(cancel), shapes_);
+  }
 
-  // All under the sun or all under environments: then an image's bits do not depend on the others (batch_renderer.h).
+  // All of one kind_of(): then an image's bits do not depend on the others (batch_renderer.h).
   void render(const std::vector<const Manifest::Image*>& images) {
-    place(images);
+    std::vector<int> shapes;
+    for (const Manifest::Image* image : images) shapes.push_back(image->shape);
+    shapes_.make(shapes, ambient_.renderer);
     std::vector<Scene> scenes;
     scenes.reserve(images.size());
     for (const Manifest::Image* image : images) scenes.push_back(scene_of(*image));
-    std::vector<BatchImage> batch;
-    for (std::size_t i = 0; i < images.size(); ++i)
-      batch.push_back({&scenes[i], placed_.geometry(images[i]->shape), images[i]->seed, 0});
-    const std::vector<Rendering> renderings = renderer_.render(batch, set_.spp);
-    for (std::size_t i = 0; i < images.size(); ++i) write(*images[i], renderings[i]);
+    std::vector<ExrImage> files(images.size());
+    for (ExrImage& file : files) {
+      file = {set_.size, set_.size, channels_, {}, {}};
+      file.data.resize(file.channels.size() * static_cast<std::size_t>(set_.size) *
+                       static_cast<std::size_t>(set_.size));
+    }
+    int next = put(ambient_.render(images, scenes, 0, set_.spp), 0, files);
+    if (flash_) {
+      std::vector<Scene> in_dark;
+      for (const Scene& scene : scenes) in_dark.push_back(in_flash(scene, set_.flash));
+      next = put(flash_->render(images, in_dark, stream_flash, set_.spp), next, files);
+    }
+    if (set_.cameras)
+      parallel_for(images.size(), [&](std::size_t i) { put(buffers_of(*images[i], scenes[i]), next, files[i]); });
+    else
+      write_shapes(shapes);
+    for (std::size_t i = 0; i < images.size(); ++i) write_stored(folder_, set_, *images[i], std::move(files[i]));
   }
 
  private:
+  static constexpr std::uint64_t stream_flash = 1;
+
   static RenderOptions options(const std::atomic<bool>* cancel) {
     RenderOptions options;
     options.cancel = cancel;
     return options;
   }
 
-  std::string path(const std::string& file) const { return folder_ + "/" + file; }
-
   Scene scene_of(const Manifest::Image& image) {
-    return dataset_scene(set_, shapes_.made(image.shape).mesh, lights_.of(image.light),
-                         {image.sigma_t, image.albedo, image.g});
+    return dataset_scene(set_, image, shapes_.made(image.shape).mesh, lights_.of(image.light), material_of(image));
   }
 
-  // Makes sure that the images' shapes are on the device, and their buffers in the folder.
-  void place(const std::vector<const Manifest::Image*>& images) {
-    std::vector<int> shapes;
-    shapes.reserve(images.size());
-    for (const Manifest::Image* image : images) shapes.push_back(image->shape);
-    placed_.place(shapes);
+  static ShapeBuffers buffers_of(const Manifest::Image& image, const Scene& scene) {
+    ShapeBuffers buffers = shape_buffers(scene, 0, 1);
+    for (Vec3& normal : buffers.normal) normal = before_camera(image, normal);
+    return buffers;
+  }
+
+  // Where the folder does not have them yet.
+  void write_shapes(const std::vector<int>& shapes) {
     for (const int shape : shapes) {
       const Manifest::Shape& s = set_.shapes[static_cast<std::size_t>(shape)];
       if (!has_buffers_.insert(shape).second || is_stored(folder_, set_, s)) continue;
-      write(s, shape_buffers(dataset_scene(set_, shapes_.made(shape).mesh), 0, 1));
+      ExrImage file{set_.size, set_.size, {buffer_names.begin(), buffer_names.end()}, {}, {}};
+      file.data.resize(file.channels.size() * static_cast<std::size_t>(set_.size) *
+                       static_cast<std::size_t>(set_.size));
+      put(buffers_of({}, dataset_scene(set_, shapes_.made(shape).mesh)), 0, file);
+      write_stored(folder_, set_, s, std::move(file));
     }
   }
 
-  void write(const Manifest::Shape& shape, const ShapeBuffers& buffers) const {
-    ExrImage out{set_.size, set_.size, {"normal.X", "normal.Y", "normal.Z", "depth", "mask"}, {}, {}};
+  // Renderings with their errors, from a channel of the files on. Returns the channel after them.
+  static int put(const std::vector<Rendering>& renderings, int channel, std::vector<ExrImage>& files) {
+    const auto colours = static_cast<std::size_t>(renderings.front().channels);
+    for (std::size_t i = 0; i < files.size(); ++i)
+      for (std::size_t k = 0; k < renderings[i].mean.size(); ++k) {
+        float* pixel = &files[i].data[k / colours * files[i].channels.size() + static_cast<std::size_t>(channel)];
+        pixel[k % colours] = renderings[i].mean[k];
+        pixel[colours + k % colours] = renderings[i].stderr_[k];
+      }
+    return channel + 2 * static_cast<int>(colours);
+  }
+
+  static void put(const ShapeBuffers& buffers, int channel, ExrImage& file) {
     for (std::size_t i = 0; i < buffers.mask.size(); ++i) {
-      for (const double n : buffers.normal[i]) out.data.push_back(static_cast<float>(n));
-      out.data.push_back(static_cast<float>(buffers.depth[i]));
-      out.data.push_back(static_cast<float>(buffers.mask[i]));
+      float* pixel = &file.data[i * file.channels.size() + static_cast<std::size_t>(channel)];
+      for (const double n : buffers.normal[i]) *pixel++ = static_cast<float>(n);
+      *pixel++ = static_cast<float>(buffers.depth[i]);
+      *pixel = static_cast<float>(buffers.mask[i]);
     }
-    write_stored(folder_, set_, shape, std::move(out));
-  }
-
-  void write(const Manifest::Image& image, const Rendering& rendering) const {
-    ExrImage out{set_.size, set_.size, {"Y", "stderr.Y"}, {}, {}};
-    for (std::size_t i = 0; i < rendering.mean.size(); ++i) {
-      out.data.push_back(rendering.mean[i]);
-      out.data.push_back(rendering.stderr_[i]);
-    }
-    write_stored(folder_, set_, image, std::move(out));
   }
 
   const Manifest& set_;
   std::string folder_;
   DatasetLights lights_;
-  BatchRenderer renderer_;
   DatasetShapes shapes_;
-  PlacedShapes placed_;
+  Placed ambient_;
+  std::optional<Placed> flash_;  // in no other light
+  std::vector<std::string> channels_;
   std::set<int> has_buffers_;  // shapes whose buffers are in the folder
 };
+
+// Images of one kind have scenes with the same kinds of BSDFs and light.
+int kind_of(const Manifest& set, const Manifest::Image& image) {
+  const Manifest::Light& light = set.lights[static_cast<std::size_t>(image.light)];
+  const bool rough = image.boundary ? image.boundary->rough : set.boundary.rough;
+  return (light.environment || light.lamps ? 2 : 0) + (rough ? 1 : 0);
+}
 
 // What the images need beside their shapes, and the plan.
 void write_sources(const DatasetPlan& plan, const std::string& folder) {
   const Manifest& set = plan.manifest;
   make_folder(folder + "/images");
-  make_folder(folder + "/shapes");
+  if (!set.cameras || !plan.mesh_files.empty()) make_folder(folder + "/shapes");
   for (std::size_t s = 0; s < set.shapes.size(); ++s)
     if (const auto* mesh = std::get_if<Manifest::FileMesh>(&set.shapes[s].mesh))
       write_ply(folder + "/" + mesh->file, as_dataset_mesh(plan.mesh_files[s]));
@@ -152,8 +220,9 @@ std::vector<const Manifest::Image*> missing_of(const Manifest& set, const std::s
   for (std::size_t i = first + rank; i < end; i += count) {
     if (cancel && *cancel) throw Interrupted();
     const Manifest::Image& image = set.images[i];
-    const auto [known, is_new] = has_buffers.try_emplace(image.shape, false);
-    if (is_new) known->second = is_stored(folder, set, set.shapes[static_cast<std::size_t>(image.shape)]);
+    const auto [known, is_new] = has_buffers.try_emplace(image.shape, set.cameras);
+    if (is_new && !set.cameras)
+      known->second = is_stored(folder, set, set.shapes[static_cast<std::size_t>(image.shape)]);
     is_missing[i - first] = !(known->second && is_stored(folder, set, image));
   }
   add_up(ranks, is_missing);
@@ -196,11 +265,10 @@ DatasetProgress render_dataset(const Device& device, const DatasetPlan& plan, co
   DatasetRenderer renderer(device, set, folder, cancel);
   const std::int64_t image_paths = static_cast<std::int64_t>(set.size) * set.size * set.spp;
   const auto batch = static_cast<std::size_t>(std::clamp<std::int64_t>(batch_paths / image_paths, 1, 64));
-  const auto under_sun = [&](const Manifest::Image* image) {
-    return !set.lights[static_cast<std::size_t>(image->light)].environment;
-  };
-  const auto environments = std::stable_partition(missing.begin(), missing.end(), under_sun);
-  const auto render = [&](auto from, auto to) {
+  const auto kind = [&](const Manifest::Image* image) { return kind_of(set, *image); };
+  std::stable_sort(missing.begin(), missing.end(), [&](auto* a, auto* b) { return kind(a) < kind(b); });
+  for (auto from = missing.begin(); from != missing.end();) {
+    const auto to = std::find_if(from, missing.end(), [&](auto* image) { return kind(image) != kind(*from); });
     const AllRanksWrite all_write;
     ranks.hand_out(static_cast<std::size_t>(to - from), batch, [&](std::size_t some_first, std::size_t some_end) {
       renderer.render({from + static_cast<std::ptrdiff_t>(some_first), from + static_cast<std::ptrdiff_t>(some_end)});
@@ -208,9 +276,8 @@ DatasetProgress render_dataset(const Device& device, const DatasetPlan& plan, co
       progress.rendered += some_end - some_first;
       report(progress);
     });
-  };
-  render(missing.begin(), environments);
-  render(environments, missing.end());
+    from = to;
+  }
   progress = {end - first, end - first, missing.size()};
   if (part.count > 1) return progress;
   if (ranks.is_first()) complete_dataset(folder, set);

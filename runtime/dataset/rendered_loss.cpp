@@ -38,7 +38,8 @@ std::vector<Rendering> RenderedLoss::render(Placed& placed, const std::vector<Re
   placed.shapes.place(shapes);
   std::vector<Scene> scenes;
   for (const RerenderedImage& i : images) {
-    scenes.push_back(dataset_scene(set_, shapes_.made(i.image->shape).mesh, lights_.of(i.image->light), i.material));
+    scenes.push_back(
+        dataset_scene(set_, *i.image, shapes_.made(i.image->shape).mesh, lights_.of(i.image->light), i.material));
     if (i.window) {
       Sensor& sensor = scenes.back().sensors.front();
       sensor.crop_x = i.window->left;

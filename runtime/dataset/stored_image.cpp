@@ -19,11 +19,20 @@ constexpr const char* checksum_name = "checksum";
 
 using Texts = std::map<std::string, std::string>;
 
+std::string parameters_text(const Manifest::Image& image) {
+  const auto values = [](double one, const std::array<double, 3>* colours) {
+    return colours ? fmt::format("[{},{},{}]", (*colours)[0], (*colours)[1], (*colours)[2]) : fmt::format("{}", one);
+  };
+  return fmt::format(R"({{"sigma_t":{},"albedo":{},"g":{}}})",
+                     values(image.sigma_t, image.colours ? &image.colours->sigma_t : nullptr),
+                     values(image.albedo, image.colours ? &image.colours->albedo : nullptr), image.g);
+}
+
 Texts header_of(const Manifest& set, const Manifest::Image& image) {
   return {{"hash", set.hash},
           {"spp", std::to_string(set.spp)},
           {"seed", std::to_string(image.seed)},
-          {"parameters", fmt::format(R"({{"sigma_t":{},"albedo":{},"g":{}}})", image.sigma_t, image.albedo, image.g)}};
+          {"parameters", parameters_text(image)}};
 }
 
 Texts header_of(const Manifest& set, const Manifest::Shape& shape) {
@@ -99,6 +108,12 @@ bool is_whole(const std::string& folder, const Manifest& set, const Item& item) 
 }
 
 }  // namespace
+
+const std::array<const char*, 5> buffer_names{"normal.X", "normal.Y", "normal.Z", "depth", "mask"};
+
+std::vector<std::string> colour_names(const Manifest& set) {
+  return set.in_colours ? std::vector<std::string>{"R", "G", "B"} : std::vector<std::string>{"Y"};
+}
 
 void write_stored(const std::string& folder, const Manifest& set, const Manifest::Image& image, ExrImage content) {
   write(folder, set, image, std::move(content));

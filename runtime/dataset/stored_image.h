@@ -1,11 +1,20 @@
 // The images and shape buffers of a data set: each file says what it shows, and whether it is as it was written.
 #pragma once
+#include <array>
 #include <string>
+#include <vector>
 
 #include "runtime/dataset/manifest.h"
 #include "runtime/image/exr.h"
 
 namespace itn {
+
+// Of the images' light: Y, or R, G and B. Standard errors are stderr.Y and so on, the flash's light flash.Y,
+// flash.stderr.Y.
+std::vector<std::string> colour_names(const Manifest& set);
+
+// The shape as the camera sees it.
+extern const std::array<const char*, 5> buffer_names;
 
 // Gives `content` its header and a checksum over that and the values, and writes it. Sync::later: sync_folder()
 // follows.
