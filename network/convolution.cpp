@@ -133,8 +133,9 @@ void ConvolutionStage::create_backward_weights() {
     weights_gradient_ = memory(weights_of(shape_, Tag::ohwi), engine_);
     return;
   }
-  // For six plain channels oneDNN has no vector code, for three it has.
-  if (group_ == 6) group_ = 3;
+  // The first stage reads plain channels, and for more than three oneDNN has no vector code.
+  constexpr int most_plain = 3;
+  if (!input_gradient_ && group_ > most_plain && group_ < 16) group_ = group_ % most_plain == 0 ? most_plain : 1;
   ConvolutionShape shape = shape_;
   shape.in_channels = group_;
   input_for_weights_ = input_;

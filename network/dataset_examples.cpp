@@ -1,12 +1,17 @@
 #include "network/dataset_examples.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 #include "network/random.h"
 #include "runtime/base/error.h"
+#include "runtime/dataset/dataset_scene.h"
 #include "runtime/dataset/stored_image.h"
 
 namespace itn {
@@ -18,42 +23,61 @@ std::string path_of(const std::string& folder, const std::string& file) {
 
 }  // namespace
 
-DatasetImages read_images(const std::string& folder, const Manifest& manifest, Manifest::Split split, bool with_shapes,
-                          const std::atomic<bool>& cancel) {
+Wanted wanted_by(const NetworkDescription& network) {
+  const auto any = [&](std::initializer_list<const char*> names) {
+    return std::any_of(names.begin(), names.end(), [&](const char* name) { return sees(network, name); });
+  };
+  return {sees(network, "rgb") ? 3 : 1, any({"flash_luminance", "flash_rgb"}),
+          any({"mask", "normal", "nearness", "light"})};
+}
+
+DatasetImages read_images(const std::string& folder, const Manifest& manifest, Manifest::Split split,
+                          const Wanted& wanted, const std::atomic<bool>& cancel) {
+  if (wanted.colours == 3 && !manifest.in_colours)
+    throw UsageError(folder + ": its images are of luminance; the network sees colours");
+  if (wanted.flash && !(manifest.flash > 0)) throw UsageError(folder + ": has no flash; the network sees one");
   DatasetImages result;
+  result.linear_sigma_t = manifest.linear_sigma_t;
   for (const Manifest::Image& image : manifest.images) {
     if (cancel) throw Interrupted();
     if (image.split != split) continue;
+    const ExrImage content = read_stored(folder, manifest, image);
+    const std::string file = path_of(folder, image.file);
     result.images.push_back(image);
-    result.luminance.push_back(
-        luminance_of(read_stored(folder, manifest, image), path_of(folder, image.file), &result.errors.emplace_back()));
+    result.radiance.push_back(radiance_of(content, file, wanted.colours, "", &result.errors.emplace_back()));
+    if (wanted.flash)
+      result.flash.push_back(radiance_of(content, file, wanted.colours, "flash.", &result.flash_errors.emplace_back()));
+    const auto& light = manifest.lights[static_cast<std::size_t>(image.light)].direction;
+    result.lights.push_back(before_camera(image, light));
+    result.shape_of.push_back(manifest.cameras ? result.shapes.size() : static_cast<std::size_t>(image.shape));
+    if (wanted.shapes && manifest.cameras) result.shapes.push_back(seen_shape_of(content, file));
   }
   if (result.images.empty())
     throw InputError(manifest_file(folder) + ": has no images of the split " + split_name(split));
-  for (const Manifest::Light& light : manifest.lights) result.lights.push_back(light.direction);
-  if (with_shapes)
+  if (wanted.shapes && !manifest.cameras)
     for (const Manifest::Shape& shape : manifest.shapes)
       result.shapes.push_back(seen_shape_of(read_stored(folder, manifest, shape), path_of(folder, shape.buffers)));
   return result;
 }
 
 void append(DatasetImages& all, DatasetImages more) {
-  for (Manifest::Image& image : more.images) {
-    image.shape += static_cast<int>(all.shapes.size());
-    image.light += static_cast<int>(all.lights.size());
-  }
+  for (std::size_t& shape : more.shape_of) shape += all.shapes.size();
   const auto move_all = [](auto& from, auto& to) { std::move(from.begin(), from.end(), std::back_inserter(to)); };
   move_all(more.images, all.images);
-  move_all(more.luminance, all.luminance);
+  move_all(more.radiance, all.radiance);
   move_all(more.errors, all.errors);
+  move_all(more.flash, all.flash);
+  move_all(more.flash_errors, all.flash_errors);
   move_all(more.shapes, all.shapes);
+  move_all(more.shape_of, all.shape_of);
   move_all(more.lights, all.lights);
+  all.linear_sigma_t = more.linear_sigma_t;
 }
 
 double mean_luminance(const DatasetImages& images) {
   double sum = 0, count = 0;
-  for (const std::vector<float>& luminance : images.luminance)
-    for (const float value : luminance) {
+  for (const std::vector<float>& radiance : images.radiance)
+    for (const float value : radiance) {
       sum += value;
       count += 1;
     }
@@ -61,55 +85,76 @@ double mean_luminance(const DatasetImages& images) {
   return sum / count;
 }
 
+std::vector<std::string> parameters_of(const Manifest::Image& image) {
+  if (!image.colours) return {"sigma_t", "albedo", "g"};
+  return {"sigma_t.R", "sigma_t.G", "sigma_t.B", "albedo.R", "albedo.G", "albedo.B", "g"};
+}
+
 std::vector<OutputRange> output_ranges(const DatasetImages& images) {
-  std::vector<OutputRange> ranges = default_outputs();
-  for (OutputRange& range : ranges)
+  const std::vector<OutputRange> defaults = default_outputs();
+  std::vector<OutputRange> ranges;
+  for (const std::string& name : parameters_of(images.images.front())) {
+    OutputRange range{name, std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(), false};
+    const bool is_sigma_t = name.starts_with("sigma_t");
+    for (const OutputRange& usual : defaults)
+      if (usual.name == name && !(is_sigma_t && images.linear_sigma_t)) range = usual;
+    range.logarithmic = is_sigma_t && !images.linear_sigma_t;
     for (const Manifest::Image& image : images.images) {
-      const double parameter = parameter_of(image, range.name);
+      const double parameter = parameter_of(image, name);
       range.low = std::min(range.low, parameter);
       range.high = std::max(range.high, parameter);
     }
+    ranges.push_back(range);
+  }
   return ranges;
 }
 
 double parameter_of(const Manifest::Image& image, const std::string& name) {
-  if (name == "sigma_t") return image.sigma_t;
-  if (name == "albedo") return image.albedo;
-  if (name == "g") return image.g;
-  throw UsageError("data sets have no parameter '" + name + "', only sigma_t, albedo and g");
+  const std::vector<std::string> names = parameters_of(image);
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end())
+    throw UsageError(fmt::format("the data set has no parameter '{}', only {}", name, fmt::join(names, ", ")));
+  const auto index = static_cast<std::size_t>(found - names.begin());
+  if (index + 1 == names.size()) return image.g;
+  if (!image.colours) return index == 0 ? image.sigma_t : image.albedo;
+  return index < 3 ? image.colours->sigma_t[index] : image.colours->albedo[index - 3];
 }
 
 DatasetExamples::DatasetExamples(const DatasetImages& images, NetworkDescription network, const Variation& variation)
     : images_(images), network_(std::move(network)), variation_(variation) {
   for (const OutputRange& range : network_.outputs) parameter_of(images_.images.front(), range.name);
-  if (network_.channels > 1 && images_.shapes.empty())
-    throw UsageError("a network of six channels needs the data set's shapes");
+  const Wanted wanted = wanted_by(network_);
+  if ((wanted.shapes && images_.shapes.empty()) || (wanted.flash && images_.flash.empty()))
+    throw UsageError("the network sees more of the data set than was read: shapes or the flash");
 }
 
-std::vector<float> DatasetExamples::luminance(std::size_t index, std::uint64_t look) const {
-  const std::size_t original = index % images_.images.size();
-  std::vector<float> values = images_.luminance[original];
-  if (variation_.noise == 0) return values;
-  const std::uint64_t stream = RANDOM_NOISE + look * count() + index;
-  const double strength = variation_.noise * random_uniform(variation_.seed, stream, 2 * values.size());
+std::vector<float> DatasetExamples::noisy(const std::vector<float>& radiance, const std::vector<float>& errors,
+                                          double strength, std::uint64_t stream) const {
+  std::vector<float> values = radiance;
+  if (strength == 0) return values;
   for (std::size_t i = 0; i < values.size(); ++i)
-    values[i] += static_cast<float>(strength * images_.errors[original][i] * random_normal(variation_.seed, stream, i));
+    values[i] += static_cast<float>(strength * errors[i] * random_normal(variation_.seed, stream, i));
   return values;
 }
 
 void DatasetExamples::read(std::size_t index, std::uint64_t look, std::span<float> image,
                            std::span<double> truth) const {
   const std::size_t original = index % images_.images.size();
-  const Manifest::Image& source = images_.images[original];
-  if (network_.channels == 1) {
-    network_input(network_, luminance(index, look), nullptr, image);
-  } else {
-    const KnownScene known{images_.shapes[static_cast<std::size_t>(source.shape)],
-                           images_.lights[static_cast<std::size_t>(source.light)]};
-    network_input(network_, luminance(index, look), &known, image);
-  }
+  const std::uint64_t stream = RANDOM_NOISE + look * count() + index;
+  const std::vector<float>& radiance = images_.radiance[original];
+  const double strength =
+      variation_.noise == 0 ? 0 : variation_.noise * random_uniform(variation_.seed, stream, 2 * radiance.size());
+  const std::vector<float> seen = noisy(radiance, images_.errors[original], strength, stream);
+  std::vector<float> flash;
+  if (!images_.flash.empty())
+    flash = noisy(images_.flash[original], images_.flash_errors[original], strength, RANDOM_FLASH + stream);
+  network_input(network_,
+                {seen, flash, images_.shapes.empty() ? nullptr : &images_.shapes[images_.shape_of[original]],
+                 &images_.lights[original]},
+                image);
   if (index != original) mirror_input(network_, image);
-  for (std::size_t i = 0; i < truth.size(); ++i) truth[i] = parameter_of(source, network_.outputs[i].name);
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    truth[i] = parameter_of(images_.images[original], network_.outputs[i].name);
 }
 
 }  // namespace itn

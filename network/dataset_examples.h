@@ -11,19 +11,31 @@
 
 namespace itn {
 
+// What of a set's files is wanted.
+struct Wanted {
+  int colours = 1;  // of the radiance: 1, luminance, or 3
+  bool flash = false, shapes = false;
+};
+Wanted wanted_by(const NetworkDescription& network);
+
 // The images of one split of a set, or of several sets, in memory.
 struct DatasetImages {
-  std::vector<Manifest::Image> images;        // in the manifest's order
-  std::vector<std::vector<float>> luminance;  // one an image, (size, size)
-  std::vector<std::vector<float>> errors;     // their standard errors
-  std::vector<SeenShape> shapes;              // one a shape of the manifests; empty where nobody asked for them
-  std::vector<std::array<double, 3>> lights;  // one a light of the manifests
+  std::vector<Manifest::Image> images;                  // in the manifest's order
+  std::vector<std::vector<float>> radiance;             // one an image, (colours, size, size)
+  std::vector<std::vector<float>> errors;               // their standard errors
+  std::vector<std::vector<float>> flash, flash_errors;  // likewise; empty where nobody asked for them
+  // Empty where nobody asked for them; else one a shape of the manifests, or, with cameras all around, one an image.
+  std::vector<SeenShape> shapes;
+  std::vector<std::size_t> shape_of;          // one an image: where in `shapes` its own is
+  std::vector<std::array<double, 3>> lights;  // one an image: towards the light, as its camera sees it
+  bool linear_sigma_t = false;                // Manifest
 };
 
-// Throws InputError: no images of that split, and what read_luminance() and read_seen_shape() throw, or that an
-// image is of another data set; Interrupted soon after *cancel is set.
-DatasetImages read_images(const std::string& folder, const Manifest& manifest, Manifest::Split split, bool with_shapes,
-                          const std::atomic<bool>& cancel);
+// Throws UsageError: wants what the set does not have (colours, flash); InputError: no images of that split, and what
+// radiance_of() and read_seen_shape() throw, or that an image is of another data set; Interrupted soon after *cancel is
+// set.
+DatasetImages read_images(const std::string& folder, const Manifest& manifest, Manifest::Split split,
+                          const Wanted& wanted, const std::atomic<bool>& cancel);
 
 // Puts another set's images after those of `all`.
 void append(DatasetImages& all, DatasetImages more);
@@ -32,7 +44,11 @@ void append(DatasetImages& all, DatasetImages more);
 // where it is not above 0.
 double mean_luminance(const DatasetImages& images);
 
-// The default ranges, as far as they go, made wide enough for every parameter of the images.
+// The set's parameters: sigma_t, albedo and g, or in colours sigma_t.R and so on.
+std::vector<std::string> parameters_of(const Manifest::Image& image);
+
+// Of luminance the default ranges, as far as they go, made wide enough for every parameter of the images; in colours,
+// and of a sigma_t whose differences count, those of the images.
 std::vector<OutputRange> output_ranges(const DatasetImages& images);
 
 class DatasetExamples : public Examples {
@@ -44,7 +60,8 @@ class DatasetExamples : public Examples {
     std::uint64_t seed = 0;
   };
 
-  // images must outlive this. Throws UsageError: an output that images do not have, six channels and no shapes.
+  // images must outlive this. Throws UsageError: an output that images do not have, a network that sees what was not
+  // read.
   DatasetExamples(const DatasetImages& images, NetworkDescription network, const Variation& variation);
   DatasetExamples(const DatasetImages& images, NetworkDescription network)
       : DatasetExamples(images, std::move(network), Variation()) {}
@@ -53,14 +70,16 @@ class DatasetExamples : public Examples {
   void read(std::size_t index, std::uint64_t look, std::span<float> image, std::span<double> truth) const override;
 
  private:
-  std::vector<float> luminance(std::size_t index, std::uint64_t look) const;
+  // With noise of its own. stream: of the random numbers.
+  std::vector<float> noisy(const std::vector<float>& radiance, const std::vector<float>& errors, double strength,
+                           std::uint64_t stream) const;
 
   const DatasetImages& images_;
   NetworkDescription network_;
   Variation variation_;
 };
 
-// The image's "sigma_t", "albedo" or "g". Throws UsageError for other names.
+// The image's "sigma_t", "albedo" or "g", or one of a colour: "albedo.R". Throws UsageError for other names.
 double parameter_of(const Manifest::Image& image, const std::string& name);
 
 }  // namespace itn

@@ -52,32 +52,48 @@ std::vector<float> plane(const ExrImage& image, const std::string& name, const s
   throw InputError(fmt::format("{}: pixel {}, {}: {}", file, pixel % side, pixel / side, what));
 }
 
-// Row-major, finite.
-std::vector<float> finite_luminance(const ExrImage& image, const std::string& file) {
-  std::vector<float> luminance;
-  if (image.channel("Y") >= 0) {
-    luminance = plane(image, "Y", file);
-  } else if (image.channel("R") >= 0) {
-    luminance.resize(image.data.size() / image.channels.size());
-    for (std::size_t c = 0; c < 3; ++c) {
-      const std::vector<float> values = plane(image, std::array{"R", "G", "B"}[c], file);
-      const auto weight = static_cast<float>(luminance_weights[c]);
-      for (std::size_t i = 0; i < values.size(); ++i) luminance[i] += weight * values[i];
+// One colour (luminance) or three, plane after plane, finite.
+std::vector<float> finite_radiance(const ExrImage& image, const std::string& file, int colours,
+                                   const std::string& prefix) {
+  std::vector<float> radiance;
+  const std::size_t pixels = image.data.size() / image.channels.size();
+  const bool has_colours = image.channel(prefix + "R") >= 0, has_luminance = image.channel(prefix + "Y") >= 0;
+  if (colours == 1 && has_luminance) {
+    radiance = plane(image, prefix + "Y", file);
+  } else if (has_colours) {
+    for (const char* letter : {"R", "G", "B"}) {
+      const std::vector<float> values = plane(image, prefix + letter, file);
+      radiance.insert(radiance.end(), values.begin(), values.end());
+    }
+    if (colours == 1) {
+      std::vector<float> luminance(pixels);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const auto weight = static_cast<float>(luminance_weights[c]);
+        for (std::size_t i = 0; i < pixels; ++i) luminance[i] += weight * radiance[c * pixels + i];
+      }
+      radiance = std::move(luminance);
     }
   } else {
-    throw InputError(
-        fmt::format("{}: has no channel Y, nor R, G and B; only {}", file, fmt::join(image.channels, ", ")));
+    const std::string need = colours == 1 ? fmt::format("no channel {0}Y, nor {0}R, {0}G and {0}B", prefix)
+                                          : fmt::format("no channels {0}R, {0}G and {0}B", prefix);
+    throw InputError(fmt::format("{}: has {}; only {}", file, need, fmt::join(image.channels, ", ")));
   }
-  for (std::size_t i = 0; i < luminance.size(); ++i)
-    if (!std::isfinite(luminance[i]))
-      fail_at(file, image.width, i, fmt::format("is {}, need a finite number", luminance[i]));
-  return luminance;
+  for (std::size_t i = 0; i < radiance.size(); ++i)
+    if (!std::isfinite(radiance[i]))
+      fail_at(file, image.width, i % pixels, fmt::format("is {}, need a finite number", radiance[i]));
+  return radiance;
 }
 
-std::vector<float> square_photo(const std::string& file, const PhotoOptions& options) {
-  const Photo photo = luminance_of(read_photo(file, options));
+std::vector<float> square_photo(const std::string& file, int colours, const PhotoOptions& options) {
+  Photo photo = read_photo(file, options);
+  if (colours == 1) photo = luminance_of(photo);
   check_square(file, photo.width, photo.height);
-  return photo.value;
+  if (photo.channels != colours)
+    throw InputError(file + ": is grey, need colours: the network sees red, green and blue");
+  const auto count = static_cast<std::size_t>(colours), pixels = photo.value.size() / count;
+  std::vector<float> planes(photo.value.size());
+  for (std::size_t i = 0; i < planes.size(); ++i) planes[i % count * pixels + i / count] = photo.value[i];
+  return planes;
 }
 
 // What lies below 0 is noise, or no radiance. Nothing but black says nothing about an object.
@@ -112,6 +128,30 @@ std::vector<std::vector<Weight>> windows(int from, int size) {
   return result;
 }
 
+// Of square planes.
+std::vector<float> resampled(const std::vector<float>& planes, int size, int count) {
+  const std::size_t pixels = planes.size() / static_cast<std::size_t>(count);
+  const auto width = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(pixels))));
+  const std::vector<std::vector<Weight>> window = windows(static_cast<int>(width), size);
+  std::vector<float> result;
+  for (std::size_t plane = 0; plane < planes.size(); plane += pixels)
+    for (const auto& rows : window)
+      for (const auto& columns : window) {
+        double sum = 0;
+        for (const Weight& row : rows)
+          for (const Weight& column : columns)
+            sum += row.share * column.share * static_cast<double>(planes[plane + row.from * width + column.from]);
+        result.push_back(static_cast<float>(sum));
+      }
+  return result;
+}
+
+[[noreturn]] void fail_missing(const std::string& input) {
+  const bool of_shape = input == "normal" || input == "nearness" || input == "light";
+  throw UsageError("the network sees '" + input + "': " +
+                   (of_shape ? "needs the shape's buffers and the light" : "it is not given for this image"));
+}
+
 }  // namespace
 
 std::vector<float> read_luminance(const std::string& file, int size, const std::string& hash,
@@ -120,30 +160,48 @@ std::vector<float> read_luminance(const std::string& file, int size, const std::
 }
 
 std::vector<float> luminance_of(const ExrImage& image, const std::string& file, std::vector<float>* errors) {
-  std::vector<float> luminance = finite_luminance(image, file);
-  if (!errors) return luminance;
-  *errors = image.channel("stderr.Y") < 0 ? std::vector<float>(luminance.size()) : plane(image, "stderr.Y", file);
+  return radiance_of(image, file, 1, "", errors);
+}
+
+std::vector<float> radiance_of(const ExrImage& image, const std::string& file, int colours, const std::string& prefix,
+                               std::vector<float>* errors) {
+  std::vector<float> radiance = finite_radiance(image, file, colours, prefix);
+  if (!errors) return radiance;
+  if (colours == 3) {
+    errors->clear();
+    for (const char* letter : {"R", "G", "B"}) {
+      const std::vector<float> values = plane(image, prefix + "stderr." + letter, file);
+      errors->insert(errors->end(), values.begin(), values.end());
+    }
+  } else {
+    errors->assign(radiance.size(), 0.0F);
+    if (image.channel(prefix + "Y") < 0 && image.channel(prefix + "stderr.R") >= 0) {
+      // One path brings all three colours: their errors go together, for the most part.
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::vector<float> values = plane(image, prefix + "stderr." + std::array{"R", "G", "B"}[c], file);
+        for (std::size_t i = 0; i < values.size(); ++i)
+          (*errors)[i] += static_cast<float>(luminance_weights[c]) * values[i];
+      }
+    } else if (image.channel(prefix + "stderr.Y") >= 0) {
+      *errors = plane(image, prefix + "stderr.Y", file);
+    }
+  }
   if (!std::all_of(errors->begin(), errors->end(), [](float error) { return std::isfinite(error); }))
     throw InputError(file + ": standard errors are not finite; render the data set again");
-  return luminance;
+  return radiance;
 }
 
 std::vector<float> read_resampled_luminance(const std::string& file, int size, const PhotoOptions& photo) {
-  const std::vector<float> luminance =
-      is_exr(read_file(file)) ? finite_luminance(read_square(file, any_size, ""), file) : square_photo(file, photo);
-  check_radiance(luminance, file);
-  const auto width = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(luminance.size()))));
-  const std::vector<std::vector<Weight>> window = windows(static_cast<int>(width), size);
-  std::vector<float> result;
-  for (const auto& rows : window)
-    for (const auto& columns : window) {
-      double sum = 0;
-      for (const Weight& row : rows)
-        for (const Weight& column : columns)
-          sum += row.share * column.share * static_cast<double>(luminance[row.from * width + column.from]);
-      result.push_back(static_cast<float>(sum));
-    }
-  return result;
+  return read_resampled_radiance(file, size, 1, photo);
+}
+
+std::vector<float> read_resampled_radiance(const std::string& file, int size, int colours, const PhotoOptions& photo,
+                                           const std::string& prefix) {
+  const std::vector<float> radiance = is_exr(read_file(file))
+                                          ? finite_radiance(read_square(file, any_size, ""), file, colours, prefix)
+                                          : square_photo(file, colours, photo);
+  check_radiance(radiance, file);
+  return resampled(radiance, size, colours);
 }
 
 SeenShape seen_shape(std::vector<float> normal, const std::vector<float>& depth, std::vector<float> mask, int size,
@@ -204,35 +262,77 @@ SeenShape read_resampled_seen_shape(const std::string& file, int size, const std
   return shape;
 }
 
-void network_input(const NetworkDescription& network, std::span<const float> luminance, const KnownScene* known,
-                   std::span<float> input) {
+SeenShape read_mask(const std::string& file, int size) {
+  std::vector<float> grey;
+  if (is_exr(read_file(file))) {
+    const ExrImage image = read_square(file, any_size, "");
+    grey = image.channel("mask") >= 0 ? plane(image, "mask", file) : finite_radiance(image, file, 1, "");
+  } else {
+    PhotoOptions linear;
+    linear.curve = transfer_curve("linear");
+    grey = square_photo(file, 1, linear);
+  }
+  SeenShape seen{{}, {}, resampled(grey, size, 1)};
+  for (float& value : seen.mask) value = value > 0.5F ? 1.0F : 0.0F;
+  if (std::find(seen.mask.begin(), seen.mask.end(), 1.0F) == seen.mask.end())
+    throw InputError(fmt::format("{}: no pixel of {} x {} is white; need the object in white", file, size, size));
+  return seen;
+}
+
+void network_input(const NetworkDescription& network, const Seen& seen, std::span<float> input) {
   const auto side = static_cast<std::size_t>(network.size);
   const std::size_t pixels = side * side;
-  if (luminance.size() != pixels || input.size() != static_cast<std::size_t>(network.channels) * pixels)
-    throw UsageError(fmt::format("an image of {} pixels for a network of {} x {}", luminance.size(), side, side));
+  if (input.size() != static_cast<std::size_t>(network.channels) * pixels)
+    throw UsageError(fmt::format("input of {} numbers for a network of {} x {} pixels with {} channels", input.size(),
+                                 side, side, network.channels));
   const auto m = static_cast<float>(network.luminance), darkest = static_cast<float>(darkest_radiance) * m;
-  for (std::size_t i = 0; i < pixels; ++i)
-    input[i] = std::log((std::max(luminance[i], 0.0F) + darkest) / (m + darkest));
-  if (network.channels == 1) return;
-  if (!known || known->shape.nearness.size() != pixels)
-    throw UsageError("a network of six channels needs the shape's buffers and the light");
-  const std::vector<float>& normal = known->shape.normal;
-  std::copy(normal.begin(), normal.end(), input.begin() + static_cast<std::ptrdiff_t>(pixels));
-  std::copy(known->shape.nearness.begin(), known->shape.nearness.end(),
-            input.begin() + static_cast<std::ptrdiff_t>(4 * pixels));
-  for (std::size_t i = 0; i < pixels; ++i) {
-    double cosine = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) cosine += known->light[axis] * normal[axis * pixels + i];
-    input[5 * pixels + i] = static_cast<float>(cosine);
+  auto to = input.begin();
+  const auto put_radiance = [&](const std::string& name, std::span<const float> radiance, std::size_t colours) {
+    if (radiance.empty()) fail_missing(name);
+    if (radiance.size() != colours * pixels)
+      throw UsageError(
+          fmt::format("an image of {} numbers for a network of {} x {} pixels", radiance.size(), side, side));
+    for (const float value : radiance) *to++ = std::log((std::max(value, 0.0F) + darkest) / (m + darkest));
+  };
+  const auto put = [&](const std::string& name, const std::vector<float>* values, std::size_t count) {
+    if (!values || values->size() != count * pixels) fail_missing(name);
+    to = std::copy(values->begin(), values->end(), to);
+  };
+  const SeenShape* shape = seen.shape;
+  for (const std::string& name : inputs_of(network)) {
+    if (name == "luminance") put_radiance(name, seen.image, 1);
+    if (name == "rgb") put_radiance(name, seen.image, 3);
+    if (name == "flash_luminance") put_radiance(name, seen.flash, 1);
+    if (name == "flash_rgb") put_radiance(name, seen.flash, 3);
+    if (name == "mask") put(name, shape ? &shape->mask : nullptr, 1);
+    if (name == "normal") put(name, shape ? &shape->normal : nullptr, 3);
+    if (name == "nearness") put(name, shape ? &shape->nearness : nullptr, 1);
+    if (name == "light") {
+      if (!seen.light || !shape || shape->normal.size() != 3 * pixels) fail_missing(name);
+      for (std::size_t i = 0; i < pixels; ++i) {
+        double cosine = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis) cosine += (*seen.light)[axis] * shape->normal[axis * pixels + i];
+        *to++ = static_cast<float>(cosine);
+      }
+    }
   }
+}
+
+void network_input(const NetworkDescription& network, std::span<const float> luminance, const KnownScene* known,
+                   std::span<float> input) {
+  network_input(network, {luminance, {}, known ? &known->shape : nullptr, known ? &known->light : nullptr}, input);
 }
 
 void mirror_input(const NetworkDescription& network, std::span<float> input) {
   const auto side = static_cast<std::ptrdiff_t>(network.size);
   for (auto row = input.begin(); row != input.end(); row += side) std::reverse(row, row + side);
-  if (network.channels == 1) return;
   const auto pixels = static_cast<std::size_t>(side * side);
-  for (float& x : input.subspan(pixels, pixels)) x = -x;  // of the normals
+  std::size_t first = 0;
+  for (const std::string& name : inputs_of(network)) {
+    if (name == "normal")
+      for (float& x : input.subspan(first, pixels)) x = -x;
+    first += static_cast<std::size_t>(channels_of_input(name)) * pixels;
+  }
 }
 
 }  // namespace itn

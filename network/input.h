@@ -1,12 +1,17 @@
-// What the network sees: the same function makes it for training and for predictions.
+// What the network sees: the same function makes it for training and for predictions. Of the inputs that its
+// description names (network.h):
 //
-//   channel 0     luminance: log((L + 0.01 m) / (1.01 m)) of the radiance L, m = description.luminance: 0 where L is m,
-//                 -4.6 in the dark. Radiance below 0, which sky models have in places, counts as 0.
-//   and with six channels, of known shape and light:
-//   channel 1..3  the normal of the surface seen, in the world: object and floor; 0 where there is none
-//   channel 4     how much nearer than the object's mean depth the object is [scene units]; 0 off the object
-//   channel 5     light: cosine between that normal and that of the light (manifest); below 0 where it is turned
-//                 away
+//   luminance        log((L + 0.01 m) / (1.01 m)) of the radiance L, m = description.luminance: 0 where L is m, -4.6 in
+//   the
+//                    dark. Radiance below 0, which sky models have in places, counts as 0.
+//   rgb              the same of red, green and blue
+//   flash_luminance, the same of the light that a flash at the camera adds
+//   flash_rgb
+//   mask             1 where the object is seen, else 0
+//   normal           of the surface seen, in the world: object and floor; 0 where there is none. In sets with cameras
+//                    all around it is turned about the vertical, so that the camera looks along +y
+//   nearness         how much nearer than the object's mean depth the object is [scene units]; 0 off the object
+//   light            cosine between that normal and that of the light (manifest); below 0 where it is turned away
 #pragma once
 #include <array>
 #include <span>
@@ -29,15 +34,24 @@ std::vector<float> read_luminance(const std::string& file, int size, const std::
                                   std::vector<float>* errors = nullptr);
 std::vector<float> luminance_of(const ExrImage& image, const std::string& file, std::vector<float>* errors = nullptr);
 
+// Radiance as planes, one of luminance or three of red, green and blue: (colours, size, size). prefix: of the channels'
+// names, "flash." of the flash's. Throws InputError as luminance_of(), and where colours are asked for and there is
+// luminance alone.
+std::vector<float> radiance_of(const ExrImage& image, const std::string& file, int colours,
+                               const std::string& prefix = "", std::vector<float>* errors = nullptr);
+
 // As read_luminance(), of any square image, photos too (runtime/image/photo.h): averaged over the squares of size x
 // size pixels, or between pixels where it has fewer. Throws InputError: not square, black or with much below 0, and
 // what read_luminance() throws beside the size.
 std::vector<float> read_resampled_luminance(const std::string& file, int size, const PhotoOptions& photo = {});
+// The same of planes, as radiance_of() has them.
+std::vector<float> read_resampled_radiance(const std::string& file, int size, int colours,
+                                           const PhotoOptions& photo = {}, const std::string& prefix = "");
 
 // A shape as the camera sees it (runtime/dataset/README.md).
 struct SeenShape {
-  std::vector<float> normal;    // (3, size, size)
-  std::vector<float> nearness;  // (size, size): channel 4
+  std::vector<float> normal;    // (3, size, size); empty where only the mask is known
+  std::vector<float> nearness;  // (size, size); likewise
   std::vector<float> mask;      // (size, size): 1 on the object, 0 elsewhere
 };
 
@@ -61,12 +75,27 @@ struct KnownScene {
   std::array<double, 3> light;  // towards the sun, length 1
 };
 
-// luminance: (size, size); known: null for networks of one channel; input: (channels, size, size). Throws UsageError:
-// sizes that do not fit, nothing known where six channels need it.
+// From a file of any size, as photos' masks are: more than half of white is the object. Throws InputError: not square,
+// not readable, white nowhere.
+SeenShape read_mask(const std::string& file, int size);
+
+// What there is to see, as far as the network sees it.
+struct Seen {
+  std::span<const float> image;       // luminance (size, size), or red, green and blue (3, size, size)
+  std::span<const float> flash = {};  // likewise
+  const SeenShape* shape = nullptr;
+  const std::array<double, 3>* light = nullptr;  // towards it, length 1
+};
+
+// input: (channels, size, size). Throws UsageError: sizes that do not fit, something missing that the network sees.
+void network_input(const NetworkDescription& network, const Seen& seen, std::span<float> input);
+
+// The same where luminance is seen, and `known`: null for networks of one channel.
 void network_input(const NetworkDescription& network, std::span<const float> luminance, const KnownScene* known,
                    std::span<float> input);
 
-// What the network would see of the scene's mirror image, left for right: cameras of data sets look along the yz plane.
+// What the network would see of the scene's mirror image, left for right: cameras of data sets look along the yz plane,
+// or are turned there.
 void mirror_input(const NetworkDescription& network, std::span<float> input);
 
 }  // namespace itn

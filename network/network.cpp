@@ -24,9 +24,9 @@ std::size_t features_of(const NetworkDescription& description) {
 void check(const NetworkDescription& description) {
   if (description.kind != "rn" && description.kind != "itn" && description.kind != "ssn")
     throw UsageError("network kind '" + description.kind + "': must be rn, itn or ssn");
-  if (description.channels != 1 && description.channels != 6)
-    throw UsageError("network with " + std::to_string(description.channels) +
-                     " input channels: must be 1 (luminance) or 6 (known shape and light)");
+  if (const int channels = channels_of(inputs_of(description)); channels != description.channels)
+    throw UsageError("network with " + std::to_string(description.channels) + " input channels: what it sees has " +
+                     std::to_string(channels));
   if (description.size < 1 || description.size > 128 || !std::has_single_bit(static_cast<unsigned>(description.size)))
     throw UsageError("network for images of " + std::to_string(description.size) +
                      " pixels: must be a power of two, up to 128");
@@ -73,6 +73,42 @@ std::vector<Tensor> empty_weights(const NetworkDescription& description) {
 float* data(const dnnl::memory& memory) { return static_cast<float*>(memory.get_data_handle()); }
 
 }  // namespace
+
+std::vector<std::string> inputs_of(const NetworkDescription& description) {
+  if (!description.inputs.empty()) return description.inputs;
+  if (description.channels == 1) return {"luminance"};
+  if (description.channels == 6) return {"luminance", "normal", "nearness", "light"};
+  throw UsageError("network with " + std::to_string(description.channels) +
+                   " input channels: must be 1 (luminance) or 6 (known shape and light), or say what they are");
+}
+
+bool sees(const NetworkDescription& description, const std::string& input) {
+  const std::vector<std::string> inputs = inputs_of(description);
+  return std::find(inputs.begin(), inputs.end(), input) != inputs.end();
+}
+
+bool is_plain(const NetworkDescription& description) { return description.inputs.empty(); }
+
+int channels_of_input(const std::string& input) {
+  const auto kind =
+      std::find_if(input_kinds.begin(), input_kinds.end(), [&](const InputKind& k) { return k.name == input; });
+  if (kind == input_kinds.end()) throw UsageError("network that sees '" + input + "': is not known");
+  return kind->channels;
+}
+
+int channels_of(const std::vector<std::string>& inputs) {
+  int channels = 0;
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    if (std::find(inputs.begin(), inputs.begin() + static_cast<std::ptrdiff_t>(i), inputs[i]) !=
+        inputs.begin() + static_cast<std::ptrdiff_t>(i))
+      throw UsageError("network that sees '" + inputs[i] + "' twice: once is enough");
+    channels += channels_of_input(inputs[i]);
+  }
+  const auto has = [&](const char* name) { return std::find(inputs.begin(), inputs.end(), name) != inputs.end(); };
+  if (has("luminance") == has("rgb"))
+    throw UsageError("network: must see an image, either its luminance or its colours (rgb)");
+  return channels;
+}
 
 struct Network::Pass {
   dnnl::engine engine{dnnl::engine::kind::cpu, 0};

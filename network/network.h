@@ -2,6 +2,7 @@
 // channels of the one before, 16, 32, ..., 1024 in the paper, and one fully connected layer to as many raw outputs as
 // there are parameters to predict.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -19,7 +20,7 @@ constexpr int NETWORK_STAGES = 7;
 struct NetworkDescription {
   std::string kind =
       "rn";          // how it was trained: rn (supervised), itn (and full transport), ssn (and single scattering)
-  int channels = 1;  // 1: luminance. 6: luminance, normal (3), depth, environment, where shape and light are known
+  int channels = 1;  // of what it sees: those of `inputs`
   int size = 128;    // side of the square images [pixels]: a power of two, up to 128
   std::vector<OutputRange> outputs = default_outputs();
   int width = 16;  // channels of the first stage, 1 to 64; the last has 64 times as many
@@ -30,6 +31,9 @@ struct NetworkDescription {
   bool distribution = false;
   // The distribution's standard deviations times these hold what they say on held-out examples; one an output, > 0.
   std::vector<double> spread{};
+  // What it sees, one after the other (input.h). Empty: of one channel "luminance", of six "luminance", "normal",
+  // "nearness" and "light".
+  std::vector<std::string> inputs{};
 
   std::size_t raw_outputs() const {
     const std::size_t n = outputs.size();
@@ -38,6 +42,29 @@ struct NetworkDescription {
 
   friend bool operator==(const NetworkDescription&, const NetworkDescription&) = default;
 };
+
+// What networks can see, and of how many channels it is.
+struct InputKind {
+  const char* name;
+  int channels;
+};
+constexpr std::array<InputKind, 8> input_kinds{{{"luminance", 1},
+                                                {"rgb", 3},
+                                                {"flash_luminance", 1},
+                                                {"flash_rgb", 3},
+                                                {"mask", 1},
+                                                {"normal", 3},
+                                                {"nearness", 1},
+                                                {"light", 1}}};
+
+// `inputs`, filled in where it is empty. Throws UsageError: channels that are neither one nor six.
+std::vector<std::string> inputs_of(const NetworkDescription& description);
+int channels_of_input(const std::string& input);  // of one of input_kinds
+bool sees(const NetworkDescription& description, const std::string& input);
+// Luminance, and beside it nothing or all of known shape and light?
+bool is_plain(const NetworkDescription& description);
+// The channels of all. Throws UsageError: no image among them, an input that is not known or there twice.
+int channels_of(const std::vector<std::string>& inputs);
 
 // How many numbers its weights are. Throws UsageError as Network().
 std::size_t weight_count(const NetworkDescription& description);

@@ -87,6 +87,7 @@ std::map<std::string, std::string> network_metadata(const NetworkDescription& de
                                          {"luminance", nlohmann::json(description.luminance).dump()},
                                          {"mm_per_unit", nlohmann::json(description.mm_per_unit).dump()},
                                          {"outputs", outputs.dump()}};
+  if (!description.inputs.empty()) all["inputs"] = nlohmann::json(description.inputs).dump();
   if (description.distribution) {
     all["distribution"] = DISTRIBUTION;
     all["spread"] = nlohmann::json(description.spread).dump();
@@ -114,6 +115,13 @@ NetworkDescription network_description(const Safetensors& content, const std::st
       description.outputs.push_back({range.at("name"), range.at("low"), range.at("high"), range.at("logarithmic")});
   } catch (const nlohmann::json::exception& error) {
     throw InputError(file + ": metadata 'outputs' does not say the ranges of the outputs: " + error.what());
+  }
+  try {
+    if (content.metadata.count("inputs"))
+      description.inputs = parse_json<nlohmann::json>(content.text("inputs", file), file + ": metadata 'inputs'")
+                               .get<std::vector<std::string>>();
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(file + ": metadata 'inputs' is no list of names: " + error.what());
   }
   if (content.metadata.count("distribution")) read_distribution(content, file, description);
   return description;

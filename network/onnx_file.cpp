@@ -6,6 +6,7 @@
 
 #include "network/input.h"
 #include "network/network_file.h"
+#include "runtime/base/error.h"
 #include "runtime/base/statistics.h"
 #include "runtime/base/version.h"
 
@@ -197,6 +198,8 @@ void add_outputs(Graph& graph, const Network& network) {
 
 std::string onnx_bytes(const Network& network) {
   const NetworkDescription& description = network.description();
+  if (!is_plain(description))
+    throw UsageError("ONNX: knows networks of luminance, shape and light; this one sees more");
   Graph graph;
   const std::string features = add_stages(graph, network, add_input(graph, description));
   graph.node("Flatten", {features}, "features");

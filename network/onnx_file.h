@@ -11,6 +11,7 @@
 
 namespace itn {
 
+// Throws UsageError: a network that is not is_plain().
 std::string onnx_bytes(const Network& network);
 
 }  // namespace itn

@@ -15,7 +15,8 @@ namespace itn {
 enum RandomStream : std::uint64_t {
   RANDOM_WEIGHTS = 0,
   RANDOM_ORDER = std::uint64_t(1) << 32,
-  RANDOM_NOISE = std::uint64_t(1) << 40
+  RANDOM_NOISE = std::uint64_t(1) << 40,
+  RANDOM_FLASH = std::uint64_t(1) << 60  // and RANDOM_NOISE
 };
 
 // Normal with mean 0 and variance 1 (Box and Muller 1958).

@@ -14,6 +14,7 @@
 #include "runtime/base/inputs.h"
 #include "runtime/scene/load.h"
 #include "runtime/training/predict_images.h"
+#include "runtime/training/prediction_errors.h"
 #include "runtime/training/trained_network.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
@@ -29,11 +30,38 @@ struct PredictArguments {
   int sensor = 0, exemplars = 0;
   std::vector<std::string> images;
   std::vector<double> light;
+  std::vector<std::string> mask, flash;
   PhotoOptions photo;
 };
 
-void run(const PredictArguments& options) {
+// The errors on a data set's test images.
+nlohmann::ordered_json report_errors(const CommonOptions& common, const Manifest& set,
+                                     const PredictedImages& predicted) {
+  nlohmann::ordered_json json;
+  if (common.talkative())
+    fmt::print("{:10} {:>16} {:>13} {:>21} {:>18}\n", "", "root mean square", "mean absolute", "of a constant's share",
+               "intervals that hold");
+  for (const ParameterError& error : errors_on(set, predicted)) {
+    const double share = error.mean_absolute / error.constant;
+    const bool has_intervals = std::isfinite(error.held);
+    json[error.name] = {{"root_mean_square", error.root_mean_square},
+                        {"mean_absolute", error.mean_absolute},
+                        {"constant", error.constant},
+                        {"held", has_intervals ? nlohmann::ordered_json(error.held) : nlohmann::ordered_json()}};
+    if (common.talkative())
+      fmt::print("{:10} {:16.4g} {:13.4g} {:21.3f} {:>18}\n", error.name, error.root_mean_square, error.mean_absolute,
+                 share, has_intervals ? fmt::format("{:.3f}", error.held) : "");
+  }
+  return json;
+}
+
+void run(PredictArguments options) {
   if (!options.dataset.empty()) refuse_inside(options.dataset, {options.common.json});
+  std::optional<Manifest> tested;
+  if (options.images.empty()) {
+    tested = read_complete_manifest(options.dataset);
+    options.images = test_images(options.dataset, *tested);
+  }
   Inputs inputs;
   std::optional<Scene> scene;
   if (!options.scene.empty()) {
@@ -52,7 +80,8 @@ void run(const PredictArguments& options) {
   }
   const PredictionRequest request{options.run,    options.images,  scene ? &*scene : nullptr,
                                   options.sensor, options.dataset, options.shape_buffers,
-                                  options.light,  options.photo,   showing};
+                                  options.light,  options.mask,    options.flash,
+                                  options.photo,  showing};
   nlohmann::ordered_json images = nlohmann::ordered_json::array();
   const auto each = [&](const NetworkDescription& network, const ImagePrediction& image) {
     nlohmann::ordered_json line{{"file", image.file}};
@@ -65,17 +94,19 @@ void run(const PredictArguments& options) {
       if (std::isfinite(estimate.low)) text += fmt::format(" ({:.4g} to {:.4g})", estimate.low, estimate.high);
     }
     images.push_back(std::move(line));
-    if (options.common.talkative()) fmt::print("{}\n", text);
+    if (options.common.talkative() && !tested) fmt::print("{}\n", text);
   };
   const PredictedImages predicted = predict_images(request, interrupt_flag(), each);
-  write_json(options.common, {{"schema", "itn.predict/2"},
-                              {"run", options.run},
-                              {"network", predicted.network.kind},
-                              {"channels", predicted.network.channels},
-                              {"mm_per_unit", predicted.network.mm_per_unit},
-                              {"unit_of_sigma_t", predicted.in_scene ? "1/scene unit" : "1/mm"},
-                              {"exemplars", {{"count", options.exemplars}, {"spp", predicted.exemplars_spp}}},
-                              {"images", images}});
+  nlohmann::ordered_json result{{"schema", "itn.predict/2"},
+                                {"run", options.run},
+                                {"network", predicted.network.kind},
+                                {"channels", predicted.network.channels},
+                                {"mm_per_unit", predicted.network.mm_per_unit},
+                                {"unit_of_sigma_t", predicted.in_scene ? "1/scene unit" : "1/mm"},
+                                {"exemplars", {{"count", options.exemplars}, {"spp", predicted.exemplars_spp}}},
+                                {"images", images}};
+  if (tested) result["errors"] = report_errors(options.common, *tested, predicted);
+  write_json(options.common, result);
 }
 
 // Without a RUN before the images it is the shipped one.
@@ -87,7 +118,8 @@ void take_run(PredictArguments& options) {
   if (std::find(pictures.begin(), pictures.end(), extension) != pictures.end() && !is_folder(first)) return;
   options.run = first;
   options.images.erase(options.images.begin());
-  if (options.images.empty()) throw UsageError(first + ": is taken for a RUN; which images?");
+  if (options.images.empty() && (options.dataset.empty() || !options.scene.empty()))
+    throw UsageError(first + ": is taken for a RUN; which images?");
 }
 
 }  // namespace
@@ -101,10 +133,11 @@ void add_predict(CLI::App& app) {
       ->add_option(
           "images", options->images,
           "[RUN] IMAGE...: folder that itn train wrote or a .safetensors file, else the network that ships with "
-          "the program; square images: OpenEXR files with the channels Y or R G B, or photos as PNG, JPEG or TIFF")
+          "the program; square images: OpenEXR files with the channels Y or R G B, or photos as PNG, JPEG or TIFF. "
+          "RUN alone, with --dataset: the set's test images, and the errors on them")
       ->required();
   command->add_option("--dataset", options->dataset,
-                      "six channels: the data set that the images belong to; it knows their shape and light");
+                      "the data set that the images belong to; it knows their shape, light, mask and flash");
   command->add_option("--scene", options->scene,
                       "Mitsuba 3 XML file of what the images show: gives shape, light and the unit of length (-D fills "
                       "$name, as for itn render)");
@@ -118,6 +151,16 @@ void add_predict(CLI::App& app) {
   command->add_option("--shape-buffers", options->shape_buffers,
                       "six channels: OpenEXR file with the channels normal.X, normal.Y, normal.Z, depth and mask, of "
                       "all images");
+  command
+      ->add_option("--mask", options->mask,
+                   "networks that see a mask: of each image, or one for all: a picture with the object in white, or "
+                   "OpenEXR (channel mask, Y, or R G B)")
+      ->take_all();
+  command
+      ->add_option("--flash", options->flash,
+                   "networks that see the light of a flash: for each image the same with the flash on, by the same "
+                   "exposure")
+      ->take_all();
   command->add_option("--light", options->light, "six channels: direction to the light, x,y,z")
       ->delimiter(',')
       ->expected(3);

@@ -197,6 +197,14 @@ void add_train(CLI::App& app) {
       ->check(CLI::IsMember({1, 6}));
   command
       ->add_option(
+          "--inputs", options->request.inputs,
+          "in place of --channels, what the network sees: image (in colours where the data set is) and of flash "
+          "(where it has one), mask, normal, nearness (depth) and light what there is at use, with commas "
+          "between them")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"image", "flash", "mask", "normal", "nearness", "light"}));
+  command
+      ->add_option(
           "--width", options->request.width,
           "channels of the first stage; default 16, as in the paper; below 16 slow: oneDNN has no fast convolution")
       ->check(CLI::Range(1, 64));

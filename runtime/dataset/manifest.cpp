@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -312,6 +313,12 @@ Json json_of(const Manifest& manifest) {
 }
 
 }  // namespace
+
+bool is_laboratory(const Manifest& set) {
+  return !set.in_colours && !set.cameras && std::none_of(set.images.begin(), set.images.end(), [](const auto& image) {
+    return image.boundary.has_value();
+  });
+}
 
 std::string split_name(Manifest::Split split) { return name_of(SPLITS, split); }
 

@@ -97,6 +97,10 @@ struct Manifest {
   std::vector<Image> images;
 };
 
+// Are the images of luminance, from one camera, of bodies in one boundary? What renders a set's images again needs
+// that.
+bool is_laboratory(const Manifest& set);
+
 // As in the file: "train", "unseen_light", ...
 std::string split_name(Manifest::Split split);
 

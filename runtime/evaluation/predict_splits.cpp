@@ -131,6 +131,10 @@ Evaluation begin_evaluation(const EvaluationOptions& options) {
   Evaluation e;
   e.folder = options.data;
   e.set = read_complete_manifest(options.data);
+  if (!is_laboratory(e.set))
+    throw UsageError(options.data +
+                     ": its images are in colours, or each has a camera or a boundary of its own; itn eval compares "
+                     "networks of luminance from one place: itn predict RUN --dataset tells the errors on such a set");
   e.resampling.seed = options.seed;
   e.spp = options.spp ? options.spp : std::max(2, e.set.spp);
   for (const std::string& path : options.runs) e.runs.push_back(read_run(path, e.set));
@@ -148,12 +152,13 @@ void predict_splits(const EvaluationOptions& options, Evaluation& e, const std::
   if (test_images == 0)
     throw InputError(manifest_file(options.data) +
                      ": has no images to test with (unseen_light, unseen_shape, unseen_both)");
-  const bool with_shapes = std::any_of(e.runs.begin(), e.runs.end(),
-                                       [](const EvaluatedRun& r) { return r.network.description().channels > 1; });
+  Wanted wanted;
+  wanted.shapes = std::any_of(e.runs.begin(), e.runs.end(),
+                              [](const EvaluatedRun& r) { return wanted_by(r.network.description()).shapes; });
   std::size_t done = 0;
   for (const Split split : evaluated_splits) {
     if (split != Split::train && count(e.set, split) == 0) continue;
-    DatasetImages read = read_images(options.data, e.set, split, with_shapes, cancel);
+    DatasetImages read = read_images(options.data, e.set, split, wanted, cancel);
     SplitPredictions result{split, read.images, {}, {}};
     for (EvaluatedRun& run : e.runs)
       predict(run, read, result, [&] {

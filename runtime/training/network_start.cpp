@@ -102,6 +102,11 @@ NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& par
   if (guessed.empty()) return {};
 
   Network network = network_of(run);
+  if (!is_plain(network.description()))
+    throw UsageError(
+        fmt::format("--init {}: the network sees more than luminance, shape and light; itn predict gives "
+                    "its answer, --start and --prior take it",
+                    run));
   const auto index = static_cast<std::size_t>(guessed.front().indices.front());
   const std::string who = "--init " + run;
   const Body body = body_of(scene, guessed.front().indices.front(), who);

@@ -11,16 +11,34 @@
 
 #include "network/dataset_examples.h"
 #include "runtime/base/error.h"
+#include "runtime/dataset/dataset_scene.h"
 #include "runtime/training/known_scene.h"
 #include "runtime/training/trained_network.h"
 
 namespace itn {
 namespace {
 
-// Shape and light of the images, for networks of six channels.
+// What a network needs to be told beside an image.
+struct Needs {
+  explicit Needs(const NetworkDescription& network)
+      : shape(sees(network, "normal") || sees(network, "nearness") || sees(network, "light")),
+        mask(sees(network, "mask")),
+        flash(sees(network, "flash_rgb") || sees(network, "flash_luminance")) {}
+
+  bool shape, mask, flash;
+  bool any() const { return shape || mask || flash; }
+};
+
+// One for each image, or one for all.
+const std::string& one_of(const std::vector<std::string>& files, std::size_t index) {
+  return files.size() == 1 ? files.front() : files[index];
+}
+
+// Shape, light, mask and flash of the images, as far as the network sees them.
 class Known {
  public:
-  Known(const PredictionRequest& request, const NetworkDescription& network) : request_(request), network_(network) {
+  Known(const PredictionRequest& request, const NetworkDescription& network)
+      : request_(request), network_(network), needs_(network), colours_(sees(network, "rgb") ? 3 : 1) {
     if (request.scene) {
       look_at(*request.scene);
     } else if (!request.shape_buffers.empty()) {
@@ -29,8 +47,10 @@ class Known {
       for (const double part : request.light) square += part * part;
       if (!(square > 0 && std::isfinite(square))) throw UsageError("--light: need a direction");
       for (std::size_t i = 0; i < 3; ++i) light_[i] = request.light[i] / std::sqrt(square);
-    } else {
+    } else if (!request.dataset.empty()) {
       manifest_ = read_manifest(request.dataset);
+      if (needs_.flash && !(manifest_.flash > 0))
+        throw UsageError("--dataset " + request.dataset + ": has no flash; the network sees one");
       for (const Manifest::Image& image : manifest_.images)
         images_[canonical(std::filesystem::path(request.dataset) / image.file)] = &image;
     }
@@ -41,29 +61,66 @@ class Known {
 
   const SceneView* view() const { return view_ ? &*view_ : nullptr; }
 
-  KnownScene of(const std::string& file) {
-    if (view_) return view_->known();
-    if (!request_.shape_buffers.empty()) return {shapes_.at(0), light_};
+  // Of image `index`: what it shows, into the network's input.
+  void see(std::size_t index, std::span<float> input) {
+    const std::string& file = request_.images[index];
+    const std::vector<float> radiance = read_resampled_radiance(file, network_.size, colours_, request_.photo);
+    Seen seen{radiance};
+    std::vector<float> flash;
+    if (needs_.flash) {
+      if (request_.flash.empty()) {
+        flash = read_resampled_radiance(file, network_.size, colours_, request_.photo, "flash.");
+      } else {
+        flash = read_resampled_radiance(request_.flash[index], network_.size, colours_, request_.photo);
+        for (std::size_t i = 0; i < flash.size(); ++i) flash[i] -= radiance[i];
+      }
+      seen.flash = flash;
+    }
+    std::optional<SeenShape> own;
+    std::array<double, 3> light = light_;
+    if (view_) {
+      const KnownScene known = view_->known();
+      seen.shape = &known.shape;
+      light = known.light;
+    } else if (!request_.shape_buffers.empty()) {
+      seen.shape = &shapes_.at(0);
+    } else if (!request_.mask.empty()) {
+      seen.shape = &own.emplace(read_mask(one_of(request_.mask, index), network_.size));
+    } else if (needs_.shape || needs_.mask) {
+      const Manifest::Image& image = of_set(file);
+      if (manifest_.cameras) own.emplace(read_resampled_seen_shape(file, network_.size, manifest_.hash));
+      seen.shape = own ? &*own : &shape_of_set(image.shape);
+      light = before_camera(image, manifest_.lights[static_cast<std::size_t>(image.light)].direction);
+    }
+    seen.light = &light;
+    network_input(network_, seen, input);
+  }
+
+ private:
+  const Manifest::Image& of_set(const std::string& file) const {
     const auto found = images_.find(canonical(file));
     if (found == images_.end())
       throw InputError(file + ": is no image of the data set " + request_.dataset +
                        "; give --shape-buffers and --light");
-    const Manifest::Image& image = *found->second;
-    if (!shapes_.count(image.shape)) {
-      const std::string& buffers = manifest_.shapes[static_cast<std::size_t>(image.shape)].buffers;
-      shapes_[image.shape] = read_resampled_seen_shape((std::filesystem::path(request_.dataset) / buffers).string(),
-                                                       network_.size, manifest_.hash);
-    }
-    return {shapes_.at(image.shape), manifest_.lights[static_cast<std::size_t>(image.light)].direction};
+    return *found->second;
   }
 
- private:
+  const SeenShape& shape_of_set(int shape) {
+    if (!shapes_.count(shape)) {
+      const std::string& buffers = manifest_.shapes[static_cast<std::size_t>(shape)].buffers;
+      shapes_[shape] = read_resampled_seen_shape((std::filesystem::path(request_.dataset) / buffers).string(),
+                                                 network_.size, manifest_.hash);
+    }
+    return shapes_.at(shape);
+  }
+
   void look_at(const Scene& scene) {
     const std::string who = "--scene " + scene.file;
     if (scene.media.size() != 1)
       throw UsageError(fmt::format("{}: the network knows one medium, the scene has {}", who, scene.media.size()));
     body_ = body_of(scene, 0, who);
-    if (network_.channels > 1) view_.emplace(scene, request_.sensor, network_.size, *body_, who);
+    if (needs_.shape || (needs_.mask && request_.mask.empty()))
+      view_.emplace(scene, request_.sensor, network_.size, *body_, who);
   }
 
   static std::string canonical(const std::filesystem::path& path) {
@@ -74,6 +131,8 @@ class Known {
 
   const PredictionRequest& request_;
   const NetworkDescription& network_;
+  Needs needs_;
+  int colours_;
   Manifest manifest_;
   std::map<std::string, const Manifest::Image*> images_;
   std::map<int, SeenShape> shapes_;
@@ -82,20 +141,39 @@ class Known {
   std::optional<SceneView> view_;
 };
 
+void check_files(const std::string& option, const std::vector<std::string>& files, std::size_t images,
+                 bool one_for_all) {
+  if (files.empty() || files.size() == images || (one_for_all && files.size() == 1)) return;
+  throw UsageError(fmt::format("{}: {} files for {} images; need one for each{}", option, files.size(), images,
+                               one_for_all ? ", or one for all" : ""));
+}
+
 void check(const PredictionRequest& request, const NetworkDescription& network) {
   if (request.showing.exemplars > 0 && !request.scene)
     throw UsageError("--exemplars: the network is shown renderings of a scene; which one (--scene)?");
+  if (request.showing.exemplars > 0 && !is_plain(network))
+    throw UsageError("--exemplars: " + request.run +
+                     " sees more than luminance, shape and light; it cannot be shown a scene");
+  const Needs needs(network);
   const bool one_by_one = !request.shape_buffers.empty() || !request.light.empty();
-  if (network.channels == 1) {
-    if (one_by_one || !request.dataset.empty())
-      throw UsageError(request.run +
-                       ": its network sees luminance alone; leave out --dataset, --shape-buffers and --light");
-  } else if (!request.dataset.empty() + (request.scene != nullptr) + one_by_one != 1 ||
-             request.shape_buffers.empty() != request.light.empty()) {
+  if (!needs.any() && (one_by_one || !request.mask.empty() || !request.flash.empty()))
+    throw UsageError(request.run +
+                     ": its network sees the image alone; leave out --shape-buffers, --light, --mask and --flash");
+  check_files("--mask", request.mask, request.images.size(), true);
+  check_files("--flash", request.flash, request.images.size(), false);
+  const int sources = !request.dataset.empty() + (request.scene != nullptr) + one_by_one;
+  if (needs.shape && (sources != 1 || request.shape_buffers.empty() != request.light.empty()))
     throw UsageError(
         request.run +
         ": its network knows shape and light; give --dataset, or --scene, or both --shape-buffers and --light");
-  }
+  if (needs.shape && !request.mask.empty())
+    throw UsageError("--mask: the network knows the shape, and the mask from that; leave it out");
+  if (needs.mask && !needs.shape && sources + !request.mask.empty() != 1)
+    throw UsageError(request.run + ": its network sees a mask of the object; give --mask, or --dataset, or --scene");
+  if (needs.flash && request.flash.empty() && request.dataset.empty())
+    throw UsageError(request.run +
+                     ": its network sees the light of a flash; give --flash (the same photo with "
+                     "the flash on), or --dataset");
 }
 
 }  // namespace
@@ -105,8 +183,7 @@ PredictedImages predict_images(const PredictionRequest& request, const std::atom
   Network network = network_of(request.run);
   const NetworkDescription& description = network.description();
   check(request, description);
-  std::optional<Known> known;
-  if (description.channels > 1 || request.scene) known.emplace(request, description);
+  Known known(request, description);
 
   std::optional<ShownScene> shown;
   if (request.showing.exemplars > 0) {
@@ -114,26 +191,21 @@ PredictedImages predict_images(const PredictionRequest& request, const std::atom
     for (const std::string& file : request.images)
       noise = std::max(noise, noise_share(file, description.size, request.photo));
     const SceneToShow scene{*request.scene, request.sensor, 0,
-                            *known->body(), known->view(),  "--scene " + request.scene->file};
+                            *known.body(),  known.view(),   "--scene " + request.scene->file};
     shown.emplace(network, scene, noise, request.showing, cancel);
   }
-  PredictedImages result{description, known && known->body(), shown ? shown->spp() : 0, {}};
+  PredictedImages result{description, known.body().has_value(), shown ? shown->spp() : 0, {}};
   std::vector<float> input(network.image_values());
-  for (const std::string& file : request.images) {
+  for (std::size_t k = 0; k < request.images.size(); ++k) {
     if (cancel) throw Interrupted();
-    const std::vector<float> luminance = read_resampled_luminance(file, description.size, request.photo);
-    if (description.channels > 1) {
-      const KnownScene scene = known->of(file);
-      network_input(description, luminance, &scene, input);
-    } else {
-      network_input(description, luminance, nullptr, input);
-    }
+    known.see(k, input);
     const std::vector<float>& raw = network.forward(input, 1);
-    ImagePrediction image{file, shown ? estimates_of(shown->posterior(raw)) : estimates_of(raw, description)};
+    ImagePrediction image{request.images[k],
+                          shown ? estimates_of(shown->posterior(raw)) : estimates_of(raw, description)};
     for (std::size_t i = 0; i < image.parameters.size(); ++i)
-      if (result.in_scene && description.outputs[i].name == "sigma_t")
+      if (result.in_scene && description.outputs[i].name.starts_with("sigma_t"))
         for (double* number : {&image.parameters[i].value, &image.parameters[i].low, &image.parameters[i].high})
-          *number = sigma_t_in_scene(*number, description, *known->body());
+          *number = sigma_t_in_scene(*number, description, *known.body());
     if (each) each(description, image);
     result.images.push_back(std::move(image));
   }

@@ -56,7 +56,7 @@ class BatchLoss : public ImageLoss {
       images.push_back({&image,
                         {parameters[3 * i], parameters[3 * i + 1], parameters[3 * i + 2]},
                         random_bits(seed_, step, i),
-                        &of.luminance[original(i)],
+                        &of.radiance[original(i)],
                         &window(image.shape)});
     }
     Result result;
@@ -84,7 +84,7 @@ class BatchLoss : public ImageLoss {
   };
   Target target_of(const DatasetImages& of, std::size_t example) {
     const ObjectWindow& seen = window(of.images[example].shape);
-    const std::vector<float> value = cut(of.luminance[example], size_, seen),
+    const std::vector<float> value = cut(of.radiance[example], size_, seen),
                              error = cut(of.errors[example], size_, seen);
     Target target;
     double count = 0;

@@ -52,12 +52,22 @@ std::vector<Manifest> read_sets(const TrainingRequest& request) {
   folders.insert(folders.end(), request.calibration.begin(), request.calibration.end());
   for (const std::string& folder : folders) {
     Manifest set = read_complete_manifest(folder);
+    if (request.kind != "rn" && !is_laboratory(set))
+      throw UsageError(
+          fmt::format("{}: its images are in colours, or each has a camera or a boundary of its own; {} renders "
+                      "images again, and knows luminance from one place: rn learns from such a set",
+                      folder, request.kind));
     for (std::size_t i = 0; i < sets.size(); ++i) {
       if (set.hash == sets[i].hash) throw UsageError(fmt::format("{}: the same images as {}", folder, folders[i]));
       if (set.size != sets[i].size || set.mm_per_unit != sets[i].mm_per_unit)
         throw UsageError(fmt::format(
             "{}: {} pixels a side and {} mm a scene unit, {} has {} and {}; to be learnt from together they must agree",
             folder, set.size, set.mm_per_unit, folders[i], sets[i].size, sets[i].mm_per_unit));
+      if (set.in_colours != sets[i].in_colours || set.linear_sigma_t != sets[i].linear_sigma_t)
+        throw UsageError(
+            fmt::format("{}: one of this set and {} is in colours, or has another scale of sigma_t; to be "
+                        "learnt from together they must agree",
+                        folder, folders[i]));
     }
     sets.push_back(std::move(set));
   }
@@ -71,12 +81,12 @@ std::string joined_hashes(const std::vector<Manifest>& sets) {
 }
 
 DatasetImages read_images(const std::vector<std::string>& folders, const std::vector<Manifest>& sets,
-                          const std::vector<Manifest::Split>& splits, bool with_shapes,
+                          const std::vector<Manifest::Split>& splits, const Wanted& wanted,
                           const std::atomic<bool>& cancel) {
   DatasetImages images;
   for (std::size_t i = 0; i < sets.size(); ++i)
     for (const Manifest::Split split : splits)
-      append(images, itn::read_images(folders[i], sets[i], split, with_shapes, cancel));
+      append(images, itn::read_images(folders[i], sets[i], split, wanted, cancel));
   return images;
 }
 
@@ -110,6 +120,7 @@ Json circumstances_of(const TrainingRequest& r, const std::vector<Manifest>& set
            {"mirror", r.variation.mirrored},
            {"noise", r.variation.noise},
            {"threads", thread_count}};
+  if (!r.inputs.empty()) all["inputs"] = r.inputs;
   if (!r.unlabelled.empty()) all["labels"] = false;
   if (r.shards > 1) all["shards"] = r.shards;
   if (r.distribution) all["distribution"] = r.frozen ? "frozen" : "learnt";
@@ -148,13 +159,26 @@ void set_distribution(NetworkDescription& description, bool wanted) {
   description.spread.assign(wanted ? description.outputs.size() : 0, 1);
 }
 
+// What a new network sees.
+void set_inputs(NetworkDescription& description, const TrainingRequest& request, const Manifest& set) {
+  if (request.channels && !request.inputs.empty()) throw UsageError("--inputs, --channels: give either");
+  if (request.channels) description.channels = *request.channels;
+  if (request.channels || (request.inputs.empty() && !set.in_colours)) return;
+  description.inputs.clear();
+  for (const std::string& input : request.inputs.empty() ? std::vector<std::string>{"image"} : request.inputs)
+    description.inputs.push_back(input == "image"   ? (set.in_colours ? "rgb" : "luminance")
+                                 : input == "flash" ? (set.in_colours ? "flash_rgb" : "flash_luminance")
+                                                    : input);
+  description.channels = channels_of(description.inputs);
+}
+
 // A new network, or `init`, that of request.init, with the data set's size of images.
 Network first_network(const TrainingRequest& request, const std::optional<Network>& init, const Manifest& manifest,
                       const DatasetImages& training) {
   if (!init) {
     NetworkDescription description;
     description.kind = request.kind;
-    description.channels = request.channels.value_or(description.channels);
+    set_inputs(description, request, manifest);
     description.width = request.width.value_or(description.width);
     description.size = manifest.size;
     description.outputs = output_ranges(training);
@@ -170,6 +194,7 @@ Network first_network(const TrainingRequest& request, const std::optional<Networ
       throw UsageError(fmt::format("--{} {}: the network of --init has {}", name, *wanted, is));
   };
   check("channels", request.channels, init->description().channels);
+  if (!request.inputs.empty()) throw UsageError("--inputs: those of the network of --init stay");
   check("width", request.width, init->description().width);
   NetworkDescription description = init->description();
   description.kind = request.kind;
@@ -212,17 +237,22 @@ TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>
   std::optional<Network> init;
   if (!request_.init.empty()) init.emplace(network_of(request_.init));
   drops_distribution_ = init && init->description().distribution && !request_.distribution;
-  const int channels = init ? init->description().channels : request_.channels.value_or(NetworkDescription().channels);
-  const bool with_shapes = channels > 1 || request_.kind != "rn";
-  training_images_ = read_images(request_.data, sets_, {Manifest::Split::train}, with_shapes, cancel);
-  validation_images_ = read_images(request_.data, sets_, {Manifest::Split::validation}, with_shapes, cancel);
+  NetworkDescription seeing;
+  if (init)
+    seeing = init->description();
+  else
+    set_inputs(seeing, request_, sets_.front());
+  Wanted wanted = wanted_by(seeing);
+  wanted.shapes = wanted.shapes || request_.kind != "rn";
+  training_images_ = read_images(request_.data, sets_, {Manifest::Split::train}, wanted, cancel);
+  validation_images_ = read_images(request_.data, sets_, {Manifest::Split::validation}, wanted, cancel);
   network_.emplace(first_network(request_, init, sets_.front(), training_images_));
   if (!labelled()) label(training_images_, *network_);
   training_.emplace(training_images_, network_->description(), request_.variation);
   validation_.emplace(validation_images_, network_->description());
   if (!calibration_sets_.empty()) {
     calibration_images_ = read_images(request_.calibration, calibration_sets_,
-                                      {Manifest::Split::train, Manifest::Split::validation}, with_shapes, cancel);
+                                      {Manifest::Split::train, Manifest::Split::validation}, wanted, cancel);
     calibration_.emplace(calibration_images_, network_->description());
   }
   TrainingOptions options = training_options(request_, sets_);

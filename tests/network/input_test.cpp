@@ -243,7 +243,7 @@ TEST_CASE("Sizes that do not fit and shapes that are not known are usage errors"
 TEST_CASE("Examples of a data set: its split, in the network's channels, with the truth by the outputs' names") {
   const TemporaryFolder folder;
   const MadeUpDataset set(folder.path(), 3, 2);
-  const DatasetImages images = read_images(set.folder, set.manifest, Manifest::Split::validation, true, go_on);
+  const DatasetImages images = read_images(set.folder, set.manifest, Manifest::Split::validation, {.shapes = true}, go_on);
   NetworkDescription network = network_of(6, mean_luminance(images));
   network.outputs = {{"g", 0, 1, false}, {"sigma_t", 20, 300, true}};
   const DatasetExamples examples(images, network);
@@ -288,9 +288,9 @@ TEST_CASE("A network's ranges are the default ones, wider where the data set goe
 TEST_CASE("Mirror images follow the images; noise is another at every look, and of the images' standard errors") {
   const TemporaryFolder folder;
   const MadeUpDataset set(folder.path(), 30, 1);
-  DatasetImages images = read_images(set.folder, set.manifest, Manifest::Split::train, true, go_on);
+  DatasetImages images = read_images(set.folder, set.manifest, Manifest::Split::train, {.shapes = true}, go_on);
   for (auto& errors : images.errors) errors.assign(pixels, 0.01F);
-  for (auto& luminance : images.luminance) luminance.assign(pixels, 1);
+  for (auto& luminance : images.radiance) luminance.assign(pixels, 1);
   const auto look = [&](const DatasetExamples& examples, std::size_t index, std::uint64_t number) {
     std::vector<float> image(6 * pixels);
     std::vector<double> truth(3);
@@ -325,23 +325,23 @@ TEST_CASE("Mirror images follow the images; noise is another at every look, and 
 TEST_CASE("A split without images, black images and outputs that images do not have are refused") {
   const TemporaryFolder folder;
   const MadeUpDataset set(folder.path(), 1, 1);
-  CHECK_THROWS_WITH(read_images(set.folder, set.manifest, Manifest::Split::unseen_both, false, go_on),
+  CHECK_THROWS_WITH(read_images(set.folder, set.manifest, Manifest::Split::unseen_both, {}, go_on),
                     Contains("manifest.json: has no images of the split unseen_both"));
-  DatasetImages images = read_images(set.folder, set.manifest, Manifest::Split::train, false, go_on);
+  DatasetImages images = read_images(set.folder, set.manifest, Manifest::Split::train, {}, go_on);
   CHECK_THROWS_WITH(DatasetExamples(images, network_of(6)), Contains("shapes"));
   NetworkDescription network = network_of(1);
   network.outputs = {{"sigma_s", 1, 2, false}};
   CHECK_THROWS_WITH(DatasetExamples(images, network), Contains("no parameter 'sigma_s'"));
-  images.luminance[0].assign(pixels, 0);
+  images.radiance[0].assign(pixels, 0);
   CHECK_THROWS_WITH(mean_luminance(images), Contains("black"));
   const std::atomic<bool> stop{true};
-  CHECK_THROWS_AS(read_images(set.folder, set.manifest, Manifest::Split::train, false, stop), Interrupted);
+  CHECK_THROWS_AS(read_images(set.folder, set.manifest, Manifest::Split::train, {}, stop), Interrupted);
 }
 
 TEST_CASE("Examples of several data sets are those of each, with its own shapes and lights") {
   const TemporaryFolder folder;
   const MadeUpDataset set(folder / "set", 5, 3);
-  const auto read = [&](Manifest::Split split) { return read_images(set.folder, set.manifest, split, true, go_on); };
+  const auto read = [&](Manifest::Split split) { return read_images(set.folder, set.manifest, split, {.shapes = true}, go_on); };
   const DatasetImages first = read(Manifest::Split::train);
   DatasetImages second = read(Manifest::Split::validation);
   std::swap(second.shapes[0], second.shapes[1]);

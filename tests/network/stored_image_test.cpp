@@ -18,7 +18,7 @@ namespace {
 
 void train_on(const MadeUpDataset& set) {
   const std::atomic<bool> cancel = false;
-  read_images(set.folder, set.manifest, Manifest::Split::train, true, cancel);
+  read_images(set.folder, set.manifest, Manifest::Split::train, {.shapes = true}, cancel);
 }
 
 }  // namespace
