@@ -160,27 +160,32 @@ class Prediction:
 
 def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene | None = None, sensor: int = 0,
             dataset: str | os.PathLike | None = None, shape_buffers: str | os.PathLike | None = None,
-            light: Sequence[float] = (), exemplars: int = 0, spp: int = 0, seed: int = 0,
+            light: Sequence[float] = (), mask: Any = (), flash: Any = (), exemplars: int = 0, spp: int = 0, seed: int = 0,
             progress: bool | Callable[[float], object] | None = None) -> Prediction:
     """Parameters for images by a network, with 95 % intervals where it says them: `itn predict`.
 
     images: square files (OpenEXR, or photos) or arrays, (size, size) of luminance or (size, size, 3), linear; one, or a
     list. network: the one that ships with the program, a folder that training wrote, or a .safetensors file. scene: of what
     the images show: gives shape, light and the unit of length. For networks that know shape and light also: dataset, the
-    folder that the images belong to; or shape_buffers and light, as of the command. exemplars: show the network so many
+    folder that the images belong to; or shape_buffers and light, as of the command. For those that see a mask or the light of a
+    flash: mask and flash, of every image a file or an array, the flash's of the same exposure with the flash on. exemplars: show the network so many
     renderings of the scene (12 or more), of other materials each, with spp samples a pixel (0: as noisy as the images): what
     it answers to these says what its answer to an image means in this scene, and how surely."""
-    several = list(images) if isinstance(images, (list, tuple)) else [images]
     with tempfile.TemporaryDirectory() as temporary, shown(progress, "predict") as tell:
-        files = []
-        for k, image in enumerate(several):
-            if not isinstance(image, (str, os.PathLike)):
-                write_exr(os.path.join(temporary, f"{k}.exr"), image.image if isinstance(image, Rendering) else image)
-                image = os.path.join(temporary, f"{k}.exr")
-            files.append(os.fspath(image))
+        def as_files(images: Any, kind: str) -> list[str]:
+            files = []
+            for k, image in enumerate(images if isinstance(images, (list, tuple)) else [images]):
+                if not isinstance(image, (str, os.PathLike)):
+                    file = os.path.join(temporary, f"{kind}{k}.exr")
+                    write_exr(file, image.image if isinstance(image, Rendering) else image)
+                    image = file
+                files.append(os.fspath(image))
+            return files
+
+        files = as_files(images, "image")
         result = _itn.predict(files, os.fspath(network), scene._scene if scene else None, sensor,
                               os.fspath(dataset or ""), os.fspath(shape_buffers or ""), list(map(float, light)),
-                              exemplars, spp, seed_number(seed), tell)
+                              as_files(mask, "mask"), as_files(flash, "flash"), exemplars, spp, seed_number(seed), tell)
     names = [output[0] for output in result["network"]["outputs"]]
     numbers = np.array(result["parameters"]).reshape(len(files), len(names), 3)
     intervals = {name: numbers[:, k, 1:] for k, name in enumerate(names)} if result["intervals"] else {}
@@ -206,14 +211,15 @@ class Training:
 def train(data: str | os.PathLike | DataSet | Sequence[str] = (), network: str = "rn", output: str | os.PathLike = "", *,
           unlabelled: str | os.PathLike | DataSet = "", init: str | os.PathLike = "", epochs: int = 50, batch: int = 32,
           learning_rate: float = 1e-4,
-          weight_decay: float = 0, noise: float = 0, mirror: bool = False, patience: int = 0, channels: int | None = None,
-          width: int | None = None, threads: int | None = None, image_weight: float | None = None, distribution: bool = False,
+          weight_decay: float = 0, noise: float = 0, mirror: bool = False, patience: int = 0,
+          inputs: Sequence[str] = (), channels: int | None = None, width: int | None = None, threads: int | None = None, image_weight: float | None = None, distribution: bool = False,
           calibration: Sequence[str | os.PathLike | DataSet] = (), frozen: bool = False, seed: int = 0, spp: int = 0,
           progress: bool | Callable[[float], object] | None = None) -> Training:
     """Trains a network on data sets: `itn train`, with the same options and the same numbers.
 
     network: "rn" learns parameters; "itn", "ssn" also that the image rendered with them looks like the input (all light;
-    single scattering), weighed with image_weight (lambda). distribution: an "rn" also learns how sure it is, calibrated on the
+    single scattering), weighed with image_weight (lambda). inputs: what a new network sees, of "image" (in colours where the data
+    set is), "flash", "mask", "normal", "nearness" and "light", in place of channels. distribution: an "rn" also learns how sure it is, calibrated on the
     data sets of calibration, or the validation images; with frozen it learns nothing else, beside what the network of init says.
     unlabelled: instead of data, a data set whose materials nobody knows; with "itn" and init. output: folder, where a training that was stopped goes on."""
     if not output:
@@ -225,7 +231,7 @@ def train(data: str | os.PathLike | DataSet | Sequence[str] = (), network: str =
                                   for sets in (several, calibration, [unlabelled]))
     folder = os.fspath(output)
     with shown(progress, "train") as tell:
-        record = _itn.train(folders, unknown[0], network, folder, os.fspath(init), channels, width, threads, image_weight,
+        record = _itn.train(folders, unknown[0], network, folder, os.fspath(init), list(inputs), channels, width, threads, image_weight,
                             distribution, held_out, frozen, mirror, noise,
                             epochs, batch, patience, learning_rate, weight_decay, seed_number(seed), spp, tell)
     with open(Path(folder) / "curve.jsonl", encoding="utf-8") as file:

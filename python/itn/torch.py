@@ -290,11 +290,22 @@ class Network(torch.nn.Module):
         self.last = torch.nn.Linear(weight.shape[1], weight.shape[0])
         self.last.weight.data, self.last.bias.data = weight, torch.from_numpy(weights["fully_connected.bias"])
 
-    def input(self, luminance: torch.Tensor) -> torch.Tensor:
-        """Of linear luminance (..., size, size) what a network of one channel sees: (..., 1, size, size)."""
+    def input(self, image: torch.Tensor, **others: torch.Tensor) -> torch.Tensor:
+        """What the network sees (description["inputs"]), (..., channels, size, size), of an image: linear luminance
+        (..., size, size), or (..., 3, size, size) of one that sees colours. others, where it sees more: flash, the light that a
+        flash adds, like the image; mask, nearness and light (..., size, size); normal (..., 3, size, size)."""
         m = self.description["luminance"]
         dark = 0.01 * m
-        return torch.log((luminance.clamp(min=0) + dark) / (m + dark)).unsqueeze(-3)
+        channels = []
+        for name in self.description["inputs"]:
+            role = {"luminance": "image", "rgb": "image", "flash_luminance": "flash", "flash_rgb": "flash"}.get(name, name)
+            values = image if role == "image" else others.get(role)
+            if values is None:
+                raise _itn.UsageError(f"the network sees {role!r}: give {role}=")
+            if role in ("image", "flash"):
+                values = torch.log((values.clamp(min=0) + dark) / (m + dark))
+            channels.append(values if name in ("rgb", "flash_rgb", "normal") else values.unsqueeze(-3))
+        return torch.cat(channels, -3)
 
     def forward(self, images: torch.Tensor) -> torch.Tensor:
         for layer in self.convolutions:
@@ -338,13 +349,13 @@ def network(file: str | os.PathLike = "shipped") -> Network:
 
 
 class Dataset(torch.utils.data.Dataset):
-    """The images of a data set (`itn.dataset`): pairs of luminance (1, size, size), linear, and a tensor of their
-    parameters sigma_t [1/mm], albedo, g.
+    """The images of a data set (`itn.dataset`): pairs of luminance (1, size, size), linear, or in colours (3, size, size), and
+    a tensor of their `parameters`: sigma_t [1/mm], albedo, g, or in colours sigma_t.R, sigma_t.G, ...
 
-    split: train, validation, unseen_light, unseen_shape, unseen_both; None: all. transform: of the luminance.
+    split: train, validation, unseen_light, unseen_shape, unseen_both; None: all. transform: of the image. `channels(index)`
+    are all channels of an image's file by name: standard errors, and in sets that have them the flash's light, normals, depth
+    and mask.
     """
-
-    parameters = ("sigma_t", "albedo", "g")
 
     def __init__(self, folder: str | os.PathLike, split: str | None = "train", transform: Any = None):
         self.folder = Path(folder)
@@ -352,6 +363,9 @@ class Dataset(torch.utils.data.Dataset):
             manifest = json.loads((self.folder / "manifest.json").read_text(encoding="utf-8"))
         except OSError:
             raise _itn.InputError(f"{folder}: has no manifest.json; itn.dataset makes data sets") from None
+        self.colours = manifest.get("in_colours", False)
+        self.parameters = tuple(f"{name}.{letter}" for name in ("sigma_t", "albedo") for letter in "RGB") + ("g",) \
+            if self.colours else ("sigma_t", "albedo", "g")
         self.images = [i for i in manifest["images"] if split in (None, i["split"])]
         if not self.images:
             splits = sorted({i["split"] for i in manifest["images"]})
@@ -362,8 +376,14 @@ class Dataset(torch.utils.data.Dataset):
         return len(self.images)
 
     def __getitem__(self, index: int) -> tuple[torch.Tensor, torch.Tensor]:
-        image = self.images[index]
-        luminance = torch.from_numpy(_itn.read_exr(str(self.folder / image["file"]))[0]["Y"])[None]
+        channels = self.channels(index)
+        image = torch.stack([channels[letter] for letter in ("RGB" if self.colours else "Y")])
         if self.transform:
-            luminance = self.transform(luminance)
-        return luminance, torch.tensor([image[name] for name in self.parameters])
+            image = self.transform(image)
+        truth = self.images[index]
+        return image, torch.tensor([float(value) for name in ("sigma_t", "albedo", "g") for value in np.atleast_1d(truth[name])])
+
+    def channels(self, index: int) -> dict[str, torch.Tensor]:
+        """All channels of an image's file, (size, size), by name."""
+        file = self.folder / self.images[index]["file"]
+        return {name: torch.from_numpy(values) for name, values in _itn.read_exr(str(file))[0].items()}

@@ -36,6 +36,7 @@ nb::dict describe(const NetworkDescription& network) {
   nb::dict result;
   result["kind"] = network.kind;
   result["channels"] = network.channels;
+  result["inputs"] = inputs_of(network);
   result["size"] = network.size;
   result["width"] = network.width;
   result["luminance"] = network.luminance;
@@ -78,9 +79,10 @@ nb::object input(const Network& network, const FloatArray& luminance) {
 
 nb::dict predict(const std::vector<std::string>& images, const std::string& run, const SceneObject* scene, int sensor,
                  const std::string& dataset, const std::string& shape_buffers, const std::vector<double>& light,
-                 int exemplars, int spp, std::uint64_t seed, const nb::object& progress) {
+                 const std::vector<std::string>& mask, const std::vector<std::string>& flash, int exemplars, int spp,
+                 std::uint64_t seed, const nb::object& progress) {
   const std::shared_ptr<const Scene> kept = scene ? scene->scene() : nullptr;
-  PredictionRequest request{run, images, kept.get(), sensor, dataset, shape_buffers, light};
+  PredictionRequest request{run, images, kept.get(), sensor, dataset, shape_buffers, light, mask, flash};
   const PredictedImages predicted = interruptible(progress, [&](Running& running) {
     std::size_t done = 0;
     const SharedShowing shared(exemplars, spp, seed, running);
@@ -145,17 +147,19 @@ std::string train(const TrainingRequest& request, Running& running) {
 }
 
 std::string bind_train(const std::vector<std::string>& data, const std::string& unlabelled, const std::string& kind,
-                       const std::string& folder, const std::string& init, std::optional<int> channels,
-                       std::optional<int> width, std::optional<int> threads, std::optional<double> lambda,
-                       bool distribution, const std::vector<std::string>& calibration, bool frozen, bool mirrored,
-                       double noise, int epochs, int batch, int patience, double learning_rate, double weight_decay,
-                       std::uint64_t seed, int spp, const nb::object& progress) {
+                       const std::string& folder, const std::string& init, const std::vector<std::string>& inputs,
+                       std::optional<int> channels, std::optional<int> width, std::optional<int> threads,
+                       std::optional<double> lambda, bool distribution, const std::vector<std::string>& calibration,
+                       bool frozen, bool mirrored, double noise, int epochs, int batch, int patience,
+                       double learning_rate, double weight_decay, std::uint64_t seed, int spp,
+                       const nb::object& progress) {
   TrainingRequest request;
   request.data = data;
   request.unlabelled = unlabelled;
   request.kind = kind;
   request.folder = folder;
   request.init = init;
+  request.inputs = inputs;
   request.channels = channels;
   request.width = width;
   request.threads = threads;
@@ -215,12 +219,12 @@ void bind_learn(nb::module_& module) {
       },
       "file"_a, "size"_a, "Of a square OpenEXR file, at this size.");
   module.def("predict", &predict, "images"_a, "run"_a, "scene"_a.none(), "sensor"_a, "dataset"_a, "shape_buffers"_a,
-             "light"_a, "exemplars"_a, "spp"_a, "seed"_a, "progress"_a.none());
+             "light"_a, "mask"_a, "flash"_a, "exemplars"_a, "spp"_a, "seed"_a, "progress"_a.none());
   module.def("dataset", &dataset, "config"_a, "folder"_a, "spp"_a, "seed"_a.none(), "progress"_a.none());
-  module.def("train", &bind_train, "data"_a, "unlabelled"_a, "kind"_a, "folder"_a, "init"_a, "channels"_a.none(),
-             "width"_a.none(), "threads"_a.none(), "weight_of_images"_a.none(), "distribution"_a, "calibration"_a,
-             "frozen"_a, "mirrored"_a, "noise"_a, "epochs"_a, "batch"_a, "patience"_a, "learning_rate"_a,
-             "weight_decay"_a, "seed"_a, "spp"_a, "progress"_a.none());
+  module.def("train", &bind_train, "data"_a, "unlabelled"_a, "kind"_a, "folder"_a, "init"_a, "inputs"_a,
+             "channels"_a.none(), "width"_a.none(), "threads"_a.none(), "weight_of_images"_a.none(), "distribution"_a,
+             "calibration"_a, "frozen"_a, "mirrored"_a, "noise"_a, "epochs"_a, "batch"_a, "patience"_a,
+             "learning_rate"_a, "weight_decay"_a, "seed"_a, "spp"_a, "progress"_a.none());
   module.def("evaluate", &bind_evaluate, "data"_a, "runs"_a, "report"_a, "images"_a, "inversions"_a, "iterations"_a,
              "learning_rate"_a, "spp"_a, "seed"_a, "threads"_a.none(), "progress"_a.none());
 }

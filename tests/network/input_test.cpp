@@ -243,7 +243,8 @@ TEST_CASE("Sizes that do not fit and shapes that are not known are usage errors"
 TEST_CASE("Examples of a data set: its split, in the network's channels, with the truth by the outputs' names") {
   const TemporaryFolder folder;
   const MadeUpDataset set(folder.path(), 3, 2);
-  const DatasetImages images = read_images(set.folder, set.manifest, Manifest::Split::validation, {.shapes = true}, go_on);
+  const DatasetImages images =
+      read_images(set.folder, set.manifest, Manifest::Split::validation, {.shapes = true}, go_on);
   NetworkDescription network = network_of(6, mean_luminance(images));
   network.outputs = {{"g", 0, 1, false}, {"sigma_t", 20, 300, true}};
   const DatasetExamples examples(images, network);
@@ -341,7 +342,9 @@ TEST_CASE("A split without images, black images and outputs that images do not h
 TEST_CASE("Examples of several data sets are those of each, with its own shapes and lights") {
   const TemporaryFolder folder;
   const MadeUpDataset set(folder / "set", 5, 3);
-  const auto read = [&](Manifest::Split split) { return read_images(set.folder, set.manifest, split, {.shapes = true}, go_on); };
+  const auto read = [&](Manifest::Split split) {
+    return read_images(set.folder, set.manifest, split, {.shapes = true}, go_on);
+  };
   const DatasetImages first = read(Manifest::Split::train);
   DatasetImages second = read(Manifest::Split::validation);
   std::swap(second.shapes[0], second.shapes[1]);

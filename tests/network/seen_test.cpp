@@ -1,0 +1,132 @@
+// Networks that see more than luminance: what their input is made of, and files that say so.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
+#include "network/input.h"
+#include "network/network_file.h"
+#include "runtime/base/error.h"
+#include "runtime/image/exr.h"
+#include "tests/support/temporary_folder.h"
+
+using namespace itn;
+using Catch::Contains;
+
+namespace {
+
+constexpr int size = 4;
+constexpr std::size_t pixels = size * size;
+
+NetworkDescription seeing(const std::vector<std::string>& inputs) {
+  NetworkDescription description;
+  description.size = size;
+  description.luminance = 0.5;
+  description.inputs = inputs;
+  description.channels = channels_of(inputs);
+  return description;
+}
+
+std::vector<float> numbered(std::size_t count, float first) {
+  std::vector<float> values(count);
+  for (std::size_t i = 0; i < count; ++i) values[i] = first + static_cast<float>(i);
+  return values;
+}
+
+float of_radiance(float value) { return std::log((value + 0.005F) / 0.505F); }
+
+}  // namespace
+
+TEST_CASE("the input has what the network sees, in the order of its names") {
+  const NetworkDescription network = seeing({"rgb", "mask", "flash_rgb", "normal", "light"});
+  CHECK(network.channels == 3 + 1 + 3 + 3 + 1);
+  const std::vector<float> image = numbered(3 * pixels, 1), flash = numbered(3 * pixels, 100);
+  SeenShape shape{std::vector<float>(3 * pixels, 0), numbered(pixels, 0), std::vector<float>(pixels, 1)};
+  for (std::size_t i = 0; i < pixels; ++i) shape.normal[2 * pixels + i] = 1;
+  shape.mask[3] = 0;
+  const std::array<double, 3> light{0.6, 0, 0.8};
+  std::vector<float> input(11 * pixels);
+  network_input(network, {image, flash, &shape, &light}, input);
+  for (std::size_t i = 0; i < 3 * pixels; ++i) {
+    CHECK(input[i] == Approx(of_radiance(image[i])));
+    CHECK(input[4 * pixels + i] == Approx(of_radiance(flash[i])));
+    CHECK(input[7 * pixels + i] == shape.normal[i]);
+  }
+  for (std::size_t i = 0; i < pixels; ++i) {
+    CHECK(input[3 * pixels + i] == (i == 3 ? 0 : 1));
+    CHECK(input[10 * pixels + i] == Approx(0.8));
+  }
+
+  std::vector<float> mirrored = input;
+  mirror_input(network, mirrored);
+  for (std::size_t c = 0; c < 11; ++c)
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const float sign = c == 7 ? -1.0F : 1.0F;  // the normals' x
+      CHECK(mirrored[c * pixels + i] == sign * input[c * pixels + i / size * size + (size - 1 - i % size)]);
+    }
+}
+
+TEST_CASE("what is missing is named, and so are inputs that cannot be") {
+  const std::vector<float> image = numbered(3 * pixels, 1);
+  std::vector<float> input(7 * pixels);
+  const auto refusal = [&](const std::vector<std::string>& inputs, const Seen& seen) {
+    const NetworkDescription network = seeing(inputs);
+    return [=, &input] {
+      network_input(network, seen, std::span(input).first(static_cast<std::size_t>(network.channels) * pixels));
+    };
+  };
+  CHECK_THROWS_WITH(refusal({"rgb", "flash_rgb"}, {image})(), Contains("'flash_rgb'"));
+  CHECK_THROWS_WITH(refusal({"rgb", "mask"}, {image})(), Contains("'mask'"));
+  const SeenShape only_mask{{}, {}, std::vector<float>(pixels, 1)};
+  CHECK_THROWS_WITH(refusal({"rgb", "normal"}, {image, {}, &only_mask})(), Contains("'normal'"));
+  CHECK_THROWS_WITH(refusal({"rgb"}, {std::span(image).first(pixels)})(), Contains("image of 16 numbers"));
+  CHECK_THROWS_WITH(channels_of({"luminance", "smell"}), Contains("'smell'"));
+  CHECK_THROWS_WITH(channels_of({"luminance", "mask", "mask"}), Contains("twice"));
+  CHECK_THROWS_WITH(channels_of({"mask"}), Contains("must see an image"));
+  CHECK_THROWS_WITH(channels_of({"luminance", "rgb"}), Contains("either"));
+  NetworkDescription wrong = seeing({"rgb", "mask"});
+  wrong.channels = 6;
+  CHECK_THROWS_AS(Network(wrong), UsageError);
+}
+
+TEST_CASE("a network's file says what it sees; those of luminance alone say it by their channels, as ever") {
+  const TemporaryFolder folder;
+  for (const std::vector<std::string>& inputs :
+       {std::vector<std::string>{"rgb", "flash_rgb", "mask"}, {"luminance", "mask"}}) {
+    Network network(seeing(inputs));
+    network.initialise(1);
+    write_network(folder / "a.safetensors", network, Precision::single);
+    const Network read = read_network(folder / "a.safetensors");
+    CHECK(read.description() == network.description());
+    CHECK_FALSE(is_plain(read.description()));
+  }
+  NetworkDescription plain;
+  plain.channels = 6;
+  CHECK(network_metadata(plain).count("inputs") == 0);
+  CHECK(inputs_of(plain) == std::vector<std::string>{"luminance", "normal", "nearness", "light"});
+  CHECK(sees(plain, "light"));
+  CHECK_FALSE(sees(plain, "mask"));
+}
+
+TEST_CASE("colours are read as planes, of a file's own channels or the flash's, and averaged down") {
+  const TemporaryFolder folder;
+  const std::string file = folder / "a.exr";
+  ExrImage image{2 * size, 2 * size, {"B", "G", "R", "flash.B", "flash.G", "flash.R", "mask"}, {}, {}};
+  for (int i = 0; i < 4 * size * size; ++i) {
+    const bool left = i % (2 * size) < size;
+    image.data.insert(image.data.end(), {3, 2, 1, 6, 5, 4, left ? 1.0F : 0.0F});
+  }
+  write_exr(file, image);
+  const std::vector<float> own = read_resampled_radiance(file, size, 3),
+                           flash = read_resampled_radiance(file, size, 3, {}, "flash.");
+  for (std::size_t i = 0; i < 3 * pixels; ++i) {
+    CHECK(own[i] == Approx(1.0 + static_cast<double>(i / pixels)));
+    CHECK(flash[i] == Approx(4.0 + static_cast<double>(i / pixels)));
+  }
+  const SeenShape seen = read_mask(file, size);
+  for (std::size_t i = 0; i < pixels; ++i) CHECK(seen.mask[i] == (i % size < size / 2 ? 1 : 0));
+  CHECK_THROWS_WITH(read_resampled_radiance(file, size, 3, {}, "moon."), Contains("moon.R"));
+  for (float& value : image.data) value = std::min(value, 0.4F);
+  write_exr(file, image);
+  CHECK_THROWS_WITH(read_mask(file, size), Contains("need the object in white"));
+}

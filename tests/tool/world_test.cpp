@@ -1,0 +1,155 @@
+// Data sets of scenes as people have them, from itn dataset to networks that see colours, a mask and a flash.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "runtime/base/file.h"
+#include "runtime/dataset/manifest.h"
+#include "runtime/image/exr.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/tool/process.h"
+
+using Catch::Contains;
+using Json = nlohmann::json;
+
+namespace {
+
+// A world of 26 small images, of all kinds of boundary and light.
+std::string write_config(const TemporaryFolder& folder) {
+  const Json config{{"preset", "world"},
+                    {"size", 16},
+                    {"spp", 8},
+                    {"flash", 3},
+                    {"train", {{"random_shapes", 10}, {"triangles", 600}, {"materials", 2}}},
+                    {"test", {{"shapes", Json::array()}, {"random_shapes", 3}, {"triangles", 600}, {"materials", 2}}}};
+  itn::write_file(folder / "world.json", config.dump());
+  return folder / "world.json";
+}
+
+std::map<std::string, std::string> files_of(const std::string& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+    if (entry.is_regular_file())
+      files[std::filesystem::relative(entry.path(), folder).string()] = itn::read_file(entry.path().string());
+  return files;
+}
+
+// Channels of an image as a picture of its own.
+void write_sum(const itn::ExrImage& from, const std::vector<std::string>& prefixes, const std::string& file) {
+  itn::ExrImage picture{from.width, from.height, {"R", "G", "B"}, {}, {}};
+  const std::size_t count = from.channels.size();
+  for (std::size_t i = 0; i < from.data.size(); i += count)
+    for (const char* letter : {"R", "G", "B"}) {
+      float sum = 0;
+      for (const std::string& prefix : prefixes)
+        sum += from.data[i + static_cast<std::size_t>(from.channel(prefix + letter))];
+      picture.data.push_back(sum);
+    }
+  itn::write_exr(file, picture);
+}
+
+}  // namespace
+
+TEST_CASE("a world is the same to the byte in parts, and where an image is rendered again") {
+  const TemporaryFolder folder;
+  const std::string config = write_config(folder), whole = folder / "whole", parts = folder / "parts";
+  REQUIRE(run_itn({"dataset", config, "-o", whole, "--quiet"}).exit_code == 0);
+  const auto files = files_of(whole);
+  const itn::Manifest set = itn::read_complete_manifest(whole);
+  REQUIRE(set.images.size() == 26);
+  for (const char* part : {"2/2", "1/2"})
+    REQUIRE(run_itn({"dataset", config, "-o", parts, "--part", part, "--quiet"}).exit_code == 0);
+  REQUIRE(run_itn({"dataset", config, "-o", parts, "--merge", "--quiet"}).exit_code == 0);
+  for (const itn::Manifest::Image& image : set.images) {
+    CAPTURE(image.file);
+    CHECK(itn::read_file(parts + "/" + image.file) == files.at(image.file));
+  }
+  for (const std::size_t k : {3, 17}) std::filesystem::remove(whole + "/" + set.images[k].file);
+  REQUIRE(run_itn({"dataset", config, "-o", whole, "--quiet"}).exit_code == 0);
+  CHECK((files_of(whole) == files));
+
+  const itn::ExrImage image = itn::read_exr(whole + "/" + set.images[0].file);
+  for (const char* channel : {"R", "stderr.B", "flash.G", "flash.stderr.G", "normal.X", "depth", "mask"})
+    CHECK(image.channel(channel) >= 0);
+  const Result preview = run_itn({"dataset", config, "-o", whole, "--preview", "--quiet"});
+  CHECK(preview.exit_code == 0);
+  CHECK(std::filesystem::exists(whole + "/preview.png"));
+}
+
+TEST_CASE("a network of colours, a flash and a mask: from training to errors, and photos with files of their own") {
+  const TemporaryFolder folder;
+  const std::string config = write_config(folder), data = folder / "set", run = folder / "run";
+  REQUIRE(run_itn({"dataset", config, "-o", data, "--quiet"}).exit_code == 0);
+  const Result training =
+      run_itn({"train", data, "--network", "rn", "--inputs", "image,flash,mask", "--width", "16", "--epochs", "2",
+               "--noise", "1", "--mirror", "--threads", "1", "-o", run, "--quiet"});
+  INFO(training.error);
+  REQUIRE(training.exit_code == 0);
+
+  const Result tested = run_itn({"predict", run, "--dataset", data, "--json", "-"});
+  INFO(tested.error);
+  REQUIRE(tested.exit_code == 0);
+  const Json json = Json::parse(tested.output);
+  const itn::Manifest set = itn::read_complete_manifest(data);
+  std::vector<itn::Manifest::Image> images;
+  double mean = 0, learnt = 0;
+  for (const itn::Manifest::Image& image : set.images) {
+    if (image.split == itn::Manifest::Split::unseen_shape) images.push_back(image);
+    if (image.split == itn::Manifest::Split::train) {
+      mean += image.colours->albedo[1];
+      ++learnt;
+    }
+  }
+  mean /= learnt;
+  REQUIRE(json["images"].size() == images.size());
+  double squares = 0, absolute = 0, constant = 0;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const double truth = images[i].colours->albedo[1];
+    const double error = json["images"][i]["albedo.G"]["value"].get<double>() - truth;
+    squares += error * error;
+    absolute += std::fabs(error);
+    constant += std::fabs(mean - truth);
+  }
+  const auto count = static_cast<double>(images.size());
+  const Json& errors = json["errors"]["albedo.G"];
+  CHECK(errors["root_mean_square"].get<double>() == Approx(std::sqrt(squares / count)));
+  CHECK(errors["mean_absolute"].get<double>() == Approx(absolute / count));
+  CHECK(errors["constant"].get<double>() == Approx(constant / count));
+  CHECK(errors["held"].is_null());
+  CHECK(json["errors"].size() == 7);
+
+  // The same image from pictures: without and with the flash, and a mask.
+  const std::string file = data + "/" + images[0].file;
+  const itn::ExrImage image = itn::read_exr(file);
+  write_sum(image, {""}, folder / "photo.exr");
+  write_sum(image, {"", "flash."}, folder / "flash.exr");
+  itn::ExrImage mask{image.width, image.height, {"Y"}, {}, {}};
+  for (std::size_t i = 0; i < image.data.size(); i += image.channels.size())
+    mask.data.push_back(image.data[i + static_cast<std::size_t>(image.channel("mask"))]);
+  itn::write_exr(folder / "mask.exr", mask);
+  const Result photo = run_itn({"predict", run, folder / "photo.exr", "--flash", folder / "flash.exr", "--mask",
+                                folder / "mask.exr", "--json", "-"});
+  INFO(photo.error);
+  REQUIRE(photo.exit_code == 0);
+  const Json said = Json::parse(photo.output)["images"][0];
+  for (const char* name : {"sigma_t.R", "albedo.B", "g"})
+    CHECK(said[name]["value"].get<double>() == Approx(json["images"][0][name]["value"].get<double>()).epsilon(1e-4));
+
+  const auto refusal = [&](const std::vector<std::string>& arguments) {
+    const Result result = run_itn(arguments);
+    CHECK(result.exit_code == 2);
+    return result.error;
+  };
+  CHECK_THAT(refusal({"predict", run, folder / "photo.exr", "--flash", folder / "flash.exr"}), Contains("give --mask"));
+  CHECK_THAT(refusal({"predict", run, folder / "photo.exr", "--mask", folder / "mask.exr"}), Contains("give --flash"));
+  CHECK_THAT(refusal({"predict", run, folder / "photo.exr", folder / "photo.exr", "--flash", folder / "flash.exr",
+                      "--mask", folder / "mask.exr"}),
+             Contains("--flash: 1 files for 2 images"));
+  CHECK_THAT(refusal({"train", data, "--network", "itn", "-o", folder / "itn"}), Contains("rn learns from such a set"));
+  CHECK_THAT(refusal({"eval", data, run, "-o", folder / "report"}), Contains("itn predict RUN --dataset"));
+  CHECK_THAT(refusal({"export", run, "-o", folder / "a.onnx"}), Contains("this one sees more"));
+  CHECK_THAT(refusal({"train", data, "--network", "rn", "--inputs", "image", "--channels", "1", "-o", folder / "b"}),
+             Contains("give either"));
+}
