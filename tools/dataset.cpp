@@ -40,6 +40,16 @@ std::map<std::string, std::size_t> images_of_splits(const Manifest& set) {
   return count;
 }
 
+// Row-major, the colours of a pixel one after the other.
+std::vector<float> picture_of(const std::string& folder, const Manifest& set, const Manifest::Image& image) {
+  const int colours = set.in_colours ? 3 : 1;
+  const std::vector<float> planes = radiance_of(read_stored(folder, set, image), folder + "/" + image.file, colours);
+  const auto count = static_cast<std::size_t>(colours), pixels = planes.size() / count;
+  std::vector<float> picture(planes.size());
+  for (std::size_t i = 0; i < picture.size(); ++i) picture[i] = planes[i % count * pixels + i / count];
+  return picture;
+}
+
 // Some images of the set, evenly over its order, in one picture.
 void write_preview(const std::string& folder, const Manifest& set) {
   constexpr int columns = 10, most = 60;
@@ -48,7 +58,7 @@ void write_preview(const std::string& folder, const Manifest& set) {
   for (int i = 0; i < count; ++i) {
     const std::size_t at = set.images.size() * static_cast<std::size_t>(i) / static_cast<std::size_t>(count);
     const Manifest::Image& image = set.images[at];
-    sheet.add(luminance_of(read_stored(folder, set, image), folder + "/" + image.file), 1);
+    sheet.add(picture_of(folder, set, image), set.in_colours ? 3 : 1);
   }
   sheet.write(folder + "/preview.png");
 }

@@ -12,8 +12,10 @@
 #include "lib/phase.h"
 #include "model/bsdf/rough_dielectric.h"
 
+/* Is the light around the scene sampled through rough boundaries: its sun, or bright regions of its picture? */
+#define REFRACTED_AROUND (HAS_SUN || HAS_PEAKS)
 /* Are there lights of which the direction is known before the place at which they pass a rough boundary? */
-#define REFRACTED_CONNECTIONS (ROUGH_LIGHT_SAMPLING && (HAS_SUN || HAS_PARALLEL_LIGHTS))
+#define REFRACTED_CONNECTIONS (ROUGH_LIGHT_SAMPLING && (REFRACTED_AROUND || HAS_PARALLEL_LIGHTS))
 
 #if MEDIUM_LIGHT_SAMPLING
 #define CHANCE_FLOOR 0.02f

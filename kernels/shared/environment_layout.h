@@ -28,7 +28,9 @@ typedef struct {
   int sampling; /* but of even light: cumulative rows (rows + 1), then cumulative columns, row by row (columns + 1 each) */
   int sun_table;   /* sun with limb darkening: [knot][channel][power][value, slope] */
   int complex_sun; /* 0 or 1 */
-  int gradient;    /* envmap: where the sums by its pixels begin (lib/adjoint.h); -1: nobody asks for them */
+  float
+      concentration; /* envmap: 4 pi times the integral of its luminance's square over the square of the integral: 1 where it is even; else 0 */
+  int gradient;      /* envmap: where the sums by its pixels begin (lib/adjoint.h); -1: nobody asks for them */
   float to_local[9];
   float radiance[3]; /* constant; envmap: what its pixels are multiplied by */
   float sky[3 * SKY_COEFFICIENTS];
@@ -46,6 +48,6 @@ typedef struct {
       sky_weight; /* luminance integrated over the sphere of directions: for the share of lights of the scene beside it */
 } EnvironmentRecord;
 
-typedef char environment_record_is_292_bytes[sizeof(EnvironmentRecord) == 292 ? 1 : -1];
+typedef char environment_record_is_296_bytes[sizeof(EnvironmentRecord) == 296 ? 1 : -1];
 
 #endif

@@ -65,17 +65,20 @@ inline void rival_densities(const Launch* launch, __global const JobRecord* job,
   MASK drawn = from_medium & (light->source.index < 0);
 #if HAS_PARALLEL_LIGHTS
   const MASK parallel = is_parallel(launch, light->source.index);
-  drawn = (HAS_SUN ? drawn : (MASK)(0)) | (from_medium & parallel);
+  drawn = (REFRACTED_AROUND ? drawn : (MASK)(0)) | (from_medium & parallel);
 #endif
   *rival = rival_density(refracted_pdf(&boundary, guess, light->source.direction, s->direction), by_phase, drawn);
 #if HAS_PARALLEL_LIGHTS
   const REAL at_vertex = chance_of_light(launch, job, vertex, light->source.index);
   *rival *= SELECT(parallel, at_vertex / light->pdf, 1.0f);
 #endif
+#if REFRACTED_AROUND
+  MASK finds_light = from_medium;
 #if HAS_SUN
-  const MASK finds_sun = from_medium & in_sun(launch->environments + job->environment, direction);
-  if (ANY(finds_sun))
-    *own_rival = rival_density(refracted_pdf(&boundary, guess, direction, s->direction), by_phase, finds_sun);
+  finds_light = finds_light & in_sun(launch->environments + job->environment, direction);
+#endif
+  if (ANY(finds_light))
+    *own_rival = rival_density(refracted_pdf(&boundary, guess, direction, s->direction), by_phase, finds_light);
 #endif
 #endif
 }

@@ -199,7 +199,7 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
                                     x.medium * (int)(sizeof(MediumRecord) / sizeof(float)));
   straight = sampled & (connection == CONNECTION_STRAIGHT);
 #if REFRACTED_CONNECTIONS
-  MASK reached = HAS_SUN ? sampled & (light.source.index < 0) : (MASK)(0);
+  MASK reached = REFRACTED_AROUND ? sampled & (light.source.index < 0) : (MASK)(0);
 #if HAS_PARALLEL_LIGHTS
   const MASK parallel = take_parallel(launch, job, &x, valid, u, &light);
   reached = reached | parallel;

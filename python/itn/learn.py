@@ -93,8 +93,9 @@ class DataSet:
         return self.manifest["images"]
 
     def image(self, index: int) -> np.ndarray:
-        """Luminance, (size, size)."""
-        return read_exr(Path(self.folder) / self.images[index]["file"])["Y"]
+        """Luminance, (size, size), or of a set in colours (size, size, 3)."""
+        channels = read_exr(Path(self.folder) / self.images[index]["file"])
+        return np.stack([channels[c] for c in "RGB"], -1) if self.manifest.get("in_colours") else channels["Y"]
 
     def __len__(self) -> int:
         return len(self.images)
@@ -105,14 +106,14 @@ class DataSet:
     def _repr_html_(self) -> str:
         some = range(0, len(self), max(1, len(self) // 8))
         return f"<p>{html.escape(repr(self)[1:-1])}</p>" + "".join(
-            as_html(self.image(i)[..., None], html.escape(self.images[i]["split"])) for i in list(some)[:8])
+            as_html(np.atleast_3d(self.image(i)), html.escape(self.images[i]["split"])) for i in list(some)[:8])
 
 
 def dataset(config: str | os.PathLike | Mapping[str, Any], output: str | os.PathLike, *, spp: int = 0,
             seed: int | None = None, progress: bool | Callable[[float], object] | None = None) -> DataSet:
     """Renders a data set, shapes x lights x materials, into a folder: `itn dataset`.
 
-    config: a preset ("tiny", "laptop", "varied", "paper"), a JSON file, or the same as a dictionary; meshes and environments
+    config: a preset ("tiny", "laptop", "varied", "world", "paper"), a JSON file, or the same as a dictionary; meshes and environments
     in a dictionary are found from the current folder. Stopped by Ctrl-C, the same call goes on where it was."""
     folder = os.fspath(output)
     with tempfile.TemporaryDirectory() as temporary, shown(progress, "dataset") as tell:

@@ -89,6 +89,7 @@ void append_environment(const Environment& environment, EnvironmentRecord& recor
   record.sampling = other.sampling;
   record.sun_weight = other.sun_weight;
   record.sky_weight = other.sky_weight;
+  record.concentration = other.concentration;
 }
 
 bool is_uneven(const EnvironmentRecord& record) {

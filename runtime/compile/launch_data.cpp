@@ -446,6 +446,8 @@ void clear_scenes(LaunchData& data) {
 
 namespace {
 
+constexpr float least_concentration = 4;  // of a picture whose bright regions are sampled through rough boundaries
+
 // Slots for the numbers of any model that the data has, and one behind them.
 int most_slots(const LaunchData& data) {
   int most = 0;
@@ -505,17 +507,22 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   set("SPECTRAL", data.spectral);
   const bool sun = std::any_of(data.environments.begin(), data.environments.end(),
                                [](const EnvironmentRecord& e) { return e.sun_pdf > 0; });
+  // Bright regions of a picture, through rough boundaries: without a sun, beside which only the sun is sampled.
+  const bool peaks =
+      !sun && std::any_of(data.environments.begin(), data.environments.end(),
+                          [](const EnvironmentRecord& e) { return e.concentration > least_concentration; });
   const bool lights = !data.lights.empty();
-  const bool rough_light = ((sun || lights) && rough) || (uneven_light && has(BSDF_BROAD, BSDF_BROAD));
+  const bool rough_light = ((sun || peaks || lights) && rough) || (uneven_light && has(BSDF_BROAD, BSDF_BROAD));
   const auto lights_of_launch = models_of(data).lights;
   const bool parallel = rough && refracted &&
                         std::any_of(lights_of_launch.begin(), lights_of_launch.end(),
                                     [](const Model* m) { return (m->traits & LIGHT_PARALLEL) != 0; });
-  const bool medium_light = ((uneven_light || lights) && matched) || ((sun || parallel) && refracted);
+  const bool medium_light = ((uneven_light || lights) && matched) || ((sun || peaks || parallel) && refracted);
   set("HAS_LIGHTS", lights);
   set("HAS_AREA_LIGHTS",
       std::any_of(data.shapes.begin(), data.shapes.end(), [](const ShapeRecord& s) { return s.light >= 0; }));
   set("HAS_PARALLEL_LIGHTS", parallel);
+  set("HAS_PEAKS", peaks);
   set("HAS_SCREENS", std::any_of(lights_of_launch.begin(), lights_of_launch.end(), [](const Model* m) {
         return (m->traits & LIGHT_ON_SHAPE) != 0 && (m->traits & LIGHT_TINTED) != 0;
       }));

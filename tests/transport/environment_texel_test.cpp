@@ -144,6 +144,32 @@ TEST_CASE("pixels of an environment map times their gradients are the derivative
     CHECK(gradient(scene, way, 16).values[1].data == result.values[1].data);
 }
 
+TEST_CASE("so they are of a bright window that shines into wax through a rough boundary", "[derivative]") {
+  const TemporaryFolder folder;
+  Scene scene = under_a_sky(folder, R"(<shape type="sphere"><bsdf type="roughdielectric">
+      <string name="distribution" value="ggx"/><float name="alpha" value="0.4"/></bsdf>
+    <medium type="homogeneous" name="interior"><rgb name="sigma_t" value="3, 4, 5"/><rgb name="albedo" value="0.9, 0.8, 0.7"/>
+      <phase type="hg"><float name="g" value="0.3"/></phase></medium></shape>)");
+  constexpr std::size_t window = 3 * 6;  // red of pixel 6
+  for (std::size_t c = 0; c < 3; ++c) scene = raised(scene, "sky.data", window + c, 40);
+  scene.environment->sampled_as = nullptr;
+  const RenderOptions options = by({"sky.scale", "sky.data"});
+  const WeighedDerivatives result = gradient(scene, options, 16);
+  const double before = weighed(scene, options, 16);
+  double brought = 0;
+  for (std::size_t i = 0; i < result.values[1].data.size(); ++i)
+    brought += static_cast<double>(result.values[1].data[i]) * static_cast<double>(scene.environment->bitmap->data[i]);
+  CHECK(brought == Approx(0.8 * result.value[0]).epsilon(1e-5));
+  CHECK(brought == Approx(before).epsilon(1e-5));
+  for (const std::size_t value : {window, window + 1, std::size_t{0}, std::size_t{29}})
+    CHECK(
+        static_cast<double>(result.values[1].data[value]) ==
+        Approx(weighed(raised(scene, "sky.data", value, 1), options, 16) - before).epsilon(1e-3).margin(1e-5 * before));
+  RenderOptions staged = options;
+  staged.schedule = Schedule::staged;
+  CHECK(gradient(scene, staged, 16).values[1].data == result.values[1].data);
+}
+
 // Which of several directions is connected depends on what they bring, and so on the pixels, beyond the densities: the
 // two agree on average.
 TEST_CASE("the gradient by a pixel of an environment map has the mean of differences at surfaces", "[.texels]") {

@@ -52,17 +52,22 @@ void envmap_fill(const Environment& environment, EnvironmentRecord& record, std:
 
   // A cell lies between four pixels.
   std::vector<double> weight;
+  double squares = 0;
   const double step = pi / static_cast<double>(height - 1);
   for (std::size_t y = 0; y + 1 < height; ++y) {
     const double solid_angle =
         2 * std::sin((static_cast<double>(y) + 0.5) * step) * std::sin(step / 2) * 2 * pi / static_cast<double>(width);
     for (std::size_t x = 0; x < width; ++x) {
       const std::size_t left = y * width + x, right = y * width + (x + 1) % width;
-      weight.push_back(solid_angle * (light[left] + light[right] + light[left + width] + light[right + width]) / 4);
+      const double mean = (light[left] + light[right] + light[left + width] + light[right + width]) / 4;
+      weight.push_back(solid_angle * mean);
+      squares += solid_angle * mean * mean;
     }
   }
   record.sampling = append_sampling(weight, height - 1, width, tables);
-  record.sky_weight = static_cast<float>(sum(weight));
+  const double all = sum(weight);
+  record.sky_weight = static_cast<float>(all);
+  record.concentration = all > 0 ? static_cast<float>(4 * pi * squares / (all * all)) : 0.0F;
 }
 
 // Linear in its scale, and in its pixels: by all of them alike, as a picture of ones has it.
