@@ -124,8 +124,7 @@ std::shared_ptr<const Bitmap> lamp_room(std::uint64_t seed) {
 }
 
 Environment lamp_alone(const Vec3& towards, double irradiance) {
-  // A sun that stands in its zenith, turned to where the lamp is: it passes rough boundaries with a third of the noise
-  // of a picture's bright spot.
+  // A sun that stands in its zenith, turned to where the lamp is.
   constexpr double of_scale_1 = 1.307;  // irradiance in luminance, as rendered: tests/dataset/world_test.cpp
   Environment lamp = make_environment("sunsky");
   lamp.id = emitter_id;
