@@ -146,10 +146,16 @@ std::vector<float> resampled(const std::vector<float>& planes, int size, int cou
   return result;
 }
 
+double mean_of(std::span<const float> values) {
+  double sum = 0;
+  for (const float value : values) sum += static_cast<double>(value);
+  return sum / static_cast<double>(values.size());
+}
+
 [[noreturn]] void fail_missing(const std::string& input) {
   const bool of_shape = input == "normal" || input == "nearness" || input == "light";
-  throw UsageError("the network sees '" + input + "': " +
-                   (of_shape ? "needs the shape's buffers and the light" : "it is not given for this image"));
+  throw UsageError("the network sees '" + input +
+                   "': " + (of_shape ? "needs the shape's buffers and the light" : "it is not given for this image"));
 }
 
 }  // namespace
@@ -285,7 +291,8 @@ void network_input(const NetworkDescription& network, const Seen& seen, std::spa
   if (input.size() != static_cast<std::size_t>(network.channels) * pixels)
     throw UsageError(fmt::format("input of {} numbers for a network of {} x {} pixels with {} channels", input.size(),
                                  side, side, network.channels));
-  const auto m = static_cast<float>(network.luminance), darkest = static_cast<float>(darkest_radiance) * m;
+  const auto m = static_cast<float>(network.exposure ? std::max(mean_of(seen.image), 1e-30) : network.luminance),
+             darkest = static_cast<float>(darkest_radiance) * m;
   auto to = input.begin();
   const auto put_radiance = [&](const std::string& name, std::span<const float> radiance, std::size_t colours) {
     if (radiance.empty()) fail_missing(name);

@@ -1,9 +1,9 @@
 // What the network sees: the same function makes it for training and for predictions. Of the inputs that its
 // description names (network.h):
 //
-//   luminance        log((L + 0.01 m) / (1.01 m)) of the radiance L, m = description.luminance: 0 where L is m, -4.6 in
-//   the
-//                    dark. Radiance below 0, which sky models have in places, counts as 0.
+//   luminance        log((L + 0.01 m) / (1.01 m)) of the radiance L, m = description.luminance: 0 where L is m, -4.6
+//                    in the dark. Radiance below 0, which sky models have in places, counts as 0. Where the network
+//                    does not know exposures, m is the image's mean over pixels and colours, without the flash.
 //   rgb              the same of red, green and blue
 //   flash_luminance, the same of the light that a flash at the camera adds
 //   flash_rgb

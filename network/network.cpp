@@ -87,7 +87,7 @@ bool sees(const NetworkDescription& description, const std::string& input) {
   return std::find(inputs.begin(), inputs.end(), input) != inputs.end();
 }
 
-bool is_plain(const NetworkDescription& description) { return description.inputs.empty(); }
+bool is_plain(const NetworkDescription& description) { return description.inputs.empty() && !description.exposure; }
 
 int channels_of_input(const std::string& input) {
   const auto kind =

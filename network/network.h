@@ -34,6 +34,8 @@ struct NetworkDescription {
   // What it sees, one after the other (input.h). Empty: of one channel "luminance", of six "luminance", "normal",
   // "nearness" and "light".
   std::vector<std::string> inputs{};
+  // Each image is known up to a factor: what it sees is over the image's own mean, and not over `luminance`.
+  bool exposure = false;
 
   std::size_t raw_outputs() const {
     const std::size_t n = outputs.size();
@@ -61,7 +63,7 @@ constexpr std::array<InputKind, 8> input_kinds{{{"luminance", 1},
 std::vector<std::string> inputs_of(const NetworkDescription& description);
 int channels_of_input(const std::string& input);  // of one of input_kinds
 bool sees(const NetworkDescription& description, const std::string& input);
-// Luminance, and beside it nothing or all of known shape and light?
+// Luminance, by a known exposure, and beside it nothing or all of known shape and light?
 bool is_plain(const NetworkDescription& description);
 // The channels of all. Throws UsageError: no image among them, an input that is not known or there twice.
 int channels_of(const std::vector<std::string>& inputs);

@@ -87,6 +87,7 @@ std::map<std::string, std::string> network_metadata(const NetworkDescription& de
                                          {"luminance", nlohmann::json(description.luminance).dump()},
                                          {"mm_per_unit", nlohmann::json(description.mm_per_unit).dump()},
                                          {"outputs", outputs.dump()}};
+  if (description.exposure) all["exposure"] = "unknown";
   if (!description.inputs.empty()) all["inputs"] = nlohmann::json(description.inputs).dump();
   if (description.distribution) {
     all["distribution"] = DISTRIBUTION;
@@ -115,6 +116,12 @@ NetworkDescription network_description(const Safetensors& content, const std::st
       description.outputs.push_back({range.at("name"), range.at("low"), range.at("high"), range.at("logarithmic")});
   } catch (const nlohmann::json::exception& error) {
     throw InputError(file + ": metadata 'outputs' does not say the ranges of the outputs: " + error.what());
+  }
+  if (content.metadata.count("exposure")) {
+    if (content.text("exposure", file) != "unknown")
+      throw InputError(file + ": metadata 'exposure' is '" + content.text("exposure", file) +
+                       "', where 'unknown' or none is expected");
+    description.exposure = true;
   }
   try {
     if (content.metadata.count("inputs"))

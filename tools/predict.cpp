@@ -39,7 +39,7 @@ nlohmann::ordered_json report_errors(const CommonOptions& common, const Manifest
                                      const PredictedImages& predicted) {
   nlohmann::ordered_json json;
   if (common.talkative())
-    fmt::print("{:10} {:>16} {:>13} {:>21} {:>18}\n", "", "root mean square", "mean absolute", "of a constant's share",
+    fmt::print("{:10} {:>16} {:>13} {:>21} {:>18}\n", "", "root mean square", "mean absolute", "share of a constant's",
                "intervals that hold");
   for (const ParameterError& error : errors_on(set, predicted)) {
     const double share = error.mean_absolute / error.constant;

@@ -203,6 +203,9 @@ void add_train(CLI::App& app) {
           "between them")
       ->delimiter(',')
       ->check(CLI::IsMember({"image", "flash", "mask", "normal", "nearness", "light"}));
+  command->add_flag("--exposure", options->request.exposure,
+                    "each image is known up to a factor: the network sees it over its own mean, as for photos whose "
+                    "exposure nobody knows");
   command
       ->add_option(
           "--width", options->request.width,

@@ -295,6 +295,9 @@ class Network(torch.nn.Module):
         (..., size, size), or (..., 3, size, size) of one that sees colours. others, where it sees more: flash, the light that a
         flash adds, like the image; mask, nearness and light (..., size, size); normal (..., 3, size, size)."""
         m = self.description["luminance"]
+        if self.description["exposure"]:
+            over = (-3, -2, -1) if "rgb" in self.description["inputs"] else (-2, -1)
+            m = image.mean(over, keepdim=True).clamp(min=1e-30)
         dark = 0.01 * m
         channels = []
         for name in self.description["inputs"]:

@@ -37,6 +37,7 @@ nb::dict describe(const NetworkDescription& network) {
   result["kind"] = network.kind;
   result["channels"] = network.channels;
   result["inputs"] = inputs_of(network);
+  result["exposure"] = network.exposure;
   result["size"] = network.size;
   result["width"] = network.width;
   result["luminance"] = network.luminance;
@@ -148,7 +149,7 @@ std::string train(const TrainingRequest& request, Running& running) {
 
 std::string bind_train(const std::vector<std::string>& data, const std::string& unlabelled, const std::string& kind,
                        const std::string& folder, const std::string& init, const std::vector<std::string>& inputs,
-                       std::optional<int> channels, std::optional<int> width, std::optional<int> threads,
+                       bool exposure, std::optional<int> channels, std::optional<int> width, std::optional<int> threads,
                        std::optional<double> lambda, bool distribution, const std::vector<std::string>& calibration,
                        bool frozen, bool mirrored, double noise, int epochs, int batch, int patience,
                        double learning_rate, double weight_decay, std::uint64_t seed, int spp,
@@ -160,6 +161,7 @@ std::string bind_train(const std::vector<std::string>& data, const std::string& 
   request.folder = folder;
   request.init = init;
   request.inputs = inputs;
+  request.exposure = exposure;
   request.channels = channels;
   request.width = width;
   request.threads = threads;
@@ -221,7 +223,7 @@ void bind_learn(nb::module_& module) {
   module.def("predict", &predict, "images"_a, "run"_a, "scene"_a.none(), "sensor"_a, "dataset"_a, "shape_buffers"_a,
              "light"_a, "mask"_a, "flash"_a, "exemplars"_a, "spp"_a, "seed"_a, "progress"_a.none());
   module.def("dataset", &dataset, "config"_a, "folder"_a, "spp"_a, "seed"_a.none(), "progress"_a.none());
-  module.def("train", &bind_train, "data"_a, "unlabelled"_a, "kind"_a, "folder"_a, "init"_a, "inputs"_a,
+  module.def("train", &bind_train, "data"_a, "unlabelled"_a, "kind"_a, "folder"_a, "init"_a, "inputs"_a, "exposure"_a,
              "channels"_a.none(), "width"_a.none(), "threads"_a.none(), "weight_of_images"_a.none(), "distribution"_a,
              "calibration"_a, "frozen"_a, "mirrored"_a, "noise"_a, "epochs"_a, "batch"_a, "patience"_a,
              "learning_rate"_a, "weight_decay"_a, "seed"_a, "spp"_a, "progress"_a.none());

@@ -121,6 +121,7 @@ Json circumstances_of(const TrainingRequest& r, const std::vector<Manifest>& set
            {"noise", r.variation.noise},
            {"threads", thread_count}};
   if (!r.inputs.empty()) all["inputs"] = r.inputs;
+  if (r.exposure) all["exposure"] = "unknown";
   if (!r.unlabelled.empty()) all["labels"] = false;
   if (r.shards > 1) all["shards"] = r.shards;
   if (r.distribution) all["distribution"] = r.frozen ? "frozen" : "learnt";
@@ -179,6 +180,7 @@ Network first_network(const TrainingRequest& request, const std::optional<Networ
     NetworkDescription description;
     description.kind = request.kind;
     set_inputs(description, request, manifest);
+    description.exposure = request.exposure;
     description.width = request.width.value_or(description.width);
     description.size = manifest.size;
     description.outputs = output_ranges(training);
@@ -194,7 +196,8 @@ Network first_network(const TrainingRequest& request, const std::optional<Networ
       throw UsageError(fmt::format("--{} {}: the network of --init has {}", name, *wanted, is));
   };
   check("channels", request.channels, init->description().channels);
-  if (!request.inputs.empty()) throw UsageError("--inputs: those of the network of --init stay");
+  if (!request.inputs.empty() || request.exposure)
+    throw UsageError("--inputs, --exposure: what the network of --init sees stays");
   check("width", request.width, init->description().width);
   NetworkDescription description = init->description();
   description.kind = request.kind;

@@ -89,11 +89,27 @@ TEST_CASE("what is missing is named, and so are inputs that cannot be") {
   CHECK_THROWS_AS(Network(wrong), UsageError);
 }
 
+TEST_CASE("a network that does not know exposures sees the same of an image by any") {
+  NetworkDescription network = seeing({"rgb", "flash_rgb"});
+  network.exposure = true;
+  std::vector<float> image = numbered(3 * pixels, 1), flash = numbered(3 * pixels, 5), once(6 * pixels),
+                     again(6 * pixels);
+  network_input(network, {image, flash}, once);
+  for (std::vector<float>* radiance : {&image, &flash})
+    for (float& value : *radiance) value *= 7;
+  network_input(network, {image, flash}, again);
+  for (std::size_t i = 0; i < once.size(); ++i) CHECK(again[i] == Approx(once[i]).margin(1e-5));
+  const float mean = 24.5F;
+  CHECK(once[0] == Approx(std::log((1 + 0.01F * mean) / (1.01F * mean))));
+}
+
 TEST_CASE("a network's file says what it sees; those of luminance alone say it by their channels, as ever") {
   const TemporaryFolder folder;
   for (const std::vector<std::string>& inputs :
        {std::vector<std::string>{"rgb", "flash_rgb", "mask"}, {"luminance", "mask"}}) {
-    Network network(seeing(inputs));
+    NetworkDescription description = seeing(inputs);
+    description.exposure = inputs.size() == 2;
+    Network network(description);
     network.initialise(1);
     write_network(folder / "a.safetensors", network, Precision::single);
     const Network read = read_network(folder / "a.safetensors");
