@@ -319,7 +319,7 @@ class Network(torch.nn.Module):
 
     def values(self, raw: torch.Tensor) -> dict[str, torch.Tensor]:
         """Parameters by name, from raw outputs (images, outputs); sigma_t in 1/mm."""
-        return self._parameters(torch.sigmoid(raw[:, :len(self.outputs)]))
+        return self._of_shares(torch.sigmoid(raw[:, :len(self.outputs)]))
 
     def shares(self, raw: torch.Tensor) -> torch.distributions.MultivariateNormal:
         """The distribution that raw outputs say: of the outputs' shares, 0 at the low end of their ranges, 1 at the high one
@@ -338,10 +338,10 @@ class Network(torch.nn.Module):
         """95 % intervals by name, (images, 2), from raw outputs; sigma_t in 1/mm."""
         shares = self.shares(raw)
         half = torch.special.ndtri(torch.tensor(0.975, dtype=torch.float64)).item() * shares.stddev
-        low, high = (self._parameters((shares.mean + side * half).clamp(0, 1)) for side in (-1, 1))
+        low, high = (self._of_shares((shares.mean + side * half).clamp(0, 1)) for side in (-1, 1))
         return {name: torch.stack([low[name], high[name]], dim=-1) for name in low}
 
-    def _parameters(self, share: torch.Tensor) -> dict[str, torch.Tensor]:
+    def _of_shares(self, share: torch.Tensor) -> dict[str, torch.Tensor]:
         return {name: low * (high / low) ** share[:, k] if logarithmic else low + (high - low) * share[:, k]
                 for k, (name, low, high, logarithmic) in enumerate(self.outputs)}
 
