@@ -78,10 +78,15 @@ void run(PredictArguments options) {
     showing = {options.exemplars, &*device, options.common.spp, options.common.seed,
                [&](double fraction) { progress->update(fraction); }};
   }
-  const PredictionRequest request{options.run,    options.images,  scene ? &*scene : nullptr,
-                                  options.sensor, options.dataset, options.shape_buffers,
-                                  options.light,  options.mask,    options.flash,
-                                  options.photo,  showing};
+  PredictionRequest request{options.run, options.images, scene ? &*scene : nullptr, options.sensor};
+  request.dataset = options.dataset;
+  request.test_images = tested.has_value();
+  request.shape_buffers = options.shape_buffers;
+  request.light = options.light;
+  request.mask = options.mask;
+  request.flash = options.flash;
+  request.photo = options.photo;
+  request.showing = showing;
   nlohmann::ordered_json images = nlohmann::ordered_json::array();
   const auto each = [&](const NetworkDescription& network, const ImagePrediction& image) {
     nlohmann::ordered_json line{{"file", image.file}};

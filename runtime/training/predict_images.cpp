@@ -156,9 +156,11 @@ void check(const PredictionRequest& request, const NetworkDescription& network) 
                      " sees more than luminance, shape and light; it cannot be shown a scene");
   const Needs needs(network);
   const bool one_by_one = !request.shape_buffers.empty() || !request.light.empty();
-  if (!needs.any() && (one_by_one || !request.mask.empty() || !request.flash.empty()))
+  const bool by_set = !request.dataset.empty() && !request.test_images;
+  if (!needs.any() && (by_set || one_by_one || !request.mask.empty() || !request.flash.empty()))
     throw UsageError(request.run +
-                     ": its network sees the image alone; leave out --shape-buffers, --light, --mask and --flash");
+                     ": its network sees the image alone; leave out --dataset, --shape-buffers, --light, --mask and "
+                     "--flash");
   check_files("--mask", request.mask, request.images.size(), true);
   check_files("--flash", request.flash, request.images.size(), false);
   const int sources = !request.dataset.empty() + (request.scene != nullptr) + one_by_one;

@@ -18,12 +18,13 @@ struct PredictionRequest {
   // For networks that know shape and light one of these; a scene also gives the unit of length.
   const Scene* scene = nullptr;
   int sensor = 0;
-  std::string dataset;        // folder that the images belong to
-  std::string shape_buffers;  // file of all images
-  std::vector<double> light;  // and the direction to it
+  std::string dataset = {};        // folder that the images belong to; of any network where they are its test images
+  std::string shape_buffers = {};  // file of all images
+  std::vector<double> light = {};  // and the direction to it
   // For networks that see a mask and the light of a flash: a file each for every image, or one mask for all. The
   // flash's shows the same as the image, by the same exposure, with the flash on.
   std::vector<std::string> mask = {}, flash = {};
+  bool test_images = false;  // of `dataset`
   PhotoOptions photo = {};
   Showing showing = {};  // of the scene
 };

@@ -38,7 +38,7 @@ struct TrainingRequest {
   // Folders of data sets, none of `data`, on all of whose images for training and validation a distribution is
   // calibrated; none: on the validation images of `data`.
   std::vector<std::string> calibration;
-  bool exposure = false;  // a new network does not know exposures
+  bool exposure = false;               // a new network does not know exposures
   std::vector<std::string> inputs;     // of a new network: "image", "flash", and "mask", "normal", "nearness", "light"
   std::optional<int> channels, width;  // of a new network; default: NetworkDescription's
   std::optional<int> threads;          // of the network; default: as in the folder, else threads()

@@ -374,7 +374,8 @@ TEST_CASE("itn predict says what is wrong with network, images and what is known
   refuses({"predict", set.folder, image}, 3, "network.safetensors: is not there; itn train");
   refuses({"predict", image, image}, 2, "shipped: its network knows shape and light");
   refuses({"predict", one}, 2, "is taken for a RUN; which images?");
-  refuses({"predict", one, image, "--dataset", set.folder}, 2, "sees luminance alone");
+  refuses({"predict", one, image, "--dataset", set.folder}, 2, "sees the image alone");
+  refuses({"predict", one, "--dataset", set.folder}, 3, "has no images to test with");
   refuses({"predict", six, image}, 2, "give --dataset, or --scene, or both");
   refuses({"predict", six, image, "--light", "0,0,1"}, 2, "give --dataset, or --scene, or both");
   refuses({"predict", six, image, "--dataset", set.folder, "--light", "0,0,1"}, 2,
