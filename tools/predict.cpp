@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
@@ -86,7 +87,7 @@ void run(PredictArguments options) {
   request.mask = options.mask;
   request.flash = options.flash;
   request.photo = options.photo;
-  request.showing = showing;
+  request.showing = std::move(showing);
   nlohmann::ordered_json images = nlohmann::ordered_json::array();
   const auto each = [&](const NetworkDescription& network, const ImagePrediction& image) {
     nlohmann::ordered_json line{{"file", image.file}};
