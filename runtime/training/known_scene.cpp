@@ -57,8 +57,11 @@ void film_for_network(Scene& scene, int sensor, int size, const std::string& who
   camera.width = camera.height = camera.crop_width = camera.crop_height = size;
 }
 
-SceneView::SceneView(const Scene& scene, int sensor, int size, const Body& body, const std::string& who)
-    : shape_(seen_shape_of(scene, sensor, size, body, who)), light_(light_of(scene, who)) {}
+SceneView::SceneView(const Scene& scene, int sensor, const NetworkDescription& network, const Body& body,
+                     const std::string& who)
+    : shape_(seen_shape_of(scene, sensor, network.size, body, who)) {
+  if (sees(network, "light")) light_ = light_of(scene, who);
+}
 
 double sigma_t_in_scene(double sigma_t, const NetworkDescription& network, const Body& body) {
   return sigma_t * network.mm_per_unit / body.longest_side;

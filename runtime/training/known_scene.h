@@ -22,17 +22,18 @@ Body body_of(const Scene& scene, int medium, const std::string& who);
 // that are no square or only a part of the film.
 void film_for_network(Scene& scene, int sensor, int size, const std::string& who);
 
-// For networks of six channels, which learnt from bodies whose longest side is one scene unit.
+// For networks that see of the shape, which learnt from bodies whose longest side is one scene unit.
 class SceneView {
  public:
-  // sensor, size: as of film_for_network(). Throws as that, and UsageError: shapes or light that the network cannot
-  // know.
-  SceneView(const Scene& scene, int sensor, int size, const Body& body, const std::string& who);
+  // sensor: as of film_for_network(). Throws as that, and UsageError: shapes that the network cannot know, or light,
+  // where it sees light.
+  SceneView(const Scene& scene, int sensor, const NetworkDescription& network, const Body& body,
+            const std::string& who);
   KnownScene known() const { return {shape_, light_}; }
 
  private:
   SeenShape shape_;
-  std::array<double, 3> light_;
+  std::array<double, 3> light_{};
 };
 
 // What a network that sees sigma_t [1/mm] means in 1 / scene unit: it learnt from bodies of another size.

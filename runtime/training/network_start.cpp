@@ -111,7 +111,7 @@ NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& par
   const std::string who = "--init " + run;
   const Body body = body_of(scene, guessed.front().indices.front(), who);
   std::optional<SceneView> view;
-  if (network.description().channels > 1) view.emplace(scene, sensor, network.description().size, body, who);
+  if (network.description().channels > 1) view.emplace(scene, sensor, network.description(), body, who);
   const NetworkDescription& description = network.description();
   const std::vector<float> raw = look(network, image, view, photo);
   std::vector<std::vector<double>> samples;

@@ -120,7 +120,7 @@ class Known {
       throw UsageError(fmt::format("{}: the network knows one medium, the scene has {}", who, scene.media.size()));
     body_ = body_of(scene, 0, who);
     if (needs_.shape || (needs_.mask && request_.mask.empty()))
-      view_.emplace(scene, request_.sensor, network_.size, *body_, who);
+      view_.emplace(scene, request_.sensor, network_, *body_, who);
   }
 
   static std::string canonical(const std::filesystem::path& path) {
@@ -170,6 +170,8 @@ void check(const PredictionRequest& request, const NetworkDescription& network) 
         ": its network knows shape and light; give --dataset, or --scene, or both --shape-buffers and --light");
   if (needs.shape && !request.mask.empty())
     throw UsageError("--mask: the network knows the shape, and the mask from that; leave it out");
+  if (!needs.mask && !request.mask.empty()) throw UsageError("--mask: the network sees none; leave it out");
+  if (!needs.flash && !request.flash.empty()) throw UsageError("--flash: the network sees none; leave it out");
   if (needs.mask && !needs.shape && sources + !request.mask.empty() != 1)
     throw UsageError(request.run + ": its network sees a mask of the object; give --mask, or --dataset, or --scene");
   if (needs.flash && request.flash.empty() && request.dataset.empty())

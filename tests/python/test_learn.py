@@ -55,7 +55,7 @@ def test_the_networks_way_from_a_data_set_to_a_prediction(tmp_path):
         itn.invert(scene, photo, ["phase.g"], exemplars=12)
     result = itn.evaluate(data, [run], tmp_path / "report", images=0, inversions=0)
     assert result["schema"] == "itn.eval/1" and (tmp_path / "report/report.html").exists()
-    with pytest.raises(itn.UsageError, match="its network sees luminance alone"):
+    with pytest.raises(itn.UsageError, match="its network sees the image alone"):
         itn.predict(images, run, dataset=tmp_path / "set")
     with pytest.raises(itn.UsageError, match="--unlabelled: needs a network to begin with"):
         itn.train(network="itn", output=tmp_path / "itn", unlabelled=data)

@@ -147,6 +147,23 @@ TEST_CASE("a network of colours, a flash and a mask: from training to errors, an
   CHECK_THAT(refusal({"predict", run, folder / "photo.exr", folder / "photo.exr", "--flash", folder / "flash.exr",
                       "--mask", folder / "mask.exr"}),
              Contains("--flash: 1 files for 2 images"));
+  REQUIRE(run_itn({"train", data, "--network", "rn", "--inputs", "image,mask", "--epochs", "1", "--threads", "1", "-o",
+                   folder / "masked", "--quiet"})
+              .exit_code == 0);
+  CHECK_THAT(refusal({"predict", folder / "masked", folder / "photo.exr", "--flash", folder / "flash.exr", "--mask",
+                      folder / "mask.exr"}),
+             Contains("--flash: the network sees none"));
+  // A scene gives the mask, in whatever light.
+  for (const char* name : {"object.xml", "floor.exr", "star.ply"})
+    std::filesystem::copy_file(std::string(ITN_SOURCE_DIR "/scenes/dataset/") + name, folder / name);
+  itn::write_file(folder / "scene.xml", R"(<scene version="3.0.0"><include filename="object.xml"/>
+    <emitter type="constant"/></scene>)");
+  const Result by_scene =
+      run_itn({"predict", folder / "masked", folder / "photo.exr", "--scene", folder / "scene.xml", "--json", "-"});
+  INFO(by_scene.error);
+  REQUIRE(by_scene.exit_code == 0);
+  CHECK(Json::parse(by_scene.output)["unit_of_sigma_t"] == "1/scene unit");
+
   CHECK_THAT(refusal({"train", data, "--network", "itn", "-o", folder / "itn"}), Contains("rn learns from such a set"));
   CHECK_THAT(refusal({"eval", data, run, "-o", folder / "report"}), Contains("itn predict RUN --dataset"));
   CHECK_THAT(refusal({"export", run, "-o", folder / "a.onnx"}), Contains("this one sees more"));
