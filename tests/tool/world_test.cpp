@@ -147,8 +147,8 @@ TEST_CASE("a network of colours, a flash and a mask: from training to errors, an
   CHECK_THAT(refusal({"predict", run, folder / "photo.exr", folder / "photo.exr", "--flash", folder / "flash.exr",
                       "--mask", folder / "mask.exr"}),
              Contains("--flash: 1 files for 2 images"));
-  REQUIRE(run_itn({"train", data, "--network", "rn", "--inputs", "image,mask", "--epochs", "1", "--threads", "1", "-o",
-                   folder / "masked", "--quiet"})
+  REQUIRE(run_itn({"train", data, "--network", "rn", "--inputs", "image,mask", "--epochs", "1", "--batch", "8",
+                   "--threads", "1", "-o", folder / "masked", "--quiet"})
               .exit_code == 0);
   CHECK_THAT(refusal({"predict", folder / "masked", folder / "photo.exr", "--flash", folder / "flash.exr", "--mask",
                       folder / "mask.exr"}),
