@@ -11,6 +11,7 @@
 #include "runtime/image/exr.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/shapes/polygonise.h"
+#include "tests/support/folder_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
 
@@ -31,14 +32,6 @@ std::string write_config(const TemporaryFolder& folder, int materials) {
       {"test", {{"shapes", {"ring.ply"}}, {"azimuths", {30}}, {"materials", materials}}}};
   itn::write_file(folder / "config.json", config.dump());
   return folder / "config.json";
-}
-
-std::map<std::string, std::string> files_of(const std::string& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
-    if (entry.is_regular_file())
-      files[std::filesystem::relative(entry.path(), folder).string()] = itn::read_file(entry.path().string());
-  return files;
 }
 
 // How many files a folder holds, which need not be there yet.

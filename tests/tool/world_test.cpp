@@ -8,6 +8,7 @@
 #include "runtime/base/file.h"
 #include "runtime/dataset/manifest.h"
 #include "runtime/image/exr.h"
+#include "tests/support/folder_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
 
@@ -26,14 +27,6 @@ std::string write_config(const TemporaryFolder& folder) {
                     {"test", {{"shapes", Json::array()}, {"random_shapes", 3}, {"triangles", 600}, {"materials", 2}}}};
   itn::write_file(folder / "world.json", config.dump());
   return folder / "world.json";
-}
-
-std::map<std::string, std::string> files_of(const std::string& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
-    if (entry.is_regular_file())
-      files[std::filesystem::relative(entry.path(), folder).string()] = itn::read_file(entry.path().string());
-  return files;
 }
 
 // Channels of an image as a picture of its own.
