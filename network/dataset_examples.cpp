@@ -35,6 +35,10 @@ DatasetImages read_images(const std::string& folder, const Manifest& manifest, M
                           const Wanted& wanted, const std::atomic<bool>& cancel) {
   if (wanted.colours == 3 && !manifest.in_colours)
     throw UsageError(folder + ": its images are of luminance; the network sees colours");
+  if (wanted.curvature && !manifest.curvature)
+    throw UsageError(folder +
+                     ": does not say what errors of materials are worth in its images, which --image-loss "
+                     "expanded needs; render it with \"curvature\": true in its configuration");
   if (wanted.flash && !(manifest.flash > 0)) throw UsageError(folder + ": has no flash; the network sees one");
   DatasetImages result;
   result.linear_sigma_t = manifest.linear_sigma_t;
@@ -47,6 +51,10 @@ DatasetImages read_images(const std::string& folder, const Manifest& manifest, M
     result.radiance.push_back(radiance_of(content, file, wanted.colours, "", &result.errors.emplace_back()));
     if (wanted.flash)
       result.flash.push_back(radiance_of(content, file, wanted.colours, "flash.", &result.flash_errors.emplace_back()));
+    if (wanted.curvature) {
+      const auto text = content.header.find(curvature_attribute);
+      result.curvature.push_back(read_curvature(text == content.header.end() ? "not there" : text->second, file));
+    }
     const auto& light = manifest.lights[static_cast<std::size_t>(image.light)].direction;
     result.lights.push_back(before_camera(image, light));
     result.shape_of.push_back(manifest.cameras ? result.shapes.size() : static_cast<std::size_t>(image.shape));
@@ -71,6 +79,7 @@ void append(DatasetImages& all, DatasetImages more) {
   move_all(more.shapes, all.shapes);
   move_all(more.shape_of, all.shape_of);
   move_all(more.lights, all.lights);
+  move_all(more.curvature, all.curvature);
   all.linear_sigma_t = more.linear_sigma_t;
 }
 

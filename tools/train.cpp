@@ -134,7 +134,8 @@ void add_train(CLI::App& app) {
   auto options = std::make_shared<TrainArguments>();
   CLI::App* command = app.add_subcommand(
       "train",
-      "trains a network on the splits `train` and `validation` of a data set, or (rn) of several\n\n"
+      "trains a network on the splits `train` and `validation` of a data set, or, where nothing is rendered, of "
+      "several\n\n"
       "Stopped at any moment, the same command goes on where it was, with the same numbers as if never stopped.");
   command->add_option("data", options->request.data, "folders of data sets (itn dataset)");
   command->add_option("--unlabelled", options->request.unlabelled,
@@ -216,6 +217,12 @@ void add_train(CLI::App& app) {
                    "end after so many epochs without a better validation; 0: never")
       ->check(CLI::Range(0, 1'000'000))
       ->capture_default_str();
+  command
+      ->add_option_function<std::string>(
+          "--image-loss", [options](const std::string& form) { options->request.expanded = form == "expanded"; },
+          "itn: rendered (default), or expanded: to second order around the truth, which renders nothing; it needs "
+          "data sets with \"curvature\": true")
+      ->check(CLI::IsMember({"rendered", "expanded"}));
   command
       ->add_option(
           "--lambda", options->request.lambda,

@@ -117,6 +117,7 @@ Json as_json(const DatasetConfig& c) {
   if (c.in_colours) json["colours"] = "rgb";
   if (c.flash > 0) json["flash"] = c.flash;
   if (c.linear_sigma_t) json["sigma_t_scale"] = "linear";
+  if (c.curvature) json["curvature"] = true;
   return json;
 }
 
@@ -281,6 +282,11 @@ DatasetConfig from_json(const Json& json, const std::string& file) {
   config.in_colours = choice("colours", "luminance", "rgb");
   config.linear_sigma_t = choice("sigma_t_scale", "logarithmic", "linear");
   if (reader.has("flash")) reader.read_number("flash", config.flash, 0, 1e6);
+  if (reader.has("curvature")) reader.read("curvature", config.curvature, "true or false", [](bool) { return true; });
+  if (config.curvature && config.in_colours)
+    reader.fail("curvature", "false where images are in colours: it is of luminance's three parameters");
+  if (config.curvature && (config.spp % 2 != 0 || config.spp < 4))
+    reader.fail("spp", "an even number of samples, 4 or more, where `curvature` is true: it compares their halves");
 
   config.train = read_side(reader, file, "train");
   config.test = read_side(reader, file, "test");

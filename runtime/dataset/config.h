@@ -45,6 +45,7 @@ struct DatasetConfig {
   std::array<double, 2> sigma_t{25, 300}, albedo{0.3, 0.95},
       g{0, 0.9};                // sigma_t [1/mm]: equal ratios are equally likely, or
   bool linear_sigma_t = false;  // equal differences
+  bool curvature = false;       // of each image (image_curvature.h); of luminance, with an even spp of 4 or more
   Side train, test;
 };
 

@@ -52,7 +52,16 @@ void DatasetShapes::make(const std::vector<int>& shapes, const BatchRenderer& re
   }
 }
 
-void PlacedShapes::place(const std::vector<int>& shapes) {
+std::vector<Rendering> ShapeRenderer::render(const std::vector<Image>& images, int spp, int groups) {
+  std::vector<int> shapes;
+  for (const Image& image : images) shapes.push_back(image.shape);
+  place(shapes);
+  std::vector<BatchImage> batch;
+  for (const Image& image : images) batch.push_back({&image.scene, placed_.at(image.shape), image.seed, 0});
+  return renderer_.render(batch, spp, groups);
+}
+
+void ShapeRenderer::place(const std::vector<int>& shapes) {
   shapes_.make(shapes, renderer_);
   std::vector<int> missing = missing_of(shapes, placed_);
   if (missing.empty()) return;

@@ -1,6 +1,7 @@
-// The shapes of a data set, made when images need them, and where they are on a renderer's device.
+// The shapes of a data set, made when images need them, and what renders scenes of them.
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <string>
@@ -36,21 +37,30 @@ class DatasetShapes {
   std::map<int, Made> made_;
 };
 
-// On the device.
-class PlacedShapes {
+// Renders scenes of the shapes, which it keeps on the device, and always the same kind of scenes.
+class ShapeRenderer {
  public:
-  // Both must outlive it.
-  PlacedShapes(BatchRenderer& renderer, DatasetShapes& shapes) : renderer_(renderer), shapes_(shapes) {}
+  struct Image {
+    Scene scene;
+    int shape = 0;
+    std::uint64_t seed = 0;
+  };
 
-  // Puts the shapes of a batch's images there. Throws as DatasetShapes::make().
-  void place(const std::vector<int>& shapes);
-  // BatchImage::geometry, of the shapes of the last place().
-  int geometry(int shape) const { return placed_.at(shape); }
+  // All must outlive it.
+  ShapeRenderer(const Device& device, const RenderOptions& options, DatasetShapes& shapes)
+      : renderer_(device, options), shapes_(shapes) {}
+
+  // As BatchRenderer::render(). Throws also as DatasetShapes::make().
+  std::vector<Rendering> render(const std::vector<Image>& images, int spp, int groups = 1);
+
+  const BatchRenderer& renderer() const { return renderer_; }
 
  private:
-  BatchRenderer& renderer_;
+  void place(const std::vector<int>& shapes);
+
+  BatchRenderer renderer_;
   DatasetShapes& shapes_;
-  std::map<int, int> placed_;
+  std::map<int, int> placed_;  // BatchImage::geometry of a shape
 };
 
 }  // namespace itn

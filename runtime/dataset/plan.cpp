@@ -216,6 +216,7 @@ DatasetPlan plan_dataset(const DatasetConfig& config, const std::string& version
   set.cameras = config.cameras.has_value();
   set.flash = config.flash;
   set.linear_sigma_t = config.linear_sigma_t;
+  set.curvature = config.curvature;
   add_shapes(config, config.train, Manifest::Role::train, plan);
   const int train_shapes = static_cast<int>(set.shapes.size());
   add_shapes(config, config.test, Manifest::Role::test, plan);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <set>
@@ -16,6 +17,7 @@
 #include "runtime/dataset/dataset_mesh.h"
 #include "runtime/dataset/dataset_scene.h"
 #include "runtime/dataset/dataset_shapes.h"
+#include "runtime/dataset/image_curvature.h"
 #include "runtime/dataset/merge_dataset.h"
 #include "runtime/dataset/shape_buffers.h"
 #include "runtime/dataset/stored_image.h"
@@ -44,28 +46,6 @@ void check_same(const std::string& folder, const Manifest& set) {
                     folder, there.hash, set.hash));
 }
 
-// Shapes on the device, with a renderer that always renders the same kind of scenes.
-struct Placed {
-  Placed(const Device& device, const RenderOptions& options, DatasetShapes& made)
-      : renderer(device, options), shapes(renderer, made) {}
-
-  std::vector<Rendering> render(const std::vector<const Manifest::Image*>& images, const std::vector<Scene>& scenes,
-                                std::uint64_t stream, int spp) {
-    std::vector<int> of_images;
-    for (const Manifest::Image* image : images) of_images.push_back(image->shape);
-    shapes.place(of_images);
-    std::vector<BatchImage> batch;
-    for (std::size_t i = 0; i < images.size(); ++i) {
-      const std::uint64_t seed = stream == 0 ? images[i]->seed : random_bits(images[i]->seed, stream, 0);
-      batch.push_back({&scenes[i], shapes.geometry(images[i]->shape), seed, 0});
-    }
-    return renderer.render(batch, spp);
-  }
-
-  BatchRenderer renderer;
-  PlacedShapes shapes;
-};
-
 std::vector<std::string> channels_of(const Manifest& set) {
   const auto add_light = [&](std::vector<std::string>& names, const std::string& light) {
     for (const char* error : {"", "stderr."})
@@ -78,6 +58,20 @@ std::vector<std::string> channels_of(const Manifest& set) {
   return names;
 }
 
+// From two halves of the samples, two or more each, the whole.
+Rendering whole_of(const Rendering& a, const Rendering& b) {
+  Rendering whole = a;
+  const double n = a.spp;
+  for (std::size_t k = 0; k < whole.mean.size(); ++k) {
+    // Squares about their own means, then about the mean of both.
+    const double squares = (n - 1) * n * (std::pow(a.stderr_[k], 2) + std::pow(b.stderr_[k], 2)) +
+                           n / 2 * std::pow(a.mean[k] - b.mean[k], 2);
+    whole.mean[k] = (a.mean[k] + b.mean[k]) / 2;
+    whole.stderr_[k] = static_cast<float>(std::sqrt(squares / (2 * n * (2 * n - 1))));
+  }
+  return whole;
+}
+
 class DatasetRenderer {
  public:
   DatasetRenderer(const Device& device, const Manifest& set, std::string folder, const std::atomic<bool>* cancel)
@@ -85,33 +79,42 @@ class DatasetRenderer {
         folder_(std::move(folder)),
         lights_(set, folder_),
         shapes_(set, folder_, most_bytes),
-        ambient_(device, options(cancel), shapes_),
+        ambient_(device, options(cancel, set.curvature), shapes_),
         channels_(channels_of(set)) {
-    if (set.flash > 0) flash_.emplace(device, options(cancel), shapes_);
+    if (set.flash > 0) flash_.emplace(device, options(cancel, false), shapes_);
   }
 
   // All of one kind_of(): then an image's bits do not depend on the others (batch_renderer.h).
   void render(const std::vector<const Manifest::Image*>& images) {
     std::vector<int> shapes;
     for (const Manifest::Image* image : images) shapes.push_back(image->shape);
-    shapes_.make(shapes, ambient_.renderer);
-    std::vector<Scene> scenes;
+    shapes_.make(shapes, ambient_.renderer());
+    std::vector<ShapeRenderer::Image> scenes;
     scenes.reserve(images.size());
-    for (const Manifest::Image* image : images) scenes.push_back(scene_of(*image));
+    for (const Manifest::Image* image : images) scenes.push_back({scene_of(*image), image->shape, image->seed});
     std::vector<ExrImage> files(images.size());
-    for (ExrImage& file : files) {
-      file = {set_.size, set_.size, channels_, {}, {}};
-      file.data.resize(file.channels.size() * static_cast<std::size_t>(set_.size) *
-                       static_cast<std::size_t>(set_.size));
+    for (ExrImage& file : files) file = empty_file(channels_);
+    int next = 0;
+    if (!set_.curvature) next = put(ambient_.render(scenes, set_.spp), next, files);
+    if (set_.curvature) {
+      const std::vector<Rendering> halves = ambient_.render(scenes, set_.spp, 2);
+      std::vector<Rendering> whole;
+      for (std::size_t i = 0; i < images.size(); ++i) {
+        const Rendering &a = halves[2 * i], &b = halves[2 * i + 1];
+        files[i].header[curvature_attribute] =
+            to_text(image_curvature(a, b, images[i]->sigma_t * set_.mm_per_unit, mask_of(*images[i], scenes[i].scene)));
+        whole.push_back(whole_of(a, b));
+      }
+      next = put(whole, next, files);
     }
-    int next = put(ambient_.render(images, scenes, 0, set_.spp), 0, files);
     if (flash_) {
-      std::vector<Scene> in_dark;
-      for (const Scene& scene : scenes) in_dark.push_back(in_flash(scene, set_.flash));
-      next = put(flash_->render(images, in_dark, stream_flash, set_.spp), next, files);
+      std::vector<ShapeRenderer::Image> in_dark;
+      for (const ShapeRenderer::Image& image : scenes)
+        in_dark.push_back({in_flash(image.scene, set_.flash), image.shape, random_bits(image.seed, stream_flash, 0)});
+      next = put(flash_->render(in_dark, set_.spp), next, files);
     }
     if (set_.cameras)
-      parallel_for(images.size(), [&](std::size_t i) { put(buffers_of(*images[i], scenes[i]), next, files[i]); });
+      parallel_for(images.size(), [&](std::size_t i) { put(buffers_of(*images[i], scenes[i].scene), next, files[i]); });
     else
       write_shapes(shapes);
     for (std::size_t i = 0; i < images.size(); ++i) write_stored(folder_, set_, *images[i], std::move(files[i]));
@@ -120,14 +123,21 @@ class DatasetRenderer {
  private:
   static constexpr std::uint64_t stream_flash = 1;
 
-  static RenderOptions options(const std::atomic<bool>* cancel) {
+  static RenderOptions options(const std::atomic<bool>* cancel, bool derivatives) {
     RenderOptions options;
     options.cancel = cancel;
+    if (derivatives) options.derivatives = {dataset_sigma_t, dataset_albedo, dataset_g};
     return options;
   }
 
   Scene scene_of(const Manifest::Image& image) {
     return dataset_scene(set_, image, shapes_.made(image.shape).mesh, lights_.of(image.light), material_of(image));
+  }
+
+  ExrImage empty_file(const std::vector<std::string>& channels) const {
+    ExrImage file{set_.size, set_.size, channels, {}, {}};
+    file.data.resize(channels.size() * static_cast<std::size_t>(set_.size) * static_cast<std::size_t>(set_.size));
+    return file;
   }
 
   static ShapeBuffers buffers_of(const Manifest::Image& image, const Scene& scene) {
@@ -136,14 +146,19 @@ class DatasetRenderer {
     return buffers;
   }
 
+  // Where the object is seen: from everywhere another picture, or one of each shape.
+  const std::vector<double>& mask_of(const Manifest::Image& image, const Scene& scene) {
+    std::vector<double>& mask = masks_[image.shape];
+    if (set_.cameras || mask.empty()) mask = shape_buffers(scene, 0, 1).mask;
+    return mask;
+  }
+
   // Where the folder does not have them yet.
   void write_shapes(const std::vector<int>& shapes) {
     for (const int shape : shapes) {
       const Manifest::Shape& s = set_.shapes[static_cast<std::size_t>(shape)];
       if (!has_buffers_.insert(shape).second || is_stored(folder_, set_, s)) continue;
-      ExrImage file{set_.size, set_.size, {buffer_names.begin(), buffer_names.end()}, {}, {}};
-      file.data.resize(file.channels.size() * static_cast<std::size_t>(set_.size) *
-                       static_cast<std::size_t>(set_.size));
+      ExrImage file = empty_file({buffer_names.begin(), buffer_names.end()});
       put(buffers_of({}, dataset_scene(set_, shapes_.made(shape).mesh)), 0, file);
       write_stored(folder_, set_, s, std::move(file));
     }
@@ -174,10 +189,11 @@ class DatasetRenderer {
   std::string folder_;
   DatasetLights lights_;
   DatasetShapes shapes_;
-  Placed ambient_;
-  std::optional<Placed> flash_;  // in no other light
+  ShapeRenderer ambient_;
+  std::optional<ShapeRenderer> flash_;  // in no other light
   std::vector<std::string> channels_;
-  std::set<int> has_buffers_;  // shapes whose buffers are in the folder
+  std::set<int> has_buffers_;                 // shapes whose buffers are in the folder
+  std::map<int, std::vector<double>> masks_;  // of shapes
 };
 
 // Images of one kind have scenes with the same kinds of BSDFs and light.

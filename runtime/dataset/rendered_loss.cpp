@@ -30,28 +30,27 @@ RenderedLoss::RenderedLoss(const Device& device, const Manifest& set, std::strin
       derivatives_(device, options_of(op, cancel, true), shapes_) {}
 
 // Image after image, of each the groups of samples.
-std::vector<Rendering> RenderedLoss::render(Placed& placed, const std::vector<RerenderedImage>& images, int groups,
+std::vector<Rendering> RenderedLoss::render(ShapeRenderer& with, const std::vector<RerenderedImage>& images, int groups,
                                             int spp) {
   std::vector<int> shapes;
   shapes.reserve(images.size());
   for (const RerenderedImage& i : images) shapes.push_back(i.image->shape);
-  placed.shapes.place(shapes);
-  std::vector<Scene> scenes;
+  shapes_.make(shapes, with.renderer());
+  std::vector<ShapeRenderer::Image> placed;
+  placed.reserve(images.size());
   for (const RerenderedImage& i : images) {
-    scenes.push_back(
-        dataset_scene(set_, *i.image, shapes_.made(i.image->shape).mesh, lights_.of(i.image->light), i.material));
+    Scene scene =
+        dataset_scene(set_, *i.image, shapes_.made(i.image->shape).mesh, lights_.of(i.image->light), i.material);
     if (i.window) {
-      Sensor& sensor = scenes.back().sensors.front();
+      Sensor& sensor = scene.sensors.front();
       sensor.crop_x = i.window->left;
       sensor.crop_y = i.window->top;
       sensor.crop_width = i.window->width;
       sensor.crop_height = i.window->height;
     }
+    placed.push_back({std::move(scene), i.image->shape, i.seed});
   }
-  std::vector<BatchImage> batch;
-  for (std::size_t i = 0; i < images.size(); ++i)
-    batch.push_back({&scenes[i], placed.shapes.geometry(images[i].image->shape), images[i].seed, 0});
-  return placed.renderer.render(batch, spp, groups);
+  return with.render(placed, spp, groups);
 }
 
 std::vector<LossGradient> RenderedLoss::evaluate(const std::vector<RerenderedImage>& images, int spp) {

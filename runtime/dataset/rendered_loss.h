@@ -40,19 +40,12 @@ class RenderedLoss {
   std::vector<Rendering> render_derivatives(const std::vector<RerenderedImage>& images, int groups, int spp);
 
  private:
-  struct Placed {
-    Placed(const Device& device, const RenderOptions& options, DatasetShapes& made)
-        : renderer(device, options), shapes(renderer, made) {}
-    BatchRenderer renderer;
-    PlacedShapes shapes;
-  };
-
-  std::vector<Rendering> render(Placed& placed, const std::vector<RerenderedImage>& images, int groups, int spp);
+  std::vector<Rendering> render(ShapeRenderer& with, const std::vector<RerenderedImage>& images, int groups, int spp);
 
   const Manifest& set_;
   DatasetLights lights_;
   DatasetShapes shapes_;
-  Placed values_, derivatives_;
+  ShapeRenderer values_, derivatives_;
 };
 
 }  // namespace itn

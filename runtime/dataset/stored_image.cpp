@@ -64,7 +64,7 @@ std::string checksum_of(const ExrImage& content) {
 
 template <class Item>
 void write(const std::string& folder, const Manifest& set, const Item& item, ExrImage content) {
-  content.header = header_of(set, item);
+  for (auto& [name, value] : header_of(set, item)) content.header[name] = value;
   content.header[checksum_name] = checksum_of(content);
   write_exr(path_of(folder, file_of(item)), content, Sync::later);
 }

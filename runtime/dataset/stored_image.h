@@ -16,8 +16,8 @@ std::vector<std::string> colour_names(const Manifest& set);
 // The shape as the camera sees it.
 extern const std::array<const char*, 5> buffer_names;
 
-// Gives `content` its header and a checksum over that and the values, and writes it. Sync::later: sync_folder()
-// follows.
+// Adds to the header of `content` what it shows, and a checksum over header and values, and writes it. Sync::later:
+// sync_folder() follows.
 void write_stored(const std::string& folder, const Manifest& set, const Manifest::Image& image, ExrImage content);
 void write_stored(const std::string& folder, const Manifest& set, const Manifest::Shape& shape, ExrImage content);
 

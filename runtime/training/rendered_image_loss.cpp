@@ -1,12 +1,12 @@
 #include "runtime/training/rendered_image_loss.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
 #include "runtime/base/error.h"
 #include "runtime/base/random.h"
 #include "runtime/dataset/rendered_loss.h"
+#include "runtime/training/object_radiance.h"
 
 namespace itn {
 namespace {
@@ -20,7 +20,7 @@ class BatchLoss : public ImageLoss {
       : seed_(options.seed),
         spp_(options.spp ? options.spp : default_spp),
         size_(set.size),
-        least_square_(std::pow(darkest_radiance * mean_luminance(training), 2)),
+        least_square_(least_mean_square(training)),
         training_(training),
         validation_(validation),
         device_(options.device),
@@ -62,8 +62,8 @@ class BatchLoss : public ImageLoss {
     Result result;
     const std::vector<LossGradient> losses = loss_.evaluate(images, spp_);
     for (std::size_t i = 0; i < losses.size(); ++i) {
-      const Target target = target_of(of, original(i));
-      const double scale = 1 / (target.mean_square * static_cast<double>(images.size()));
+      const ObjectRadiance target = object_radiance(of, original(i));
+      const double scale = 1 / (std::max(target.mean_square, least_square_) * static_cast<double>(images.size()));
       // The noise of the images themselves is no difference that another material could take away.
       result.loss += scale * (losses[i].loss - target.noise);
       for (const double derivative : losses[i].gradient) result.gradient.push_back(scale * derivative);
@@ -75,27 +75,6 @@ class BatchLoss : public ImageLoss {
     const auto found = windows_.find(shape);
     if (found != windows_.end()) return found->second;
     return windows_[shape] = object_window(training_.shapes[static_cast<std::size_t>(shape)].mask, size_);
-  }
-
-  // What an image is compared with, where its object is seen.
-  struct Target {
-    double mean_square = 0;  // of the radiance, or of what counts as black
-    double noise = 0;        // mean square of the standard errors
-  };
-  Target target_of(const DatasetImages& of, std::size_t example) {
-    const ObjectWindow& seen = window(of.images[example].shape);
-    const std::vector<float> value = cut(of.radiance[example], size_, seen),
-                             error = cut(of.errors[example], size_, seen);
-    Target target;
-    double count = 0;
-    for (std::size_t i = 0; i < value.size(); ++i) {
-      target.mean_square += seen.weight[i] * value[i] * value[i];
-      target.noise += seen.weight[i] * error[i] * error[i];
-      count += seen.weight[i];
-    }
-    target.noise /= count;
-    target.mean_square = std::max(target.mean_square / count, least_square_);
-    return target;
   }
 
   std::uint64_t seed_;

@@ -12,6 +12,7 @@
 #include "runtime/base/file.h"
 #include "runtime/base/json_text.h"
 #include "runtime/base/version.h"
+#include "runtime/training/expanded_image_loss.h"
 #include "runtime/training/trained_network.h"
 
 namespace itn {
@@ -23,6 +24,8 @@ constexpr int batches_for_lambda = 8;
 
 TrainingRequest completed(TrainingRequest request) {
   request.variation.seed = request.seed;
+  if (request.expanded && (request.kind != "itn" || !request.unlabelled.empty()))
+    throw UsageError("--image-loss expanded: needs --network itn and labelled data: it is around the true materials");
   if (request.unlabelled.empty()) {
     if (request.data.empty()) throw UsageError("training: needs a data set");
     return request;
@@ -43,8 +46,10 @@ std::vector<Manifest> read_sets(const TrainingRequest& request) {
   if (request.frozen && (!request.distribution || request.init.empty() || request.weight_decay > 0))
     throw UsageError("--frozen: needs --distribution and the network of --init, and goes without --weight-decay");
   if (request.kind == "rn" && request.lambda) throw UsageError("--lambda: rn has no image loss to weigh");
-  if (request.data.size() > 1 && request.kind != "rn")
-    throw UsageError(request.kind + ": its image loss needs one data set; only rn learns from several");
+  const bool renders = request.kind != "rn" && !request.expanded;
+  if (request.data.size() > 1 && renders)
+    throw UsageError(request.kind +
+                     ": its image loss needs one data set; rn, and itn with --image-loss expanded, learn from several");
   if (!request.distribution && !request.calibration.empty())
     throw UsageError("--calibrate: only a distribution (--distribution) is calibrated");
   std::vector<Manifest> sets;
@@ -52,7 +57,7 @@ std::vector<Manifest> read_sets(const TrainingRequest& request) {
   folders.insert(folders.end(), request.calibration.begin(), request.calibration.end());
   for (const std::string& folder : folders) {
     Manifest set = read_complete_manifest(folder);
-    if (request.kind != "rn" && !is_laboratory(set))
+    if (renders && !is_laboratory(set))
       throw UsageError(
           fmt::format("{}: its images are in colours, or each has a camera or a boundary of its own; {} renders "
                       "images again, and knows luminance from one place: rn learns from such a set",
@@ -123,6 +128,7 @@ Json circumstances_of(const TrainingRequest& r, const std::vector<Manifest>& set
   if (!r.inputs.empty()) all["inputs"] = r.inputs;
   if (r.exposure) all["exposure"] = "unknown";
   if (!r.unlabelled.empty()) all["labels"] = false;
+  if (r.expanded) all["image_loss"] = "expanded";
   if (r.shards > 1) all["shards"] = r.shards;
   if (r.distribution) all["distribution"] = r.frozen ? "frozen" : "learnt";
   if (!calibration.empty()) all["calibration"] = joined_hashes(calibration);
@@ -247,6 +253,7 @@ TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>
     set_inputs(seeing, request_, sets_.front());
   Wanted wanted = wanted_by(seeing);
   wanted.shapes = wanted.shapes || request_.kind != "rn";
+  wanted.curvature = request_.expanded;
   training_images_ = read_images(request_.data, sets_, {Manifest::Split::train}, wanted, cancel);
   validation_images_ = read_images(request_.data, sets_, {Manifest::Split::validation}, wanted, cancel);
   network_.emplace(first_network(request_, init, sets_.front(), training_images_));
@@ -260,7 +267,7 @@ TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>
   }
   TrainingOptions options = training_options(request_, sets_);
   if (request_.kind != "rn") options.image_weight = prepare_image_loss(options, cancel);
-  trainer_.emplace(*network_, *training_, *validation_, options, image_loss_.loss.get());
+  trainer_.emplace(*network_, *training_, *validation_, options, image_loss_.get());
   if (!labelled()) {
     const Json stored = folder_.run().before("validation_before");
     validation_before_ = stored.is_number() ? stored.get<double>() : trainer_->validation_loss();
@@ -271,15 +278,20 @@ TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>
 
 // The image loss, and its weight: as given, as it was at the beginning, or such that both losses are of equal size.
 double TrainingRun::prepare_image_loss(const TrainingOptions& options, const std::atomic<bool>& cancel) {
-  const ImageLossOptions how{request_.kind, request_.device, request_.spp, request_.seed};
-  image_loss_ =
-      make_image_loss(how, request_.data.front(), sets_.front(), training_images_, validation_images_, &cancel);
-  circumstances_["image_loss"] = image_loss_.circumstances;
-  folder_.run().require_same(circumstances_);
+  if (renders()) {
+    const ImageLossOptions how{request_.kind, request_.device, request_.spp, request_.seed};
+    RenderedImageLoss rendered =
+        make_image_loss(how, request_.data.front(), sets_.front(), training_images_, validation_images_, &cancel);
+    circumstances_["image_loss"] = rendered.circumstances;
+    folder_.run().require_same(circumstances_);
+    image_loss_ = std::move(rendered.loss);
+  } else {
+    image_loss_ = make_expanded_image_loss(training_images_, validation_images_);
+  }
   if (request_.lambda) return *request_.lambda;
   if (!labelled()) return 1;
   if (const Json before = folder_.run().before("lambda"); before.is_number()) return before.get<double>();
-  return balanced_image_weight(*network_, *training_, options, *image_loss_.loss, batches_for_lambda);
+  return balanced_image_weight(*network_, *training_, options, *image_loss_, batches_for_lambda);
 }
 
 double TrainingRun::fraction() const {

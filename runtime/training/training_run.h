@@ -26,11 +26,12 @@
 namespace itn {
 
 struct TrainingRequest {
-  std::vector<std::string> data;  // folders of complete data sets; several only for rn
+  std::vector<std::string> data;  // folders of complete data sets; several only where nothing is rendered
   // Instead of `data`: the folder of a data set whose materials nobody knows; no truth in the manifest has any
   // influence. In its place stands what the network of `init` says of the images. itn
   std::string unlabelled;
   std::string kind = "rn";  // rn; itn, ssn: also with the image loss
+  bool expanded = false;    // itn: to second order, from the data sets' curvatures, without rendering
   std::string folder;
   std::string init;           // RUN to start from (trained_network.h); empty: random weights
   bool distribution = false;  // learn how sure it is, too (NetworkDescription); rn
@@ -74,7 +75,7 @@ class TrainingRun {
   const NetworkDescription& description() const { return network_->description(); }
   // After the first epoch: the weights that validate best. A distribution's spread is calibrated.
   Network best();
-  bool has_image_loss() const { return image_loss_.loss != nullptr; }
+  bool has_image_loss() const { return image_loss_ != nullptr; }
   bool labelled() const { return request_.unlabelled.empty(); }
   // Without labels: the validation loss, which is by images then, of the network of `init`.
   double validation_before() const { return validation_before_; }
@@ -93,6 +94,7 @@ class TrainingRun {
   StoredRun::Json record() const;
 
  private:
+  bool renders() const { return request_.kind != "rn" && !request_.expanded; }
   double prepare_image_loss(const TrainingOptions& options, const std::atomic<bool>& cancel);
   void store_record() const;
 
@@ -104,7 +106,7 @@ class TrainingRun {
   DatasetImages training_images_, validation_images_, calibration_images_;
   std::optional<Network> network_;
   std::optional<DatasetExamples> training_, validation_, calibration_;
-  RenderedImageLoss image_loss_;
+  std::unique_ptr<ImageLoss> image_loss_;
   std::optional<Trainer> trainer_;
   double validation_before_ = 0;
   bool drops_distribution_ = false, concluded_ = false;
