@@ -133,9 +133,9 @@ void ConvolutionStage::create_backward_weights() {
     weights_gradient_ = memory(weights_of(shape_, Tag::ohwi), engine_);
     return;
   }
-  // The first stage reads plain channels, and for more than three oneDNN has no vector code.
+  // The first stage reads plain channels, and for more than three oneDNN has no vector code: three at a time.
   constexpr int most_plain = 3;
-  if (!input_gradient_ && group_ > most_plain && group_ < 16) group_ = group_ % most_plain == 0 ? most_plain : 1;
+  if (!input_gradient_ && group_ > most_plain && group_ < 16) group_ = most_plain;
   ConvolutionShape shape = shape_;
   shape.in_channels = group_;
   input_for_weights_ = input_;
@@ -208,8 +208,9 @@ void ConvolutionStage::weights_gradient_by_convolution(dnnl::stream& stream, flo
                                                        float* bias_gradient) {
   const memory::dims input_dims{shape_.batch, group_, shape_.size, shape_.size};
   const memory::dims weights_dims{shape_.out_channels, group_, 3, 3};
-  for (int first = 0; first < shape_.in_channels; first += group_) {
-    const memory::dims offset{0, first, 0, 0};
+  for (int channel = 0; channel < shape_.in_channels; channel += group_) {
+    // The last group begins earlier where no whole one is left: some channels come twice.
+    const memory::dims offset{0, std::min(channel, shape_.in_channels - group_), 0, 0};
     if (group_ < shape_.in_channels)
       reorder(stream, as_memory(input_.get_desc().submemory_desc(input_dims, offset), engine_, values(input_)),
               input_for_weights_);

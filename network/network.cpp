@@ -1,5 +1,7 @@
 #include "network/network.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <omp.h>
 
 #include <algorithm>
@@ -88,6 +90,11 @@ bool sees(const NetworkDescription& description, const std::string& input) {
 }
 
 bool is_plain(const NetworkDescription& description) { return description.inputs.empty() && !description.exposure; }
+
+std::string beyond_plain(const NetworkDescription& description) {
+  if (description.inputs.empty()) return "does not know exposures";
+  return fmt::format("sees {}", fmt::join(description.inputs, ", "));
+}
 
 int channels_of_input(const std::string& input) {
   const auto kind =

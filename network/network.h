@@ -65,6 +65,8 @@ int channels_of_input(const std::string& input);  // of one of input_kinds
 bool sees(const NetworkDescription& description, const std::string& input);
 // Luminance, by a known exposure, and beside it nothing or all of known shape and light?
 bool is_plain(const NetworkDescription& description);
+// What one has beyond that, for messages: "does not know exposures".
+std::string beyond_plain(const NetworkDescription& description);
 // The channels of all. Throws UsageError: no image among them, an input that is not known or there twice.
 int channels_of(const std::vector<std::string>& inputs);
 

@@ -1,5 +1,7 @@
 #include "network/onnx_file.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -199,7 +201,8 @@ void add_outputs(Graph& graph, const Network& network) {
 std::string onnx_bytes(const Network& network) {
   const NetworkDescription& description = network.description();
   if (!is_plain(description))
-    throw UsageError("ONNX: knows networks of luminance, shape and light; this one sees more");
+    throw UsageError(
+        fmt::format("ONNX: knows networks of luminance, shape and light; this one {}", beyond_plain(description)));
   Graph graph;
   const std::string features = add_stages(graph, network, add_input(graph, description));
   graph.node("Flatten", {features}, "features");

@@ -1,10 +1,11 @@
 /* Light connections of scattering vertices in media: when they are tried, and in which direction through a rough
  * boundary.
  *
- * The sun through a rough boundary: a direction that refracts to the sun is drawn at the scattering vertex, not at the
- * boundary (design: kernels/README.md, "Sun through a rough boundary"). The exit's normal is guessed from the vertex
- * alone: the nearest surface's. A microfacet normal about the guess refracts the light's direction into the medium.
- * Unbiased with any guess; the microfacet density nearly cancels. */
+ * Light from few directions (the sun, bright regions of a picture, parallel lights) through a rough boundary: a
+ * direction that refracts to it is drawn at the scattering vertex, not at the boundary (design: kernels/README.md, "Sun
+ * through a rough boundary"). The exit's normal is guessed from the vertex alone: the nearest surface's. A microfacet normal
+ * about the guess refracts the light's direction into the medium. Unbiased with any guess; the microfacet density nearly
+ * cancels. */
 #ifndef ITN_LIGHT_CONNECTION_H
 #define ITN_LIGHT_CONNECTION_H
 #include "lib/frame.h"

@@ -91,11 +91,12 @@ inline void path_weight(const Pool* pool, INT slots, REAL factor[RADIANCE_CHANNE
     factor[c] = weight[c] * LOAD(pool, THROUGHPUT + (THROUGHPUT_CHANNELS == 1 ? 0 : c), slots);
 }
 
-/* The one direction to the light that is sampled where media lie behind. Returns which lanes get light from it by `weight`. */
-inline MASK sample_sun_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job,
-                                   const Pool* pool, INT slots, MASK at_boundary, const Surface* s, Reflector* r,
-                                   const Random* random, REAL3 direction, LightSample* sample,
-                                   REAL weight[RADIANCE_CHANNELS], REAL* own_rival) {
+/* The one direction to the light around the scene that is sampled where media lie behind. Returns which lanes get light
+ * from it by `weight`. */
+inline MASK sample_around_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job,
+                                      const Pool* pool, INT slots, MASK at_boundary, const Surface* s, Reflector* r,
+                                      const Random* random, REAL3 direction, LightSample* sample,
+                                      REAL weight[RADIANCE_CHANNELS], REAL* own_rival) {
   REAL u[4];
   draw(random, 1, u);
   const MASK sampled = sample_light(launch, job, s->position, u, sample);
@@ -120,7 +121,7 @@ inline MASK sample_sun_at_boundary(int model, int variant, const Launch* launch,
 }
 
 /* Light sampled where the path meets the boundary: outside of it, and on both sides of thin ones and structures. Three ways lead
- * from a scattering vertex x over the exit y to the sun in direction o, weighed by the balance heuristic: the phase
+ * from a scattering vertex x over the exit y to the light around in direction o, weighed by the balance heuristic: the phase
  * function and the flight bring the path to y and (A) the sun is sampled there or (B) the BSDF finds it; or (C) o
  * and the direction of the segment are drawn at x (connect.h). What A and B share cancels; `rival` is C's density
  * over theirs. To parallel lights lead A and C, which draw them with the chances of their own places; to other lights of the
@@ -140,8 +141,8 @@ inline REAL sample_light_at_boundary(int model, int variant, const Launch* launc
     path_weight(pool, slots, factor);
     lit = choose_light(model, variant, launch, job, s, r, random, factor, &sample, connection_weight);
   } else
-    lit = sample_sun_at_boundary(model, variant, launch, job, pool, slots, at_boundary, s, r, random, direction,
-                                 &sample, connection_weight, &own_rival);
+    lit = sample_around_at_boundary(model, variant, launch, job, pool, slots, at_boundary, s, r, random, direction,
+                                    &sample, connection_weight, &own_rival);
   const REAL3 light = sample.source.direction, wo = frame_to_local(&r->frame, light);
   bsdf_measure(model, launch, r->n, r->wi, wo);
   const MASK above = dot3(light, s->normal) > 0.0f;

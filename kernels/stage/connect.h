@@ -1,5 +1,6 @@
 /* Stage connect: at a scattering vertex in a medium, light is connected: straight through index-matched boundaries, or
- * the sun and parallel lights through a rough one. Then the path goes on in the medium. */
+ * the sun, bright regions of the surroundings and parallel lights through a rough one. Then the path goes on in the
+ * medium. */
 #ifndef ITN_STAGE_CONNECT_H
 #define ITN_STAGE_CONNECT_H
 #include "stage/boundary.h"

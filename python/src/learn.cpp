@@ -150,10 +150,10 @@ std::string train(const TrainingRequest& request, Running& running) {
 std::string bind_train(const std::vector<std::string>& data, const std::string& unlabelled, const std::string& kind,
                        const std::string& folder, const std::string& init, const std::vector<std::string>& inputs,
                        bool exposure, std::optional<int> channels, std::optional<int> width, std::optional<int> threads,
-                       std::optional<double> lambda, bool distribution, const std::vector<std::string>& calibration,
-                       bool frozen, bool mirrored, double noise, int epochs, int batch, int patience,
-                       double learning_rate, double weight_decay, std::uint64_t seed, int spp,
-                       const nb::object& progress) {
+                       bool expanded, std::optional<double> lambda, bool distribution,
+                       const std::vector<std::string>& calibration, bool frozen, bool mirrored, double noise,
+                       int epochs, int batch, int patience, double learning_rate, double weight_decay,
+                       std::uint64_t seed, int spp, const nb::object& progress) {
   TrainingRequest request;
   request.data = data;
   request.unlabelled = unlabelled;
@@ -165,6 +165,7 @@ std::string bind_train(const std::vector<std::string>& data, const std::string& 
   request.channels = channels;
   request.width = width;
   request.threads = threads;
+  request.expanded = expanded;
   request.lambda = lambda;
   request.distribution = distribution;
   request.calibration = calibration;
@@ -224,9 +225,9 @@ void bind_learn(nb::module_& module) {
              "light"_a, "mask"_a, "flash"_a, "exemplars"_a, "spp"_a, "seed"_a, "progress"_a.none());
   module.def("dataset", &dataset, "config"_a, "folder"_a, "spp"_a, "seed"_a.none(), "progress"_a.none());
   module.def("train", &bind_train, "data"_a, "unlabelled"_a, "kind"_a, "folder"_a, "init"_a, "inputs"_a, "exposure"_a,
-             "channels"_a.none(), "width"_a.none(), "threads"_a.none(), "weight_of_images"_a.none(), "distribution"_a,
-             "calibration"_a, "frozen"_a, "mirrored"_a, "noise"_a, "epochs"_a, "batch"_a, "patience"_a,
-             "learning_rate"_a, "weight_decay"_a, "seed"_a, "spp"_a, "progress"_a.none());
+             "channels"_a.none(), "width"_a.none(), "threads"_a.none(), "expanded"_a, "weight_of_images"_a.none(),
+             "distribution"_a, "calibration"_a, "frozen"_a, "mirrored"_a, "noise"_a, "epochs"_a, "batch"_a,
+             "patience"_a, "learning_rate"_a, "weight_decay"_a, "seed"_a, "spp"_a, "progress"_a.none());
   module.def("evaluate", &bind_evaluate, "data"_a, "runs"_a, "report"_a, "images"_a, "inversions"_a, "iterations"_a,
              "learning_rate"_a, "spp"_a, "seed"_a, "threads"_a.none(), "progress"_a.none());
 }

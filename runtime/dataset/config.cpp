@@ -83,6 +83,7 @@ Json side_json(const DatasetConfig::Side& side) {
   Json json{{"shapes", side.shapes},     {"random_shapes", side.random_shapes}, {"triangles", side.triangles},
             {"azimuths", side.azimuths}, {"azimuth_range", side.azimuth_range}, {"materials", side.materials}};
   if (side.lamps > 0) json["lamps"] = side.lamps;
+  if (side.pictures > 0) json["pictures"] = side.pictures;
   if (side.zenith_range) json["zenith_range"] = *side.zenith_range;
   if (side.environments.empty()) return json;
   json["environments"] = side.environments;
@@ -220,6 +221,7 @@ DatasetConfig::Side read_side(Reader& config, const std::string& file, const cha
   reader.read_range("azimuth_range", side.azimuth_range, -180, 180);
   reader.read_whole("materials", side.materials, 1, 10000000);
   if (reader.has("lamps")) reader.read_number("lamps", side.lamps, 0, 1);
+  if (reader.has("pictures")) reader.read_number("pictures", side.pictures, 0, 1);
   if (reader.has("zenith_range")) reader.read_range("zenith_range", side.zenith_range.emplace(), 0, 89);
   if (reader.has("environments"))
     reader.read("environments", side.environments, "a list of image files, each once", [](auto files) {
@@ -228,6 +230,10 @@ DatasetConfig::Side read_side(Reader& config, const std::string& file, const cha
     });
   if (reader.has("environment_azimuths")) reader.read_azimuths("environment_azimuths", side.environment_azimuths);
   reader.finish();
+  if (side.pictures > 0 && side.environments.empty()) reader.fail("pictures", "0, or `environments` to draw from");
+  if (side.pictures > 0 && !side.azimuths.empty())
+    reader.fail("pictures", "0, or \"azimuths\": [], so that lights are drawn");
+  if (side.lamps + side.pictures > 1) reader.fail("pictures", "at most 1 together with lamps");
   if (side.environment_azimuths.empty()) reader.fail("environment_azimuths", "at least one angle");
   if (side.shapes.empty() && side.random_shapes == 0) reader.fail("shapes", "at least one, or random_shapes above 0");
   return side;

@@ -21,7 +21,8 @@ struct DatasetConfig {
     std::vector<std::string> environments;  // files, dataset_light.h
     std::vector<double> environment_azimuths{0};
     // Of lights that are drawn:
-    double lamps = 0;                                     // the share of lamps in a room, dataset_light.h
+    double lamps = 0;     // the share of lamps in a room, dataset_light.h
+    double pictures = 0;  // the share of `environments`, which are then no others' lights
     std::optional<std::array<double, 2>> zenith_range{};  // of the sun [degree]; none: DatasetConfig::zenith
     int materials = 1;
   };

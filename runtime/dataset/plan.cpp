@@ -4,12 +4,14 @@
 
 #include <cmath>
 #include <filesystem>
+#include <map>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/base/fingerprint.h"
 #include "runtime/base/random.h"
 #include "runtime/dataset/dataset_scene.h"
+#include "runtime/scene/transform.h"
 #include "runtime/shapes/named_shapes.h"
 
 namespace itn {
@@ -28,6 +30,7 @@ enum Stream : std::uint64_t {
   STREAM_ALPHA,
   STREAM_INT_IOR,
   STREAM_ROOM,
+  STREAM_PICTURE,
 };
 
 double between(const std::array<double, 2>& range, double u) { return range[0] + u * (range[1] - range[0]); }
@@ -52,10 +55,11 @@ class Planner {
  public:
   Planner(const DatasetConfig& config, Manifest& set) : config_(config), set_(set) {}
 
-  // The side's suns, then its environments; none: each image's is drawn.
+  // The side's suns, then its environments where they are not drawn from; none: each image's is drawn.
   std::vector<int> lights(const DatasetConfig::Side& side) {
     std::vector<int> result;
     for (const double azimuth : side.azimuths) result.push_back(add(sun(azimuth, config_.zenith)));
+    if (side.pictures > 0) return result;
     for (const std::string& file : side.environments) {
       const Manifest::Environment environment{environment_file(file), config_.environment_scale};
       const std::shared_ptr<const Bitmap> picture = read_environment(file);
@@ -69,10 +73,19 @@ class Planner {
   // The next image's own, from the side's ranges.
   int drawn_light(const DatasetConfig::Side& side) {
     const double azimuth = draw(STREAM_AZIMUTH, side.azimuth_range);
-    if (side.lamps > 0 && draw(STREAM_LAMPS, {0, 1}) < side.lamps) {
+    const double kind = draw(STREAM_LAMPS, {0, 1});
+    if (kind < side.lamps) {
       const std::uint64_t room = random_bits(config_.seed, STREAM_ROOM, set_.images.size());
       const Vec3 direction = mean_direction(environment_light(lamp_room(room), azimuth, 1));
       return add({azimuth, 0, direction, {}, room});
+    }
+    if (kind < side.lamps + side.pictures) {
+      const auto which = static_cast<std::size_t>(draw(STREAM_PICTURE, {0, double(side.environments.size())}));
+      const std::string& file = side.environments[which];
+      const auto [known, is_new] = unturned_.try_emplace(file);
+      if (is_new) known->second = mean_direction(environment_light(read_environment(file), 0, 1));
+      const Vec3 direction = transform_vector(rotate({0, 0, -1}, azimuth), known->second);
+      return add({azimuth, 0, direction, Manifest::Environment{environment_file(file), config_.environment_scale}, {}});
     }
     const double zenith = side.zenith_range ? draw(STREAM_ZENITH, *side.zenith_range) : config_.zenith;
     return add(sun(azimuth, zenith));
@@ -157,6 +170,7 @@ class Planner {
 
   const DatasetConfig& config_;
   Manifest& set_;
+  std::map<std::string, Vec3> unturned_;  // mean directions of pictures that are drawn, at azimuth 0
 };
 
 void add_environments(const DatasetConfig::Side& side, DatasetPlan& plan) {

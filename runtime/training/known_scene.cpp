@@ -67,4 +67,9 @@ double sigma_t_in_scene(double sigma_t, const NetworkDescription& network, const
   return sigma_t * network.mm_per_unit / body.longest_side;
 }
 
+double sigma_t_unit(const Scene& scene, int medium, const NetworkDescription& network, const Body& body) {
+  const double scale = scene.media.at(static_cast<std::size_t>(medium)).number("scale");
+  return sigma_t_in_scene(1, network, body) / (scale > 0 ? scale : 1);
+}
+
 }  // namespace itn

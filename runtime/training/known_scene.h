@@ -38,5 +38,7 @@ class SceneView {
 
 // What a network that sees sigma_t [1/mm] means in 1 / scene unit: it learnt from bodies of another size.
 double sigma_t_in_scene(double sigma_t, const NetworkDescription& network, const Body& body);
+// The same of 1 / mm as the scene's parameter has it, which the medium's `scale` multiplies.
+double sigma_t_unit(const Scene& scene, int medium, const NetworkDescription& network, const Body& body);
 
 }  // namespace itn

@@ -103,13 +103,11 @@ NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& par
 
   Network network = network_of(run);
   if (!is_plain(network.description()))
-    throw UsageError(
-        fmt::format("--init {}: the network sees more than luminance, shape and light; itn predict gives "
-                    "its answer, --start and --prior take it",
-                    run));
-  const auto index = static_cast<std::size_t>(guessed.front().indices.front());
+    throw UsageError(fmt::format("--init {}: the network {}; itn predict gives its answer, --start and --prior take it",
+                                 run, beyond_plain(network.description())));
+  const int medium = guessed.front().indices.front();
   const std::string who = "--init " + run;
-  const Body body = body_of(scene, guessed.front().indices.front(), who);
+  const Body body = body_of(scene, medium, who);
   std::optional<SceneView> view;
   if (network.description().channels > 1) view.emplace(scene, sensor, network.description(), body, who);
   const NetworkDescription& description = network.description();
@@ -119,7 +117,7 @@ NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& par
   for (std::size_t i = 0; i < description.outputs.size(); ++i)
     values.push_back(description.outputs[i].parameter(static_cast<double>(raw[i])));
   if (showing.exemplars > 0) {
-    const SceneToShow here{scene, sensor, static_cast<int>(index), body, view ? &*view : nullptr, who};
+    const SceneToShow here{scene, sensor, medium, body, view ? &*view : nullptr, who};
     const ShownScene shown(network, here, noise_share(image, description.size, photo), showing, cancel);
     samples = shown.posterior(raw);
     values.clear();
@@ -136,11 +134,7 @@ NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& par
       throw UsageError(fmt::format("--init {}: the network does not guess {}; give --start {}=VALUE", run,
                                    parameter.name, parameter.name));
     const auto output = static_cast<std::size_t>(found - description.outputs.begin());
-    double unit = 1;
-    if (parameter.is(Owner::medium, "sigma_t")) {
-      const double scale = scene.media.at(index).number("scale");
-      unit = sigma_t_in_scene(1, description, body) / (scale > 0 ? scale : 1);
-    }
+    const double unit = parameter.is(Owner::medium, "sigma_t") ? sigma_t_unit(scene, medium, description, body) : 1;
     set_parameter(scene, parameter, unit * values[output]);
     const bool is_colour = std::count_if(guessed.begin(), guessed.end(), [&](const Parameter& p) {
                              return output_name(p) == output_name(parameter);

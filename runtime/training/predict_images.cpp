@@ -152,8 +152,7 @@ void check(const PredictionRequest& request, const NetworkDescription& network) 
   if (request.showing.exemplars > 0 && !request.scene)
     throw UsageError("--exemplars: the network is shown renderings of a scene; which one (--scene)?");
   if (request.showing.exemplars > 0 && !is_plain(network))
-    throw UsageError("--exemplars: " + request.run +
-                     " sees more than luminance, shape and light; it cannot be shown a scene");
+    throw UsageError(fmt::format("--exemplars: {} {}; it cannot be shown a scene", request.run, beyond_plain(network)));
   const Needs needs(network);
   const bool one_by_one = !request.shape_buffers.empty() || !request.light.empty();
   const bool by_set = !request.dataset.empty() && !request.test_images;

@@ -50,8 +50,7 @@ class MaterialScene {
     film_for_network(scene_, shown.sensor, network.size, shown.who);
     scene_.sensors[static_cast<std::size_t>(shown.sensor)].luminance = true;
     for (const OutputRange& output : outputs_) numbers_.push_back(numbers_of(scene_, shown.medium, output, shown.who));
-    const double scale = scene_.media.at(static_cast<std::size_t>(shown.medium)).number("scale");
-    sigma_t_unit_ = sigma_t_in_scene(1, network, shown.body) / (scale > 0 ? scale : 1);
+    sigma_t_unit_ = sigma_t_unit(scene_, shown.medium, network, shown.body);
   }
 
   const Scene& at(const Eigen::VectorXd& shares) {

@@ -10,6 +10,7 @@
 #include "runtime/dataset/dataset_scene.h"
 #include "runtime/dataset/plan.h"
 #include "runtime/dataset/shape_buffers.h"
+#include "runtime/image/exr.h"
 #include "runtime/renderer.h"
 #include "runtime/scene/transform.h"
 #include "runtime/shapes/polygonise.h"
@@ -87,6 +88,42 @@ TEST_CASE("every image of a world has a camera, a boundary, a light and colours 
   CHECK(std::fabs(lamps / count - 0.5) < 4 * std::sqrt(0.25 / count));
 }
 
+TEST_CASE("drawn lights are pictures of one's own in the share that was asked for, each turned to its azimuth") {
+  const TemporaryFolder folder;
+  Bitmap picture{32, 17, 1, std::vector<float>(32 * 17, 0.2F)};
+  picture.data[32 * 4 + 9] = 30;
+  write_exr(folder / "room.exr", {32, 17, {"Y"}, picture.data, {}});
+  write_exr(folder / "yard.exr", {32, 17, {"Y"}, std::vector<float>(32 * 17, 1), {}});
+  write_file(folder / "config.json", R"({"preset": "world",
+    "train": {"random_shapes": 50, "lamps": 0.3, "pictures": 0.5, "environments": ["room.exr", "yard.exr"]},
+    "test": {"random_shapes": 4}})");
+  const DatasetPlan plan = plan_dataset(read_dataset_config(folder / "config.json"), "0", "device");
+  const Manifest& set = plan.manifest;
+  CHECK(plan.environment_files.size() == 2);
+  double pictures = 0, rooms = 0, lamps = 0, trained = 0;
+  for (const Manifest::Image& image : set.images) {
+    const Manifest::Light& light = set.lights[static_cast<std::size_t>(image.light)];
+    if (set.shapes[static_cast<std::size_t>(image.shape)].role == Manifest::Role::test) {
+      CHECK_FALSE(light.environment);  // the test's own lights
+      continue;
+    }
+    trained += 1;
+    lamps += light.lamps.has_value();
+    if (!light.environment) continue;
+    pictures += 1;
+    const bool is_room = light.environment->file == "environments/room.exr";
+    rooms += is_room;
+    const auto shown =
+        std::make_shared<const Bitmap>(is_room ? picture : Bitmap{32, 17, 1, std::vector<float>(544, 1)});
+    const Vec3 direction = mean_direction(environment_light(shown, light.azimuth, 1));
+    CHECK(length(direction - Vec3(light.direction)) < 1e-9);
+  }
+  // Binomial: within four standard deviations.
+  CHECK(std::fabs(pictures / trained - 0.5) < 4 * std::sqrt(0.25 / trained));
+  CHECK(std::fabs(lamps / trained - 0.3) < 4 * std::sqrt(0.21 / trained));
+  CHECK(std::fabs(rooms / pictures - 0.5) < 4 * std::sqrt(0.25 / pictures));
+}
+
 TEST_CASE("a sigma_t whose differences count is even over its range, one whose ratios count is not") {
   const auto below_middle = [](const std::string& more) {
     const Manifest set = plan_of(
@@ -138,6 +175,10 @@ TEST_CASE("what a world cannot be is refused by key, value and what is needed") 
   CHECK_THAT(refusal(R"("camera": {"elevation": [10, 80], "roll": 3})"), Contains("roll is not known"));
   CHECK_THAT(refusal(R"("colours": "cmyk")"), Contains("\"luminance\" or \"rgb\""));
   CHECK_THAT(refusal(R"("flash": -1)"), Contains("flash is -1"));
+  CHECK_THAT(refusal(R"("train": {"pictures": 0.2})"), Contains("`environments` to draw from"));
+  CHECK_THAT(refusal(R"("train": {"pictures": 0.2, "environments": ["a.exr"], "azimuths": [3]})"),
+             Contains("\"azimuths\": []"));
+  CHECK_THAT(refusal(R"("train": {"pictures": 0.6, "lamps": 0.5, "environments": ["a.exr"]})"), Contains("at most 1"));
   CHECK_THAT(refusal(R"("boundary": {"type": "drawn", "matched": 2})"), Contains("boundary.matched is 2"));
   CHECK_THAT(refusal(R"("train": {"lamps": 1.5})"), Contains("train.lamps is 1.5"));
   CHECK_THAT(refusal(R"("train": {"zenith_range": [50]})"), Contains("train.zenith_range"));

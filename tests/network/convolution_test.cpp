@@ -85,7 +85,10 @@ void check_stage(const Shape& s) {
 TEST_CASE("Convolution stages in float are the reference in double, forward and backward") {
   check_stage({3, 1, 16, 8});
   check_stage({3, 3, 16, 8});
+  check_stage({2, 4, 16, 8});
   check_stage({2, 6, 16, 16});
+  check_stage({2, 7, 16, 16});
+  check_stage({2, 11, 16, 16});
   check_stage({3, 16, 32, 16});
   check_stage({2, 32, 64, 8});
   check_stage({3, 64, 128, 4});
