@@ -413,8 +413,9 @@ JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData&
 
   job.camera = static_cast<int>(data.cameras.size());
   const Sensor& camera = scene.sensors[static_cast<std::size_t>(sensor)];
+  // Only such a sensor asks, and it goes through all surfaces.
   const double in_front =
-      distance_in_front(data.geometry, data.geometry.records[static_cast<std::size_t>(job.geometry)]);
+      camera.zone ? distance_in_front(data.geometry, data.geometry.records[static_cast<std::size_t>(job.geometry)]) : 0;
   data.cameras.push_back(camera_record(scene, camera, in_front, first_medium, data));
   data.pixels.push_back(camera.crop_width * camera.crop_height);
 

@@ -69,7 +69,7 @@ std::vector<LossGradient> RenderedLoss::evaluate(const std::vector<RerenderedIma
     if (const ObjectWindow* window = images[i].window)
       target = {window->width, window->height, 1, cut(target.value, set_.size, *window), window->weight, {}};
     const auto from = std::make_move_iterator(renderings.begin() + static_cast<std::ptrdiff_t>(i) * groups);
-    losses.push_back(loss_gradient(std::vector<Rendering>(from, from + groups), target));
+    losses.push_back(loss_gradient(std::vector<Rendering>(from, from + groups), target, 1, false));
   }
   return losses;
 }

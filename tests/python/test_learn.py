@@ -25,7 +25,7 @@ def test_image_files_keep_their_numbers(tmp_path):
 
 
 def test_the_networks_way_from_a_data_set_to_a_prediction(tmp_path):
-    config = {"preset": "tiny", "size": 16, "spp": 2,
+    config = {"preset": "tiny", "size": 16, "spp": 4, "curvature": True,
               "train": {"shapes": ["knot"], "random_shapes": 0, "azimuths": [0], "materials": 20},
               "test": {"shapes": ["hare"], "azimuths": [90], "materials": 1}}
     told = []
@@ -45,6 +45,10 @@ def test_the_networks_way_from_a_data_set_to_a_prediction(tmp_path):
         np.testing.assert_array_equal(again[name], found[name])
         assert ends.shape == (2, 2) and (ends[:, 0] < again[name]).all() and (again[name] < ends[:, 1]).all()
     assert set(again.intervals) == {"sigma_t", "albedo", "g"} and "95 %:" in repr(again)
+    by_curvature = itn.train(data, "itn", tmp_path / "itn", init=run, image_loss="expanded", epochs=1, batch=4, threads=1)
+    assert by_curvature.curve[0]["image"] >= 0
+    with pytest.raises(itn.UsageError, match="need 'rendered' or 'expanded'"):
+        itn.train(data, "itn", tmp_path / "a", image_loss="half")
     scene = itn.load(ROOT / "scenes/dataset/scene.xml", size=(16, 16))
     photo = itn.render(scene, spp=4)
     seen = itn.predict(photo, run, scene=scene, exemplars=12, spp=4)  # shown the scene, it says how sure it is
@@ -58,4 +62,4 @@ def test_the_networks_way_from_a_data_set_to_a_prediction(tmp_path):
     with pytest.raises(itn.UsageError, match="its network sees the image alone"):
         itn.predict(images, run, dataset=tmp_path / "set")
     with pytest.raises(itn.UsageError, match="--unlabelled: needs a network to begin with"):
-        itn.train(network="itn", output=tmp_path / "itn", unlabelled=data)
+        itn.train(network="itn", output=tmp_path / "a", unlabelled=data)
