@@ -28,8 +28,9 @@ class RenderedLoss {
                const std::atomic<bool>* cancel);
 
   // The mean squared difference from each target (over the window's object), and its gradient by sigma_t [1/mm], albedo
-  // and g, both unbiased, from the same paths; their standard errors are left out (infinite). spp: 2 to 16, or a multiple of 16 (image_loss.h, split_samples). Throws
-  // UsageError: another spp; InputError: a mesh of the set; Interrupted.
+  // and g, both unbiased, from the same paths; their standard errors are left out (infinite). spp: 2 to 16, or a
+  // multiple of 16 (image_loss.h, split_samples). Throws UsageError: another spp; InputError: a mesh of the set;
+  // Interrupted.
   std::vector<LossGradient> evaluate(const std::vector<RerenderedImage>& images, int spp);
 
   // The images, without derivatives.
