@@ -94,19 +94,8 @@ class DatasetRenderer {
     for (const Manifest::Image* image : images) scenes.push_back({scene_of(*image), image->shape, image->seed});
     std::vector<ExrImage> files(images.size());
     for (ExrImage& file : files) file = empty_file(channels_);
-    int next = 0;
-    if (!set_.curvature) next = put(ambient_.render(scenes, set_.spp), next, files);
-    if (set_.curvature) {
-      const std::vector<Rendering> halves = ambient_.render(scenes, set_.spp, 2);
-      std::vector<Rendering> whole;
-      for (std::size_t i = 0; i < images.size(); ++i) {
-        const Rendering &a = halves[2 * i], &b = halves[2 * i + 1];
-        files[i].header[curvature_attribute] =
-            to_text(image_curvature(a, b, images[i]->sigma_t * set_.mm_per_unit, mask_of(*images[i], scenes[i].scene)));
-        whole.push_back(whole_of(a, b));
-      }
-      next = put(whole, next, files);
-    }
+    int next =
+        put(set_.curvature ? with_curvatures(images, scenes, files) : ambient_.render(scenes, set_.spp), 0, files);
     if (flash_) {
       std::vector<ShapeRenderer::Image> in_dark;
       for (const ShapeRenderer::Image& image : scenes)
@@ -138,6 +127,22 @@ class DatasetRenderer {
     ExrImage file{set_.size, set_.size, channels, {}, {}};
     file.data.resize(channels.size() * static_cast<std::size_t>(set_.size) * static_cast<std::size_t>(set_.size));
     return file;
+  }
+
+  // The images, and their curvatures in the headers of the files.
+  std::vector<Rendering> with_curvatures(const std::vector<const Manifest::Image*>& images,
+                                         const std::vector<ShapeRenderer::Image>& scenes,
+                                         std::vector<ExrImage>& files) {
+    const std::vector<Rendering> halves = ambient_.render(scenes, set_.spp, 2);
+    std::vector<Rendering> whole;
+    for (std::size_t i = 0; i < images.size(); ++i) {
+      const Rendering &a = halves[2 * i], &b = halves[2 * i + 1];
+      const double sigma_t = images[i]->sigma_t * set_.mm_per_unit;
+      files[i].header[curvature_attribute] =
+          to_text(image_curvature(a, b, sigma_t, mask_of(*images[i], scenes[i].scene)));
+      whole.push_back(whole_of(a, b));
+    }
+    return whole;
   }
 
   static ShapeBuffers buffers_of(const Manifest::Image& image, const Scene& scene) {
