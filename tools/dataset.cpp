@@ -102,12 +102,7 @@ void run(const DatasetArguments& options, bool seed_given) {
   check_folder(options.folder);
   Inputs inputs;
   DatasetConfig config = read_dataset_config(options.config);
-  if (common.spp == 1)
-    throw UsageError("--spp 1: images without standard errors, which nothing can be learnt from; need 2 or more");
   if (common.spp) config.spp = common.spp;
-  if (config.curvature && (config.spp % 2 != 0 || config.spp < 4))
-    throw UsageError(fmt::format("--spp {}: `curvature` compares halves of the samples; need an even number, 4 or more",
-                                 config.spp));
   if (seed_given) config.seed = common.seed;
   const DatasetPart part = part_of(options);
   if (options.merge) {

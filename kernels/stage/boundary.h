@@ -122,7 +122,7 @@ inline MASK sample_around_at_boundary(int model, int variant, const Launch* laun
 
 /* Light sampled where the path meets the boundary: outside of it, and on both sides of thin ones and structures. Three ways lead
  * from a scattering vertex x over the exit y to the light around in direction o, weighed by the balance heuristic: the phase
- * function and the flight bring the path to y and (A) the sun is sampled there or (B) the BSDF finds it; or (C) o
+ * function and the flight bring the path to y and (A) that light is sampled there or (B) the BSDF finds it; or (C) o
  * and the direction of the segment are drawn at x (connect.h). What A and B share cancels; `rival` is C's density
  * over theirs. To parallel lights lead A and C, which draw them with the chances of their own places; to other lights of the
  * scene lead A and B alone, and so they do where the BSDF is broad.

@@ -291,7 +291,7 @@ DatasetConfig from_json(const Json& json, const std::string& file) {
   if (reader.has("curvature")) reader.read("curvature", config.curvature, "true or false", [](bool) { return true; });
   if (config.curvature && config.in_colours)
     reader.fail("curvature", "false where images are in colours: it is of luminance's three parameters");
-  if (config.curvature && (config.spp % 2 != 0 || config.spp < 4))
+  if (!config.has_enough(config.spp))
     reader.fail("spp", "an even number of samples, 4 or more, where `curvature` is true: it compares their halves");
 
   config.train = read_side(reader, file, "train");

@@ -10,6 +10,9 @@
 namespace itn {
 
 struct DatasetConfig {
+  // Can images with so many samples have what is asked for: standard errors, and halves to compare for curvatures?
+  bool has_enough(int samples) const { return samples >= 2 && (!curvature || (samples >= 4 && samples % 2 == 0)); }
+
   // Shapes and lights of one side of the experiment; every combination of them gets so many materials.
   struct Side {
     std::vector<std::string> shapes;  // names of named_shapes(), or mesh files

@@ -218,6 +218,13 @@ std::string hash_of(const DatasetConfig& config, const DatasetPlan& plan, const 
 }  // namespace
 
 DatasetPlan plan_dataset(const DatasetConfig& config, const std::string& version, const std::string& device) {
+  if (!config.has_enough(config.spp))
+    throw UsageError(
+        config.curvature
+            ? fmt::format("--spp {}: `curvature` compares halves of the samples; need an even number, 4 or more",
+                          config.spp)
+            : fmt::format("--spp {}: images without standard errors, which nothing can be learnt from; need 2 or more",
+                          config.spp));
   DatasetPlan plan;
   Manifest& set = plan.manifest;
   set.version = version;

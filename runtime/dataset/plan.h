@@ -20,8 +20,8 @@ struct DatasetPlan {
 // unseen_shape; under test lights: unseen_both. Where the training's suns are drawn from a range no sun is unseen, and
 // test shapes have the test's lights only, under suns as unseen_shape.
 // Materials follow a low-discrepancy sequence. Everything is a function of the configuration; the hash is of that, the
-// mesh and environment files, version and device. Throws InputError: mesh or environment files that cannot be used, two
-// shapes or environments of one name, more than 10^6 images.
+// mesh and environment files, version and device. Throws UsageError: too few samples a pixel; InputError: mesh or
+// environment files that cannot be used, two shapes or environments of one name, more than 10^6 images.
 DatasetPlan plan_dataset(const DatasetConfig& config, const std::string& version, const std::string& device);
 
 }  // namespace itn

@@ -33,6 +33,9 @@ def test_the_networks_way_from_a_data_set_to_a_prediction(tmp_path):
     assert len(data) == data.rendered and told[-1] == 1 and data.image(0).shape == (16, 16)
     assert itn.dataset(config, tmp_path / "set").rendered == 0  # all were there
     assert "data:image/png" in data._repr_html_()
+    for samples in (1, 2, 3):  # no halves to compare
+        with pytest.raises(itn.UsageError, match="need an even number, 4 or more"):
+            itn.dataset(config, tmp_path / "few", spp=samples)
     run = itn.train(data, "rn", tmp_path / "run", epochs=2, batch=4, width=1, threads=1)
     assert len(run.curve) == 2 and (tmp_path / "run/network.safetensors").exists()
     images = [data.image(0), tmp_path / "set" / data.images[1]["file"]]
