@@ -1,16 +1,17 @@
 """Is a smoke recovered from pictures of it? Makes one, renders it from all sides, and has `itn invert` find its voxels.
 
     recover_smoke.py FOLDER [--itn build/bin/itn] [--voxels 32] [--views 8] [--size 64] [--spp 16] [--iterations 100]
-                     [--mitsuba]
+                     [--mitsuba RATE ...]
 
 The smoke is a procedural plume in a cube, lit by a sky and a lamp; the sensors stand around it, one more, which the inversion
 does not see, between two of them. The grid starts nearly empty. Prints the error of the density, root mean square over that of
 the smoke itself, and that of the held-out view, of the start and of what was found. What is there in FOLDER is kept: the same
 command goes on, but its seconds are then those of the rest.
 
-With --mitsuba also Mitsuba's prbvolpath (needs Python's mitsuba and numpy: tools/peers): the same loss, smoothness, samples and
-Adam, whose rate falls as half a cosine wave over as many CPU seconds as itn has used; what Mitsuba compiles first is not
-counted. Its voxels stay at 0.001 at least, since it has no derivative of what a voxel of 0 would scatter.
+With --mitsuba also Mitsuba's prbvolpath (needs Python's mitsuba and numpy: tools/peers), once with each learning rate: the same
+loss, smoothness, samples and Adam, whose rate falls as half a cosine wave over as many CPU seconds as itn has used; what Mitsuba
+compiles first is not counted. Its voxels stay at 0.001 at least, since it has no derivative of what a voxel of 0 would scatter,
+and Adam's small number is 1e-15, far below the derivatives by voxels.
 """
 import argparse
 import array
@@ -34,7 +35,7 @@ parser.add_argument('--iterations', type=int, default=100)
 parser.add_argument('--learning-rate', type=float, default=0.3)
 parser.add_argument('--smoothness', type=float, default=1e-5)
 parser.add_argument('--start', type=float, default=0.1)
-parser.add_argument('--mitsuba', action='store_true')
+parser.add_argument('--mitsuba', type=float, nargs='+', default=[], metavar='RATE')
 options = parser.parse_args()
 n = options.voxels
 
@@ -102,7 +103,7 @@ def children_s():
     return used.ru_utime + used.ru_stime
 
 
-def by_mitsuba(targets, budget):
+def by_mitsuba(targets, rate, budget):
     """The voxels that Mitsuba finds within so many CPU seconds, and in how many iterations."""
     import drjit as dr
     import mitsuba as mi
@@ -116,11 +117,11 @@ def by_mitsuba(targets, budget):
     start = mi.TensorXf(parameters[key])
     pairs = 3 * n * n * (n - 1)
     for attempt in range(2):  # the first compiles
-        optimizer = mi.ad.Adam(lr=options.learning_rate)
+        optimizer = mi.ad.Adam(lr=rate, epsilon=1e-15)
         optimizer['voxels'] = mi.TensorXf(start)
         begin, done, iteration = time.process_time(), 0, 0
         while done < 1 and not (attempt == 0 and iteration == 1):
-            optimizer.set_learning_rate(options.learning_rate * 0.5 * (1 + math.cos(math.pi * done)))
+            optimizer.set_learning_rate(rate * 0.5 * (1 + math.cos(math.pi * done)))
             parameters[key] = optimizer['voxels']
             parameters.update()
             for k, image in enumerate(images):
@@ -166,9 +167,9 @@ found = {'start': read_grid(options.folder / 'start.vol'), 'found': read_grid(op
 print(f'{n}^3 voxels, {options.views} views of {options.size} x {options.size}, {options.iterations} iterations of '
       f'{options.spp} spp: {seconds:.0f} s, {cpu:.0f} s of all cores', flush=True)
 print(f"loss of the views: {result['loss_at_start']:.3g} at the start, {result['loss']:.3g} of what was found", flush=True)
-if options.mitsuba:
-    found['mitsuba'], iterations = by_mitsuba(targets[:options.views], cpu)
-    print(f'Mitsuba: {iterations} iterations in as many seconds of all cores', flush=True)
+for rate in options.mitsuba:
+    found[f'mitsuba_{rate:g}'], iterations = by_mitsuba(targets[:options.views], rate, cpu)
+    print(f'Mitsuba, learning rate {rate:g}: {iterations} iterations in as many seconds of all cores', flush=True)
 
 
 def held_out(name):

@@ -191,7 +191,12 @@ inline void screen_colour(const Launch* launch, INT light, const REAL uv[2], REA
 }
 #endif
 
-#if HAS_PARALLEL_LIGHTS
+/* Is each lane's light one of the scene that is found so (LIGHT_AT_BOUNDARIES ...)? */
+inline MASK is_reached(const Launch* launch, INT light, int reach) {
+  return (light >= 0) & (GATHER_INT(LIGHT_MEMBER_INT(launch, reach), max(light, 0) * LIGHT_WORDS) == reach);
+}
+
+#if HAS_AIMED_LIGHTS
 /* Does each lane's light come from the same direction everywhere? light: -1: around the scene. */
 inline MASK is_parallel(const Launch* launch, INT light) {
   const INT model = GATHER_INT(LIGHT_MEMBER_INT(launch, model), max(light, 0) * LIGHT_WORDS);

@@ -1,11 +1,11 @@
 /* Light connections of scattering vertices in media: when they are tried, and in which direction through a rough
  * boundary.
  *
- * Light from few directions (the sun, bright regions of a picture, parallel lights) through a rough boundary: a
+ * Light from few directions (the sun, bright regions of a picture, lights without extent) through a rough boundary: a
  * direction that refracts to it is drawn at the scattering vertex, not at the boundary (design: kernels/README.md, "Sun
- * through a rough boundary"). The exit's normal is guessed from the vertex alone: the nearest surface's. A microfacet normal
- * about the guess refracts the light's direction into the medium. Unbiased with any guess; the microfacet density nearly
- * cancels. */
+ * through a rough boundary"). The exit and its normal are guessed from the vertex alone: those of the nearest surface. A
+ * microfacet normal about the guess refracts the direction from there to the light into the medium. Unbiased with any guess;
+ * the microfacet density nearly cancels. */
 #ifndef ITN_LIGHT_CONNECTION_H
 #define ITN_LIGHT_CONNECTION_H
 #include "lib/frame.h"
@@ -15,8 +15,8 @@
 
 /* Is the light around the scene sampled through rough boundaries: its sun, or bright regions of its picture? */
 #define REFRACTED_AROUND (HAS_SUN || HAS_PEAKS)
-/* Are there lights of which the direction is known before the place at which they pass a rough boundary? */
-#define REFRACTED_CONNECTIONS (ROUGH_LIGHT_SAMPLING && (REFRACTED_AROUND || HAS_PARALLEL_LIGHTS))
+/* Are there lights of which the direction is known, or nearly, before the place at which they pass a rough boundary? */
+#define REFRACTED_CONNECTIONS (ROUGH_LIGHT_SAMPLING && (REFRACTED_AROUND || HAS_AIMED_LIGHTS))
 
 #if MEDIUM_LIGHT_SAMPLING
 #define CHANCE_FLOOR 0.02f
@@ -35,7 +35,8 @@ inline REAL connection_chance(const Launch* launch, __global const JobRecord* jo
   const REAL3 normal = surface_normal_guess(cell);
   REAL expected = CHANCE_ANYWHERE * EXP(-sigma_t * distance);
 #if HAS_LIGHTS
-  if (job->lights > 0) expected = CHANCE_OF_LIGHTS * EXP(-sigma_t * distance);
+  /* lights may be inside, where the surface is of no concern */
+  if (job->lights > 0) expected = CHANCE_OF_LIGHTS * (HAS_INNER_LIGHTS ? (REAL)(1.0f) : EXP(-sigma_t * distance));
 #endif
 #if HAS_SUN
   __global const EnvironmentRecord* environment = launch->environments + job->environment;
@@ -83,6 +84,19 @@ inline AssumedBoundary assumed_boundary(const Launch* launch, INT at) {
   b.eta = GATHER((media + FIELD_OF(MediumRecord, eta)), at);
   return b;
 }
+
+#if HAS_AIMED_LIGHTS
+/* From the exit that the guess assumes for a vertex in `cell`, the direction to the point of a light of the scene. towards,
+ * distance: from a place at which they are known; of parallel light `towards` is the answer. */
+inline REAL3 aim_at_light(const Launch* launch, __global const JobRecord* job, const FlightCell* cell, REAL3 vertex,
+                          const LightSource* source, REAL3 place, REAL distance) {
+  const REAL depth = surface_distance(launch->geometries + job->geometry, cell);
+  const REAL3 exit = add3(vertex, scale3(surface_normal_guess(cell), depth));
+  const REAL3 way = add3(sub3(place, exit), scale3(source->direction, distance));
+  const REAL3 aim = scale3(way, 1.0f / SQRT(MAX(dot3(way, way), (REAL)(1e-20f))));
+  return select3(is_parallel(launch, source->index) | (source->index < 0), source->direction, aim);
+}
+#endif
 
 /* Density of microfacet normals per solid angle, D(h) cos, about the guess. */
 inline REAL assumed_normals(const AssumedBoundary* b, REAL3 h) {

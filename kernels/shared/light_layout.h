@@ -26,12 +26,19 @@ enum {
   LIGHT_SURFACE_SIZE = 16
 };
 
+/* How bodies that refract find a light that stands outside or inside of them:
+ *   AT_BOUNDARIES   where a path meets their boundary
+ *   AIMED_AT        so, and from scattering vertices through rough boundaries (stage/connect.h)
+ *   INSIDE          it may stand inside of one: from scattering vertices straight, and at boundaries on both sides */
+enum { LIGHT_AT_BOUNDARIES, LIGHT_AIMED_AT, LIGHT_INSIDE };
+
 typedef struct {
   int model;          /* MODEL_* of model/models.h */
   int first_number;   /* n = numbers + first_number of the launch */
   int table;          /* on a shape */
   int surfaces;       /* of the shape; 0: it is on none */
   float inverse_area; /* density of its points [1/scene unit^2] */
+  int reach;          /* LIGHT_AT_BOUNDARIES ... */
 } LightRecord;
 
 #endif

@@ -42,7 +42,8 @@ inline REAL rival_density(REAL connection, REAL by_phase, MASK mask) {
 }
 
 /* Densities of the connections through the boundary (connect.h) over those of phase function and flight: of the sampled
- * direction to the sun or a parallel light and of the path's own. 0 where the segment did not begin at a scattering vertex. */
+ * direction to the sun or a light that is aimed at, and of the path's own. 0 where the segment did not begin at a scattering
+ * vertex, or light is inside. */
 inline void rival_densities(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                             MASK at_boundary, const Surface* s, const LightSample* light, REAL3 direction, REAL* rival,
                             REAL* own_rival) {
@@ -62,18 +63,20 @@ inline void rival_densities(const Launch* launch, __global const JobRecord* job,
   const REAL by_phase = last_pdf * medium_transmittance(typical_sigma_t(&inside), SQRT(dot3(segment, segment)));
   const FlightCell cell = flight_cell(launch->grid, launch->geometries + job->geometry, vertex);
   const REAL3 guess = surface_normal_guess(&cell);
-  MASK drawn = from_medium & (light->source.index < 0);
-#if HAS_PARALLEL_LIGHTS
-  const MASK parallel = is_parallel(launch, light->source.index);
-  drawn = (REFRACTED_AROUND ? drawn : (MASK)(0)) | (from_medium & parallel);
+  REAL3 aim = light->source.direction;
+  MASK drawn = from_medium & (light->source.index < 0) & (dot3(aim, s->normal) > 0.0f);
+#if HAS_AIMED_LIGHTS
+  const MASK aimed = from_medium & is_reached(launch, light->source.index, LIGHT_AIMED_AT);
+  drawn = (REFRACTED_AROUND ? drawn : (MASK)(0)) | (aimed & (dot3(aim, s->normal) > 0.0f));
+  aim = aim_at_light(launch, job, &cell, vertex, &light->source, s->position, light->distance);
 #endif
-  *rival = rival_density(refracted_pdf(&boundary, guess, light->source.direction, s->direction), by_phase, drawn);
-#if HAS_PARALLEL_LIGHTS
+  *rival = rival_density(refracted_pdf(&boundary, guess, aim, s->direction), by_phase, drawn);
+#if HAS_AIMED_LIGHTS
   const REAL at_vertex = chance_of_light(launch, job, vertex, light->source.index);
-  *rival *= SELECT(parallel, at_vertex / light->pdf, 1.0f);
+  *rival *= SELECT(aimed, at_vertex / light->pdf, 1.0f);
 #endif
 #if REFRACTED_AROUND
-  MASK finds_light = from_medium;
+  MASK finds_light = from_medium & (dot3(direction, s->normal) > 0.0f);
 #if HAS_SUN
   finds_light = finds_light & in_sun(launch->environments + job->environment, direction);
 #endif
@@ -120,18 +123,20 @@ inline MASK sample_around_at_boundary(int model, int variant, const Launch* laun
   return sampled & lit;
 }
 
-/* Light sampled where the path meets the boundary: outside of it, and on both sides of thin ones and structures. Three ways lead
+/* Light sampled where the path meets the boundary: outside of it; on both sides of thin ones and structures, and where lights may
+ * be inside. Three ways lead
  * from a scattering vertex x over the exit y to the light around in direction o, weighed by the balance heuristic: the phase
  * function and the flight bring the path to y and (A) that light is sampled there or (B) the BSDF finds it; or (C) o
  * and the direction of the segment are drawn at x (connect.h). What A and B share cancels; `rival` is C's density
- * over theirs. To parallel lights lead A and C, which draw them with the chances of their own places; to other lights of the
- * scene lead A and B alone, and so they do where the BSDF is broad.
+ * over theirs. To lights that are aimed at lead A and C, which draw them with the chances of their own places; to other lights of
+ * the scene lead A and B alone, and so they do where the BSDF is broad.
  * Returns LAST_PDF for the BSDF's own direction, of density pdf. */
 inline REAL sample_light_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job,
                                      Pool* pool, INT slots, MASK at_boundary, const Surface* s, Reflector* r,
                                      const Random* random, REAL3 direction, REAL pdf, MASK passes) {
   const int traits = bsdf_traits(model);
-  const bool broad = (traits & BSDF_BROAD) != 0, both_sides = (traits & (BSDF_THIN | BSDF_STRUCTURE)) != 0;
+  const bool broad = (traits & BSDF_BROAD) != 0;
+  const bool both_sides = HAS_INNER_LIGHTS || (traits & (BSDF_THIN | BSDF_STRUCTURE)) != 0;
   const INT depth = LOAD_INT(pool, DEPTH, slots) + 1;
   LightSample sample;
   REAL connection_weight[RADIANCE_CHANNELS], own_rival = (REAL)(0.0f);

@@ -1,6 +1,6 @@
-/* Stage connect: at a scattering vertex in a medium, light is connected: straight through index-matched boundaries, or
- * the sun, bright regions of the surroundings and parallel lights through a rough one. Then the path goes on in the
- * medium. */
+/* Stage connect: at a scattering vertex in a medium, light is connected: straight through index-matched boundaries and to
+ * lights inside of the body, or the sun, bright regions of the surroundings and lights without extent through a rough boundary.
+ * Then the path goes on in the medium. */
 #ifndef ITN_STAGE_CONNECT_H
 #define ITN_STAGE_CONNECT_H
 #include "stage/boundary.h"
@@ -42,15 +42,21 @@ typedef struct {
   REAL texture[TEXTURE_PLACE];
   REAL density; /* with which `inward` was drawn */
   MASK found;
-  MASK parallel; /* the light is one of the scene */
+  MASK aimed; /* the light is one of the scene */
 } Exit;
 
-inline Exit find_exit(const Launch* launch, __global const JobRecord* job, const LitVertex* x, REAL3 light,
+/* light: drawn for the vertex */
+inline Exit find_exit(const Launch* launch, __global const JobRecord* job, const LitVertex* x, const LightSample* light,
                       const REAL u[4], MASK refracted) {
   Exit e;
   const AssumedBoundary boundary = assumed_boundary(launch, x->medium * (int)(sizeof(MediumRecord) / sizeof(float)));
   const FlightCell cell = flight_cell(launch->grid, launch->geometries + job->geometry, x->position);
-  e.density = sample_refracted(&boundary, surface_normal_guess(&cell), light, u[2], u[3], &e.inward);
+#if HAS_AIMED_LIGHTS
+  const REAL3 aim = aim_at_light(launch, job, &cell, x->position, &light->source, x->position, light->distance);
+#else
+  const REAL3 aim = light->source.direction;
+#endif
+  e.density = sample_refracted(&boundary, surface_normal_guess(&cell), aim, u[2], u[3], &e.inward);
   e.hits = trace_lanes(job_surfaces(launch, job), x->position, e.inward, (REAL)(INFINITY), (INT)(-1), refracted,
                        (MASK)(0), refracted & (e.density > 0.0f));
   e.found = refracted & (e.hits.primitive.integer >= 0);
@@ -70,30 +76,34 @@ inline Exit find_exit(const Launch* launch, __global const JobRecord* job, const
   e.first_number = first_number.integer;
   e.exterior = exterior.integer;
   e.surface = surface.integer;
-  const Frame frame = make_frame(e.shading);
-  e.wi = scale3(frame_to_local(&frame, e.inward), -1.0f);
-  e.wo = frame_to_local(&frame, light);
-  e.found =
-      e.found & (e.wi.z < 0.0f) & (e.wo.z > 0.0f) & (dot3(light, e.normal) > 0.0f) & (dot3(e.inward, e.normal) > 0.0f);
   return e;
 }
 
-#if HAS_PARALLEL_LIGHTS
-/* A parallel light is sampled whether it shines on the vertex or not. Returns for which lanes; u[2], which chose it, is uniform
- * again. */
-inline MASK take_parallel(const Launch* launch, __global const JobRecord* job, const LitVertex* x, MASK valid, REAL u[],
-                          LightSample* light) {
-  const MASK parallel = valid & is_parallel(launch, light->source.index);
+/* The light's direction at the exit is known. */
+inline void leave_towards(Exit* e, REAL3 light) {
+  const Frame frame = make_frame(e->shading);
+  e->wi = scale3(frame_to_local(&frame, e->inward), -1.0f);
+  e->wo = frame_to_local(&frame, light);
+  e->found = e->found & (e->wi.z < 0.0f) & (e->wo.z > 0.0f) & (dot3(light, e->normal) > 0.0f) &
+             (dot3(e->inward, e->normal) > 0.0f);
+}
+
+#if HAS_AIMED_LIGHTS
+/* A light that is aimed at is sampled whether it shines on the vertex or not. Returns for which lanes; u[2], which chose it, is
+ * uniform again. */
+inline MASK take_aimed(const Launch* launch, __global const JobRecord* job, const LitVertex* x, MASK valid, REAL u[],
+                       LightSample* light) {
+  const MASK aimed = valid & is_reached(launch, light->source.index, LIGHT_AIMED_AT);
   const INT chances = light_chances(job, x->position), own = max(light->source.index - job->first_light, 0);
   const REAL chance = light_chance(launch, chances, own);
   const REAL place = (u[2] - GATHER(launch->light_tables, chances + own)) / MAX(chance, (REAL)(1e-9f));
-  u[2] = SELECT(parallel, clamp(place, (REAL)(0.0f), (REAL)(0.99999994f)), u[2]);
-  light->pdf = SELECT(parallel, job->light_share * chance, light->pdf);
-  return parallel;
+  u[2] = SELECT(aimed, clamp(place, (REAL)(0.0f), (REAL)(0.99999994f)), u[2]);
+  light->pdf = SELECT(aimed, job->light_share * chance, light->pdf);
+  return aimed;
 }
 
-/* What the parallel light brings to the exit. */
-inline void light_exit(const Launch* launch, MASK parallel, Exit* e, LightSample* light) {
+/* What the light that was aimed at brings to the exit. */
+inline void light_exit(const Launch* launch, MASK aimed, Exit* e, LightSample* light) {
   const REAL nowhere[2] = {(REAL)(0.0f), (REAL)(0.0f)};
   LightSample there = *light;
   MASK on_shape;
@@ -101,9 +111,14 @@ inline void light_exit(const Launch* launch, MASK parallel, Exit* e, LightSample
   light_arrives(launch, index, e->position, e->position, e->normal, nowhere, &there.source, &there.distance, &on_shape);
   light_colour(launch, index, there.rgb);
   UNROLL_FOR(int c = 0; c < 3; ++c) there.rgb[c] *= there.source.share[c];
-  take_light(parallel, &there, light);
-  e->parallel = parallel;
-  e->found = e->found & (!parallel | (there.source.share[0] > 0.0f));
+  take_light(aimed, &there, light);
+  e->aimed = aimed;
+#if LIGHT_TEXELS
+  const REAL brings = there.source.plain; /* a black texel has a derivative, too */
+#else
+  const REAL brings = MAX(there.source.share[0], MAX(there.source.share[1], there.source.share[2]));
+#endif
+  e->found = e->found & (!aimed | (brings > 0.0f));
 }
 #endif
 
@@ -131,9 +146,9 @@ inline void connect_through(int surface, int model, int variant, const Launch* l
   const REAL cosine = dot3(x->arrival, e->inward);
   const REAL phase = phase_value(&x->phase, cosine);
   const REAL by_phase = phase * medium_transmittance(sigma, e->hits.distance.real);
-#if HAS_PARALLEL_LIGHTS
+#if HAS_AIMED_LIGHTS
   const REAL light_pdf = sample->pdf, drawn_there = chance_of_light(launch, job, e->position, sample->source.index),
-             other = SELECT(e->parallel, drawn_there, light_pdf + bsdf_density(model, variant, n, wi, wo));
+             other = SELECT(e->aimed, drawn_there, light_pdf + bsdf_density(model, variant, n, wi, wo));
 #else
   const REAL light_pdf = sample->pdf, other = light_pdf + bsdf_density(model, variant, n, wi, wo);
 #endif
@@ -195,24 +210,28 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
   LightSample light;
   const MASK sampled = valid & sample_light(launch, job, x.position, u, &light);
   MASK straight = sampled;
-#if ROUGH_LIGHT_SAMPLING
+#if ROUGH_LIGHT_SAMPLING || HAS_INNER_LIGHTS
   const INT connection = GATHER_INT(((__global const int*)launch->media + FIELD_OF(MediumRecord, connection)),
                                     x.medium * (int)(sizeof(MediumRecord) / sizeof(float)));
   straight = sampled & (connection == CONNECTION_STRAIGHT);
+#if HAS_INNER_LIGHTS
+  straight = straight | (sampled & is_reached(launch, light.source.index, LIGHT_INSIDE));
+#endif
 #if REFRACTED_CONNECTIONS
   MASK reached = REFRACTED_AROUND ? sampled & (light.source.index < 0) : (MASK)(0);
-#if HAS_PARALLEL_LIGHTS
-  const MASK parallel = take_parallel(launch, job, &x, valid, u, &light);
-  reached = reached | parallel;
+#if HAS_AIMED_LIGHTS
+  const MASK aimed = take_aimed(launch, job, &x, valid & (connection == CONNECTION_REFRACTED), u, &light);
+  reached = reached | aimed;
 #endif
   /* the boundary is one more scattering */
   const MASK refracted =
       reached & (connection == CONNECTION_REFRACTED) & (plain_depth(LOAD_INT(pool, DEPTH, slots)) + 1 < job->max_depth);
   if (ANY(refracted)) {
-    Exit exit = find_exit(launch, job, &x, light.source.direction, u, refracted);
-#if HAS_PARALLEL_LIGHTS
-    light_exit(launch, parallel & refracted, &exit, &light);
+    Exit exit = find_exit(launch, job, &x, &light, u, refracted);
+#if HAS_AIMED_LIGHTS
+    light_exit(launch, aimed & refracted, &exit, &light);
 #endif
+    leave_towards(&exit, light.source.direction);
 #define CONNECT_THROUGH(surface, name, variant) \
   connect_through(surface, MODEL_##name, variant, launch, job, pool, slots, &random, &x, &exit, &light, &scores);
     SURFACE_LIST(CONNECT_THROUGH)

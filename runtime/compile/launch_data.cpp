@@ -22,6 +22,7 @@
 #include "runtime/compile/environment.h"
 #include "runtime/compile/field.h"
 #include "runtime/compile/light.h"
+#include "runtime/compile/light_reach.h"
 #include "runtime/compile/surfaces.h"
 #include "runtime/scene/mixture.h"
 
@@ -338,14 +339,20 @@ void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
     for (std::size_t c = 0; c < (light.model->traits & LIGHT_TINTED ? 6U : 3U); c += 3)
       data.coloured_light |= !grey({n[c], n[c + 1], n[c + 2]});
   }
+  job.first_light = static_cast<int>(data.lights.size());
+  if (scene.lights.empty()) return;
   const GeometryRecord& geometry = data.geometry.records[static_cast<std::size_t>(job.geometry)];
   const auto vector = [](const float v[3]) { return Vec3{v[0], v[1], v[2]}; };
-  const std::size_t first = data.lights.size();
   std::vector<SampledLight> sampled;
-  const auto append = [&](int index, std::optional<LightSurfaces> surfaces) {
+  const RefractingBodies bodies(scene);
+  data.inner_lights |= bodies.has_panes();
+  // shape: of a light that is one
+  const auto append = [&](int index, const Shape* shape, std::optional<LightSurfaces> surfaces) {
     const auto i = static_cast<std::size_t>(index);
     const Light& light = scene.lights[i];
     LightRecord r{};
+    r.reach = bodies.reach(light, shape);
+    data.inner_lights |= r.reach == LIGHT_INSIDE;
     r.model = light.model->id;
     r.first_number = numbers[i];
     if (surfaces) {
@@ -359,16 +366,15 @@ void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
     sampled.push_back({&like, std::move(surfaces)});
   };
   for (std::size_t i = 0; i < scene.lights.size(); ++i)
-    if (!(scene.lights[i].model->traits & LIGHT_ON_SHAPE)) append(static_cast<int>(i), std::nullopt);
+    if (!(scene.lights[i].model->traits & LIGHT_ON_SHAPE)) append(static_cast<int>(i), nullptr, std::nullopt);
   for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
     if (scene.shapes[i].light < 0) continue;
     data.shapes[static_cast<std::size_t>(job.first_shape) + i].light = static_cast<int>(data.lights.size());
-    append(scene.shapes[i].light, light_surfaces(scene.shapes[i], distance_in_front(data.geometry, geometry),
-                                                 first_primitive(data.geometry, geometry, static_cast<int>(i))));
+    append(scene.shapes[i].light, &scene.shapes[i],
+           light_surfaces(scene.shapes[i], distance_in_front(data.geometry, geometry),
+                          first_primitive(data.geometry, geometry, static_cast<int>(i))));
   }
-  job.first_light = static_cast<int>(first);
   job.lights = static_cast<int>(sampled.size());
-  if (sampled.empty()) return;
   const Vec3 low = vector(geometry.low), high = vector(geometry.high);
   lay_light_grid(low, high, sampled.size(), job);
   append_light_chances(sampled, job, data);
@@ -515,14 +521,16 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   const bool lights = !data.lights.empty();
   const bool rough_light = ((sun || peaks || lights) && rough) || (uneven_light && has(BSDF_BROAD, BSDF_BROAD));
   const auto lights_of_launch = models_of(data).lights;
-  const bool parallel = rough && refracted &&
-                        std::any_of(lights_of_launch.begin(), lights_of_launch.end(),
-                                    [](const Model* m) { return (m->traits & LIGHT_PARALLEL) != 0; });
-  const bool medium_light = ((uneven_light || lights) && matched) || ((sun || peaks || parallel) && refracted);
+  const bool aimed = rough && refracted &&
+                     std::any_of(data.lights.begin(), data.lights.end(),
+                                 [](const LightRecord& light) { return light.reach == LIGHT_AIMED_AT; });
+  const bool medium_light = ((uneven_light || lights) && matched) || ((sun || peaks || aimed) && refracted) ||
+                            (data.inner_lights && !data.media.empty());
   set("HAS_LIGHTS", lights);
   set("HAS_AREA_LIGHTS",
       std::any_of(data.shapes.begin(), data.shapes.end(), [](const ShapeRecord& s) { return s.light >= 0; }));
-  set("HAS_PARALLEL_LIGHTS", parallel);
+  set("HAS_AIMED_LIGHTS", aimed);
+  set("HAS_INNER_LIGHTS", data.inner_lights);
   set("HAS_PEAKS", peaks);
   set("HAS_SCREENS", std::any_of(lights_of_launch.begin(), lights_of_launch.end(), [](const Model* m) {
         return (m->traits & LIGHT_ON_SHAPE) != 0 && (m->traits & LIGHT_TINTED) != 0;

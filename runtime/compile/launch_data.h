@@ -44,6 +44,7 @@ struct LaunchData {
   std::vector<EnvironmentRecord> environments;
   std::vector<LightRecord> lights;
   std::vector<float> light_tables;  // of both, and of surfaces on which sensors lie
+  bool inner_lights = false;        // some may stand inside of a body that refracts, or behind a pane
   bool round_zone = false;          // some such surface is round
   // Pictures are large, and scenes may share them: records by bitmap, values and to_world.
   std::map<std::tuple<const Bitmap*, std::vector<double>, std::array<double, 16>>, int> environment_of;
