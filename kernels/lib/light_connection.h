@@ -138,6 +138,28 @@ inline REAL refracted_pdf(const AssumedBoundary* b, REAL3 guess, REAL3 light, RE
   const REAL density = assumed_normals(b, in_frame) * b->eta * b->eta * ABS(inside_h) / MAX(d * d, (REAL)(1e-12f));
   return SELECT((light_h > 0.0f) & (inside_h < 0.0f) & (in_frame.z > 0.0f), density, 0.0f);
 }
+
+#if HAS_AIMED_SHAPES
+/* Density of the connection through an exit (stage/connect.h) to a point that shines, over that of sampling light at the exit,
+ * where the path has gone that way. */
+inline REAL aimed_rival(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
+                        REAL3 place, const LightSource* source) {
+  const MASK from_exit = mask & (LOAD(pool, RIVAL, slots) < 0.0f) &
+                         is_reached(launch, source->index, LIGHT_AIMED_AT);
+  if (!ANY(from_exit)) return (REAL)(0.0f);
+  const REAL3 vertex = load3(pool, EXIT_VERTEX, slots), exit = load3(pool, ORIGIN, slots);
+  const REAL3 way = sub3(exit, vertex), inward = scale3(way, 1.0f / SQRT(MAX(dot3(way, way), (REAL)(1e-20f))));
+  const INT medium = SELECT_INT(from_exit, LOAD_INT(pool, EXIT_MEDIUM, slots), 0);
+  const AssumedBoundary boundary = assumed_boundary(launch, medium * (int)(sizeof(MediumRecord) / sizeof(float)));
+  const FlightCell cell =
+      flight_cell(launch->grid, launch->geometries + job->geometry, select3(from_exit, vertex, place));
+  const REAL3 aim = aim_at_light(launch, job, &cell, vertex, source, place, (REAL)(0.0f));
+  const REAL density = refracted_pdf(&boundary, surface_normal_guess(&cell), aim, inward) *
+                       chance_of_light(launch, job, vertex, source->index) /
+                       MAX(chance_of_light(launch, job, exit, source->index), (REAL)(1e-9f));
+  return SELECT(from_exit, density / MAX(LOAD(pool, EXIT_DENSITY, slots), (REAL)(1e-30f)), 0.0f);
+}
+#endif
 #endif
 
 #endif

@@ -31,7 +31,9 @@
  *   ARRIVAL           waiting in QUEUE_CONNECT: direction of travel before the scattering; on arrival at a boundary:
  *                     where the last flight began
  *   ORIGIN            where the path last changed its direction
- *   RIVAL             what LAST_PDF was divided by for the sun's sake (stage/boundary.h)
+ *   RIVAL             what LAST_PDF was divided by for the sun's sake (stage/boundary.h); negative: ORIGIN is an exit
+ *   EXIT_*            of the flight that ended at that exit: where it began, its density there times that of its direction,
+ *                     over the chance of a connection, and its medium
  *   CHANCE            waiting in QUEUE_CONNECT: the probability with which it got there */
 #define PATH_STATE(FIELD)                                             \
   FIELD(POSITION, 3)                                                  \
@@ -66,7 +68,10 @@
   FIELD(ARRIVAL, 3 * MEDIUM_LIGHT_SAMPLING)                           \
   FIELD(CHANCE, MEDIUM_LIGHT_SAMPLING)                                \
   FIELD(ORIGIN, 3 * HAS_AREA_LIGHTS * LIGHT_SAMPLING)                 \
-  FIELD(RIVAL, HAS_AREA_LIGHTS* ROUGH_LIGHT_SAMPLING)
+  FIELD(RIVAL, HAS_AREA_LIGHTS* ROUGH_LIGHT_SAMPLING)                 \
+  FIELD(EXIT_VERTEX, 3 * HAS_AIMED_SHAPES)                            \
+  FIELD(EXIT_DENSITY, HAS_AIMED_SHAPES)                               \
+  FIELD(EXIT_MEDIUM, HAS_AIMED_SHAPES)
 
 #ifdef __OPENCL_VERSION__
 #define NUMBER_FIELD(name, size) name, LAST_OF_##name = name + (size)-1,

@@ -42,9 +42,10 @@ inline REAL rival_density(REAL connection, REAL by_phase, MASK mask) {
 }
 
 /* Densities of the connections through the boundary (connect.h) over those of phase function and flight: of the sampled
- * direction to the sun or a light that is aimed at, and of the path's own. 0 where the segment did not begin at a scattering
- * vertex, or light is inside. */
-inline void rival_densities(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+ * direction to the sun or a light that is aimed at, and of the path's own to the light around. 0 where the segment did not begin
+ * at a scattering vertex, or light is inside. Returns where it did; then the path knows what its own direction to a shape that
+ * shines needs for the same (`aimed_rival`). */
+inline MASK rival_densities(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
                             MASK at_boundary, const Surface* s, const LightSample* light, REAL3 direction, REAL* rival,
                             REAL* own_rival) {
   *rival = *own_rival = (REAL)(0.0f);
@@ -56,7 +57,7 @@ inline void rival_densities(const Launch* launch, __global const JobRecord* job,
   /* SKIP -1: the flight did not begin at a boundary, from where nothing was connected */
   const MASK from_medium = !s->front & (last_pdf > 0.0f) & (medium >= 0) & (LOAD_INT(pool, SKIP, slots) == -1) &
                            (GATHER_INT((media + FIELD_OF(MediumRecord, connection)), at) == CONNECTION_REFRACTED);
-  if (!ANY(from_medium)) return;
+  if (!ANY(from_medium)) return from_medium;
   const AssumedBoundary boundary = assumed_boundary(launch, at);
   const Medium inside = load_medium(launch, max(medium, 0));
   const REAL3 vertex = load3(pool, ARRIVAL, slots), segment = sub3(s->position, vertex);
@@ -73,7 +74,13 @@ inline void rival_densities(const Launch* launch, __global const JobRecord* job,
   *rival = rival_density(refracted_pdf(&boundary, guess, aim, s->direction), by_phase, drawn);
 #if HAS_AIMED_LIGHTS
   const REAL at_vertex = chance_of_light(launch, job, vertex, light->source.index);
-  *rival *= SELECT(aimed, at_vertex / light->pdf, 1.0f);
+  const REAL here = chance_of_light(launch, job, s->position, light->source.index);
+  *rival *= SELECT(aimed, at_vertex / MAX(here, (REAL)(1e-9f)), 1.0f);
+#endif
+#if HAS_AIMED_SHAPES
+  store3(pool, EXIT_VERTEX, slots, vertex);
+  STORE(pool, EXIT_DENSITY, slots, by_phase);
+  STORE_INT(pool, EXIT_MEDIUM, slots, max(medium, 0));
 #endif
 #if REFRACTED_AROUND
   MASK finds_light = from_medium & (dot3(direction, s->normal) > 0.0f);
@@ -83,6 +90,9 @@ inline void rival_densities(const Launch* launch, __global const JobRecord* job,
   if (ANY(finds_light))
     *own_rival = rival_density(refracted_pdf(&boundary, guess, direction, s->direction), by_phase, finds_light);
 #endif
+  return from_medium;
+#else
+  return (MASK)(0);
 #endif
 }
 
@@ -97,9 +107,9 @@ inline void path_weight(const Pool* pool, INT slots, REAL factor[RADIANCE_CHANNE
 /* The one direction to the light around the scene that is sampled where media lie behind. Returns which lanes get light
  * from it by `weight`. */
 inline MASK sample_around_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job,
-                                      const Pool* pool, INT slots, MASK at_boundary, const Surface* s, Reflector* r,
+                                      Pool* pool, INT slots, MASK at_boundary, const Surface* s, Reflector* r,
                                       const Random* random, REAL3 direction, LightSample* sample,
-                                      REAL weight[RADIANCE_CHANNELS], REAL* own_rival) {
+                                      REAL weight[RADIANCE_CHANNELS], REAL* own_rival, MASK* is_exit) {
   REAL u[4];
   draw(random, 1, u);
   const MASK sampled = sample_light(launch, job, s->position, u, sample);
@@ -111,7 +121,8 @@ inline MASK sample_around_at_boundary(int model, int variant, const Launch* laun
   MASK lit = (MASK)(0);
   UNROLL_FOR(int c = 0; c < CHANNELS; ++c) lit = lit | (f[c] > 0.0f);
   REAL rival;
-  rival_densities(launch, job, pool, slots, at_boundary, s, sample, direction, &rival, own_rival);
+  *is_exit = rival_densities(launch, job, pool, slots, at_boundary, s, sample, direction, &rival, own_rival) &
+             (dot3(direction, s->normal) > 0.0f);
   const REAL mis = sample->pdf / (sample->pdf * (1.0f + rival) + sample->by_chance * bsdf_pdf);
   REAL of_channel[3];
   channel_weights(pool, slots, (REAL)(1.0f), of_channel);
@@ -140,14 +151,14 @@ inline REAL sample_light_at_boundary(int model, int variant, const Launch* launc
   const INT depth = LOAD_INT(pool, DEPTH, slots) + 1;
   LightSample sample;
   REAL connection_weight[RADIANCE_CHANNELS], own_rival = (REAL)(0.0f);
-  MASK lit;
+  MASK lit, is_exit = (MASK)(0);
   if (broad) {
     REAL factor[RADIANCE_CHANNELS];
     path_weight(pool, slots, factor);
     lit = choose_light(model, variant, launch, job, s, r, random, factor, &sample, connection_weight);
   } else
     lit = sample_around_at_boundary(model, variant, launch, job, pool, slots, at_boundary, s, r, random, direction,
-                                    &sample, connection_weight, &own_rival);
+                                    &sample, connection_weight, &own_rival, &is_exit);
   const REAL3 light = sample.source.direction, wo = frame_to_local(&r->frame, light);
   bsdf_measure(model, launch, r->n, r->wi, wo);
   const MASK above = dot3(light, s->normal) > 0.0f;
@@ -166,7 +177,7 @@ inline REAL sample_light_at_boundary(int model, int variant, const Launch* launc
   add_connection(launch, job, pool, slots, random, mask,
                  beside_surface(launch->primitives, s->primitive, s->position, s->normal, light), &sample, s->primitive,
                  medium_behind(pool, slots, s, both_sides ? above : (MASK)(-1)), connection_weight, &scores, &start);
-  begin_segment(pool, slots, s->position, 1.0f + own_rival, at_boundary & !passes);
+  begin_segment(pool, slots, s->position, SELECT(is_exit, -1.0f, 1.0f) * (1.0f + own_rival), at_boundary & !passes);
   if (!both_sides) pdf = SELECT(dot3(direction, s->normal) > 0.0f, pdf, 0.0f);
   const REAL last_pdf = MAX(pdf / (1.0f + own_rival), (REAL)(1e-30f)); /* 0 would say that light was not sampled */
   return SELECT(pdf > 0.0f, broad ? -last_pdf : last_pdf, 0.0f);

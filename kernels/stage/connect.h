@@ -41,9 +41,12 @@ typedef struct {
   REAL3 wi, wo;
   REAL texture[TEXTURE_PLACE];
   REAL density; /* with which `inward` was drawn */
+  REAL drawn;   /* density with which the exit draws the light's direction, as LightSample.pdf */
   MASK found;
-  MASK aimed; /* the light is one of the scene */
 } Exit;
+
+/* Random numbers for directions inside, where the point of a light that is a shape takes those of the light. */
+enum { STREAM_INWARD = 0x83 };
 
 /* light: drawn for the vertex */
 inline Exit find_exit(const Launch* launch, __global const JobRecord* job, const LitVertex* x, const LightSample* light,
@@ -60,6 +63,7 @@ inline Exit find_exit(const Launch* launch, __global const JobRecord* job, const
   e.hits = trace_lanes(job_surfaces(launch, job), x->position, e.inward, (REAL)(INFINITY), (INT)(-1), refracted,
                        (MASK)(0), refracted & (e.density > 0.0f));
   e.found = refracted & (e.hits.primitive.integer >= 0);
+  e.drawn = light->pdf;
   e.primitive = SELECT_INT(e.found, e.hits.primitive.integer, 0);
   e.position = make3(e.hits.x.real, e.hits.y.real, e.hits.z.real);
   surface_frame(launch->primitives, e.primitive, e.hits.u.real, e.hits.v.real, e.position, &e.normal, &e.shading,
@@ -102,17 +106,30 @@ inline MASK take_aimed(const Launch* launch, __global const JobRecord* job, cons
   return aimed;
 }
 
-/* What the light that was aimed at brings to the exit. */
-inline void light_exit(const Launch* launch, MASK aimed, Exit* e, LightSample* light) {
-  const REAL nowhere[2] = {(REAL)(0.0f), (REAL)(0.0f)};
+/* What the light that was aimed at brings to the exit. u: with which it was drawn */
+inline void light_exit(const Launch* launch, __global const JobRecord* job, MASK aimed, const REAL u[], Exit* e,
+                       LightSample* light) {
   LightSample there = *light;
   MASK on_shape;
-  const INT index = max(light->source.index, 0);
-  light_arrives(launch, index, e->position, e->position, e->normal, nowhere, &there.source, &there.distance, &on_shape);
+  const INT index = SELECT_INT(aimed, light->source.index, job->first_light);
+  REAL3 on = e->position, normal = e->normal;
+  REAL uv[2] = {(REAL)(0.0f), (REAL)(0.0f)};
+#if HAS_AIMED_SHAPES
+  sample_light_surface(launch, index, u[0], u[1], u[3], &on, &normal, uv);
+#endif
+  light_arrives(launch, index, e->position, on, normal, uv, &there.source, &there.distance, &on_shape);
   light_colour(launch, index, there.rgb);
   UNROLL_FOR(int c = 0; c < 3; ++c) there.rgb[c] *= there.source.share[c];
+  REAL drawn = chance_of_light(launch, job, e->position, index);
+#if HAS_AIMED_SHAPES
+  const REAL cosine = -dot3(there.source.direction, normal);
+  there.pdf = SELECT(on_shape, light_surface_pdf(launch, index, there.pdf, there.distance, cosine), there.pdf);
+  drawn = SELECT(on_shape, light_surface_pdf(launch, index, drawn, there.distance, cosine), drawn);
+  e->found = e->found & (!aimed | ((there.pdf > 0.0f) & (there.pdf < 1e30f)));
+#endif
+  there.by_chance = SELECT(on_shape, 1.0f, 0.0f);
+  e->drawn = SELECT(aimed, drawn, e->drawn);
   take_light(aimed, &there, light);
-  e->aimed = aimed;
 #if LIGHT_TEXELS
   const REAL brings = there.source.plain; /* a black texel has a derivative, too */
 #else
@@ -146,12 +163,7 @@ inline void connect_through(int surface, int model, int variant, const Launch* l
   const REAL cosine = dot3(x->arrival, e->inward);
   const REAL phase = phase_value(&x->phase, cosine);
   const REAL by_phase = phase * medium_transmittance(sigma, e->hits.distance.real);
-#if HAS_AIMED_LIGHTS
-  const REAL light_pdf = sample->pdf, drawn_there = chance_of_light(launch, job, e->position, sample->source.index),
-             other = SELECT(e->aimed, drawn_there, light_pdf + bsdf_density(model, variant, n, wi, wo));
-#else
-  const REAL light_pdf = sample->pdf, other = light_pdf + bsdf_density(model, variant, n, wi, wo);
-#endif
+  const REAL light_pdf = sample->pdf, other = e->drawn + sample->by_chance * bsdf_density(model, variant, n, wi, wo);
   const REAL mis = x->chance * e->density * light_pdf / (x->chance * e->density * light_pdf + by_phase * other);
   REAL connection_weight[RADIANCE_CHANNELS], passed[THROUGHPUT_CHANNELS];
   medium_dimming(launch, &x->inside, random, 0, x->position, e->inward, e->hits.distance.real, here, passed);
@@ -227,9 +239,13 @@ inline void connect_stage(const Launch* launch, __global const JobRecord* job, P
   const MASK refracted =
       reached & (connection == CONNECTION_REFRACTED) & (plain_depth(LOAD_INT(pool, DEPTH, slots)) + 1 < job->max_depth);
   if (ANY(refracted)) {
-    Exit exit = find_exit(launch, job, &x, &light, u, refracted);
+    REAL inward[4] = {u[0], u[1], u[2], u[3]};
+#if HAS_AIMED_SHAPES
+    draw(&random, STREAM_INWARD, inward);
+#endif
+    Exit exit = find_exit(launch, job, &x, &light, inward, refracted);
 #if HAS_AIMED_LIGHTS
-    light_exit(launch, aimed & refracted, &exit, &light);
+    light_exit(launch, job, aimed & refracted, u, &exit, &light);
 #endif
     leave_towards(&exit, light.source.direction);
 #define CONNECT_THROUGH(surface, name, variant) \

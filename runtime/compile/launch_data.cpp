@@ -351,7 +351,7 @@ void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
     const auto i = static_cast<std::size_t>(index);
     const Light& light = scene.lights[i];
     LightRecord r{};
-    r.reach = bodies.reach(light, shape);
+    r.reach = bodies.reach(light, shape, surfaces ? &*surfaces : nullptr);
     data.inner_lights |= r.reach == LIGHT_INSIDE;
     r.model = light.model->id;
     r.first_number = numbers[i];
@@ -521,15 +521,19 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   const bool lights = !data.lights.empty();
   const bool rough_light = ((sun || peaks || lights) && rough) || (uneven_light && has(BSDF_BROAD, BSDF_BROAD));
   const auto lights_of_launch = models_of(data).lights;
-  const bool aimed = rough && refracted &&
-                     std::any_of(data.lights.begin(), data.lights.end(),
-                                 [](const LightRecord& light) { return light.reach == LIGHT_AIMED_AT; });
+  const auto aimed_at = [&](bool shapes) {
+    return rough && refracted && std::any_of(data.lights.begin(), data.lights.end(), [&](const LightRecord& light) {
+             return light.reach == LIGHT_AIMED_AT && (!shapes || light.surfaces > 0);
+           });
+  };
+  const bool aimed = aimed_at(false);
   const bool medium_light = ((uneven_light || lights) && matched) || ((sun || peaks || aimed) && refracted) ||
                             (data.inner_lights && !data.media.empty());
   set("HAS_LIGHTS", lights);
   set("HAS_AREA_LIGHTS",
       std::any_of(data.shapes.begin(), data.shapes.end(), [](const ShapeRecord& s) { return s.light >= 0; }));
   set("HAS_AIMED_LIGHTS", aimed);
+  set("HAS_AIMED_SHAPES", aimed_at(true));
   set("HAS_INNER_LIGHTS", data.inner_lights);
   set("HAS_PEAKS", peaks);
   set("HAS_SCREENS", std::any_of(lights_of_launch.begin(), lights_of_launch.end(), [](const Model* m) {

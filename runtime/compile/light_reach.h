@@ -2,6 +2,7 @@
 #pragma once
 #include <vector>
 
+#include "runtime/compile/light.h"
 #include "runtime/scene/box.h"
 #include "runtime/scene/scene.h"
 
@@ -9,17 +10,23 @@ namespace itn {
 
 class RefractingBodies {
  public:
+  // The scene must outlive it.
   explicit RefractingBodies(const Scene& scene);
 
-  // LIGHT_INSIDE where the light's box meets that of a body, which is not more than a guess: a light that is called
-  // inside is found from everywhere, one that is not must stand outside. shape: of a light that is one, else null.
-  int reach(const Light& light, const Shape* shape) const;
+  // LIGHT_AT_BOUNDARIES ...; shape and surfaces: of a light that is a shape, else null
+  int reach(const Light& light, const Shape* shape, const LightSurfaces* surfaces) const;
 
   // Is there a rough surface with two sides but no inside, a pane: then any light may stand behind it.
   bool has_panes() const { return has_panes_; }
 
  private:
-  std::vector<Box> boxes_;
+  struct Body {
+    const Shape* shape;
+    Box box;
+  };
+  bool hold(const std::vector<Vec3>& points) const;
+
+  std::vector<Body> bodies_;
   bool has_panes_ = false;
 };
 

@@ -11,7 +11,8 @@ PathFields path_fields(const std::map<std::string, std::string>& definitions) {
                     SCORES = number("SCORES"), BASELINES = number("BASELINES"), ADJOINT = number("ADJOINT"),
                     VOXEL_SUMS = number("VOXEL_SUMS"), SPECTRAL = number("SPECTRAL"),
                     LIGHT_SAMPLING = number("LIGHT_SAMPLING"), MEDIUM_LIGHT_SAMPLING = number("MEDIUM_LIGHT_SAMPLING"),
-                    ROUGH_LIGHT_SAMPLING = number("ROUGH_LIGHT_SAMPLING"), HAS_AREA_LIGHTS = number("HAS_AREA_LIGHTS");
+                    ROUGH_LIGHT_SAMPLING = number("ROUGH_LIGHT_SAMPLING"), HAS_AREA_LIGHTS = number("HAS_AREA_LIGHTS"),
+                    HAS_AIMED_SHAPES = number("HAS_AIMED_SHAPES");
   PathFields fields;
 #define ITN_FIELD(name, count)       \
   fields.first[#name] = fields.size; \

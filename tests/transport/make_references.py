@@ -25,7 +25,7 @@ PASSES = 64
 SPP = 1024  # a pass
 SPP_OF = {'rgb_sigma_t': 2048, 'null_constant': 512, 'dielectric_constant': 512,
           'max_depth': 512, 'rough_shading_normals': 512, 'cylinder_instances': 96, 'checkerboard': 256,
-          'lights_surfaces': 512, 'lights_medium': 256, 'lights_rough': 1024, 'lights_textured': 256,
+          'lights_surfaces': 512, 'lights_medium': 256, 'lights_rough': 1024, 'lights_textured': 256, 'lights_inside': 512,
           'rayleigh': 512, 'tabulated': 512, 'mixtures': 512, 'thinlens': 256, 'irradiancemeter': 65536, 'distant': 65536,
           'grid_null': 256, 'grid_rgb': 512, 'grid_rough': 512, 'grid_inside': 256, 'grid_phase': 512, 'beams': 2048,
           'blends': 128, 'masks': 128, 'bent_normals': 128}

@@ -39,6 +39,7 @@ const std::vector<MitsubaScene> scenes = {
     {"grid_rgb", 2048},
     {"grid_rough", 2048},
     {"irradiancemeter", 65536},
+    {"lights_inside", 4096},
     {"lights_medium", 4096},
     {"lights_rough", 2048},
     {"lights_textured", 1024},

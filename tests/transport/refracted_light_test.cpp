@@ -1,5 +1,5 @@
-// Parallel lights and bright regions of pictures through rough boundaries (kernels/stage/connect.h): connections from
-// scattering vertices change no mean, nor that of a derivative.
+// Lights of little extent and bright regions of pictures through rough boundaries (kernels/stage/connect.h): connections
+// from scattering vertices change no mean, nor that of a derivative.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -13,7 +13,7 @@ using namespace itn::test;
 
 namespace {
 
-// Light from two directions, in a narrow beam and beside a point, whose light is not connected so.
+// Light from two directions, in a narrow beam and from a point.
 constexpr const char* parallel_lights = R"(
   <emitter type="directional" id="window"><vector name="direction" x="-0.3" y="0.6" z="-0.75"/>
     <float name="irradiance" value="2"/></emitter>
@@ -25,6 +25,21 @@ constexpr const char* parallel_lights = R"(
       <lookat origin="2, -0.8, 0.5" target="0, -0.2, 0.1" up="0, 0, 1"/></transform>
     <emitter type="directionalarea" id="beam"><float name="radiance" value="8"/></emitter>
   </shape>)";
+
+// Shapes that shine, one of them with a picture, a spot and a projector.
+constexpr const char* lamps = R"(
+  <shape type="sphere" id="bulb"><point name="center" x="1" y="-1.8" z="1.6"/><float name="radius" value="0.25"/>
+    <emitter type="area" id="warm"><float name="radiance" value="40"/></emitter></shape>
+  <shape type="rectangle">
+    <transform name="to_world"><scale value="0.3"/>
+      <lookat origin="-1.5, -1, 0.8" target="0, 0, 0" up="0, 0, 1"/></transform>
+    <emitter type="area"><texture type="checkerboard" name="radiance">
+      <float name="color0" value="5"/><float name="color1" value="30"/></texture></emitter></shape>
+  <emitter type="spot"><transform name="to_world"><lookat origin="0.5, -2.5, 1.5" target="0, 0, 0.2" up="0, 0, 1"/></transform>
+    <float name="intensity" value="12"/><float name="cutoff_angle" value="25"/></emitter>
+  <emitter type="projector" id="slide"><transform name="to_world"><lookat origin="-2, -2, 1" target="0, 0, 0" up="0, 0, 1"/></transform>
+    <float name="fov" value="40"/><texture type="checkerboard" name="irradiance">
+      <float name="color0" value="1"/><float name="color1" value="8"/></texture></emitter>)";
 
 // A dim room with a window of 11 by 13 degrees.
 constexpr const char* room = R"(
@@ -111,6 +126,12 @@ TEST_CASE("parallel light through a rough boundary has the mean of paths that fi
   const TemporaryFolder folder;
   check_same(folder, parallel_lights,
              {"wax.sigma_t", "wax.albedo", "glass.alpha", "window.irradiance", "beam.radiance"});
+}
+
+TEST_CASE("lamps, spots and projectors shine through a rough boundary as they do on paths that find them at the boundary",
+          "[transport][stat]") {
+  const TemporaryFolder folder;
+  CHECK(check_same(folder, lamps, {"wax.sigma_t", "wax.albedo", "glass.alpha", "warm.radiance"}) < 0.7);
 }
 
 TEST_CASE("a picture's bright window shines through a rough boundary as it does to paths that find it at the boundary",
