@@ -189,7 +189,7 @@ void cost_of_texture_gradients(const Device& device, MitsubaPeer* peer, const st
         "\ngradient of the mean by 512 x 512 texels or 256 x 256 x 256 voxels, image included: time over that of the "
         "image alone{}\n",
         peer ? "; speed beside prb's or prbvolpath's, z of the derivative by a factor on them all, efficiency by the "
-               "variance of them all"
+               "variance of those that are not 0"
              : "");
     fmt::print("{:<26} {:>6}", "scene", "cost");
     if (peer) fmt::print(" {:>9} {:>9} {:>11}", "speed", "z sum", "efficiency");

@@ -19,6 +19,7 @@ class Gradients {
     square_.resize(texels.size());
     double sum = 0;
     for (std::size_t i = 0; i < texels.size(); ++i) {
+      if (values[i] == 0) continue;
       const double x = static_cast<double>(texels[i]);
       sum += x * static_cast<double>(values[i]);
       mean_[i] += x;

@@ -11,9 +11,11 @@ namespace itn {
 struct TexelGradient {
   double seconds = 0;  // with the image itself
   // Value times gradient, summed over the texels, which is the derivative by a factor on them all: the mean of the runs
-  // and its standard error. Texels of 0, for which Mitsuba has another derivative, are not in it.
+  // and its standard error.
   double sum = 0, stderr_ = 0;
-  double variance = 0;  // of one run, summed over the texels
+  // Of one run, summed over the texels but those of 0: where a grid is empty, Mitsuba's derivative lacks the light that
+  // a little of the medium would scatter, so that the noise of the two is not that of the same number.
+  double variance = 0;
 };
 
 struct TextureGradientCost {
