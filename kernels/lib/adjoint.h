@@ -237,14 +237,15 @@ inline void pull_light(const Launch* launch, __global const JobRecord* job, cons
 #endif
 
 #if VOXEL_SUMS
-/* A path that may become a probe (lib/probe.h): which of its flights will. sum: over all of them */
+/* A path that may become a probe (lib/probe.h): which of its flights will, each of its probes from a part of its own. sum: over all
+ * of them */
 inline void begin_probe(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, REAL sum) {
   const Random random = load_random(job, pool, slots);
   REAL u[4];
   draw(&random, STREAM_CHOICE, u);
-  STORE(pool, PROBE_TARGET, slots, SELECT(sum > 0.0f, u[0] * sum, INFINITY));
+  STORE(pool, PROBE_TARGET, slots, SELECT(sum > 0.0f, (u[0] + job->probe) * (sum / PROBES), INFINITY));
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
-    STORE(pool, PROBE_WEIGHT + c, slots, LOAD(pool, PULL + c, slots) * sum);
+    STORE(pool, PROBE_WEIGHT + c, slots, LOAD(pool, PULL + c, slots) * (sum / PROBES));
   STORE_INT(pool, PROBE_FIELD, slots, -1);
 }
 #endif

@@ -1,7 +1,7 @@
 /* Probes: the part of gradients by voxels (lib/voxel_gradient.h) that scatterings of paths cannot tell, since paths
- * scatter seldom or never where a field is small or 0. Paths are traced a third time. Each has, from the first time, the
+ * scatter seldom or never where a field is small or 0. Paths are traced PROBES more times. Each has, from the first time, the
  * sum over its flights of throughput times "room", the length of what lies ahead of a flight and may need a probe,
- * weighed by a guess of the transmittance up to there. In proportion to it one flight is chosen, and ends at a place that
+ * weighed by a guess of the transmittance up to there. In proportion to it one flight is chosen each time, and ends at a place that
  * is chosen in proportion to the room: there the path scatters, whatever the field is, and goes on by other random
  * numbers. What it then gathers, times
  *   transmittance up to the place * (1 - value / knee) * sum / (throughput * guess of the transmittance)
@@ -89,7 +89,7 @@ inline Probe choose_probe(const Launch* launch, __global const JobRecord* job, c
     if (job->replay != REPLAY_PROBES) continue;
     const MASK chosen = here & (room > 0.0f) & (s->passed >= s->target);
     if (!ANY(chosen)) continue;
-    random->event += SELECT_INT(chosen, PROBED_EVENTS, 0);
+    random->event += SELECT_INT(chosen, PROBED_EVENTS * (1 + job->probe), 0);
     REAL u[4];
     draw(random, STREAM_PROBE, u);
     room_ahead(launch, field, sigma_t, from, direction, chosen, u[0] * room, &at, &guess);
@@ -154,7 +154,7 @@ inline void choose_albedo_probe(const Launch* launch, __global const JobRecord* 
     if (job->replay != REPLAY_PROBES) continue;
     const MASK chosen = here & (s->passed >= s->target);
     if (!ANY(chosen)) continue;
-    random->event += SELECT_INT(chosen, PROBED_EVENTS, 0);
+    random->event += SELECT_INT(chosen, PROBED_EVENTS * (1 + job->probe), 0);
     s->target = SELECT(chosen, (REAL)(INFINITY), s->target);
     UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) albedo[c] = SELECT(chosen, lack[c], albedo[c]);
     UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {

@@ -132,6 +132,7 @@ typedef struct {
 /* Paths are traced again, whose samples are there already: for the sums of the gradient (lib/adjoint.h), or for what
  * probes add to it (lib/probe.h). */
 enum { REPLAY_SUMS = 1, REPLAY_PROBES = 2 };
+#define PROBES 4 /* of a path */
 
 /* One image with one set of parameters. */
 typedef struct {
@@ -160,6 +161,7 @@ typedef struct {
   int replay;           /* REPLAY_*; else samples are traced for the first time */
   /* Replay: pixel p's weights of derivatives are at first_pull + (p - first_pixel) / pixel_step, one a channel. */
   int first_pull;
+  int probe; /* of REPLAY_PROBES: which of the path's, from 0 */
 } JobRecord;
 
 /* Gradients (lib/adjoint.h) are summed in sets of pixels of their own, whose spread tells their noise, as

@@ -98,9 +98,10 @@ inline Walk load_walk(const Launch* launch, __global const JobRecord* job, const
   w.cell = flight_cell(launch->grid, launch->geometries + job->geometry, w.position);
   w.below = depth_of(&w.cell, typical_sigma_t(&w.medium));
 #if MEDIUM_LIGHT_SAMPLING
-  w.connectable = HAS_INNER_LIGHTS ? (MASK)(-1)
-                                   : GATHER_INT(((__global const int*)launch->media + FIELD_OF(MediumRecord, connection)),
-                                                at) != CONNECTION_NONE;
+  w.connectable = HAS_INNER_LIGHTS
+                      ? (MASK)(-1)
+                      : GATHER_INT(((__global const int*)launch->media + FIELD_OF(MediumRecord, connection)), at) !=
+                            CONNECTION_NONE;
   w.waiting = (MASK)(0);
   w.last_pdf = LOAD(pool, LAST_PDF, slots);
   w.chance = (REAL)(1.0f);

@@ -12,8 +12,8 @@
 namespace itn {
 namespace {
 
-// A shape that shines is aimed at where it fills no more of what a body sees [sr]: sampled at the boundary, a larger one
-// is as quiet, and connections from inside take time (kernels/README.md).
+// A shape that shines is aimed at where it fills no more of what a body sees [sr]: sampled at the boundary, a larger
+// one is as quiet, and connections from inside take time (kernels/README.md).
 constexpr double widest_aim = 0.9;
 
 // Media fill closed shapes alone.

@@ -255,7 +255,7 @@ void Wavefront::replay(const std::vector<JobSlice>& slices, const std::vector<fl
   if (!summing_) clear_gradient();
   buffers_.pulls = device_.upload(pulls, "pulls");
   trace_jobs(slices, Purpose::replay, at);
-  if (has_probes_) trace_jobs(slices, Purpose::probes, at);
+  for (int probe = 0; has_probes_ && probe < PROBES; ++probe) trace_jobs(slices, Purpose::probes, at, probe);
 }
 
 // Of every work-item a gradient of its own, but for that by texels.
@@ -325,7 +325,7 @@ void Wavefront::learn_baselines() {
   buffers_.visits = device_.upload(std::vector<float>(1), "pilot's visits");
 }
 
-void Wavefront::trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose, std::size_t at) {
+void Wavefront::trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose, std::size_t at, int probe) {
   std::vector<JobRecord> jobs;
   int paths = 0, pulled_pixels = 0;
   for (const JobSlice& slice : slices) {
@@ -338,6 +338,7 @@ void Wavefront::trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose,
     job.pilot = purpose == Purpose::pilot;
     job.replay = purpose == Purpose::replay ? REPLAY_SUMS : purpose == Purpose::probes ? REPLAY_PROBES : 0;
     job.first_pull = pulled_pixels;
+    job.probe = probe;
     pulled_pixels += slice.pixels;
     jobs.push_back(job);
     paths += slice.pixels * slice.samples;

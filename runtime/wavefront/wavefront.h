@@ -77,7 +77,7 @@ class Wavefront {
  private:
   void upload_records(const LaunchData& data, const DerivativeData& derivatives);
   enum class Purpose { samples, pilot, replay, probes };
-  void trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose, std::size_t at = 0);
+  void trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose, std::size_t at = 0, int probe = 0);
   void learn_baselines();
   void clear_gradient();
   std::size_t copies_of_texels() const { return own_texels_ ? static_cast<std::size_t>(workers_) : 1; }

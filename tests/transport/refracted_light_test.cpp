@@ -1,5 +1,5 @@
-// Lights of little extent and bright regions of pictures through rough boundaries (kernels/stage/connect.h): connections
-// from scattering vertices change no mean, nor that of a derivative.
+// Lights of little extent and bright regions of pictures through rough boundaries (kernels/stage/connect.h):
+// connections from scattering vertices change no mean, nor that of a derivative.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -128,8 +128,9 @@ TEST_CASE("parallel light through a rough boundary has the mean of paths that fi
              {"wax.sigma_t", "wax.albedo", "glass.alpha", "window.irradiance", "beam.radiance"});
 }
 
-TEST_CASE("lamps, spots and projectors shine through a rough boundary as they do on paths that find them at the boundary",
-          "[transport][stat]") {
+TEST_CASE(
+    "lamps, spots and projectors shine through a rough boundary as they do on paths that find them at the boundary",
+    "[transport][stat]") {
   const TemporaryFolder folder;
   CHECK(check_same(folder, lamps, {"wax.sigma_t", "wax.albedo", "glass.alpha", "warm.radiance"}) < 0.7);
 }
