@@ -1,10 +1,10 @@
 /* Probes: the part of gradients by voxels (lib/voxel_gradient.h) that scatterings of paths cannot tell, since paths
  * scatter seldom or never where a field is small or 0. Paths are traced PROBES more times. Each has, from the first time, the
- * sum over its flights of throughput times "room", the length of what lies ahead of a flight and may need a probe,
- * weighed by a guess of the transmittance up to there. In proportion to it one flight is chosen each time, and ends at a place that
- * is chosen in proportion to the room: there the path scatters, whatever the field is, and goes on by other random
- * numbers. What it then gathers, times
- *   transmittance up to the place * (1 - value / knee) * sum / (throughput * guess of the transmittance)
+ * sum over its flights of throughput times "room", the length of those parts of a flight that may need a probe. In proportion
+ * to it one flight is chosen each time, and ends at a place that is chosen in proportion to the room: there the path
+ * scatters, whatever the field is, and goes on by other random numbers. That the flight got there is the transmittance. What
+ * it then gathers, times
+ *   (1 - value / knee) * sum / throughput
  * is on average what all its flights would scatter to it for a unit of extinction there.
  *
  * What baselines (lib/baseline.h) expect of a scattering is taken off here too: with the scores of scatterings alone the
@@ -19,26 +19,20 @@
 #if VOXEL_SUMS
 enum { STREAM_PROBE = 0x80 };
 #define PROBED_EVENTS 0x1000000 /* events after the probe: random numbers that the path had not drawn */
-#define LEAST_GUESS 1e-3f       /* of a transmittance */
 
-/* The room on a way without an end. The guess is what cells' least values let through, no less than what comes through: where the
- * transmittance is far above the guess, a probe would weigh that much more. Where the sum of what was passed reaches `target` is *at, and *guess the guess up to
- * there. */
-inline REAL room_ahead(const Launch* launch, __global const FieldRecord* field, REAL sigma_t, REAL3 from,
-                       REAL3 direction, MASK mask, REAL target, REAL* at, REAL* guess) {
+/* The room on a way. Where what was passed of it reaches `target` is *at. */
+inline REAL room_on_way(const Launch* launch, __global const FieldRecord* field, REAL sigma_t, REAL3 from,
+                        REAL3 direction, REAL distance, MASK mask, REAL target, REAL* at) {
   const REAL knee = knee_of(field, sigma_t);
-  Way w = enter_field(launch, field, from, direction, (REAL)(ENDLESS), mask);
-  REAL room = (REAL)(0.0f), depth = (REAL)(0.0f);
+  Way w = enter_field(launch, field, from, direction, distance, mask);
+  REAL room = (REAL)(0.0f);
   MASK looks = mask;
   while (ANY(w.inside)) {
-    const REAL length = end_of_cell(&w) - w.at, seen = MAX(EXP(-depth), (REAL)(LEAST_GUESS));
-    const REAL before = room;
-    room += SELECT(w.inside & (w.least < knee), length * seen, 0.0f);
+    const REAL length = end_of_cell(&w) - w.at, before = room;
+    room += SELECT(w.inside & (w.least < knee), length, 0.0f);
     const MASK reached = looks & w.inside & (room > before) & (room >= target);
-    *at = SELECT(reached, w.at + MIN(MAX((target - before) / seen, (REAL)(0.0f)), length), *at);
-    *guess = SELECT(reached, seen, *guess);
+    *at = SELECT(reached, w.at + MIN(MAX(target - before, (REAL)(0.0f)), length), *at);
     looks = looks & !reached;
-    depth += SELECT(w.inside, sigma_t * w.least * length, 0.0f);
     next_cell(launch, field, direction, w.inside, &w);
   }
   return room;
@@ -53,7 +47,7 @@ typedef struct {
 /* A flight that becomes a probe. */
 typedef struct {
   MASK flies;
-  REAL distance, guess, throughput;
+  REAL distance, throughput;
 } Probe;
 
 inline ProbeState load_probe_state(const Pool* pool, INT slots) {
@@ -68,12 +62,12 @@ inline void store_probe_state(const Pool* pool, INT slots, const ProbeState* s) 
   STORE(pool, PROBE_TARGET, slots, s->target);
 }
 
-/* Before the flight of an event. The event of those that become probes is another from here on. */
+/* Of a flight over `distance`. throughput: before it. The event of those that become probes is another from here on. */
 inline Probe choose_probe(const Launch* launch, __global const JobRecord* job, const Medium* medium, Random* random,
-                          ProbeState* s, REAL3 from, REAL3 direction, REAL throughput, MASK mask) {
+                          ProbeState* s, REAL3 from, REAL3 direction, REAL distance, REAL throughput, MASK mask) {
   Probe p;
   p.flies = (MASK)(0);
-  p.distance = p.guess = (REAL)(1.0f);
+  p.distance = distance;
   p.throughput = throughput;
   if (job->replay == REPLAY_SUMS) return p;
   const REAL sigma_t = mean_sigma_t(medium->n + MEDIUM_sigma_t);
@@ -83,8 +77,8 @@ inline Probe choose_probe(const Launch* launch, __global const JobRecord* job, c
     __global const FieldRecord* field;
     const MASK here = next_field(launch, medium->field, &left, &field);
     if (field->gradient < 0) continue;
-    REAL at = (REAL)(0.0f), guess = (REAL)(1.0f);
-    const REAL room = room_ahead(launch, field, sigma_t, from, direction, here, (REAL)(INFINITY), &at, &guess);
+    REAL at = distance;
+    const REAL room = room_on_way(launch, field, sigma_t, from, direction, distance, here, (REAL)(INFINITY), &at);
     s->passed += SELECT(here, throughput * room, 0.0f);
     if (job->replay != REPLAY_PROBES) continue;
     const MASK chosen = here & (room > 0.0f) & (s->passed >= s->target);
@@ -92,10 +86,9 @@ inline Probe choose_probe(const Launch* launch, __global const JobRecord* job, c
     random->event += SELECT_INT(chosen, PROBED_EVENTS * (1 + job->probe), 0);
     REAL u[4];
     draw(random, STREAM_PROBE, u);
-    room_ahead(launch, field, sigma_t, from, direction, chosen, u[0] * room, &at, &guess);
+    room_on_way(launch, field, sigma_t, from, direction, distance, chosen, u[0] * room, &at);
     p.flies = p.flies | chosen;
     p.distance = SELECT(chosen, at, p.distance);
-    p.guess = SELECT(chosen, guess, p.guess);
     s->target = SELECT(chosen, (REAL)(INFINITY), s->target);
   }
   return p;
@@ -103,12 +96,9 @@ inline Probe choose_probe(const Launch* launch, __global const JobRecord* job, c
 
 /* Probes that have got to their places. expected: of the scattering, in each channel of the radiance. Returns who tells
  * something. */
-inline MASK land_probe(const Launch* launch, Pool* pool, INT slots, const Medium* medium, const Random* random,
-                       const Probe* p, REAL3 from, REAL3 direction, REAL3 place, MASK mask,
-                       const REAL expected[RADIANCE_CHANNELS]) {
+inline MASK land_probe(const Launch* launch, Pool* pool, INT slots, const Medium* medium, const Probe* p, REAL3 place,
+                       MASK mask, const REAL expected[RADIANCE_CHANNELS]) {
   MASK tells = (MASK)(0);
-  REAL through[THROUGHPUT_CHANNELS];
-  medium_dimming(launch, medium, random, 0, from, direction, p->distance, mask, through);
   uint left = lane_bits(mask);
   while (left) {
     __global const FieldRecord* field;
@@ -120,8 +110,7 @@ inline MASK land_probe(const Launch* launch, Pool* pool, INT slots, const Medium
       const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
       const REAL lack = MAX(1.0f - value[FIELD_CHANNELS == 3 ? c : 0] / knee, (REAL)(0.0f));
       REAL weight = LOAD(pool, PROBE_WEIGHT + c, slots);
-      weight =
-          SELECT(here, weight * lack * through[t] * medium->n[MEDIUM_sigma_t + t] / (p->throughput * p->guess), weight);
+      weight = SELECT(here, weight * lack * medium->n[MEDIUM_sigma_t + t] / p->throughput, weight);
       STORE(pool, PROBE_WEIGHT + c, slots, weight);
       tells = tells | (here & (weight != 0.0f));
       STORE(pool, RADIANCE + c, slots, SELECT(here, -expected[c], LOAD(pool, RADIANCE + c, slots)));

@@ -4,7 +4,7 @@
 #define ITN_KNEE_H
 
 #define EXTINCTION_KNEE 0.25f /* of the field's mean value */
-#define KNEE_DEPTH 1.0f       /* or so much optical depth over the longest side of its box, if that is more */
+#define KNEE_DEPTH 4.0f       /* or so much optical depth over the longest side of its box, if that is more */
 #define ALBEDO_KNEE 0.1f
 
 #endif

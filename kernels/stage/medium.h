@@ -123,24 +123,36 @@ inline MASK is_probe(const Event* e) {
 #endif
 }
 
+#if VOXEL_SUMS
+/* Flights that become probes end at their places. */
+inline void end_at_probe(const Launch* launch, __global const JobRecord* job, Walk* w, Event* e) {
+  Random next = w->random;
+  e->probe = choose_probe(launch, job, &w->medium, &w->random, &w->probe, e->from, w->direction, e->distance,
+                          brightest(w->throughput, w->weight), e->flies);
+  if (!ANY(e->probe.flies)) return;
+  next.event = w->random.event - 1; /* of the probe's event, others than the flight had */
+  REAL u[4];
+  draw(&next, 0, u);
+  UNROLL_FOR(int k = 0; k < 4; ++k) e->u[k] = SELECT(e->probe.flies, u[k], e->u[k]);
+  e->distance = SELECT(e->probe.flies, e->probe.distance, e->distance);
+  e->there = select3(e->probe.flies, add3(e->from, scale3(w->direction, e->distance)), e->there);
+  e->end = flight_cell(launch->grid, launch->geometries + job->geometry, e->there);
+  e->scatters = e->scatters | e->probe.flies;
+  e->meets = e->meets & !e->probe.flies;
+}
+#endif
+
 /* A free flight to the next collision, or to a surface before it. */
 inline Event fly(const Launch* launch, __global const JobRecord* job, Walk* w, REAL mean_free_path) {
   __global const GeometryRecord* geometry = launch->geometries + job->geometry;
   Event e;
   e.flies = w->alive;
-#if VOXEL_SUMS
-  e.probe = choose_probe(launch, job, &w->medium, &w->random, &w->probe, w->position, w->direction,
-                         brightest(w->throughput, w->weight), w->alive);
-#endif
   e.random = w->random;
   e.from = w->position;
   draw(&w->random, 0, e.u);
   w->random.event += SELECT_INT(w->alive, 1, 0);
   e.flight = medium_flight(launch, &w->medium, &e.random, e.u[0], w->position, w->direction, w->hero, mean_free_path,
                            w->weight, w->alive);
-#if VOXEL_SUMS
-  e.flight.distance = SELECT(e.probe.flies, e.probe.distance, e.flight.distance);
-#endif
   const REAL flight = e.flight.distance;
   e.distance = flight;
   e.there = add3(w->position, scale3(w->direction, flight));
@@ -160,11 +172,10 @@ inline Event fly(const Launch* launch, __global const JobRecord* job, Walk* w, R
   /* sigma_t 0: an endless flight leaves the scene */
   const MASK gone = w->alive & !e.meets & (flight > 1e30f);
   e.scatters = w->alive & !e.meets & !gone;
-  w->escaped = w->escaped | gone;
 #if VOXEL_SUMS
-  w->dead = w->dead | (e.meets & e.probe.flies);
-  e.meets = e.meets & !e.probe.flies;
+  end_at_probe(launch, job, w, &e);
 #endif
+  w->escaped = w->escaped | (gone & !is_probe(&e));
   w->arrived = w->arrived | e.meets;
 #if MEDIUM_LIGHT_SAMPLING
   w->vertex = select3(e.meets, w->position, w->vertex);
@@ -217,8 +228,7 @@ inline void land(const Launch* launch, __global const JobRecord* job, Pool* pool
     expected[c] = job->future_tint[c] * total[t] * v[t];
   }
 #endif
-  const MASK tells = land_probe(launch, pool, slots, &w->medium, &e->random, &e->probe, e->from, w->direction, e->there,
-                                lands, expected);
+  const MASK tells = land_probe(launch, pool, slots, &w->medium, &e->probe, e->there, lands, expected);
   w->dead = w->dead | (lands & !tells);
   e->scatters = e->scatters & (tells | !lands);
 }
@@ -358,12 +368,12 @@ inline void medium_stage(const Launch* launch, __global const JobRecord* job, Po
   for (int event = 0; event < MEDIUM_EVENTS; ++event) {
     const INT state = medium_state(w.first_cell, DECISION_FLIGHT, &w.below, dot3(w.below.normal, w.direction));
     Event e = fly(launch, job, &w, mean_free_path);
-#if VOXEL_SUMS
-    land(launch, job, pool, slots, &w, &e, state);
-#endif
 #if SPECTRAL
     weigh_medium_flight(launch, &w.medium, &e.random, e.from, w.direction, w.hero, mean_free_path, &e.flight,
-                        e.distance, e.meets, e.scatters & !is_probe(&e), w.weight);
+                        e.distance, e.meets | is_probe(&e), e.scatters & !is_probe(&e), w.weight);
+#endif
+#if VOXEL_SUMS
+    land(launch, job, pool, slots, &w, &e, state);
 #endif
     w.cell = e.end; /* who met a surface needs none */
     w.below = depth_of(&w.cell, typical_sigma_t(&w.medium));

@@ -11,7 +11,8 @@
 // all: s by a free flight; extinction at places up to s, times what the path gathers from there on.
 //   ours               extinction at one place in each coarse cell up to s; scattering at s by 1 / max(sigma, knee),
 //   and, for what that lacks, at the
-//                      place of a probe, which is drawn without regard to sigma from cells that are thin somewhere
+//                      place of a probe up to s, which is drawn without regard to sigma from cells that are thin
+//                      somewhere
 //   ratio tracking     extinction at a uniform place up to s; scattering at a probe that is drawn in proportion to T,
 //   by ratio tracking and a reservoir;
 //                      "with MIS" scattering at s too, by 1 / (sigma + knee)
@@ -41,8 +42,8 @@ double uniform(Random& random) { return (static_cast<double>(random() >> 11) + 0
 
 Vec along(const Vec& x, const Vec& w, double t) { return {x[0] + t * w[0], x[1] + t * w[1], x[2] + t * w[2]}; }
 
-// The unit cube in voxels, each of one value; coarse cells of up to four voxels along an axis know their greatest and
-// least value.
+// The unit cube in voxels, each of one value; coarse cells of two voxels along an axis, as the renderer's of a
+// grid of 64^3, know their greatest and least value.
 struct World {
   std::array<int, 3> size{1, 1, 1};
   std::vector<double> sigma, albedo;
@@ -52,7 +53,7 @@ struct World {
   std::vector<double> greatest, least;
   double knee = 0;
 
-  static constexpr int voxels_a_cell = 4;
+  static constexpr int voxels_a_cell = 2;
 
   std::size_t voxel(const Vec& p) const {
     std::size_t index = 0;
@@ -77,7 +78,7 @@ struct World {
           least[c] = std::min(least[c], v);
         }
     // kernels/lib/voxel_gradient.h
-    knee = std::max(1.0, 0.25 * std::accumulate(sigma.begin(), sigma.end(), 0.0) / static_cast<double>(sigma.size()));
+    knee = std::max(4.0, 0.25 * std::accumulate(sigma.begin(), sigma.end(), 0.0) / static_cast<double>(sigma.size()));
   }
 
   double light(const Vec& w) const { return rod ? (w[0] > 0 ? 1 : 0.2) : 0.2 + 1.5 * std::max(0.0, w[2]); }
@@ -174,7 +175,7 @@ double scattered(const World& world, const Vec& x, Random& random) {
 
 struct Estimator {
   enum Kind { ours, ratio_tracking, ratio_tracking_mis, matching } kind = ours;
-  bool each_flight = false;  // has a probe; else one flight a path
+  int probes = 0;         // of a path, each at a flight from a part of its own; 0: one at each flight
   bool baseline = false;  // what a path brings on average is taken off what it brings; of the renderer's a simple case
 };
 
@@ -184,43 +185,25 @@ struct Probe {
   double weight = 0, room = 0;
 };
 
-// Estimate of the transmittance up to t.
-double transmittance(const World& world, const Vec& x, const Vec& w, double to, Random& random) {
-  double ratio = 1;
-  track(world, x, w, random, [&](double t, double rate) {
-    if (t >= to) return true;
-    ratio *= 1 - world.sigma[world.voxel(along(x, w, t))] / rate;
-    return false;
-  });
-  return ratio;
-}
-
-// Ours: the length of cells ahead that are thin somewhere, times a guess of the transmittance up to there, and a place
-// in proportion to it.
-Probe our_probe(const World& world, const Vec& x, const Vec& w, Random& random) {
-  const auto walk = [&](double target, double* at, double* guess) {
-    double room = 0, depth = 0;
-    for (Way way(world, x, w); way.inside(); way.step()) {
-      const double length = way.wall() - way.at(), seen = std::max(std::exp(-depth), 1e-3);
-      if (world.least[way.cell()] < world.knee) {
-        if (target >= room && target < room + length * seen) {
-          *at = way.at() + (target - room) / seen;
-          *guess = seen;
-        }
-        room += length * seen;
-      }
-      depth += world.least[way.cell()] * length;
+// Ours: the length of cells up to s that are thin somewhere, and a place in proportion to it.
+Probe our_probe(const World& world, const Vec& x, const Vec& w, double s, Random& random) {
+  const auto walk = [&](double target, double* at) {
+    double room = 0;
+    for (Way way(world, x, w); way.inside() && way.at() < s; way.step()) {
+      if (world.least[way.cell()] >= world.knee) continue;
+      const double length = std::min(way.wall(), s) - way.at();
+      if (target >= room && target < room + length) *at = way.at() + target - room;
+      room += length;
     }
     return room;
   };
-  double at = 0, guess = 1;
+  double at = 0;
   Probe probe;
-  probe.room = walk(-1, &at, &guess);
+  probe.room = walk(-1, &at);
   if (probe.room == 0) return probe;
-  walk(uniform(random) * probe.room, &at, &guess);
+  walk(uniform(random) * probe.room, &at);
   probe.place = along(x, w, at);
-  const double lack = std::max(0.0, 1 - world.sigma[world.voxel(probe.place)] / world.knee);
-  probe.weight = lack > 0 ? lack * transmittance(world, x, w, at, random) * probe.room / guess : 0;
+  probe.weight = probe.room * std::max(0.0, 1 - world.sigma[world.voxel(probe.place)] / world.knee);
   return probe;
 }
 
@@ -241,6 +224,13 @@ Probe ratio_probe(const World& world, const Vec& x, const Vec& w, double least_r
   probe.weight = probe.room = sum;
   if (mis && sum > 0) probe.weight *= world.knee / (world.sigma[world.voxel(probe.place)] + world.knee);
   return probe;
+}
+
+// s: where the flight ends
+Probe draw_probe(const World& world, Estimator::Kind kind, const Vec& x, const Vec& w, double s, Random& random) {
+  if (kind == Estimator::ours) return our_probe(world, x, w, s, random);
+  if (kind == Estimator::matching) return {along(x, w, uniform(random) * s), s, s};
+  return ratio_probe(world, x, w, 1, kind == Estimator::ratio_tracking_mis, random);
 }
 
 // One path, whose gradient is added to `gradient`. expected: of scores of mean 0, with those of the probes, times this
@@ -265,12 +255,7 @@ double differentiate(const World& world, const Estimator& by, double expected, R
   for (int k = 0; k < most_flights; ++k) {
     const Flight flight = fly(world, x, w, random);
     Event e{x, w, flight.s, flight.scatters, {}};
-    if (by.kind == Estimator::ours)
-      e.probe = our_probe(world, x, w, random);
-    else if (by.kind != Estimator::matching)
-      e.probe = ratio_probe(world, x, w, 1, by.kind == Estimator::ratio_tracking_mis, random);
-    else
-      e.probe = {along(x, w, uniform(random) * flight.s), flight.s, flight.s};
+    e.probe = draw_probe(world, by.kind, x, w, flight.s, random);
     events.push_back(e);
     if (!flight.scatters) {
       brings = world.light(w);
@@ -297,24 +282,26 @@ double differentiate(const World& world, const Estimator& by, double expected, R
     const double sigma = world.sigma[world.voxel(end)];
     add(end, rest / (by.kind == Estimator::ours ? std::max(sigma, world.knee) : sigma + world.knee));
   }
-  const auto probe = [&](const Event& e, double share) {
-    if (e.probe.weight == 0) return;
+  const auto tell = [&](const Probe& probe, double share) {
+    if (probe.weight == 0) return;
     const double lost = by.kind == Estimator::matching ? brings : expected;
-    add(e.probe.place, share * e.probe.weight * (scattered(world, e.probe.place, random) - lost));
+    add(probe.place, share * probe.weight * (scattered(world, probe.place, random) - lost));
   };
-  if (by.each_flight) {
-    for (const Event& e : events) probe(e, 1);
-    return brings;
-  }
   double sum = 0;
-  for (const Event& e : events) sum += e.probe.room;
-  double target = uniform(random) * sum;
   for (const Event& e : events) {
-    if (target < e.probe.room) {
-      probe(e, sum / e.probe.room);
-      break;
+    sum += e.probe.room;
+    if (by.probes == 0) tell(e.probe, 1);
+  }
+  for (int k = 0; k < by.probes; ++k) {
+    double target = (uniform(random) + k) / by.probes * sum;
+    for (const Event& e : events) {
+      if (target < e.probe.room) {
+        const Probe probe = k == 0 ? e.probe : draw_probe(world, by.kind, e.x, e.w, e.s, random);
+        tell(probe, sum / by.probes / e.probe.room);
+        break;
+      }
+      target -= e.probe.room;
     }
-    target -= e.probe.room;
   }
   return brings;
 }
@@ -354,15 +341,17 @@ Statistics measure(const World& world, const Estimator& by, int paths, std::uint
 }
 
 const std::vector<std::pair<std::string, Estimator>> estimators = {
-    {"ours, one probe a path", {Estimator::ours, false}},
-    {"ours, a probe a flight", {Estimator::ours, true}},
-    {"ours with a baseline, one probe a path", {Estimator::ours, false, true}},
-    {"ratio tracking, one a path", {Estimator::ratio_tracking, false}},
-    {"ratio tracking, one a flight", {Estimator::ratio_tracking, true}},
-    {"ratio tracking with MIS, one a path", {Estimator::ratio_tracking_mis, false}},
-    {"ratio tracking with MIS, one a flight", {Estimator::ratio_tracking_mis, true}},
-    {"sample matching, one a path", {Estimator::matching, false}},
-    {"sample matching, one a flight", {Estimator::matching, true}},
+    {"ours, one probe a path", {Estimator::ours, 1}},
+    {"ours, a probe a flight", {Estimator::ours, 0}},
+    {"ours with a baseline, one probe a path", {Estimator::ours, 1, true}},
+    {"ours with a baseline, four a path", {Estimator::ours, 4, true}},
+    {"ratio tracking, one a path", {Estimator::ratio_tracking, 1}},
+    {"ratio tracking, one a flight", {Estimator::ratio_tracking, 0}},
+    {"ratio tracking with MIS, one a path", {Estimator::ratio_tracking_mis, 1}},
+    {"ratio tracking with MIS, one a flight", {Estimator::ratio_tracking_mis, 0}},
+    {"sample matching, one a path", {Estimator::matching, 1}},
+    {"sample matching, four a path", {Estimator::matching, 4}},
+    {"sample matching, one a flight", {Estimator::matching, 0}},
 };
 
 // The rod's radiance at x = 0 against x, from the two streams' equation: in each voxel a matrix exponential.
@@ -392,7 +381,7 @@ World rod() {
   world.rod = true;
   world.size = {10, 1, 1};
   world.sigma = {0, 3, 1, 0.2, 3,
-                 0, 0, 0, 0,   2};  // the second coarse cell begins with its greatest value; the third is half empty
+                 0, 0, 0, 0,   2};  // coarse cells begin with their least value or their greatest; one is empty
   world.albedo = {0.9, 0.5, 1, 0.8, 0.7, 0.9, 0.6, 1, 0.9, 0.4};
   world.finish();
   return world;
