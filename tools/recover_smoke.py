@@ -163,13 +163,9 @@ result = itn('invert', options.folder / 'start.xml', *asked, '--parameter', 'smo
              options.iterations, '--spp', options.spp, '--learning-rate', options.learning_rate, '--smoothness',
              options.smoothness, '--repeats', 0, '-o', options.folder / 'found', '--quiet', '--json', '-')
 seconds, cpu = time.time() - start, children_s() - cpu
-found = {'start': read_grid(options.folder / 'start.vol'), 'found': read_grid(options.folder / 'found/smoke.sigma_t.vol')}
 print(f'{n}^3 voxels, {options.views} views of {options.size} x {options.size}, {options.iterations} iterations of '
       f'{options.spp} spp: {seconds:.0f} s, {cpu:.0f} s of all cores', flush=True)
 print(f"loss of the views: {result['loss_at_start']:.3g} at the start, {result['loss']:.3g} of what was found", flush=True)
-for rate in options.mitsuba:
-    found[f'mitsuba_{rate:g}'], iterations = by_mitsuba(targets[:options.views], rate, cpu)
-    print(f'Mitsuba, learning rate {rate:g}: {iterations} iterations in as many seconds of all cores', flush=True)
 
 
 def held_out(name):
@@ -179,11 +175,18 @@ def held_out(name):
     return losses['loss']
 
 
-level = rms(truth, [0] * len(truth))
-for name, values in found.items():
+def judge(name, values):
     if name != 'start':
         write_grid(options.folder / f'{name}.vol', values)
         (options.folder / f'{name}.xml').write_text(scene(f'{name}.vol'))
-    print(f'{name}: density, rms error over rms {rms(values, truth) / level:.3f}; held-out view, mean squared error '
-          f'{held_out(name):.3g}')
+    print(f'{name}: density, rms error over rms {rms(values, truth) / rms(truth, [0] * len(truth)):.3f}; held-out view, mean '
+          f'squared error {held_out(name):.3g}', flush=True)
+
+
 print(f'the smoke itself: held-out view {held_out("truth"):.3g} (noise of the target)')
+judge('start', read_grid(options.folder / 'start.vol'))
+judge('found', read_grid(options.folder / 'found/smoke.sigma_t.vol'))
+for rate in options.mitsuba:
+    values, iterations = by_mitsuba(targets[:options.views], rate, cpu)
+    print(f'Mitsuba, learning rate {rate:g}: {iterations} iterations in as many seconds of all cores', flush=True)
+    judge(f'mitsuba_{rate:g}', values)

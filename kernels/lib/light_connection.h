@@ -86,8 +86,8 @@ inline AssumedBoundary assumed_boundary(const Launch* launch, INT at) {
 }
 
 #if HAS_AIMED_LIGHTS
-/* From the exit that the guess assumes for a vertex in `cell`, the direction to the point of a light of the scene. towards,
- * distance: from a place at which they are known; of parallel light `towards` is the answer. */
+/* From the exit that the guess assumes for a vertex in `cell`, the direction to the point of a light that lies in the source's
+ * direction at `distance` from `place`. Of light around the scene, and of parallel light, it is the source's. */
 inline REAL3 aim_at_light(const Launch* launch, __global const JobRecord* job, const FlightCell* cell, REAL3 vertex,
                           const LightSource* source, REAL3 place, REAL distance) {
   const REAL depth = surface_distance(launch->geometries + job->geometry, cell);
