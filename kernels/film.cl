@@ -2,7 +2,7 @@
 #include "lib/vector.h"
 
 /* *sum + *error = *sum + *error + b, with what rounding takes from the sum kept in the error (Knuth's TwoSum). */
-inline void add_exactly(REAL* sum, REAL* error, REAL b) {
+INLINE void add_exactly(REAL* sum, REAL* error, REAL b) {
   REAL a = *sum, s = a + b, part = s - a;
   *error += (a - (s - part)) + (b - part);
   *sum = s;

@@ -7,8 +7,7 @@
 #include "model/phase/henyey_greenstein.h"
 
 /* out: x + y + z of where each path is after that many events. */
-__kernel __attribute__((reqd_work_group_size(1, 1, 1))) void walk(float sigma_t, float g, int events, uint seed,
-                                                                  __global float* restrict out) {
+__kernel void walk(float sigma_t, float g, int events, uint seed, __global float* restrict out) {
   const INT path = LANE_INDEX + (int)get_global_id(0) * WIDTH;
   const REAL asymmetry = (REAL)(g);
   REAL3 position = make3((REAL)(0.0f), (REAL)(0.0f), (REAL)(0.0f)),

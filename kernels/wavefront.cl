@@ -19,7 +19,7 @@
   { LAUNCH_ARGUMENTS(LAUNCH_VALUE) }
 
 /* Surfaces of one BSDF. */
-inline void surface_stage(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
+INLINE void surface_stage(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
                           INT slots, MASK valid) {
   if (bsdf_traits(model) & BSDF_TRANSMITS)
     boundary_stage(model, variant, launch, job, pool, slots, valid);
@@ -30,7 +30,7 @@ inline void surface_stage(int model, int variant, const Launch* launch, __global
 #if FUSED
 
 /* Runs the stage of a queue over one group of slots. */
-inline void run_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, int queue, INT slots,
+INLINE void run_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, int queue, INT slots,
                       MASK valid) {
   switch (queue) {
     case QUEUE_RAY: ray_stage(launch, job, pool, slots, valid); break;
@@ -52,7 +52,7 @@ inline void run_stage(const Launch* launch, __global const JobRecord* job, Pool*
 }
 
 /* WIDTH slots off the top of a queue; lanes beyond its length get slots of the dump and are not valid. */
-inline INT pop_group(Pool* pool, int queue, MASK* valid) {
+INLINE INT pop_group(Pool* pool, int queue, MASK* valid) {
   int length = pool->length[queue], count = min(length, WIDTH);
   __global const int* items = pool->items + queue * pool->stride;
   pool->length[queue] = length - count;
@@ -63,7 +63,7 @@ inline INT pop_group(Pool* pool, int queue, MASK* valid) {
 }
 
 /* The pool of this work-item: every slot free. */
-inline void open_own_pool(Pool* pool, __global float* storage) {
+INLINE void open_own_pool(Pool* pool, __global float* storage) {
   pool->stride = SLOTS + WIDTH;
   pool->fields = storage + get_global_id(0) * (size_t)(FIELDS + QUEUES) * (SLOTS + WIDTH);
   pool->items = (__global int*)(pool->fields + FIELDS * pool->stride);
@@ -75,7 +75,7 @@ inline void open_own_pool(Pool* pool, __global float* storage) {
 }
 
 /* The queue with the most slots, the latest stage of equally long ones; -1: all are empty. */
-inline int longest_queue(const Pool* pool, int* longest) {
+INLINE int longest_queue(const Pool* pool, int* longest) {
   int queue = -1;
   *longest = 0;
   for (int q = QUEUES - 1; q > QUEUE_FREE; --q)
@@ -87,7 +87,7 @@ inline int longest_queue(const Pool* pool, int* longest) {
 }
 
 /* Starts the paths first ... of a job, up to `last`, in a group of free slots. Returns how many. */
-inline int start_paths(const Launch* launch, int job_index, Pool* pool, int first, int last) {
+INLINE int start_paths(const Launch* launch, int job_index, Pool* pool, int first, int last) {
   __global const JobRecord* job = launch->jobs + job_index;
   const int count = min(min(pool->length[QUEUE_FREE], WIDTH), last - first);
   MASK valid;
@@ -106,7 +106,7 @@ inline int start_paths(const Launch* launch, int job_index, Pool* pool, int firs
 
 /* Works off chunk c, then those of the same job that come from the counter. Returns the first that is of another job.
  * */
-inline int trace_chunks(const Launch* launch, Pool* pool, __global const ChunkRecord* chunks, int chunk_count,
+INLINE int trace_chunks(const Launch* launch, Pool* pool, __global const ChunkRecord* chunks, int chunk_count,
                         __global int* next_chunk, int c) {
   const int job_index = chunks[c].job;
   int next = chunks[c].first, last = next + chunks[c].count;
@@ -156,7 +156,7 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void trace_paths(
 
 /* queues: items of both halves, [half][queue][stride]; lengths: [half][queue]. halves: bit q tells from which half
  * stage q reads; pushes go to the other. */
-inline Pool open_pool(__global float* storage, int slots, __global int* lengths, int push_half) {
+INLINE Pool open_pool(__global float* storage, int slots, __global int* lengths, int push_half) {
   Pool pool;
   pool.stride = slots + WIDTH;
   pool.fields = storage;
@@ -228,7 +228,7 @@ typedef struct {
   uint left; /* lanes whose job has not had its turn */
 } Group;
 
-inline Group take_group(const Pool* pool, __global const float* storage, __global const int* lengths, int from_half,
+INLINE Group take_group(const Pool* pool, __global const float* storage, __global const int* lengths, int from_half,
                         int queue) {
   const int group = get_global_id(0) * WIDTH, length = lengths[from_half * QUEUES + queue];
   Group g;
@@ -248,7 +248,7 @@ inline Group take_group(const Pool* pool, __global const float* storage, __globa
 }
 
 /* Lanes of different jobs run one after the other: the next job, its lanes, and slots of the dump for the others. */
-inline int take_job(Group* g, const Pool* pool, INT* slots, MASK* valid) {
+INLINE int take_job(Group* g, const Pool* pool, INT* slots, MASK* valid) {
   const int job = g->job.i[LOWEST_BIT(g->left)];
   *valid = g->valid & (g->job.integer == job);
   *slots = SELECT_INT(*valid, g->slots, pool->stride - WIDTH + LANE_INDEX);
@@ -289,8 +289,8 @@ STAGE(null, QUEUE_SURFACE, null_stage(launch, job, pool, slots, valid))
         surface_stage(MODEL_##name, variant, launch, job, pool, slots, valid))
 SURFACE_LIST(STAGE_OF_SURFACE)
 
-__kernel void reset_queue(__global int* restrict lengths, int queue, int half_index) {
-  lengths[half_index * QUEUES + queue] = 0;
+__kernel void reset_queues(__global int* restrict lengths, int half_index) {
+  lengths[half_index * QUEUES + get_global_id(0)] = 0;
 }
 
 #endif

@@ -79,7 +79,7 @@ struct BatchRenderer::State {
   std::unique_ptr<Wavefront> wavefront;
   std::unique_ptr<Film> film;
   int film_pixels = 0;  // that it was asked for
-  std::int64_t launch_paths = first_launch_paths;
+  std::int64_t launch_paths = first_launch_paths(device);
 };
 
 BatchRenderer::BatchRenderer(const Device& device, const RenderOptions& options)

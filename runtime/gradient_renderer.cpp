@@ -216,7 +216,7 @@ struct GradientRenderer::State {
   std::unique_ptr<Wavefront> wavefront;
   std::unique_ptr<Film> film;
   bool by_light = false;  // some derivative
-  std::int64_t launch_paths = first_launch_paths;
+  std::int64_t launch_paths = first_launch_paths(device);
 };
 
 GradientRenderer::GradientRenderer(const Device& device, const Scene& scene, const RenderOptions& options)

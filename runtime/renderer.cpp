@@ -77,7 +77,7 @@ struct Renderer::State {
   std::unique_ptr<Wavefront> wavefront;
   std::unique_ptr<Film> film;
   double build_s = 0;
-  std::int64_t launch_paths = first_launch_paths;
+  std::int64_t launch_paths = first_launch_paths(device);
 };
 
 Renderer::Renderer(const Device& device, const Scene& scene, const RenderOptions& options)

@@ -236,7 +236,9 @@ void run(const BenchArguments& options) {
   const Device device(options.common.device);
   const Folder folder(options.scenes);
   std::unique_ptr<MitsubaPeer> peer;
-  if (compare) peer = std::make_unique<MitsubaPeer>(options.peer_python, folder.path());
+  if (compare)
+    peer = std::make_unique<MitsubaPeer>(options.peer_python, folder.path(),
+                                         device.info().type == "cpu" ? "llvm_ad_rgb" : "cuda_ad_rgb");
 
   std::vector<BenchScene> scenes = (options.surfaces  ? write_surface_scenes
                                     : options.volumes ? write_volume_scenes

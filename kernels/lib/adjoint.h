@@ -34,7 +34,7 @@ typedef struct {
   MASK beyond; /* the integers, or not a number */
 } Pulled;
 
-inline Pulled nothing_pulled(void) {
+INLINE Pulled nothing_pulled(void) {
   Pulled p;
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) p.weight[c] = p.expected[c] = (REAL)(0.0f);
   UNROLL_FOR(int i = 0; i < (SUMS + 1) * RADIANCE_CHANNELS; ++i) p.sum[i] = (LONG)(0);
@@ -42,7 +42,7 @@ inline Pulled nothing_pulled(void) {
   return p;
 }
 
-inline Pulled pulled(const REAL weight[]) {
+INLINE Pulled pulled(const REAL weight[]) {
   Pulled p = nothing_pulled();
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) p.weight[c] = weight[c];
   return p;
@@ -50,7 +50,7 @@ inline Pulled pulled(const REAL weight[]) {
 
 /* What is gathered from here on, less roulette's baselines from here on. baseline: those so far, a throughput channel
  * each */
-inline void pull_by_rest(Pulled* p, __global const JobRecord* job, const Pool* pool, INT slots, const REAL baseline[]) {
+INLINE void pull_by_rest(Pulled* p, __global const JobRecord* job, const Pool* pool, INT slots, const REAL baseline[]) {
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     REAL rest = LOAD(pool, TOTAL + c, slots) - LOAD(pool, RADIANCE + c, slots);
 #if BASELINES
@@ -62,19 +62,19 @@ inline void pull_by_rest(Pulled* p, __global const JobRecord* job, const Pool* p
 }
 
 /* beyond: set where the product is beyond the integers, or not a number */
-inline LONG rounded(REAL x, MASK* beyond) {
+INLINE LONG rounded(REAL x, MASK* beyond) {
   const MASK fits = ABS(x) < 4e18f;
   *beyond = *beyond | !fits;
   return CAST_LONG(SELECT(fits, rint(x), 0.0f));
 }
 
 /* d: by the coordinate of summed[k]'s number, in a channel of the radiance */
-inline void pull(Pulled* p, int k, int channel, REAL d, REAL weight) {
+INLINE void pull(Pulled* p, int k, int channel, REAL d, REAL weight) {
   p->sum[k * RADIANCE_CHANNELS + channel] += rounded(d * weight, &p->beyond);
 }
 
 /* Is summed[k] of the model, and summed in this channel of the radiance? */
-inline bool is_summed(int k, int model, int channel) {
+INLINE bool is_summed(int k, int model, int channel) {
   const int own = summed[k].channel;
   return summed[k].model == model && ((own < 0) | (THROUGHPUT_CHANNELS == 1) | (own == channel));
 }
@@ -82,16 +82,16 @@ inline bool is_summed(int k, int model, int channel) {
 /* To a sum that work-items share: where there are no atomics of 64 bits, carries arrive once each, in whatever order. */
 #ifdef cl_khr_int64_base_atomics
 #pragma OPENCL EXTENSION cl_khr_int64_base_atomics : enable
-inline void add_shared(__global uint* sum, long x) { atom_add((volatile __global long*)sum, x); }
+INLINE void add_shared(__global uint* sum, long x) { atom_add((volatile __global long*)sum, x); }
 #else
-inline void add_shared(__global uint* sum, long x) {
+INLINE void add_shared(__global uint* sum, long x) {
   const uint low = (uint)as_ulong(x), high = (uint)(as_ulong(x) >> 32), before = atomic_add(sum, low);
   const uint rest = high + (before + low < low ? 1u : 0u);
   if (rest) atomic_add(sum + 1, rest);
 }
 #endif
 
-inline void add_to_gradient(const Launch* launch, int number, long x) {
+INLINE void add_to_gradient(const Launch* launch, int number, long x) {
   __global uint* sum = launch->gradient + 2 * number;
 #if FUSED
   *(__global long*)sum += x;
@@ -101,13 +101,13 @@ inline void add_to_gradient(const Launch* launch, int number, long x) {
 }
 
 /* Products that no integer could hold: counted in the first set. */
-inline void add_lost(const Launch* launch, MASK mask) {
+INLINE void add_lost(const Launch* launch, MASK mask) {
   const uint lost = lane_bits(mask);
   if (lost) add_to_gradient(launch, SUMS_OF_A_SET - 1, popcount(lost));
 }
 
 /* The set of each path's pixel. */
-inline INT gradient_set(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots) {
+INLINE INT gradient_set(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots) {
   const int width = launch->cameras[job->camera].crop_width;
   const INT pixel = LOAD_INT(pool, PIXEL, slots);
   const INT row = CAST_INT((CAST_REAL(pixel) + 0.5f) * (1.0f / (float)width));
@@ -116,7 +116,7 @@ inline INT gradient_set(const Launch* launch, __global const JobRecord* job, con
 
 #if TEXEL_SUMS
 /* To the sum of one texel. */
-inline void add_to_texel(const Launch* launch, int texel, int channel, long x) {
+INLINE void add_to_texel(const Launch* launch, int texel, int channel, long x) {
   __global uint* sum = launch->texel_gradient + ((size_t)texel * TEXEL_CHANNELS + channel) * 2;
 #if OWN_TEXELS
   *(__global long*)sum += x;
@@ -127,7 +127,7 @@ inline void add_to_texel(const Launch* launch, int texel, int channel, long x) {
 
 /* To the texels that a number is made of. number: where its texture is told; x: what was pulled for it in each channel, or
  * for each component of a direction */
-inline void add_to_texels(const Launch* launch, int number, TexturePlace place, const long x[TEXEL_CHANNELS]) {
+INLINE void add_to_texels(const Launch* launch, int number, TexturePlace place, const long x[TEXEL_CHANNELS]) {
   const int texture = launch->number_textures[number];
   if (texture < 0 || launch->textures[texture].gradient < 0) return;
   __global const TextureRecord* t = launch->textures + texture;
@@ -142,7 +142,7 @@ inline void add_to_texels(const Launch* launch, int number, TexturePlace place, 
 }
 
 /* As add_to_texels, of heights. x: what was pulled for their two slopes. Returns what was lost. */
-inline uint add_to_heights(const Launch* launch, int number, TexturePlace place, const long x[TEXEL_CHANNELS]) {
+INLINE uint add_to_heights(const Launch* launch, int number, TexturePlace place, const long x[TEXEL_CHANNELS]) {
   const int texture = launch->number_textures[number];
   uint lost = 0;
   if (texture < 0 || launch->textures[texture].gradient < 0) return lost;
@@ -161,7 +161,7 @@ inline uint add_to_heights(const Launch* launch, int number, TexturePlace place,
 }
 
 /* What was pulled for the number whose first slot is `texels`, by channel or by component. */
-inline void pulled_for_number(const Pulled* p, int model, int texels, LongLanes sum[TEXEL_CHANNELS]) {
+INLINE void pulled_for_number(const Pulled* p, int model, int texels, LongLanes sum[TEXEL_CHANNELS]) {
   const int role = role_of(model, texels);
   const bool direction = role == ROLE_NORMAL || role == ROLE_BUMP;
   UNROLL_FOR(int c = 0; c < TEXEL_CHANNELS; ++c) sum[c].integer = (LONG)(0);
@@ -172,7 +172,7 @@ inline void pulled_for_number(const Pulled* p, int model, int texels, LongLanes 
 }
 
 /* As add_pulled, whose sums these are, too. */
-inline void add_pulled_to_texels(const Launch* launch, uint bits, const Pulled* p, int model, INT first,
+INLINE void add_pulled_to_texels(const Launch* launch, uint bits, const Pulled* p, int model, INT first,
                                  const REAL uv[]) {
   const TexturePlaces places = texture_places(uv);
   Lanes instance;
@@ -200,7 +200,7 @@ inline void add_pulled_to_texels(const Launch* launch, uint bits, const Pulled* 
 
 /* What was pulled for the numbers of a model, to the sums of each lane's instance, which begins at first. uv: where its
  * textures were looked up; null: it has none. */
-inline void add_pulled(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
+INLINE void add_pulled(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
                        const Pulled* p, int model, INT first, const REAL uv[]) {
   Lanes at;
   at.integer = gradient_set(launch, job, pool, slots) * SUMS_OF_A_SET + first * RADIANCE_CHANNELS;
@@ -220,7 +220,7 @@ inline void add_pulled(const Launch* launch, __global const JobRecord* job, cons
 
 /* Of the light, whose derivative is a factor of what a path gathers beside it: change of the radiance by the logarithm
  * of parameter p. */
-inline void pull_light(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
+INLINE void pull_light(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
                        int p, const REAL change[RADIANCE_CHANNELS]) {
   const INT first = gradient_set(launch, job, pool, slots) * SUMS_OF_A_SET + FIRST_LIGHT_NUMBER + p * RADIANCE_CHANNELS;
   Lanes at;
@@ -239,7 +239,7 @@ inline void pull_light(const Launch* launch, __global const JobRecord* job, cons
 #if VOXEL_SUMS
 /* A path that may become a probe (lib/probe.h): which of its flights will, each of its probes from a part of its own. sum: over all
  * of them */
-inline void begin_probe(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, REAL sum) {
+INLINE void begin_probe(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, REAL sum) {
   const Random random = load_random(job, pool, slots);
   REAL u[4];
   draw(&random, STREAM_CHOICE, u);
@@ -251,7 +251,7 @@ inline void begin_probe(const Launch* launch, __global const JobRecord* job, Poo
 #endif
 
 /* A path that is traced again learns what it gathers. */
-inline void begin_replay(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
+INLINE void begin_replay(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                          INT pixel, INT sample) {
 #if ADJOINT
   if (!job->replay) return;

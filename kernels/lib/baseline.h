@@ -24,13 +24,13 @@ typedef struct {
   REAL of[BASELINE_SCORES * THROUGHPUT_CHANNELS + 1];
 } Baseline;
 
-inline Baseline load_baseline(const Pool* pool, INT slots) {
+INLINE Baseline load_baseline(const Pool* pool, INT slots) {
   Baseline b;
   UNROLL_FOR(int i = 0; i < BASELINE_SCORES * THROUGHPUT_CHANNELS; ++i) b.of[i] = LOAD(pool, BASELINE + i, slots);
   return b;
 }
 
-inline void store_baseline(const Pool* pool, INT slots, const Baseline* b) {
+INLINE void store_baseline(const Pool* pool, INT slots, const Baseline* b) {
   UNROLL_FOR(int i = 0; i < BASELINE_SCORES * THROUGHPUT_CHANNELS; ++i) STORE(pool, BASELINE + i, slots, b->of[i]);
 }
 
@@ -40,7 +40,7 @@ typedef struct {
   INT row;      /* of the table, by depth */
 } Depth;
 
-inline Depth depth_of(const FlightCell* cell, REAL sigma_t) {
+INLINE Depth depth_of(const FlightCell* cell, REAL sigma_t) {
   const REAL square = dot3(cell->normal, cell->normal);               /* 1/3 to 1 */
   const REAL scale = 2.4495f + square * (1.1547f * square - 2.6042f); /* 1 / sqrt to 1.5 % */
   Depth d;
@@ -52,25 +52,25 @@ inline Depth depth_of(const FlightCell* cell, REAL sigma_t) {
 }
 
 /* first: of the medium's cells; cosine: between the normal and the direction of travel before the decision */
-inline INT medium_state(INT first, int decision, const Depth* depth, REAL cosine) {
+INLINE INT medium_state(INT first, int decision, const Depth* depth, REAL cosine) {
   const INT column = min(CAST_INT((1.0f + cosine) * (BASELINE_COSINES / 2)), (INT)(BASELINE_COSINES - 1));
   return first + (decision * BASELINE_DEPTHS + depth->row) * BASELINE_COSINES + max(column, (INT)(0));
 }
 
-inline INT boundary_state(INT first, REAL cosine) {
+INLINE INT boundary_state(INT first, REAL cosine) {
   const INT column = min(CAST_INT((1.0f + cosine) * (BASELINE_BOUNDARY_CELLS / 2)), (INT)(BASELINE_BOUNDARY_CELLS - 1));
   return first + max(column, (INT)(0));
 }
 
 /* V, a channel each; 0 where there is no table. */
-__attribute__((always_inline)) inline void expected_future(const Launch* launch, INT state, REAL v[]) {
+__attribute__((always_inline)) INLINE void expected_future(const Launch* launch, INT state, REAL v[]) {
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c)
     v[c] = BASELINES ? GATHER((launch->futures + c), state * THROUGHPUT_CHANNELS) : (REAL)(0.0f);
 }
 
 #if ADJOINT
 /* What a decision's score meets. weight: throughput with all its factors */
-inline void expect(Pulled* p, __global const JobRecord* job, const Pool* pool, INT slots, const Baseline* b,
+INLINE void expect(Pulled* p, __global const JobRecord* job, const Pool* pool, INT slots, const Baseline* b,
                    const REAL weight[], const REAL v[]) {
   if (job->replay != REPLAY_SUMS) return;
   pull_by_rest(p, job, pool, slots, b->of);
@@ -81,7 +81,7 @@ inline void expect(Pulled* p, __global const JobRecord* job, const Pool* pool, I
 }
 #else
 /* step: what the decision adds to the scores of the model's numbers; no density depends on a factor alone. */
-inline void add_decision(__global const JobRecord* job, Baseline* b, int model, const REAL weight[], const REAL v[],
+INLINE void add_decision(__global const JobRecord* job, Baseline* b, int model, const REAL weight[], const REAL v[],
                          const Step* step) {
   UNROLL_FOR(int k = 0; k < BASELINE_SCORES; ++k) {
     if (carried[k].model != model || role_of(model, carried[k].slot) != ROLE_DENSITY) continue;
@@ -92,7 +92,7 @@ inline void add_decision(__global const JobRecord* job, Baseline* b, int model, 
 #endif
 
 /* A flight, to the scores and to the baseline. weight: throughput with all its factors; state: before the flight */
-inline void add_flight(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Scores* scores,
+INLINE void add_flight(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Scores* scores,
                        Baseline* b, int model, const REAL n[], const Step* step, const REAL weight[], INT state) {
 #if BASELINES
   REAL v[THROUGHPUT_CHANNELS];
@@ -108,7 +108,7 @@ inline void add_flight(const Launch* launch, __global const JobRecord* job, cons
 
 /* Before the changes of direction of an event are added by add_turn: what is expected of them. Lanes not in `mask` meet
  * their scores later: they connect with light first (stage/connect.h). */
-inline void expect_turn(__global const JobRecord* job, const Pool* pool, INT slots, Scores* scores, const Baseline* b,
+INLINE void expect_turn(__global const JobRecord* job, const Pool* pool, INT slots, Scores* scores, const Baseline* b,
                         const REAL weight[], const REAL v[], MASK mask) {
 #if BASELINES && ADJOINT
   expect(&scores->pulled, job, pool, slots, b, weight, v);
@@ -118,7 +118,7 @@ inline void expect_turn(__global const JobRecord* job, const Pool* pool, INT slo
 }
 
 /* A change of direction by one of the phase functions. */
-inline void add_turn(__global const JobRecord* job, Scores* scores, Baseline* b, int model, const REAL n[], Step* step,
+INLINE void add_turn(__global const JobRecord* job, Scores* scores, Baseline* b, int model, const REAL n[], Step* step,
                      const REAL weight[], const REAL v[], MASK mask) {
 #if !(BASELINES && ADJOINT)
 #if BASELINES
@@ -130,7 +130,7 @@ inline void add_turn(__global const JobRecord* job, Scores* scores, Baseline* b,
 }
 
 /* What a surface's BSDF has decided, to the baseline. step: of the decision's density */
-inline void add_lobe(__global const JobRecord* job, const Pool* pool, INT slots, Scores* scores, int model,
+INLINE void add_lobe(__global const JobRecord* job, const Pool* pool, INT slots, Scores* scores, int model,
                      const REAL n[], const Step* step, const REAL weight[], const REAL v[]) {
 #if BASELINES
   Baseline b = load_baseline(pool, slots);
@@ -154,7 +154,7 @@ inline void add_lobe(__global const JobRecord* job, const Pool* pool, INT slots,
 }
 
 /* change: of the weight, 0 where no roulette was played */
-inline void add_roulette(Baseline* b, const REAL change[], const REAL v[], const Scores* scores) {
+INLINE void add_roulette(Baseline* b, const REAL change[], const REAL v[], const Scores* scores) {
   UNROLL_FOR(int k = 0; k < BASELINE_SCORES; ++k)
     UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c)
       b->of[k * THROUGHPUT_CHANNELS + c] += change[c] * v[c] * (ADJOINT ? (REAL)(1.0f) : scores->of[k]);
@@ -163,7 +163,7 @@ inline void add_roulette(Baseline* b, const REAL change[], const REAL v[], const
 /* In a pilot: writes what the host learns the table from. event: of the random numbers, with one visit of each
  * DECISION_*.
  */
-inline void record_visit(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+INLINE void record_visit(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                          const Random* random, INT event, int decision, INT state, const REAL weight[], MASK mask) {
   if (!BASELINES || !job->pilot) return;
   const INT path = (AS_INT(random->pixel) - job->first_pixel) / job->pixel_step * job->samples +

@@ -12,8 +12,8 @@ typedef JOIN(int, BOX_WIDTH) BoxInt;
 /* Rows of nodes and blocks are aligned (geometry_layout.h, and OpenCL aligns buffers): one load, which vload is not. */
 #define LOAD_BOX(p, row) (*(__global const BoxFloat*)((p) + (row)*BOX_WIDTH))
 /* The instruction of every vector unit, without fmin's and fmax's care for NaN: with it, a fifth of a whole render. */
-inline BoxFloat smaller_of(BoxFloat a, BoxFloat b) { return a < b ? a : b; }
-inline BoxFloat larger_of(BoxFloat a, BoxFloat b) { return a > b ? a : b; }
+INLINE BoxFloat smaller_of(BoxFloat a, BoxFloat b) { return a < b ? a : b; }
+INLINE BoxFloat larger_of(BoxFloat a, BoxFloat b) { return a > b ? a : b; }
 
 typedef union {
   BoxFloat v;
@@ -23,18 +23,18 @@ typedef union {
 /* As lane_bits (lib/vector.h). */
 #if BOX_WIDTH == 16 && defined(__AVX512DQ__)
 typedef int box_mask __attribute__((vector_size(64)));
-inline uint box_bits(BoxInt mask) { return (ushort)__builtin_ia32_cvtd2mask512((box_mask)mask); }
+INLINE uint box_bits(BoxInt mask) { return (ushort)__builtin_ia32_cvtd2mask512((box_mask)mask); }
 #elif BOX_WIDTH == 8 && defined(__AVX512DQ__) && defined(__AVX512VL__)
 typedef int box_mask __attribute__((vector_size(32)));
-inline uint box_bits(BoxInt mask) { return (uchar)__builtin_ia32_cvtd2mask256((box_mask)mask); }
+INLINE uint box_bits(BoxInt mask) { return (uchar)__builtin_ia32_cvtd2mask256((box_mask)mask); }
 #elif BOX_WIDTH == 8 && defined(__AVX__)
 typedef float box_mask __attribute__((vector_size(32)));
-inline uint box_bits(BoxInt mask) { return (uint)__builtin_ia32_movmskps256((box_mask)as_float8(mask)); }
+INLINE uint box_bits(BoxInt mask) { return (uint)__builtin_ia32_movmskps256((box_mask)as_float8(mask)); }
 #elif BOX_WIDTH == 4 && defined(__SSE__)
 typedef float box_mask __attribute__((vector_size(16)));
-inline uint box_bits(BoxInt mask) { return (uint)__builtin_ia32_movmskps((box_mask)as_float4(mask)); }
+INLINE uint box_bits(BoxInt mask) { return (uint)__builtin_ia32_movmskps((box_mask)as_float4(mask)); }
 #else
-inline uint box_bits(BoxInt mask) {
+INLINE uint box_bits(BoxInt mask) {
 #if BOX_WIDTH == 16
   const int16 bit = (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768);
   const int8 eight = (mask & bit).lo | (mask & bit).hi;

@@ -6,7 +6,7 @@
 #include "lib/score.h"
 #include "lib/structure.h"
 
-#define BSDF_DISPATCH __attribute__((always_inline)) inline
+#define BSDF_DISPATCH __attribute__((always_inline)) INLINE
 
 #define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: return PREFIX##_TRAITS;

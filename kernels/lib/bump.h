@@ -13,7 +13,7 @@ typedef struct {
 } TextureAxes;
 
 #if HAS_ROUND
-inline void round_axes(__global const float* record, INT at, INT flags, REAL3 position, REAL3 normal,
+INLINE void round_axes(__global const float* record, INT at, INT flags, REAL3 position, REAL3 normal,
                        TextureAxes* axes) {
   const MASK sphere = (flags & PRIMITIVE_SPHERE) != 0, cylinder = (flags & PRIMITIVE_CYLINDER) != 0;
   if (!ANY(sphere | cylinder)) return;
@@ -30,14 +30,14 @@ inline void round_axes(__global const float* record, INT at, INT flags, REAL3 po
 }
 #endif
 
-inline void store_normal(REAL3 normal, REAL n[3]) {
+INLINE void store_normal(REAL3 normal, REAL n[3]) {
   n[0] = normal.x;
   n[1] = normal.y;
   n[2] = normal.z;
 }
 
 /* triangles: as of launch_arguments.h */
-inline TextureAxes texture_axes(__global const PrimitiveRecord* primitives, __global const float* triangles,
+INLINE TextureAxes texture_axes(__global const PrimitiveRecord* primitives, __global const float* triangles,
                                 INT primitive, REAL3 position, REAL3 normal) {
   TextureAxes axes;
   const Frame frame = make_frame(normal);
@@ -54,7 +54,7 @@ inline TextureAxes texture_axes(__global const PrimitiveRecord* primitives, __gl
 
 /* n: of a bump map (model/nest/bump_map.h), whose first numbers are d height / d u and d height / d v without `scale`;
  * they become the bent normal in the frame, on the geometric normal's side. */
-inline void bend_by_slopes(REAL n[], const TextureAxes* axes, REAL3 normal, const Frame* frame) {
+INLINE void bend_by_slopes(REAL n[], const TextureAxes* axes, REAL3 normal, const Frame* frame) {
   REAL slopes[2] = {n[BUMP_MAP_texture] * n[BUMP_MAP_scale], n[BUMP_MAP_texture + 1] * n[BUMP_MAP_scale]};
 #if TEXEL_SUMS
   UNROLL_FOR(int k = 0; k < 2; ++k) {

@@ -26,7 +26,7 @@ typedef struct {
   MASK mask;
 } ConnectionStart;
 
-inline ConnectionStart connection_start(MASK mask) {
+INLINE ConnectionStart connection_start(MASK mask) {
   ConnectionStart s;
   s.medium = 0;
   s.phase = 0;
@@ -39,7 +39,7 @@ inline ConnectionStart connection_start(MASK mask) {
   return s;
 }
 
-inline void add_connection_start(__global const JobRecord* job, Scores* scores, const ConnectionStart* start) {
+INLINE void add_connection_start(__global const JobRecord* job, Scores* scores, const ConnectionStart* start) {
   if (start->medium) add_passage(job, scores, start->medium, start->passage, start->mask);
   if (start->phase) add_phase(job, scores, start->phase, start->cosine, start->mask);
   if (start->surface) add_scores(job, scores, start->model, start->n, start->surface, false);
@@ -48,7 +48,7 @@ inline void add_connection_start(__global const JobRecord* job, Scores* scores, 
 #if ADJOINT
 #define PASSAGES (MEDIA * FIELD_CHANNELS)
 /* A connection's own factors weigh what it brings, and nothing else. through: thickness of each medium on the way, FIELD_CHANNELS each */
-inline void pull_connection(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+INLINE void pull_connection(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                             const Random* random, MASK mask, const REAL arriving[], const ConnectionStart* start,
                             const Lanes through[]) {
   REAL weight[RADIANCE_CHANNELS];
@@ -101,7 +101,7 @@ typedef struct {
 
 #if HAS_MEDIUM
 /* A lane has passed `distance` in a medium. */
-inline void pass_medium(const Launch* launch, __global const JobRecord* job, Obstacles* way, int lane, int medium,
+INLINE void pass_medium(const Launch* launch, __global const JobRecord* job, Obstacles* way, int lane, int medium,
                         float distance) {
   const int first = launch->media[medium].first_number;
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c)
@@ -120,7 +120,7 @@ typedef struct {
 } FieldPassage;
 
 /* A lane passes a way. Those through media with fields are kept for pass_fields. */
-inline void pass_way(const Launch* launch, __global const JobRecord* job, Obstacles* way, FieldPassage* p, int lane,
+INLINE void pass_way(const Launch* launch, __global const JobRecord* job, Obstacles* way, FieldPassage* p, int lane,
                      int medium, float3 from, float distance) {
 #if HAS_FIELDS
   if (launch->media[medium].field >= 0) {
@@ -140,7 +140,7 @@ inline void pass_way(const Launch* launch, __global const JobRecord* job, Obstac
 #if HAS_FIELDS
 /* Lanes of a connection in `direction` pass it. segment: how many ways there were before; pulled_weight: as of
  * follow_connection */
-inline void pass_fields(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+INLINE void pass_fields(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                         Obstacles* way, const Random* random, int segment, REAL3 direction, const FieldPassage* p,
                         const REAL pulled_weight[]) {
   const MASK mask = lane_mask(p->lanes);
@@ -172,7 +172,7 @@ inline void pass_fields(const Launch* launch, __global const JobRecord* job, con
 
 /* Moves o, a point on an index-matched boundary, to the side to which the direction d leads. Returns the cosine between d and the
  * outward normal. */
-inline float pass_boundary(__global const PrimitiveRecord* primitive, float3 d, float3* o) {
+INLINE float pass_boundary(__global const PrimitiveRecord* primitive, float3 d, float3* o) {
   float3 normal = (float3)(primitive->normal[0], primitive->normal[1], primitive->normal[2]);
   const bool curved = primitive->flags & PRIMITIVE_CURVED;
   if (curved) normal = out_of_curved(primitive, *o);
@@ -193,7 +193,7 @@ typedef struct {
 #endif
 } Follower;
 
-inline Follower begin_connection(REAL3 from, REAL3 to, REAL distance, INT skip, INT medium) {
+INLINE Follower begin_connection(REAL3 from, REAL3 to, REAL distance, INT skip, INT medium) {
   Follower f;
   f.x.real = from.x;
   f.y.real = from.y;
@@ -212,7 +212,7 @@ inline Follower begin_connection(REAL3 from, REAL3 to, REAL distance, INT skip, 
 
 /* A lane goes on to what its ray has met. open: lets something of it pass? So do index-matched boundaries. Returns whether
  * it goes on behind it. */
-inline bool follow_lane(const Launch* launch, __global const JobRecord* job, Follower* f, Obstacles* way, int l,
+INLINE bool follow_lane(const Launch* launch, __global const JobRecord* job, Follower* f, Obstacles* way, int l,
                         const LaneHits* hits, bool open) {
   const int at = hits->primitive.i[l], current = f->in.i[l];
   const float3 from = (float3)(f->x.f[l], f->y.f[l], f->z.f[l]);
@@ -251,7 +251,7 @@ typedef struct {
   REAL texture[TEXTURE_PLACE];
 } Passage;
 
-inline Passage find_passage(const Launch* launch, __global const JobRecord* job, MASK mask, const LaneHits* hits,
+INLINE Passage find_passage(const Launch* launch, __global const JobRecord* job, MASK mask, const LaneHits* hits,
                             REAL3 direction) {
   Passage p;
   const INT primitive = SELECT_INT(mask & (hits->primitive.integer >= 0), hits->primitive.integer, 0);
@@ -274,7 +274,7 @@ inline Passage find_passage(const Launch* launch, __global const JobRecord* job,
 
 /* What the lanes at structures of one kind pass on: their share, and their scores. pulled: of a replay, what they weigh; else
  * null. */
-inline void pass_structure(int surface, int model, const Launch* launch, __global const JobRecord* job,
+INLINE void pass_structure(int surface, int model, const Launch* launch, __global const JobRecord* job,
                            const Pool* pool, INT slots, const Passage* p, const REAL pulled_weight[], Obstacles* way,
                            REAL* share) {
   const MASK here = p->surface == surface;
@@ -298,7 +298,7 @@ inline void pass_structure(int surface, int model, const Launch* launch, __globa
 #endif
 
 /* Nothing on the way yet. */
-inline Obstacles no_obstacles() {
+INLINE Obstacles no_obstacles() {
   Obstacles way;
   UNROLL_FOR(int k = 0; k < PASSAGES; ++k) way.through[k].real = (REAL)(0.0f);
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way.depth[c].real = (REAL)(0.0f);
@@ -314,7 +314,7 @@ inline Obstacles no_obstacles() {
 }
 
 /* What structures that connections meet pass on. Returns the lanes in which something passes. */
-inline uint pass_structures(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
+INLINE uint pass_structures(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
                             const LaneHits* hits, REAL3 to, const REAL pulled_weight[], Obstacles* way) {
 #if HAS_PASSAGES
   REAL share = (REAL)(0.0f);
@@ -331,7 +331,7 @@ inline uint pass_structures(const Launch* launch, __global const JobRecord* job,
 
 /* Follows connections: from `from` in `medium`, standing on primitive `skip`, towards `to` over `distance`; FAR_AWAY: out of
  * the scene. random: of the event; pulled_weight: of a replay, for what lets light pass straight on; else null. */
-inline Obstacles follow_connection(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+INLINE Obstacles follow_connection(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                                    const Random* random, MASK mask, REAL3 from, REAL3 to, REAL distance, INT skip,
                                    INT medium, const REAL pulled_weight[]) {
   const Surfaces surfaces = job_surfaces(launch, job);
@@ -366,7 +366,7 @@ inline Obstacles follow_connection(const Launch* launch, __global const JobRecor
 /* Adds weight times the light, dimmed on the way, to the radiance of the lanes in `mask`: from `from` in `medium`.
  * scores: of the path so far; start: of where the connection begins; random: numbers of the event, of which media may take
  * streams of their own. */
-inline void add_connection(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
+INLINE void add_connection(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
                            const Random* random, MASK mask, REAL3 from, const LightSample* light, INT skip, INT medium,
                            const REAL weight[RADIANCE_CHANNELS], const Scores* scores, const ConnectionStart* start) {
   REAL arriving[RADIANCE_CHANNELS], dimmed[RADIANCE_CHANNELS];

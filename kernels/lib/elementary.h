@@ -9,7 +9,7 @@
 
 /* Natural logarithm of x >= 0; 3 ulp for normal x. Zero and denormal x give values in (-88.1, -87.3), so -log(x) stays
  * a usable optical depth; infinity gives 88.7. Negative x and NaN: undefined. */
-inline REAL real_log(REAL x) {
+INLINE REAL real_log(REAL x) {
   INT bits = AS_INT(x);
   /* x = 2^e (1 + f), 1 + f in [sqrt(1/2), sqrt(2)): subtracting the bits of sqrt(1/2) leaves e in the exponent. */
   INT e = (bits - 0x3f3504f3) >> 23;
@@ -28,7 +28,7 @@ inline REAL real_log(REAL x) {
 }
 
 /* e^x, 2 ulp. x < -87.3 gives 0; x > 88.3 gives e^88.3 = 2.2e38, never infinity. NaN: undefined. */
-inline REAL real_exp(REAL x) {
+INLINE REAL real_exp(REAL x) {
   REAL y = fmin(fmax(x, (REAL)(-87.3f)), (REAL)(88.3f));
   INT k = CAST_INT(y * 1.44269504089f + SELECT(y < 0.0f, -0.5f, 0.5f));
   REAL n = CAST_REAL(k);
@@ -43,7 +43,7 @@ inline REAL real_exp(REAL x) {
 }
 
 /* *s = sin(2 pi x), *c = cos(2 pi x) for x in [0, 1]; absolute error 1e-7. */
-inline void sin_cos_2pi(REAL x, REAL* s, REAL* c) {
+INLINE void sin_cos_2pi(REAL x, REAL* s, REAL* c) {
   INT quarter = CAST_INT(x * 4.0f + 0.5f);
   REAL r = x - CAST_REAL(quarter) * 0.25f; /* exact; in [-1/8, 1/8] */
   REAL r2 = r * r;

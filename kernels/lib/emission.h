@@ -13,7 +13,7 @@
 #if LIGHT_TEXELS
 /* To the texels of pictures that tint lights, and to the sums of these numbers. x: pull times what a texel's change is
  * multiplied by; first: of each lane's light, -1: it has no picture. */
-inline void add_to_pictures(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
+INLINE void add_to_pictures(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
                             INT first, const REAL uv[2], const REAL x[RADIANCE_CHANNELS]) {
   Lanes number, set, u, v;
   LongLanes sum[RADIANCE_CHANNELS];
@@ -36,7 +36,7 @@ inline void add_to_pictures(const Launch* launch, __global const JobRecord* job,
 }
 
 /* weight, source: as of gather_light_derivatives. */
-inline void gather_light_texels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+INLINE void gather_light_texels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                                 MASK mask, const REAL weight[RADIANCE_CHANNELS], const LightSource* source) {
   const INT light = max(source->index, 0);
   const INT model = GATHER_INT(LIGHT_MEMBER_INT(launch, model), light * LIGHT_WORDS);
@@ -55,7 +55,7 @@ inline void gather_light_texels(const Launch* launch, __global const JobRecord* 
 
 #if ENVIRONMENT_TEXELS
 /* To the pixels of the picture around the scene. weight: as of gather_light_derivatives; direction: towards the light. */
-inline void gather_environment_texels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+INLINE void gather_environment_texels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                                       MASK mask, const REAL weight[RADIANCE_CHANNELS], REAL3 direction) {
   __global const EnvironmentRecord* record = launch->environments + job->environment;
   if (record->gradient < 0) return;
@@ -79,7 +79,7 @@ inline void gather_environment_texels(const Launch* launch, __global const JobRe
 
 /* Adds to the derivatives by the light what reaches the lanes in `mask` from where it comes. weight: what the radiance of the
  * light is multiplied by on its way to the pixel. */
-inline void gather_light_derivatives(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
+INLINE void gather_light_derivatives(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
                                      MASK mask, const REAL weight[RADIANCE_CHANNELS], const LightSource* source) {
 #if LIGHT_TEXELS
   if (job->replay == REPLAY_SUMS) gather_light_texels(launch, job, pool, slots, mask, weight, source);

@@ -15,7 +15,7 @@
 /* The smooth part. */
 #define RADIANCE_OF_ENVIRONMENT(name, PREFIX) \
   case MODEL_##name: name##_radiance(record, tables, d, rgb); return;
-inline void smooth_radiance(__global const EnvironmentRecord* record, __global const float* tables, REAL3 direction,
+INLINE void smooth_radiance(__global const EnvironmentRecord* record, __global const float* tables, REAL3 direction,
                             REAL rgb[3]) {
   const REAL3 d = environment_to_local(record, direction);
   switch (record->model) { ENVIRONMENTS_OF_SCENE(RADIANCE_OF_ENVIRONMENT) }
@@ -23,7 +23,7 @@ inline void smooth_radiance(__global const EnvironmentRecord* record, __global c
 }
 
 /* All of it. */
-inline void environment_radiance(__global const EnvironmentRecord* record, __global const float* tables,
+INLINE void environment_radiance(__global const EnvironmentRecord* record, __global const float* tables,
                                  REAL3 direction, REAL rgb[3]) {
   smooth_radiance(record, tables, direction, rgb);
 #if HAS_SUN
@@ -38,7 +38,7 @@ inline void environment_radiance(__global const EnvironmentRecord* record, __glo
  * sun is linear in its radiance. */
 #define DERIVATIVE_OF_ENVIRONMENT(name, PREFIX) \
   case MODEL_##name: name##_derivative(record, moving, tables, d, rgb); break;
-inline void environment_derivative(__global const EnvironmentRecord* record, __global const EnvironmentRecord* moving,
+INLINE void environment_derivative(__global const EnvironmentRecord* record, __global const EnvironmentRecord* moving,
                                    __global const float* tables, REAL3 direction, REAL rgb[3]) {
   const REAL3 d = environment_to_local(record, direction);
   switch (record->model) { ENVIRONMENTS_OF_SCENE(DERIVATIVE_OF_ENVIRONMENT) }
@@ -53,7 +53,7 @@ inline void environment_derivative(__global const EnvironmentRecord* record, __g
 /* Density of smooth_sample [1/sr]. */
 #define PDF_OF_ENVIRONMENT(name, PREFIX) \
   case MODEL_##name: return name##_pdf(record, tables, d);
-inline REAL smooth_pdf(__global const EnvironmentRecord* record, __global const float* tables, REAL3 direction) {
+INLINE REAL smooth_pdf(__global const EnvironmentRecord* record, __global const float* tables, REAL3 direction) {
   const REAL3 d = environment_to_local(record, direction);
   switch (record->model) { ENVIRONMENTS_OF_SCENE(PDF_OF_ENVIRONMENT) }
   return (REAL)(0);
@@ -62,7 +62,7 @@ inline REAL smooth_pdf(__global const EnvironmentRecord* record, __global const 
 /* A direction drawn in proportion to the smooth part; where *pdf is 0 there is none. */
 #define SAMPLE_OF_ENVIRONMENT(name, PREFIX) \
   case MODEL_##name: d = name##_sample(record, tables, u0, u1, pdf); break;
-inline REAL3 smooth_sample(__global const EnvironmentRecord* record, __global const float* tables, REAL u0, REAL u1,
+INLINE REAL3 smooth_sample(__global const EnvironmentRecord* record, __global const float* tables, REAL u0, REAL u1,
                            REAL* pdf) {
   REAL3 d = make3((REAL)(0), (REAL)(0), (REAL)(1));
   *pdf = (REAL)(0);

@@ -22,7 +22,7 @@
 enum { STREAM_THICKNESS = 2, STREAM_FLIGHT = 0x100, STREAM_DIMMING = 0x1000000 };
 
 /* Takes the lanes of one field out of `left`; index: of each lane. */
-inline MASK next_field(const Launch* launch, INT index, uint* left, __global const FieldRecord** field) {
+INLINE MASK next_field(const Launch* launch, INT index, uint* left, __global const FieldRecord** field) {
   Lanes of;
   of.integer = index;
   const int number = of.i[LOWEST_BIT(*left)];
@@ -33,7 +33,7 @@ inline MASK next_field(const Launch* launch, INT index, uint* left, __global con
 }
 
 /* Of a place along one axis of n voxels: the index of a voxel, wrapped. Finite for any i. */
-inline INT wrapped(int wrap, INT i, int n) {
+INLINE INT wrapped(int wrap, INT i, int n) {
   if (wrap == TEXTURE_CLAMP) return clamp(i, (INT)(0), (INT)(n - 1));
   const int period = wrap == TEXTURE_MIRROR ? 2 * n : n;
   INT m = i % period;
@@ -42,7 +42,7 @@ inline INT wrapped(int wrap, INT i, int n) {
 }
 
 /* Voxels on both sides of a place, and the share of the second. */
-inline void neighbours(__global const FieldRecord* field, int axis, REAL3 p, INT* first, INT* second, REAL* share) {
+INLINE void neighbours(__global const FieldRecord* field, int axis, REAL3 p, INT* first, INT* second, REAL* share) {
   __global const float* row = field->to_voxels + 4 * axis;
   const REAL v = MAX(MIN(row[0] * p.x + row[1] * p.y + row[2] * p.z + row[3], (REAL)(1e8f)), (REAL)(-1e8f));
   const REAL below = floor(field->nearest ? v : v - 0.5f);
@@ -51,10 +51,10 @@ inline void neighbours(__global const FieldRecord* field, int axis, REAL3 p, INT
   *second = field->nearest ? *first : wrapped(field->wrap, CAST_INT(below) + 1, field->size[axis]);
 }
 
-inline REAL mixed(REAL a, REAL b, REAL share) { return a + share * (b - a); }
+INLINE REAL mixed(REAL a, REAL b, REAL share) { return a + share * (b - a); }
 
 /* Where the voxel at x, y, z is stored, in voxels. */
-inline INT voxel_index(const Launch* launch, __global const FieldRecord* field, INT x, INT y, INT z) {
+INLINE INT voxel_index(const Launch* launch, __global const FieldRecord* field, INT x, INT y, INT z) {
 #if PACKED_FIELDS
   if (field->first_brick >= 0) {
     __global const int* bricks = (__global const int*)launch->voxels + field->first_brick;
@@ -68,7 +68,7 @@ inline INT voxel_index(const Launch* launch, __global const FieldRecord* field, 
 }
 
 /* index: voxel_index times the stored channels, and the channel */
-inline REAL voxel_value(const Launch* launch, __global const FieldRecord* field, INT index) {
+INLINE REAL voxel_value(const Launch* launch, __global const FieldRecord* field, INT index) {
   __global const float* voxels = launch->voxels + field->first_voxel;
 #if PACKED_FIELDS
   if (field->bits < 32) {
@@ -82,7 +82,7 @@ inline REAL voxel_value(const Launch* launch, __global const FieldRecord* field,
 }
 
 /* value: a channel each; a grey field has the first alone where channels is 1 */
-inline void field_value(const Launch* launch, __global const FieldRecord* field, REAL3 p, int channels, REAL value[]) {
+INLINE void field_value(const Launch* launch, __global const FieldRecord* field, REAL3 p, int channels, REAL value[]) {
   INT x[2], y[2], z[2], at[8];
   REAL right, up, deep, v[8];
   neighbours(field, 0, p, &x[0], &x[1], &right);
@@ -115,7 +115,7 @@ typedef struct {
   MASK inside;          /* lanes on their way */
 } Way;
 
-inline void load_cell(const Launch* launch, __global const FieldRecord* field, Way* w) {
+INLINE void load_cell(const Launch* launch, __global const FieldRecord* field, Way* w) {
   const INT cell = (w->cell[2] * field->cells[1] + w->cell[1]) * field->cells[0] + w->cell[0];
   __global const float* cells = launch->voxels + field->first_cell;
   w->greatest = GATHER(cells, 2 * cell);
@@ -123,14 +123,14 @@ inline void load_cell(const Launch* launch, __global const FieldRecord* field, W
 }
 
 /* Of a direction: no component is 0, so that distances to walls are finite. */
-inline void components(REAL3 d, REAL of[3]) {
+INLINE void components(REAL3 d, REAL of[3]) {
   of[0] = d.x;
   of[1] = d.y;
   of[2] = d.z;
   UNROLL_FOR(int a = 0; a < 3; ++a) of[a] = SELECT(ABS(of[a]) < 1e-12f, 1e-12f, of[a]);
 }
 
-inline Way enter_field(const Launch* launch, __global const FieldRecord* field, REAL3 from, REAL3 direction,
+INLINE Way enter_field(const Launch* launch, __global const FieldRecord* field, REAL3 from, REAL3 direction,
                        REAL distance, MASK mask) {
   Way w;
   REAL o[3], d[3];
@@ -158,10 +158,10 @@ inline Way enter_field(const Launch* launch, __global const FieldRecord* field, 
 }
 
 /* Where the way leaves its cell. */
-inline REAL end_of_cell(const Way* w) { return MAX(w->at, MIN(w->end, MIN(w->next[0], MIN(w->next[1], w->next[2])))); }
+INLINE REAL end_of_cell(const Way* w) { return MAX(w->at, MIN(w->end, MIN(w->next[0], MIN(w->next[1], w->next[2])))); }
 
 /* The lanes in `moves` step to the next cell, or end their way. */
-inline void next_cell(const Launch* launch, __global const FieldRecord* field, REAL3 direction, MASK moves, Way* w) {
+INLINE void next_cell(const Launch* launch, __global const FieldRecord* field, REAL3 direction, MASK moves, Way* w) {
   const REAL end = end_of_cell(w), least = MIN(w->next[0], MIN(w->next[1], w->next[2]));
   REAL d[3];
   components(direction, d);
@@ -181,7 +181,7 @@ inline void next_cell(const Launch* launch, __global const FieldRecord* field, R
 }
 
 /* On to the next collision at `rate` times the greatest value a unit of length. Lanes that meet none end their way. */
-inline void next_collision(const Launch* launch, __global const FieldRecord* field, REAL3 direction, REAL rate, REAL u,
+INLINE void next_collision(const Launch* launch, __global const FieldRecord* field, REAL3 direction, REAL rate, REAL u,
                            bool above_least, Way* w, REAL* passed_least) {
   REAL left = -LOG(u);
   MASK goes = w->inside;
@@ -200,11 +200,11 @@ inline void next_collision(const Launch* launch, __global const FieldRecord* fie
   }
 }
 
-inline REAL of_hero_field(const REAL value[FIELD_CHANNELS], INT hero) {
+INLINE REAL of_hero_field(const REAL value[FIELD_CHANNELS], INT hero) {
   return FIELD_CHANNELS == 3 ? of_hero(value, hero) : value[0];
 }
 
-inline REAL largest_of(const REAL sigma_t[]) {
+INLINE REAL largest_of(const REAL sigma_t[]) {
 #if SPECTRAL
   return MAX(sigma_t[0], MAX(sigma_t[1], sigma_t[2]));
 #else
@@ -214,7 +214,7 @@ inline REAL largest_of(const REAL sigma_t[]) {
 
 /* Distance to the next scattering before `distance`, else ENDLESS. sigma_t: what the field is times.
  * weight: spectral weights, which null collisions on the way change; there: the field where it scatters. */
-inline REAL field_flight(const Launch* launch, __global const FieldRecord* field, const Random* random, REAL3 from,
+INLINE REAL field_flight(const Launch* launch, __global const FieldRecord* field, const Random* random, REAL3 from,
                          REAL3 direction, REAL distance, const REAL sigma_t[], INT hero, MASK mask, REAL weight[3],
                          REAL there[FIELD_CHANNELS]) {
   Way w = enter_field(launch, field, from, direction, distance, mask);
@@ -244,7 +244,7 @@ inline REAL field_flight(const Launch* launch, __global const FieldRecord* field
 }
 
 /* The integral of the field along a way, an estimate. u: uniform, which place of each cell stands for its part. */
-inline void field_thickness(const Launch* launch, __global const FieldRecord* field, REAL3 from, REAL3 direction,
+INLINE void field_thickness(const Launch* launch, __global const FieldRecord* field, REAL3 from, REAL3 direction,
                             REAL distance, REAL u, MASK mask, REAL thickness[FIELD_CHANNELS]) {
   Way w = enter_field(launch, field, from, direction, distance, mask);
   while (ANY(w.inside)) {
@@ -262,7 +262,7 @@ inline void field_thickness(const Launch* launch, __global const FieldRecord* fi
 
 /* Multiplies `through`, a throughput channel each, by an estimate of the transmittance of a way. segment: which way of a
  * connection this is; its random numbers are its own. */
-inline void field_dimming(const Launch* launch, __global const FieldRecord* field, const Random* random, int segment,
+INLINE void field_dimming(const Launch* launch, __global const FieldRecord* field, const Random* random, int segment,
                           REAL3 from, REAL3 direction, REAL distance, const REAL sigma_t[], MASK mask,
                           REAL through[THROUGHPUT_CHANNELS]) {
   Way w = enter_field(launch, field, from, direction, distance, mask);

@@ -15,7 +15,7 @@ typedef struct {
 } FlightCell;
 
 /* Without a grid: a cell of which nothing is known. The load rarely hits a near cache: ask early. */
-__attribute__((always_inline)) inline FlightCell flight_cell(__global const uint* grid,
+__attribute__((always_inline)) INLINE FlightCell flight_cell(__global const uint* grid,
                                                              __global const GeometryRecord* record, REAL3 position) {
   const int nx = record->cells[0], ny = record->cells[1], nz = record->cells[2];
   if (nx == 0) {
@@ -55,7 +55,7 @@ __attribute__((always_inline)) inline FlightCell flight_cell(__global const uint
  * Inside, only surfaces that the path leaves through, direction . normal > 0, can be met: where every surface of the
  * ball faces the other way, the path goes on to the ball's end. So the flights that start on a surface are spared a
  * test. */
-inline REAL clear_distance(__global const GeometryRecord* record, const FlightCell* cell, REAL3 direction, float way) {
+INLINE REAL clear_distance(__global const GeometryRecord* record, const FlightCell* cell, REAL3 direction, float way) {
   /* To the end of the ball. */
   const REAL along = way * dot3(cell->from, direction);
   const REAL square = cell->radius * cell->radius - dot3(cell->from, cell->from);
@@ -71,13 +71,13 @@ inline REAL clear_distance(__global const GeometryRecord* record, const FlightCe
 /* Does a flight of `distance` surely end before any surface? start, end: the cells of its ends, the former inside a
  * medium. False is always a correct answer. Looks from both ends: the end's cell is the start's of the next flight, so
  * it costs no load. What the end's cell says holds once the flight is known to be clear up to there. */
-inline MASK flight_is_clear(__global const GeometryRecord* record, const FlightCell* start, const FlightCell* end,
+INLINE MASK flight_is_clear(__global const GeometryRecord* record, const FlightCell* start, const FlightCell* end,
                             REAL3 direction, REAL distance) {
   return clear_distance(record, start, direction, 1.0f) >= distance - clear_distance(record, end, direction, -1.0f);
 }
 
 /* A lower bound of the distance to any surface. */
-inline REAL surface_distance(__global const GeometryRecord* record, const FlightCell* cell) {
+INLINE REAL surface_distance(__global const GeometryRecord* record, const FlightCell* cell) {
   const REAL in_ball = cell->radius - SQRT(dot3(cell->from, cell->from));
   /* |normal| <= 1 */
   const REAL in_front = cell->offset - dot3(cell->normal, cell->from);
@@ -85,7 +85,7 @@ inline REAL surface_distance(__global const GeometryRecord* record, const Flight
 }
 
 /* A guess of the outward normal of the nearest surface. */
-inline REAL3 surface_normal_guess(const FlightCell* cell) {
+INLINE REAL3 surface_normal_guess(const FlightCell* cell) {
   return scale3(cell->normal, 1.0f / SQRT(dot3(cell->normal, cell->normal)));
 }
 

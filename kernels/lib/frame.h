@@ -8,14 +8,14 @@ typedef struct {
   REAL3 s, t, n;
 } Frame;
 
-inline Frame make_frame(REAL3 n) {
+INLINE Frame make_frame(REAL3 n) {
   Frame f;
   shading_frame(n, &f.s, &f.t);
   f.n = n;
   return f;
 }
 /* With s along what of `tangent` lies in the plane; n: unit. */
-inline Frame make_frame_along(REAL3 n, REAL3 tangent) {
+INLINE Frame make_frame_along(REAL3 n, REAL3 tangent) {
   Frame f = make_frame(n);
   const REAL3 in_plane = sub3(tangent, scale3(n, dot3(n, tangent)));
   const REAL length2 = dot3(in_plane, in_plane);
@@ -23,7 +23,7 @@ inline Frame make_frame_along(REAL3 n, REAL3 tangent) {
   f.t = cross3(n, f.s);
   return f;
 }
-inline REAL3 frame_to_world(const Frame* f, REAL3 w) { return to_world(f->s, f->t, f->n, w); }
-inline REAL3 frame_to_local(const Frame* f, REAL3 w) { return to_local(f->s, f->t, f->n, w); }
+INLINE REAL3 frame_to_world(const Frame* f, REAL3 w) { return to_world(f->s, f->t, f->n, w); }
+INLINE REAL3 frame_to_local(const Frame* f, REAL3 w) { return to_local(f->s, f->t, f->n, w); }
 
 #endif

@@ -27,7 +27,7 @@ __constant PartRecord parts[PARTS + 1] = {PART_RECORDS};
 #define FIELD_OF(record, member) \
   ((int)(((__global const char*)&((__global const record*)0)->member - (__global const char*)0) / 4))
 
-inline Surfaces job_surfaces(const Launch* launch, __global const JobRecord* job) {
+INLINE Surfaces job_surfaces(const Launch* launch, __global const JobRecord* job) {
   return surfaces_of(launch->nodes, launch->leaves, launch->primitives, launch->geometries + job->geometry);
 }
 
@@ -38,7 +38,7 @@ typedef struct {
   uint seed_low, seed_high;
 } Random;
 
-__attribute__((always_inline)) inline Random load_random(__global const JobRecord* job, const Pool* pool, INT slots) {
+__attribute__((always_inline)) INLINE Random load_random(__global const JobRecord* job, const Pool* pool, INT slots) {
   Random r;
   r.pixel = AS_UINT(LOAD_INT(pool, PIXEL, slots));
   r.sample = AS_UINT(LOAD_INT(pool, SAMPLE, slots));
@@ -47,7 +47,7 @@ __attribute__((always_inline)) inline Random load_random(__global const JobRecor
   r.seed_high = job->seed_high;
   return r;
 }
-inline void draw(const Random* r, uint stream, REAL u[4]) {
+INLINE void draw(const Random* r, uint stream, REAL u[4]) {
   random4(r->pixel, r->sample, AS_UINT(r->event), stream, r->seed_low, r->seed_high, u);
 }
 
@@ -59,7 +59,7 @@ inline void draw(const Random* r, uint stream, REAL u[4]) {
 /* An event of the lanes in `mask`, with density `factor` of each channel, over any common one. Should none of the
  * channels be possible, which takes the underflow of the hero's own weight, all weights are 0 and roulette ends the
  * path. */
-inline void spectral_event(MASK mask, const REAL factor[3], REAL weight[3]) {
+INLINE void spectral_event(MASK mask, const REAL factor[3], REAL weight[3]) {
   REAL sum = (REAL)(0.0f);
   UNROLL_FOR(int c = 0; c < 3; ++c) sum += weight[c] * factor[c];
   const REAL inverse = 3.0f / MAX(sum, (REAL)(1e-30f));
@@ -68,7 +68,7 @@ inline void spectral_event(MASK mask, const REAL factor[3], REAL weight[3]) {
 #endif
 
 /* Of the path's hero channel. */
-inline REAL of_hero(const REAL of[], INT hero) {
+INLINE REAL of_hero(const REAL of[], INT hero) {
 #if SPECTRAL
   return SELECT(hero == 0, of[0], SELECT(hero == 1, of[1], of[2]));
 #else
@@ -78,7 +78,7 @@ inline REAL of_hero(const REAL of[], INT hero) {
 
 /* The sigma_t for choices that the weights must not depend on: the same whatever the path's hero channel, or MIS
  * weights would not add up, nor baselines have mean zero. */
-inline REAL mean_sigma_t(const REAL sigma_t[]) {
+INLINE REAL mean_sigma_t(const REAL sigma_t[]) {
 #if SPECTRAL
   return (sigma_t[0] + sigma_t[1] + sigma_t[2]) * (1.0f / 3.0f);
 #else
@@ -87,7 +87,7 @@ inline REAL mean_sigma_t(const REAL sigma_t[]) {
 }
 
 /* `scale` times the weights of paths between two stages. Without RGB sigma_t these are 1. */
-inline void channel_weights(const Pool* pool, INT slots, REAL scale, REAL weight[3]) {
+INLINE void channel_weights(const Pool* pool, INT slots, REAL scale, REAL weight[3]) {
 #if SPECTRAL
   UNROLL_FOR(int c = 0; c < 3; ++c) weight[c] = LOAD(pool, SPECTRAL_WEIGHT + c, slots) * scale;
 #else
@@ -95,7 +95,7 @@ inline void channel_weights(const Pool* pool, INT slots, REAL scale, REAL weight
 #endif
 }
 
-inline INT plain_depth(INT depth) {
+INLINE INT plain_depth(INT depth) {
 #if OPERATOR_SINGLE
   return depth & (SCATTERED_ONCE - 1);
 #else
@@ -113,7 +113,7 @@ inline INT plain_depth(INT depth) {
  * which raises it to FAINT, never more. Brighter ones go on. But after PATIENCE vertices they survive with 0.95, as in
  * Mitsuba, until their throughput has been raised to HEAVY: for ever it would end all that take long, and raise the rest
  * without bound. From there on they survive with `lasts`. Returns who dies; survivors' throughput is raised in place. */
-inline MASK roulette(const Launch* launch, __global const JobRecord* job, INT depth, REAL u, MASK active, REAL largest,
+INLINE MASK roulette(const Launch* launch, __global const JobRecord* job, INT depth, REAL u, MASK active, REAL largest,
                      float lasts, REAL throughput[]) {
   const float tired = job->is_stuck ? lasts : 0.95f; /* of paths that go nowhere none may end without being counted */
   const REAL longest = SELECT(depth <= PATIENCE, (REAL)(1.0f), SELECT(largest < HEAVY, (REAL)tired, (REAL)lasts));
@@ -128,7 +128,7 @@ inline MASK roulette(const Launch* launch, __global const JobRecord* job, INT de
 }
 
 /* The largest channel with its spectral weight. */
-inline REAL brightest(const REAL throughput[], const REAL weight[3]) {
+INLINE REAL brightest(const REAL throughput[], const REAL weight[3]) {
 #if THROUGHPUT_CHANNELS == 1
   return throughput[0];
 #else
@@ -137,7 +137,7 @@ inline REAL brightest(const REAL throughput[], const REAL weight[3]) {
 }
 
 /* Paths that have arrived at primitives wait for the stage of their boundary. */
-inline void push_surface(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK mask,
+INLINE void push_surface(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK mask,
                          INT primitive) {
   Lanes slot, hit;
   slot.integer = slots;

@@ -18,7 +18,7 @@ typedef struct {
 #endif
 } LightSource;
 
-inline LightSource light_source(INT index, REAL3 direction) {
+INLINE LightSource light_source(INT index, REAL3 direction) {
   LightSource source;
   source.index = index;
   source.share[0] = source.share[1] = source.share[2] = (REAL)(0.0f);
@@ -29,7 +29,7 @@ inline LightSource light_source(INT index, REAL3 direction) {
   return source;
 }
 
-inline LightSource light_around(REAL3 direction) { return light_source((INT)(-1), direction); }
+INLINE LightSource light_around(REAL3 direction) { return light_source((INT)(-1), direction); }
 
 /* Light drawn for a vertex. */
 typedef struct {
@@ -46,7 +46,7 @@ typedef struct {
 #define LIGHT_MEMBER_INT(launch, member) ((__global const int*)(launch)->lights + FIELD_OF(LightRecord, member))
 
 /* Where the cumulative shares of the job's lights begin for what is at `from`. */
-inline INT light_chances(__global const JobRecord* job, REAL3 from) {
+INLINE INT light_chances(__global const JobRecord* job, REAL3 from) {
   const REAL at[3] = {from.x, from.y, from.z};
   INT cell = (INT)(0);
   UNROLL_FOR(int k = 0; k < 3; ++k) {
@@ -58,7 +58,7 @@ inline INT light_chances(__global const JobRecord* job, REAL3 from) {
 }
 
 /* The light of the job in whose part of [0, 1) u lies. */
-inline INT pick_light(const Launch* launch, __global const JobRecord* job, INT chances, REAL u) {
+INLINE INT pick_light(const Launch* launch, __global const JobRecord* job, INT chances, REAL u) {
   int step = 1;
   while (2 * step < job->lights) step *= 2;
   INT light = (INT)(0);
@@ -70,14 +70,14 @@ inline INT pick_light(const Launch* launch, __global const JobRecord* job, INT c
 }
 
 /* Probability with which that of the job's lights is drawn. */
-inline REAL light_chance(const Launch* launch, INT chances, INT light) {
+INLINE REAL light_chance(const Launch* launch, INT chances, INT light) {
   const INT at = chances + light;
   return GATHER((launch->light_tables + 1), at) - GATHER(launch->light_tables, at);
 }
 
 #if HAS_SCREENS
 /* Texture coordinates of the point that u0, u1 are of a surface; of lanes in `mask`. */
-inline void coordinates_on_light(const Launch* launch, INT row, REAL u0, REAL u1, REAL3 on, REAL3 normal, MASK mask,
+INLINE void coordinates_on_light(const Launch* launch, INT row, REAL u0, REAL u1, REAL3 on, REAL3 normal, MASK mask,
                                  REAL uv[2]) {
   __global const int* tables = (__global const int*)launch->light_tables;
   __global const float* record = (__global const float*)launch->primitives;
@@ -94,7 +94,7 @@ inline void coordinates_on_light(const Launch* launch, INT row, REAL u0, REAL u1
 
 /* A point of each lane's light, uniform over its area, the normal of its front there, and, for lights with a texture, its
  * texture coordinates; anything where it is no shape. */
-inline void sample_light_surface(const Launch* launch, INT light, REAL u0, REAL u1, REAL u2, REAL3* on, REAL3* normal,
+INLINE void sample_light_surface(const Launch* launch, INT light, REAL u0, REAL u1, REAL u2, REAL3* on, REAL3* normal,
                                  REAL uv[2]) {
   const INT surfaces = GATHER_INT(LIGHT_MEMBER_INT(launch, surfaces), light * LIGHT_WORDS);
   const INT row = choose_surface(launch->light_tables, GATHER_INT(LIGHT_MEMBER_INT(launch, table), light * LIGHT_WORDS),
@@ -107,7 +107,7 @@ inline void sample_light_surface(const Launch* launch, INT light, REAL u0, REAL 
 }
 
 /* The colour of each lane's light. */
-inline void light_colour(const Launch* launch, INT light, REAL rgb[3]) {
+INLINE void light_colour(const Launch* launch, INT light, REAL rgb[3]) {
   const INT first = GATHER_INT(LIGHT_MEMBER_INT(launch, first_number), light * LIGHT_WORDS);
   UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = GATHER((launch->numbers + c), first);
 }
@@ -116,7 +116,7 @@ inline void light_colour(const Launch* launch, INT light, REAL rgb[3]) {
 #define LIGHT_TINT_SLOT 3
 
 /* What tints a light at (u, v) of its picture: first: of its numbers. */
-inline void light_tint(const Launch* launch, INT first, const REAL uv[2], REAL rgb[3]) {
+INLINE void light_tint(const Launch* launch, INT first, const REAL uv[2], REAL rgb[3]) {
   UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = GATHER((launch->numbers + LIGHT_TINT_SLOT + c), first);
 #if HAS_TEXTURE
   Lanes at, u, v, value[3];
@@ -146,7 +146,7 @@ inline void light_tint(const Launch* launch, INT first, const REAL uv[2], REAL r
 #endif
 
 /* What each lane's light brings to `from`: see model/light/list.h. */
-inline void light_arrives(const Launch* launch, INT light, REAL3 from, REAL3 on, REAL3 normal, const REAL on_uv[2],
+INLINE void light_arrives(const Launch* launch, INT light, REAL3 from, REAL3 on, REAL3 normal, const REAL on_uv[2],
                           LightSource* source, REAL* distance, MASK* on_shape) {
   REAL nowhere[TEXTURE_PLACE];
   UNROLL_FOR(int k = 0; k < TEXTURE_PLACE; ++k) nowhere[k] = (REAL)(0.0f);
@@ -177,7 +177,7 @@ inline void light_arrives(const Launch* launch, INT light, REAL3 from, REAL3 on,
 
 #if HAS_SCREENS
 /* What the texture of each lane's light shows at (u, v), where it is a shape with one. */
-inline void screen_colour(const Launch* launch, INT light, const REAL uv[2], REAL rgb[3]) {
+INLINE void screen_colour(const Launch* launch, INT light, const REAL uv[2], REAL rgb[3]) {
   const INT model = GATHER_INT(LIGHT_MEMBER_INT(launch, model), light * LIGHT_WORDS);
   const INT first = GATHER_INT(LIGHT_MEMBER_INT(launch, first_number), light * LIGHT_WORDS);
 #define SCREEN_COLOUR(name, PREFIX)                                             \
@@ -192,13 +192,13 @@ inline void screen_colour(const Launch* launch, INT light, const REAL uv[2], REA
 #endif
 
 /* Is each lane's light one of the scene that is found so (LIGHT_AT_BOUNDARIES ...)? */
-inline MASK is_reached(const Launch* launch, INT light, int reach) {
+INLINE MASK is_reached(const Launch* launch, INT light, int reach) {
   return (light >= 0) & (GATHER_INT(LIGHT_MEMBER_INT(launch, reach), max(light, 0) * LIGHT_WORDS) == reach);
 }
 
 #if HAS_AIMED_LIGHTS
 /* Does each lane's light come from the same direction everywhere? light: -1: around the scene. */
-inline MASK is_parallel(const Launch* launch, INT light) {
+INLINE MASK is_parallel(const Launch* launch, INT light) {
   const INT model = GATHER_INT(LIGHT_MEMBER_INT(launch, model), max(light, 0) * LIGHT_WORDS);
   MASK parallel = (MASK)(0);
 #define FIND_PARALLEL(name, PREFIX) \
@@ -208,14 +208,14 @@ inline MASK is_parallel(const Launch* launch, INT light) {
 }
 
 /* How often it is sampled at `from`, as in media. */
-inline REAL chance_of_light(const Launch* launch, __global const JobRecord* job, REAL3 from, INT light) {
+INLINE REAL chance_of_light(const Launch* launch, __global const JobRecord* job, REAL3 from, INT light) {
   return job->light_share * light_chance(launch, light_chances(job, from), max(light - job->first_light, 0));
 }
 #endif
 
 /* Density [1/sr] of a point of the front of a light that is a shape and is drawn with that chance, seen from `distance` under
  * an angle of that cosine. */
-inline REAL light_surface_pdf(const Launch* launch, INT light, REAL chance, REAL distance, REAL cosine) {
+INLINE REAL light_surface_pdf(const Launch* launch, INT light, REAL chance, REAL distance, REAL cosine) {
   return chance * GATHER(LIGHT_MEMBER(launch, inverse_area), light * LIGHT_WORDS) * distance * distance /
          MAX(cosine, (REAL)(1e-9f));
 }

@@ -29,7 +29,7 @@
  * surface. Rays are what a connection costs; a vertex deep inside, or one whose light arrives from behind, rarely pays for
  * them. Any value above 0 is unbiased: the path keeps it, since MIS divides by it.
  *   at: of the media's records, in floats; cell: of the vertex; arrival: direction of travel before the scattering */
-inline REAL connection_chance(const Launch* launch, __global const JobRecord* job, INT at, const FlightCell* cell,
+INLINE REAL connection_chance(const Launch* launch, __global const JobRecord* job, INT at, const FlightCell* cell,
                               REAL3 arrival, REAL throughput, REAL sigma_t, const Phase* phase) {
   const REAL distance = surface_distance(launch->geometries + job->geometry, cell);
   const REAL3 normal = surface_normal_guess(cell);
@@ -76,7 +76,7 @@ typedef struct {
 } AssumedBoundary;
 
 /* at: of the media's records, in floats */
-inline AssumedBoundary assumed_boundary(const Launch* launch, INT at) {
+INLINE AssumedBoundary assumed_boundary(const Launch* launch, INT at) {
   __global const float* media = (__global const float*)launch->media;
   AssumedBoundary b;
   b.distribution = GATHER_INT(((__global const int*)media + FIELD_OF(MediumRecord, distribution)), at);
@@ -88,7 +88,7 @@ inline AssumedBoundary assumed_boundary(const Launch* launch, INT at) {
 #if HAS_AIMED_LIGHTS
 /* From the exit that the guess assumes for a vertex in `cell`, the direction to the point of a light that lies in the source's
  * direction at `distance` from `place`. Of light around the scene, and of parallel light, it is the source's. */
-inline REAL3 aim_at_light(const Launch* launch, __global const JobRecord* job, const FlightCell* cell, REAL3 vertex,
+INLINE REAL3 aim_at_light(const Launch* launch, __global const JobRecord* job, const FlightCell* cell, REAL3 vertex,
                           const LightSource* source, REAL3 place, REAL distance) {
   const REAL depth = surface_distance(launch->geometries + job->geometry, cell);
   const REAL3 exit = add3(vertex, scale3(surface_normal_guess(cell), depth));
@@ -99,14 +99,14 @@ inline REAL3 aim_at_light(const Launch* launch, __global const JobRecord* job, c
 #endif
 
 /* Density of microfacet normals per solid angle, D(h) cos, about the guess. */
-inline REAL assumed_normals(const AssumedBoundary* b, REAL3 h) {
+INLINE REAL assumed_normals(const AssumedBoundary* b, REAL3 h) {
   const REAL ggx = ggx_normals(h, b->alpha), beckmann = beckmann_normals(h, b->alpha);
   return SELECT(b->distribution == MICROFACET_GGX, ggx, beckmann) * h.z;
 }
 
 /* Draws a direction inside, from the vertex towards the boundary, that a microfacet about the guessed normal refracts
  * from `light` (outside, towards the light). Returns its density [1/sr], 0: none. */
-inline REAL sample_refracted(const AssumedBoundary* b, REAL3 guess, REAL3 light, REAL u0, REAL u1, REAL3* direction) {
+INLINE REAL sample_refracted(const AssumedBoundary* b, REAL3 guess, REAL3 light, REAL u0, REAL u1, REAL3* direction) {
   const REAL a2 = b->alpha * b->alpha;
   const REAL tan2 = SELECT(b->distribution == MICROFACET_GGX, a2 * u0 / (1.0f - u0), -a2 * LOG(1.0f - u0));
   const REAL cosine = 1.0f / SQRT(1.0f + tan2), sine = SQRT(tan2) * cosine;
@@ -125,7 +125,7 @@ inline REAL sample_refracted(const AssumedBoundary* b, REAL3 guess, REAL3 light,
 }
 
 /* The density with which sample_refracted draws `direction`. */
-inline REAL refracted_pdf(const AssumedBoundary* b, REAL3 guess, REAL3 light, REAL3 direction) {
+INLINE REAL refracted_pdf(const AssumedBoundary* b, REAL3 guess, REAL3 light, REAL3 direction) {
   REAL3 h = sub3(scale3(direction, b->eta), light);
   h = scale3(h, 1.0f / SQRT(MAX(dot3(h, h), (REAL)(1e-20f))));
   REAL light_h = dot3(light, h);
@@ -142,7 +142,7 @@ inline REAL refracted_pdf(const AssumedBoundary* b, REAL3 guess, REAL3 light, RE
 #if HAS_AIMED_SHAPES
 /* Density of the connection through an exit (stage/connect.h) to a point that shines, over that of sampling light at the exit,
  * where the path has gone that way. */
-inline REAL aimed_rival(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
+INLINE REAL aimed_rival(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
                         REAL3 place, const LightSource* source) {
   const MASK from_exit = mask & (LOAD(pool, RIVAL, slots) < 0.0f) & is_reached(launch, source->index, LIGHT_AIMED_AT);
   if (!ANY(from_exit)) return (REAL)(0.0f);

@@ -20,12 +20,12 @@
 /* Directions drawn at a surface to the lights of the scene, and to the light around it. */
 #define LAMP_CANDIDATES 1
 #define MAP_CANDIDATES 4
-inline int candidates_around(__global const EnvironmentRecord* environment) {
+INLINE int candidates_around(__global const EnvironmentRecord* environment) {
   return environment->sun_pdf > 0 ? 1 : MAP_CANDIDATES;
 }
 
 /* How often the light around the scene is sampled where lights of the scene are, too. */
-inline REAL share_around(__global const JobRecord* job, MASK at_surface) {
+INLINE REAL share_around(__global const JobRecord* job, MASK at_surface) {
 #if HAS_LIGHTS
   return SELECT(at_surface, job->light_share < 1.0f ? 1.0f : 0.0f, 1.0f - job->light_share);
 #else
@@ -34,7 +34,7 @@ inline REAL share_around(__global const JobRecord* job, MASK at_surface) {
 }
 
 /* Density of the sampled directions of the light around the scene [1/sr]. */
-inline REAL light_sampling_pdf(const Launch* launch, __global const JobRecord* job, REAL3 direction, MASK at_surface) {
+INLINE REAL light_sampling_pdf(const Launch* launch, __global const JobRecord* job, REAL3 direction, MASK at_surface) {
   __global const EnvironmentRecord* environment = launch->environments + job->environment;
   REAL pdf = (REAL)(0.0f);
 #if HAS_SUN
@@ -49,7 +49,7 @@ inline REAL light_sampling_pdf(const Launch* launch, __global const JobRecord* j
 
 /* A direction to the light around the scene. Returns which lanes got one: rounding can put a direction on the rim of the sun's
  * disc just outside it, where the density is 0. */
-inline MASK sample_light_around(const Launch* launch, __global const JobRecord* job, bool at_surface, REAL u0, REAL u1,
+INLINE MASK sample_light_around(const Launch* launch, __global const JobRecord* job, bool at_surface, REAL u0, REAL u1,
                                 LightSample* s) {
   __global const EnvironmentRecord* environment = launch->environments + job->environment;
   const bool sun = HAS_SUN && (!at_surface || environment->sun_pdf > 0);
@@ -75,7 +75,7 @@ inline MASK sample_light_around(const Launch* launch, __global const JobRecord* 
 #if HAS_LIGHTS
 /* One of the lights of the scene, chosen by `choice`, uniform in [0, 1), and a point on it where it is a shape, by u[0], u[1] and
  * u[3]. share: how often it is done. Returns for which lanes it brings something. */
-inline MASK sample_light_of_scene(const Launch* launch, __global const JobRecord* job, float share, REAL3 from,
+INLINE MASK sample_light_of_scene(const Launch* launch, __global const JobRecord* job, float share, REAL3 from,
                                   const REAL u[], REAL choice, LightSample* s) {
   const INT chances = light_chances(job, from), light = pick_light(launch, job, chances, choice);
   const REAL chance = share * light_chance(launch, chances, light - job->first_light);
@@ -99,7 +99,7 @@ inline MASK sample_light_of_scene(const Launch* launch, __global const JobRecord
 #endif
 
 /* *s where `mask` says so. */
-inline void take_light(MASK mask, const LightSample* other, LightSample* s) {
+INLINE void take_light(MASK mask, const LightSample* other, LightSample* s) {
   s->source.index = SELECT_INT(mask, other->source.index, s->source.index);
   UNROLL_FOR(int c = 0; c < 3; ++c) s->source.share[c] = SELECT(mask, other->source.share[c], s->source.share[c]);
   s->source.direction = select3(mask, other->source.direction, s->source.direction);
@@ -114,7 +114,7 @@ inline void take_light(MASK mask, const LightSample* other, LightSample* s) {
 }
 
 /* Light for the vertex at `from`, as in media. Returns which lanes got some. What u[2] decides it leaves uniform. */
-inline MASK sample_light(const Launch* launch, __global const JobRecord* job, REAL3 from, REAL u[], LightSample* s) {
+INLINE MASK sample_light(const Launch* launch, __global const JobRecord* job, REAL3 from, REAL u[], LightSample* s) {
 #if HAS_LIGHTS
   const float share = job->light_share;
   const MASK of_scene = u[2] < share;

@@ -6,7 +6,7 @@
 #include "model/bsdf/merl.h"
 
 /* The bin whose centre is at or before `place`, among 0 .. last - 1, and how far it is to the next. */
-inline INT measured_bin(REAL place, int last, REAL* beyond) {
+INLINE INT measured_bin(REAL place, int last, REAL* beyond) {
   const REAL from_centre = MIN(MAX(place - 0.5f, (REAL)(0.0f)), (REAL)((float)last));
   const INT bin = CAST_INT(MIN(from_centre, (REAL)((float)(last - 1))));
   *beyond = from_centre - CAST_REAL(bin);
@@ -14,7 +14,7 @@ inline INT measured_bin(REAL place, int last, REAL* beyond) {
 }
 
 /* n: of the model `merl`. Tables lie one after the other, of each bin the channels beside each other. */
-inline void merl_measure(const Launch* launch, REAL n[], REAL3 wi, REAL3 wo) {
+INLINE void merl_measure(const Launch* launch, REAL n[], REAL3 wi, REAL3 wo) {
   REAL place[3], beyond[3], sum[CHANNELS];
   merl_place(wi, wo, place);
   const INT half_bin = measured_bin(place[0], MERL_HALF_BINS - 1, beyond);

@@ -37,7 +37,7 @@ typedef struct {
 /* Lanes in `mask` whose medium is of that model. */
 #define IN_MEDIUM(name, mask) (MEDIUM_COUNT == 1 ? (mask) : (mask) & (medium->model == MODEL_##name))
 
-inline Medium load_medium(const Launch* launch, INT index) {
+INLINE Medium load_medium(const Launch* launch, INT index) {
   const INT at = index * (int)(sizeof(MediumRecord) / sizeof(int));
   __global const int* media = (__global const int*)launch->media;
   const REAL nowhere[2] = {(REAL)(0.0f), (REAL)(0.0f)};
@@ -59,7 +59,7 @@ inline Medium load_medium(const Launch* launch, INT index) {
 }
 
 /* The same whatever the path's hero channel. */
-inline REAL typical_sigma_t(const Medium* medium) {
+INLINE REAL typical_sigma_t(const Medium* medium) {
 #if HAS_FIELDS
   return mean_sigma_t(medium->n + MEDIUM_sigma_t) * medium->mean;
 #else
@@ -68,7 +68,7 @@ inline REAL typical_sigma_t(const Medium* medium) {
 }
 
 /* The albedo at a place, a throughput channel each. */
-inline void medium_albedo(const Launch* launch, const Medium* medium, REAL3 place, MASK mask, REAL albedo[]) {
+INLINE void medium_albedo(const Launch* launch, const Medium* medium, REAL3 place, MASK mask, REAL albedo[]) {
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) albedo[c] = medium->n[MEDIUM_albedo + c];
 #if HAS_FIELDS
   uint left = lane_bits(mask & (medium->albedo_field >= 0));
@@ -91,7 +91,7 @@ typedef struct {
 } Flight;
 
 /* u: uniform; sigma_t of the hero channel is one over the mean free path. random: of the event; weight: before it */
-inline Flight medium_flight(const Launch* launch, const Medium* medium, const Random* random, REAL u, REAL3 from,
+INLINE Flight medium_flight(const Launch* launch, const Medium* medium, const Random* random, REAL u, REAL3 from,
                             REAL3 direction, INT hero, REAL mean_free_path, const REAL weight[3], MASK mask) {
   Flight f;
   f.distance = -LOG(u) * mean_free_path;
@@ -117,7 +117,7 @@ inline Flight medium_flight(const Launch* launch, const Medium* medium, const Ra
  * hero's. A surface that is met a tolerance beyond the flight's end is met with any sigma_t: 1. Else sigma times distance is
  * below 17, and where sigma_t[c] is 1e30 times sigma, the exponential is 0. In a field the densities are those of its null
  * collisions; where a surface was met, those before it. */
-inline void weigh_medium_flight(const Launch* launch, const Medium* medium, const Random* random, REAL3 from,
+INLINE void weigh_medium_flight(const Launch* launch, const Medium* medium, const Random* random, REAL3 from,
                                 REAL3 direction, INT hero, REAL mean_free_path, const Flight* flight, REAL distance,
                                 MASK meets, MASK scatters, REAL weight[3]) {
   const REAL* sigma_t = medium->n + MEDIUM_sigma_t;
@@ -148,15 +148,15 @@ inline void weigh_medium_flight(const Launch* launch, const Medium* medium, cons
 #endif
 
 /* Does anything that is asked for depend on the sigma_t of a medium? */
-inline bool is_of_medium(int model) {
+INLINE bool is_of_medium(int model) {
   bool is = false;
 #define IS_OF_MEDIUM(name, PREFIX) is = is || model == MODEL_##name;
   MEDIA_OF_SCENE(IS_OF_MEDIUM)
   return is;
 }
 /* Is carried[k] a score by sigma_t of a medium? */
-inline bool is_of_extinction(int k) { return is_of_medium(carried[k].model) && carried[k].slot <= MEDIUM_sigma_t_last; }
-inline bool extinction_is_scored(void) {
+INLINE bool is_of_extinction(int k) { return is_of_medium(carried[k].model) && carried[k].slot <= MEDIUM_sigma_t_last; }
+INLINE bool extinction_is_scored(void) {
   UNROLL_FOR(int k = 0; k < SCORES; ++k)
     if (is_of_extinction(k)) return true;
 #if ADJOINT
@@ -168,7 +168,7 @@ inline bool extinction_is_scored(void) {
 
 /* The length of a way that counts for scores by sigma_t: distance times the field on it, an estimate without bias that owes
  * nothing to the flight that took the way. segment: 0 of a flight, else which one of a connection */
-inline void medium_thickness(const Launch* launch, const Medium* medium, const Random* random, int segment, REAL3 from,
+INLINE void medium_thickness(const Launch* launch, const Medium* medium, const Random* random, int segment, REAL3 from,
                              REAL3 direction, REAL distance, MASK mask, REAL thickness[FIELD_CHANNELS]) {
   UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c) thickness[c] = distance;
 #if HAS_FIELDS
@@ -188,7 +188,7 @@ inline void medium_thickness(const Launch* launch, const Medium* medium, const R
 }
 
 /* Transmittance of a way, a throughput channel each: an estimate where the medium has a field. segment: of the connection */
-inline void medium_dimming(const Launch* launch, const Medium* medium, const Random* random, int segment, REAL3 from,
+INLINE void medium_dimming(const Launch* launch, const Medium* medium, const Random* random, int segment, REAL3 from,
                            REAL3 direction, REAL distance, MASK mask, REAL through[]) {
 #if HAS_FIELDS
   const MASK in_field = mask & (medium->field >= 0);
@@ -228,9 +228,9 @@ inline void medium_dimming(const Launch* launch, const Medium* medium, const Ran
 #endif
 
 /* A flight, to the scores and to the baseline: see add_flight. */
-inline void add_medium_flight(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+INLINE void add_medium_flight(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                               Scores* scores, Baseline* baseline, const Medium* medium, const REAL thickness[],
-                              MASK meets, MASK scatters, const REAL weight[], INT state) {
+                              MASK meets, MASK scatters, const REAL weight[], INT state){
 #define ADD_MEDIUM_FLIGHT(name, PREFIX)                                                                    \
   {                                                                                                        \
     Step step = no_step(medium->first);                                                                    \
@@ -238,23 +238,21 @@ inline void add_medium_flight(const Launch* launch, __global const JobRecord* jo
     ADD_WAY(score_##name##_scattering, IN_MEDIUM(name, scatters))                                          \
     add_flight(launch, job, pool, slots, scores, baseline, MODEL_##name, medium->n, &step, weight, state); \
   }
-  MEDIA_OF_SCENE(ADD_MEDIUM_FLIGHT)
-}
+    MEDIA_OF_SCENE(ADD_MEDIUM_FLIGHT)}
 
 /* A passage of a connection, to the scores. */
-inline void add_passage(__global const JobRecord* job, Scores* scores, const Medium* medium, const REAL thickness[],
-                        MASK mask) {
+INLINE void add_passage(__global const JobRecord* job, Scores* scores, const Medium* medium, const REAL thickness[],
+                        MASK mask){
 #define ADD_PASSAGE(name, PREFIX)                                  \
   {                                                                \
     Step step = no_step(medium->first);                            \
     ADD_WAY(score_##name##_passage, IN_MEDIUM(name, mask))         \
     add_scores(job, scores, MODEL_##name, medium->n, &step, true); \
   }
-  MEDIA_OF_SCENE(ADD_PASSAGE)
-}
+    MEDIA_OF_SCENE(ADD_PASSAGE)}
 
 /* Replay: to the sums of the numbers. */
-inline void sum_medium(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+INLINE void sum_medium(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                        const Scores* scores, const Medium* medium, MASK mask) {
 #define SUM_MEDIUM(name, PREFIX) \
   sum_scores(launch, job, pool, slots, scores, MODEL_##name, medium->first, 0, IN_MEDIUM(name, mask));
@@ -263,7 +261,7 @@ inline void sum_medium(const Launch* launch, __global const JobRecord* job, cons
 
 /* Replay: a way through a medium, to the sums by voxels. segment: as of medium_thickness; pulled: what is pulled for
  * what comes over it, in each channel of the radiance */
-inline void sum_way_by_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+INLINE void sum_way_by_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                               const Medium* medium, const Random* random, int segment, REAL3 from, REAL3 direction,
                               REAL distance, MASK mask, const REAL pulled[]) {
 #if VOXEL_SUMS
@@ -284,7 +282,7 @@ inline void sum_way_by_voxels(const Launch* launch, __global const JobRecord* jo
 
 #if VOXEL_SUMS
 /* A scattering at `place`, at the end of a flight, which goes to the sums as ways do. */
-inline void sum_scattering_by_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+INLINE void sum_scattering_by_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                                      const Medium* medium, const Flight* flight, REAL3 place, MASK mask,
                                      const REAL pulled[]) {
   uint left = lane_bits(mask & (medium->field >= 0));
@@ -301,7 +299,7 @@ inline void sum_scattering_by_voxels(const Launch* launch, __global const JobRec
 }
 
 /* The albedo at a scattering at `place`: the field there, since the number that it is times is 1. */
-inline void sum_albedo_by_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+INLINE void sum_albedo_by_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                                  const Medium* medium, REAL3 place, const REAL albedo[], MASK mask,
                                  const REAL pulled[]) {
   uint left = lane_bits(mask & (medium->albedo_field >= 0));
@@ -318,7 +316,7 @@ inline void sum_albedo_by_voxels(const Launch* launch, __global const JobRecord*
 #endif
 
 /* What a passage adds to carried[k], which is one: the same whatever sigma_t is. */
-inline REAL score_of_passage(int k, REAL thickness) {
+INLINE REAL score_of_passage(int k, REAL thickness) {
   REAL d[MOST_SLOTS * CHANNELS], ones[MOST_SLOTS];
   UNROLL_FOR(int i = 0; i < MOST_SLOTS; ++i) ones[i] = (REAL)(1.0f);
 #define SCORE_OF_PASSAGE(name, PREFIX) \

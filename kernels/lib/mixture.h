@@ -14,8 +14,8 @@
 #include "scene/surfaces.h"
 
 #define TABLE_FUNCTIONS(name, PREFIX)                                                                          \
-  inline REAL name##_value(const REAL* n, REAL cosine) { return tabulated_value(PREFIX##_VALUES, n, cosine); } \
-  inline void name##_draw(const REAL* n, REAL u, REAL* cosine, REAL* sine) {                                   \
+  INLINE REAL name##_value(const REAL* n, REAL cosine) { return tabulated_value(PREFIX##_VALUES, n, cosine); } \
+  INLINE void name##_draw(const REAL* n, REAL u, REAL* cosine, REAL* sine) {                                   \
     tabulated_draw(PREFIX##_VALUES, n, u, cosine, sine);                                                       \
   }
 
@@ -33,12 +33,12 @@
   }
 
 #define MIXTURE_FUNCTIONS(name, PREFIX)                                      \
-  inline REAL name##_value(const REAL* n, REAL cosine) {                     \
+  INLINE REAL name##_value(const REAL* n, REAL cosine) {                     \
     const int parts = PREFIX##_PARTS;                                        \
     REAL value = (REAL)(0.0f);                                               \
     PREFIX##_EACH(VALUE_OF_PART) return value;                               \
   }                                                                          \
-  inline void name##_draw(const REAL* n, REAL u, REAL* cosine, REAL* sine) { \
+  INLINE void name##_draw(const REAL* n, REAL u, REAL* cosine, REAL* sine) { \
     const int parts = PREFIX##_PARTS;                                        \
     REAL below = (REAL)(0.0f);                                               \
     *cosine = (REAL)(1.0f);                                                  \

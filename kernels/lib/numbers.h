@@ -20,7 +20,7 @@
 #define SLOTS_OF_A_WORD 16
 
 /* One number, of up to three channels; uv: where its texture is looked up, as surface_frame() says. TEXTURED: has some instance one there? */
-__attribute__((always_inline)) inline void load_number(const Launch* launch, int model, int slot, int channels,
+__attribute__((always_inline)) INLINE void load_number(const Launch* launch, int model, int slot, int channels,
                                                        int role, INT first, const REAL uv[2], REAL n[]) {
   const int loaded = channels == 1 ? 1 : role == ROLE_NORMAL || role == ROLE_BUMP ? 3 : CHANNELS;
   n[slot] = GATHER((launch->numbers + slot), first);
@@ -59,7 +59,7 @@ __attribute__((always_inline)) inline void load_number(const Launch* launch, int
   load_number(launch, model, PREFIX##_##name, channels, role, first, uv, n);
 #define LOAD_MODEL(name, PREFIX) \
   case MODEL_##name: PREFIX##_NUMBERS(LOAD_NUMBER) break;
-__attribute__((always_inline)) inline void load_numbers(const Launch* launch, int model, INT first, const REAL uv[2],
+__attribute__((always_inline)) INLINE void load_numbers(const Launch* launch, int model, INT first, const REAL uv[2],
                                                         REAL n[]) {
 #if HAS_TEXTURE
   UNROLL_FOR(int word = 0; word < ORIGIN_WORDS; ++word) n[ORIGINS + word] = (REAL)(0.0f);
@@ -68,7 +68,7 @@ __attribute__((always_inline)) inline void load_numbers(const Launch* launch, in
 }
 
 /* origins: n[ORIGINS] and the words behind it. Is n[slot] what a record says that has this `origin`? */
-inline REAL where_from(const INT origins[], int slot, int origin, REAL d) {
+INLINE REAL where_from(const INT origins[], int slot, int origin, REAL d) {
 #if HAS_TEXTURE
   if (slot >= ORIGIN_WORDS * SLOTS_OF_A_WORD) return origin == 0 ? d : (REAL)(0.0f);
   const INT own = origins[slot / SLOTS_OF_A_WORD] >> (ORIGIN_BITS * (slot % SLOTS_OF_A_WORD));
@@ -83,7 +83,7 @@ inline REAL where_from(const INT origins[], int slot, int origin, REAL d) {
   if (slot >= PREFIX##_##name && slot <= PREFIX##_##name##_last) return role;
 #define ROLE_IN_MODEL(name, PREFIX) \
   case MODEL_##name: PREFIX##_NUMBERS(ROLE_OF_NUMBER) break;
-__attribute__((always_inline)) inline int role_of(int model, int slot) {
+__attribute__((always_inline)) INLINE int role_of(int model, int slot) {
   switch (model) { MODELS_OF_SCENE(ROLE_IN_MODEL) }
   return ROLE_FIXED;
 }
@@ -99,7 +99,7 @@ __attribute__((always_inline)) inline int role_of(int model, int slot) {
                                              : SELECT(n[slot] > 0.0f, d * n[slot], 0.0f);
 #define COORDINATE_IN_MODEL(name, PREFIX) \
   case MODEL_##name: PREFIX##_NUMBERS(COORDINATE_OF_NUMBER) break;
-__attribute__((always_inline)) inline REAL by_coordinate(int model, int slot, const REAL n[], REAL d, bool itself) {
+__attribute__((always_inline)) INLINE REAL by_coordinate(int model, int slot, const REAL n[], REAL d, bool itself) {
   switch (model) { MODELS_OF_SCENE(COORDINATE_IN_MODEL) }
   return d;
 }

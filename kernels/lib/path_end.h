@@ -5,7 +5,7 @@
 #include "lib/probe.h"
 
 /* The path is complete: its radiance is written where its pixel and sample say, its slot is free. */
-inline void finish(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK mask) {
+INLINE void finish(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK mask) {
   Lanes slot;
   slot.integer = slots;
   uint bits = lane_bits(mask);

@@ -20,7 +20,7 @@ typedef struct {
 #define CHOOSE_PHASE(name, value, other) \
   (PHASE_COUNT == 1 ? (value) : SELECT(phase->model == MODEL_##name, value, other))
 
-inline Phase load_phase(const Launch* launch, INT medium) {
+INLINE Phase load_phase(const Launch* launch, INT medium) {
   const INT at = medium * (int)(sizeof(MediumRecord) / sizeof(int));
   __global const int* media = (__global const int*)launch->media;
   const REAL nowhere[2] = {(REAL)(0.0f), (REAL)(0.0f)};
@@ -40,7 +40,7 @@ inline Phase load_phase(const Launch* launch, INT medium) {
 }
 
 /* The numbers at a place, of the lanes in `mask`. */
-inline void place_phase(const Launch* launch, Phase* phase, REAL3 place, MASK mask) {
+INLINE void place_phase(const Launch* launch, Phase* phase, REAL3 place, MASK mask) {
 #if PHASE_FIELDS
   phase->place = place;
   for (int k = 0; k < PHASE_FIELDS; ++k) {
@@ -57,14 +57,14 @@ inline void place_phase(const Launch* launch, Phase* phase, REAL3 place, MASK ma
 #endif
 }
 
-inline REAL phase_value(const Phase* phase, REAL cosine) {
+INLINE REAL phase_value(const Phase* phase, REAL cosine) {
   REAL value = (REAL)(0.0f);
 #define VALUE_OF_PHASE(name, PREFIX) value = CHOOSE_PHASE(name, name##_value(phase->n, cosine), value);
   PHASES_OF_SCENE(VALUE_OF_PHASE)
   return value;
 }
 
-inline void phase_draw(const Phase* phase, REAL u, REAL* cosine, REAL* sine) {
+INLINE void phase_draw(const Phase* phase, REAL u, REAL* cosine, REAL* sine) {
   *cosine = *sine = (REAL)(0.0f);
 #define DRAW_FROM_PHASE(name, PREFIX)                  \
   {                                                    \

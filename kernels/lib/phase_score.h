@@ -19,19 +19,18 @@
   }
 
 /* A change of direction, to the scores. */
-inline void add_phase(__global const JobRecord* job, Scores* scores, const Phase* phase, REAL cosine, MASK mask) {
+INLINE void add_phase(__global const JobRecord* job, Scores* scores, const Phase* phase, REAL cosine, MASK mask){
 #define ADD_PHASE(name, PREFIX)                                   \
   {                                                               \
     STEP_OF_PHASE(name, PREFIX, cosine, mask)                     \
     add_scores(job, scores, MODEL_##name, phase->n, &step, true); \
   }
-  PHASES_OF_SCENE(ADD_PHASE)
-}
+    PHASES_OF_SCENE(ADD_PHASE)}
 
 /* Replay: a change of direction, to the sums by the voxels of fields that stand for numbers of the phase function.
  * pulled: what is pulled for what comes after it, in each channel of the radiance. A number's score needs no probes: its
  * mean over directions is 0 everywhere, and paths turn into all directions in which it is not. */
-inline void sum_turn_by_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+INLINE void sum_turn_by_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                                const Phase* phase, REAL cosine, MASK mask, const REAL pulled[]) {
 #if VOXEL_SUMS && PHASE_FIELDS
 #define SUM_TURN_BY_VOXELS(name, PREFIX)                                             \
@@ -57,7 +56,7 @@ inline void sum_turn_by_voxels(const Launch* launch, __global const JobRecord* j
 }
 
 /* One in the event loop, to scores and baselines: see add_turn. */
-inline void add_phase_turn(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+INLINE void add_phase_turn(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                            Scores* scores, Baseline* baseline, const Phase* phase, REAL cosine, const REAL weight[],
                            const REAL future[], MASK turns, MASK mask) {
   expect_turn(job, pool, slots, scores, baseline, weight, future, mask);
@@ -76,7 +75,7 @@ inline void add_phase_turn(const Launch* launch, __global const JobRecord* job, 
 }
 
 /* Replay: to the sums of the numbers. */
-inline void sum_phase(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+INLINE void sum_phase(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                       const Scores* scores, const Phase* phase, MASK mask) {
 #define SUM_PHASE(name, PREFIX) \
   sum_scores(launch, job, pool, slots, scores, MODEL_##name, phase->first, 0, OF_PHASE(name, mask));

@@ -26,16 +26,16 @@ typedef struct {
 #define STORE(pool, field, slots, value) SCATTER((pool)->fields + (field) * (pool)->stride, slots, (REAL)(value))
 #define STORE_INT(pool, field, slots, value) STORE(pool, field, slots, AS_REAL((INT)(value)))
 
-__attribute__((always_inline)) inline REAL3 load3(const Pool* pool, int field, INT slots) {
+__attribute__((always_inline)) INLINE REAL3 load3(const Pool* pool, int field, INT slots) {
   return make3(LOAD(pool, field, slots), LOAD(pool, field + 1, slots), LOAD(pool, field + 2, slots));
 }
-__attribute__((always_inline)) inline void store3(const Pool* pool, int field, INT slots, REAL3 v) {
+__attribute__((always_inline)) INLINE void store3(const Pool* pool, int field, INT slots, REAL3 v) {
   STORE(pool, field, slots, v.x);
   STORE(pool, field + 1, slots, v.y);
   STORE(pool, field + 2, slots, v.z);
 }
 
-inline void push(Pool* pool, int queue, INT slots, MASK mask) {
+INLINE void push(Pool* pool, int queue, INT slots, MASK mask) {
   Lanes slot;
   slot.integer = slots;
   uint bits = lane_bits(mask);

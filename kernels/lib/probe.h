@@ -21,7 +21,7 @@ enum { STREAM_PROBE = 0x80 };
 #define PROBED_EVENTS 0x1000000 /* events after the probe: random numbers that the path had not drawn */
 
 /* The room on a way. Where what was passed of it reaches `target` is *at. */
-inline REAL room_on_way(const Launch* launch, __global const FieldRecord* field, REAL sigma_t, REAL3 from,
+INLINE REAL room_on_way(const Launch* launch, __global const FieldRecord* field, REAL sigma_t, REAL3 from,
                         REAL3 direction, REAL distance, MASK mask, REAL target, REAL* at) {
   const REAL knee = knee_of(field, sigma_t);
   Way w = enter_field(launch, field, from, direction, distance, mask);
@@ -50,20 +50,20 @@ typedef struct {
   REAL distance, throughput;
 } Probe;
 
-inline ProbeState load_probe_state(const Pool* pool, INT slots) {
+INLINE ProbeState load_probe_state(const Pool* pool, INT slots) {
   ProbeState s;
   s.passed = LOAD(pool, PROBE_PASSED, slots);
   s.target = LOAD(pool, PROBE_TARGET, slots);
   return s;
 }
 
-inline void store_probe_state(const Pool* pool, INT slots, const ProbeState* s) {
+INLINE void store_probe_state(const Pool* pool, INT slots, const ProbeState* s) {
   STORE(pool, PROBE_PASSED, slots, s->passed);
   STORE(pool, PROBE_TARGET, slots, s->target);
 }
 
 /* Of a flight over `distance`. throughput: before it. The event of those that become probes is another from here on. */
-inline Probe choose_probe(const Launch* launch, __global const JobRecord* job, const Medium* medium, Random* random,
+INLINE Probe choose_probe(const Launch* launch, __global const JobRecord* job, const Medium* medium, Random* random,
                           ProbeState* s, REAL3 from, REAL3 direction, REAL distance, REAL throughput, MASK mask) {
   Probe p;
   p.flies = (MASK)(0);
@@ -96,7 +96,7 @@ inline Probe choose_probe(const Launch* launch, __global const JobRecord* job, c
 
 /* Probes that have got to their places. expected: of the scattering, in each channel of the radiance. Returns who tells
  * something. */
-inline MASK land_probe(const Launch* launch, Pool* pool, INT slots, const Medium* medium, const Probe* p, REAL3 place,
+INLINE MASK land_probe(const Launch* launch, Pool* pool, INT slots, const Medium* medium, const Probe* p, REAL3 place,
                        MASK mask, const REAL expected[RADIANCE_CHANNELS]) {
   MASK tells = (MASK)(0);
   uint left = lane_bits(mask);
@@ -123,7 +123,7 @@ inline MASK land_probe(const Launch* launch, Pool* pool, INT slots, const Medium
 }
 
 /* At a scattering: in probes what the albedo lacks takes its place. */
-inline void choose_albedo_probe(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
+INLINE void choose_albedo_probe(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
                                 const Medium* medium, Random* random, ProbeState* s, REAL3 place, REAL throughput,
                                 MASK mask, REAL albedo[THROUGHPUT_CHANNELS]) {
   if (job->replay == REPLAY_SUMS) return;
@@ -157,7 +157,7 @@ inline void choose_albedo_probe(const Launch* launch, __global const JobRecord* 
 }
 
 /* A probe's path is complete. */
-inline void finish_probe(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask) {
+INLINE void finish_probe(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask) {
   const INT of = LOAD_INT(pool, PROBE_FIELD, slots);
   uint left = lane_bits(mask & (of >= 0));
   while (left) {

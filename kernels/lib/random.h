@@ -10,7 +10,7 @@
 /* 64-bit product of each lane with a constant, as high and low words. Vectors: mul_hi goes lane by lane in PoCL, two
  * products of the even and the odd lanes as 64-bit integers do not (little-endian devices). */
 #if WIDTH == 1
-inline void multiply_wide(UINT a, uint b, UINT* high, UINT* low) {
+INLINE void multiply_wide(UINT a, uint b, UINT* high, UINT* low) {
   *high = mul_hi(a, b);
   *low = a * b;
 }
@@ -22,7 +22,7 @@ inline void multiply_wide(UINT a, uint b, UINT* high, UINT* low) {
 #else
 #define WIDE_NAME ulong2
 #endif
-inline void multiply_wide(UINT a, uint b, UINT* high, UINT* low) {
+INLINE void multiply_wide(UINT a, uint b, UINT* high, UINT* low) {
   WIDE_NAME pairs = JOIN(as_, WIDE_NAME)(a);
   WIDE_NAME even = (pairs & 0xffffffffUL) * (WIDE_NAME)((ulong)b);
   WIDE_NAME odd = (pairs >> 32) * (WIDE_NAME)((ulong)b);
@@ -32,7 +32,7 @@ inline void multiply_wide(UINT a, uint b, UINT* high, UINT* low) {
 #endif
 
 /* Encrypts the 128-bit counter x[0..3] in place under the key (key0, key1). */
-__attribute__((always_inline)) inline void philox4x32_10(UINT x[4], uint key0, uint key1) {
+__attribute__((always_inline)) INLINE void philox4x32_10(UINT x[4], uint key0, uint key1) {
   UNROLL_FOR(int i = 0; i < 10; ++i) {
     UINT high0, low0, high1, low1;
     multiply_wide(x[0], 0xD2511F53u, &high0, &low0);
@@ -48,10 +48,10 @@ __attribute__((always_inline)) inline void philox4x32_10(UINT x[4], uint key0, u
 
 /* 23 bits to (k + 1/2) / 2^23: uniform, at least 2^-24, at most 1 - 2^-24, so that log(u), log(1 - u), u < p with p = 0
  * and u >= p with p = 1 are all safe. */
-inline REAL uniform_from_bits(UINT bits) { return AS_REAL((bits >> 9) | 0x3f800000u) - 0.99999994039535522f; }
+INLINE REAL uniform_from_bits(UINT bits) { return AS_REAL((bits >> 9) | 0x3f800000u) - 0.99999994039535522f; }
 
 /* Four independent uniform numbers in (0, 1) for an event of a path. stream tells apart uses within one event. */
-inline void random4(UINT pixel, UINT sample, UINT event, uint stream, uint seed0, uint seed1, REAL u[4]) {
+INLINE void random4(UINT pixel, UINT sample, UINT event, uint stream, uint seed0, uint seed1, REAL u[4]) {
   UINT x[4];
   x[0] = pixel;
   x[1] = sample;

@@ -15,7 +15,7 @@ typedef struct {
   INT origins[ORIGIN_WORDS]; /* of the numbers: lib/numbers.h */
 } Step;
 
-inline Step no_step(INT first) {
+INLINE Step no_step(INT first) {
   Step s;
   UNROLL_FOR(int i = 0; i < MOST_SLOTS * CHANNELS; ++i) s.of[i] = (REAL)(0.0f);
   s.first = first;
@@ -24,7 +24,7 @@ inline Step no_step(INT first) {
 }
 
 /* Adds d to the lanes in `mask`. */
-inline void add_step(Step* s, const REAL d[], MASK mask) {
+INLINE void add_step(Step* s, const REAL d[], MASK mask) {
   UNROLL_FOR(int i = 0; i < MOST_SLOTS * CHANNELS; ++i) s->of[i] += SELECT(mask, d[i], 0.0f);
 }
 
@@ -32,7 +32,7 @@ inline void add_step(Step* s, const REAL d[], MASK mask) {
 __constant ScoreRecord carried[SCORES + 1] = {SCORE_RECORDS};
 
 /* What the step of a model, of which carried[k] is a score, adds to it. */
-inline REAL step_of(__global const JobRecord* job, int k, const Step* step) {
+INLINE REAL step_of(__global const JobRecord* job, int k, const Step* step) {
   const ScoreRecord r = carried[k];
   const REAL d = step->of[r.slot * CHANNELS + (CHANNELS == 1 ? 0 : r.channel)];
   return SELECT(step->first - job->first_number == r.first, where_from(step->origins, r.slot, r.origin, d), 0.0f);
@@ -45,13 +45,13 @@ typedef struct {
 #endif
 } Scores;
 
-inline Scores no_scores(void) {
+INLINE Scores no_scores(void) {
   Scores s;
   UNROLL_FOR(int k = 0; k < SCORES; ++k) s.of[k] = (REAL)(0.0f);
   return s;
 }
 
-inline Scores load_scores(__global const JobRecord* job, const Pool* pool, INT slots) {
+INLINE Scores load_scores(__global const JobRecord* job, const Pool* pool, INT slots) {
   Scores s;
   UNROLL_FOR(int k = 0; k < SCORES; ++k) s.of[k] = LOAD(pool, SCORE + k, slots);
 #if ADJOINT
@@ -63,13 +63,13 @@ inline Scores load_scores(__global const JobRecord* job, const Pool* pool, INT s
   return s;
 }
 
-inline void store_scores(const Pool* pool, INT slots, const Scores* s) {
+INLINE void store_scores(const Pool* pool, INT slots, const Scores* s) {
   UNROLL_FOR(int k = 0; k < SCORES; ++k) STORE(pool, SCORE + k, slots, s->of[k]);
 }
 
 /* Replay: what the lanes in `mask` have added to the numbers of a model since load_scores. uv: as of load_numbers, or
  * null where nothing is textured. */
-inline void sum_scores(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+INLINE void sum_scores(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                        const Scores* s, int model, INT first, const REAL uv[], MASK mask) {
 #if ADJOINT
   if (job->replay == REPLAY_SUMS) add_pulled(launch, job, pool, slots, mask, &s->pulled, model, first, uv);
@@ -78,7 +78,7 @@ inline void sum_scores(const Launch* launch, __global const JobRecord* job, cons
 
 /* An event, to the scores. n: the numbers; decided: is it a decision that a path sampled, from whose densities' scores
  * what is expected is taken off? */
-inline void add_scores(__global const JobRecord* job, Scores* s, int model, const REAL n[], const Step* step,
+INLINE void add_scores(__global const JobRecord* job, Scores* s, int model, const REAL n[], const Step* step,
                        bool decided) {
   UNROLL_FOR(int k = 0; k < SCORES; ++k)
     if (carried[k].model == model) s->of[k] += step_of(job, k, step);
@@ -105,7 +105,7 @@ inline void add_scores(__global const JobRecord* job, Scores* s, int model, cons
 #endif
 
 /* Adds radiance to the lanes in `mask`, and its derivatives. */
-inline void gather_radiance(const Launch* launch, Pool* pool, INT slots, MASK mask,
+INLINE void gather_radiance(const Launch* launch, Pool* pool, INT slots, MASK mask,
                             const REAL radiance[RADIANCE_CHANNELS], const Scores* s) {
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     const REAL x = SELECT(mask, radiance[c], 0.0f);

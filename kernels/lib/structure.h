@@ -69,29 +69,29 @@
 #define COUNT_LEAF(structure, at, leaf, model, variant, first, thin) +1
 
 #define STRUCTURE_FUNCTIONS(structure, PREFIX)                                                                \
-  inline void structure##_value(int variant, const REAL* n, REAL3 wi, REAL3 wo, REAL* f) {                    \
+  INLINE void structure##_value(int variant, const REAL* n, REAL3 wi, REAL3 wo, REAL* f) {                    \
     UNROLL_FOR(int c = 0; c < CHANNELS; ++c) f[c] = (REAL)(0.0f);                                             \
     PREFIX##_LEAVES(VALUE_OF_LEAF)                                                                            \
   }                                                                                                           \
-  inline REAL structure##_density(int variant, const REAL* n, REAL3 wi, REAL3 wo) {                           \
+  INLINE REAL structure##_density(int variant, const REAL* n, REAL3 wi, REAL3 wo) {                           \
     REAL density = (REAL)(0.0f);                                                                              \
     PREFIX##_LEAVES(DENSITY_OF_LEAF) return density;                                                          \
   }                                                                                                           \
-  inline REAL structure##_pick(const REAL* n, REAL3 wi, REAL u) {                                             \
+  INLINE REAL structure##_pick(const REAL* n, REAL3 wi, REAL u) {                                             \
     REAL picked = (REAL)(0.0f), sum = (REAL)(0.0f);                                                           \
     PREFIX##_LEAVES(PICK_LEAF) return picked;                                                                 \
   }                                                                                                           \
-  inline REAL structure##_passage(const REAL* n, REAL3 wi) {                                                  \
+  INLINE REAL structure##_passage(const REAL* n, REAL3 wi) {                                                  \
     REAL share = (REAL)(0.0f);                                                                                \
     PREFIX##_LEAVES(PASSAGE_OF_LEAF) return share;                                                            \
   }                                                                                                           \
-  inline MASK structure##_is_thin(const REAL* n) {                                                            \
+  INLINE MASK structure##_is_thin(const REAL* n) {                                                            \
     const REAL picked = n[PREFIX##_picked];                                                                   \
     MASK is_thin = (MASK)(0);                                                                                 \
     PREFIX##_LEAVES(THIN_LEAF) return is_thin;                                                                \
   }                                                                                                           \
   /* By the leaf in n[PREFIX_picked]. Weighed by the sum over all leaves, unless the direction was chosen. */ \
-  inline void structure##_draw(int variant, const REAL* n, REAL3 wi, const REAL* u, REAL3* wo, REAL* weight,  \
+  INLINE void structure##_draw(int variant, const REAL* n, REAL3 wi, const REAL* u, REAL3* wo, REAL* weight,  \
                                REAL* pdf, REAL* inverse_eta) {                                                \
     const REAL picked = n[PREFIX##_picked];                                                                   \
     *wo = wi;                                                                                                 \

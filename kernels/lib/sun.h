@@ -8,13 +8,13 @@
 #include "model/angle.h"
 #include "shared/environment_layout.h"
 
-inline REAL3 environment_to_local(__global const EnvironmentRecord* record, REAL3 d) {
+INLINE REAL3 environment_to_local(__global const EnvironmentRecord* record, REAL3 d) {
   __global const float* m = record->to_local;
   return make3(m[0] * d.x + m[1] * d.y + m[2] * d.z, m[3] * d.x + m[4] * d.y + m[5] * d.z,
                m[6] * d.x + m[7] * d.y + m[8] * d.z);
 }
 
-inline REAL3 environment_to_world(__global const EnvironmentRecord* record, REAL3 d) {
+INLINE REAL3 environment_to_world(__global const EnvironmentRecord* record, REAL3 d) {
   __global const float* m = record->to_local;
   return make3(m[0] * d.x + m[3] * d.y + m[6] * d.z, m[1] * d.x + m[4] * d.y + m[7] * d.z,
                m[2] * d.x + m[5] * d.y + m[8] * d.z);
@@ -27,7 +27,7 @@ inline REAL3 environment_to_world(__global const EnvironmentRecord* record, REAL
 #if HAS_SUN
 /* Radiance inside the disc. z: cosine from the local zenith; chord2: squared distance of the unit vectors to the direction
  * and to the disc's centre. */
-inline void sun_disc(__global const EnvironmentRecord* record, __global const float* tables, REAL z, REAL chord2,
+INLINE void sun_disc(__global const EnvironmentRecord* record, __global const float* tables, REAL z, REAL chord2,
                      REAL rgb[3]) {
   UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = SELECT(z < 0, 0, record->sun_radiance[c]);
 #if HAS_COMPLEX_SUN
@@ -64,19 +64,19 @@ inline void sun_disc(__global const EnvironmentRecord* record, __global const fl
 
 /* Squared distance of two unit vectors, the direction and the one to the disc's centre: has digits where the cosine of a
  * small angle has none. */
-inline REAL sun_chord2(__global const EnvironmentRecord* record, REAL3 direction) {
+INLINE REAL sun_chord2(__global const EnvironmentRecord* record, REAL3 direction) {
   __global const float* s = record->sun_direction;
   const REAL3 chord = make3(direction.x - s[0], direction.y - s[1], direction.z - s[2]);
   return dot3(chord, chord);
 }
 
 /* Is the direction inside the sun's disc? Never for a record without a sun: 1 <= 0. */
-inline MASK in_sun(__global const EnvironmentRecord* record, REAL3 direction) {
+INLINE MASK in_sun(__global const EnvironmentRecord* record, REAL3 direction) {
   return sun_chord2(record, direction) <= record->sun_chord2;
 }
 
 /* The radiance of the sun's disc, 0 outside; gives in_sun. */
-inline MASK sun_radiance(__global const EnvironmentRecord* record, __global const float* tables, REAL3 direction,
+INLINE MASK sun_radiance(__global const EnvironmentRecord* record, __global const float* tables, REAL3 direction,
                          REAL rgb[3]) {
   UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = 0;
 #if HAS_SUN
@@ -95,7 +95,7 @@ inline MASK sun_radiance(__global const EnvironmentRecord* record, __global cons
 }
 
 /* A direction uniform in the sun's cone, with density record->sun_pdf. */
-inline void sun_sample(__global const EnvironmentRecord* record, __global const float* tables, REAL u0, REAL u1,
+INLINE void sun_sample(__global const EnvironmentRecord* record, __global const float* tables, REAL u0, REAL u1,
                        REAL3* direction, REAL rgb[3]) {
   UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = 0;
   *direction = make3((REAL)0, (REAL)0, (REAL)1);

@@ -6,7 +6,7 @@
 
 /* Where a path that goes on into `direction` starts: surely on its side of the surface, which the rounded position on
  * the surface is not (lib/trace.h). */
-inline REAL3 beside_surface(__global const PrimitiveRecord* primitives, INT primitive, REAL3 position, REAL3 normal,
+INLINE REAL3 beside_surface(__global const PrimitiveRecord* primitives, INT primitive, REAL3 position, REAL3 normal,
                             REAL3 direction) {
   __global const float* record = (__global const float*)primitives;
   const REAL offset =
@@ -15,20 +15,20 @@ inline REAL3 beside_surface(__global const PrimitiveRecord* primitives, INT prim
 }
 
 /* Three words of each lane's record, which begins at `at`. */
-inline REAL3 gather3(__global const float* record, INT at) {
+INLINE REAL3 gather3(__global const float* record, INT at) {
   return make3(GATHER(record, at), GATHER((record + 1), at), GATHER((record + 2), at));
 }
 
 #if HAS_ROUND
 /* The normal of curved primitives: along `out`, which leaves the centre or the axis. */
-inline void turn_out(MASK mask, INT flags, REAL3 out, REAL3* normal) {
+INLINE void turn_out(MASK mask, INT flags, REAL3 out, REAL3* normal) {
   const REAL inverse = SELECT((flags & PRIMITIVE_FLIPPED) != 0, -1.0f, 1.0f) / SQRT(dot3(out, out));
   *normal = select3(mask, scale3(out, inverse), *normal);
 }
 
 /* normal: of the record, which holds a sphere's centre there, and the middle of a cylinder's first circle. Returns how
  * far along a cylinder's axis the position is, in its lengths. */
-inline REAL curved_normal(__global const float* record, INT at, INT flags, REAL3 position, REAL3* normal) {
+INLINE REAL curved_normal(__global const float* record, INT at, INT flags, REAL3 position, REAL3* normal) {
   const MASK sphere = (flags & PRIMITIVE_SPHERE) != 0, cylinder = (flags & PRIMITIVE_CYLINDER) != 0;
   if (ANY(sphere)) turn_out(sphere, flags, sub3(position, *normal), normal);
   REAL along = (REAL)(0.0f);
@@ -43,7 +43,7 @@ inline REAL curved_normal(__global const float* record, INT at, INT flags, REAL3
 
 #if HAS_SMOOTH
 /* Between the vertices' normals, where there are some. */
-inline REAL3 smooth_normal(__global const float* record, INT at, INT flags, REAL u, REAL v, REAL3 normal) {
+INLINE REAL3 smooth_normal(__global const float* record, INT at, INT flags, REAL u, REAL v, REAL3 normal) {
   MASK smooth = (flags & PRIMITIVE_SMOOTH) != 0;
   if (!ANY(smooth)) return normal;
   record += PRIMITIVE_AT_FRAME;
@@ -59,7 +59,7 @@ inline REAL3 smooth_normal(__global const float* record, INT at, INT flags, REAL
 #if HAS_TEXTURE
 #if HAS_ROUND
 /* Of spheres, disks and cylinders. along: as of curved_normal */
-inline void round_coordinates(__global const float* record, INT at, INT flags, REAL3 position, REAL3 normal, REAL along,
+INLINE void round_coordinates(__global const float* record, INT at, INT flags, REAL3 position, REAL3 normal, REAL along,
                               REAL texture[2]) {
   const MASK sphere = (flags & PRIMITIVE_SPHERE) != 0, cylinder = (flags & PRIMITIVE_CYLINDER) != 0,
              disk = (flags & PRIMITIVE_DISK) != 0;
@@ -79,7 +79,7 @@ inline void round_coordinates(__global const float* record, INT at, INT flags, R
 #endif
 
 /* Between the vertices' coordinates. */
-inline void flat_coordinates(__global const float* record, INT at, REAL u, REAL v, REAL texture[2]) {
+INLINE void flat_coordinates(__global const float* record, INT at, REAL u, REAL v, REAL texture[2]) {
   record += PRIMITIVE_AT_UV;
   const REAL w = 1.0f - u - v;
   texture[0] = w * GATHER(record, at) + u * GATHER((record + 2), at) + v * GATHER((record + 4), at);
@@ -89,7 +89,7 @@ inline void flat_coordinates(__global const float* record, INT at, REAL u, REAL 
 
 /* Where the first texture coordinate grows, the second staying the same: dp/du, as in Mitsuba; of any length, and not 0
  * but at a sphere's poles and a disk's centre. normal: geometric. */
-inline REAL3 surface_tangent(__global const PrimitiveRecord* primitives, INT primitive, REAL3 position, REAL3 normal) {
+INLINE REAL3 surface_tangent(__global const PrimitiveRecord* primitives, INT primitive, REAL3 position, REAL3 normal) {
   __global const float* record = (__global const float*)primitives;
   const INT at = primitive * (int)(sizeof(PrimitiveRecord) / sizeof(float));
   const Frame frame = make_frame(normal);
@@ -118,7 +118,7 @@ inline REAL3 surface_tangent(__global const PrimitiveRecord* primitives, INT pri
 
 /* u, v: as trace() returned them. position is used for round primitives only. Definitions HAS_SMOOTH (some mesh has
  * vertex normals), HAS_ROUND (spheres, disks or cylinders) and HAS_TEXTURE leave out what a scene does not need. */
-inline void surface_frame(__global const PrimitiveRecord* primitives, INT primitive, REAL u, REAL v, REAL3 position,
+INLINE void surface_frame(__global const PrimitiveRecord* primitives, INT primitive, REAL u, REAL v, REAL3 position,
                           REAL3* normal, REAL3* shading, REAL texture[]) {
   __global const float* record = (__global const float*)primitives;
   const INT at = primitive * (int)(sizeof(PrimitiveRecord) / sizeof(float));

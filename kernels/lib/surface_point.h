@@ -4,12 +4,12 @@
 #include "lib/vector.h"
 #include "shared/light_layout.h"
 
-inline REAL3 gather_vector(__global const float* from, INT at) {
+INLINE REAL3 gather_vector(__global const float* from, INT at) {
   return make3(GATHER(from, at), GATHER((from + 1), at), GATHER((from + 2), at));
 }
 
 /* Where the row of one of each lane's surfaces begins, chosen by area; 0 where it has none. */
-inline INT choose_surface(__global const float* tables, INT first, INT count, REAL choice) {
+INLINE INT choose_surface(__global const float* tables, INT first, INT count, REAL choice) {
   Lanes surfaces, table, u, row;
   surfaces.integer = count;
   table.integer = first;
@@ -29,7 +29,7 @@ inline INT choose_surface(__global const float* tables, INT first, INT count, RE
 }
 
 /* A point of each lane's surface, uniform over its area, and the normal of its front there. */
-inline void point_of_surface(__global const float* tables, INT row, REAL u0, REAL u1, REAL3* on, REAL3* normal) {
+INLINE void point_of_surface(__global const float* tables, INT row, REAL u0, REAL u1, REAL3* on, REAL3* normal) {
   const REAL3 place = gather_vector(tables + LIGHT_SURFACE_PLACE, row);
   const REAL3 du = gather_vector(tables + LIGHT_SURFACE_U, row);
   const REAL3 dv = gather_vector(tables + LIGHT_SURFACE_V, row);
@@ -54,7 +54,7 @@ inline void point_of_surface(__global const float* tables, INT row, REAL u0, REA
 }
 
 /* A point of each lane's shape, uniform over its area, and the normal of its front there; anything where it has no surfaces. */
-inline void sample_surface(__global const float* tables, INT first, INT count, REAL u0, REAL u1, REAL u2, REAL3* on,
+INLINE void sample_surface(__global const float* tables, INT first, INT count, REAL u0, REAL u1, REAL u2, REAL3* on,
                            REAL3* normal) {
   point_of_surface(tables, choose_surface(tables, first, count, u2), u0, u1, on, normal);
 }

@@ -5,12 +5,12 @@
 #include "model/texture/list.h"
 
 /* Coordinates after to_uv. */
-inline void texture_place(__global const TextureRecord* t, float u, float v, float to[2]) {
+INLINE void texture_place(__global const TextureRecord* t, float u, float v, float to[2]) {
   to[0] = t->to_uv[0] * u + t->to_uv[1] * v + t->to_uv[2];
   to[1] = t->to_uv[3] * u + t->to_uv[4] * v + t->to_uv[5];
 }
 
-inline TexturePlace texture_moved(__global const TextureRecord* t, TexturePlace at) {
+INLINE TexturePlace texture_moved(__global const TextureRecord* t, TexturePlace at) {
   float uv[2];
   texture_place(t, at.u, at.v, uv);
   at.u = uv[0];
@@ -21,7 +21,7 @@ inline TexturePlace texture_moved(__global const TextureRecord* t, TexturePlace 
 /* Arguments and result as in model/texture/list.h, the coordinates before to_uv. */
 #define TEXTURE_CASE(name, PREFIX, type) \
   case TEXTURE_##name: return name##_value(t, texels, number, to, rgb);
-inline int texture_value(__global const TextureRecord* t, __global const float* texels, __global const float* number,
+INLINE int texture_value(__global const TextureRecord* t, __global const float* texels, __global const float* number,
                          TexturePlace at, float rgb[3]) {
   const TexturePlace to = texture_moved(t, at);
   switch (t->kind) { TEXTURE_LIST(TEXTURE_CASE) }
@@ -32,7 +32,7 @@ inline int texture_value(__global const TextureRecord* t, __global const float* 
 /* The texels that it is a sum of. */
 #define TEXTURE_CASE(name, PREFIX, type) \
   case TEXTURE_##name: return name##_texels(t, texels, to, which, weight);
-inline int texture_texels(__global const TextureRecord* t, __global const float* texels, TexturePlace at, int which[4],
+INLINE int texture_texels(__global const TextureRecord* t, __global const float* texels, TexturePlace at, int which[4],
                           float weight[4]) {
   const TexturePlace to = texture_moved(t, at);
   switch (t->kind) { TEXTURE_LIST(TEXTURE_CASE) }
@@ -41,7 +41,7 @@ inline int texture_texels(__global const TextureRecord* t, __global const float*
 #undef TEXTURE_CASE
 
 /* d value / d u and d value / d v of a bitmap, the same in all channels; of nearest texels: 0. */
-inline void texture_slopes(__global const TextureRecord* t, __global const float* texels, float u, float v,
+INLINE void texture_slopes(__global const TextureRecord* t, __global const float* texels, float u, float v,
                            float slopes[3]) {
   float to[2], along[2];
   texture_place(t, u, v, to);
@@ -52,7 +52,7 @@ inline void texture_slopes(__global const TextureRecord* t, __global const float
 }
 
 /* The texels that these are sums of, and their weights. Returns how many. */
-inline int texture_slope_texels(__global const TextureRecord* t, float u, float v, int which[4], float along_u[4],
+INLINE int texture_slope_texels(__global const TextureRecord* t, float u, float v, int which[4], float along_u[4],
                                 float along_v[4]) {
   float to[2], x[4], y[4];
   texture_place(t, u, v, to);

@@ -12,7 +12,7 @@ typedef struct {
 #endif
 } TexturePlaces;
 
-inline TexturePlaces texture_places(const REAL texture[]) {
+INLINE TexturePlaces texture_places(const REAL texture[]) {
   TexturePlaces p;
   p.u.real = texture[0];
   p.v.real = texture[1];
@@ -24,7 +24,7 @@ inline TexturePlaces texture_places(const REAL texture[]) {
   return p;
 }
 
-inline TexturePlace texture_place_of(const Launch* launch, const TexturePlaces* p, int lane) {
+INLINE TexturePlace texture_place_of(const Launch* launch, const TexturePlaces* p, int lane) {
   TexturePlace place = {p->u.f[lane], p->v.f[lane]};
 #if HAS_ATTRIBUTES
   place.b1 = p->b1.f[lane];

@@ -37,7 +37,7 @@ typedef struct {
   bool inside; /* the path expects to leave */
 } Ray;
 
-inline Surfaces surfaces_of(__global const float* nodes, __global const float* leaves,
+INLINE Surfaces surfaces_of(__global const float* nodes, __global const float* leaves,
                             __global const PrimitiveRecord* primitives, __global const GeometryRecord* record) {
   Surfaces s;
   s.nodes = nodes + record->first_node;
@@ -48,11 +48,11 @@ inline Surfaces surfaces_of(__global const float* nodes, __global const float* l
 }
 
 /* A vertex coordinate across the ray. */
-inline BoxFloat sheared(BoxFloat coordinate, BoxFloat slope, BoxFloat depth) { return coordinate - slope * depth; }
+INLINE BoxFloat sheared(BoxFloat coordinate, BoxFloat slope, BoxFloat depth) { return coordinate - slope * depth; }
 
 /* Twice the signed area of (origin, a, b). Antisymmetric, and never of the wrong sign: must not become a fused
  * operation. */
-inline BoxFloat edge_function(BoxFloat ax, BoxFloat ay, BoxFloat bx, BoxFloat by) {
+INLINE BoxFloat edge_function(BoxFloat ax, BoxFloat ay, BoxFloat bx, BoxFloat by) {
 #pragma OPENCL FP_CONTRACT OFF
   const BoxFloat p = ax * by;
   const BoxFloat q = bx * ay;
@@ -82,7 +82,7 @@ typedef struct {
   BoxFloat az, bz, cz;   /* depth of the vertices */
 } Crossing;
 
-__attribute__((always_inline)) inline BoxInt crosses(const BoxFloat vertex[9], BoxFloat ox, BoxFloat oy, BoxFloat oz,
+__attribute__((always_inline)) INLINE BoxInt crosses(const BoxFloat vertex[9], BoxFloat ox, BoxFloat oy, BoxFloat oz,
                                                      BoxFloat sx, BoxFloat sy, Crossing* c) {
   c->az = vertex[2] - oz;
   c->bz = vertex[5] - oz;
@@ -100,7 +100,7 @@ __attribute__((always_inline)) inline BoxInt crosses(const BoxFloat vertex[9], B
 
 /* Distance t, barycentric coordinates b and c, and the inverse of normal . direction, below 0 for a front face. Returns
  * whether the crossing counts. tolerance: of the distance, times twice the area, > 0 towards the ray's origin. */
-__attribute__((always_inline)) inline BoxInt crossing_distance(const Crossing* x, BoxFloat sz, BoxFloat tolerance,
+__attribute__((always_inline)) INLINE BoxInt crossing_distance(const Crossing* x, BoxFloat sz, BoxFloat tolerance,
                                                                BoxFloat limit, BoxFloat* t, BoxFloat* b, BoxFloat* c,
                                                                BoxFloat* inverse) {
   /* depth: (a - origin) . N with N the normal times twice the area; t = depth / (N . direction). */
@@ -112,7 +112,7 @@ __attribute__((always_inline)) inline BoxInt crossing_distance(const Crossing* x
   return ((depth + tolerance) * *inverse > 0.0f) & (*t - larger_of(tolerance * *inverse, 0.0f) < limit);
 }
 
-__attribute__((always_inline)) inline void meet_triangles(__global const float* block, float side, const Shear* s,
+__attribute__((always_inline)) INLINE void meet_triangles(__global const float* block, float side, const Shear* s,
                                                           int skip, Found* found) {
   const int axes[3] = {s->kx, s->ky, s->kz};
   BoxFloat vertex[9];
@@ -146,7 +146,7 @@ __attribute__((always_inline)) inline void meet_triangles(__global const float* 
 
 /* Distance to a sphere, negative or NaN when it is not met. from: centre to origin.
  * Haines, Guenther, Akenine-Moeller: Precision Improvements for Ray/Sphere Intersection, 2019. */
-inline float meet_sphere(float3 from, Ray ray, float radius, float tolerance, bool starts_here, int* front,
+INLINE float meet_sphere(float3 from, Ray ray, float radius, float tolerance, bool starts_here, int* front,
                          float* slack) {
   const bool inside = ray.inside;
   const float a = dot(ray.direction, ray.direction);
@@ -179,7 +179,7 @@ inline float meet_sphere(float3 from, Ray ray, float radius, float tolerance, bo
 /* Distance to a cylinder, negative or NaN when it is not met. from: the middle of its first circle to the ray's origin.
  * In the plane across the axis as in meet_sphere; but the ends are open, so that the far side may be met first.
  * dual: the axis over its squared length. */
-inline float meet_cylinder(float3 from, Ray ray, float3 dual, float radius, float tolerance, bool starts_here,
+INLINE float meet_cylinder(float3 from, Ray ray, float3 dual, float radius, float tolerance, bool starts_here,
                            int* front, float* slack) {
   const float3 axis = normalize(dual);
   const float3 across = from - dot(from, axis) * axis, direction = ray.direction - dot(ray.direction, axis) * axis;
@@ -253,13 +253,13 @@ __attribute__((noinline)) void meet_round(__global const float* block, Ray ray, 
   }
 }
 
-inline float3 vertex_of(__global const float* lane, int row) {
+INLINE float3 vertex_of(__global const float* lane, int row) {
   return (float3)(lane[row * BOX_WIDTH], lane[(row + 1) * BOX_WIDTH], lane[(row + 2) * BOX_WIDTH]);
 }
 
 /* The point of a triangle with barycentric coordinates u, v: of its second and third vertex. lane: of its block. A few
  * roundings away from its edges. */
-inline REAL3 position_on_triangle(__global const float* lane, REAL u, REAL v) {
+INLINE REAL3 position_on_triangle(__global const float* lane, REAL u, REAL v) {
   const float margin = lane[BLOCK_MARGIN * BOX_WIDTH];
   const float3 a = vertex_of(lane, BLOCK_A), ab = vertex_of(lane, BLOCK_B) - a, ac = vertex_of(lane, BLOCK_C) - a;
   u = MIN(MAX(u, (REAL)(margin)), (REAL)(1.0f - 2.0f * margin));
@@ -268,7 +268,7 @@ inline REAL3 position_on_triangle(__global const float* lane, REAL u, REAL v) {
 }
 
 /* From the centre of a sphere, or the axis of a cylinder, to a position. */
-inline float3 out_of_curved(__global const PrimitiveRecord* primitive, float3 position) {
+INLINE float3 out_of_curved(__global const PrimitiveRecord* primitive, float3 position) {
   const float3 from = position - (float3)(primitive->normal[0], primitive->normal[1], primitive->normal[2]);
   if (primitive->flags & PRIMITIVE_SPHERE) return from;
   const float3 dual = (float3)(primitive->frame[6], primitive->frame[7], primitive->frame[8]);
@@ -276,7 +276,7 @@ inline float3 out_of_curved(__global const PrimitiveRecord* primitive, float3 po
 }
 
 /* Where the ray meets a round primitive, computed on it. */
-inline float3 position_on_round(__global const PrimitiveRecord* primitive, Ray ray, Found* found) {
+INLINE float3 position_on_round(__global const PrimitiveRecord* primitive, Ray ray, Found* found) {
   const float3 along = ray.origin + found->t * ray.direction;
   const float3 n = (float3)(primitive->normal[0], primitive->normal[1], primitive->normal[2]);
   if (primitive->flags & PRIMITIVE_SPHERE) return n + primitive->radius * normalize(along - n);
@@ -299,12 +299,12 @@ typedef struct {
   Lanes across_x, across_y, across_z, slope_x, slope_y, slope_z;
 } RaySetup;
 
-inline REAL clamped_inverse(REAL d) { return 1.0f / SELECT(ABS(d) > 1e-20f, d, copysign((REAL)(1e-20f), d)); }
+INLINE REAL clamped_inverse(REAL d) { return 1.0f / SELECT(ABS(d) > 1e-20f, d, copysign((REAL)(1e-20f), d)); }
 
-inline REAL component(REAL3 v, INT axis) { return SELECT(axis == 0, v.x, SELECT(axis == 1, v.y, v.z)); }
+INLINE REAL component(REAL3 v, INT axis) { return SELECT(axis == 0, v.x, SELECT(axis == 1, v.y, v.z)); }
 
 /* Returns which rays meet the bounds at all. */
-inline MASK set_up_rays(__global const GeometryRecord* record, REAL3 origin, REAL3 direction, RaySetup* s) {
+INLINE MASK set_up_rays(__global const GeometryRecord* record, REAL3 origin, REAL3 direction, RaySetup* s) {
   const REAL3 inverse = make3(clamped_inverse(direction.x), clamped_inverse(direction.y), clamped_inverse(direction.z));
   const REAL x0 = (record->low[0] - origin.x) * inverse.x, x1 = (record->high[0] - origin.x) * inverse.x;
   const REAL y0 = (record->low[1] - origin.y) * inverse.y, y1 = (record->high[1] - origin.y) * inverse.y;
@@ -354,7 +354,7 @@ typedef struct {
   int near_x, near_y, near_z, far_x, far_y, far_z;
 } Slabs;
 
-__attribute__((always_inline)) inline Slabs slabs_of_lane(const RaySetup* setup, int l) {
+__attribute__((always_inline)) INLINE Slabs slabs_of_lane(const RaySetup* setup, int l) {
   Slabs s;
   s.ix = setup->ix.f[l];
   s.iy = setup->iy.f[l];
@@ -372,7 +372,7 @@ __attribute__((always_inline)) inline Slabs slabs_of_lane(const RaySetup* setup,
 }
 
 /* Bits of the children of a node whose boxes the ray meets before `limit`, and where it enters each. */
-__attribute__((always_inline)) inline uint meet_boxes(__global const float* node, const Slabs* s, float limit,
+__attribute__((always_inline)) INLINE uint meet_boxes(__global const float* node, const Slabs* s, float limit,
                                                       BoxLanes* enter_t) {
   enter_t->v = larger_of(
       larger_of(LOAD_BOX(node, s->near_x) * s->ix + s->shift_x, LOAD_BOX(node, s->near_y) * s->iy + s->shift_y),
@@ -384,10 +384,10 @@ __attribute__((always_inline)) inline uint meet_boxes(__global const float* node
 }
 
 /* Bits of a distance that is not negative sort as the distance does. */
-inline ulong stack_entry(float distance, int child) { return (ulong)as_uint(distance) << 32 | (uint)child; }
+INLINE ulong stack_entry(float distance, int child) { return (ulong)as_uint(distance) << 32 | (uint)child; }
 
 /* The nearest of the children in `bits`, of which there are some; the others go to the stack. */
-__attribute__((always_inline)) inline int keep_children(__global const float* node, uint bits, const BoxLanes* enter_t,
+__attribute__((always_inline)) INLINE int keep_children(__global const float* node, uint bits, const BoxLanes* enter_t,
                                                         ulong stack[], int* size) {
   __global const int* child = (__global const int*)(node + NODE_CHILD * BOX_WIDTH);
   const int first = LOWEST_BIT(bits);
@@ -403,7 +403,7 @@ __attribute__((always_inline)) inline int keep_children(__global const float* no
 }
 
 /* What a walk from `setup`'s origin has found. */
-__attribute__((always_inline)) inline Hit hit_of(Surfaces surfaces, const RaySetup* setup, int l, Ray ray,
+__attribute__((always_inline)) INLINE Hit hit_of(Surfaces surfaces, const RaySetup* setup, int l, Ray ray,
                                                  Found* found) {
   Hit hit;
   hit.primitive = -1;
@@ -435,7 +435,7 @@ __attribute__((always_inline)) inline Hit hit_of(Surfaces surfaces, const RaySet
  * the other side: what flies t_max without a hit surely stays on its side. skip: the primitive on which the ray starts,
  * or -1: a flat one is not met again, of a sphere or cylinder only the far side is. inside: the path is inside (leaves
  * through the next surface) or outside. onward: nothing behind the origin counts, however little. */
-inline Hit trace_lane(Surfaces surfaces, const RaySetup* setup, int l, float t_max, int skip, bool inside,
+INLINE Hit trace_lane(Surfaces surfaces, const RaySetup* setup, int l, float t_max, int skip, bool inside,
                       bool onward) {
   __global const GeometryRecord* record = surfaces.record;
   Hit none;
@@ -488,7 +488,7 @@ typedef struct {
 } LaneHits;
 
 /* Traces the lanes in `mask`; others get primitive -1. inside, onward: as in trace_lane. */
-inline LaneHits trace_lanes(Surfaces surfaces, REAL3 origin, REAL3 direction, REAL t_max, INT skip, MASK inside,
+INLINE LaneHits trace_lanes(Surfaces surfaces, REAL3 origin, REAL3 direction, REAL t_max, INT skip, MASK inside,
                             MASK onward, MASK mask) {
   LaneHits hits;
   RaySetup setup;
@@ -520,7 +520,7 @@ inline LaneHits trace_lanes(Surfaces surfaces, REAL3 origin, REAL3 direction, RE
 }
 
 /* A single ray. */
-inline Hit trace(Surfaces surfaces, float3 origin, float3 direction, float t_max, int skip, bool inside) {
+INLINE Hit trace(Surfaces surfaces, float3 origin, float3 direction, float t_max, int skip, bool inside) {
   RaySetup setup;
   const REAL3 o = make3((REAL)(origin.x), (REAL)(origin.y), (REAL)(origin.z)),
               d = make3((REAL)(direction.x), (REAL)(direction.y), (REAL)(direction.z));

@@ -8,7 +8,7 @@
 
 #if WIDTH == BOX_WIDTH && !HAS_ROUND
 /* Over all lanes. */
-inline float least_lane(REAL v) {
+INLINE float least_lane(REAL v) {
 #if WIDTH == 16
   const float8 eight = v.lo < v.hi ? v.lo : v.hi;
   const float4 four = eight.lo < eight.hi ? eight.lo : eight.hi;
@@ -26,13 +26,13 @@ typedef struct {
   float low, high;
 } Range;
 
-inline Range range_of(REAL v) {
+INLINE Range range_of(REAL v) {
   Range r = {least_lane(v), -least_lane(-v)};
   return r;
 }
 
 /* May triangles of this block be met? Bounds on their vertices' coordinates across the rays, as in Crossing. */
-inline uint met_by_bundle(__global const float* block, const int axes[3], const float origin[3], Range slope_x,
+INLINE uint met_by_bundle(__global const float* block, const int axes[3], const float origin[3], Range slope_x,
                           Range slope_y, float margin) {
   BoxFloat low_x = INFINITY, high_x = -INFINITY, low_y = INFINITY, high_y = -INFINITY;
   UNROLL_FOR(int vertex = 0; vertex < 3; ++vertex) {
@@ -61,7 +61,7 @@ typedef struct {
 } Bundle;
 
 /* False: they go too different ways. bits: of mask, at least one. */
-__attribute__((always_inline)) inline bool bundle_rays(__global const GeometryRecord* record, const RaySetup* setup,
+__attribute__((always_inline)) INLINE bool bundle_rays(__global const GeometryRecord* record, const RaySetup* setup,
                                                        REAL3 origin, MASK mask, uint bits, Bundle* b) {
   const int first = LOWEST_BIT(bits);
   Lanes x, y, z;
@@ -106,7 +106,7 @@ __attribute__((always_inline)) inline bool bundle_rays(__global const GeometryRe
 }
 
 /* As meet_boxes: children that no ray of the bundle meets before `limit` are left out. */
-__attribute__((always_inline)) inline uint boxes_of_bundle(__global const float* node, const Bundle* b, float limit,
+__attribute__((always_inline)) INLINE uint boxes_of_bundle(__global const float* node, const Bundle* b, float limit,
                                                            BoxLanes* enter_t) {
   const float* from = b->from;
   const BoxFloat nx = LOAD_BOX(node, b->near_x) - (from[0] + b->wide_x),
@@ -132,7 +132,7 @@ typedef struct {
 } BundleStack;
 
 /* As keep_children. */
-__attribute__((always_inline)) inline int keep_children_of_bundle(__global const float* node, uint bits,
+__attribute__((always_inline)) INLINE int keep_children_of_bundle(__global const float* node, uint bits,
                                                                   const BoxLanes* enter_t, BundleStack* stack) {
   __global const int* child = (__global const int*)(node + NODE_CHILD * BOX_WIDTH);
   const int first = LOWEST_BIT(bits);
@@ -159,7 +159,7 @@ typedef struct {
 } Closest;
 
 /* The triangles of a block against all rays of the bundle. */
-__attribute__((always_inline)) inline void triangles_of_bundle(__global const float* block, const Bundle* b,
+__attribute__((always_inline)) INLINE void triangles_of_bundle(__global const float* block, const Bundle* b,
                                                                const RaySetup* setup, Closest* closest) {
   const uint candidates = met_by_bundle(block, b->axes, b->seen_from, b->slope_x, b->slope_y, b->margin);
   FOR_EACH_LANE(l, candidates) {
@@ -187,7 +187,7 @@ __attribute__((always_inline)) inline void triangles_of_bundle(__global const fl
 }
 
 /* start: as in RaySetup */
-inline void store_hits(__global const GeometryRecord* record, const Closest* closest, REAL start, LaneHits* hits) {
+INLINE void store_hits(__global const GeometryRecord* record, const Closest* closest, REAL start, LaneHits* hits) {
   const MASK hit = closest->primitive >= 0;
   hits->primitive.integer = SELECT_INT(hit, closest->primitive + (int)record->first_primitive, -1);
   hits->distance.real = SELECT(hit, MAX(closest->t, (REAL)(0.0f)) + start, INFINITY);
@@ -199,7 +199,7 @@ inline void store_hits(__global const GeometryRecord* record, const Closest* clo
 }
 
 /* Rays in vacuum from nearly the same origin. False: they go too different ways, and nothing is found out. */
-inline bool trace_coherent(Surfaces surfaces, REAL3 origin, REAL3 direction, MASK mask, LaneHits* hits) {
+INLINE bool trace_coherent(Surfaces surfaces, REAL3 origin, REAL3 direction, MASK mask, LaneHits* hits) {
   __global const GeometryRecord* record = surfaces.record;
   RaySetup setup;
   mask = mask & set_up_rays(record, origin, direction, &setup);

@@ -67,14 +67,14 @@ typedef int IntVector16 __attribute__((vector_size(64)));
   __builtin_astype(__builtin_ia32_gathersiv16si(__builtin_astype((INT)(0), IntVector16), (const void*)(uintptr_t)(p), \
                                                 __builtin_astype((INT)(i), IntVector16), 0xffff, sizeof(int)),        \
                    INT)
-inline void scatter_real(__global float* p, INT index, REAL value) {
+INLINE void scatter_real(__global float* p, INT index, REAL value) {
   __builtin_ia32_scattersiv16sf((void*)(uintptr_t)p, 0xffff, __builtin_astype(index, IntVector16),
                                 __builtin_astype(value, FloatVector16), sizeof(float));
 }
 #else
 #define GATHER(p, i) ((REAL)(EACH_(p, i)))
 #define GATHER_INT(p, i) ((INT)(EACH_(p, i)))
-inline void scatter_real(__global float* p, INT index, REAL value) {
+INLINE void scatter_real(__global float* p, INT index, REAL value) {
   Lanes at, v;
   at.integer = index;
   v.real = value;
@@ -87,17 +87,17 @@ inline void scatter_real(__global float* p, INT index, REAL value) {
 /* One bit a lane. The mask instruction of AVX-512 is 15-25 % faster over a whole render than the portable reduction
  * (kernels/README.md, "Decisions"); the builtins exist where the device's compiler says so. */
 #if WIDTH == 1
-inline uint lane_bits(MASK mask) { return mask ? 1u : 0u; }
+INLINE uint lane_bits(MASK mask) { return mask ? 1u : 0u; }
 #elif WIDTH == 16 && defined(__AVX512DQ__)
-inline uint lane_bits(MASK mask) { return (ushort)__builtin_ia32_cvtd2mask512((IntVector16)mask); }
+INLINE uint lane_bits(MASK mask) { return (ushort)__builtin_ia32_cvtd2mask512((IntVector16)mask); }
 #elif WIDTH == 8 && defined(__AVX512DQ__) && defined(__AVX512VL__)
 typedef int mask_vector8 __attribute__((vector_size(32)));
-inline uint lane_bits(MASK mask) { return (uchar)__builtin_ia32_cvtd2mask256((mask_vector8)mask); }
+INLINE uint lane_bits(MASK mask) { return (uchar)__builtin_ia32_cvtd2mask256((mask_vector8)mask); }
 #elif WIDTH == 8 && defined(__AVX__)
 typedef float mask_vector8 __attribute__((vector_size(32)));
-inline uint lane_bits(MASK mask) { return (uint)__builtin_ia32_movmskps256((mask_vector8)as_float8(mask)); }
+INLINE uint lane_bits(MASK mask) { return (uint)__builtin_ia32_movmskps256((mask_vector8)as_float8(mask)); }
 #else
-inline uint lane_bits(MASK mask) {
+INLINE uint lane_bits(MASK mask) {
   Lanes m;
   m.integer = mask;
   uint bits = 0;
@@ -106,9 +106,9 @@ inline uint lane_bits(MASK mask) {
 }
 #endif
 
-inline MASK lane_mask(uint bits) { return (((INT)((int)bits) >> LANE_INDEX) & 1) != 0; }
+INLINE MASK lane_mask(uint bits) { return (((INT)((int)bits) >> LANE_INDEX) & 1) != 0; }
 
-inline REAL3 select3(MASK mask, REAL3 yes, REAL3 no) {
+INLINE REAL3 select3(MASK mask, REAL3 yes, REAL3 no) {
   return make3(SELECT(mask, yes.x, no.x), SELECT(mask, yes.y, no.y), SELECT(mask, yes.z, no.z));
 }
 
@@ -118,7 +118,7 @@ inline REAL3 select3(MASK mask, REAL3 yes, REAL3 no) {
   for (uint left_##l = (bits), l; left_##l && (l = (uint)LOWEST_BIT(left_##l), 1); left_##l &= left_##l - 1)
 
 /* Uniform over the unit sphere. */
-inline REAL3 uniform_sphere(REAL u0, REAL u1) {
+INLINE REAL3 uniform_sphere(REAL u0, REAL u1) {
   REAL sine, cosine;
   sin_cos_2pi(u1, &sine, &cosine);
   const REAL r = 2 * sqrt(u0 * (1 - u0));

@@ -21,7 +21,7 @@
 #if VOXEL_SUMS
 /* Of a field of extinctions: below, probes take part. sigma_t: what the field is times; any is right. Measured:
  * tests/transport/voxel_estimators_test.cpp */
-inline REAL knee_of(__global const FieldRecord* field, REAL sigma_t) {
+INLINE REAL knee_of(__global const FieldRecord* field, REAL sigma_t) {
   const float size =
       fmax(field->high[0] - field->low[0], fmax(field->high[1] - field->low[1], field->high[2] - field->low[2]));
   return MAX((REAL)(EXTINCTION_KNEE * field->mean), KNEE_DEPTH / (MAX(sigma_t, (REAL)(1e-20f)) * size));
@@ -33,7 +33,7 @@ typedef struct {
   REAL share[8];
 } Voxels;
 
-inline Voxels voxels_at(__global const FieldRecord* field, REAL3 p) {
+INLINE Voxels voxels_at(__global const FieldRecord* field, REAL3 p) {
   INT x[2], y[2], z[2];
   REAL right, up, deep;
   neighbours(field, 0, p, &x[0], &x[1], &right);
@@ -50,7 +50,7 @@ inline Voxels voxels_at(__global const FieldRecord* field, REAL3 p) {
 
 /* What the field's value at a place is pulled by, in each channel of the radiance: to the sums of its voxels, and to
  * that of them all, in the set of each path's pixel. */
-inline void add_to_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
+INLINE void add_to_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
                           __global const FieldRecord* field, REAL3 place, const REAL x[RADIANCE_CHANNELS]) {
   const Voxels v = voxels_at(field, place);
   Lanes set;
@@ -82,7 +82,7 @@ inline void add_to_voxels(const Launch* launch, __global const JobRecord* job, c
 }
 
 /* The extinction on a way. u: as of field_thickness; x: as of add_to_voxels, of a unit of length */
-inline void add_way_to_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+INLINE void add_way_to_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                               MASK mask, __global const FieldRecord* field, REAL3 from, REAL3 direction, REAL distance,
                               REAL u, const REAL x[RADIANCE_CHANNELS]) {
   Way w = enter_field(launch, field, from, direction, distance, mask);

@@ -13,6 +13,18 @@
 
 #ifdef __OPENCL_VERSION__
 
+/* INLINE: a function of the device. PoCL reads a plain `inline` as GNU C89 does; elsewhere it is C99's, which leaves no
+ * function to call. PoCL would inline all that is static and called once: twice the code, and up to twice as long to build.
+ *
+ * PoCL fuses a * b + c where they stand in one expression, so that a formula has the same bits in every program. Other
+ * compilers fuse what they happen to see side by side: an image would depend on which derivatives come with it. */
+#ifdef POCL_DEVICE_ADDRESS_BITS
+#define INLINE inline
+#else
+#define INLINE static inline
+#pragma OPENCL FP_CONTRACT OFF
+#endif
+
 /* Before a short loop: PoCL unrolls none by itself, and leaves arrays in memory that would fit into registers. */
 #define UNROLL _Pragma("unroll")
 #define UNROLL_FOR UNROLL for
@@ -52,8 +64,8 @@ typedef struct {
 /* The instruction of every vector unit; unlike fmin and fmax, a NaN in the first operand gives the second. */
 #define MIN(a, b) real_min(a, b)
 #define MAX(a, b) real_max(a, b)
-inline REAL real_min(REAL a, REAL b) { return a < b ? a : b; }
-inline REAL real_max(REAL a, REAL b) { return a > b ? a : b; }
+INLINE REAL real_min(REAL a, REAL b) { return a < b ? a : b; }
+INLINE REAL real_max(REAL a, REAL b) { return a > b ? a : b; }
 #define LOG(x) real_log(x)
 #define EXP(x) real_exp(x)
 #include "lib/elementary.h"

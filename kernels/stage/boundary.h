@@ -12,7 +12,7 @@
  * Radiance scales by inverse_eta^2 on the way (basic radiance is conserved); roulette does not see this factor, as
  * in Mitsuba. straight: through a thin pane, which counts no more than an index-matched boundary; passes: as if the
  * boundary were not there. */
-inline void scatter_at_boundary(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
+INLINE void scatter_at_boundary(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                                 const Surface* s, const Random* random, REAL u, REAL3 d, const REAL weight[], REAL pdf,
                                 REAL inverse_eta, MASK straight, MASK passes) {
   REAL throughput[THROUGHPUT_CHANNELS];
@@ -37,7 +37,7 @@ inline void scatter_at_boundary(const Launch* launch, __global const JobRecord* 
 #if ROUGH_LIGHT_SAMPLING
 /* Density of the connection over that of phase function and flight, which may underflow; 0 where no connection is
  * drawn. */
-inline REAL rival_density(REAL connection, REAL by_phase, MASK mask) {
+INLINE REAL rival_density(REAL connection, REAL by_phase, MASK mask) {
   return SELECT(mask & (connection > 0.0f), connection / MAX(by_phase, (REAL)(1e-30f)), 0.0f);
 }
 
@@ -45,7 +45,7 @@ inline REAL rival_density(REAL connection, REAL by_phase, MASK mask) {
  * direction to the sun or a light that is aimed at, and of the path's own to the light around. 0 where the segment did not begin
  * at a scattering vertex, or light is inside. Returns where it did; then the path knows what its own direction to a shape that
  * shines needs for the same (`aimed_rival`). */
-inline MASK rival_densities(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
+INLINE MASK rival_densities(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
                             MASK at_boundary, const Surface* s, const LightSample* light, REAL3 direction, REAL* rival,
                             REAL* own_rival) {
   *rival = *own_rival = (REAL)(0.0f);
@@ -97,7 +97,7 @@ inline MASK rival_densities(const Launch* launch, __global const JobRecord* job,
 }
 
 /* What the path's light is multiplied by. */
-inline void path_weight(const Pool* pool, INT slots, REAL factor[RADIANCE_CHANNELS]) {
+INLINE void path_weight(const Pool* pool, INT slots, REAL factor[RADIANCE_CHANNELS]) {
   REAL weight[3];
   channel_weights(pool, slots, LOAD(pool, REFRACTION_SCALE, slots), weight);
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
@@ -106,7 +106,7 @@ inline void path_weight(const Pool* pool, INT slots, REAL factor[RADIANCE_CHANNE
 
 /* The one direction to the light around the scene that is sampled where media lie behind. Returns which lanes get light
  * from it by `weight`. */
-inline MASK sample_around_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job,
+INLINE MASK sample_around_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job,
                                       Pool* pool, INT slots, MASK at_boundary, const Surface* s, Reflector* r,
                                       const Random* random, REAL3 direction, LightSample* sample,
                                       REAL weight[RADIANCE_CHANNELS], REAL* own_rival, MASK* is_exit) {
@@ -142,7 +142,7 @@ inline MASK sample_around_at_boundary(int model, int variant, const Launch* laun
  * over theirs. To lights that are aimed at lead A and C, which draw them with the chances of their own places; to other lights of
  * the scene lead A and B alone, and so they do where the BSDF is broad.
  * Returns LAST_PDF for the BSDF's own direction, of density pdf. */
-inline REAL sample_light_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job,
+INLINE REAL sample_light_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job,
                                      Pool* pool, INT slots, MASK at_boundary, const Surface* s, Reflector* r,
                                      const Random* random, REAL3 direction, REAL pdf, MASK passes) {
   const int traits = bsdf_traits(model);
@@ -185,7 +185,7 @@ inline REAL sample_light_at_boundary(int model, int variant, const Launch* launc
 #endif
 
 /* Is some score by a number on which the densities that the model samples depend? */
-inline bool decides(int model) {
+INLINE bool decides(int model) {
   if (ADJOINT) return true;
   UNROLL_FOR(int k = 0; k < SCORES; ++k)
     if (carried[k].model == model && role_of(model, carried[k].slot) == ROLE_DENSITY) return true;
@@ -193,7 +193,7 @@ inline bool decides(int model) {
 }
 
 /* The baseline's part of what was decided; samples that are lost count too, or its mean would not be zero. */
-inline void decide_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
+INLINE void decide_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
                                INT slots, const Surface* s, const Reflector* r, const Random* random, REAL3 wo,
                                MASK reflected, MASK mask, Scores* scores) {
 #if BASELINES
@@ -210,7 +210,7 @@ inline void decide_at_boundary(int model, int variant, const Launch* launch, __g
 #endif
 }
 
-inline void boundary_stage(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
+INLINE void boundary_stage(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
                            INT slots, MASK valid) {
   const bool smooth = (bsdf_traits(model) & BSDF_SMOOTH) != 0;
   const Surface s = load_surface(launch, job, pool, slots, valid);

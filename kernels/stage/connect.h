@@ -16,7 +16,7 @@ typedef struct {
   Phase phase;
 } LitVertex;
 
-inline LitVertex load_lit_vertex(const Launch* launch, const Pool* pool, INT slots, MASK valid) {
+INLINE LitVertex load_lit_vertex(const Launch* launch, const Pool* pool, INT slots, MASK valid) {
   LitVertex x;
   x.position = load3(pool, POSITION, slots);
   x.arrival = load3(pool, ARRIVAL, slots);
@@ -49,7 +49,7 @@ typedef struct {
 enum { STREAM_INWARD = 0x83 };
 
 /* light: drawn for the vertex */
-inline Exit find_exit(const Launch* launch, __global const JobRecord* job, const LitVertex* x, const LightSample* light,
+INLINE Exit find_exit(const Launch* launch, __global const JobRecord* job, const LitVertex* x, const LightSample* light,
                       const REAL u[4], MASK refracted) {
   Exit e;
   const AssumedBoundary boundary = assumed_boundary(launch, x->medium * (int)(sizeof(MediumRecord) / sizeof(float)));
@@ -84,7 +84,7 @@ inline Exit find_exit(const Launch* launch, __global const JobRecord* job, const
 }
 
 /* The light's direction at the exit is known. */
-inline void leave_towards(Exit* e, REAL3 light) {
+INLINE void leave_towards(Exit* e, REAL3 light) {
   const Frame frame = make_frame(e->shading);
   e->wi = scale3(frame_to_local(&frame, e->inward), -1.0f);
   e->wo = frame_to_local(&frame, light);
@@ -95,7 +95,7 @@ inline void leave_towards(Exit* e, REAL3 light) {
 #if HAS_AIMED_LIGHTS
 /* A light that is aimed at is sampled whether it shines on the vertex or not. Returns for which lanes; u[2], which chose it, is
  * uniform again. */
-inline MASK take_aimed(const Launch* launch, __global const JobRecord* job, const LitVertex* x, MASK valid, REAL u[],
+INLINE MASK take_aimed(const Launch* launch, __global const JobRecord* job, const LitVertex* x, MASK valid, REAL u[],
                        LightSample* light) {
   const MASK aimed = valid & is_reached(launch, light->source.index, LIGHT_AIMED_AT);
   const INT chances = light_chances(job, x->position), own = max(light->source.index - job->first_light, 0);
@@ -107,7 +107,7 @@ inline MASK take_aimed(const Launch* launch, __global const JobRecord* job, cons
 }
 
 /* What the light that was aimed at brings to the exit. u: with which it was drawn */
-inline void light_exit(const Launch* launch, __global const JobRecord* job, MASK aimed, const REAL u[], Exit* e,
+INLINE void light_exit(const Launch* launch, __global const JobRecord* job, MASK aimed, const REAL u[], Exit* e,
                        LightSample* light) {
   LightSample there = *light;
   MASK on_shape;
@@ -140,7 +140,7 @@ inline void light_exit(const Launch* launch, __global const JobRecord* job, MASK
 #endif
 
 /* What an exit through surfaces of one BSDF brings. */
-inline void connect_through(int surface, int model, int variant, const Launch* launch, __global const JobRecord* job,
+INLINE void connect_through(int surface, int model, int variant, const Launch* launch, __global const JobRecord* job,
                             Pool* pool, INT slots, const Random* random, const LitVertex* x, const Exit* e,
                             const LightSample* sample, const Scores* scores) {
   const int traits = bsdf_traits(model);
@@ -197,7 +197,7 @@ inline void connect_through(int surface, int model, int variant, const Launch* l
 #endif
 
 /* Straight through index-matched boundaries. */
-inline void connect_straight(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
+INLINE void connect_straight(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
                              const Random* random, MASK straight, const LitVertex* x, const LightSample* light,
                              const Scores* scores) {
   const REAL cosine = dot3(x->arrival, light->source.direction);
@@ -212,7 +212,7 @@ inline void connect_straight(const Launch* launch, __global const JobRecord* job
                  connection_weight, scores, &start);
 }
 
-inline void connect_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
+INLINE void connect_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
   Random random = load_random(job, pool, slots);
   random.event -= 1; /* the event that brought the path here */
   REAL u[4];

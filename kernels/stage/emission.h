@@ -7,7 +7,7 @@
 #include "lib/score.h"
 #include "stage/surface.h"
 
-inline void gather_emission(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
+INLINE void gather_emission(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                             const Surface* s) {
 #if HAS_AREA_LIGHTS
   MASK shines = valid & (s->light >= 0) & s->front;

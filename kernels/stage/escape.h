@@ -7,7 +7,7 @@
 #include "lib/light_sampling.h"
 #include "lib/score.h"
 
-inline void escape_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
+INLINE void escape_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
   REAL3 direction = load3(pool, DIRECTION, slots);
   REAL light[3];
   environment_radiance(launch->environments + job->environment, launch->light_tables, direction, light);

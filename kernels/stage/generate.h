@@ -11,7 +11,7 @@
 #include "stage/ray.h"
 
 /* Offset from the pixel's centre [pixel]. */
-inline void sample_filter(int filter, float size, REAL u, REAL v, REAL* x, REAL* y) {
+INLINE void sample_filter(int filter, float size, REAL u, REAL v, REAL* x, REAL* y) {
   if (filter == FILTER_GAUSSIAN) { /* cut at four standard deviations: exp(-8) */
     REAL radius = size * SQRT(-2.0f * LOG((REAL)3.3546e-4f + (REAL)0.99966454f * u));
     REAL s, c;
@@ -28,12 +28,12 @@ inline void sample_filter(int filter, float size, REAL u, REAL v, REAL* x, REAL*
 }
 
 /* v0 + a va + b vb: see CameraRecord. */
-inline REAL3 on_camera(__global const float* v0, __global const float* va, __global const float* vb, REAL a, REAL b) {
+INLINE REAL3 on_camera(__global const float* v0, __global const float* va, __global const float* vb, REAL a, REAL b) {
   return make3(v0[0] + a * va[0] + b * vb[0], v0[1] + a * va[1] + b * vb[1], v0[2] + a * va[2] + b * vb[2]);
 }
 
 /* The ray of a film position; *weight: what its radiance counts. */
-inline void camera_ray(const Launch* launch, __global const CameraRecord* camera, const Random* random, REAL a, REAL b,
+INLINE void camera_ray(const Launch* launch, __global const CameraRecord* camera, const Random* random, REAL a, REAL b,
                        REAL3* origin, REAL3* direction, REAL* weight) {
   *origin = on_camera(camera->origin_0, camera->origin_a, camera->origin_b, a, b);
   *direction = on_camera(camera->direction_0, camera->direction_a, camera->direction_b, a, b);
@@ -74,7 +74,7 @@ inline void camera_ray(const Launch* launch, __global const CameraRecord* camera
 }
 
 /* Paths that are traced again for their probes (lib/probe.h): those without one are done. Returns the others. */
-inline MASK keep_probes(__global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
+INLINE MASK keep_probes(__global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
 #if VOXEL_SUMS
   if (job->replay != REPLAY_PROBES) return valid;
   const MASK idle = valid & !(LOAD(pool, PROBE_TARGET, slots) < INFINITY);
@@ -85,7 +85,7 @@ inline MASK keep_probes(__global const JobRecord* job, Pool* pool, INT slots, MA
 #endif
 }
 
-inline void generate_stage(const Launch* launch, int job_index, Pool* pool, INT slots, MASK valid, INT pixel,
+INLINE void generate_stage(const Launch* launch, int job_index, Pool* pool, INT slots, MASK valid, INT pixel,
                            INT sample) {
   __global const JobRecord* job = launch->jobs + job_index;
   __global const CameraRecord* camera = launch->cameras + job->camera;

@@ -13,7 +13,7 @@ enum { STREAM_LIGHT_CHOICE = 0x82 };
 
 /* What is expected of a light with that weight: its luminance, and `least` in proportion to how often it is drawn, since
  * derivatives by the light need black ones, too. */
-inline REAL expected_light(const LightSample* s, float least, const REAL weight[RADIANCE_CHANNELS]) {
+INLINE REAL expected_light(const LightSample* s, float least, const REAL weight[RADIANCE_CHANNELS]) {
   const float luminance[3] = {0.212671f, 0.715160f, 0.072169f};
   REAL sum = (REAL)(0.0f);
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) /* the sky has negative channels */
@@ -22,7 +22,7 @@ inline REAL expected_light(const LightSample* s, float least, const REAL weight[
 }
 
 /* Candidate k of those towards the light around the scene. shift: two numbers in (0, 1), the same for all. */
-inline MASK candidate_around(const Launch* launch, __global const JobRecord* job, int k, const REAL shift[],
+INLINE MASK candidate_around(const Launch* launch, __global const JobRecord* job, int k, const REAL shift[],
                              LightSample* s) {
   REAL u0 = shift[0], u1 = shift[1];
   if (k > 0) { /* spread evenly: a lattice */
@@ -35,7 +35,7 @@ inline MASK candidate_around(const Launch* launch, __global const JobRecord* job
 }
 
 /* What the candidate brings: `factor`, what the path weighs, times the BSDF, over the density of all ways to it. */
-inline void weigh_candidate(int model, int variant, const Launch* launch, const Surface* s, Reflector* r,
+INLINE void weigh_candidate(int model, int variant, const Launch* launch, const Surface* s, Reflector* r,
                             const LightSample* light, MASK possible, const REAL factor[RADIANCE_CHANNELS],
                             REAL weight[RADIANCE_CHANNELS]) {
   const REAL3 wo = frame_to_local(&r->frame, light->source.direction);
@@ -53,7 +53,7 @@ inline void weigh_candidate(int model, int variant, const Launch* launch, const 
 }
 
 /* Returns which lanes have light to connect with; weight: what its radiance is to be multiplied by. */
-inline MASK choose_light(int model, int variant, const Launch* launch, __global const JobRecord* job, const Surface* s,
+INLINE MASK choose_light(int model, int variant, const Launch* launch, __global const JobRecord* job, const Surface* s,
                          Reflector* r, const Random* random, const REAL factor[RADIANCE_CHANNELS], LightSample* chosen,
                          REAL weight[RADIANCE_CHANNELS]) {
   REAL v[4];

@@ -65,7 +65,7 @@ typedef struct {
 #endif
 } Event;
 
-inline Walk load_walk(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK valid) {
+INLINE Walk load_walk(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK valid) {
   Walk w;
   w.index = SELECT_INT(valid, LOAD_INT(pool, MEDIUM, slots), 0);
   w.medium = load_medium(launch, w.index);
@@ -115,7 +115,7 @@ inline Walk load_walk(const Launch* launch, __global const JobRecord* job, const
 }
 
 /* Flights that end at a place which was not drawn as a collision. */
-inline MASK is_probe(const Event* e) {
+INLINE MASK is_probe(const Event* e) {
 #if VOXEL_SUMS
   return e->probe.flies;
 #else
@@ -125,7 +125,7 @@ inline MASK is_probe(const Event* e) {
 
 #if VOXEL_SUMS
 /* Flights that become probes end at their places. */
-inline void end_at_probe(const Launch* launch, __global const JobRecord* job, Walk* w, Event* e) {
+INLINE void end_at_probe(const Launch* launch, __global const JobRecord* job, Walk* w, Event* e) {
   Random next = w->random;
   e->probe = choose_probe(launch, job, &w->medium, &w->random, &w->probe, e->from, w->direction, e->distance,
                           brightest(w->throughput, w->weight), e->flies);
@@ -143,7 +143,7 @@ inline void end_at_probe(const Launch* launch, __global const JobRecord* job, Wa
 #endif
 
 /* A free flight to the next collision, or to a surface before it. */
-inline Event fly(const Launch* launch, __global const JobRecord* job, Walk* w, REAL mean_free_path) {
+INLINE Event fly(const Launch* launch, __global const JobRecord* job, Walk* w, REAL mean_free_path) {
   __global const GeometryRecord* geometry = launch->geometries + job->geometry;
   Event e;
   e.flies = w->alive;
@@ -185,13 +185,13 @@ inline Event fly(const Launch* launch, __global const JobRecord* job, Walk* w, R
 }
 
 /* Throughput with all its factors. */
-inline void weigh(const Walk* w, REAL total[]) {
+INLINE void weigh(const Walk* w, REAL total[]) {
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) total[c] = w->throughput[c] * w->refraction_scale * w->weight[c];
 }
 
 /* The flight, to scores and baselines. Weighed as after the flight: then the means are zero over the mixture of the hero
  * channels' densities too. state: before the flight */
-inline void score_flight(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Walk* w,
+INLINE void score_flight(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Walk* w,
                          const Event* e, INT state) {
   REAL total[THROUGHPUT_CHANNELS], thickness[FIELD_CHANNELS];
   weigh(w, total);
@@ -213,7 +213,7 @@ inline void score_flight(const Launch* launch, __global const JobRecord* job, co
 
 #if VOXEL_SUMS
 /* Flights that are probes get to their places. state: before the flight */
-inline void land(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, Walk* w, Event* e,
+INLINE void land(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, Walk* w, Event* e,
                  INT state) {
   const MASK lands = e->probe.flies & e->scatters;
   if (!ANY(lands)) return;
@@ -235,7 +235,7 @@ inline void land(const Launch* launch, __global const JobRecord* job, Pool* pool
 #endif
 
 /* What a scattering leaves of the light, a throughput channel each. */
-inline void albedo_of_scattering(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, Walk* w,
+INLINE void albedo_of_scattering(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, Walk* w,
                                  const Event* e, REAL albedo[]) {
   medium_albedo(launch, &w->medium, w->position, e->scatters, albedo);
 #if VOXEL_SUMS
@@ -249,7 +249,7 @@ inline void albedo_of_scattering(const Launch* launch, __global const JobRecord*
 }
 
 /* Albedo and roulette at the flight's end. `alive` is who goes on. total: of these; future: expected before the turn */
-inline void survive(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, Walk* w, Event* e,
+INLINE void survive(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, Walk* w, Event* e,
                     REAL total[], REAL future[]) {
   w->skip = SELECT_INT(e->scatters, -1, w->skip);
   w->depth += SELECT_INT(e->scatters, 1, 0);
@@ -283,7 +283,7 @@ inline void survive(const Launch* launch, __global const JobRecord* job, Pool* p
 
 #if MEDIUM_LIGHT_SAMPLING
 /* Who connects with light before going on. u[2] decides; what is left of it is uniform again. */
-inline MASK choose_connections(const Launch* launch, __global const JobRecord* job, Walk* w, REAL u[4]) {
+INLINE MASK choose_connections(const Launch* launch, __global const JobRecord* job, Walk* w, REAL u[4]) {
   const REAL expected =
       connection_chance(launch, job, w->index * (int)(sizeof(MediumRecord) / sizeof(float)), &w->cell, w->direction,
                         brightest(w->throughput, w->weight), typical_sigma_t(&w->medium), &w->phase);
@@ -298,7 +298,7 @@ inline MASK choose_connections(const Launch* launch, __global const JobRecord* j
 #endif
 
 /* A change of direction by the phase function. */
-inline void turn(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Walk* w, Event* e,
+INLINE void turn(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Walk* w, Event* e,
                  const REAL total[], const REAL future[]) {
   const MASK turns = w->alive;
   place_phase(launch, &w->phase, w->position, turns);
@@ -324,7 +324,7 @@ inline void turn(const Launch* launch, __global const JobRecord* job, const Pool
 }
 
 /* Back to the pool, and on to where each path waits next. */
-inline void store_walk(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
+INLINE void store_walk(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                        const Walk* w) {
   store3(pool, POSITION, slots, w->position);
   store3(pool, DIRECTION, slots, w->direction);
@@ -361,7 +361,7 @@ inline void store_walk(const Launch* launch, __global const JobRecord* job, Pool
 }
 
 /* Leaves the loop when at most `enough` lanes are still in flight; they go back to the queue. */
-inline void medium_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
+INLINE void medium_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                          int enough) {
   Walk w = load_walk(launch, job, pool, slots, valid);
   const REAL mean_free_path = 1.0f / of_hero(w.medium.n + MEDIUM_sigma_t, w.hero);

@@ -4,7 +4,7 @@
 #include "stage/emission.h"
 
 #if HAS_NULL
-inline void null_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
+INLINE void null_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
   Surface s = load_surface(launch, job, pool, slots, valid);
   gather_emission(launch, job, pool, slots, valid, &s);
   leave_surface(launch, pool, slots, valid, &s, s.direction);

@@ -10,7 +10,7 @@
 #if LIGHT_SAMPLING
 /* Samples the light. weight: throughput of the path with its spectral weights, before the reflection; even: after it, of a
  * BSDF whose value is a weight times its density. */
-inline void connect_reflector(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
+INLINE void connect_reflector(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
                               INT slots, MASK mask, const Surface* s, Reflector* r, const Random* random, INT depth,
                               const REAL throughput[], const REAL spectral[3]) {
   const Scores scores = load_scores(job, pool, slots);
@@ -38,7 +38,7 @@ inline void connect_reflector(int model, int variant, const Launch* launch, __gl
 #endif
 
 /* Light that arrives from `wo`, to the scores of the paths that go on. */
-inline void score_reflection(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
+INLINE void score_reflection(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
                              INT slots, MASK mask, const Surface* s, Reflector* r, REAL3 wo, REAL pdf) {
   bsdf_measure(model, launch, r->n, r->wi, wo);
   Scores scores = load_scores(job, pool, slots);
@@ -48,7 +48,7 @@ inline void score_reflection(int model, int variant, const Launch* launch, __glo
   sum_scores(launch, job, pool, slots, &scores, model, s->first_number, s->texture, mask);
 }
 
-inline void opaque_stage(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
+INLINE void opaque_stage(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
                          INT slots, MASK valid) {
   const int traits = bsdf_traits(model);
   const Surface s = load_surface(launch, job, pool, slots, valid);

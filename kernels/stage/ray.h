@@ -4,7 +4,7 @@
 #include "lib/launch.h"
 
 /* The path has changed its direction here, with LAST_PDF divided by `rival`. */
-inline void begin_segment(Pool* pool, INT slots, REAL3 position, REAL rival, MASK mask) {
+INLINE void begin_segment(Pool* pool, INT slots, REAL3 position, REAL rival, MASK mask) {
 #if HAS_AREA_LIGHTS && LIGHT_SAMPLING
   store3(pool, ORIGIN, slots, select3(mask, position, load3(pool, ORIGIN, slots)));
 #if ROUGH_LIGHT_SAMPLING
@@ -14,7 +14,7 @@ inline void begin_segment(Pool* pool, INT slots, REAL3 position, REAL rival, MAS
 }
 
 /* Where the rays have led. */
-inline void arrive(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
+INLINE void arrive(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                    const LaneHits* hits) {
   const MASK hit = valid & (hits->primitive.integer >= 0);
   store3(pool, POSITION, slots, make3(hits->x.real, hits->y.real, hits->z.real));
@@ -25,7 +25,7 @@ inline void arrive(const Launch* launch, __global const JobRecord* job, Pool* po
   push(pool, QUEUE_ESCAPE, slots, valid & !hit);
 }
 
-inline void ray_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
+INLINE void ray_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
   const INT skip = LOAD_INT(pool, SKIP, slots);
   const LaneHits hits =
       trace_lanes(job_surfaces(launch, job), load3(pool, POSITION, slots), load3(pool, DIRECTION, slots),

@@ -11,7 +11,7 @@ typedef struct {
   REAL3 wi;
 } Reflector;
 
-inline Reflector load_reflector(const Launch* launch, int model, const Surface* s, MASK back) {
+INLINE Reflector load_reflector(const Launch* launch, int model, const Surface* s, MASK back) {
   Reflector r;
   load_numbers(launch, model, s->first_number, s->texture, r.n);
   const REAL3 normal = scale3(s->frame, SELECT(back, -1.0f, 1.0f));
@@ -25,7 +25,7 @@ inline Reflector load_reflector(const Launch* launch, int model, const Surface* 
 }
 
 /* Structures: a leaf for the sample, which may let the path pass straight on. Returns which lanes do. */
-inline MASK pick_leaf(int model, const Random* random, Reflector* r) {
+INLINE MASK pick_leaf(int model, const Random* random, Reflector* r) {
   if (!(bsdf_traits(model) & BSDF_STRUCTURE)) return (MASK)(0);
   REAL v[4];
   draw(random, 2, v);

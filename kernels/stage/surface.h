@@ -22,7 +22,7 @@ typedef struct {
                      boundary is passed as if it were not there, and the path is on its logical side again */
 } Surface;
 
-inline Surface load_surface(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+INLINE Surface load_surface(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                             MASK valid) {
   Surface s;
   s.position = load3(pool, POSITION, slots);
@@ -60,14 +60,14 @@ inline Surface load_surface(const Launch* launch, __global const JobRecord* job,
 }
 
 /* The medium above or below the surface, for a path in one of them. */
-inline INT medium_behind(const Pool* pool, INT slots, const Surface* s, MASK above) {
+INLINE INT medium_behind(const Pool* pool, INT slots, const Surface* s, MASK above) {
   const INT beyond = SELECT_INT(above, s->exterior, s->interior);
   return SELECT_INT(s->interior == s->exterior, LOAD_INT(pool, MEDIUM, slots), beyond);
 }
 
 /* On with `direction` from the surface, into the medium on that side. As in Mitsuba, a shape with no media of its own
  * leaves the path in the medium it is in. */
-inline void leave_surface(const Launch* launch, Pool* pool, INT slots, MASK mask, const Surface* s, REAL3 direction) {
+INLINE void leave_surface(const Launch* launch, Pool* pool, INT slots, MASK mask, const Surface* s, REAL3 direction) {
   const MASK inward = dot3(direction, s->normal) < 0.0f;
   INT medium = LOAD_INT(pool, MEDIUM, slots);
   medium = SELECT_INT(s->interior == s->exterior, medium, SELECT_INT(inward, s->interior, s->exterior));

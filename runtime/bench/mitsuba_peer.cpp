@@ -30,7 +30,8 @@ void set_llvm_path(const std::string& python) {
 
 }  // namespace
 
-MitsubaPeer::MitsubaPeer(const std::string& python, std::string folder) : folder_(std::move(folder)) {
+MitsubaPeer::MitsubaPeer(const std::string& python, std::string folder, const std::string& variant)
+    : folder_(std::move(folder)) {
   if (access(python.c_str(), X_OK) != 0)
     throw UsageError("--peer-python " + python +
                      ": no such program; run tools/peers, which installs Mitsuba, or name the "
@@ -47,7 +48,8 @@ MitsubaPeer::MitsubaPeer(const std::string& python, std::string folder) : folder
     dup2(input[0], STDIN_FILENO);
     dup2(output[1], STDOUT_FILENO);
     for (const int fd : {input[0], input[1], output[0], output[1]}) close(fd);
-    execl(python.c_str(), python.c_str(), "-c", embedded_script("mitsuba_peer.py"), static_cast<char*>(nullptr));
+    execl(python.c_str(), python.c_str(), "-c", embedded_script("mitsuba_peer.py"), variant.c_str(),
+          static_cast<char*>(nullptr));
     _exit(127);
   }
   close(input[0]);

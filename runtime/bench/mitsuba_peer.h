@@ -24,8 +24,8 @@ struct PeerGradient {
 class MitsubaPeer {
  public:
   // python: the interpreter of a virtual environment with Mitsuba (tools/peers); folder: for the images that pass
-  // through. Throws UsageError when it does not start.
-  MitsubaPeer(const std::string& python, std::string folder);
+  // through; variant: of Mitsuba, llvm_ad_rgb or cuda_ad_rgb. Throws UsageError when it does not start.
+  MitsubaPeer(const std::string& python, std::string folder, const std::string& variant);
   ~MitsubaPeer();
   MitsubaPeer(const MitsubaPeer&) = delete;
   MitsubaPeer& operator=(const MitsubaPeer&) = delete;

@@ -6,7 +6,7 @@ With "gradient": true, prbvolpath renders the image and then differentiates its 
 medium; the answer has "gradient", one list of numbers for each of them, and no image is written.
 With "texture": NAME, prb does so by the texels of that texture (floor.reflectance), prbvolpath by the voxels of that grid (material.sigma_t),
 and the output file has the gradient, raw float32.
-Seconds are path tracing alone: the scene is loaded before, once; the caller throws the first run (kernel compilation) away.
+The first argument is Mitsuba's variant. Seconds are path tracing alone: the scene is loaded before, once; the caller throws the first run (kernel compilation) away.
 """
 import json
 import os
@@ -70,7 +70,7 @@ def main():
     import mitsuba as mi
     import numpy as np
 
-    mi.set_variant('llvm_ad_rgb')
+    mi.set_variant(sys.argv[1])
     mi.set_log_level(mi.LogLevel.Error)
     print(json.dumps({'mitsuba': mi.__version__, 'variant': mi.variant()}), file=answers, flush=True)
     scene, loaded = None, None

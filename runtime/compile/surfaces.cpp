@@ -39,7 +39,7 @@ bool is_pane(int traits) { return (traits & (BSDF_THIN | BSDF_SMOOTH)) == (BSDF_
 std::string nests_text(const Structure& s, std::size_t at) {
   const Structure::Leaf& leaf = s.leaves[at];
   std::string text = fmt::format(
-      "inline Nest {}_at_{}(const REAL* n, REAL3 wi, REAL3 wo) {{\n  Nest x = nest_begin(wi);\n", s.model.name, at);
+      "INLINE Nest {}_at_{}(const REAL* n, REAL3 wi, REAL3 wo) {{\n  Nest x = nest_begin(wi);\n", s.model.name, at);
   for (const Structure::Enter& nest : leaf.nests)
     text += fmt::format("  {}_enter({}, n + {}, wi, wo, &x);\n", nest.nest->name, nest.branch, s.first_of(nest.piece));
   if (!(s.traits_of(leaf) & BSDF_TRANSMITS) && leaf.piece >= 0) text += "  nest_opaque(wi, &x);\n";

@@ -77,7 +77,7 @@ std::string print_function(const Graph& graph, const std::string& name_of_functi
   std::vector<int> wanted;
   for (const Output& output : outputs)
     if (output.node >= 0) wanted.push_back(output.node);
-  std::string text = fmt::format("inline void {}({}) {{\n", name_of_function, fmt::join(arguments, ", "));
+  std::string text = fmt::format("INLINE void {}({}) {{\n", name_of_function, fmt::join(arguments, ", "));
   const std::vector<bool> needed = graph.needed(wanted);
   for (int node = 0; node < graph.size(); ++node) {
     const Node& n = graph[node];

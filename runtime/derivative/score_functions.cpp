@@ -306,7 +306,7 @@ std::string choose_variant(const std::string& model, int variants, const std::st
   passed.reserve(arguments.size());
   for (const std::string& argument : arguments) passed.push_back(argument.substr(argument.rfind(' ') + 1));
   std::string text =
-      fmt::format("inline void score_{}{}(int variant, {}) {{\n", model, suffix, fmt::join(arguments, ", "));
+      fmt::format("INLINE void score_{}{}(int variant, {}) {{\n", model, suffix, fmt::join(arguments, ", "));
   for (int v = 0; v < variants; ++v)
     text += fmt::format("  if (variant == {}) score_{}{}({});\n", v, variant_name(model, v), suffix,
                         fmt::join(passed, ", "));

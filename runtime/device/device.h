@@ -80,6 +80,8 @@ class Device {
   // One-dimensional launch of work-groups of `local`. Does not wait. For one kernel always the same `local`: PoCL
   // compiles it anew for each.
   void launch(const cl::Kernel& kernel, std::size_t global, std::size_t local) const;
+  // At least so many, in groups that suit the device: those beyond must return at once.
+  void launch_at_least(const cl::Kernel& kernel, std::size_t items) const;
   void finish() const;
 
  private:

@@ -2,9 +2,12 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <iomanip>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <stdexcept>
+#include <vector>
 
 namespace itn {
 
@@ -49,6 +52,30 @@ std::string kernel_source(const std::string& path, const KernelFiles& generated)
   std::string out;
   expand(path, generated, seen, out);
   return out;
+}
+
+std::string with_kernel_files(const std::string& log, const std::string& source) {
+  std::vector<std::string> places;  // of each line
+  std::istringstream lines(source);
+  std::string file = "<kernel>";
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    places.push_back(file + ":" + std::to_string(++number));
+    if (!line.starts_with("#line ")) continue;
+    std::istringstream directive(line.substr(6));
+    directive >> number >> std::quoted(file);
+    --number;
+  }
+  static const std::regex counted("<kernel>:([0-9]{1,9})");
+  std::string out;
+  auto rest = log.begin();
+  for (std::sregex_iterator match(log.begin(), log.end(), counted), end; match != end; ++match) {
+    const auto line = static_cast<std::size_t>(std::stoi((*match)[1]));
+    out.append(rest, (*match)[0].first);
+    out += line >= 1 && line <= places.size() ? places[line - 1] : match->str();
+    rest = (*match)[0].second;
+  }
+  return out.append(rest, log.end());
 }
 
 }  // namespace itn

@@ -13,4 +13,8 @@ using KernelFiles = std::map<std::string, std::string>;
 // derivatives, come in `generated` and go before the others. Throws std::logic_error for an unknown path.
 std::string kernel_source(const std::string& path, const KernelFiles& generated = {});
 
+// A compiler's log about such a text, with the file and its line wherever the log counts the lines of the whole text:
+// NVIDIA's compiler writes "<kernel>:3" and pays no heed to #line.
+std::string with_kernel_files(const std::string& log, const std::string& source);
+
 }  // namespace itn

@@ -30,10 +30,9 @@ void Film::add(const cl::Buffer& samples, int sample_size, std::size_t first_sam
   kernel.setArg(8, static_cast<cl_int>(pixels));
   kernel.setArg(9, static_cast<cl_int>(fresh));
   kernel.setArg(10, sums_);
-  const std::size_t local = device_.info().type == "cpu" ? 1 : 64;
-  const std::size_t group = local * static_cast<std::size_t>(device_.default_width());
   const std::size_t values = static_cast<std::size_t>(pixels) * static_cast<std::size_t>(images_ * this->channels());
-  device_.launch(kernel, (values + group - 1) / group * local, local);
+  const auto width = static_cast<std::size_t>(device_.default_width());
+  device_.launch_at_least(kernel, (values + width - 1) / width);
   device_.finish();
 }
 

@@ -132,6 +132,8 @@ void spread_channels(Image& image) {
 
 }  // namespace
 
+std::int64_t first_launch_paths(const Device& device) { return device.info().type == "cpu" ? 1 << 15 : 1 << 20; }
+
 int box_width(const Device& device) {
   if (device.info().type != "cpu") return 4;
   return device.info().preferred_width >= 16 ? 16 : 8;

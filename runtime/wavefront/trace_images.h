@@ -38,7 +38,8 @@ std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std:
                                     int groups, const RenderOptions& options, std::int64_t& launch_paths,
                                     TracedLaunches* traced = nullptr);
 
-constexpr std::int64_t first_launch_paths = 1 << 15;
+// Of the first launch, when nothing is known of how long paths take.
+std::int64_t first_launch_paths(const Device& device);
 
 // The width of a hierarchy's nodes that suits the device's vector units.
 int box_width(const Device& device);

@@ -19,12 +19,11 @@ namespace itn {
 namespace {
 
 constexpr int fused_slots = 512;       // paths a pool: 256 to 1024 are equally fast, more leave idle tails
-constexpr int staged_slots = 1 << 20;  // paths in flight on a GPU
+constexpr int staged_slots = 1 << 22;  // paths in flight on a GPU
 constexpr std::size_t least_slots = 1 << 10, least_samples = 1 << 12;  // below, a launch is not worth its overhead
 constexpr int staged_slots_a_cpu_unit = 1 << 12;
-// Work-items a group of the staged kernels.
-constexpr std::size_t gpu_local = 64, cpu_local = 1;
-constexpr int medium_events = 64;  // a state load at most
+// A state load at most. On GPUs work-items that run side by side wait for the one that scatters most.
+constexpr int medium_events = 64, gpu_medium_events = 16;
 constexpr int free_queue = QUEUE_FREE;
 constexpr std::uint64_t most_texel_sums = std::uint64_t{256} << 20;  // bytes, where each work-item has its own
 
@@ -151,7 +150,7 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   definitions["FUSED"] = std::to_string(fused_);
   definitions["SLOTS"] = std::to_string(slots_);
   definitions["GENERATE_BELOW"] = std::to_string(width_);
-  definitions["MEDIUM_EVENTS"] = std::to_string(medium_events);
+  definitions["MEDIUM_EVENTS"] = std::to_string(cpu ? medium_events : gpu_medium_events);
   definitions["OPERATOR_SINGLE"] = std::to_string(op == Operator::single);
   program_ = device.build(
       "wavefront.cl", definitions,
@@ -380,9 +379,8 @@ void Wavefront::trace_fused(const std::vector<ChunkRecord>& chunks) {
 void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) {
   const cl::Buffer chunk_buffer = device_.upload(chunks, "chunks");
   const int slots = std::min(slots_, paths);  // of the pool that this launch uses
-  const std::size_t local = device_.info().type == "cpu" ? cpu_local : gpu_local;
-  const auto launch = [&](const cl::Kernel& kernel, int items) {  // surplus items return at once
-    device_.launch(kernel, (static_cast<std::size_t>(items) + local - 1) / local * local, local);
+  const auto launch = [&](const cl::Kernel& kernel, int items) {
+    device_.launch_at_least(kernel, static_cast<std::size_t>(items));
   };
   const auto launch_stage = [&](const cl::Kernel& kernel, int queue, int items, int waiting_paths) {
     if (!timed_) return launch(kernel, items);
@@ -395,7 +393,7 @@ void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) 
     time.launches += 1;
     time.paths += static_cast<std::uint64_t>(waiting_paths);
   };
-  cl::Kernel fill(program_, "fill_free_queue"), generate(program_, "generate"), reset(program_, "reset_queue");
+  cl::Kernel fill(program_, "fill_free_queue"), generate(program_, "generate"), reset(program_, "reset_queues");
   fill.setArg(0, storage_);
   fill.setArg(1, static_cast<cl_int>(slots));
   fill.setArg(2, counter_);
@@ -433,7 +431,7 @@ void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) 
       generate.setArg(at++, counter_);
       generate.setArg(at++, static_cast<cl_int>(half));
       const int starting = std::min(length[free_queue], paths - next);
-      launch_stage(generate, free_queue, (slots + width_ - 1) / width_, starting);
+      launch_stage(generate, free_queue, (length[free_queue] + width_ - 1) / width_, starting);
       next += starting;
     }
     for (int q = 1; q < queues; ++q) {
@@ -442,12 +440,9 @@ void Wavefront::trace_staged(const std::vector<ChunkRecord>& chunks, int paths) 
       stage.setArg(after_scene + 3, static_cast<cl_int>(half));
       launch_stage(stage, q, (length[q] + width_ - 1) / width_, length[q]);
     }
-    for (int q = 0; q < queues; ++q) {
-      reset.setArg(0, counter_);
-      reset.setArg(1, static_cast<cl_int>(q));
-      reset.setArg(2, static_cast<cl_int>(half));
-      device_.launch(reset, 1, 1);
-    }
+    reset.setArg(0, counter_);
+    reset.setArg(1, static_cast<cl_int>(half));
+    device_.launch(reset, static_cast<std::size_t>(queues), 1);
   }
 }
 

@@ -98,6 +98,13 @@ TEST_CASE("a failed build carries the compiler's log with file and line") {
   CHECK(message.find("WIDTH=16") != std::string::npos);
 }
 
+TEST_CASE("a log that counts the lines of the whole text is given files and their lines") {
+  const KernelFile file("broken.cl", "#include \"scene/made.h\"\nint x = undeclared_name;\n");
+  const std::string source = itn::kernel_source("broken.cl", {{"scene/made.h", "int made;\nint too;\n"}});
+  CHECK(itn::with_kernel_files("<kernel>:6:9: error\n<kernel>:4:1: error\n<kernel>:99: error", source) ==
+        "kernels/broken.cl:2:9: error\nkernels/scene/made.h:2:1: error\n<kernel>:99: error");
+}
+
 TEST_CASE("an unknown device is refused with the list of those that exist") {
   const std::string message = message_of([] { itn::Device("no such device"); });
   INFO(message);

@@ -54,7 +54,7 @@ Mean mean_of(std::size_t count, const Member& member) {
 
 // Both images use the same random numbers, so most of the noise is the same.
 void check_equal_means(const Scene& scene, Start start, Operator op = Operator::full, int samples_a_pixel = 250) {
-  const std::vector<Rgb> by_chance = samples_of(scene, start, false, 16, op, samples_a_pixel);
+  const std::vector<Rgb> by_chance = samples_of(scene, start, false, widths().back(), op, samples_a_pixel);
   {
     const std::vector<Rgb> sampled = samples_of(scene, start, true, 1, op, samples_a_pixel);
     for (std::size_t c = 0; c < 3; ++c) {

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "runtime/base/file.h"
+#include "runtime/device/device.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
 
@@ -16,6 +17,14 @@ void run(const std::vector<std::string>& arguments, const Process::Options& opti
   REQUIRE(result.exit_code == 0);
 }
 
+// The device of the tests, as if there were several of it.
+std::string devices(int count) {
+  const std::string index = std::to_string(itn::Device().info().index);
+  std::string list = index;
+  for (int i = 1; i < count; ++i) list += "," + index;
+  return list;
+}
+
 }  // namespace
 
 TEST_CASE("an image by several devices has the bytes of one's, whether --device or the environment names them") {
@@ -24,10 +33,10 @@ TEST_CASE("an image by several devices has the bytes of one's, whether --device 
     return std::vector<std::string>{"render", ball, "--spp", "4", "--size", "17x9", "--quiet", "-o", folder / to};
   };
   std::vector<std::string> several = render("several.exr");
-  several.insert(several.end(), {"--device", "cpu,cpu", "--json", folder / "several.json"});
+  several.insert(several.end(), {"--device", devices(2), "--json", folder / "several.json"});
   run(render("one.exr"));
   run(several);
-  run(render("environment.exr"), {{{"ITN_DEVICE", "cpu,cpu,cpu"}}});
+  run(render("environment.exr"), {{{"ITN_DEVICE", devices(3)}}});
   const std::string bytes = itn::read_file(folder / "one.exr");
   CHECK(itn::read_file(folder / "several.exr") == bytes);
   CHECK(itn::read_file(folder / "environment.exr") == bytes);
@@ -41,7 +50,7 @@ TEST_CASE("a data set by several devices has the bytes of one's") {
                       "train": {"shapes": ["knot"], "azimuths": [0], "materials": 6},
                       "test": {"shapes": ["hare"], "azimuths": [30], "materials": 1}})");
   run({"dataset", folder / "config.json", "-o", folder / "one", "--quiet"});
-  run({"dataset", folder / "config.json", "-o", folder / "several", "--quiet", "--device=cpu,cpu"});
+  run({"dataset", folder / "config.json", "-o", folder / "several", "--quiet", "--device=" + devices(2)});
   int images = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder / "one/images")) {
     CHECK(itn::read_file(entry.path().string()) ==
@@ -54,13 +63,14 @@ TEST_CASE("a data set by several devices has the bytes of one's") {
 
 TEST_CASE("several devices: errors end all processes, with the exit code of what went wrong") {
   const TemporaryFolder folder;
-  const Result check = run_itn({"gradcheck", ball, "--device", "cpu,cpu"});
+  const Result check = run_itn({"gradcheck", ball, "--device", devices(2)});
   CHECK(check.exit_code == 2);
   CHECK_THAT(check.error, Contains("is no work for several processes"));
-  for (const char* devices : {"cpu,nowhere", "nowhere,cpu", "cpu,"}) {
-    CAPTURE(devices);
-    const Result result = run_itn({"render", ball, "--device", devices, "-o", folder / "a.exr"});
-    CHECK(result.exit_code == (std::string(devices) == "cpu," ? 2 : 4));
+  const std::string one = devices(1);
+  for (const auto& [list, code] : {std::pair{one + ",nowhere", 4}, {"nowhere," + one, 4}, {one + ",", 2}}) {
+    CAPTURE(list);
+    const Result result = run_itn({"render", ball, "--device", list, "-o", folder / "a.exr"});
+    CHECK(result.exit_code == code);
     CHECK_FALSE(itn::is_there(folder / "a.exr"));
   }
 }
