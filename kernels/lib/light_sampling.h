@@ -73,15 +73,10 @@ INLINE MASK sample_light_around(const Launch* launch, __global const JobRecord* 
 }
 
 #if HAS_LIGHTS
-/* One of the lights of the scene, chosen by `choice`, uniform in [0, 1), and a point on it where it is a shape, by u[0], u[1] and
- * u[3]. share: how often it is done. Returns for which lanes it brings something. */
-INLINE MASK sample_light_of_scene(const Launch* launch, __global const JobRecord* job, float share, REAL3 from,
-                                  const REAL u[], REAL choice, LightSample* s) {
-  const INT chances = light_chances(job, from), light = pick_light(launch, job, chances, choice);
-  const REAL chance = share * light_chance(launch, chances, light - job->first_light);
-  REAL3 on, normal;
-  REAL uv[2];
-  sample_light_surface(launch, light, u[0], u[1], u[3], &on, &normal, uv);
+/* What a light of the scene brings to a place, from the point `on` of it where it is a shape (normal and uv there). chance: with
+ * which it was picked. Returns for which lanes it brings something. */
+INLINE MASK light_from_point(const Launch* launch, INT light, REAL3 on, REAL3 normal, const REAL uv[], REAL3 from,
+                             REAL chance, LightSample* s) {
   MASK on_shape;
   light_arrives(launch, light, from, on, normal, uv, &s->source, &s->distance, &on_shape);
   light_colour(launch, light, s->rgb);
@@ -95,6 +90,18 @@ INLINE MASK sample_light_of_scene(const Launch* launch, __global const JobRecord
   const REAL brings = MAX(s->source.share[0], MAX(s->source.share[1], s->source.share[2]));
 #endif
   return (brings > 0.0f) & (s->pdf > 0.0f) & (s->pdf < 1e30f);
+}
+
+/* One of the lights of the scene, chosen by `choice`, uniform in [0, 1), and a point on it where it is a shape, by u[0], u[1] and
+ * u[3]. share: how often it is done. Returns for which lanes it brings something. */
+INLINE MASK sample_light_of_scene(const Launch* launch, __global const JobRecord* job, float share, REAL3 from,
+                                  const REAL u[], REAL choice, LightSample* s) {
+  const INT chances = light_chances(job, from), light = pick_light(launch, job, chances, choice);
+  const REAL chance = share * light_chance(launch, chances, light - job->first_light);
+  REAL3 on, normal;
+  REAL uv[2];
+  sample_light_surface(launch, light, u[0], u[1], u[3], &on, &normal, uv);
+  return light_from_point(launch, light, on, normal, uv, from, chance, s);
 }
 #endif
 

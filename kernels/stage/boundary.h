@@ -134,13 +134,13 @@ INLINE MASK sample_around_at_boundary(int model, int variant, const Launch* laun
   return sampled & lit;
 }
 
-/* Light sampled where the path meets the boundary: outside of it; on both sides of thin ones and structures, and where lights may
- * be inside. Three ways lead
- * from a scattering vertex x over the exit y to the light around in direction o, weighed by the balance heuristic: the phase
- * function and the flight bring the path to y and (A) that light is sampled there or (B) the BSDF finds it; or (C) o
- * and the direction of the segment are drawn at x (connect.h). What A and B share cancels; `rival` is C's density
- * over theirs. To lights that are aimed at lead A and C, which draw them with the chances of their own places; to other lights of
- * the scene lead A and B alone, and so they do where the BSDF is broad.
+/* Light sampled where the path meets the boundary: outside of it; on both sides of thin ones and structures, and where lights
+ * may be inside. Three ways lead from a scattering vertex x over the exit y to the light around in direction o, weighed by the
+ * balance heuristic: the phase function and the flight bring the path to y and (A) that light is sampled there or (B) the BSDF
+ * finds it; or (C) o and the direction of the segment are drawn at x (connect.h). What A and B share cancels; `rival` is C's
+ * density over theirs. To lights that are aimed at lead A and C, which draw them with the chances of their own places, and to
+ * those of them that are shapes B (aimed_rival); to other lights of the scene lead A and B alone, and so they do where the BSDF
+ * is broad.
  * Returns LAST_PDF for the BSDF's own direction, of density pdf. */
 INLINE REAL sample_light_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job,
                                      Pool* pool, INT slots, MASK at_boundary, const Surface* s, Reflector* r,

@@ -109,33 +109,19 @@ INLINE MASK take_aimed(const Launch* launch, __global const JobRecord* job, cons
 /* What the light that was aimed at brings to the exit. u: with which it was drawn */
 INLINE void light_exit(const Launch* launch, __global const JobRecord* job, MASK aimed, const REAL u[], Exit* e,
                        LightSample* light) {
-  LightSample there = *light;
-  MASK on_shape;
   const INT index = SELECT_INT(aimed, light->source.index, job->first_light);
   REAL3 on = e->position, normal = e->normal;
   REAL uv[2] = {(REAL)(0.0f), (REAL)(0.0f)};
 #if HAS_AIMED_SHAPES
   sample_light_surface(launch, index, u[0], u[1], u[3], &on, &normal, uv);
 #endif
-  light_arrives(launch, index, e->position, on, normal, uv, &there.source, &there.distance, &on_shape);
-  light_colour(launch, index, there.rgb);
-  UNROLL_FOR(int c = 0; c < 3; ++c) there.rgb[c] *= there.source.share[c];
-  REAL drawn = chance_of_light(launch, job, e->position, index);
-#if HAS_AIMED_SHAPES
-  const REAL cosine = -dot3(there.source.direction, normal);
-  there.pdf = SELECT(on_shape, light_surface_pdf(launch, index, there.pdf, there.distance, cosine), there.pdf);
-  drawn = SELECT(on_shape, light_surface_pdf(launch, index, drawn, there.distance, cosine), drawn);
-  e->found = e->found & (!aimed | ((there.pdf > 0.0f) & (there.pdf < 1e30f)));
-#endif
-  there.by_chance = SELECT(on_shape, 1.0f, 0.0f);
+  LightSample there;
+  const MASK brings = light_from_point(launch, index, on, normal, uv, e->position, light->pdf, &there);
+  /* densities are proportional to the chance of the light */
+  const REAL drawn = there.pdf * (chance_of_light(launch, job, e->position, index) / light->pdf);
   e->drawn = SELECT(aimed, drawn, e->drawn);
+  e->found = e->found & (!aimed | brings);
   take_light(aimed, &there, light);
-#if LIGHT_TEXELS
-  const REAL brings = there.source.plain; /* a black texel has a derivative, too */
-#else
-  const REAL brings = MAX(there.source.share[0], MAX(there.source.share[1], there.source.share[2]));
-#endif
-  e->found = e->found & (!aimed | (brings > 0.0f));
 }
 #endif
 
