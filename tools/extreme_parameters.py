@@ -140,7 +140,7 @@ def write_grid(path, size, values):
 # Inlined by force, kernels hold hints of the compiler that Oclgrind 21.10 does not know. What no path reads counts as not
 # initialised, too: a stage loads and stores all fields of a slot.
 OCLGRIND = ["oclgrind", "--data-races", "--max-errors", "20", "--global-mem-size", "2000000000",
-            "--build-options", "-cl-opt-disable -Dinline=static -Dalways_inline=unused", "--log", "oclgrind.txt"]
+            "--build-options", "-cl-opt-disable -Dalways_inline=unused", "--log", "oclgrind.txt"]
 
 
 NOT_LISTED = {"low": None, "high": None, "range": "(-inf, inf)", "differentiable": False}  # fixed once a scene is loaded
