@@ -386,10 +386,13 @@ TEST_CASE("itn invert finds a texture texel by texel, goes on where it was, and 
   REQUIRE(again.exit_code == 0);
   CHECK(nlohmann::json::parse(again.output)["loss"] == json["loss"]);
   CHECK(itn::read_file(folder / "fit/iterations.jsonl") == lines);
-  arguments.insert(arguments.end(), {"--starts", "2"});
-  const Result refused = run_itn(arguments);
-  CHECK(refused.exit_code == 2);
-  CHECK_THAT(refused.error, Catch::Contains("--starts") && Catch::Contains("textures"));
+  for (const auto& [option, value] : {std::pair{"--starts", "2"}, {"--range", "skin.albedo.G=0.3,0.9"}}) {
+    std::vector<std::string> with = arguments;
+    with.insert(with.end(), {option, value});
+    const Result refused = run_itn(with);
+    CHECK(refused.exit_code == 2);
+    CHECK_THAT(refused.error, Catch::Contains(option) && Catch::Contains("textures"));
+  }
 }
 
 TEST_CASE("itn invert --method posterior needs no start, always answers, and keeps renderings for the next photo") {
