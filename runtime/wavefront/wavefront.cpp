@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <limits>
 #include <utility>
 
 #include "kernels/model/models.h"
@@ -177,8 +178,10 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
     storage_ = pools.buffer;
   } else {
     const std::size_t dump = static_cast<std::size_t>(width_);
-    const Device::Elements slots =
-        device.allocate_most(static_cast<std::size_t>(slots_) + dump, least_slots + dump, bytes_a_slot, "path state");
+    // Kernels count the floats of all paths in an int: of paths with hundreds of derivatives there are fewer.
+    const std::size_t countable = std::numeric_limits<int>::max() / (bytes_a_slot / sizeof(float));
+    const std::size_t wanted = std::min(static_cast<std::size_t>(slots_) + dump, countable);
+    const Device::Elements slots = device.allocate_most(wanted, least_slots + dump, bytes_a_slot, "path state");
     slots_ = static_cast<int>(slots.count - dump);
     storage_ = slots.buffer;
   }
