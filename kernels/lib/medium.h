@@ -230,7 +230,7 @@ INLINE void medium_dimming(const Launch* launch, const Medium* medium, const Ran
 /* A flight, to the scores and to the baseline: see add_flight. */
 INLINE void add_medium_flight(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                               Scores* scores, Baseline* baseline, const Medium* medium, const REAL thickness[],
-                              MASK meets, MASK scatters, const REAL weight[], INT state){
+                              MASK meets, MASK scatters, const REAL weight[], INT state) {
 #define ADD_MEDIUM_FLIGHT(name, PREFIX)                                                                    \
   {                                                                                                        \
     Step step = no_step(medium->first);                                                                    \
@@ -238,18 +238,20 @@ INLINE void add_medium_flight(const Launch* launch, __global const JobRecord* jo
     ADD_WAY(score_##name##_scattering, IN_MEDIUM(name, scatters))                                          \
     add_flight(launch, job, pool, slots, scores, baseline, MODEL_##name, medium->n, &step, weight, state); \
   }
-    MEDIA_OF_SCENE(ADD_MEDIUM_FLIGHT)}
+  MEDIA_OF_SCENE(ADD_MEDIUM_FLIGHT);
+}
 
 /* A passage of a connection, to the scores. */
 INLINE void add_passage(__global const JobRecord* job, Scores* scores, const Medium* medium, const REAL thickness[],
-                        MASK mask){
+                        MASK mask) {
 #define ADD_PASSAGE(name, PREFIX)                                  \
   {                                                                \
     Step step = no_step(medium->first);                            \
     ADD_WAY(score_##name##_passage, IN_MEDIUM(name, mask))         \
     add_scores(job, scores, MODEL_##name, medium->n, &step, true); \
   }
-    MEDIA_OF_SCENE(ADD_PASSAGE)}
+  MEDIA_OF_SCENE(ADD_PASSAGE);
+}
 
 /* Replay: to the sums of the numbers. */
 INLINE void sum_medium(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,

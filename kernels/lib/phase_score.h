@@ -19,13 +19,14 @@
   }
 
 /* A change of direction, to the scores. */
-INLINE void add_phase(__global const JobRecord* job, Scores* scores, const Phase* phase, REAL cosine, MASK mask){
+INLINE void add_phase(__global const JobRecord* job, Scores* scores, const Phase* phase, REAL cosine, MASK mask) {
 #define ADD_PHASE(name, PREFIX)                                   \
   {                                                               \
     STEP_OF_PHASE(name, PREFIX, cosine, mask)                     \
     add_scores(job, scores, MODEL_##name, phase->n, &step, true); \
   }
-    PHASES_OF_SCENE(ADD_PHASE)}
+  PHASES_OF_SCENE(ADD_PHASE);
+}
 
 /* Replay: a change of direction, to the sums by the voxels of fields that stand for numbers of the phase function.
  * pulled: what is pulled for what comes after it, in each channel of the radiance. A number's score needs no probes: its
