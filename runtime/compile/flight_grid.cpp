@@ -98,6 +98,7 @@ class Builder {
     sort_points();
     measure_distances();
     find_outside();
+    find_rows();
     parallel_for(grid_.cells[2], [&](int z) { fill_slice(z); });
   }
 
@@ -426,35 +427,44 @@ class Builder {
     return sum / 8;
   }
 
+  // A piece that reaches into a ball has all its points within the ball's radius and this.
+  float slack() const { return longest_ + grid_.safety; }
+
+  // Which rows of cells beside a cell's own hold samples within reach of its centre, and how far along them.
+  void find_rows() {
+    reach_ = static_cast<float>(largest_steps) * grid_.ball_step + slack();
+    const int r = static_cast<int>(std::ceil(reach_ / h_ + 0.5f));
+    const auto apart = [](int cells) { return std::max(std::abs(cells) - 1, 0); };
+    for (int k = -r; k <= r; ++k)
+      for (int j = -r; j <= r; ++j) {
+        const float left = reach_ * reach_ - static_cast<float>(apart(k) * apart(k) + apart(j) * apart(j)) * h_ * h_;
+        if (left >= 0) rows_.push_back({j, k, std::min(r, static_cast<int>(std::sqrt(left) / h_) + 2)});
+      }
+  }
+
   std::uint32_t plane_word(int x, int y, int z, int ball) const {
     const Point c = center(x, y, z);
-    // A piece that reaches into a ball has all its points within the ball's radius + slack.
-    const float slack = longest_ + grid_.safety;
-    const float reach = largest_steps * grid_.ball_step + slack;
-    const int r = static_cast<int>(std::ceil(reach / h_ + 0.5f));
-    const int x0 = std::max(x - r, 0), x1 = std::min(x + r, n_[0] - 1);
     struct Near {
       Point position;
       const Sample* sample;
     };
-    thread_local std::vector<Near> near;
+    thread_local std::vector<Near> kept;
+    std::vector<Near>& near = kept;
     near.clear();
     Point normal{0, 0, 0};
-    for (int k = std::max(z - r, 0); k <= std::min(z + r, n_[2] - 1); ++k)
-      for (int j = std::max(y - r, 0); j <= std::min(y + r, n_[1] - 1); ++j) {
-        const int apart = std::max(std::abs(k - z) - 1, 0) * std::max(std::abs(k - z) - 1, 0) +
-                          std::max(std::abs(j - y) - 1, 0) * std::max(std::abs(j - y) - 1, 0);
-        if (static_cast<float>(apart) * h_ * h_ > reach * reach) continue;
-        const std::uint32_t last = first_[at(x1, j, k) + 1];
-        for (std::uint32_t i = first_[at(x0, j, k)]; i < last; ++i) {
-          const Point p = samples_[i].position - c;
-          const float square = dot(p, p);
-          if (square > reach * reach) continue;
-          near.push_back({p, &samples_[i]});
-          const float weight = 1 / (square + h_ * h_);
-          normal = normal + samples_[i].normal * (weight * weight);
-        }
+    for (const Row& row : rows_) {
+      const int j = y + row.y, k = z + row.z;
+      if (j < 0 || j >= n_[1] || k < 0 || k >= n_[2]) continue;
+      const std::uint32_t last = first_[at(std::min(x + row.x, n_[0] - 1), j, k) + 1];
+      for (std::uint32_t i = first_[at(std::max(x - row.x, 0), j, k)]; i < last; ++i) {
+        const Point p = samples_[i].position - c;
+        const float square = dot(p, p);
+        if (square > reach_ * reach_) continue;
+        near.push_back({p, &samples_[i]});
+        const float weight = 1 / (square + h_ * h_);
+        normal = normal + samples_[i].normal * (weight * weight);
       }
+    }
     if (dot(normal, normal) < 1e-30f) normal = {0, 0, 1};
     const Octahedral plane = octahedral(normal);
     const float norm = length(plane.normal);
@@ -463,7 +473,7 @@ class Builder {
     for (std::size_t i = 0; i < offsets.size(); ++i) {
       const float radius = static_cast<float>(plane_radius_steps[i]) * grid_.ball_step;
       offsets[i] = grid_.plane_range;
-      squares[i] = (radius + slack) * (radius + slack);
+      squares[i] = (radius + slack()) * (radius + slack());
     }
     for (const auto& [p, sample] : near) {
       const float d = dot(plane.normal, p), square = dot(p, p), chord = length(axis - sample->axis) + sample->chord;
@@ -506,6 +516,11 @@ class Builder {
   float longest_ = 0;
   std::vector<Sample> samples_;
   std::vector<std::uint32_t> first_;  // of each cell's samples
+  struct Row {
+    int y, z, x;  // beside the cell; up to so many cells along it
+  };
+  std::vector<Row> rows_;
+  float reach_ = 0;  // of samples that say something about a cell, from its centre
   std::vector<std::uint8_t> marked_, outside_;
   std::vector<std::uint16_t> distance_;
 };

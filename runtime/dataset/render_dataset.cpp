@@ -208,6 +208,27 @@ int kind_of(const Manifest& set, const Manifest::Image& image) {
   return (light.environment || light.lamps ? 2 : 0) + (rough ? 1 : 0);
 }
 
+// Sorts images by kind and shape, and divides them into batches of at most `most` images of one kind. Batches end where
+// a shape does unless that leaves less than half of them, so that few shapes are made by more than one rank. Returns
+// where each ends.
+std::vector<std::size_t> batch_ends(const Manifest& set, std::vector<const Manifest::Image*>& images,
+                                    std::size_t most) {
+  const auto place = [&](const Manifest::Image* image) { return std::pair(kind_of(set, *image), image->shape); };
+  std::stable_sort(images.begin(), images.end(), [&](auto* a, auto* b) { return place(a) < place(b); });
+  std::vector<std::size_t> ends;
+  std::size_t begin = 0;
+  for (std::size_t end = 1; end <= images.size(); ++end) {
+    const std::size_t count = end - begin;
+    if (end < images.size() && count < most) {
+      const auto last = place(images[end - 1]), next = place(images[end]);
+      if (last.first == next.first && (last.second == next.second || 2 * count < most)) continue;
+    }
+    ends.push_back(end);
+    begin = end;
+  }
+  return ends;
+}
+
 // What the images need beside their shapes, and the plan.
 void write_sources(const DatasetPlan& plan, const std::string& folder) {
   const Manifest& set = plan.manifest;
@@ -285,20 +306,17 @@ DatasetProgress render_dataset(const Device& device, const DatasetPlan& plan, co
   report(progress);
   DatasetRenderer renderer(device, set, folder, cancel);
   const std::int64_t image_paths = static_cast<std::int64_t>(set.size) * set.size * set.spp;
-  const auto batch = static_cast<std::size_t>(std::clamp<std::int64_t>(batch_paths / image_paths, 1, 64));
-  const auto kind = [&](const Manifest::Image* image) { return kind_of(set, *image); };
-  std::stable_sort(missing.begin(), missing.end(), [&](auto* a, auto* b) { return kind(a) < kind(b); });
-  for (auto from = missing.begin(); from != missing.end();) {
-    const auto to = std::find_if(from, missing.end(), [&](auto* image) { return kind(image) != kind(*from); });
-    const AllRanksWrite all_write;
-    ranks.hand_out(static_cast<std::size_t>(to - from), batch, [&](std::size_t some_first, std::size_t some_end) {
-      renderer.render({from + static_cast<std::ptrdiff_t>(some_first), from + static_cast<std::ptrdiff_t>(some_end)});
-      progress.done += some_end - some_first;
-      progress.rendered += some_end - some_first;
-      report(progress);
-    });
-    from = to;
-  }
+  const auto most = static_cast<std::size_t>(std::clamp<std::int64_t>(batch_paths / image_paths, 1, 64));
+  const std::vector<std::size_t> ends = batch_ends(set, missing, most);
+  const AllRanksWrite all_write;
+  ranks.hand_out(ends.size(), 1, [&](std::size_t batch, std::size_t) {
+    const auto at = [&](std::size_t image) { return missing.begin() + static_cast<std::ptrdiff_t>(image); };
+    const std::vector<const Manifest::Image*> images(at(batch == 0 ? 0 : ends[batch - 1]), at(ends[batch]));
+    renderer.render(images);
+    progress.done += images.size();
+    progress.rendered += images.size();
+    report(progress);
+  });
   progress = {end - first, end - first, missing.size()};
   if (part.count > 1) return progress;
   if (ranks.is_first()) complete_dataset(folder, set);

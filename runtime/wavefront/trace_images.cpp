@@ -17,6 +17,12 @@ std::int64_t next_target(std::int64_t target, std::int64_t paths, double seconds
   return std::clamp<std::int64_t>(static_cast<std::int64_t>(wanted), 1 << 12, 4 * target);
 }
 
+// Of each pixel, of as many as are left: together they walk the hierarchy as one bundle (kernels/lib/trace_coherent.h).
+int samples_a_launch(std::int64_t wanted, int left) {
+  constexpr std::int64_t bundles = 64;  // a multiple of the lanes of any device, so that none has two pixels
+  return static_cast<int>(std::min<std::int64_t>(std::max(bundles, wanted / bundles * bundles), left));
+}
+
 int pixels_of(const Sensor& sensor) { return sensor.crop_width * sensor.crop_height; }
 
 // Which of a job's pixels a rank traces: every so manieth, so that each has as much of what takes long.
@@ -160,8 +166,7 @@ std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std:
     const int band = std::min(most_pixels, pixels - first);
     for (int sample = 0; sample < spp;) {
       launch_paths = std::min(launch_paths, capacity);
-      const int samples =
-          groups > 1 ? spp : static_cast<int>(std::clamp<std::int64_t>(launch_paths / band, 1, spp - sample));
+      const int samples = groups > 1 ? spp : samples_a_launch(launch_paths / band, spp - sample);
       const int run = static_cast<int>(std::clamp<std::int64_t>(launch_paths / samples, 1, band));
       for (int pixel = 0; pixel < band; pixel += run) {
         if (options.cancel && *options.cancel) throw Interrupted();
