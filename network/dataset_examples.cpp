@@ -135,6 +135,10 @@ DatasetExamples::DatasetExamples(const DatasetImages& images, NetworkDescription
   const Wanted wanted = wanted_by(network_);
   if ((wanted.shapes && images_.shapes.empty()) || (wanted.flash && images_.flash.empty()))
     throw UsageError("the network sees more of the data set than was read: shapes or the flash");
+  if (network_.cut_out == 0) return;
+  const int size = network_.size;
+  for (const SeenShape& shape : images_.shapes)
+    objects_.push_back(cut_out(shape.mask, size, size, size, network_.cut_out, "data set"));
 }
 
 std::vector<float> DatasetExamples::noisy(const std::vector<float>& radiance, const std::vector<float>& errors,
@@ -153,14 +157,18 @@ void DatasetExamples::read(std::size_t index, std::uint64_t look, std::span<floa
   const std::vector<float>& radiance = images_.radiance[original];
   const double strength =
       variation_.noise == 0 ? 0 : variation_.noise * random_uniform(variation_.seed, stream, 2 * radiance.size());
-  const std::vector<float> seen = noisy(radiance, images_.errors[original], strength, stream);
+  std::vector<float> seen = noisy(radiance, images_.errors[original], strength, stream);
   std::vector<float> flash;
   if (!images_.flash.empty())
     flash = noisy(images_.flash[original], images_.flash_errors[original], strength, RANDOM_FLASH + stream);
-  network_input(network_,
-                {seen, flash, images_.shapes.empty() ? nullptr : &images_.shapes[images_.shape_of[original]],
-                 &images_.lights[original]},
-                image);
+  const SeenShape* shape = images_.shapes.empty() ? nullptr : &images_.shapes[images_.shape_of[original]];
+  if (!objects_.empty()) {
+    const CutOut& object = objects_[images_.shape_of[original]];
+    seen = cut_planes(std::move(seen), object, network_.size);
+    if (!flash.empty()) flash = cut_planes(std::move(flash), object, network_.size);
+    shape = &object.mask;
+  }
+  network_input(network_, {seen, flash, shape, &images_.lights[original]}, image);
   if (index != original) mirror_input(network_, image);
   for (std::size_t i = 0; i < truth.size(); ++i)
     truth[i] = parameter_of(images_.images[original], network_.outputs[i].name);

@@ -77,6 +77,7 @@ class DatasetExamples : public Examples {
                            std::uint64_t stream) const;
 
   const DatasetImages& images_;
+  std::vector<CutOut> objects_;  // of images_.shapes, where the network sees objects alone
   NetworkDescription network_;
   Variation variation_;
 };

@@ -84,16 +84,61 @@ std::vector<float> finite_radiance(const ExrImage& image, const std::string& fil
   return radiance;
 }
 
-std::vector<float> square_photo(const std::string& file, int colours, const PhotoOptions& options) {
+// Of a picture of any kind and shape, one after the other.
+struct Planes {
+  int width, height;
+  std::vector<float> values;
+  std::vector<float> weight{};  // of a photo's pixels, 0 where one is saturated; empty: not known
+};
+
+Planes photo_planes(const std::string& file, int colours, const PhotoOptions& options) {
   Photo photo = read_photo(file, options);
   if (colours == 1) photo = luminance_of(photo);
-  check_square(file, photo.width, photo.height);
   if (photo.channels != colours)
     throw InputError(file + ": is grey, need colours: the network sees red, green and blue");
   const auto count = static_cast<std::size_t>(colours), pixels = photo.value.size() / count;
   std::vector<float> planes(photo.value.size());
   for (std::size_t i = 0; i < planes.size(); ++i) planes[i % count * pixels + i / count] = photo.value[i];
-  return planes;
+  if (photo.has_alpha) photo.weight.clear();  // it is alpha's, too
+  return {photo.width, photo.height, std::move(planes), std::move(photo.weight)};
+}
+
+Planes radiance_planes(const std::string& file, int colours, const PhotoOptions& photo, const std::string& prefix) {
+  if (!is_exr(read_file(file))) return photo_planes(file, colours, photo);
+  const ExrImage image = read_exr(file);
+  return {image.width, image.height, finite_radiance(image, file, colours, prefix)};
+}
+
+// How white the picture is.
+Planes mask_plane(const std::string& file) {
+  if (is_exr(read_file(file))) {
+    const ExrImage image = read_exr(file);
+    return {image.width, image.height,
+            image.channel("mask") >= 0 ? plane(image, "mask", file) : finite_radiance(image, file, 1, "")};
+  }
+  PhotoOptions linear;
+  linear.curve = transfer_curve("linear");
+  return photo_planes(file, 1, linear);
+}
+
+constexpr float white_from = 0.5F;
+
+// The box around what is white: first and last column, first and last row; the first behind the last where nothing is.
+struct WhiteBox {
+  int left, right = -1, top, bottom = -1;
+  int longer_side() const { return std::max(right - left, bottom - top) + 1; }
+};
+
+WhiteBox box_around_white(std::span<const float> mask, int width, int height) {
+  WhiteBox box{.left = width, .top = height};
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      if (!(mask[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] >
+            white_from))
+        continue;
+      box = {std::min(box.left, x), std::max(box.right, x), std::min(box.top, y), std::max(box.bottom, y)};
+    }
+  return box;
 }
 
 // What lies below 0 is noise, or no radiance. Nothing but black says nothing about an object.
@@ -114,42 +159,74 @@ struct Weight {
   double share;
 };
 
-// What each of `size` pixels in a row takes of `from` pixels: the parts within a window as wide as itself, or as one of
-// those where they are wider; then it lies between the two nearest.
-std::vector<std::vector<Weight>> windows(int from, int size) {
+// What each of `size` pixels in a row takes of `from` pixels from `first` on, of which there are those from 0 to `end`:
+// the parts within a window as wide as itself, or as one of those where they are wider; then it lies between the two
+// nearest.
+std::vector<std::vector<Weight>> windows(int first, int from, int end, int size) {
   const double step = static_cast<double>(from) / size, half = 0.5 * std::max(step, 1.0);
   std::vector<std::vector<Weight>> result(static_cast<std::size_t>(size));
   for (int i = 0; i < size; ++i) {
     const double low = std::max((i + 0.5) * step - half, 0.0), high = std::min((i + 0.5) * step + half, double(from));
-    for (int j = static_cast<int>(low); j < from && j < high; ++j)
+    for (int j = std::max(static_cast<int>(low), -first); j < std::min(from, end - first) && j < high; ++j)
       result[static_cast<std::size_t>(i)].push_back(
-          {static_cast<std::size_t>(j), (std::min(high, j + 1.0) - std::max(low, double(j))) / (high - low)});
+          {static_cast<std::size_t>(first + j), (std::min(high, j + 1.0) - std::max(low, double(j))) / (high - low)});
   }
   return result;
 }
 
-// Of square planes.
-std::vector<float> resampled(const std::vector<float>& planes, int size, int count) {
-  const std::size_t pixels = planes.size() / static_cast<std::size_t>(count);
-  const auto width = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(pixels))));
-  const std::vector<std::vector<Weight>> window = windows(static_cast<int>(width), size);
+struct Square {
+  int left, top, side;
+};
+
+Square whole(const Planes& planes) { return {0, 0, planes.width}; }
+
+// A square of the planes, black beyond them.
+std::vector<float> resampled(const Planes& planes, const Square& square, int size) {
+  const auto width = static_cast<std::size_t>(planes.width), pixels = width * static_cast<std::size_t>(planes.height);
+  const auto of_columns = windows(square.left, square.side, planes.width, size),
+             of_rows = windows(square.top, square.side, planes.height, size);
   std::vector<float> result;
-  for (std::size_t plane = 0; plane < planes.size(); plane += pixels)
-    for (const auto& rows : window)
-      for (const auto& columns : window) {
+  for (std::size_t plane = 0; plane < planes.values.size(); plane += pixels)
+    for (const auto& rows : of_rows)
+      for (const auto& columns : of_columns) {
         double sum = 0;
         for (const Weight& row : rows)
           for (const Weight& column : columns)
-            sum += row.share * column.share * static_cast<double>(planes[plane + row.from * width + column.from]);
+            sum +=
+                row.share * column.share * static_cast<double>(planes.values[plane + row.from * width + column.from]);
         result.push_back(static_cast<float>(sum));
       }
   return result;
 }
 
-double mean_of(std::span<const float> values) {
-  double sum = 0;
-  for (const float value : values) sum += static_cast<double>(value);
-  return sum / static_cast<double>(values.size());
+// Which share of the object (null: of all) is saturated.
+double saturated_share(const Planes& planes, const CutOut* object) {
+  double all = 0, saturated = 0;
+  for (std::size_t i = 0; i < planes.weight.size(); ++i) {
+    if (object && object->white[i] == 0) continue;
+    all += 1;
+    saturated += planes.weight[i] == 0;
+  }
+  return all > 0 ? saturated / all : 0;
+}
+
+SeenShape seen_mask(const Planes& grey, const Square& square, int size, const std::string& file) {
+  SeenShape seen{{}, {}, resampled(grey, square, size)};
+  for (float& value : seen.mask) value = value > white_from ? 1.0F : 0.0F;
+  if (std::find(seen.mask.begin(), seen.mask.end(), 1.0F) == seen.mask.end())
+    throw InputError(fmt::format("{}: no pixel of {} x {} is white; need the object in white", file, size, size));
+  return seen;
+}
+
+// Over all planes. mask: empty, or of the pixels where it is 1.
+double mean_of(std::span<const float> planes, std::span<const float> mask) {
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    if (!mask.empty() && mask[i % mask.size()] != 1) continue;
+    sum += static_cast<double>(planes[i]);
+    count += 1;
+  }
+  return sum / count;
 }
 
 [[noreturn]] void fail_missing(const std::string& input) {
@@ -202,12 +279,15 @@ std::vector<float> read_resampled_luminance(const std::string& file, int size, c
 }
 
 std::vector<float> read_resampled_radiance(const std::string& file, int size, int colours, const PhotoOptions& photo,
-                                           const std::string& prefix) {
-  const std::vector<float> radiance = is_exr(read_file(file))
-                                          ? finite_radiance(read_square(file, any_size, ""), file, colours, prefix)
-                                          : square_photo(file, colours, photo);
-  check_radiance(radiance, file);
-  return resampled(radiance, size, colours);
+                                           const std::string& prefix, const CutOut* object, double* saturated) {
+  Planes radiance = radiance_planes(file, colours, photo, prefix);
+  if (!object) check_square(file, radiance.width, radiance.height);
+  if (object && (radiance.width != object->width || radiance.height != object->height))
+    throw InputError(fmt::format("{}: has {} x {} pixels, its mask {} x {}; need as many", file, radiance.width,
+                                 radiance.height, object->width, object->height));
+  check_radiance(radiance.values, file);
+  if (saturated) *saturated = saturated_share(radiance, object);
+  return object ? cut_planes(std::move(radiance.values), *object, size) : resampled(radiance, whole(radiance), size);
 }
 
 SeenShape seen_shape(std::vector<float> normal, const std::vector<float>& depth, std::vector<float> mask, int size,
@@ -269,20 +349,42 @@ SeenShape read_resampled_seen_shape(const std::string& file, int size, const std
 }
 
 SeenShape read_mask(const std::string& file, int size) {
-  std::vector<float> grey;
-  if (is_exr(read_file(file))) {
-    const ExrImage image = read_square(file, any_size, "");
-    grey = image.channel("mask") >= 0 ? plane(image, "mask", file) : finite_radiance(image, file, 1, "");
-  } else {
-    PhotoOptions linear;
-    linear.curve = transfer_curve("linear");
-    grey = square_photo(file, 1, linear);
+  const Planes grey = mask_plane(file);
+  check_square(file, grey.width, grey.height);
+  return seen_mask(grey, whole(grey), size, file);
+}
+
+CutOut cut_out(const std::string& mask_file, int size, double share) {
+  Planes white = mask_plane(mask_file);
+  for (float& value : white.values) value = value > white_from ? 1.0F : 0.0F;
+  return cut_out(std::move(white.values), white.width, white.height, size, share, mask_file);
+}
+
+CutOut cut_out(std::vector<float> white, int width, int height, int size, double share, const std::string& name) {
+  const WhiteBox box = box_around_white(white, width, height);
+  if (box.right < 0) throw InputError(name + ": nothing in it is white; need the object in white");
+  const int side = std::max(1, static_cast<int>(std::lround(box.longer_side() / share)));
+  const auto begin = [&](int first, int last) { return static_cast<int>(std::floor((first + last + 1 - side) / 2.0)); };
+  const Square square{begin(box.left, box.right), begin(box.top, box.bottom), side};
+  SeenShape mask = seen_mask({width, height, white}, square, size, name);
+  return {std::move(mask), width, height, std::move(white), square.left, square.top, side};
+}
+
+std::vector<float> cut_planes(std::vector<float> planes, const CutOut& object, int size) {
+  const Square square{object.left, object.top, object.side};
+  for (std::size_t i = 0; i < planes.size(); ++i) planes[i] *= object.white[i % object.white.size()];
+  std::vector<float> result = resampled({object.width, object.height, std::move(planes)}, square, size);
+  const std::vector<float> covered = resampled({object.width, object.height, object.white}, square, size);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    const float share = covered[i % covered.size()];
+    result[i] = share > 0 ? result[i] / share : 0;
   }
-  SeenShape seen{{}, {}, resampled(grey, size, 1)};
-  for (float& value : seen.mask) value = value > 0.5F ? 1.0F : 0.0F;
-  if (std::find(seen.mask.begin(), seen.mask.end(), 1.0F) == seen.mask.end())
-    throw InputError(fmt::format("{}: no pixel of {} x {} is white; need the object in white", file, size, size));
-  return seen;
+  return result;
+}
+
+double share_of_object(std::span<const float> mask) {
+  const auto side = static_cast<int>(std::lround(std::sqrt(static_cast<double>(mask.size()))));
+  return static_cast<double>(box_around_white(mask, side, side).longer_side()) / side;
 }
 
 void network_input(const NetworkDescription& network, const Seen& seen, std::span<float> input) {
@@ -291,21 +393,26 @@ void network_input(const NetworkDescription& network, const Seen& seen, std::spa
   if (input.size() != static_cast<std::size_t>(network.channels) * pixels)
     throw UsageError(fmt::format("input of {} numbers for a network of {} x {} pixels with {} channels", input.size(),
                                  side, side, network.channels));
-  const auto m = static_cast<float>(network.exposure ? std::max(mean_of(seen.image), 1e-30) : network.luminance),
-             darkest = static_cast<float>(darkest_radiance) * m;
+  const SeenShape* shape = seen.shape;
+  const std::span<const float> object = network.cut_out > 0 && shape ? shape->mask : std::span<const float>();
+  if (network.cut_out > 0 && object.size() != pixels) fail_missing("mask");
   auto to = input.begin();
   const auto put_radiance = [&](const std::string& name, std::span<const float> radiance, std::size_t colours) {
     if (radiance.empty()) fail_missing(name);
     if (radiance.size() != colours * pixels)
       throw UsageError(
           fmt::format("an image of {} numbers for a network of {} x {} pixels", radiance.size(), side, side));
-    for (const float value : radiance) *to++ = std::log((std::max(value, 0.0F) + darkest) / (m + darkest));
+    const double unit = network.exposure ? std::max(mean_of(radiance, object), 1e-30) : network.luminance;
+    const auto m = static_cast<float>(unit), darkest = static_cast<float>(darkest_radiance) * m;
+    for (std::size_t i = 0; i < radiance.size(); ++i) {
+      const float value = object.empty() || object[i % pixels] == 1 ? std::max(radiance[i], 0.0F) : 0.0F;
+      *to++ = std::log((value + darkest) / (m + darkest));
+    }
   };
   const auto put = [&](const std::string& name, const std::vector<float>* values, std::size_t count) {
     if (!values || values->size() != count * pixels) fail_missing(name);
     to = std::copy(values->begin(), values->end(), to);
   };
-  const SeenShape* shape = seen.shape;
   for (const std::string& name : inputs_of(network)) {
     if (name == "luminance") put_radiance(name, seen.image, 1);
     if (name == "rgb") put_radiance(name, seen.image, 3);

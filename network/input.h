@@ -3,7 +3,9 @@
 //
 //   luminance        log((L + 0.01 m) / (1.01 m)) of the radiance L, m = description.luminance: 0 where L is m, -4.6
 //                    in the dark. Radiance below 0, which sky models have in places, counts as 0. Where the network
-//                    does not know exposures, m is the image's mean over pixels and colours, without the flash.
+//                    does not know exposures, m is the image's mean over pixels and colours, and of the light that a
+//                    flash adds its own: nobody knows either how strong a flash is. Where the network sees the object
+//                    alone, L is 0 elsewhere, and the mean is the object's.
 //   rgb              the same of red, green and blue
 //   flash_luminance, the same of the light that a flash at the camera adds
 //   flash_rgb
@@ -40,20 +42,31 @@ std::vector<float> luminance_of(const ExrImage& image, const std::string& file, 
 std::vector<float> radiance_of(const ExrImage& image, const std::string& file, int colours,
                                const std::string& prefix = "", std::vector<float>* errors = nullptr);
 
-// As read_luminance(), of any square image, photos too (runtime/image/photo.h): averaged over the squares of size x
-// size pixels, or between pixels where it has fewer. Throws InputError: not square, black or with much below 0, and
-// what read_luminance() throws beside the size.
-std::vector<float> read_resampled_luminance(const std::string& file, int size, const PhotoOptions& photo = {});
-// The same of planes, as radiance_of() has them.
-std::vector<float> read_resampled_radiance(const std::string& file, int size, int colours,
-                                           const PhotoOptions& photo = {}, const std::string& prefix = "");
-
 // A shape as the camera sees it (runtime/dataset/README.md).
 struct SeenShape {
   std::vector<float> normal;    // (3, size, size); empty where only the mask is known
   std::vector<float> nearness;  // (size, size); likewise
   std::vector<float> mask;      // (size, size): 1 on the object, 0 elsewhere
 };
+
+// An object in a picture, by its mask.
+struct CutOut {
+  SeenShape mask;  // as the network sees it
+  int width, height;
+  std::vector<float> white;  // of the picture's pixels: 1 on the object, 0 elsewhere
+  int left, top, side;       // of the square around it, which may reach beyond the picture
+};
+
+// As read_luminance(), of any square image, photos too (runtime/image/photo.h): averaged over the squares of size x
+// size pixels, or between pixels where it has fewer. Throws InputError: not square, black or with much below 0, and
+// what read_luminance() throws beside the size.
+std::vector<float> read_resampled_luminance(const std::string& file, int size, const PhotoOptions& photo = {});
+// The same of planes, as radiance_of() has them. object: of the square around it, where each pixel has what is seen of
+// the object in it, or 0; throws InputError where the image has another width or height than the object's mask.
+// saturated: becomes the share of a photo's pixels (of the object's, where there is one) that are.
+std::vector<float> read_resampled_radiance(const std::string& file, int size, int colours,
+                                           const PhotoOptions& photo = {}, const std::string& prefix = "",
+                                           const CutOut* object = nullptr, double* saturated = nullptr);
 
 // nearness from depth [scene units, along the ray]: over unit, where the object's longest side is not 1. normal:
 // (3, size, size). Throws InputError: a mask of other numbers than 0 and 1 or of zeros alone, normals of another length
@@ -78,6 +91,18 @@ struct KnownScene {
 // From a file of any size, as photos' masks are: more than half of white is the object. Throws InputError: not square,
 // not readable, white nowhere.
 SeenShape read_mask(const std::string& file, int size);
+
+// The same of a picture that need not be square: of the square around the object in which the longer side of the box
+// around it is this share of the side.
+CutOut cut_out(const std::string& mask_file, int size, double share);
+// The same of a mask (height, width) of 0 and 1; name: for messages.
+CutOut cut_out(std::vector<float> white, int width, int height, int size, double share, const std::string& name);
+
+// Of planes (count, height, width) as the mask, what read_resampled_radiance() returns with an object.
+std::vector<float> cut_planes(std::vector<float> planes, const CutOut& object, int size);
+
+// That longer side over the image's, of a mask (size, size) that is not 0 everywhere.
+double share_of_object(std::span<const float> mask);
 
 // What there is to see, as far as the network sees it.
 struct Seen {

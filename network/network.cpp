@@ -39,6 +39,15 @@ void check(const NetworkDescription& description) {
     throw UsageError("network for images of luminance " + std::to_string(description.luminance) + ": must be above 0");
   if (!(description.mm_per_unit > 0 && std::isfinite(description.mm_per_unit)))
     throw UsageError("network for scene units of " + std::to_string(description.mm_per_unit) + " mm: must be above 0");
+  if (description.cut_out != 0 && !(description.cut_out > 0.01 && description.cut_out <= 1))
+    throw UsageError("network of objects that take " + std::to_string(description.cut_out) +
+                     " of an image's side: must be 0.01 to 1, or 0 where it sees all of it");
+  if (description.cut_out > 0) {
+    if (!sees(description, "mask")) throw UsageError("network that sees the object alone: must see a mask of it");
+    for (const char* known : {"normal", "nearness", "light"})
+      if (sees(description, known))
+        throw UsageError("network that sees the object alone: cannot see '" + std::string(known) + "'");
+  }
   check_outputs(description.outputs);
   if (description.distribution && description.kind != "rn")
     throw UsageError("network kind '" + description.kind + "': only rn learns a distribution");

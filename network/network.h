@@ -34,8 +34,13 @@ struct NetworkDescription {
   // What it sees, one after the other (input.h). Empty: of one channel "luminance", of six "luminance", "normal",
   // "nearness" and "light".
   std::vector<std::string> inputs{};
-  // Each image is known up to a factor: what it sees is over the image's own mean, and not over `luminance`.
+  // Each image, and the flash's light, is known up to a factor: what it sees is over its own mean, and not over
+  // `luminance`.
   bool exposure = false;
+  // Above 0: it sees the object alone, by its mask, and black around it, always of the same size: the longer side of
+  // the box around the mask takes this share of the side of what it sees, as in the images that it learnt from in the
+  // mean.
+  double cut_out = 0;
 
   std::size_t raw_outputs() const {
     const std::size_t n = outputs.size();

@@ -88,6 +88,7 @@ std::map<std::string, std::string> network_metadata(const NetworkDescription& de
                                          {"mm_per_unit", nlohmann::json(description.mm_per_unit).dump()},
                                          {"outputs", outputs.dump()}};
   if (description.exposure) all["exposure"] = "unknown";
+  if (description.cut_out > 0) all["cut_out"] = nlohmann::json(description.cut_out).dump();
   if (!description.inputs.empty()) all["inputs"] = nlohmann::json(description.inputs).dump();
   if (description.distribution) {
     all["distribution"] = DISTRIBUTION;
@@ -123,6 +124,7 @@ NetworkDescription network_description(const Safetensors& content, const std::st
                        "', where 'unknown' or none is expected");
     description.exposure = true;
   }
+  if (content.metadata.count("cut_out")) description.cut_out = number(content, "cut_out", file);
   try {
     if (content.metadata.count("inputs"))
       description.inputs = parse_json<nlohmann::json>(content.text("inputs", file), file + ": metadata 'inputs'")

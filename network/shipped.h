@@ -1,10 +1,12 @@
-// The network that ships with the program (weights/README.md: what it has learnt, and how well).
+// The networks that ship with the program (weights/README.md: what they have learnt, and how well).
 #pragma once
 #include <string_view>
 
 namespace itn {
 
-// The bytes of its file, for parse_network().
+// The bytes of their files, for parse_network(): of the one that knows shape and light, and of the one that sees a
+// photo, the same with a flash, and a mask.
 std::string_view shipped_network();
+std::string_view shipped_photo_network();
 
 }  // namespace itn

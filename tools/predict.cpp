@@ -32,6 +32,7 @@ struct PredictArguments {
   std::vector<std::string> images;
   std::vector<double> light;
   std::vector<std::string> mask, flash;
+  double longest_side = 0;
   PhotoOptions photo;
 };
 
@@ -86,6 +87,7 @@ void run(PredictArguments options) {
   request.light = options.light;
   request.mask = options.mask;
   request.flash = options.flash;
+  request.longest_side_mm = options.longest_side;
   request.photo = options.photo;
   request.showing = std::move(showing);
   nlohmann::ordered_json images = nlohmann::ordered_json::array();
@@ -100,6 +102,12 @@ void run(PredictArguments options) {
       if (std::isfinite(estimate.low)) text += fmt::format(" ({:.4g} to {:.4g})", estimate.low, estimate.high);
     }
     images.push_back(std::move(line));
+    constexpr double much = 0.01;
+    if (image.saturated > much)
+      warn(options.common,
+           fmt::format("{}: {:.0f} % of what the network looks at is saturated, in it or with the flash; "
+                       "take it anew, darker: what is said of it may be far off",
+                       image.file, 100 * image.saturated));
     if (options.common.talkative() && !tested) fmt::print("{}\n", text);
   };
   const PredictedImages predicted = predict_images(request, interrupt_flag(), each);
@@ -115,12 +123,12 @@ void run(PredictArguments options) {
   write_json(options.common, result);
 }
 
-// Without a RUN before the images it is the shipped one.
+// Without a RUN before the images it is a shipped one: with photos by flash the one for those.
 void take_run(PredictArguments& options) {
   const std::string first = options.images.front();
   const std::string extension = std::filesystem::path(first).extension().string();
   constexpr std::array<const char*, 6> pictures{".exr", ".png", ".jpg", ".jpeg", ".tif", ".tiff"};
-  options.run = shipped_run;
+  options.run = options.flash.empty() ? shipped_run : shipped_photos_run;
   if (std::find(pictures.begin(), pictures.end(), extension) != pictures.end() && !is_folder(first)) return;
   options.run = first;
   options.images.erase(options.images.begin());
@@ -138,9 +146,10 @@ void add_predict(CLI::App& app) {
   command
       ->add_option(
           "images", options->images,
-          "[RUN] IMAGE...: folder that itn train wrote or a .safetensors file, else the network that ships with "
-          "the program; square images: OpenEXR files with the channels Y or R G B, or photos as PNG, JPEG or TIFF. "
-          "RUN alone, with --dataset: the set's test images, and the errors on them")
+          "[RUN] IMAGE...: folder that itn train wrote or a .safetensors file, else a network that ships with the "
+          "program, `shipped` or with --flash `shipped-photos`; square images (of networks that see the object alone, "
+          "as `shipped-photos` does, of any shape): OpenEXR files with the channels Y or R G B, or photos as PNG, JPEG "
+          "or TIFF. RUN alone, with --dataset: the set's test images, and the errors on them")
       ->required();
   command->add_option("--dataset", options->dataset,
                       "the data set that the images belong to; it knows their shape, light, mask and flash");
@@ -167,6 +176,11 @@ void add_predict(CLI::App& app) {
                    "networks that see the light of a flash: for each image the same with the flash on, by the same "
                    "exposure")
       ->take_all();
+  command
+      ->add_option("--longest-side", options->longest_side,
+                   "of the object [mm]: sigma_t is told for it; else for one as large as those of the network's data "
+                   "set")
+      ->check(CLI::Range(1e-6, 1e9));
   command->add_option("--light", options->light, "six channels: direction to the light, x,y,z")
       ->delimiter(',')
       ->expected(3);

@@ -207,6 +207,9 @@ void add_train(CLI::App& app) {
   command->add_flag("--exposure", options->request.exposure,
                     "each image is known up to a factor: the network sees it over its own mean, as for photos whose "
                     "exposure nobody knows");
+  command->add_flag("--cut-out", options->request.cut_out,
+                    "the network sees the object alone, by its mask, and black around it: for photos with other things "
+                    "in them than the data set has");
   command
       ->add_option(
           "--width", options->request.width,

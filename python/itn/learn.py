@@ -5,6 +5,7 @@ import html
 import json
 import os
 import tempfile
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -161,8 +162,8 @@ class Prediction:
 
 def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene | None = None, sensor: int = 0,
             dataset: str | os.PathLike | None = None, shape_buffers: str | os.PathLike | None = None,
-            light: Sequence[float] = (), mask: Any = (), flash: Any = (), exemplars: int = 0, spp: int = 0, seed: int = 0,
-            progress: bool | Callable[[float], object] | None = None) -> Prediction:
+            light: Sequence[float] = (), mask: Any = (), flash: Any = (), exemplars: int = 0, spp: int = 0,
+            longest_side: float = 0, seed: int = 0, progress: bool | Callable[[float], object] | None = None) -> Prediction:
     """Parameters for images by a network, with 95 % intervals where it says them: `itn predict`.
 
     images: square files (OpenEXR, or photos) or arrays, (size, size) of luminance or (size, size, 3), linear; one, or a
@@ -171,7 +172,9 @@ def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene
     folder that the images belong to; or shape_buffers and light, as of the command. For those that see a mask or the light of a
     flash: mask and flash, of every image a file or an array, the flash's of the same exposure with the flash on. exemplars: show the network so many
     renderings of the scene (12 or more), of other materials each, with spp samples a pixel (0: as noisy as the images): what
-    it answers to these says what its answer to an image means in this scene, and how surely."""
+    it answers to these says what its answer to an image means in this scene, and how surely. longest_side: of the object
+    [mm]: sigma_t is told for it; 0: for one as large as those of the network's data set. Images of networks that see the
+    object alone (`cut_out`) need not be square: they see the square around the mask."""
     with tempfile.TemporaryDirectory() as temporary, shown(progress, "predict") as tell:
         def as_files(images: Any, kind: str) -> list[str]:
             files = []
@@ -186,7 +189,11 @@ def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene
         files = as_files(images, "image")
         result = _itn.predict(files, os.fspath(network), scene._scene if scene else None, sensor,
                               os.fspath(dataset or ""), os.fspath(shape_buffers or ""), list(map(float, light)),
-                              as_files(mask, "mask"), as_files(flash, "flash"), exemplars, spp, seed_number(seed), tell)
+                              as_files(mask, "mask"), as_files(flash, "flash"), exemplars, spp, longest_side, seed_number(seed), tell)
+    for file, share in zip(files, result["saturated"]):
+        if share > 0.01:
+            warnings.warn(f"{file}: {share:.0%} of what the network looks at is saturated, in it or with the flash; "
+                          "take it anew, darker: what is said of it may be far off", stacklevel=2)
     names = [output[0] for output in result["network"]["outputs"]]
     numbers = np.array(result["parameters"]).reshape(len(files), len(names), 3)
     intervals = {name: numbers[:, k, 1:] for k, name in enumerate(names)} if result["intervals"] else {}
@@ -213,7 +220,8 @@ def train(data: str | os.PathLike | DataSet | Sequence[str] = (), network: str =
           unlabelled: str | os.PathLike | DataSet = "", init: str | os.PathLike = "", epochs: int = 50, batch: int = 32,
           learning_rate: float = 1e-4,
           weight_decay: float = 0, noise: float = 0, mirror: bool = False, patience: int = 0,
-          inputs: Sequence[str] = (), exposure: bool = False, channels: int | None = None, width: int | None = None, threads: int | None = None,
+          inputs: Sequence[str] = (), exposure: bool = False, cut_out: bool = False, channels: int | None = None,
+          width: int | None = None, threads: int | None = None,
           image_loss: str = "rendered", image_weight: float | None = None, distribution: bool = False,
           calibration: Sequence[str | os.PathLike | DataSet] = (), frozen: bool = False, seed: int = 0, spp: int = 0,
           progress: bool | Callable[[float], object] | None = None) -> Training:
@@ -222,7 +230,8 @@ def train(data: str | os.PathLike | DataSet | Sequence[str] = (), network: str =
     network: "rn" learns parameters; "itn", "ssn" also that the image rendered with them looks like the input (all light;
     single scattering), weighed with image_weight (lambda); of an "itn" image_loss may be "expanded", to second order from data sets with
     curvatures, without rendering. inputs: what a new network sees, of "image" (in colours where the data
-    set is), "flash", "mask", "normal", "nearness" and "light", in place of channels; exposure: each image over its own mean, known up to a factor. distribution: an "rn" also learns how sure it is, calibrated on the
+    set is), "flash", "mask", "normal", "nearness" and "light", in place of channels; exposure: each image over its own mean, known up to a factor; cut_out: it
+    sees the object alone, by its mask, and black around it. distribution: an "rn" also learns how sure it is, calibrated on the
     data sets of calibration, or the validation images; with frozen it learns nothing else, beside what the network of init says.
     unlabelled: instead of data, a data set whose materials nobody knows; with "itn" and init. output: folder, where a training that was stopped goes on."""
     if not output:
@@ -236,7 +245,7 @@ def train(data: str | os.PathLike | DataSet | Sequence[str] = (), network: str =
                                   for sets in (several, calibration, [unlabelled]))
     folder = os.fspath(output)
     with shown(progress, "train") as tell:
-        record = _itn.train(folders, unknown[0], network, folder, os.fspath(init), list(inputs), exposure, channels, width, threads,
+        record = _itn.train(folders, unknown[0], network, folder, os.fspath(init), list(inputs), exposure, cut_out, channels, width, threads,
                             image_loss == "expanded", image_weight, distribution, held_out, frozen, mirror, noise,
                             epochs, batch, patience, learning_rate, weight_decay, seed_number(seed), spp, tell)
     with open(Path(folder) / "curve.jsonl", encoding="utf-8") as file:

@@ -294,11 +294,14 @@ class Network(torch.nn.Module):
         """What the network sees (description["inputs"]), (..., channels, size, size), of an image: linear luminance
         (..., size, size), or (..., 3, size, size) of one that sees colours. others, where it sees more: flash, the light that a
         flash adds, like the image; mask, nearness and light (..., size, size); normal (..., 3, size, size)."""
-        m = self.description["luminance"]
-        if self.description["exposure"]:
-            over = (-3, -2, -1) if "rgb" in self.description["inputs"] else (-2, -1)
-            m = image.mean(over, keepdim=True).clamp(min=1e-30)
-        dark = 0.01 * m
+        colours = "rgb" in self.description["inputs"]
+        over = (-3, -2, -1) if colours else (-2, -1)
+        object = torch.ones_like(image)
+        if self.description["cut_out"]:  # sees nothing else
+            if "mask" not in others:
+                raise _itn.UsageError("the network sees the object alone: give mask=")
+            image, others = self._cut_out(image, others)
+            object = object * (others["mask"].unsqueeze(-3) if colours else others["mask"])
         channels = []
         for name in self.description["inputs"]:
             role = {"luminance": "image", "rgb": "image", "flash_luminance": "flash", "flash_rgb": "flash"}.get(name, name)
@@ -306,9 +309,27 @@ class Network(torch.nn.Module):
             if values is None:
                 raise _itn.UsageError(f"the network sees {role!r}: give {role}=")
             if role in ("image", "flash"):
-                values = torch.log((values.clamp(min=0) + dark) / (m + dark))
+                m = self.description["luminance"]
+                if self.description["exposure"]:
+                    m = ((values * object).sum(over, keepdim=True) / object.sum(over, keepdim=True)).clamp(min=1e-30)
+                values = torch.log((values.clamp(min=0) * object + 0.01 * m) / (1.01 * m))
             channels.append(values if name in ("rgb", "flash_rgb", "normal") else values.unsqueeze(-3))
         return torch.cat(channels, -3)
+
+    def _cut_out(self, image: torch.Tensor, others: dict[str, torch.Tensor]) -> tuple[torch.Tensor, dict[str, torch.Tensor]]:
+        """The square around the object of each image, and what else is seen of it."""
+        mask, size = others["mask"], self.description["size"]
+        planes = {"image": image, **{k: v for k, v in others.items() if k != "mask"}}
+        cut = {name: values.detach().clone() for name, values in {**planes, "mask": mask}.items()}
+        for index in np.ndindex(*mask.shape[:-2]):
+            rows = {name: values[index].reshape(-1, *mask.shape[-2:]) for name, values in planes.items()}
+            found, seen = _itn.cut_out(_float_array(torch.cat(list(rows.values()))), _float_array(mask[index]), size,
+                                       self.description["cut_out"])
+            cut["mask"][index] = torch.from_numpy(seen)
+            parts = torch.from_numpy(found).split([len(row) for row in rows.values()])
+            for (name, values), part in zip(planes.items(), parts):
+                cut[name][index] = part.reshape(values[index].shape)
+        return cut.pop("image"), cut
 
     def forward(self, images: torch.Tensor) -> torch.Tensor:
         for layer in self.convolutions:

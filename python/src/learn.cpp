@@ -38,6 +38,7 @@ nb::dict describe(const NetworkDescription& network) {
   result["channels"] = network.channels;
   result["inputs"] = inputs_of(network);
   result["exposure"] = network.exposure;
+  result["cut_out"] = network.cut_out;
   result["size"] = network.size;
   result["width"] = network.width;
   result["luminance"] = network.luminance;
@@ -78,12 +79,25 @@ nb::object input(const Network& network, const FloatArray& luminance) {
   return numpy_array(std::move(result), {result.size() / (size * size), size, size});
 }
 
+// Planes (count, size, size) and a mask (size, size), cut out around the object (network/input.h).
+nb::object cut_out_arrays(const FloatArray& planes, const FloatArray& mask, int size, double share) {
+  const auto side = static_cast<std::size_t>(size);
+  if (mask.ndim() != 2 || planes.ndim() != 3 || mask.shape(0) != side || mask.shape(1) != side ||
+      planes.shape(1) != side || planes.shape(2) != side)
+    throw UsageError("cut_out: need planes and a mask of the network's size");
+  const CutOut object = cut_out({mask.data(), mask.data() + mask.size()}, size, size, size, share, "mask");
+  std::vector<float> seen = cut_planes({planes.data(), planes.data() + planes.size()}, object, size);
+  return nb::make_tuple(numpy_array(std::move(seen), {planes.shape(0), side, side}),
+                        numpy_array(std::vector<float>(object.mask.mask), {side, side}));
+}
+
 nb::dict predict(const std::vector<std::string>& images, const std::string& run, const SceneObject* scene, int sensor,
                  const std::string& dataset, const std::string& shape_buffers, const std::vector<double>& light,
                  const std::vector<std::string>& mask, const std::vector<std::string>& flash, int exemplars, int spp,
-                 std::uint64_t seed, const nb::object& progress) {
+                 double longest_side_mm, std::uint64_t seed, const nb::object& progress) {
   const std::shared_ptr<const Scene> kept = scene ? scene->scene() : nullptr;
   PredictionRequest request{run, images, kept.get(), sensor, dataset, shape_buffers, light, mask, flash};
+  request.longest_side_mm = longest_side_mm;
   const PredictedImages predicted = interruptible(progress, [&](Running& running) {
     std::size_t done = 0;
     const SharedShowing shared(exemplars, spp, seed, running);
@@ -92,13 +106,15 @@ nb::dict predict(const std::vector<std::string>& images, const std::string& run,
       running.update(static_cast<double>(++done) / static_cast<double>(images.size()));
     });
   });
-  nb::list rows;  // value, low, high of every parameter
+  nb::list rows, saturated;  // value, low, high of every parameter
+  for (const ImagePrediction& image : predicted.images) saturated.append(image.saturated);
   for (const ImagePrediction& image : predicted.images)
     for (const ParameterEstimate& e : image.parameters) rows.append(nb::make_tuple(e.value, e.low, e.high));
   nb::dict result;
   result["network"] = describe(predicted.network);
   result["in_scene"] = predicted.in_scene;
   result["parameters"] = rows;
+  result["saturated"] = saturated;
   result["intervals"] = exemplars > 0 || predicted.network.distribution;
   return result;
 }
@@ -149,8 +165,8 @@ std::string train(const TrainingRequest& request, Running& running) {
 
 std::string bind_train(const std::vector<std::string>& data, const std::string& unlabelled, const std::string& kind,
                        const std::string& folder, const std::string& init, const std::vector<std::string>& inputs,
-                       bool exposure, std::optional<int> channels, std::optional<int> width, std::optional<int> threads,
-                       bool expanded, std::optional<double> lambda, bool distribution,
+                       bool exposure, bool cut_out, std::optional<int> channels, std::optional<int> width,
+                       std::optional<int> threads, bool expanded, std::optional<double> lambda, bool distribution,
                        const std::vector<std::string>& calibration, bool frozen, bool mirrored, double noise,
                        int epochs, int batch, int patience, double learning_rate, double weight_decay,
                        std::uint64_t seed, int spp, const nb::object& progress) {
@@ -162,6 +178,7 @@ std::string bind_train(const std::vector<std::string>& data, const std::string& 
   request.init = init;
   request.inputs = inputs;
   request.exposure = exposure;
+  request.cut_out = cut_out;
   request.channels = channels;
   request.width = width;
   request.threads = threads;
@@ -221,13 +238,15 @@ void bind_learn(nb::module_& module) {
         return numpy_array(std::move(values), {side, side});
       },
       "file"_a, "size"_a, "Of a square OpenEXR file, at this size.");
+  module.def("cut_out", &cut_out_arrays, "planes"_a, "mask"_a, "size"_a, "share"_a);
   module.def("predict", &predict, "images"_a, "run"_a, "scene"_a.none(), "sensor"_a, "dataset"_a, "shape_buffers"_a,
-             "light"_a, "mask"_a, "flash"_a, "exemplars"_a, "spp"_a, "seed"_a, "progress"_a.none());
+             "light"_a, "mask"_a, "flash"_a, "exemplars"_a, "spp"_a, "longest_side"_a, "seed"_a, "progress"_a.none());
   module.def("dataset", &dataset, "config"_a, "folder"_a, "spp"_a, "seed"_a.none(), "progress"_a.none());
   module.def("train", &bind_train, "data"_a, "unlabelled"_a, "kind"_a, "folder"_a, "init"_a, "inputs"_a, "exposure"_a,
-             "channels"_a.none(), "width"_a.none(), "threads"_a.none(), "expanded"_a, "weight_of_images"_a.none(),
-             "distribution"_a, "calibration"_a, "frozen"_a, "mirrored"_a, "noise"_a, "epochs"_a, "batch"_a,
-             "patience"_a, "learning_rate"_a, "weight_decay"_a, "seed"_a, "spp"_a, "progress"_a.none());
+             "cut_out"_a, "channels"_a.none(), "width"_a.none(), "threads"_a.none(), "expanded"_a,
+             "weight_of_images"_a.none(), "distribution"_a, "calibration"_a, "frozen"_a, "mirrored"_a, "noise"_a,
+             "epochs"_a, "batch"_a, "patience"_a, "learning_rate"_a, "weight_decay"_a, "seed"_a, "spp"_a,
+             "progress"_a.none());
   module.def("evaluate", &bind_evaluate, "data"_a, "runs"_a, "report"_a, "images"_a, "inversions"_a, "iterations"_a,
              "learning_rate"_a, "spp"_a, "seed"_a, "threads"_a.none(), "progress"_a.none());
 }

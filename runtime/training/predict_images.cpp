@@ -61,39 +61,61 @@ class Known {
 
   const SceneView* view() const { return view_ ? &*view_ : nullptr; }
 
-  // Of image `index`: what it shows, into the network's input.
-  void see(std::size_t index, std::span<float> input) {
+  // Of image `index`: what it shows, into the network's input. Returns which share of it or its flash's is saturated.
+  double see(std::size_t index, std::span<float> input) {
     const std::string& file = request_.images[index];
-    const std::vector<float> radiance = read_resampled_radiance(file, network_.size, colours_, request_.photo);
-    Seen seen{radiance};
-    std::vector<float> flash;
+    std::optional<CutOut> object;
+    if (network_.cut_out > 0 && !request_.mask.empty())
+      object = cut_out(one_of(request_.mask, index), network_.size, network_.cut_out);
+    double saturated = 0;
+    const auto read = [&](const std::string& from, const char* prefix) {
+      double share = 0;
+      std::vector<float> radiance = read_resampled_radiance(from, network_.size, colours_, request_.photo, prefix,
+                                                            object ? &*object : nullptr, &share);
+      saturated = std::max(saturated, share);
+      return radiance;
+    };
+    std::vector<float> radiance = read(file, ""), flash;
     if (needs_.flash) {
       if (request_.flash.empty()) {
-        flash = read_resampled_radiance(file, network_.size, colours_, request_.photo, "flash.");
+        flash = read(file, "flash.");
       } else {
-        flash = read_resampled_radiance(request_.flash[index], network_.size, colours_, request_.photo);
-        for (std::size_t i = 0; i < flash.size(); ++i) flash[i] -= radiance[i];
+        flash = read(request_.flash[index], "");
+        double sum = 0;
+        for (std::size_t i = 0; i < flash.size(); ++i) sum += flash[i] -= radiance[i];
+        if (!(sum > 0))
+          throw InputError(
+              fmt::format("{}: is no brighter than {}; need the same with the flash on", request_.flash[index], file));
       }
-      seen.flash = flash;
     }
     std::optional<SeenShape> own;
+    const SeenShape* shape = nullptr;
     std::array<double, 3> light = light_;
     if (view_) {
       const KnownScene known = view_->known();
-      seen.shape = &known.shape;
+      shape = &known.shape;
       light = known.light;
     } else if (!request_.shape_buffers.empty()) {
-      seen.shape = &shapes_.at(0);
+      shape = &shapes_.at(0);
+    } else if (object) {
+      shape = &object->mask;
     } else if (!request_.mask.empty()) {
-      seen.shape = &own.emplace(read_mask(one_of(request_.mask, index), network_.size));
+      shape = &own.emplace(read_mask(one_of(request_.mask, index), network_.size));
     } else if (needs_.shape || needs_.mask) {
       const Manifest::Image& image = of_set(file);
       if (manifest_.cameras) own.emplace(read_resampled_seen_shape(file, network_.size, manifest_.hash));
-      seen.shape = own ? &*own : &shape_of_set(image.shape);
+      shape = own ? &*own : &shape_of_set(image.shape);
       light = before_camera(image, manifest_.lights[static_cast<std::size_t>(image.light)].direction);
     }
-    seen.light = &light;
-    network_input(network_, seen, input);
+    if (network_.cut_out > 0 && !object) {
+      const int size = network_.size;
+      object = cut_out(shape->mask, size, size, size, network_.cut_out, file);
+      radiance = cut_planes(std::move(radiance), *object, size);
+      if (!flash.empty()) flash = cut_planes(std::move(flash), *object, size);
+      shape = &object->mask;
+    }
+    network_input(network_, {radiance, flash, shape, &light}, input);
+    return saturated;
   }
 
  private:
@@ -160,6 +182,8 @@ void check(const PredictionRequest& request, const NetworkDescription& network) 
     throw UsageError(request.run +
                      ": its network sees the image alone; leave out --dataset, --shape-buffers, --light, --mask and "
                      "--flash");
+  if (request.longest_side_mm > 0 && (request.scene || !request.dataset.empty()))
+    throw UsageError("--longest-side: --scene and --dataset know how large the object is; leave it out");
   check_files("--mask", request.mask, request.images.size(), true);
   check_files("--flash", request.flash, request.images.size(), false);
   const int sources = !request.dataset.empty() + (request.scene != nullptr) + one_by_one;
@@ -201,14 +225,17 @@ PredictedImages predict_images(const PredictionRequest& request, const std::atom
   std::vector<float> input(network.image_values());
   for (std::size_t k = 0; k < request.images.size(); ++k) {
     if (cancel) throw Interrupted();
-    known.see(k, input);
+    const double saturated = known.see(k, input);
     const std::vector<float>& raw = network.forward(input, 1);
-    ImagePrediction image{request.images[k],
+    ImagePrediction image{request.images[k], saturated,
                           shown ? estimates_of(shown->posterior(raw)) : estimates_of(raw, description)};
-    for (std::size_t i = 0; i < image.parameters.size(); ++i)
-      if (result.in_scene && description.outputs[i].name.starts_with("sigma_t"))
-        for (double* number : {&image.parameters[i].value, &image.parameters[i].low, &image.parameters[i].high})
-          *number = sigma_t_in_scene(*number, description, *known.body());
+    for (std::size_t i = 0; i < image.parameters.size(); ++i) {
+      if (!description.outputs[i].name.starts_with("sigma_t")) continue;
+      for (double* number : {&image.parameters[i].value, &image.parameters[i].low, &image.parameters[i].high}) {
+        if (result.in_scene) *number = sigma_t_in_scene(*number, description, *known.body());
+        if (request.longest_side_mm > 0) *number *= description.mm_per_unit / request.longest_side_mm;
+      }
+    }
     if (each) each(description, image);
     result.images.push_back(std::move(image));
   }

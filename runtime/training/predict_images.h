@@ -13,8 +13,10 @@
 namespace itn {
 
 struct PredictionRequest {
-  std::string run;                  // trained_network.h
-  std::vector<std::string> images;  // square, OpenEXR or photos
+  std::string run;  // trained_network.h
+  // OpenEXR or photos; square, unless the network sees the object alone and `mask` tells where it is: then the square
+  // around it is seen, in which it is as large as in the images that the network learnt from.
+  std::vector<std::string> images;
   // For networks that know shape and light one of these; a scene also gives the unit of length.
   const Scene* scene = nullptr;
   int sensor = 0;
@@ -25,12 +27,16 @@ struct PredictionRequest {
   // flash's shows the same as the image, by the same exposure, with the flash on.
   std::vector<std::string> mask = {}, flash = {};
   bool test_images = false;  // of `dataset`
+  // Of the object: sigma_t is told for it, not for the size that shapes of the network's data sets have. Not with a
+  // scene, whose unit of length it is in. 0: not known.
+  double longest_side_mm = 0;
   PhotoOptions photo = {};
   Showing showing = {};  // of the scene
 };
 
 struct ImagePrediction {
   std::string file;
+  double saturated = 0;  // share of the pixels (of the object, where the network sees it alone) of it or its flash's
   std::vector<ParameterEstimate> parameters;  // of the network's outputs; intervals too where it is shown the scene
 };
 

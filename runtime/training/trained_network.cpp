@@ -25,16 +25,23 @@ std::string file_of(const std::string& run) {
   return file;
 }
 
+// The bytes of a network that ships with the program; empty: there is none of this name.
+std::string_view shipped(const std::string& run) {
+  if (run == shipped_run) return shipped_network();
+  if (run == shipped_photos_run) return shipped_photo_network();
+  return {};
+}
+
 }  // namespace
 
 Network network_of(const std::string& run) {
-  if (run == shipped_run) return parse_network(shipped_network(), run);
-  return read_network(file_of(run));
+  const std::string_view bytes = shipped(run);
+  return bytes.empty() ? read_network(file_of(run)) : parse_network(bytes, run);
 }
 
 std::string network_fingerprint(const std::string& run) {
-  if (run == shipped_run) return fingerprint_text(shipped_network());
-  return fingerprint_of(file_of(run));
+  const std::string_view bytes = shipped(run);
+  return bytes.empty() ? fingerprint_of(file_of(run)) : fingerprint_text(bytes);
 }
 
 }  // namespace itn

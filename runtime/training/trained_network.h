@@ -6,10 +6,10 @@
 
 namespace itn {
 
-// The name of the network that ships with the program where a RUN is asked for.
-constexpr const char* shipped_run = "shipped";
+// The names of the networks that ship with the program where a RUN is asked for (network/shipped.h).
+constexpr const char *shipped_run = "shipped", *shipped_photos_run = "shipped-photos";
 
-// The network of a RUN: RUN/network.safetensors, a file as it is, or the shipped one. Throws InputError: there is none,
+// The network of a RUN: RUN/network.safetensors, a file as it is, or a shipped one. Throws InputError: there is none,
 // or it cannot be read.
 Network network_of(const std::string& run);
 

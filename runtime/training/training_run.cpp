@@ -127,6 +127,7 @@ Json circumstances_of(const TrainingRequest& r, const std::vector<Manifest>& set
            {"threads", thread_count}};
   if (!r.inputs.empty()) all["inputs"] = r.inputs;
   if (r.exposure) all["exposure"] = "unknown";
+  if (r.cut_out) all["cut_out"] = true;
   if (!r.unlabelled.empty()) all["labels"] = false;
   if (r.expanded) all["image_loss"] = "expanded";
   if (r.shards > 1) all["shards"] = r.shards;
@@ -168,6 +169,8 @@ void set_distribution(NetworkDescription& description, bool wanted) {
 
 // What a new network sees.
 void set_inputs(NetworkDescription& description, const TrainingRequest& request, const Manifest& set) {
+  if (request.cut_out && std::find(request.inputs.begin(), request.inputs.end(), "mask") == request.inputs.end())
+    throw UsageError("--cut-out: by which mask? Let the network see it: --inputs image,mask");
   if (request.channels && !request.inputs.empty()) throw UsageError("--inputs, --channels: give either");
   if (request.channels) description.channels = *request.channels;
   if (request.channels || (request.inputs.empty() && !set.in_colours)) return;
@@ -179,6 +182,12 @@ void set_inputs(NetworkDescription& description, const TrainingRequest& request,
   description.channels = channels_of(description.inputs);
 }
 
+double mean_share_of_objects(const DatasetImages& images) {
+  double sum = 0;
+  for (const std::size_t shape : images.shape_of) sum += share_of_object(images.shapes[shape].mask);
+  return sum / static_cast<double>(images.shape_of.size());
+}
+
 // A new network, or `init`, that of request.init, with the data set's size of images.
 Network first_network(const TrainingRequest& request, const std::optional<Network>& init, const Manifest& manifest,
                       const DatasetImages& training) {
@@ -187,6 +196,7 @@ Network first_network(const TrainingRequest& request, const std::optional<Networ
     description.kind = request.kind;
     set_inputs(description, request, manifest);
     description.exposure = request.exposure;
+    if (request.cut_out) description.cut_out = mean_share_of_objects(training);
     description.width = request.width.value_or(description.width);
     description.size = manifest.size;
     description.outputs = output_ranges(training);
@@ -202,8 +212,8 @@ Network first_network(const TrainingRequest& request, const std::optional<Networ
       throw UsageError(fmt::format("--{} {}: the network of --init has {}", name, *wanted, is));
   };
   check("channels", request.channels, init->description().channels);
-  if (!request.inputs.empty() || request.exposure)
-    throw UsageError("--inputs, --exposure: what the network of --init sees stays");
+  if (!request.inputs.empty() || request.exposure || request.cut_out)
+    throw UsageError("--inputs, --exposure, --cut-out: what the network of --init sees stays");
   check("width", request.width, init->description().width);
   NetworkDescription description = init->description();
   description.kind = request.kind;

@@ -40,6 +40,7 @@ struct TrainingRequest {
   // calibrated; none: on the validation images of `data`.
   std::vector<std::string> calibration;
   bool exposure = false;               // a new network does not know exposures
+  bool cut_out = false;                // a new network sees the object alone, by its mask
   std::vector<std::string> inputs;     // of a new network: "image", "flash", and "mask", "normal", "nearness", "light"
   std::optional<int> channels, width;  // of a new network; default: NetworkDescription's
   std::optional<int> threads;          // of the network; default: as in the folder, else threads()

@@ -146,3 +146,16 @@ TEST_CASE("The shipped network is whole, small, and of the paper's structure") {
   CHECK(network.description().channels == 6);
   CHECK(network.description().mm_per_unit == 1);
 }
+
+TEST_CASE("The shipped network of photos sees the object alone, by a flash, and says how sure it is") {
+  const std::string_view bytes = shipped_photo_network();
+  CHECK(shipped_network().size() + bytes.size() < 10'000'000);
+  const NetworkDescription network = parse_network(bytes, "shipped-photos").description();
+  CHECK(network.inputs == std::vector<std::string>{"rgb", "flash_rgb", "mask"});
+  CHECK(network.exposure);
+  CHECK(network.cut_out > 0);
+  CHECK(network.distribution);
+  CHECK(network.width == 16);
+  CHECK(network.size == 64);
+  CHECK(network.mm_per_unit == 1);
+}

@@ -87,6 +87,15 @@ TEST_CASE("what is missing is named, and so are inputs that cannot be") {
   NetworkDescription wrong = seeing({"rgb", "mask"});
   wrong.channels = 6;
   CHECK_THROWS_AS(Network(wrong), UsageError);
+  NetworkDescription alone = seeing({"rgb"});
+  alone.cut_out = 0.5;
+  CHECK_THROWS_WITH(Network(alone), Contains("must see a mask"));
+  alone = seeing({"rgb", "mask", "normal"});
+  alone.cut_out = 0.5;
+  CHECK_THROWS_WITH(Network(alone), Contains("cannot see 'normal'"));
+  alone = seeing({"rgb", "mask"});
+  alone.cut_out = 1.5;
+  CHECK_THROWS_WITH(Network(alone), Contains("0.01 to 1"));
 }
 
 TEST_CASE("a network that does not know exposures sees the same of an image by any") {
@@ -95,12 +104,69 @@ TEST_CASE("a network that does not know exposures sees the same of an image by a
   std::vector<float> image = numbered(3 * pixels, 1), flash = numbered(3 * pixels, 5), once(6 * pixels),
                      again(6 * pixels);
   network_input(network, {image, flash}, once);
-  for (std::vector<float>* radiance : {&image, &flash})
-    for (float& value : *radiance) value *= 7;
+  for (float& value : image) value *= 7;
+  for (float& value : flash) value *= 0.2F;
   network_input(network, {image, flash}, again);
   for (std::size_t i = 0; i < once.size(); ++i) CHECK(again[i] == Approx(once[i]).margin(1e-5));
   const float mean = 24.5F;
   CHECK(once[0] == Approx(std::log((1 + 0.01F * mean) / (1.01F * mean))));
+}
+
+TEST_CASE("a network that sees the object alone sees the same whatever is around it") {
+  NetworkDescription network = seeing({"rgb", "flash_rgb", "mask"});
+  network.exposure = true;
+  network.cut_out = 0.5;
+  std::vector<float> image = numbered(3 * pixels, 1), flash = numbered(3 * pixels, 5), once(7 * pixels),
+                     again(7 * pixels);
+  SeenShape object{{}, {}, std::vector<float>(pixels, 0)};
+  object.mask[5] = object.mask[6] = 1;
+  network_input(network, {image, flash, &object}, once);
+  for (std::vector<float>* radiance : {&image, &flash})
+    for (std::size_t i = 0; i < radiance->size(); ++i)
+      if (object.mask[i % pixels] == 0) (*radiance)[i] *= 30;
+  network_input(network, {image, flash, &object}, again);
+  CHECK(once == again);
+  const float mean = (6 + 7 + 22 + 23 + 38 + 39) / 6.0F;
+  CHECK(once[5] == Approx(std::log((6 + 0.01F * mean) / (1.01F * mean))));
+  CHECK(once[0] == Approx(std::log(0.01F / 1.01F)));
+  CHECK_THROWS_WITH(network_input(network, {image, flash}, once), Contains("'mask'"));
+}
+
+TEST_CASE("the square around an object goes with it, and is black beyond the picture") {
+  const TemporaryFolder folder;
+  // Three by two pixels of object, 1 to 6, in pictures that differ in size, place and all the rest.
+  const auto write = [&](int width, int height, int left, int top, float around) {
+    ExrImage picture{width, height, {"Y", "mask"}, {}, {}};
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        const bool inside = x >= left && x < left + 3 && y >= top && y < top + 2;
+        const auto number = static_cast<float>(1 + x - left + 3 * (y - top));
+        picture.data.insert(picture.data.end(), {inside ? number : around, inside ? 1.0F : 0.0F});
+      }
+    write_exr(folder / "a.exr", picture);
+    return cut_out(folder / "a.exr", 6, 0.5);
+  };
+  const auto radiance = [&](const CutOut& seen) {
+    return read_resampled_radiance(folder / "a.exr", 6, 1, {}, "", &seen);
+  };
+  const CutOut inside = write(12, 9, 5, 4, 0.25F);
+  const std::vector<float> all = radiance(inside);
+  CHECK(inside.side == 6);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const std::size_t x = i % 6, y = i / 6;
+    const bool object = x >= 2 && x < 5 && y >= 2 && y < 4;
+    CHECK(inside.mask.mask[i] == (object ? 1 : 0));
+    CHECK(all[i] == (object ? static_cast<float>(x - 1 + 3 * (y - 2)) : 0));
+  }
+  const CutOut corner = write(4, 20, 0, 0, 70);
+  CHECK(corner.mask.mask == inside.mask.mask);
+  CHECK(radiance(corner) == all);
+
+  CHECK(share_of_object(corner.mask.mask) == 0.5);
+  write_exr(folder / "a.exr", {5, 5, {"Y"}, std::vector<float>(25, 1), {}});
+  CHECK_THROWS_WITH(radiance(corner), Contains("has 5 x 5 pixels, its mask 4 x 20"));
+  write_exr(folder / "a.exr", {5, 5, {"Y"}, std::vector<float>(25, 0), {}});
+  CHECK_THROWS_WITH(cut_out(folder / "a.exr", 6, 0.5), Contains("nothing in it is white"));
 }
 
 TEST_CASE("a network's file says what it sees; those of luminance alone say it by their channels, as ever") {
@@ -109,6 +175,7 @@ TEST_CASE("a network's file says what it sees; those of luminance alone say it b
        {std::vector<std::string>{"rgb", "flash_rgb", "mask"}, {"luminance", "mask"}}) {
     NetworkDescription description = seeing(inputs);
     description.exposure = inputs.size() == 2;
+    description.cut_out = inputs.size() == 2 ? 0 : 0.4;
     Network network(description);
     network.initialise(1);
     write_network(folder / "a.safetensors", network, Precision::single);

@@ -143,13 +143,15 @@ def test_a_data_set_is_one_of_torchs(tmp_path):
         itn.torch.Dataset(tmp_path, split="nix")
 
 
-def test_networks_that_see_colours_a_flash_and_a_mask_are_torchs_too(tmp_path):
+@pytest.mark.parametrize("alone", [False, True])
+def test_networks_that_see_colours_a_flash_and_a_mask_are_torchs_too(tmp_path, alone):
     config = {"preset": "world", "size": 16, "spp": 2, "flash": 3, "boundary": {"type": "matched"},
               "train": {"random_shapes": 10, "triangles": 400, "materials": 2, "lamps": 0},
               "test": {"shapes": ["hare"], "random_shapes": 0, "materials": 1, "lamps": 0}}
     data = itn.dataset(config, tmp_path / "set")
     assert data.image(0).shape == (16, 16, 3)
-    run = itn.train(data, "rn", tmp_path / "run", epochs=1, batch=4, threads=1, inputs=["image", "flash", "mask"])
+    run = itn.train(data, "rn", tmp_path / "run", epochs=1, batch=4, threads=1, inputs=["image", "flash", "mask"],
+                    exposure=alone, cut_out=alone)
     pairs = itn.torch.Dataset(data.folder, split="unseen_shape")
     image, truth = pairs[0]
     assert image.shape == (3, 16, 16) and truth.shape == (7,) and pairs.parameters[3] == "albedo.R"
@@ -160,12 +162,16 @@ def test_networks_that_see_colours_a_flash_and_a_mask_are_torchs_too(tmp_path):
         values = module.values(module(module.input(image, flash=flash, mask=channels["mask"])[None]))
     with pytest.raises(itn.UsageError, match="sees 'flash'"):
         module.input(image, mask=channels["mask"])
-    rows = image.permute(1, 2, 0).numpy()
-    found = itn.predict([rows], run, flash=[(image + flash).permute(1, 2, 0).numpy()],
-                        mask=[channels["mask"].numpy()])
     by_data = itn.predict([tmp_path / "set" / pairs.images[0]["file"]], run, dataset=data.folder)
     for name in pairs.parameters:
         np.testing.assert_allclose(values[name].numpy(), by_data[name], rtol=1e-4)
+    if alone:
+        assert 0.2 < module.description["cut_out"] < 0.9
+        return  # photos are cut and averaged anew around the mask
+    rows = image.permute(1, 2, 0).numpy()
+    found = itn.predict([rows], run, flash=[(image + flash).permute(1, 2, 0).numpy()],
+                        mask=[channels["mask"].numpy()])
+    for name in pairs.parameters:
         np.testing.assert_allclose(found[name], by_data[name], rtol=1e-3)
 
 

@@ -1,9 +1,10 @@
-// itn predict with renderings of the scene that the network is shown (--exemplars). What else it does is tested where
-// networks are trained and inversions start from them.
+// itn predict with renderings of the scene that the network is shown (--exemplars), and with photos by the network that
+// ships for them. What else it does is tested where networks are trained and inversions start from them.
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include "runtime/base/file.h"
+#include "runtime/image/png.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
 
@@ -82,4 +83,54 @@ TEST_CASE("itn predict --exemplars refuses what it cannot be shown") {
     itn::write_file(folder / name, itn::read_file(std::string(ITN_SOURCE_DIR "/scenes/dataset/") + name));
   CHECK(error_of(predict(folder / "scene.xml", {photo, "--exemplars", "12"}))
             .find("media with one g, and the scene's has none") != std::string::npos);
+}
+
+TEST_CASE(
+    "itn predict without a RUN and with a flash: of a figurine that the network has never seen its intervals hold the "
+    "truth") {
+  const TemporaryFolder folder;
+  REQUIRE(run_itn({"shapes", "-o", folder / "shapes", "--quiet"}).exit_code == 0);
+  const std::string figurine = ITN_SOURCE_DIR "/docs/tutorials/figurine.xml";
+  const auto render = [&](const char* file, const Strings& more) {
+    Strings arguments{"render",  figurine, "-D",         "shape=" + (folder / "shapes/hare.ply"), "--spp", "64",
+                      "--quiet", "-o",     folder / file};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    REQUIRE(run_itn(arguments).exit_code == 0);
+  };
+  render("photo.exr", {"--seed", "1"});
+  render("flash.exr", {"--seed", "2", "-D", "flash=3"});
+  const std::string mask = ITN_SOURCE_DIR "/docs/tutorials/figurine_mask.png";
+  const auto said = [&](const Strings& more) {
+    Strings arguments{"predict", folder / "photo.exr", "--flash", folder / "flash.exr", "--mask", mask, "--json", "-"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Result result = run_itn(arguments);
+    INFO(result.error);
+    REQUIRE(result.exit_code == 0);
+    return nlohmann::json::parse(result.output);
+  };
+  const nlohmann::json json = said({});
+  CHECK(json["run"] == "shipped-photos");
+  const std::map<std::string, double> truth{{"sigma_t.R", 40},  {"sigma_t.G", 55},  {"sigma_t.B", 80},
+                                            {"albedo.R", 0.97}, {"albedo.G", 0.93}, {"albedo.B", 0.80},
+                                            {"g", 0.5}};
+  int held = 0;
+  for (const auto& [name, value] : truth) {
+    const auto& one = json["images"][0][name];
+    INFO(name << " " << one.dump());
+    CHECK((one["low"] <= one["value"] && one["value"] <= one["high"]));
+    held += one["low"] <= value && value <= one["high"];
+  }
+  CHECK(held >= 5);  // of 7, which hang together
+  const nlohmann::json longer = said({"--longest-side", "60"});
+  for (const char* end : {"low", "value", "high"})
+    CHECK(60 * longer["images"][0]["sigma_t.G"][end].get<double>() ==
+          Approx(json["images"][0]["sigma_t.G"][end].get<double>()));
+
+  // Photos that are too bright are said to be so.
+  const std::vector<std::uint8_t> grey(3 * 160 * 120, 128), white(3 * 160 * 120, 255);
+  itn::write_png(folder / "grey.png", 160, 120, grey);
+  itn::write_png(folder / "white.png", 160, 120, white);
+  const Result bright = run_itn({"predict", folder / "grey.png", "--flash", folder / "white.png", "--mask", mask});
+  CHECK(bright.exit_code == 0);
+  CHECK(bright.error.find("100 % of what the network looks at is saturated") != std::string::npos);
 }

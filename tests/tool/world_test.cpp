@@ -71,6 +71,73 @@ TEST_CASE("a world is the same to the byte in parts, and where an image is rende
   CHECK(std::filesystem::exists(whole + "/preview.png"));
 }
 
+TEST_CASE(
+    "photos of an object alone: the same answers wherever it stands and whatever is around, sigma_t for its size") {
+  const TemporaryFolder folder;
+  const std::string config = write_config(folder), data = folder / "set", run = folder / "run";
+  REQUIRE(run_itn({"dataset", config, "-o", data, "--quiet"}).exit_code == 0);
+  const Result training =
+      run_itn({"train", data, "--network", "rn", "--inputs", "image,flash,mask", "--cut-out", "--exposure", "--epochs",
+               "1", "--batch", "8", "--threads", "1", "-o", run, "--quiet"});
+  INFO(training.error);
+  REQUIRE(training.exit_code == 0);
+  const itn::Manifest set = itn::read_complete_manifest(data);
+  const itn::ExrImage image = itn::read_exr(data + "/" + set.images[0].file);
+  // The image with its object, and the floor of another colour, some way to the side in a larger picture.
+  const auto said = [&](int width, int height, int left, int top, float floor, const Strings& more) {
+    const auto picture = [&](const std::vector<std::string>& prefixes, bool mask) {
+      itn::ExrImage all{width, height, {"R", "G", "B"}, {}, {}};
+      for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+          for (const char* letter : {"R", "G", "B"}) {
+            const int u = x - left, v = y - top;
+            const bool within = u >= 0 && u < image.width && v >= 0 && v < image.height;
+            const auto at = [&](const std::string& name) {
+              return image.data[static_cast<std::size_t>(v * image.width + u) * image.channels.size() +
+                                static_cast<std::size_t>(image.channel(name))];
+            };
+            float value = 0;
+            if (mask)
+              value = within ? at("mask") : 0;
+            else
+              for (const std::string& prefix : prefixes)
+                value += within && at("mask") == 1 ? at(prefix + letter) : floor;
+            all.data.push_back(value);
+          }
+      return all;
+    };
+    itn::write_exr(folder / "photo.exr", picture({""}, false));
+    itn::write_exr(folder / "flash.exr", picture({"", "flash."}, false));
+    itn::write_exr(folder / "mask.exr", picture({}, true));
+    Strings command{
+        "predict", run, folder / "photo.exr", "--flash", folder / "flash.exr", "--mask", folder / "mask.exr",
+        "--json",  "-"};
+    command.insert(command.end(), more.begin(), more.end());
+    const Result result = run_itn(command);
+    INFO(result.error);
+    REQUIRE(result.exit_code == 0);
+    return Json::parse(result.output)["images"][0];
+  };
+  const Json here = said(70, 60, 20, 30, 0.1F, {}), there = said(60, 90, 22, 40, 5.0F, {"--longest-side", "10"});
+  for (const char* name : {"albedo.R", "albedo.G", "g"})
+    CHECK(there[name]["value"].get<double>() == Approx(here[name]["value"].get<double>()).epsilon(1e-5));
+  CHECK(10 * there["sigma_t.G"]["value"].get<double>() ==
+        Approx(here["sigma_t.G"]["value"].get<double>() * set.mm_per_unit).epsilon(1e-5));
+
+  const auto refusal = [&](const Strings& arguments) {
+    const Result result = run_itn(arguments);
+    CHECK(result.exit_code == 2);
+    return result.error;
+  };
+  CHECK_THAT(refusal({"predict", run, "--dataset", data, "--longest-side", "3"}), Contains("leave it out"));
+  const Result dark =
+      run_itn({"predict", run, folder / "flash.exr", "--flash", folder / "photo.exr", "--mask", folder / "mask.exr"});
+  CHECK(dark.exit_code == 3);
+  CHECK_THAT(dark.error, Contains("photo.exr: is no brighter than"));
+  CHECK_THAT(refusal({"train", data, "--network", "rn", "--inputs", "image", "--cut-out", "-o", folder / "b"}),
+             Contains("by which mask?"));
+}
+
 TEST_CASE("a network of colours, a flash and a mask: from training to errors, and photos with files of their own") {
   const TemporaryFolder folder;
   const std::string config = write_config(folder), data = folder / "set", run = folder / "run";
