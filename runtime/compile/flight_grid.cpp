@@ -449,7 +449,7 @@ class Builder {
       const Sample* sample;
     };
     thread_local std::vector<Near> kept;
-    std::vector<Near>& near = kept;
+    std::vector<Near>& near = kept;  // whose place would else be asked for at every sample
     near.clear();
     Point normal{0, 0, 0};
     for (const Row& row : rows_) {

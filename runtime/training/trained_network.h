@@ -7,7 +7,8 @@
 namespace itn {
 
 // The names of the networks that ship with the program where a RUN is asked for (network/shipped.h).
-constexpr const char *shipped_run = "shipped", *shipped_photos_run = "shipped-photos";
+constexpr const char* shipped_run = "shipped";
+constexpr const char* shipped_photos_run = "shipped-photos";
 
 // The network of a RUN: RUN/network.safetensors, a file as it is, or a shipped one. Throws InputError: there is none,
 // or it cannot be read.
