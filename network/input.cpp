@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "runtime/base/colour.h"
@@ -91,8 +92,12 @@ struct Planes {
   std::vector<float> weight{};  // of a photo's pixels, 0 where one is saturated; empty: not known
 };
 
-Planes photo_planes(const std::string& file, int colours, const PhotoOptions& options) {
+// Looks at width and height before all else that may be wrong.
+using CheckSize = std::function<void(int width, int height)>;
+
+Planes photo_planes(const std::string& file, int colours, const PhotoOptions& options, const CheckSize& check) {
   Photo photo = read_photo(file, options);
+  check(photo.width, photo.height);
   if (colours == 1) photo = luminance_of(photo);
   if (photo.channels != colours)
     throw InputError(file + ": is grey, need colours: the network sees red, green and blue");
@@ -103,22 +108,25 @@ Planes photo_planes(const std::string& file, int colours, const PhotoOptions& op
   return {photo.width, photo.height, std::move(planes), std::move(photo.weight)};
 }
 
-Planes radiance_planes(const std::string& file, int colours, const PhotoOptions& photo, const std::string& prefix) {
-  if (!is_exr(read_file(file))) return photo_planes(file, colours, photo);
+Planes radiance_planes(const std::string& file, int colours, const PhotoOptions& photo, const std::string& prefix,
+                       const CheckSize& check) {
+  if (!is_exr(read_file(file))) return photo_planes(file, colours, photo, check);
   const ExrImage image = read_exr(file);
+  check(image.width, image.height);
   return {image.width, image.height, finite_radiance(image, file, colours, prefix)};
 }
 
 // How white the picture is.
-Planes mask_plane(const std::string& file) {
+Planes mask_plane(const std::string& file, const CheckSize& check) {
   if (is_exr(read_file(file))) {
     const ExrImage image = read_exr(file);
+    check(image.width, image.height);
     return {image.width, image.height,
             image.channel("mask") >= 0 ? plane(image, "mask", file) : finite_radiance(image, file, 1, "")};
   }
   PhotoOptions linear;
   linear.curve = transfer_curve("linear");
-  return photo_planes(file, 1, linear);
+  return photo_planes(file, 1, linear, check);
 }
 
 constexpr float white_from = 0.5F;
@@ -280,11 +288,12 @@ std::vector<float> read_resampled_luminance(const std::string& file, int size, c
 
 std::vector<float> read_resampled_radiance(const std::string& file, int size, int colours, const PhotoOptions& photo,
                                            const std::string& prefix, const CutOut* object, double* saturated) {
-  Planes radiance = radiance_planes(file, colours, photo, prefix);
-  if (!object) check_square(file, radiance.width, radiance.height);
-  if (object && (radiance.width != object->width || radiance.height != object->height))
-    throw InputError(fmt::format("{}: has {} x {} pixels, its mask {} x {}; need as many", file, radiance.width,
-                                 radiance.height, object->width, object->height));
+  Planes radiance = radiance_planes(file, colours, photo, prefix, [&](int width, int height) {
+    if (!object) check_square(file, width, height);
+    if (object && (width != object->width || height != object->height))
+      throw InputError(fmt::format("{}: has {} x {} pixels, its mask {} x {}; need as many", file, width, height,
+                                   object->width, object->height));
+  });
   check_radiance(radiance.values, file);
   if (saturated) *saturated = saturated_share(radiance, object);
   return object ? cut_planes(std::move(radiance.values), *object, size) : resampled(radiance, whole(radiance), size);
@@ -349,13 +358,12 @@ SeenShape read_resampled_seen_shape(const std::string& file, int size, const std
 }
 
 SeenShape read_mask(const std::string& file, int size) {
-  const Planes grey = mask_plane(file);
-  check_square(file, grey.width, grey.height);
+  const Planes grey = mask_plane(file, [&](int width, int height) { check_square(file, width, height); });
   return seen_mask(grey, whole(grey), size, file);
 }
 
 CutOut cut_out(const std::string& mask_file, int size, double share) {
-  Planes white = mask_plane(mask_file);
+  Planes white = mask_plane(mask_file, [](int, int) {});
   for (float& value : white.values) value = value > white_from ? 1.0F : 0.0F;
   return cut_out(std::move(white.values), white.width, white.height, size, share, mask_file);
 }
