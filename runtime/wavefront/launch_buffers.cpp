@@ -18,11 +18,13 @@ void LaunchBuffers::upload_geometry(const Device& device, const Geometry& geomet
 }
 
 void LaunchBuffers::upload_scenes(const Device& device, const LaunchData& data) {
-  // Stages may read a whole model's numbers wherever one begins.
+  // Stages may read a whole model's numbers wherever one begins, and which textures stand for them.
   std::vector<float> padded = data.numbers;
+  std::vector<int> padded_textures = data.number_textures;
   std::size_t most = MOST_SLOTS;
   for (const Model* model : made_models(data)) most = std::max(most, static_cast<std::size_t>(model->number_slots));
   padded.resize(padded.size() + most);
+  padded_textures.resize(padded.size(), -1);
   cameras = device.upload(data.cameras, "cameras");
   shapes = device.upload(data.shapes, "shapes");
   bsdfs = device.upload(numbered_bsdfs(data), "BSDFs");
@@ -30,7 +32,7 @@ void LaunchBuffers::upload_scenes(const Device& device, const LaunchData& data) 
   fields = device.upload(data.fields, "fields");
   voxels = device.upload(data.voxels, "voxels");
   numbers = device.upload(padded, "numbers");
-  number_textures = device.upload(data.number_textures, "textures of numbers");
+  number_textures = device.upload(padded_textures, "textures of numbers");
   environments = device.upload(data.environments, "environments");
   lights = device.upload(data.lights, "lights");
   light_tables = device.upload(data.light_tables, "light tables");

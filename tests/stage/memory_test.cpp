@@ -1,9 +1,11 @@
-// Device memory too small: smaller launches, fewer paths in flight, the image in bands; the same bits.
+// Device memory too small: smaller launches, fewer paths in flight, the image in bands; the same bits. What stages may
+// read beyond the numbers of the last model.
 #include <catch2/catch.hpp>
 
 #include "runtime/base/error.h"
 #include "runtime/compile/launch_data.h"
 #include "runtime/renderer.h"
+#include "runtime/wavefront/launch_buffers.h"
 #include "scenes.h"
 #include "stage_test.h"
 
@@ -64,4 +66,19 @@ TEST_CASE("derivatives in little memory have the same bits, their baselines too"
   const Rendering roomy = render(device(), scene, options);
   const Rendering tight = render(Device("", scene_bytes(scene) + 2000000), scene, options);  // pilots of 200 paths
   CHECK(tight.derivatives[0].mean == roomy.derivatives[0].mean);
+}
+
+TEST_CASE("behind the last model's numbers, where stages read a whole model's, no texture stands for any") {
+  LaunchData data;
+  data.geometry.box_width = 16;
+  append_scene(sphere_scene(bsdf_of("roughdielectric", 1.4, 0.3), medium_of(2, 0.9, 0.5)), 0, data);
+  LaunchBuffers buffers;
+  buffers.upload_scenes(device(), data);
+  const auto count = [](const cl::Buffer& buffer) { return buffer.getInfo<CL_MEM_SIZE>() / sizeof(int); };
+  const std::size_t room = count(buffers.numbers);
+  CHECK(room > data.numbers.size());
+  REQUIRE(count(buffers.number_textures) >= room);
+  std::vector<int> textures(room);
+  device().download(buffers.number_textures, textures);
+  for (std::size_t i = data.numbers.size(); i < room; ++i) CHECK(textures[i] == -1);
 }
