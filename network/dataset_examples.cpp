@@ -164,8 +164,8 @@ void DatasetExamples::read(std::size_t index, std::uint64_t look, std::span<floa
   const SeenShape* shape = images_.shapes.empty() ? nullptr : &images_.shapes[images_.shape_of[original]];
   if (!objects_.empty()) {
     const CutOut& object = objects_[images_.shape_of[original]];
-    seen = cut_planes(std::move(seen), object, network_.size);
-    if (!flash.empty()) flash = cut_planes(std::move(flash), object, network_.size);
+    seen = cut_planes(std::move(seen), object);
+    if (!flash.empty()) flash = cut_planes(std::move(flash), object);
     shape = &object.mask;
   }
   network_input(network_, {seen, flash, shape, &images_.lights[original]}, image);

@@ -218,8 +218,9 @@ double saturated_share(const Planes& planes, const CutOut* object) {
   return all > 0 ? saturated / all : 0;
 }
 
-SeenShape seen_mask(const Planes& grey, const Square& square, int size, const std::string& file) {
-  SeenShape seen{{}, {}, resampled(grey, square, size)};
+// grey: (size, size).
+SeenShape seen_mask(std::vector<float> grey, int size, const std::string& file) {
+  SeenShape seen{{}, {}, std::move(grey)};
   for (float& value : seen.mask) value = value > white_from ? 1.0F : 0.0F;
   if (std::find(seen.mask.begin(), seen.mask.end(), 1.0F) == seen.mask.end())
     throw InputError(fmt::format("{}: no pixel of {} x {} is white; need the object in white", file, size, size));
@@ -296,7 +297,7 @@ std::vector<float> read_resampled_radiance(const std::string& file, int size, in
   });
   check_radiance(radiance.values, file);
   if (saturated) *saturated = saturated_share(radiance, object);
-  return object ? cut_planes(std::move(radiance.values), *object, size) : resampled(radiance, whole(radiance), size);
+  return object ? cut_planes(std::move(radiance.values), *object) : resampled(radiance, whole(radiance), size);
 }
 
 SeenShape seen_shape(std::vector<float> normal, const std::vector<float>& depth, std::vector<float> mask, int size,
@@ -359,7 +360,7 @@ SeenShape read_resampled_seen_shape(const std::string& file, int size, const std
 
 SeenShape read_mask(const std::string& file, int size) {
   const Planes grey = mask_plane(file, [&](int width, int height) { check_square(file, width, height); });
-  return seen_mask(grey, whole(grey), size, file);
+  return seen_mask(resampled(grey, whole(grey), size), size, file);
 }
 
 CutOut cut_out(const std::string& mask_file, int size, double share) {
@@ -374,17 +375,18 @@ CutOut cut_out(std::vector<float> white, int width, int height, int size, double
   const int side = std::max(1, static_cast<int>(std::lround(box.longer_side() / share)));
   const auto begin = [&](int first, int last) { return static_cast<int>(std::floor((first + last + 1 - side) / 2.0)); };
   const Square square{begin(box.left, box.right), begin(box.top, box.bottom), side};
-  SeenShape mask = seen_mask({width, height, white}, square, size, name);
-  return {std::move(mask), width, height, std::move(white), square.left, square.top, side};
+  std::vector<float> covered = resampled({width, height, white}, square, size);
+  SeenShape mask = seen_mask(covered, size, name);
+  return {std::move(mask), width, height, std::move(white), square.left, square.top, side, std::move(covered)};
 }
 
-std::vector<float> cut_planes(std::vector<float> planes, const CutOut& object, int size) {
-  const Square square{object.left, object.top, object.side};
+std::vector<float> cut_planes(std::vector<float> planes, const CutOut& object) {
+  const auto size = static_cast<int>(std::lround(std::sqrt(static_cast<double>(object.covered.size()))));
   for (std::size_t i = 0; i < planes.size(); ++i) planes[i] *= object.white[i % object.white.size()];
-  std::vector<float> result = resampled({object.width, object.height, std::move(planes)}, square, size);
-  const std::vector<float> covered = resampled({object.width, object.height, object.white}, square, size);
+  std::vector<float> result =
+      resampled({object.width, object.height, std::move(planes)}, {object.left, object.top, object.side}, size);
   for (std::size_t i = 0; i < result.size(); ++i) {
-    const float share = covered[i % covered.size()];
+    const float share = object.covered[i % object.covered.size()];
     result[i] = share > 0 ? result[i] / share : 0;
   }
   return result;

@@ -53,8 +53,9 @@ struct SeenShape {
 struct CutOut {
   SeenShape mask;  // as the network sees it
   int width, height;
-  std::vector<float> white;  // of the picture's pixels: 1 on the object, 0 elsewhere
-  int left, top, side;       // of the square around it, which may reach beyond the picture
+  std::vector<float> white;    // of the picture's pixels: 1 on the object, 0 elsewhere
+  int left, top, side;         // of the square around it, which may reach beyond the picture
+  std::vector<float> covered;  // (size, size), of what the network sees: the share of each pixel that the object has
 };
 
 // As read_luminance(), of any square image, photos too (runtime/image/photo.h): averaged over the squares of size x
@@ -99,7 +100,7 @@ CutOut cut_out(const std::string& mask_file, int size, double share);
 CutOut cut_out(std::vector<float> white, int width, int height, int size, double share, const std::string& name);
 
 // Of planes (count, height, width) as the mask, what read_resampled_radiance() returns with an object.
-std::vector<float> cut_planes(std::vector<float> planes, const CutOut& object, int size);
+std::vector<float> cut_planes(std::vector<float> planes, const CutOut& object);
 
 // That longer side over the image's, of a mask (size, size) that is not 0 everywhere.
 double share_of_object(std::span<const float> mask);

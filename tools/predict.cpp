@@ -102,12 +102,7 @@ void run(PredictArguments options) {
       if (std::isfinite(estimate.low)) text += fmt::format(" ({:.4g} to {:.4g})", estimate.low, estimate.high);
     }
     images.push_back(std::move(line));
-    constexpr double much = 0.01;
-    if (image.saturated > much)
-      warn(options.common,
-           fmt::format("{}: {:.0f} % of what the network looks at is saturated, in it or with the flash; "
-                       "take it anew, darker: what is said of it may be far off",
-                       image.file, 100 * image.saturated));
+    if (!image.warning.empty()) warn(options.common, image.warning);
     if (options.common.talkative() && !tested) fmt::print("{}\n", text);
   };
   const PredictedImages predicted = predict_images(request, interrupt_flag(), each);

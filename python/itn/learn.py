@@ -190,10 +190,8 @@ def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene
         result = _itn.predict(files, os.fspath(network), scene._scene if scene else None, sensor,
                               os.fspath(dataset or ""), os.fspath(shape_buffers or ""), list(map(float, light)),
                               as_files(mask, "mask"), as_files(flash, "flash"), exemplars, spp, longest_side, seed_number(seed), tell)
-    for file, share in zip(files, result["saturated"]):
-        if share > 0.01:
-            warnings.warn(f"{file}: {share:.0%} of what the network looks at is saturated, in it or with the flash; "
-                          "take it anew, darker: what is said of it may be far off", stacklevel=2)
+    for text in result["warnings"]:
+        warnings.warn(text, stacklevel=2)
     names = [output[0] for output in result["network"]["outputs"]]
     numbers = np.array(result["parameters"]).reshape(len(files), len(names), 3)
     intervals = {name: numbers[:, k, 1:] for k, name in enumerate(names)} if result["intervals"] else {}

@@ -86,7 +86,7 @@ nb::object cut_out_arrays(const FloatArray& planes, const FloatArray& mask, int 
       planes.shape(1) != side || planes.shape(2) != side)
     throw UsageError("cut_out: need planes and a mask of the network's size");
   const CutOut object = cut_out({mask.data(), mask.data() + mask.size()}, size, size, size, share, "mask");
-  std::vector<float> seen = cut_planes({planes.data(), planes.data() + planes.size()}, object, size);
+  std::vector<float> seen = cut_planes({planes.data(), planes.data() + planes.size()}, object);
   return nb::make_tuple(numpy_array(std::move(seen), {planes.shape(0), side, side}),
                         numpy_array(std::vector<float>(object.mask.mask), {side, side}));
 }
@@ -106,15 +106,16 @@ nb::dict predict(const std::vector<std::string>& images, const std::string& run,
       running.update(static_cast<double>(++done) / static_cast<double>(images.size()));
     });
   });
-  nb::list rows, saturated;  // value, low, high of every parameter
-  for (const ImagePrediction& image : predicted.images) saturated.append(image.saturated);
+  nb::list rows, warnings;  // value, low, high of every parameter
+  for (const ImagePrediction& image : predicted.images)
+    if (!image.warning.empty()) warnings.append(image.warning);
   for (const ImagePrediction& image : predicted.images)
     for (const ParameterEstimate& e : image.parameters) rows.append(nb::make_tuple(e.value, e.low, e.high));
   nb::dict result;
   result["network"] = describe(predicted.network);
   result["in_scene"] = predicted.in_scene;
   result["parameters"] = rows;
-  result["saturated"] = saturated;
+  result["warnings"] = warnings;
   result["intervals"] = exemplars > 0 || predicted.network.distribution;
   return result;
 }

@@ -110,8 +110,8 @@ class Known {
     if (network_.cut_out > 0 && !object) {
       const int size = network_.size;
       object = cut_out(shape->mask, size, size, size, network_.cut_out, file);
-      radiance = cut_planes(std::move(radiance), *object, size);
-      if (!flash.empty()) flash = cut_planes(std::move(flash), *object, size);
+      radiance = cut_planes(std::move(radiance), *object);
+      if (!flash.empty()) flash = cut_planes(std::move(flash), *object);
       shape = &object->mask;
     }
     network_input(network_, {radiance, flash, shape, &light}, input);
@@ -203,6 +203,16 @@ void check(const PredictionRequest& request, const NetworkDescription& network) 
                      "the flash on), or --dataset");
 }
 
+// saturated: share of the pixels, or of the object's where the network sees it alone.
+std::string saturation_warning(const std::string& file, double saturated) {
+  constexpr double much = 0.01;
+  if (saturated <= much) return {};
+  return fmt::format(
+      "{}: {:.0f} % of what the network looks at is saturated, in it or with the flash; take it anew, "
+      "darker: what is said of it may be far off",
+      file, 100 * saturated);
+}
+
 }  // namespace
 
 PredictedImages predict_images(const PredictionRequest& request, const std::atomic<bool>& cancel,
@@ -227,7 +237,7 @@ PredictedImages predict_images(const PredictionRequest& request, const std::atom
     if (cancel) throw Interrupted();
     const double saturated = known.see(k, input);
     const std::vector<float>& raw = network.forward(input, 1);
-    ImagePrediction image{request.images[k], saturated,
+    ImagePrediction image{request.images[k], saturation_warning(request.images[k], saturated),
                           shown ? estimates_of(shown->posterior(raw)) : estimates_of(raw, description)};
     for (std::size_t i = 0; i < image.parameters.size(); ++i) {
       if (!description.outputs[i].name.starts_with("sigma_t")) continue;

@@ -36,7 +36,7 @@ struct PredictionRequest {
 
 struct ImagePrediction {
   std::string file;
-  double saturated = 0;  // share of the pixels (of the object, where the network sees it alone) of it or its flash's
+  std::string warning;  // where it, or its flash's, is saturated in more than a few pixels; else empty
   std::vector<ParameterEstimate> parameters;  // of the network's outputs; intervals too where it is shown the scene
 };
 

@@ -347,8 +347,10 @@ void Wavefront::trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose,
   }
   if (at + static_cast<std::size_t>(paths) > sample_capacity_)
     throw std::logic_error("more samples than a launch can hold");
-  // long enough that a pool's start and end do not matter, short enough that all workers end together
-  const int most = std::clamp(paths / (8 * std::max(1, device_.info().compute_units)) / 64 * 64, 1024, 32768);
+  // long enough that a pool's start and end do not matter, short enough that all workers end together; in whole groups,
+  // so that a bundle of camera rays is of one pixel
+  constexpr int groups = 64;  // lanes, a multiple of any width
+  const int most = std::clamp(paths / (8 * std::max(1, device_.info().compute_units)) / groups * groups, 1024, 32768);
   std::vector<ChunkRecord> chunks;
   int start = 0;
   for (int j = 0; j < static_cast<int>(slices.size()); ++j) {
