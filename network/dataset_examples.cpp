@@ -150,26 +150,32 @@ std::vector<float> DatasetExamples::noisy(const std::vector<float>& radiance, co
   return values;
 }
 
-void DatasetExamples::read(std::size_t index, std::uint64_t look, std::span<float> image,
-                           std::span<double> truth) const {
+Photographs DatasetExamples::photographs(std::size_t index, std::uint64_t look) const {
   const std::size_t original = index % images_.images.size();
   const std::uint64_t stream = RANDOM_NOISE + look * count() + index;
   const std::vector<float>& radiance = images_.radiance[original];
   const double strength =
       variation_.noise == 0 ? 0 : variation_.noise * random_uniform(variation_.seed, stream, 2 * radiance.size());
-  std::vector<float> seen = noisy(radiance, images_.errors[original], strength, stream);
-  std::vector<float> flash;
+  Photographs result{network_.size, noisy(radiance, images_.errors[original], strength, stream), {}, {}};
   if (!images_.flash.empty())
-    flash = noisy(images_.flash[original], images_.flash_errors[original], strength, RANDOM_FLASH + stream);
+    result.flash = noisy(images_.flash[original], images_.flash_errors[original], strength, RANDOM_FLASH + stream);
+  if (!images_.shapes.empty()) result.mask = images_.shapes[images_.shape_of[original]].mask;
+  return result;
+}
+
+void DatasetExamples::read(std::size_t index, std::uint64_t look, std::span<float> image,
+                           std::span<double> truth) const {
+  const std::size_t original = index % images_.images.size();
+  Photographs seen = photographs(index, look);
   const SeenShape* shape = images_.shapes.empty() ? nullptr : &images_.shapes[images_.shape_of[original]];
   if (!objects_.empty()) {
     const CutOut& object = objects_[images_.shape_of[original]];
-    seen = cut_planes(std::move(seen), object);
-    if (!flash.empty()) flash = cut_planes(std::move(flash), object);
+    seen.image = cut_planes(std::move(seen.image), object);
+    if (!seen.flash.empty()) seen.flash = cut_planes(std::move(seen.flash), object);
     shape = &object.mask;
   }
-  network_input(network_, {seen, flash, shape, &images_.lights[original]}, image);
-  if (index != original) mirror_input(network_, image);
+  network_input(network_, {seen.image, seen.flash, shape, &images_.lights[original]}, image);
+  if (index >= originals()) mirror_input(network_, image);
   for (std::size_t i = 0; i < truth.size(); ++i)
     truth[i] = parameter_of(images_.images[original], network_.outputs[i].name);
 }

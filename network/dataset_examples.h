@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "network/examples.h"
+#include "network/faults.h"
 #include "network/input.h"
 #include "runtime/dataset/image_curvature.h"
 #include "runtime/dataset/manifest.h"
@@ -70,6 +71,10 @@ class DatasetExamples : public Examples {
 
   std::size_t count() const override { return (variation_.mirrored ? 2 : 1) * images_.images.size(); }
   void read(std::size_t index, std::uint64_t look, std::span<float> image, std::span<double> truth) const override;
+
+  // What an example is made of, not mirrored; those from originals() on are to be.
+  Photographs photographs(std::size_t index, std::uint64_t look) const;
+  std::size_t originals() const { return images_.images.size(); }
 
  private:
   // With noise of its own. stream: of the random numbers.

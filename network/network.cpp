@@ -24,8 +24,13 @@ std::size_t features_of(const NetworkDescription& description) {
 }
 
 void check(const NetworkDescription& description) {
-  if (description.kind != "rn" && description.kind != "itn" && description.kind != "ssn")
-    throw UsageError("network kind '" + description.kind + "': must be rn, itn or ssn");
+  const std::array<const char*, 4> kinds{"rn", "itn", "ssn", judge_kind};
+  if (std::find(kinds.begin(), kinds.end(), description.kind) == kinds.end())
+    throw UsageError("network kind '" + description.kind + "': must be rn, itn, ssn or judge");
+  if (!(description.limit >= 0 && description.limit <= 1))
+    throw UsageError("network with the limit " + std::to_string(description.limit) + ": must be 0 to 1");
+  if (is_judge(description) && (description.outputs.size() < 2 || description.outputs.front().name != "doubt"))
+    throw UsageError("network: a judge has a doubt and at least one fault as outputs");
   if (const int channels = channels_of(inputs_of(description)); channels != description.channels)
     throw UsageError("network with " + std::to_string(description.channels) + " input channels: what it sees has " +
                      std::to_string(channels));
@@ -81,6 +86,38 @@ std::vector<Tensor> empty_weights(const NetworkDescription& description) {
   return tensors;
 }
 
+// oneDNN has vector code for whole blocks of channels: a narrower stage computes some more, whose weights are 0.
+int whole_blocks(int channels) {
+  constexpr int block = 16;
+  return (channels + block - 1) / block * block;
+}
+
+// A stage's kernels (out, in, 3, 3) or bias (out), as it computes them, where that is wider.
+class WidenedTensor {
+ public:
+  // in: channels of its images; of a bias 1.
+  WidenedTensor(const Tensor& of, int out, int in)
+      : rows_(of.shape[0]),
+        row_(count_of(of.shape) / rows_),
+        wide_row_(of.shape.size() == 1 ? 1 : 9 * static_cast<std::size_t>(in)),
+        values_(static_cast<std::size_t>(out) * wide_row_ > rows_ * row_ ? static_cast<std::size_t>(out) * wide_row_
+                                                                         : 0) {}
+
+  bool is_wider() const { return !values_.empty(); }
+  const float* take(const Tensor& from) {
+    for (std::size_t r = 0; r < rows_; ++r) std::copy_n(&from.values[r * row_], row_, &values_[r * wide_row_]);
+    return values_.data();
+  }
+  float* values() { return values_.data(); }
+  void give(Tensor& to) const {
+    for (std::size_t r = 0; r < rows_; ++r) std::copy_n(&values_[r * wide_row_], row_, &to.values[r * row_]);
+  }
+
+ private:
+  std::size_t rows_, row_, wide_row_;
+  std::vector<float> values_;
+};
+
 float* data(const dnnl::memory& memory) { return static_cast<float*>(memory.get_data_handle()); }
 
 }  // namespace
@@ -98,9 +135,14 @@ bool sees(const NetworkDescription& description, const std::string& input) {
   return std::find(inputs.begin(), inputs.end(), input) != inputs.end();
 }
 
-bool is_plain(const NetworkDescription& description) { return description.inputs.empty() && !description.exposure; }
+bool is_judge(const NetworkDescription& description) { return description.kind == judge_kind; }
+
+bool is_plain(const NetworkDescription& description) {
+  return description.inputs.empty() && !description.exposure && !is_judge(description);
+}
 
 std::string beyond_plain(const NetworkDescription& description) {
+  if (is_judge(description)) return "judges photos, and says no materials";
   if (description.inputs.empty()) return "does not know exposures";
   return fmt::format("sees {}", fmt::join(description.inputs, ", "));
 }
@@ -131,6 +173,7 @@ struct Network::Pass {
   dnnl::stream stream{engine};
   dnnl::memory images;
   std::vector<ConvolutionStage> stages;
+  std::vector<WidenedTensor> weights, gradients;  // as Network's, of the stages
   std::vector<float> output;
   FullyConnectedShape last;
 
@@ -140,16 +183,24 @@ struct Network::Pass {
                            dnnl::memory::data_type::f32,
                            dnnl::memory::format_tag::nchw},
                           engine);
-    ConvolutionShape shape{batch, description.channels, description.width, description.size};
+    ConvolutionShape shape{batch, description.channels, whole_blocks(description.width), description.size};
+    const std::vector<Tensor> narrow = weight_shapes(description);
     for (int stage = 0; stage < NETWORK_STAGES; ++stage) {
       if (stage == 0)
         stages.emplace_back(engine, shape, images, dnnl::memory());
       else
         stages.emplace_back(engine, shape, stages.back().output(), stages.back().output_gradient());
-      shape.in_channels = std::exchange(shape.out_channels, 2 * shape.out_channels);
+      for (std::size_t part = 0; part < 2; ++part)
+        weights.emplace_back(narrow[2 * static_cast<std::size_t>(stage) + part], shape.out_channels, shape.in_channels);
+      shape.in_channels = std::exchange(shape.out_channels, whole_blocks(description.width << (stage + 1)));
       shape.size = std::max(1, shape.size / 2);
     }
+    gradients = weights;
     output.resize(last.batch * last.outputs);
+  }
+
+  const float* widened(const std::vector<Tensor>& own, std::size_t i) {
+    return weights[i].is_wider() ? weights[i].take(own[i]) : own[i].values.data();
   }
 
   // The last stage's images have one pixel, so that every layout is (batch, channels).
@@ -181,6 +232,13 @@ void Network::set_spread(std::vector<double> spread) {
   description_ = std::move(description);
 }
 
+void Network::set_limit(double limit) {
+  NetworkDescription description = description_;
+  description.limit = limit;
+  check(description);
+  description_ = std::move(description);
+}
+
 void Network::initialise(std::uint64_t seed) {
   for (std::size_t layer = 0; layer < weights_.size(); ++layer) {
     Tensor& weight = weights_[layer];
@@ -207,7 +265,8 @@ const std::vector<float>& Network::forward(std::span<const float> images, int ba
 
   std::copy(images.begin(), images.end(), data(pass->images));
   for (std::size_t stage = 0; stage < NETWORK_STAGES; ++stage)
-    pass->stages[stage].forward(pass->stream, weights_[2 * stage].values.data(), weights_[2 * stage + 1].values.data());
+    pass->stages[stage].forward(pass->stream, pass->widened(weights_, 2 * stage),
+                                pass->widened(weights_, 2 * stage + 1));
   fully_connected(pass->last, pass->features(), weights_[2 * NETWORK_STAGES].values.data(),
                   weights_[2 * NETWORK_STAGES + 1].values.data(), pass->output.data());
   return pass->output;
@@ -222,9 +281,15 @@ void Network::backward(std::span<const float> output_gradient, bool only_last) {
                            gradients_[2 * NETWORK_STAGES].values.data(),
                            gradients_[2 * NETWORK_STAGES + 1].values.data());
   if (only_last) return;
-  for (std::size_t stage = NETWORK_STAGES; stage-- > 0;)
-    pass->stages[stage].backward(pass->stream, weights_[2 * stage].values.data(), gradients_[2 * stage].values.data(),
-                                 gradients_[2 * stage + 1].values.data());
+  for (std::size_t stage = NETWORK_STAGES; stage-- > 0;) {
+    const std::array<std::size_t, 2> parts{2 * stage, 2 * stage + 1};
+    const auto own = [&](std::size_t i) {
+      return pass->gradients[i].is_wider() ? pass->gradients[i].values() : gradients_[i].values.data();
+    };
+    pass->stages[stage].backward(pass->stream, pass->widened(weights_, parts[0]), own(parts[0]), own(parts[1]));
+    for (const std::size_t i : parts)
+      if (pass->gradients[i].is_wider()) pass->gradients[i].give(gradients_[i]);
+  }
 }
 
 }  // namespace itn

@@ -16,10 +16,12 @@
 namespace itn {
 
 constexpr int NETWORK_STAGES = 7;
+constexpr const char* judge_kind = "judge";
 
 struct NetworkDescription {
-  std::string kind =
-      "rn";          // how it was trained: rn (supervised), itn (and full transport), ssn (and single scattering)
+  // How it was trained: rn (supervised), itn (and by full transport), ssn (and by single scattering); or what it is,
+  // a judge (judge.h).
+  std::string kind = "rn";
   int channels = 1;  // of what it sees: those of `inputs`
   int size = 128;    // side of the square images [pixels]: a power of two, up to 128
   std::vector<OutputRange> outputs = default_outputs();
@@ -31,6 +33,8 @@ struct NetworkDescription {
   bool distribution = false;
   // The distribution's standard deviations times these hold what they say on held-out examples; one an output, > 0.
   std::vector<double> spread{};
+  // Of a judge: the doubt (judge.h) that 5 % of what it should not doubt exceed, 0 to 1.
+  double limit = 1;
   // What it sees, one after the other (input.h). Empty: of one channel "luminance", of six "luminance", "normal",
   // "nearness" and "light".
   std::vector<std::string> inputs{};
@@ -68,7 +72,8 @@ constexpr std::array<InputKind, 8> input_kinds{{{"luminance", 1},
 std::vector<std::string> inputs_of(const NetworkDescription& description);
 int channels_of_input(const std::string& input);  // of one of input_kinds
 bool sees(const NetworkDescription& description, const std::string& input);
-// Luminance, by a known exposure, and beside it nothing or all of known shape and light?
+bool is_judge(const NetworkDescription& description);
+// Of materials, by luminance of a known exposure, and beside it nothing or all of known shape and light?
 bool is_plain(const NetworkDescription& description);
 // What one has beyond that, for messages: "does not know exposures".
 std::string beyond_plain(const NetworkDescription& description);
@@ -99,6 +104,8 @@ class Network {
   const NetworkDescription& description() const { return description_; }
   // Of the distribution. Throws UsageError: not one above 0 for each output of a network that says a distribution.
   void set_spread(std::vector<double> spread);
+  // Of a judge. Throws UsageError: not from 0 to 1.
+  void set_limit(double limit);
   std::size_t image_values() const;  // channels * size * size
 
   // In a fixed order: weight (out, in, 3, 3) and bias of every stage, weight (raw_outputs, 1024) and bias of the last

@@ -90,6 +90,7 @@ std::map<std::string, std::string> network_metadata(const NetworkDescription& de
   if (description.exposure) all["exposure"] = "unknown";
   if (description.cut_out > 0) all["cut_out"] = nlohmann::json(description.cut_out).dump();
   if (!description.inputs.empty()) all["inputs"] = nlohmann::json(description.inputs).dump();
+  if (is_judge(description)) all["limit"] = nlohmann::json(description.limit).dump();
   if (description.distribution) {
     all["distribution"] = DISTRIBUTION;
     all["spread"] = nlohmann::json(description.spread).dump();
@@ -124,6 +125,7 @@ NetworkDescription network_description(const Safetensors& content, const std::st
                        "', where 'unknown' or none is expected");
     description.exposure = true;
   }
+  if (content.metadata.count("limit")) description.limit = number(content, "limit", file);
   if (content.metadata.count("cut_out")) description.cut_out = number(content, "cut_out", file);
   try {
     if (content.metadata.count("inputs"))

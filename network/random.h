@@ -16,7 +16,8 @@ enum RandomStream : std::uint64_t {
   RANDOM_WEIGHTS = 0,
   RANDOM_ORDER = std::uint64_t(1) << 32,
   RANDOM_NOISE = std::uint64_t(1) << 40,
-  RANDOM_FLASH = std::uint64_t(1) << 60  // and RANDOM_NOISE
+  RANDOM_FAULT = std::uint64_t(1) << 50,
+  RANDOM_FLASH = std::uint64_t(1) << 60  // and another: of what belongs to it
 };
 
 // Normal with mean 0 and variance 1 (Box and Muller 1958).

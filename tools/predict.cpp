@@ -27,7 +27,7 @@ namespace {
 
 struct PredictArguments {
   CommonOptions common;
-  std::string run, dataset, scene, shape_buffers;
+  std::string run, judge, dataset, scene, shape_buffers;
   int sensor = 0, exemplars = 0;
   std::vector<std::string> images;
   std::vector<double> light;
@@ -57,12 +57,32 @@ nlohmann::ordered_json report_errors(const CommonOptions& common, const Manifest
   return json;
 }
 
+// A judge on a data set's test images.
+void report_judge(const PredictArguments& options, Network& judge, const Manifest& set) {
+  const NetworkDescription& description = judge.description();
+  const JudgeErrors errors = errors_of_judge(judge, options.dataset, set, options.common.seed, interrupt_flag());
+  nlohmann::ordered_json result{{"schema", "itn.predict/2"},
+                                {"run", options.run},
+                                {"network", description.kind},
+                                {"doubt_limit", description.limit},
+                                {"false_alarms", errors.false_alarms}};
+  std::string text = fmt::format("doubted: {:.1f} % of those with nothing wrong", 100 * errors.false_alarms);
+  for (std::size_t f = 0; f < errors.found.size(); ++f) {
+    result["found"][description.outputs[1 + f].name] = errors.found[f];
+    text += fmt::format(", {} {:.0f} %", description.outputs[1 + f].name, 100 * errors.found[f]);
+  }
+  if (options.common.talkative()) fmt::print("{}\n", text);
+  write_json(options.common, result);
+}
+
 void run(PredictArguments options) {
   if (!options.dataset.empty()) refuse_inside(options.dataset, {options.common.json});
   std::optional<Manifest> tested;
   if (options.images.empty()) {
     tested = read_complete_manifest(options.dataset);
     options.images = test_images(options.dataset, *tested);
+    if (Network network = network_of(options.run); is_judge(network.description()))
+      return report_judge(options, network, *tested);
   }
   Inputs inputs;
   std::optional<Scene> scene;
@@ -89,8 +109,10 @@ void run(PredictArguments options) {
   request.flash = options.flash;
   request.longest_side_mm = options.longest_side;
   request.photo = options.photo;
+  request.judge = options.judge;
   request.showing = std::move(showing);
   nlohmann::ordered_json images = nlohmann::ordered_json::array();
+  int doubted = 0;
   const auto each = [&](const NetworkDescription& network, const ImagePrediction& image) {
     nlohmann::ordered_json line{{"file", image.file}};
     progress.reset();
@@ -101,8 +123,14 @@ void run(PredictArguments options) {
       text += fmt::format("  {} {:.4g}", network.outputs[i].name, estimate.value);
       if (std::isfinite(estimate.low)) text += fmt::format(" ({:.4g} to {:.4g})", estimate.low, estimate.high);
     }
+    if (image.verdict) {
+      line["doubt"] = image.verdict->doubt;
+      line["doubted"] = image.verdict->doubted;
+      doubted += image.verdict->doubted;
+    }
     images.push_back(std::move(line));
-    if (!image.warning.empty()) warn(options.common, image.warning);
+    if (!tested)
+      for (const std::string& warning : image.warnings) warn(options.common, warning);
     if (options.common.talkative() && !tested) fmt::print("{}\n", text);
   };
   const PredictedImages predicted = predict_images(request, interrupt_flag(), each);
@@ -114,7 +142,10 @@ void run(PredictArguments options) {
                                 {"unit_of_sigma_t", predicted.in_scene ? "1/scene unit" : "1/mm"},
                                 {"exemplars", {{"count", options.exemplars}, {"spp", predicted.exemplars_spp}}},
                                 {"images", images}};
+  if (predicted.judge) result["doubt_limit"] = predicted.judge->limit;
   if (tested) result["errors"] = report_errors(options.common, *tested, predicted);
+  if (tested && predicted.judge && options.common.talkative())
+    fmt::print("{} of {} images are doubted\n", doubted, predicted.images.size());
   write_json(options.common, result);
 }
 
@@ -157,6 +188,10 @@ void add_predict(CLI::App& app) {
           "with --scene: show the network so many renderings of it, of other materials each (24, say): what it "
           "answers to these says what its answer to an image means in this scene, and how surely")
       ->check(CLI::Range(least_exemplars, 4096));
+  command->add_option("--judge", options->judge,
+                      "network that itn train --network judge made, which says of each image how much it doubts that "
+                      "it is like those that "
+                      "RUN learnt from; `shipped-photos` has one of its own");
   add_sensor_option(*command, options->sensor);
   command->add_option("--shape-buffers", options->shape_buffers,
                       "six channels: OpenEXR file with the channels normal.X, normal.Y, normal.Z, depth and mask, of "

@@ -58,6 +58,11 @@ void print_end(const TrainingRun& run, const std::vector<double>& errors) {
   fmt::print("{}: of epoch {}, validation loss {:.5f}", run.file("network.safetensors"), trainer.best_epoch() + 1,
              trainer.curve()[trainer.best_epoch()].validation);
   if (!run.labelled()) fmt::print(", before {:.5f}", run.validation_before());
+  if (const JudgeErrors* judged = run.judged()) {
+    fmt::print("; of the validation images 5 % have a doubt above {:.3g}, and of those with a fault:", run.limit());
+    for (std::size_t i = 0; i < judged->found.size(); ++i)
+      fmt::print(" {} {:.0f} %", run.description().outputs[1 + i].name, 100 * judged->found[i]);
+  }
   if (!errors.empty()) fmt::print("; root mean square errors:");
   for (std::size_t i = 0; i < errors.size(); ++i)
     fmt::print(" {} {:.4g}", run.description().outputs[i].name, errors[i]);
@@ -142,11 +147,14 @@ void add_train(CLI::App& app) {
                       "itn: in place of labelled data, a data set whose materials nobody knows: the network of --init "
                       "learns from its images, by rendering them, and is held near what it said of them");
   command
-      ->add_option("--network", options->request.kind,
-                   "rn: learns parameters; itn, ssn: also that the image rendered with them looks like the input, by "
-                   "all light or by single scattering")
+      ->add_option(
+          "--network", options->request.kind,
+          "rn: learns parameters; itn, ssn: also that the image rendered with them looks like the input, by "
+          "all light or by single scattering; judge: to tell the images from ones in which something is wrong "
+          "(noise, blur, another curve, saturation, another mask, a moved camera, another flash or none), for itn "
+          "predict --judge")
       ->required()
-      ->check(CLI::IsMember({"rn", "itn", "ssn"}));
+      ->check(CLI::IsMember({"rn", "itn", "ssn", judge_kind}));
   command
       ->add_option("-o,--output", options->request.folder,
                    "folder for network.safetensors, checkpoint, curve, run.json")

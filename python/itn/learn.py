@@ -140,12 +140,16 @@ def _absolute(config: Any) -> Any:
 class Prediction:
     """What a network says about images: of each output an array, a number an image.
 
-    intervals: of each output (images, 2), the ends of its 95 % interval; empty of a network that says no distribution."""
+    intervals: of each output (images, 2), the ends of its 95 % interval; empty of a network that says no distribution. doubt: a number
+    an image, of the judge where there is one, else None; above doubt_limit, as 5 % of those are that the network is made for, an
+    image is unlike what the network learnt from."""
 
     parameters: dict[str, np.ndarray]
     intervals: dict[str, np.ndarray]
     unit_of_sigma_t: str    # 1/mm; of images in a scene 1/scene unit
     network: dict
+    doubt: np.ndarray | None = None
+    doubt_limit: float | None = None
 
     def __getitem__(self, name: str) -> np.ndarray:
         return self.parameters[name]
@@ -157,13 +161,17 @@ class Prediction:
                 return text
             low, high = (np.array2string(ends, precision=4) for ends in self.intervals[name].T)
             return f"{text}, 95 %: {low} to {high}"
-        return "\n".join(map(line, self.parameters))
+        lines = list(map(line, self.parameters))
+        if self.doubt is not None:
+            lines.append(f"doubt: {np.array2string(self.doubt, precision=3)}, 5 % of right images are above {self.doubt_limit:.3f}")
+        return "\n".join(lines)
 
 
 def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene | None = None, sensor: int = 0,
             dataset: str | os.PathLike | None = None, shape_buffers: str | os.PathLike | None = None,
             light: Sequence[float] = (), mask: Any = (), flash: Any = (), exemplars: int = 0, spp: int = 0,
-            longest_side: float = 0, seed: int = 0, progress: bool | Callable[[float], object] | None = None) -> Prediction:
+            longest_side: float = 0, judge: str | os.PathLike = "", seed: int = 0,
+            progress: bool | Callable[[float], object] | None = None) -> Prediction:
     """Parameters for images by a network, with 95 % intervals where it says them: `itn predict`.
 
     images: square files (OpenEXR, or photos) or arrays, (size, size) of luminance or (size, size, 3), linear; one, or a
@@ -174,7 +182,8 @@ def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene
     renderings of the scene (12 or more), of other materials each, with spp samples a pixel (0: as noisy as the images): what
     it answers to these says what its answer to an image means in this scene, and how surely. longest_side: of the object
     [mm]: sigma_t is told for it; 0: for one as large as those of the network's data set. Images of networks that see the
-    object alone (`cut_out`) need not be square: they see the square around the mask."""
+    object alone (`cut_out`) need not be square: they see the square around the mask. judge: a network that training with "judge"
+    made, which says how much it doubts that images are like those that the network learnt from; "shipped-photos" has one of its own."""
     with tempfile.TemporaryDirectory() as temporary, shown(progress, "predict") as tell:
         def as_files(images: Any, kind: str) -> list[str]:
             files = []
@@ -189,13 +198,15 @@ def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene
         files = as_files(images, "image")
         result = _itn.predict(files, os.fspath(network), scene._scene if scene else None, sensor,
                               os.fspath(dataset or ""), os.fspath(shape_buffers or ""), list(map(float, light)),
-                              as_files(mask, "mask"), as_files(flash, "flash"), exemplars, spp, longest_side, seed_number(seed), tell)
+                              as_files(mask, "mask"), as_files(flash, "flash"), exemplars, spp, longest_side,
+                              os.fspath(judge), seed_number(seed), tell)
     for text in result["warnings"]:
         warnings.warn(text, stacklevel=2)
     names = [output[0] for output in result["network"]["outputs"]]
     numbers = np.array(result["parameters"]).reshape(len(files), len(names), 3)
     intervals = {name: numbers[:, k, 1:] for k, name in enumerate(names)} if result["intervals"] else {}
-    return Prediction({name: numbers[:, k, 0] for k, name in enumerate(names)}, intervals, "1/scene unit" if result["in_scene"] else "1/mm", result["network"])
+    return Prediction({name: numbers[:, k, 0] for k, name in enumerate(names)}, intervals, "1/scene unit" if result["in_scene"] else "1/mm",
+                      result["network"], np.array(result["doubts"]) if result["doubts"] else None, result["doubt_limit"])
 
 
 @dataclass(frozen=True, repr=False)
@@ -227,15 +238,15 @@ def train(data: str | os.PathLike | DataSet | Sequence[str] = (), network: str =
 
     network: "rn" learns parameters; "itn", "ssn" also that the image rendered with them looks like the input (all light;
     single scattering), weighed with image_weight (lambda); of an "itn" image_loss may be "expanded", to second order from data sets with
-    curvatures, without rendering. inputs: what a new network sees, of "image" (in colours where the data
+    curvatures, without rendering; "judge" to tell the images from ones in which something is wrong, for `predict`. inputs: what a new network sees, of "image" (in colours where the data
     set is), "flash", "mask", "normal", "nearness" and "light", in place of channels; exposure: each image over its own mean, known up to a factor; cut_out: it
     sees the object alone, by its mask, and black around it. distribution: an "rn" also learns how sure it is, calibrated on the
     data sets of calibration, or the validation images; with frozen it learns nothing else, beside what the network of init says.
     unlabelled: instead of data, a data set whose materials nobody knows; with "itn" and init. output: folder, where a training that was stopped goes on."""
     if not output:
         raise _itn.UsageError("output: need a folder for the network and what goes on from")
-    if network not in ("rn", "itn", "ssn"):
-        raise _itn.UsageError(f"network: got {network!r}, need 'rn', 'itn' or 'ssn'")
+    if network not in ("rn", "itn", "ssn", "judge"):
+        raise _itn.UsageError(f"network: got {network!r}, need 'rn', 'itn', 'ssn' or 'judge'")
     if image_loss not in ("rendered", "expanded"):
         raise _itn.UsageError(f"image_loss: got {image_loss!r}, need 'rendered' or 'expanded'")
     several = data if isinstance(data, (list, tuple)) else [data]

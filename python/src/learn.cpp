@@ -94,10 +94,11 @@ nb::object cut_out_arrays(const FloatArray& planes, const FloatArray& mask, int 
 nb::dict predict(const std::vector<std::string>& images, const std::string& run, const SceneObject* scene, int sensor,
                  const std::string& dataset, const std::string& shape_buffers, const std::vector<double>& light,
                  const std::vector<std::string>& mask, const std::vector<std::string>& flash, int exemplars, int spp,
-                 double longest_side_mm, std::uint64_t seed, const nb::object& progress) {
+                 double longest_side_mm, const std::string& judge, std::uint64_t seed, const nb::object& progress) {
   const std::shared_ptr<const Scene> kept = scene ? scene->scene() : nullptr;
   PredictionRequest request{run, images, kept.get(), sensor, dataset, shape_buffers, light, mask, flash};
   request.longest_side_mm = longest_side_mm;
+  request.judge = judge;
   const PredictedImages predicted = interruptible(progress, [&](Running& running) {
     std::size_t done = 0;
     const SharedShowing shared(exemplars, spp, seed, running);
@@ -106,12 +107,16 @@ nb::dict predict(const std::vector<std::string>& images, const std::string& run,
       running.update(static_cast<double>(++done) / static_cast<double>(images.size()));
     });
   });
-  nb::list rows, warnings;  // value, low, high of every parameter
+  nb::list rows, warnings, doubts;  // value, low, high of every parameter
   for (const ImagePrediction& image : predicted.images)
-    if (!image.warning.empty()) warnings.append(image.warning);
+    for (const std::string& warning : image.warnings) warnings.append(warning);
   for (const ImagePrediction& image : predicted.images)
     for (const ParameterEstimate& e : image.parameters) rows.append(nb::make_tuple(e.value, e.low, e.high));
+  for (const ImagePrediction& image : predicted.images)
+    if (image.verdict) doubts.append(image.verdict->doubt);
   nb::dict result;
+  result["doubts"] = doubts;
+  result["doubt_limit"] = predicted.judge ? nb::object(nb::float_(predicted.judge->limit)) : nb::none();
   result["network"] = describe(predicted.network);
   result["in_scene"] = predicted.in_scene;
   result["parameters"] = rows;
@@ -241,7 +246,8 @@ void bind_learn(nb::module_& module) {
       "file"_a, "size"_a, "Of a square OpenEXR file, at this size.");
   module.def("cut_out", &cut_out_arrays, "planes"_a, "mask"_a, "size"_a, "share"_a);
   module.def("predict", &predict, "images"_a, "run"_a, "scene"_a.none(), "sensor"_a, "dataset"_a, "shape_buffers"_a,
-             "light"_a, "mask"_a, "flash"_a, "exemplars"_a, "spp"_a, "longest_side"_a, "seed"_a, "progress"_a.none());
+             "light"_a, "mask"_a, "flash"_a, "exemplars"_a, "spp"_a, "longest_side"_a, "judge"_a, "seed"_a,
+             "progress"_a.none());
   module.def("dataset", &dataset, "config"_a, "folder"_a, "spp"_a, "seed"_a.none(), "progress"_a.none());
   module.def("train", &bind_train, "data"_a, "unlabelled"_a, "kind"_a, "folder"_a, "init"_a, "inputs"_a, "exposure"_a,
              "cut_out"_a, "channels"_a.none(), "width"_a.none(), "threads"_a.none(), "expanded"_a,

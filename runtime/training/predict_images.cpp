@@ -213,6 +213,26 @@ std::string saturation_warning(const std::string& file, double saturated) {
       file, 100 * saturated);
 }
 
+std::string doubt_warning(const std::string& file, const Verdict& verdict, const NetworkDescription& judge) {
+  if (!verdict.doubted) return {};
+  return fmt::format(
+      "{}: is unlike the images that the network learnt from (doubt {:.2f}; 5 % of right ones are above {:.2f}): did "
+      "the "
+      "camera move, is the mask the object's, is the curve the camera's (--curve), is it sharp, and nowhere cut off? "
+      "What "
+      "is said of it may be far off, and its intervals too narrow",
+      file, verdict.doubt, judge.limit);
+}
+
+std::optional<Network> judge_of(const PredictionRequest& request, const NetworkDescription& network) {
+  std::string run = request.judge;
+  if (run.empty() && request.run == shipped_photos_run) run = shipped_photos_judge;
+  if (run.empty()) return {};
+  std::optional<Network> judge(network_of(run));
+  require_judge_of(network, judge->description(), run);
+  return judge;
+}
+
 }  // namespace
 
 PredictedImages predict_images(const PredictionRequest& request, const std::atomic<bool>& cancel,
@@ -220,6 +240,7 @@ PredictedImages predict_images(const PredictionRequest& request, const std::atom
   Network network = network_of(request.run);
   const NetworkDescription& description = network.description();
   check(request, description);
+  std::optional<Network> judge = judge_of(request, description);
   Known known(request, description);
 
   std::optional<ShownScene> shown;
@@ -231,14 +252,20 @@ PredictedImages predict_images(const PredictionRequest& request, const std::atom
                             *known.body(),  known.view(),   "--scene " + request.scene->file};
     shown.emplace(network, scene, noise, request.showing, cancel);
   }
-  PredictedImages result{description, known.body().has_value(), shown ? shown->spp() : 0, {}};
+  PredictedImages result{description, {}, known.body().has_value(), shown ? shown->spp() : 0, {}};
+  if (judge) result.judge = judge->description();
   std::vector<float> input(network.image_values());
   for (std::size_t k = 0; k < request.images.size(); ++k) {
     if (cancel) throw Interrupted();
     const double saturated = known.see(k, input);
     const std::vector<float>& raw = network.forward(input, 1);
-    ImagePrediction image{request.images[k], saturation_warning(request.images[k], saturated),
-                          shown ? estimates_of(shown->posterior(raw)) : estimates_of(raw, description)};
+    ImagePrediction image{
+        request.images[k], {}, shown ? estimates_of(shown->posterior(raw)) : estimates_of(raw, description), {}};
+    if (judge) image.verdict = verdict_of(judge->forward(input, 1), judge->description());
+    for (const std::string& warning :
+         {saturation_warning(image.file, saturated),
+          image.verdict ? doubt_warning(image.file, *image.verdict, *result.judge) : std::string()})
+      if (!warning.empty()) image.warnings.push_back(warning);
     for (std::size_t i = 0; i < image.parameters.size(); ++i) {
       if (!description.outputs[i].name.starts_with("sigma_t")) continue;
       for (double* number : {&image.parameters[i].value, &image.parameters[i].low, &image.parameters[i].high}) {

@@ -2,10 +2,12 @@
 #pragma once
 #include <atomic>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "network/distribution.h"
+#include "network/judge.h"
 #include "runtime/image/photo.h"
 #include "runtime/scene/scene.h"
 #include "runtime/training/shown_scene.h"
@@ -32,16 +34,22 @@ struct PredictionRequest {
   double longest_side_mm = 0;
   PhotoOptions photo = {};
   Showing showing = {};  // of the scene
+  // RUN of the judge (network/judge.h) that says whether images are like those that the network learnt from; empty:
+  // that of the shipped network for photos, where it is this one's, else none.
+  std::string judge = {};
 };
 
 struct ImagePrediction {
   std::string file;
-  std::string warning;  // where it, or its flash's, is saturated in more than a few pixels; else empty
+  // Where it, or its flash's, is saturated in more than a few pixels, and where the judge doubts.
+  std::vector<std::string> warnings;
   std::vector<ParameterEstimate> parameters;  // of the network's outputs; intervals too where it is shown the scene
+  std::optional<Verdict> verdict;             // of the judge, where there is one
 };
 
 struct PredictedImages {
   NetworkDescription network;
+  std::optional<NetworkDescription> judge;
   bool in_scene = false;  // sigma_t is in 1 / scene unit, else 1 / mm
   int exemplars_spp = 0;  // samples a pixel of what the network was shown; 0: nothing
   std::vector<ImagePrediction> images;

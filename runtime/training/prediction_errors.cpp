@@ -1,5 +1,6 @@
 #include "runtime/training/prediction_errors.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -34,6 +35,18 @@ std::vector<std::string> test_images(const std::string& folder, const Manifest& 
     throw InputError(manifest_file(folder) +
                      ": has no images to test with (unseen_light, unseen_shape, unseen_both); name some");
   return files;
+}
+
+JudgeErrors errors_of_judge(Network& judge, const std::string& folder, const Manifest& set, std::uint64_t seed,
+                            const std::atomic<bool>& cancel) {
+  DatasetImages images;
+  for (const Manifest::Split split :
+       {Manifest::Split::unseen_light, Manifest::Split::unseen_shape, Manifest::Split::unseen_both})
+    if (std::any_of(set.images.begin(), set.images.end(), [&](const auto& image) { return image.split == split; }))
+      append(images, read_images(folder, set, split, wanted_by(judge.description()), cancel));
+  const NetworkDescription& description = judge.description();
+  const JudgedExamples examples(images, description, {.seed = seed}, description.outputs.size() - 1);
+  return judge_errors(predict(judge, examples), description.limit);
 }
 
 std::vector<ParameterError> errors_on(const Manifest& set, const PredictedImages& predicted) {

@@ -1,8 +1,11 @@
 // How far off a network is on a data set's test images.
 #pragma once
+#include <atomic>
+#include <cstdint>
 #include <string>
 #include <vector>
 
+#include "network/judge.h"
 #include "runtime/dataset/manifest.h"
 #include "runtime/training/predict_images.h"
 
@@ -10,6 +13,10 @@ namespace itn {
 
 // The files of the images of unseen_light, unseen_shape and unseen_both. Throws InputError: there are none.
 std::vector<std::string> test_images(const std::string& folder, const Manifest& set);
+
+// How a judge does on them, each as it is, and spoilt as often as there are faults. Throws as predict_images().
+JudgeErrors errors_of_judge(Network& judge, const std::string& folder, const Manifest& set, std::uint64_t seed,
+                            const std::atomic<bool>& cancel);
 
 // Of one parameter, in its unit.
 struct ParameterError {

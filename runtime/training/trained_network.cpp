@@ -29,6 +29,7 @@ std::string file_of(const std::string& run) {
 std::string_view shipped(const std::string& run) {
   if (run == shipped_run) return shipped_network();
   if (run == shipped_photos_run) return shipped_photo_network();
+  if (run == shipped_photos_judge) return shipped_photo_judge();
   return {};
 }
 

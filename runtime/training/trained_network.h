@@ -9,6 +9,7 @@ namespace itn {
 // The names of the networks that ship with the program where a RUN is asked for (network/shipped.h).
 constexpr const char* shipped_run = "shipped";
 constexpr const char* shipped_photos_run = "shipped-photos";
+constexpr const char* shipped_photos_judge = "shipped-photos-judge";
 
 // The network of a RUN: RUN/network.safetensors, a file as it is, or a shipped one. Throws InputError: there is none,
 // or it cannot be read.

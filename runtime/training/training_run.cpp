@@ -41,12 +41,12 @@ TrainingRequest completed(TrainingRequest request) {
 // The sets to learn from, and after them those to calibrate on: complete, of images of the same size and scale, each
 // there once.
 std::vector<Manifest> read_sets(const TrainingRequest& request) {
-  if (request.distribution && request.kind != "rn")
-    throw UsageError("--distribution: only rn learns one; " + request.kind + " learns parameters by their images");
+  if (request.distribution && request.kind != "rn") throw UsageError("--distribution: only rn learns one");
   if (request.frozen && (!request.distribution || request.init.empty() || request.weight_decay > 0))
     throw UsageError("--frozen: needs --distribution and the network of --init, and goes without --weight-decay");
-  if (request.kind == "rn" && request.lambda) throw UsageError("--lambda: rn has no image loss to weigh");
-  const bool renders = request.kind != "rn" && !request.expanded;
+  if (!adds_image_loss(request.kind) && request.lambda)
+    throw UsageError("--lambda: " + request.kind + " has no image loss to weigh");
+  const bool renders = adds_image_loss(request.kind) && !request.expanded;
   if (request.data.size() > 1 && renders)
     throw UsageError(request.kind +
                      ": its image loss needs one data set; rn, and itn with --image-loss expanded, learn from several");
@@ -199,7 +199,7 @@ Network first_network(const TrainingRequest& request, const std::optional<Networ
     if (request.cut_out) description.cut_out = mean_share_of_objects(training);
     description.width = request.width.value_or(description.width);
     description.size = manifest.size;
-    description.outputs = output_ranges(training);
+    description.outputs = request.kind == judge_kind ? outputs_of_judge(description) : output_ranges(training);
     description.luminance = mean_luminance(training);
     description.mm_per_unit = manifest.mm_per_unit;
     set_distribution(description, request.distribution);
@@ -212,6 +212,8 @@ Network first_network(const TrainingRequest& request, const std::optional<Networ
       throw UsageError(fmt::format("--{} {}: the network of --init has {}", name, *wanted, is));
   };
   check("channels", request.channels, init->description().channels);
+  if (is_judge(init->description()) != (request.kind == judge_kind))
+    throw UsageError("--init: judges and networks that tell materials begin with their own kind alone");
   if (!request.inputs.empty() || request.exposure || request.cut_out)
     throw UsageError("--inputs, --exposure, --cut-out: what the network of --init sees stays");
   check("width", request.width, init->description().width);
@@ -239,6 +241,8 @@ Json to_json(const EpochLosses& losses, bool has_image_loss) {
 
 }  // namespace
 
+bool adds_image_loss(const std::string& kind) { return kind == "itn" || kind == "ssn"; }
+
 TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>& cancel)
     : request_(completed(request)), sets_(read_sets(request_)), folder_(open_folder(request.folder)), cancel_(cancel) {
   const auto learnt = sets_.begin() + static_cast<std::ptrdiff_t>(request_.data.size());
@@ -262,21 +266,21 @@ TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>
   else
     set_inputs(seeing, request_, sets_.front());
   Wanted wanted = wanted_by(seeing);
-  wanted.shapes = wanted.shapes || request_.kind != "rn";
+  wanted.shapes = wanted.shapes || adds_image_loss(request_.kind);
   wanted.curvature = request_.expanded;
   training_images_ = read_images(request_.data, sets_, {Manifest::Split::train}, wanted, cancel);
   validation_images_ = read_images(request_.data, sets_, {Manifest::Split::validation}, wanted, cancel);
   network_.emplace(first_network(request_, init, sets_.front(), training_images_));
   if (!labelled()) label(training_images_, *network_);
-  training_.emplace(training_images_, network_->description(), request_.variation);
-  validation_.emplace(validation_images_, network_->description());
+  training_ = examples_of(training_images_, request_.variation);
+  validation_ = examples_of(validation_images_, {.seed = request_.seed});
   if (!calibration_sets_.empty()) {
     calibration_images_ = read_images(request_.calibration, calibration_sets_,
                                       {Manifest::Split::train, Manifest::Split::validation}, wanted, cancel);
-    calibration_.emplace(calibration_images_, network_->description());
+    calibration_ = examples_of(calibration_images_, {});
   }
   TrainingOptions options = training_options(request_, sets_);
-  if (request_.kind != "rn") options.image_weight = prepare_image_loss(options, cancel);
+  if (adds_image_loss(request_.kind)) options.image_weight = prepare_image_loss(options, cancel);
   trainer_.emplace(*network_, *training_, *validation_, options, image_loss_.get());
   if (!labelled()) {
     const Json stored = folder_.run().before("validation_before");
@@ -284,6 +288,12 @@ TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>
   }
   if (is_there(file("checkpoint.safetensors"))) trainer_->read_checkpoint(file("checkpoint.safetensors"));
   store_record();
+}
+
+std::unique_ptr<Examples> TrainingRun::examples_of(const DatasetImages& images,
+                                                   const DatasetExamples::Variation& variation) const {
+  if (judges()) return std::make_unique<JudgedExamples>(images, network_->description(), variation);
+  return std::make_unique<DatasetExamples>(images, network_->description(), variation);
 }
 
 // The image loss, and its weight: as given, as it was at the beginning, or such that both losses are of equal size.
@@ -319,6 +329,7 @@ Network TrainingRun::best() {
   best.weights() = trainer_->best_weights();
   if (best.description().distribution)
     best.set_spread(calibrated_spread(best, calibration_ ? *calibration_ : *validation_));
+  if (judges()) best.set_limit(judge_limit(predict(best, *validation_)));
   return best;
 }
 
@@ -342,6 +353,11 @@ Json TrainingRun::record() const {
   json["losses"] = to_json(trainer_->curve()[trainer_->best_epoch()], has_image_loss());
   for (std::size_t i = 0; i < errors_.size(); ++i)
     object_in(json, "validation_rmse")[network_->description().outputs[i].name] = errors_[i];
+  if (judged()) {
+    json["limit"] = limit_;
+    for (std::size_t i = 0; i < judged_.found.size(); ++i)
+      object_in(json, "found")[network_->description().outputs[1 + i].name] = judged_.found[i];
+  }
   for (std::size_t i = 0; i < spread_.size(); ++i)
     object_in(json, "spread")[network_->description().outputs[i].name] = spread_[i];
   return json;
@@ -365,8 +381,13 @@ void TrainingRun::save() {
 std::vector<double> TrainingRun::conclude() {
   Network network = best();
   concluded_ = true;
-  if (labelled()) errors_ = root_mean_square_errors(predict(network, *validation_));
+  const Predictions said = predict(network, *validation_);
+  if (judges())
+    judged_ = judge_errors(said, network.description().limit);
+  else if (labelled())
+    errors_ = root_mean_square_errors(said);
   spread_ = network.description().spread;
+  limit_ = network.description().limit;
   save();
   return errors_;
 }

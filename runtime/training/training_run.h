@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "network/dataset_examples.h"
+#include "network/judge.h"
 #include "network/network.h"
 #include "network/trainer.h"
 #include "runtime/base/stored_run.h"
@@ -30,7 +31,7 @@ struct TrainingRequest {
   // Instead of `data`: the folder of a data set whose materials nobody knows; no truth in the manifest has any
   // influence. In its place stands what the network of `init` says of the images. itn
   std::string unlabelled;
-  std::string kind = "rn";  // rn; itn, ssn: also with the image loss
+  std::string kind = "rn";  // rn; itn, ssn: also with the image loss; judge (network/judge.h)
   bool expanded = false;    // itn: to second order, from the data sets' curvatures, without rendering
   std::string folder;
   std::string init;           // RUN to start from (trained_network.h); empty: random weights
@@ -56,6 +57,9 @@ struct TrainingRequest {
   int spp = 0;         // of the image loss; 0: 16
 };
 
+// Do networks of this kind?
+bool adds_image_loss(const std::string& kind);
+
 class TrainingRun {
  public:
   // Reads the data sets, and the checkpoint where the folder has one. cancel: polled, must outlive this. Throws
@@ -69,7 +73,8 @@ class TrainingRun {
   // there is.
   void step();
   void save();
-  // Stores the end. Returns the root mean square error of each output over the validation images; without labels none.
+  // Stores the end. Returns the root mean square error of each output over the validation images; without labels, and
+  // of judges, none.
   std::vector<double> conclude();
 
   const Trainer& trainer() const { return *trainer_; }
@@ -77,6 +82,9 @@ class TrainingRun {
   // After the first epoch: the weights that validate best. A distribution's spread is calibrated.
   Network best();
   bool has_image_loss() const { return image_loss_ != nullptr; }
+  // Of a judge, once concluded: how it does on the validation images.
+  const JudgeErrors* judged() const { return judges() && concluded_ ? &judged_ : nullptr; }
+  double limit() const { return limit_; }
   bool labelled() const { return request_.unlabelled.empty(); }
   // Without labels: the validation loss, which is by images then, of the network of `init`.
   double validation_before() const { return validation_before_; }
@@ -95,7 +103,9 @@ class TrainingRun {
   StoredRun::Json record() const;
 
  private:
-  bool renders() const { return request_.kind != "rn" && !request_.expanded; }
+  bool judges() const { return request_.kind == judge_kind; }
+  bool renders() const { return adds_image_loss(request_.kind) && !request_.expanded; }
+  std::unique_ptr<Examples> examples_of(const DatasetImages& images, const DatasetExamples::Variation& variation) const;
   double prepare_image_loss(const TrainingOptions& options, const std::atomic<bool>& cancel);
   void store_record() const;
 
@@ -106,7 +116,7 @@ class TrainingRun {
   StoredRun::Json circumstances_;  // all that the numbers depend on
   DatasetImages training_images_, validation_images_, calibration_images_;
   std::optional<Network> network_;
-  std::optional<DatasetExamples> training_, validation_, calibration_;
+  std::unique_ptr<Examples> training_, validation_, calibration_;
   std::unique_ptr<ImageLoss> image_loss_;
   std::optional<Trainer> trainer_;
   double validation_before_ = 0;
@@ -114,6 +124,8 @@ class TrainingRun {
   int steps_ = 0;               // of this object
   std::vector<double> errors_;  // of the validation, once concluded
   std::vector<double> spread_;  // likewise, of a distribution (NetworkDescription)
+  JudgeErrors judged_;          // likewise, of a judge
+  double limit_ = 1;            // likewise (NetworkDescription)
 };
 
 }  // namespace itn

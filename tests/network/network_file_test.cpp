@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "../support/temporary_folder.h"
+#include "network/judge.h"
 #include "network/random.h"
 #include "network/shipped.h"
 #include "runtime/base/error.h"
@@ -149,8 +150,12 @@ TEST_CASE("The shipped network is whole, small, and of the paper's structure") {
 
 TEST_CASE("The shipped network of photos sees the object alone, by a flash, and says how sure it is") {
   const std::string_view bytes = shipped_photo_network();
-  CHECK(shipped_network().size() + bytes.size() < 10'000'000);
+  CHECK(shipped_network().size() + bytes.size() + shipped_photo_judge().size() < 10'000'000);
   const NetworkDescription network = parse_network(bytes, "shipped-photos").description();
+  const NetworkDescription judge = parse_network(shipped_photo_judge(), "shipped-photos-judge").description();
+  require_judge_of(network, judge, "shipped-photos-judge");
+  CHECK(judge.limit > 0);
+  CHECK(judge.limit < 1);
   CHECK(network.inputs == std::vector<std::string>{"rgb", "flash_rgb", "mask"});
   CHECK(network.exposure);
   CHECK(network.cut_out > 0);

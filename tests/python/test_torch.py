@@ -165,6 +165,14 @@ def test_networks_that_see_colours_a_flash_and_a_mask_are_torchs_too(tmp_path, a
     by_data = itn.predict([tmp_path / "set" / pairs.images[0]["file"]], run, dataset=data.folder)
     for name in pairs.parameters:
         np.testing.assert_allclose(values[name].numpy(), by_data[name], rtol=1e-4)
+    judge = itn.train(data, "judge", tmp_path / "judge", epochs=1, batch=4, width=2, threads=1, inputs=["image", "flash", "mask"],
+                      exposure=alone, cut_out=alone)
+    judged = itn.predict([tmp_path / "set" / pairs.images[0]["file"]], run, dataset=data.folder, judge=judge)
+    assert by_data.doubt is None and judged.doubt_limit == judge.record["limit"]
+    seen = itn.torch.network(judge)
+    with torch.no_grad():
+        doubt = seen.values(seen(seen.input(image, flash=flash, mask=channels["mask"])[None]))["doubt"]
+    np.testing.assert_allclose(judged.doubt, doubt.numpy(), rtol=1e-3)
     if alone:
         assert 0.2 < module.description["cut_out"] < 0.9
         return  # photos are cut and averaged anew around the mask

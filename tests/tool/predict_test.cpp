@@ -1,9 +1,11 @@
 // itn predict with renderings of the scene that the network is shown (--exemplars), and with photos by the network that
 // ships for them. What else it does is tested where networks are trained and inversions start from them.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
 #include "runtime/base/file.h"
+#include "runtime/image/exr.h"
 #include "runtime/image/png.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
@@ -110,6 +112,7 @@ TEST_CASE(
   };
   const nlohmann::json json = said({});
   CHECK(json["run"] == "shipped-photos");
+  CHECK(json["images"][0]["doubted"] == false);
   const std::map<std::string, double> truth{{"sigma_t.R", 40},  {"sigma_t.G", 55},  {"sigma_t.B", 80},
                                             {"albedo.R", 0.97}, {"albedo.G", 0.93}, {"albedo.B", 0.80},
                                             {"g", 0.5}};
@@ -125,6 +128,18 @@ TEST_CASE(
   for (const char* end : {"low", "value", "high"})
     CHECK(60 * longer["images"][0]["sigma_t.G"][end].get<double>() ==
           Approx(json["images"][0]["sigma_t.G"][end].get<double>()));
+
+  // A camera that moved between the two is noticed.
+  itn::ExrImage moved = itn::read_exr(folder / "flash.exr");
+  const auto row = static_cast<std::ptrdiff_t>(moved.width) * static_cast<std::ptrdiff_t>(moved.channels.size());
+  std::rotate(moved.data.begin(), moved.data.begin() + 10 * row, moved.data.end());
+  itn::write_exr(folder / "moved.exr", moved);
+  const Result doubted =
+      run_itn({"predict", folder / "photo.exr", "--flash", folder / "moved.exr", "--mask", mask, "--json", "-"});
+  INFO(doubted.error);
+  REQUIRE(doubted.exit_code == 0);
+  CHECK(nlohmann::json::parse(doubted.output)["images"][0]["doubted"] == true);
+  CHECK(doubted.error.find("did the camera move") != std::string::npos);
 
   // Photos that are too bright are said to be so.
   const std::vector<std::uint8_t> grey(3 * 160 * 120, 128), white(3 * 160 * 120, 255);

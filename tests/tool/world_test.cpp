@@ -136,6 +136,41 @@ TEST_CASE(
   CHECK_THAT(dark.error, Contains("photo.exr: is no brighter than"));
   CHECK_THAT(refusal({"train", data, "--network", "rn", "--inputs", "image", "--cut-out", "-o", folder / "b"}),
              Contains("by which mask?"));
+
+  // A judge of what that network sees.
+  const std::string judge = folder / "judge";
+  const Result judging =
+      run_itn({"train", data, "--network", "judge", "--inputs", "image,flash,mask", "--cut-out", "--exposure",
+               "--width", "2", "--epochs", "1", "--batch", "8", "--threads", "1", "-o", judge});
+  INFO(judging.error);
+  REQUIRE(judging.exit_code == 0);
+  CHECK_THAT(judging.output, Contains("5 % have a doubt above") && Contains("moved"));
+  const Json record = Json::parse(itn::read_file(judge + "/run.json"));
+  CHECK(record["found"].size() == 8);
+  CHECK(record["limit"].get<double>() > 0);
+  const Result judged = run_itn({"predict", run, folder / "photo.exr", "--flash", folder / "flash.exr", "--mask",
+                                 folder / "mask.exr", "--judge", judge, "--json", "-"});
+  INFO(judged.error);
+  REQUIRE(judged.exit_code == 0);
+  const Json verdict = Json::parse(judged.output);
+  CHECK(verdict["doubt_limit"] == record["limit"]);
+  const double doubt = verdict["images"][0]["doubt"];
+  CHECK(verdict["images"][0]["doubted"] == (doubt > record["limit"].get<double>()));
+  CHECK(here.count("doubt") == 0);
+  CHECK_THAT(refusal({"predict", run, folder / "photo.exr", "--flash", folder / "flash.exr", "--mask",
+                      folder / "mask.exr", "--judge", run}),
+             Contains("is no judge"));
+  CHECK_THAT(refusal({"predict", run, folder / "photo.exr", "--flash", folder / "flash.exr", "--mask",
+                      folder / "mask.exr", "--judge", "shipped-photos-judge"}),
+             Contains("train it on the same data sets"));
+  const Result test = run_itn({"predict", judge, "--dataset", data, "--json", "-"});
+  INFO(test.error);
+  REQUIRE(test.exit_code == 0);
+  CHECK(Json::parse(test.output)["found"].size() == 8);
+  CHECK_THAT(refusal({"train", data, "--network", "rn", "--init", judge, "-o", folder / "c"}),
+             Contains("begin with their own kind"));
+  CHECK_THAT(refusal({"train", data, "--network", "judge", "--distribution", "-o", folder / "c"}),
+             Contains("only rn learns one"));
 }
 
 TEST_CASE("a network of colours, a flash and a mask: from training to errors, and photos with files of their own") {

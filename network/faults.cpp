@@ -1,0 +1,253 @@
+#include "network/faults.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <utility>
+
+#include "runtime/base/error.h"
+#include "runtime/base/random.h"
+
+namespace itn {
+namespace {
+
+constexpr double usual_size = 64;  // [pixels], of which lengths are said below
+
+// Numbers from one stream, one after the other.
+class Draws {
+ public:
+  Draws(std::uint64_t seed, std::uint64_t stream) : seed_(seed), stream_(stream) {}
+
+  double between(double low, double high) { return low + (high - low) * random_uniform(seed_, stream_, next_++); }
+  double normal() {  // Box and Muller 1958
+    const double radius = std::sqrt(-2 * std::log(between(0, 1)));
+    return radius * std::cos(between(0, 2 * std::numbers::pi));
+  }
+  double sign() { return between(-1, 1) < 0 ? -1 : 1; }
+
+ private:
+  std::uint64_t seed_, stream_, next_ = 0;
+};
+
+std::size_t pixels_of(const Photographs& p) {
+  return static_cast<std::size_t>(p.size) * static_cast<std::size_t>(p.size);
+}
+
+// each(plane) -> what takes its place
+template <class Each>
+void for_each_plane(std::vector<float>& planes, int size, const Each& each) {
+  const auto pixels = static_cast<std::ptrdiff_t>(size) * size;
+  for (auto first = planes.begin(); first != planes.end(); first += pixels) {
+    const std::vector<float> made = each(std::vector<float>(first, first + pixels));
+    std::copy(made.begin(), made.end(), first);
+  }
+}
+
+// What is (x, y) pixels to the right and below of each, between the four nearest; the edge beyond the edge.
+std::vector<float> shifted(const std::vector<float>& plane, int size, double x, double y) {
+  std::vector<float> result(plane.size());
+  const auto at = [&](int column, int row) {
+    return static_cast<double>(
+        plane[static_cast<std::size_t>(std::clamp(row, 0, size - 1) * size + std::clamp(column, 0, size - 1))]);
+  };
+  const int left = static_cast<int>(std::floor(x)), top = static_cast<int>(std::floor(y));
+  const double u = x - left, v = y - top;
+  for (int row = 0; row < size; ++row)
+    for (int column = 0; column < size; ++column) {
+      const int c = column + left, r = row + top;
+      result[static_cast<std::size_t>(row * size + column)] = static_cast<float>(
+          (1 - v) * ((1 - u) * at(c, r) + u * at(c + 1, r)) + v * ((1 - u) * at(c, r + 1) + u * at(c + 1, r + 1)));
+    }
+  return result;
+}
+
+std::vector<float> transposed(const std::vector<float>& plane, int size) {
+  std::vector<float> result(plane.size());
+  for (int row = 0; row < size; ++row)
+    for (int column = 0; column < size; ++column)
+      result[static_cast<std::size_t>(column * size + row)] = plane[static_cast<std::size_t>(row * size + column)];
+  return result;
+}
+
+// By a normal distribution of this standard deviation [pixels].
+std::vector<float> blurred(std::vector<float> plane, int size, double deviation) {
+  const int reach = static_cast<int>(std::ceil(3 * deviation));
+  for (int pass = 0; pass < 2; ++pass) {
+    std::vector<float> rows(plane.size());
+    for (int row = 0; row < size; ++row)
+      for (int column = 0; column < size; ++column) {
+        double sum = 0, weights = 0;
+        for (int k = -reach; k <= reach; ++k) {
+          const double weight = std::exp(-0.5 * k * k / (deviation * deviation));
+          const int from = std::clamp(column + k, 0, size - 1);
+          sum += weight * static_cast<double>(plane[static_cast<std::size_t>(row * size + from)]);
+          weights += weight;
+        }
+        rows[static_cast<std::size_t>(row * size + column)] = static_cast<float>(sum / weights);
+      }
+    plane = transposed(rows, size);
+  }
+  return plane;
+}
+
+// The greatest value within so many rows and columns.
+std::vector<float> grown(std::vector<float> plane, int size, int reach) {
+  for (int pass = 0; pass < 2; ++pass) {
+    std::vector<float> rows(plane.size());
+    for (int row = 0; row < size; ++row)
+      for (int column = 0; column < size; ++column) {
+        const auto begin = plane.begin() + static_cast<std::ptrdiff_t>(row) * size;
+        rows[static_cast<std::size_t>(row * size + column)] =
+            *std::max_element(begin + std::max(0, column - reach), begin + std::min(size, column + reach + 1));
+      }
+    plane = transposed(rows, size);
+  }
+  return plane;
+}
+
+bool is_empty(const std::vector<float>& mask) { return std::find(mask.begin(), mask.end(), 1.0F) == mask.end(); }
+
+std::vector<float> inverted(std::vector<float> mask) {
+  for (float& value : mask) value = 1 - value;
+  return mask;
+}
+
+// All of the box around it.
+std::vector<float> box_of(const std::vector<float>& mask, int size) {
+  int left = size, right = -1, top = size, bottom = -1;
+  for (int i = 0; i < size * size; ++i) {
+    if (mask[static_cast<std::size_t>(i)] != 1) continue;
+    left = std::min(left, i % size);
+    right = std::max(right, i % size);
+    top = std::min(top, i / size);
+    bottom = std::max(bottom, i / size);
+  }
+  std::vector<float> box(mask.size());
+  for (int row = top; row <= bottom; ++row)
+    for (int column = left; column <= right; ++column) box[static_cast<std::size_t>(row * size + column)] = 1;
+  return box;
+}
+
+bool is_object(const Photographs& p, std::size_t i) { return p.mask.empty() || p.mask[i % pixels_of(p)] == 1; }
+
+double mean_over_object(const Photographs& p, const std::vector<float>& planes) {
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    if (!is_object(p, i)) continue;
+    sum += static_cast<double>(planes[i]);
+    count += 1;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+std::vector<float> with_flash(const Photographs& p) {
+  std::vector<float> lit = p.image;
+  for (std::size_t i = 0; i < p.flash.size(); ++i) lit[i] += p.flash[i];
+  return lit;
+}
+
+// As who takes both pictures makes them: each by `each`, and then the difference.
+template <class Each>
+void change_both(Photographs& p, const Each& each) {
+  std::vector<float> lit = with_flash(p);
+  for (float& value : p.image) value = each(value);
+  if (p.flash.empty()) return;
+  for (std::size_t i = 0; i < lit.size(); ++i) p.flash[i] = each(lit[i]) - p.image[i];
+}
+
+void make_noisy(Photographs& p, Draws& draws) {
+  const double share = draws.between(0.1, 0.5);
+  for (std::vector<float>* planes : {&p.image, &p.flash}) {
+    const double deviation = share * mean_over_object(p, *planes);
+    for (float& value : *planes) value += static_cast<float>(deviation * draws.normal());
+  }
+}
+
+void blur(Photographs& p, Draws& draws) {
+  const double deviation = draws.between(1, 3) * p.size / usual_size;
+  for (std::vector<float>* planes : {&p.image, &p.flash})
+    for_each_plane(*planes, p.size,
+                   [&](std::vector<float> plane) { return blurred(std::move(plane), p.size, deviation); });
+}
+
+void bend(Photographs& p, Draws& draws) {
+  const std::vector<float> lit = with_flash(p);
+  const double white = std::max(1e-30, static_cast<double>(*std::max_element(lit.begin(), lit.end())));
+  const double exponent = std::exp(draws.sign() * draws.between(0.4, 1));
+  change_both(p, [&](float value) {
+    return static_cast<float>(white * std::pow(std::max(0.0, static_cast<double>(value)) / white, exponent));
+  });
+}
+
+void saturate(Photographs& p, Draws& draws) {
+  const std::vector<float> lit = with_flash(p);
+  std::vector<float> of_object;
+  for (std::size_t i = 0; i < lit.size(); ++i)
+    if (is_object(p, i)) of_object.push_back(lit[i]);
+  if (of_object.empty()) return;
+  const auto rank = static_cast<std::ptrdiff_t>(draws.between(0.6, 0.95) * static_cast<double>(of_object.size()));
+  std::nth_element(of_object.begin(), of_object.begin() + rank, of_object.end());
+  const float white = of_object[static_cast<std::size_t>(rank)];
+  change_both(p, [&](float value) { return std::min(value, white); });
+}
+
+void spoil_mask(Photographs& p, Draws& draws) {
+  const double kind = draws.between(0, 4), scale = p.size / usual_size;
+  const int reach = std::max(1, static_cast<int>(std::lround(draws.between(2, 6) * scale)));
+  std::vector<float> mask;
+  if (kind < 1) {
+    mask = grown(p.mask, p.size, reach);
+  } else if (kind < 2) {
+    mask = inverted(grown(inverted(p.mask), p.size, reach));
+  } else if (kind < 3) {
+    const double angle = draws.between(0, 2 * std::numbers::pi), length = draws.between(3, 9) * scale;
+    mask = shifted(p.mask, p.size, std::round(length * std::cos(angle)), std::round(length * std::sin(angle)));
+  }
+  p.mask = mask.empty() || is_empty(mask) ? box_of(p.mask, p.size) : std::move(mask);
+}
+
+void move_camera(Photographs& p, Draws& draws) {
+  const double angle = draws.between(0, 2 * std::numbers::pi), length = draws.between(1.5, 6.5) * p.size / usual_size;
+  std::vector<float> lit = with_flash(p);
+  for_each_plane(lit, p.size, [&](const std::vector<float>& plane) {
+    return shifted(plane, p.size, length * std::cos(angle), length * std::sin(angle));
+  });
+  for (std::size_t i = 0; i < lit.size(); ++i) p.flash[i] = lit[i] - p.image[i];
+}
+
+// The same photo twice, the second brighter.
+void leave_out_flash(Photographs& p, Draws& draws) {
+  const double brighter = draws.between(0.2, 2);
+  for (std::size_t i = 0; i < p.flash.size(); ++i)
+    p.flash[i] = static_cast<float>(brighter * static_cast<double>(p.image[i]) * (1 + 0.03 * draws.normal()));
+}
+
+}  // namespace
+
+std::vector<Fault> faults_of(const NetworkDescription& network) {
+  const bool flash = sees(network, "flash_luminance") || sees(network, "flash_rgb"), mask = sees(network, "mask");
+  std::vector<Fault> result;
+  for (const Fault& fault : faults)
+    if ((flash || !fault.needs_flash) && (mask || !fault.needs_mask)) result.push_back(fault);
+  return result;
+}
+
+void spoil(Photographs& photographs, const std::string& fault, const std::vector<float>& others_flash,
+           std::uint64_t seed, std::uint64_t stream) {
+  const auto known = std::find_if(faults.begin(), faults.end(), [&](const Fault& f) { return f.name == fault; });
+  if (known == faults.end()) throw UsageError("fault '" + fault + "': is not known");
+  if ((known->needs_flash && photographs.flash.empty()) || (known->needs_mask && photographs.mask.empty()))
+    throw UsageError("fault '" + fault + "': needs a flash, or a mask, which is not there");
+  Draws draws(seed, stream);
+  if (fault == "noisy") make_noisy(photographs, draws);
+  if (fault == "blurred") blur(photographs, draws);
+  if (fault == "curve") bend(photographs, draws);
+  if (fault == "saturated") saturate(photographs, draws);
+  if (fault == "mask") spoil_mask(photographs, draws);
+  if (fault == "moved") move_camera(photographs, draws);
+  if (fault == "no_flash") leave_out_flash(photographs, draws);
+  if (fault == "others_flash") photographs.flash = others_flash;
+}
+
+}  // namespace itn

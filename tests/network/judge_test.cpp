@@ -1,0 +1,149 @@
+// Judges: what they are shown, how their limit is found, and which networks they can judge for.
+#include "network/judge.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "network/network_file.h"
+#include "runtime/base/error.h"
+#include "tests/support/temporary_folder.h"
+
+using namespace itn;
+using Catch::Contains;
+
+namespace {
+
+constexpr int size = 16;
+constexpr std::size_t pixels = size * size;
+
+NetworkDescription judge_description() {
+  NetworkDescription judge;
+  judge.kind = judge_kind;
+  judge.size = size;
+  judge.width = 2;
+  judge.inputs = {"rgb", "flash_rgb", "mask"};
+  judge.channels = channels_of(judge.inputs);
+  judge.exposure = true;
+  judge.cut_out = 0.5;
+  judge.outputs = outputs_of_judge(judge);
+  return judge;
+}
+
+// Triangles of other sides in uneven light, each with its flash.
+DatasetImages triangles(std::size_t count) {
+  DatasetImages all;
+  for (std::size_t k = 0; k < count; ++k) {
+    SeenShape shape{{}, {}, std::vector<float>(pixels)};
+    std::vector<float> light(3 * pixels), flash(3 * pixels);
+    for (std::size_t i = 0; i < 3 * pixels; ++i) {
+      const std::size_t x = i % size, y = i % pixels / size;
+      light[i] = 0.1F + static_cast<float>((7 * x + 3 * y + i / pixels) % 5);
+      flash[i] = 0.3F + static_cast<float>((2 * x + 6 * y + k) % 7);
+      if (i < pixels && x >= 4 && y >= 3 && x + y < 17 + k) shape.mask[i] = 1;
+    }
+    all.images.emplace_back();
+    all.radiance.push_back(light);
+    all.flash.push_back(flash);
+    all.errors.emplace_back(3 * pixels, 0.0F);
+    all.flash_errors.emplace_back(3 * pixels, 0.0F);
+    all.shapes.push_back(shape);
+    all.shape_of.push_back(k);
+    all.lights.push_back({0, 0, 1});
+  }
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("a judge is shown the images as they are, and as many with one fault each, another at every look") {
+  const DatasetImages images = triangles(6);
+  const NetworkDescription judge = judge_description();
+  const JudgedExamples examples(images, judge, {.mirrored = true, .seed = 5});
+  NetworkDescription plain = judge;
+  plain.kind = "rn";
+  plain.outputs.clear();
+  const DatasetExamples right(images, plain, {.mirrored = true, .seed = 5});
+  REQUIRE(examples.count() == 2 * right.count());
+  std::vector<float> seen(7 * pixels), as_it_is(7 * pixels);
+  std::vector<double> truth(judge.outputs.size());
+  std::vector<int> faults_seen(truth.size());
+  for (std::uint64_t look = 0; look < 20; ++look)
+    for (std::size_t i = 0; i < right.count(); ++i) {
+      right.read(i, look, as_it_is, {});
+      examples.read(i, look, seen, truth);
+      CHECK(seen == as_it_is);
+      CHECK(std::count(truth.begin(), truth.end(), 0.0) == static_cast<std::ptrdiff_t>(truth.size()));
+      examples.read(right.count() + i, look, seen, truth);
+      CHECK(truth[0] == 1);
+      CHECK(std::accumulate(truth.begin(), truth.end(), 0.0) == 2);
+      const auto fault = std::find(truth.begin() + 1, truth.end(), 1.0) - truth.begin();
+      ++faults_seen[static_cast<std::size_t>(fault)];
+      INFO(judge.outputs[static_cast<std::size_t>(fault)].name);
+      CHECK((seen != as_it_is));
+    }
+  for (std::size_t f = 1; f < faults_seen.size(); ++f) CHECK(faults_seen[f] > 10);  // 240 looks at 8 faults
+  CHECK(JudgedExamples(images, judge, {}, 8).count() == 9 * images.images.size());
+}
+
+TEST_CASE("a judge's limit is what 5 % of the right images exceed, and what it finds of a fault is counted by it") {
+  Predictions examples;
+  examples.outputs = 3;  // doubt and two faults
+  const auto add = [&](double doubt, std::vector<double> truth) {
+    for (const double said : {doubt, 0.0, 0.0}) examples.predicted.push_back(said);
+    examples.truth.insert(examples.truth.end(), truth.begin(), truth.end());
+  };
+  for (int i = 1; i <= 99; ++i) add(i / 100.0, {0, 0, 0});
+  for (const double doubt : {0.2, 0.96, 0.97, 0.99}) add(doubt, {1, 1, 0});
+  for (const double doubt : {0.1, 0.94}) add(doubt, {1, 0, 1});
+  CHECK(judge_limit(examples) == 0.95);  // the 95th of 99
+  const JudgeErrors errors = judge_errors(examples, 0.95);
+  CHECK(errors.false_alarms == Approx(4 / 99.0));
+  CHECK((errors.found == std::vector<double>{0.75, 0}));
+  // Ten cannot tell which they are that one in twenty exceeds.
+  examples.predicted.resize(30);
+  examples.truth.resize(30);
+  CHECK(judge_limit(examples) == 1);
+}
+
+TEST_CASE("a judge keeps its limit in its file, and doubts what is above it") {
+  const TemporaryFolder folder;
+  Network judge(judge_description());
+  judge.initialise(1);
+  judge.set_limit(0.25);
+  CHECK_THROWS_AS(judge.set_limit(1.5), UsageError);
+  write_network(folder / "judge.safetensors", judge, Precision::single);
+  const NetworkDescription stored = read_network(folder / "judge.safetensors").description();
+  CHECK(stored == judge.description());
+  CHECK(is_judge(stored));
+  CHECK_FALSE(is_plain(stored));
+
+  std::vector<float> raw(stored.raw_outputs(), -5.0F);
+  CHECK_FALSE(verdict_of(raw, stored).doubted);
+  raw[0] = 1;
+  const Verdict verdict = verdict_of(raw, stored);
+  CHECK(verdict.doubted);
+  CHECK(verdict.doubt == Approx(1 / (1 + std::exp(-1))));
+}
+
+TEST_CASE("a judge judges for networks that see what it sees") {
+  const NetworkDescription judge = judge_description();
+  NetworkDescription network = judge;
+  network.kind = "rn";
+  network.outputs = default_outputs();
+  require_judge_of(network, judge, "j");
+  CHECK_THROWS_WITH(require_judge_of(judge, network, "j"), Contains("is no judge"));
+  network.cut_out = 0.6;
+  CHECK_THROWS_WITH(require_judge_of(network, judge, "j"), Contains("the same --inputs, --exposure and"));
+  network = judge;
+  network.inputs = {"rgb", "mask"};
+  CHECK_THROWS_AS(require_judge_of(network, judge, "j"), UsageError);
+  NetworkDescription knowing = judge;
+  knowing.inputs = {"luminance", "normal"};
+  CHECK_THROWS_WITH(outputs_of_judge(knowing), Contains("cannot see 'normal'"));
+  NetworkDescription none = judge;
+  none.outputs = default_outputs();
+  CHECK_THROWS_WITH(Network(none), Contains("a judge has a doubt"));
+}
