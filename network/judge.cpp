@@ -37,7 +37,10 @@ JudgedExamples::JudgedExamples(const DatasetImages& images, const NetworkDescrip
       faults_(faults_of(judge)),
       seed_(variation.seed),
       times_(times),
-      right_(images, without_outputs(judge), variation) {}
+      right_(images, without_outputs(judge), variation) {
+  if (judge.outputs != outputs_of_judge(judge))
+    throw UsageError("judge: its outputs are not those of what goes wrong with such photos; train it again");
+}
 
 void JudgedExamples::read(std::size_t index, std::uint64_t look, std::span<float> image,
                           std::span<double> truth) const {

@@ -21,7 +21,8 @@ std::vector<OutputRange> outputs_of_judge(const NetworkDescription& network);
 // A data set's images as they are, and after them the same spoilt, at every look by another fault.
 class JudgedExamples : public Examples {
  public:
-  // As DatasetExamples. times: so often each image is there spoilt, 1 or more.
+  // As DatasetExamples, and UsageError: a judge of other outputs than outputs_of_judge(). times: so often each image is
+  // there spoilt, 1 or more.
   JudgedExamples(const DatasetImages& images, const NetworkDescription& judge,
                  const DatasetExamples::Variation& variation = {}, std::size_t times = 1);
 

@@ -217,10 +217,8 @@ std::string doubt_warning(const std::string& file, const Verdict& verdict, const
   if (!verdict.doubted) return {};
   return fmt::format(
       "{}: is unlike the images that the network learnt from (doubt {:.2f}; 5 % of right ones are above {:.2f}): did "
-      "the "
-      "camera move, is the mask the object's, is the curve the camera's (--curve), is it sharp, and nowhere cut off? "
-      "What "
-      "is said of it may be far off, and its intervals too narrow",
+      "the camera move, is the mask the object's, is the curve the camera's (--curve), is it sharp, and nowhere cut "
+      "off? What is said of it may be far off, and its intervals too narrow",
       file, verdict.doubt, judge.limit);
 }
 

@@ -381,11 +381,10 @@ void TrainingRun::save() {
 std::vector<double> TrainingRun::conclude() {
   Network network = best();
   concluded_ = true;
-  const Predictions said = predict(network, *validation_);
   if (judges())
-    judged_ = judge_errors(said, network.description().limit);
+    judged_ = judge_errors(predict(network, *validation_), network.description().limit);
   else if (labelled())
-    errors_ = root_mean_square_errors(said);
+    errors_ = root_mean_square_errors(predict(network, *validation_));
   spread_ = network.description().spread;
   limit_ = network.description().limit;
   save();

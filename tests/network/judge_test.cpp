@@ -143,6 +143,9 @@ TEST_CASE("a judge judges for networks that see what it sees") {
   NetworkDescription knowing = judge;
   knowing.inputs = {"luminance", "normal"};
   CHECK_THROWS_WITH(outputs_of_judge(knowing), Contains("cannot see 'normal'"));
+  NetworkDescription fewer = judge;
+  fewer.outputs.pop_back();
+  CHECK_THROWS_WITH(JudgedExamples(triangles(2), fewer), Contains("train it again"));
   NetworkDescription none = judge;
   none.outputs = default_outputs();
   CHECK_THROWS_WITH(Network(none), Contains("a judge has a doubt"));
