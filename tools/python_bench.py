@@ -1,15 +1,19 @@
 #!/usr/bin/env python3
-"""What Python costs: python_bench.py [overhead | memory [RENDERS] | threads [RENDERS] | itn [STEPS]]...
+"""What Python costs: python_bench.py [overhead | memory [RENDERS] | threads [RENDERS] | itn [STEPS] | itn-sun [STEPS]]...
 
 overhead  time of a call beside the renderer's own, of small images, and beside the command
 memory    resident memory and time of a render over many renders
 threads   renders a second of several threads with scenes of their own, which share one device; memory; the same images
-itn       a step of training an inverse transport network in PyTorch, rendering by itn and by Mitsuba; needs torch and mitsuba
+itn       a step of training an inverse transport network in PyTorch, rendering by itn and by Mitsuba, and how much longer Mitsuba's takes
+          to gradients of the same noise, under constant light; needs torch and mitsuba
+itn-sun   the same under sun and sky
 """
 import os
+import re
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -88,7 +92,14 @@ def threads(renders=2000):
               f"{resident():.1f} MiB")
 
 
-def train(steps=20, batch=8, spp=16):
+SUN = """<emitter type="sunsky"><vector name="sun_direction" x="0.3" y="-0.5" z="0.8"/><float name="turbidity" value="3"/></emitter>"""
+
+
+def train_in_sun(steps=20):
+    train(steps, sun=True)
+
+
+def train(steps=20, batch=8, spp=16, sun=False):
     import torch
     import itn.torch
     import mitsuba as mi
@@ -99,12 +110,17 @@ def train(steps=20, batch=8, spp=16):
     rng = np.random.default_rng(0)
     low, high = np.array([4.0, 0.6]), np.array([12.0, 0.95])
     truth = torch.from_numpy(low + (high - low) * rng.random((batch, 2))).float()
-    scene = itn.load(BALL, size=size)
+    text = Path(BALL).read_text(encoding="utf-8").replace('value="32"', 'value="64"').replace('value="24"', 'value="64"')
+    if sun:
+        text = re.sub("<emitter.*</emitter>", SUN, text, flags=re.DOTALL)
+    with tempfile.NamedTemporaryFile("w", suffix=".xml") as file:
+        file.write(text)
+        file.flush()
+        scene = itn.load(file.name)
     names = ("skin.sigma_t", "skin.albedo")
     photos = itn.torch.render(scene, dict(zip(names, truth.T)), spp=256, seed=1000)
     targets = [itn.torch.target(scene, photo) for photo in photos]
 
-    text = Path(BALL).read_text(encoding="utf-8").replace('value="32"', 'value="64"').replace('value="24"', 'value="64"')
     theirs = mi.load_string(text, spp=spp)
     parameters = mi.traverse(theirs)
     integrator = mi.load_dict({"type": "prbvolpath", "max_depth": 64})
@@ -149,13 +165,15 @@ def train(steps=20, batch=8, spp=16):
         return total, gradient
 
     guess = truth + 0.1 * (torch.from_numpy(high - low).float())
+    seeds, work = 32, []  # work: variance of the gradient, then times the time of a step
     for name, loss in (("itn", ours), ("mitsuba", mitsuba)):
         gradients = []
-        for seed in range(8):
+        for seed in range(seeds):
             gradients.append(loss(guess, 100 + seed)[1].numpy().sum(0))
-        mean, error = np.mean(gradients, 0), np.std(gradients, 0, ddof=1) / np.sqrt(8)
+        mean, error = np.mean(gradients, 0), np.std(gradients, 0, ddof=1) / np.sqrt(seeds)
+        work.append(error ** 2)
         print(f"{name}: gradient by sigma_t {mean[0]:.6f} +- {error[0]:.6f}, by albedo {mean[1]:.5f} +- {error[1]:.5f}")
-    for name, loss in (("itn", ours), ("mitsuba", mitsuba)):
+    for k, (name, loss) in enumerate((("itn", ours), ("mitsuba", mitsuba))):
         net = network()
         adam = torch.optim.Adam(net.parameters(), 1e-3)
         times, losses = [], []
@@ -169,13 +187,16 @@ def train(steps=20, batch=8, spp=16):
             adam.step()
             times.append(time.perf_counter() - begin)
             losses.append(total)
+        work[k] = work[k] * statistics.median(times)
         print(f"{name}: {batch} images of 64 x 64, {spp} spp: a step {1e3 * statistics.median(times):.0f} ms, the first "
               f"{times[0]:.2f} s, {steps} steps {time.perf_counter() - start:.1f} s, loss {losses[0]:.5f} to {losses[-1]:.5f}")
+    sigma_t, albedo = work[1] / work[0]
+    print(f"to the same noise of the gradient Mitsuba takes {sigma_t:.3g} (by sigma_t) and {albedo:.3g} times (albedo) as long")
 
 
 def main():
     arguments = sys.argv[1:] or ["overhead", "memory"]
-    runs = {"overhead": overhead, "memory": memory, "threads": threads, "itn": train}
+    runs = {"overhead": overhead, "memory": memory, "threads": threads, "itn": train, "itn-sun": train_in_sun}
     while arguments:
         name = arguments.pop(0)
         if name not in runs:
