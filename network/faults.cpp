@@ -6,29 +6,33 @@
 #include <numbers>
 #include <utility>
 
+#include "network/input.h"
+#include "network/random.h"
 #include "runtime/base/error.h"
-#include "runtime/base/random.h"
 
 namespace itn {
-namespace {
 
-constexpr double usual_size = 64;  // [pixels], of which lengths are said below
-
-// Numbers from one stream, one after the other.
+// From one stream, one after the other.
 class Draws {
  public:
   Draws(std::uint64_t seed, std::uint64_t stream) : seed_(seed), stream_(stream) {}
 
-  double between(double low, double high) { return low + (high - low) * random_uniform(seed_, stream_, next_++); }
-  double normal() {  // Box and Muller 1958
-    const double radius = std::sqrt(-2 * std::log(between(0, 1)));
-    return radius * std::cos(between(0, 2 * std::numbers::pi));
+  double between(double low, double high) { return low + (high - low) * uniform(); }
+  double normal() {
+    const double u = uniform();
+    return normal_from(u, uniform());
   }
   double sign() { return between(-1, 1) < 0 ? -1 : 1; }
 
  private:
+  double uniform() { return random_uniform(seed_, stream_, next_++); }
+
   std::uint64_t seed_, stream_, next_ = 0;
 };
+
+namespace {
+
+constexpr double usual_size = 64;  // [pixels], of which lengths are said below
 
 std::size_t pixels_of(const Photographs& p) {
   return static_cast<std::size_t>(p.size) * static_cast<std::size_t>(p.size);
@@ -115,18 +119,12 @@ std::vector<float> inverted(std::vector<float> mask) {
 
 // All of the box around it.
 std::vector<float> box_of(const std::vector<float>& mask, int size) {
-  int left = size, right = -1, top = size, bottom = -1;
-  for (int i = 0; i < size * size; ++i) {
-    if (mask[static_cast<std::size_t>(i)] != 1) continue;
-    left = std::min(left, i % size);
-    right = std::max(right, i % size);
-    top = std::min(top, i / size);
-    bottom = std::max(bottom, i / size);
-  }
-  std::vector<float> box(mask.size());
-  for (int row = top; row <= bottom; ++row)
-    for (int column = left; column <= right; ++column) box[static_cast<std::size_t>(row * size + column)] = 1;
-  return box;
+  const WhiteBox box = box_around_white(mask, size, size);
+  std::vector<float> filled(mask.size());
+  for (int row = box.top; row <= box.bottom; ++row)
+    for (int column = box.left; column <= box.right; ++column)
+      filled[static_cast<std::size_t>(row * size + column)] = 1;
+  return filled;
 }
 
 bool is_object(const Photographs& p, std::size_t i) { return p.mask.empty() || p.mask[i % pixels_of(p)] == 1; }
@@ -156,7 +154,7 @@ void change_both(Photographs& p, const Each& each) {
   for (std::size_t i = 0; i < lit.size(); ++i) p.flash[i] = each(lit[i]) - p.image[i];
 }
 
-void make_noisy(Photographs& p, Draws& draws) {
+void make_noisy(Photographs& p, Draws& draws, const OthersFlash& /*unused*/) {
   const double share = draws.between(0.1, 0.5);
   for (std::vector<float>* planes : {&p.image, &p.flash}) {
     const double deviation = share * mean_over_object(p, *planes);
@@ -164,14 +162,14 @@ void make_noisy(Photographs& p, Draws& draws) {
   }
 }
 
-void blur(Photographs& p, Draws& draws) {
+void blur(Photographs& p, Draws& draws, const OthersFlash& /*unused*/) {
   const double deviation = draws.between(1, 3) * p.size / usual_size;
   for (std::vector<float>* planes : {&p.image, &p.flash})
     for_each_plane(*planes, p.size,
                    [&](std::vector<float> plane) { return blurred(std::move(plane), p.size, deviation); });
 }
 
-void bend(Photographs& p, Draws& draws) {
+void bend(Photographs& p, Draws& draws, const OthersFlash& /*unused*/) {
   const std::vector<float> lit = with_flash(p);
   const double white = std::max(1e-30, static_cast<double>(*std::max_element(lit.begin(), lit.end())));
   const double exponent = std::exp(draws.sign() * draws.between(0.4, 1));
@@ -180,7 +178,7 @@ void bend(Photographs& p, Draws& draws) {
   });
 }
 
-void saturate(Photographs& p, Draws& draws) {
+void saturate(Photographs& p, Draws& draws, const OthersFlash& /*unused*/) {
   const std::vector<float> lit = with_flash(p);
   std::vector<float> of_object;
   for (std::size_t i = 0; i < lit.size(); ++i)
@@ -192,7 +190,7 @@ void saturate(Photographs& p, Draws& draws) {
   change_both(p, [&](float value) { return std::min(value, white); });
 }
 
-void spoil_mask(Photographs& p, Draws& draws) {
+void spoil_mask(Photographs& p, Draws& draws, const OthersFlash& /*unused*/) {
   const double kind = draws.between(0, 4), scale = p.size / usual_size;
   const int reach = std::max(1, static_cast<int>(std::lround(draws.between(2, 6) * scale)));
   std::vector<float> mask;
@@ -207,7 +205,7 @@ void spoil_mask(Photographs& p, Draws& draws) {
   p.mask = mask.empty() || is_empty(mask) ? box_of(p.mask, p.size) : std::move(mask);
 }
 
-void move_camera(Photographs& p, Draws& draws) {
+void move_camera(Photographs& p, Draws& draws, const OthersFlash& /*unused*/) {
   const double angle = draws.between(0, 2 * std::numbers::pi), length = draws.between(1.5, 6.5) * p.size / usual_size;
   std::vector<float> lit = with_flash(p);
   for_each_plane(lit, p.size, [&](const std::vector<float>& plane) {
@@ -217,13 +215,35 @@ void move_camera(Photographs& p, Draws& draws) {
 }
 
 // The same photo twice, the second brighter.
-void leave_out_flash(Photographs& p, Draws& draws) {
+void leave_out_flash(Photographs& p, Draws& draws, const OthersFlash& /*unused*/) {
   const double brighter = draws.between(0.2, 2);
   for (std::size_t i = 0; i < p.flash.size(); ++i)
     p.flash[i] = static_cast<float>(brighter * static_cast<double>(p.image[i]) * (1 + 0.03 * draws.normal()));
 }
 
+void take_others_flash(Photographs& p, Draws& /*unused*/, const OthersFlash& others_flash) { p.flash = others_flash(); }
+
 }  // namespace
+
+// Lengths in pixels of images of 64.
+const std::array<Fault, 8> faults{{
+    // a standard deviation of a tenth to a half of the object's mean is added
+    {"noisy", false, false, make_noisy},
+    // by a normal distribution of 1 to 3 pixels
+    {"blurred", false, false, blur},
+    // radiance to the power of e^.4 to e, or one over that
+    {"curve", false, false, bend},
+    // 5 to 40 % of the object are cut off in the brighter photo, the other alike
+    {"saturated", false, false, saturate},
+    // grown or shrunk by 2 to 6 pixels, moved by 3 to 9, or the box around it
+    {"mask", false, true, spoil_mask},
+    // by 1.5 to 6.5 pixels between the photo and the one with the flash
+    {"moved", true, false, move_camera},
+    // of another object
+    {"others_flash", true, false, take_others_flash},
+    // the second photo is the first, brighter, and a little noise
+    {"no_flash", true, false, leave_out_flash},
+}};
 
 std::vector<Fault> faults_of(const NetworkDescription& network) {
   const bool flash = sees(network, "flash_luminance") || sees(network, "flash_rgb"), mask = sees(network, "mask");
@@ -233,21 +253,12 @@ std::vector<Fault> faults_of(const NetworkDescription& network) {
   return result;
 }
 
-void spoil(Photographs& photographs, const std::string& fault, const std::vector<float>& others_flash,
-           std::uint64_t seed, std::uint64_t stream) {
-  const auto known = std::find_if(faults.begin(), faults.end(), [&](const Fault& f) { return f.name == fault; });
-  if (known == faults.end()) throw UsageError("fault '" + fault + "': is not known");
-  if ((known->needs_flash && photographs.flash.empty()) || (known->needs_mask && photographs.mask.empty()))
-    throw UsageError("fault '" + fault + "': needs a flash, or a mask, which is not there");
+void spoil(Photographs& photographs, const Fault& fault, const OthersFlash& others_flash, std::uint64_t seed,
+           std::uint64_t stream) {
+  if ((fault.needs_flash && photographs.flash.empty()) || (fault.needs_mask && photographs.mask.empty()))
+    throw UsageError(std::string("fault '") + fault.name + "': needs a flash, or a mask, which is not there");
   Draws draws(seed, stream);
-  if (fault == "noisy") make_noisy(photographs, draws);
-  if (fault == "blurred") blur(photographs, draws);
-  if (fault == "curve") bend(photographs, draws);
-  if (fault == "saturated") saturate(photographs, draws);
-  if (fault == "mask") spoil_mask(photographs, draws);
-  if (fault == "moved") move_camera(photographs, draws);
-  if (fault == "no_flash") leave_out_flash(photographs, draws);
-  if (fault == "others_flash") photographs.flash = others_flash;
+  fault.happens(photographs, draws, others_flash);
 }
 
 }  // namespace itn

@@ -131,24 +131,6 @@ Planes mask_plane(const std::string& file, const CheckSize& check) {
 
 constexpr float white_from = 0.5F;
 
-// The box around what is white: first and last column, first and last row; the first behind the last where nothing is.
-struct WhiteBox {
-  int left, right = -1, top, bottom = -1;
-  int longer_side() const { return std::max(right - left, bottom - top) + 1; }
-};
-
-WhiteBox box_around_white(std::span<const float> mask, int width, int height) {
-  WhiteBox box{.left = width, .top = height};
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      if (!(mask[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] >
-            white_from))
-        continue;
-      box = {std::min(box.left, x), std::max(box.right, x), std::min(box.top, y), std::max(box.bottom, y)};
-    }
-  return box;
-}
-
 // What lies below 0 is noise, or no radiance. Nothing but black says nothing about an object.
 void check_radiance(const std::vector<float>& luminance, const std::string& file) {
   double above = 0, below = 0;
@@ -390,6 +372,18 @@ std::vector<float> cut_planes(std::vector<float> planes, const CutOut& object) {
     result[i] = share > 0 ? result[i] / share : 0;
   }
   return result;
+}
+
+WhiteBox box_around_white(std::span<const float> mask, int width, int height) {
+  WhiteBox box{.left = width, .top = height};
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      if (!(mask[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] >
+            white_from))
+        continue;
+      box = {std::min(box.left, x), std::max(box.right, x), std::min(box.top, y), std::max(box.bottom, y)};
+    }
+  return box;
 }
 
 double share_of_object(std::span<const float> mask) {

@@ -15,6 +15,7 @@
 //   nearness         how much nearer than the object's mean depth the object is [scene units]; 0 off the object
 //   light            cosine between that normal and that of the light (manifest); below 0 where it is turned away
 #pragma once
+#include <algorithm>
 #include <array>
 #include <span>
 #include <string>
@@ -101,6 +102,13 @@ CutOut cut_out(std::vector<float> white, int width, int height, int size, double
 
 // Of planes (count, height, width) as the mask, what read_resampled_radiance() returns with an object.
 std::vector<float> cut_planes(std::vector<float> planes, const CutOut& object);
+
+// The box around what is white: first and last column, first and last row; the first behind the last where nothing is.
+struct WhiteBox {
+  int left, right = -1, top, bottom = -1;
+  int longer_side() const { return std::max(right - left, bottom - top) + 1; }
+};
+WhiteBox box_around_white(std::span<const float> mask, int width, int height);
 
 // That longer side over the image's, of a mask (size, size) that is not 0 everywhere.
 double share_of_object(std::span<const float> mask);

@@ -50,9 +50,12 @@ void JudgedExamples::read(std::size_t index, std::uint64_t look, std::span<float
   if (index >= right_.count()) {
     const std::uint64_t stream = RANDOM_FAULT + look * count() + index;
     const auto chosen = static_cast<std::size_t>(random_bits(seed_, stream, 0) % faults_.size());
-    const std::size_t others = std::max<std::size_t>(1, right_.originals() - 1),
-                      other = (original + 1 + random_bits(seed_, stream, 1) % others) % right_.originals();
-    spoil(seen, faults_[chosen].name, right_.photographs(other, look).flash, seed_, RANDOM_FLASH + stream);
+    const auto others_flash = [&] {
+      const std::size_t others = std::max<std::size_t>(1, right_.originals() - 1);
+      return right_.photographs((original + 1 + random_bits(seed_, stream, 1) % others) % right_.originals(), look)
+          .flash;
+    };
+    spoil(seen, faults_[chosen], others_flash, seed_, RANDOM_FLASH + stream);
     truth[0] = truth[1 + chosen] = 1;
   }
   SeenShape shape{{}, {}, std::move(seen.mask)};
@@ -87,7 +90,7 @@ JudgeErrors judge_errors(const Predictions& examples, double limit) {
     }
     return all > 0 ? above / all : 0;
   };
-  JudgeErrors result{share_above(0, 0), {}};
+  JudgeErrors result{limit, share_above(0, 0), {}};
   for (std::size_t f = 1; f < examples.outputs; ++f) result.found.push_back(share_above(f, 1));
   return result;
 }

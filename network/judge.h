@@ -43,6 +43,7 @@ double judge_limit(const Predictions& examples);
 
 // Which shares exceed a limit: of the examples that are right, and of those with each fault (outputs_of_judge()).
 struct JudgeErrors {
+  double limit = 1;
   double false_alarms = 0;
   std::vector<double> found;
 };

@@ -20,10 +20,13 @@ enum RandomStream : std::uint64_t {
   RANDOM_FLASH = std::uint64_t(1) << 60  // and another: of what belongs to it
 };
 
-// Normal with mean 0 and variance 1 (Box and Muller 1958).
+// Normal with mean 0 and variance 1, from two numbers that are uniform on (0, 1) (Box and Muller 1958).
+inline double normal_from(double u, double v) {
+  return std::sqrt(-2 * std::log(u)) * std::cos(2 * std::numbers::pi * v);
+}
+
 inline double random_normal(std::uint64_t seed, std::uint64_t stream, std::uint64_t index) {
-  const double radius = std::sqrt(-2 * std::log(random_uniform(seed, stream, 2 * index)));
-  return radius * std::cos(2 * std::numbers::pi * random_uniform(seed, stream, 2 * index + 1));
+  return normal_from(random_uniform(seed, stream, 2 * index), random_uniform(seed, stream, 2 * index + 1));
 }
 
 // 0 .. count - 1 in random order (Fisher and Yates). The modulo's bias is below count / 2^64.

@@ -106,7 +106,6 @@ def train(steps=20, batch=8, spp=16, sun=False):
     mi.set_variant("llvm_ad_rgb")
     import drjit as dr
 
-    size = (64, 64)
     rng = np.random.default_rng(0)
     low, high = np.array([4.0, 0.6]), np.array([12.0, 0.95])
     truth = torch.from_numpy(low + (high - low) * rng.random((batch, 2))).float()

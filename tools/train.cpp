@@ -59,7 +59,7 @@ void print_end(const TrainingRun& run, const std::vector<double>& errors) {
              trainer.curve()[trainer.best_epoch()].validation);
   if (!run.labelled()) fmt::print(", before {:.5f}", run.validation_before());
   if (const JudgeErrors* judged = run.judged()) {
-    fmt::print("; of the validation images 5 % have a doubt above {:.3g}, and of those with a fault:", run.limit());
+    fmt::print("; of the validation images 5 % have a doubt above {:.3g}, and of those with a fault:", judged->limit);
     for (std::size_t i = 0; i < judged->found.size(); ++i)
       fmt::print(" {} {:.0f} %", run.description().outputs[1 + i].name, 100 * judged->found[i]);
   }

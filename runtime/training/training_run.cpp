@@ -354,7 +354,7 @@ Json TrainingRun::record() const {
   for (std::size_t i = 0; i < errors_.size(); ++i)
     object_in(json, "validation_rmse")[network_->description().outputs[i].name] = errors_[i];
   if (judged()) {
-    json["limit"] = limit_;
+    json["limit"] = judged_.limit;
     for (std::size_t i = 0; i < judged_.found.size(); ++i)
       object_in(json, "found")[network_->description().outputs[1 + i].name] = judged_.found[i];
   }
@@ -386,7 +386,6 @@ std::vector<double> TrainingRun::conclude() {
   else if (labelled())
     errors_ = root_mean_square_errors(predict(network, *validation_));
   spread_ = network.description().spread;
-  limit_ = network.description().limit;
   save();
   return errors_;
 }

@@ -84,7 +84,6 @@ class TrainingRun {
   bool has_image_loss() const { return image_loss_ != nullptr; }
   // Of a judge, once concluded: how it does on the validation images.
   const JudgeErrors* judged() const { return judges() && concluded_ ? &judged_ : nullptr; }
-  double limit() const { return limit_; }
   bool labelled() const { return request_.unlabelled.empty(); }
   // Without labels: the validation loss, which is by images then, of the network of `init`.
   double validation_before() const { return validation_before_; }
@@ -125,7 +124,6 @@ class TrainingRun {
   std::vector<double> errors_;  // of the validation, once concluded
   std::vector<double> spread_;  // likewise, of a distribution (NetworkDescription)
   JudgeErrors judged_;          // likewise, of a judge
-  double limit_ = 1;            // likewise (NetworkDescription)
 };
 
 }  // namespace itn
