@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """What a network gains from being shown the scene (itn predict --exemplars).
 
-    tools/shown_network.py [DIR] -o OUT [--exemplars 24] [--run shipped] [--spp N] [--itn build/bin/itn]
+    tools/shown_network.py [DIR] -o OUT [--exemplars 24] [--alone N] [--run shipped] [--spp N] [--itn build/bin/itn]
 
 With DIR, a data set (itn dataset laptop, say): every test image of split unseen_both under a sun. Without: six shapes whose
 boundary is rough (Beckmann, alpha 0.25, n = 1.33), each seen from elsewhere under its own sun, 16 materials each: scenes as
-the network that ships with itn has not seen any. OUT gets what is rendered; nothing that is there is rendered again.
+the network that ships with itn has not seen any. OUT gets what is rendered; nothing that is there is rendered again. Photos of
+a scene share its exemplars, or with --alone so many of them are taken, evenly, each with exemplars of its own.
 
 Prints for the network as it is and for the one that is shown each scene: root mean square and median errors, and how many of
 its 95 % intervals hold the truth.
@@ -19,7 +20,7 @@ import statistics
 import subprocess
 import sys
 
-from invert_dataset import cpu_seconds, mesh_of, parameters, root, scene_file
+from invert_dataset import cpu_seconds, evenly, mesh_of, parameters, root, scene_file
 
 sun_height = math.sqrt(0.75)  # zenith 30 degrees
 views = [('knot', 15, '14, -26, 20'), ('cup', 40, '-20, -20, 20'), ('hand', 65, '0, -30, 15'), ('sponge', 30, '20, -10, 30'),
@@ -84,6 +85,7 @@ def main():
     parser.add_argument('data', type=pathlib.Path, nargs='?')
     parser.add_argument('-o', '--output', type=pathlib.Path, required=True)
     parser.add_argument('--exemplars', type=int, default=24)
+    parser.add_argument('--alone', type=int, metavar='N', help='N photos of each scene, each by itself')
     parser.add_argument('--spp', type=int, help='of the exemplars; default: as noisy as the photos')
     parser.add_argument('--run', default='shipped')
     parser.add_argument('--itn', default=str(root / 'build/bin/itn'))
@@ -97,7 +99,10 @@ def main():
     errors = {who: {name: [] for name in parameters} for who in ('as it is', 'shown the scene')}
     held = {who: {name: 0 for name in parameters} for who in errors}
     seconds = {who: [] for who in errors}
-    for name, scene, definitions, photos in of_data_set(options.data, out) if options.data else unlike(out, options.itn):
+    scenes = of_data_set(options.data, out) if options.data else unlike(out, options.itn)
+    if options.alone:
+        scenes = ((*scene, [photo]) for *scene, photos in scenes for photo in evenly(photos, options.alone, 'photos'))
+    for name, scene, definitions, photos in scenes:
         for who, more in (('as it is', []), ('shown the scene', shown)):
             file = out / 'predictions.json'
             seconds[who].append(run([options.itn, 'predict', *run_option, *(photo for photo, _ in photos), '--scene', scene,
@@ -110,7 +115,7 @@ def main():
         print(f'{name}: {len(photos)} photos', file=sys.stderr)
     count = len(errors['as it is']['g'])
     for who in errors:
-        print(f'{who}: {count} photos, {statistics.fmean(seconds[who]):.1f} CPU s a scene')
+        print(f'{who}: {count} photos, {statistics.fmean(seconds[who]):.1f} CPU s a command')
         for parameter, of in errors[who].items():
             print(f'  {parameter:8} root mean square error {math.sqrt(statistics.fmean(e * e for e in of)):.3g}, median '
                   f'{statistics.median(map(abs, of)):.3g}; 95 % intervals hold {held[who][parameter] / count:.3f}')

@@ -2,16 +2,17 @@
 //
 // A network's outputs are sums of an image that tell materials apart; what they are at a material depends on the scene,
 // and of that a network knows only what others like it were when it learnt. So it is shown the scene itself, rendered
-// at materials that are known (exemplars): its answers to these say what it answers here, each as a polynomial of the
-// material, and how far from that, by noise and by what polynomials cannot follow. An answer to a photo then has a
-// likelihood at every material (a synthetic likelihood, Wood 2010, with a network's outputs as the statistics,
-// Fearnhead and Prangle 2012), and as the covariance comes from some exemplars, it is Student's (Sellentin and Heavens
-// 2016).
+// at materials that are known (exemplars): its answers to these, and how they change with the material, say what it
+// answers here (gaussian_process.h), and how far from that, by noise and by what the process cannot follow. An answer
+// to a photo then has a likelihood at every material (a synthetic likelihood, Wood 2010, with a network's outputs as
+// the statistics, Fearnhead and Prangle 2012), and as the covariance comes from some exemplars, it is Student's
+// (Sellentin and Heavens 2016). Any other numbers that an image has can be statistics beside the outputs.
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 
-#include "runtime/inversion/posterior/polynomials.h"
+#include "runtime/training/gaussian_process.h"
 
 namespace itn {
 
@@ -19,8 +20,9 @@ constexpr int least_exemplars = 12;
 
 class AnswerEmulator {
  public:
-  // shares: the exemplars' materials (output_range.h), a column each, in [0, 1]; answers: the network's, a column each.
-  // least_exemplars or more. Throws UsageError: fewer.
+  // shares: the exemplars' d materials (output_range.h), a column each, in [0, 1]. answers: of each exemplar its
+  // statistics, then their derivatives by the d shares; a column a statistic. least_exemplars or more. Throws
+  // UsageError: fewer.
   AnswerEmulator(const Eigen::MatrixXd& shares, const Eigen::MatrixXd& answers);
 
   // Log of the likelihood of an answer, but for a constant, at shares.
@@ -30,13 +32,10 @@ class AnswerEmulator {
   Eigen::MatrixXd posterior(const Eigen::VectorXd& answer, int count, std::uint64_t seed) const;
 
  private:
-  Eigen::VectorXd whitened(const Eigen::VectorXd& answer) const;
-
-  Polynomials polynomials_;
   Eigen::Index exemplars_;
-  Eigen::VectorXd mean_, deviation_;  // of each answer over the exemplars
-  Eigen::MatrixXd root_;              // turns answers less their mean, over their deviation, into independent ones
-  Eigen::MatrixXd coefficients_;      // of these, a row each
+  Eigen::VectorXd mean_, deviation_;        // of each statistic over the exemplars
+  std::optional<GaussianProcess> process_;  // of these, less their mean, over their deviation
+  Eigen::MatrixXd root_;                    // turns its errors, over its deviation, into independent ones
 };
 
 }  // namespace itn

@@ -17,9 +17,9 @@ namespace {
 
 constexpr std::size_t drawn = 4096;  // samples of the distribution: its moments to some hundredths of a deviation
 
-// The network's raw outputs.
-std::vector<float> look(Network& network, const std::string& image, const std::optional<SceneView>& view,
-                        const PhotoOptions& photo) {
+// What the network sees.
+std::vector<float> input_of(const Network& network, const std::string& image, const std::optional<SceneView>& view,
+                            const PhotoOptions& photo) {
   const NetworkDescription& description = network.description();
   std::vector<float> input(network.image_values());
   const std::vector<float> luminance = read_resampled_luminance(image, description.size, photo);
@@ -29,7 +29,7 @@ std::vector<float> look(Network& network, const std::string& image, const std::o
   } else {
     network_input(description, luminance, nullptr, input);
   }
-  return network.forward(input, 1);
+  return input;
 }
 
 // Parameters drawn from the network's distribution, those outside of its ranges left out.
@@ -111,15 +111,16 @@ NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& par
   std::optional<SceneView> view;
   if (network.description().channels > 1) view.emplace(scene, sensor, network.description(), body, who);
   const NetworkDescription& description = network.description();
-  const std::vector<float> raw = look(network, image, view, photo);
+  const std::vector<float> input = input_of(network, image, view, photo);
+  const std::vector<float> raw = network.forward(input, 1);
   std::vector<std::vector<double>> samples;
   std::vector<double> values;  // one an output
   for (std::size_t i = 0; i < description.outputs.size(); ++i)
     values.push_back(description.outputs[i].parameter(static_cast<double>(raw[i])));
   if (showing.exemplars > 0) {
     const SceneToShow here{scene, sensor, medium, body, view ? &*view : nullptr, who};
-    const ShownScene shown(network, here, noise_share(image, description.size, photo), showing, cancel);
-    samples = shown.posterior(raw);
+    const ShownScene shown(network, here, {input}, noise_share(image, description.size, photo), showing, cancel);
+    samples = shown.posterior(0);
     values.clear();
     for (const ParameterEstimate& estimate : estimates_of(samples)) values.push_back(estimate.value);
   } else if (description.distribution) {

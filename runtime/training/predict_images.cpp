@@ -241,27 +241,35 @@ PredictedImages predict_images(const PredictionRequest& request, const std::atom
   std::optional<Network> judge = judge_of(request, description);
   Known known(request, description);
 
+  std::vector<std::vector<float>> inputs(request.images.size());
+  std::vector<double> saturated(inputs.size());
+  const auto see = [&](std::size_t k) {
+    inputs[k].resize(network.image_values());
+    saturated[k] = known.see(k, inputs[k]);
+  };
   std::optional<ShownScene> shown;
   if (request.showing.exemplars > 0) {
+    for (std::size_t k = 0; k < inputs.size(); ++k) see(k);
     double noise = 0;  // of the noisiest: of the others intervals are a little too wide
     for (const std::string& file : request.images)
       noise = std::max(noise, noise_share(file, description.size, request.photo));
     const SceneToShow scene{*request.scene, request.sensor, 0,
                             *known.body(),  known.view(),   "--scene " + request.scene->file};
-    shown.emplace(network, scene, noise, request.showing, cancel);
+    shown.emplace(network, scene, inputs, noise, request.showing, cancel);
   }
   PredictedImages result{description, {}, known.body().has_value(), shown ? shown->spp() : 0, {}};
   if (judge) result.judge = judge->description();
-  std::vector<float> input(network.image_values());
   for (std::size_t k = 0; k < request.images.size(); ++k) {
     if (cancel) throw Interrupted();
-    const double saturated = known.see(k, input);
-    const std::vector<float>& raw = network.forward(input, 1);
+    if (!shown) see(k);
     ImagePrediction image{
-        request.images[k], {}, shown ? estimates_of(shown->posterior(raw)) : estimates_of(raw, description), {}};
-    if (judge) image.verdict = verdict_of(judge->forward(input, 1), judge->description());
+        request.images[k],
+        {},
+        shown ? estimates_of(shown->posterior(k)) : estimates_of(network.forward(inputs[k], 1), description),
+        {}};
+    if (judge) image.verdict = verdict_of(judge->forward(inputs[k], 1), judge->description());
     for (const std::string& warning :
-         {saturation_warning(image.file, saturated),
+         {saturation_warning(image.file, saturated[k]),
           image.verdict ? doubt_warning(image.file, *image.verdict, *result.judge) : std::string()})
       if (!warning.empty()) image.warnings.push_back(warning);
     for (std::size_t i = 0; i < image.parameters.size(); ++i) {
@@ -271,6 +279,7 @@ PredictedImages predict_images(const PredictionRequest& request, const std::atom
         if (request.longest_side_mm > 0) *number *= description.mm_per_unit / request.longest_side_mm;
       }
     }
+    inputs[k] = {};  // of many images they would be much
     if (each) each(description, image);
     result.images.push_back(std::move(image));
   }

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/random.h"
 #include "runtime/image/exr.h"
 #include "runtime/inversion/posterior/low_discrepancy.h"
 #include "runtime/renderer.h"
@@ -17,8 +19,13 @@ namespace {
 
 constexpr int pilot_spp = 16;  // of the rendering that tells how many samples are as noisy as the photo
 constexpr int usual_spp = 64, least_spp = 4;
-constexpr int most_spp = 256;  // then what a polynomial cannot follow is more than the noise
-constexpr int samples = 2000;  // of the posterior
+constexpr int most_spp = 256;             // then what a polynomial cannot follow is more than the noise
+constexpr int samples = 2000;             // of the posterior
+constexpr int drawn_from = 256;           // samples of a posterior from which exemplars are drawn
+constexpr std::size_t least_a_photo = 3;  // exemplars where its material may be; of fewer, intervals hold less often
+constexpr int refinements = 2;            // rounds of exemplars where the photos' materials may be
+constexpr double step = 0.02;             // of a share, along derivative images
+constexpr double least_noise = 0.005;     // of what a network sees of a pixel
 
 double noise_share(const std::vector<float>& value, const std::vector<float>& noise) {
   double sum = 0, square = 0;
@@ -53,20 +60,132 @@ class MaterialScene {
     sigma_t_unit_ = sigma_t_unit(scene_, shown.medium, network, shown.body);
   }
 
+  const Scene& middle() { return at(Eigen::VectorXd::Constant(static_cast<Eigen::Index>(outputs_.size()), 0.5)); }
+
   const Scene& at(const Eigen::VectorXd& shares) {
-    for (std::size_t i = 0; i < outputs_.size(); ++i) {
-      const double unit = outputs_[i].name == "sigma_t" ? sigma_t_unit_ : 1;
-      const double value = unit * outputs_[i].parameter_of_share(shares[static_cast<Eigen::Index>(i)]);
-      for (const Parameter& number : numbers_[i]) set_parameter(scene_, number, value);
-    }
+    for (std::size_t i = 0; i < outputs_.size(); ++i)
+      for (const Parameter& number : numbers_[i])
+        set_parameter(scene_, number, value(i, shares[static_cast<Eigen::Index>(i)]));
     return scene_;
   }
 
+  // Of all numbers, in the outputs' order.
+  std::vector<std::string> names() const {
+    std::vector<std::string> result;
+    for (const std::vector<Parameter>& of_output : numbers_)
+      for (const Parameter& number : of_output) result.push_back(number.name);
+    return result;
+  }
+
+  // The image's derivatives by the shares, from those by names(): a row each.
+  ImageRows by_shares(const Rendering& rendering, const Eigen::VectorXd& shares) const {
+    constexpr double small = 1e-4;
+    const auto pixels = static_cast<Eigen::Index>(rendering.mean.size());
+    ImageRows result = ImageRows::Zero(shares.size(), pixels);
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < outputs_.size(); ++i) {
+      const double share = shares[static_cast<Eigen::Index>(i)];
+      const double slope = (value(i, share + small) - value(i, share - small)) / (2 * small);
+      for (std::size_t n = 0; n < numbers_[i].size(); ++n)
+        result.row(static_cast<Eigen::Index>(i)) +=
+            static_cast<float>(slope) *
+            Eigen::Map<const Eigen::RowVectorXf>(rendering.derivatives[next++].mean.data(), pixels);
+    }
+    return result;
+  }
+
  private:
+  double value(std::size_t output, double share) const {
+    return (outputs_[output].name == "sigma_t" ? sigma_t_unit_ : 1) * outputs_[output].parameter_of_share(share);
+  }
+
   Scene scene_;
   std::vector<OutputRange> outputs_;
   std::vector<std::vector<Parameter>> numbers_;  // of each output
   double sigma_t_unit_ = 1;
+};
+
+// What the network sees of images of the scene, and what it answers.
+class Look {
+ public:
+  Look(Network& network, const SceneView* view) : network_(network), view_(view), input_(network.image_values()) {}
+
+  LookedAt at(std::span<const float> input) {
+    const Eigen::Index side = network_.description().size;
+    LookedAt seen{Eigen::Map<const Eigen::RowVectorXf>(input.data(), side * side), {}};
+    const std::vector<float>& raw = network_.forward(input, 1);
+    seen.answer.resize(static_cast<Eigen::Index>(network_.description().outputs.size()));
+    for (Eigen::Index i = 0; i < seen.answer.size(); ++i)
+      seen.answer[i] = static_cast<double>(raw[static_cast<std::size_t>(i)]);
+    return seen;
+  }
+
+  LookedAt at(const Eigen::RowVectorXf& luminance) {
+    const std::span<const float> values(luminance.data(), static_cast<std::size_t>(luminance.size()));
+    if (view_) {
+      const KnownScene known = view_->known();
+      network_input(network_.description(), values, &known, input_);
+    } else {
+      network_input(network_.description(), values, nullptr, input_);
+    }
+    return at(std::span<const float>(input_));
+  }
+
+  // By how much what is seen changes along a way, from the images to both sides.
+  LookedAt difference(const Eigen::RowVectorXf& luminance, const Eigen::RowVectorXf& way) {
+    const LookedAt forth = at(luminance + way), back = at(luminance - way);
+    return {(forth.image - back.image) / 2, (forth.answer - back.answer) / 2};
+  }
+
+ private:
+  Network& network_;
+  const SceneView* view_;
+  std::vector<float> input_;
+};
+
+// Renders the scene with derivatives by the shares.
+class MaterialRenderer {
+ public:
+  MaterialRenderer(MaterialScene material, int sensor, const Showing& how, double noise,
+                   const std::atomic<bool>& cancel)
+      : material_(std::move(material)), renderer_(*how.device, material_.middle(), options_of(sensor, how, cancel)) {
+    spp_ = how.spp > 0 ? how.spp : usual_spp;
+    if (how.spp == 0 && noise > 0) {
+      const Rendering pilot = renderer_.render(0, pilot_spp);
+      sample_ = pilot_spp;
+      const double wanted = pilot_spp * std::pow(noise_share(pilot.mean, pilot.stderr_) / noise, 2);
+      spp_ = static_cast<int>(std::clamp<double>(std::round(wanted), least_spp, most_spp));
+    }
+    constexpr double most_samples = 1 << 30;  // that a pixel has
+    if (static_cast<double>(spp_) * how.exemplars > most_samples)
+      throw UsageError(fmt::format("{} exemplars with {} samples a pixel: need at most {} samples in all",
+                                   how.exemplars, spp_, most_samples));
+  }
+
+  int spp() const { return spp_; }
+
+  // Of samples that no other has. by_shares: becomes the image's derivatives, a row each.
+  Rendering render(const Eigen::VectorXd& shares, ImageRows& by_shares) {
+    renderer_.replace(material_.at(shares));
+    Rendering rendering = renderer_.render(sample_, spp_);
+    sample_ += spp_;
+    by_shares = material_.by_shares(rendering, shares);
+    return rendering;
+  }
+
+ private:
+  RenderOptions options_of(int sensor, const Showing& how, const std::atomic<bool>& cancel) const {
+    RenderOptions options;
+    options.sensor = sensor;
+    options.seed = how.seed;
+    options.cancel = &cancel;
+    options.derivatives = material_.names();
+    return options;
+  }
+
+  MaterialScene material_;
+  Renderer renderer_;
+  int spp_ = 0, sample_ = 0;
 };
 
 }  // namespace
@@ -85,59 +204,93 @@ double noise_share(const std::string& image, int size, const PhotoOptions& optio
   return noise_share(value, noise) / std::sqrt(averaged);
 }
 
-ShownScene::ShownScene(Network& network, const SceneToShow& shown, double noise, const Showing& how,
-                       const std::atomic<bool>& cancel)
-    : outputs_(network.description().outputs), seed_(how.seed) {
-  const NetworkDescription& description = network.description();
-  MaterialScene material(description, shown);
-  const auto dimensions = static_cast<Eigen::Index>(outputs_.size());
-  Eigen::MatrixXd shares(dimensions, how.exemplars), answers(dimensions, how.exemplars);
-  for (int k = 0; k < how.exemplars; ++k) shares.col(k) = (low_discrepancy_point(dimensions, k).array() + 1) / 2;
+// What was seen of the exemplars. Rows of an exemplar: itself, then its derivatives by the shares.
+struct ShownScene::Exemplars {
+  Eigen::MatrixXd shares;  // a column each
+  Eigen::MatrixXd answers;
+  ImageRows images;
+  Eigen::VectorXf variance;  // of each pixel's noise, summed over the exemplars
 
-  RenderOptions options;
-  options.sensor = shown.sensor;
-  options.seed = how.seed;
-  options.cancel = &cancel;
-  Renderer renderer(*how.device, material.at(Eigen::VectorXd::Constant(dimensions, 0.5)), options);
-  spp_ = how.spp > 0 ? how.spp : usual_spp;
-  int sample = 0;
-  if (how.spp == 0 && noise > 0) {
-    const Rendering pilot = renderer.render(sample, pilot_spp);
-    sample += pilot_spp;
-    const double wanted = pilot_spp * std::pow(noise_share(pilot.mean, pilot.stderr_) / noise, 2);
-    spp_ = static_cast<int>(std::clamp<double>(std::round(wanted), least_spp, most_spp));
-  }
-  constexpr double most_samples = 1 << 30;  // that a pixel has
-  if (static_cast<double>(spp_) * how.exemplars > most_samples)
-    throw UsageError(fmt::format("{} exemplars with {} samples a pixel: need at most {} samples in all", how.exemplars,
-                                 spp_, most_samples));
-  std::vector<float> input(network.image_values());
-  for (int k = 0; k < how.exemplars; ++k) {
-    renderer.replace(material.at(shares.col(k)));
-    const Rendering rendering = renderer.render(sample, spp_);
-    sample += spp_;
-    if (shown.view) {
-      const KnownScene known = shown.view->known();
-      network_input(description, rendering.mean, &known, input);
-    } else {
-      network_input(description, rendering.mean, nullptr, input);
+  void add(const Eigen::VectorXd& at, const Rendering& rendering, const ImageRows& by_shares, Look& look) {
+    const Eigen::Index d = at.size(), first = shares.cols() * (1 + d);
+    const auto pixels = static_cast<Eigen::Index>(rendering.mean.size());
+    const Eigen::RowVectorXf luminance = Eigen::Map<const Eigen::RowVectorXf>(rendering.mean.data(), pixels);
+    shares.conservativeResize(d, shares.cols() + 1);
+    shares.rightCols(1) = at;
+    answers.conservativeResize(first + 1 + d, d);
+    images.conservativeResize(first + 1 + d, pixels);
+    const LookedAt seen = look.at(luminance);
+    images.row(first) = seen.image;
+    answers.row(first) = seen.answer;
+    for (Eigen::Index i = 0; i < d; ++i) {
+      const LookedAt slope = look.difference(luminance, static_cast<float>(step) * by_shares.row(i));
+      images.row(first + 1 + i) = slope.image / static_cast<float>(step);
+      answers.row(first + 1 + i) = slope.answer / step;
     }
-    const std::vector<float>& raw = network.forward(input, 1);
-    for (Eigen::Index i = 0; i < dimensions; ++i) answers(i, k) = static_cast<double>(raw[static_cast<std::size_t>(i)]);
-    if (how.progress) how.progress(static_cast<double>(k + 1) / how.exemplars);
+    if (variance.size() == 0) variance = Eigen::VectorXf::Zero(pixels);
+    const auto error = Eigen::Map<const Eigen::RowVectorXf>(rendering.stderr_.data(), pixels);
+    variance += look.difference(luminance, error).image.transpose().cwiseAbs2();
   }
-  emulator_ = std::make_unique<AnswerEmulator>(shares, answers);
+};
+
+ShownScene::ShownScene(Network& network, const SceneToShow& shown, const std::vector<std::vector<float>>& photos,
+                       double noise, const Showing& how, const std::atomic<bool>& cancel)
+    : network_(network), seed_(how.seed) {
+  const auto dimensions = static_cast<Eigen::Index>(network.description().outputs.size());
+  Look look(network, shown.view);
+  for (const std::vector<float>& photo : photos) photos_.push_back(look.at(photo));
+  MaterialRenderer renderer(MaterialScene(network.description(), shown), shown.sensor, how, noise, cancel);
+  spp_ = renderer.spp();
+
+  Exemplars exemplars;
+  const auto show = [&](const Eigen::VectorXd& shares) {
+    ImageRows by_shares;
+    const Rendering rendering = renderer.render(shares, by_shares);
+    exemplars.add(shares, rendering, by_shares, look);
+    if (how.progress) how.progress(static_cast<double>(exemplars.shares.cols()) / how.exemplars);
+  };
+  // Where the photos' materials may be, if each gets some; else all lie where any photo's may.
+  int refining = std::max(0, how.exemplars - std::max(least_exemplars, how.exemplars / 2));
+  if (static_cast<std::size_t>(refining) < least_a_photo * photos.size()) refining = 0;
+  for (int k = 0; k < how.exemplars - refining; ++k) show((low_discrepancy_point(dimensions, k).array() + 1) / 2);
+  compare(exemplars);
+  for (int round = 0, k = 0; round < refinements && refining > 0; ++round) {
+    std::map<std::size_t, Eigen::MatrixXd> where;  // by what is known of each photo now
+    for (; k < refining * (round + 1) / refinements; ++k) {
+      const std::size_t photo = static_cast<std::size_t>(k) % photos.size();
+      if (!where.count(photo)) where[photo] = emulator_->posterior(statistics_[photo], drawn_from, seed_);
+      const double u = random_uniform(seed_, 0, static_cast<std::uint64_t>(k));
+      show(where[photo].col(static_cast<Eigen::Index>(u * drawn_from)));
+    }
+    compare(exemplars);
+  }
 }
 
-std::vector<std::vector<double>> ShownScene::posterior(std::span<const float> raw) const {
-  Eigen::VectorXd answer(static_cast<Eigen::Index>(outputs_.size()));
-  for (Eigen::Index i = 0; i < answer.size(); ++i) answer[i] = static_cast<double>(raw[static_cast<std::size_t>(i)]);
-  const Eigen::MatrixXd shares = emulator_->posterior(answer, samples, seed_);
+void ShownScene::compare(const Exemplars& exemplars) {
+  const Eigen::Index dimensions = exemplars.shares.rows(), block = 1 + dimensions, count = exemplars.shares.cols();
+  const Eigen::MatrixXd cube = 2 * exemplars.shares.array() - 1;
+  ImageRows by_cube = exemplars.images / 2;  // a share is half of a coordinate of the cube
+  for (Eigen::Index k = 0; k < count; ++k) by_cube.row(block * k) = exemplars.images.row(block * k);
+  const Eigen::VectorXf noise =
+      (exemplars.variance / static_cast<float>(count)).array() + static_cast<float>(least_noise * least_noise);
+  const ImageSums sums(cube, by_cube, noise.cwiseSqrt(), dimensions);
+
+  Eigen::MatrixXd all(exemplars.answers.rows(), 2 * dimensions);
+  all << exemplars.answers, sums.of(exemplars.images);
+  emulator_ = std::make_unique<AnswerEmulator>(exemplars.shares, all);
+  statistics_.clear();
+  for (const LookedAt& photo : photos_)
+    statistics_.emplace_back(2 * dimensions) << photo.answer.transpose(), sums.of(photo.image).transpose();
+}
+
+std::vector<std::vector<double>> ShownScene::posterior(std::size_t photo) const {
+  const std::vector<OutputRange>& outputs = network_.description().outputs;
+  const Eigen::MatrixXd shares = emulator_->posterior(statistics_[photo], samples, seed_);
   std::vector<std::vector<double>> result;
   for (Eigen::Index s = 0; s < shares.cols(); ++s) {
     std::vector<double>& sample = result.emplace_back();
-    for (std::size_t i = 0; i < outputs_.size(); ++i)
-      sample.push_back(outputs_[i].parameter_of_share(shares(static_cast<Eigen::Index>(i), s)));
+    for (std::size_t i = 0; i < outputs.size(); ++i)
+      sample.push_back(outputs[i].parameter_of_share(shares(static_cast<Eigen::Index>(i), s)));
   }
   return result;
 }

@@ -1,5 +1,7 @@
-// A network that is shown the scene: renderings of it at materials spread over the network's ranges, and what its
-// answers to these make of its answer to a photo (answer_emulator.h).
+// A network that is shown the scene: renderings of it at known materials, with derivatives, and what its answers to
+// these make of its answer to a photo (answer_emulator.h). Half of the materials are spread over the network's ranges,
+// the others lie where those of the photos may, by what the first say. Beside the network's answers as many sums of
+// pixels as it has outputs are compared, those that materials move most (image_sums.h).
 #pragma once
 #include <atomic>
 #include <cstdint>
@@ -15,6 +17,7 @@
 #include "runtime/image/photo.h"
 #include "runtime/scene/scene.h"
 #include "runtime/training/answer_emulator.h"
+#include "runtime/training/image_sums.h"
 #include "runtime/training/known_scene.h"
 
 namespace itn {
@@ -39,21 +42,33 @@ struct SceneToShow {
   std::string who;                  // as of body_of()
 };
 
+// What a network sees of an image, and what it answers.
+struct LookedAt {
+  Eigen::RowVectorXf image;   // radiance as in the first channel of its input (network/input.h)
+  Eigen::RowVectorXd answer;  // raw outputs of the parameters
+};
+
 class ShownScene {
  public:
-  // Renders and looks. noise: noise_share() of the noisiest photo. Throws UsageError: a sensor that is not square, a
-  // medium without one number of each of the network's names; Interrupted soon after cancel is set.
-  ShownScene(Network& network, const SceneToShow& shown, double noise, const Showing& how,
-             const std::atomic<bool>& cancel);
+  // Renders and looks. photos: what the network sees of each (network_input()), one or more. noise: noise_share() of
+  // the noisiest. Throws UsageError: a sensor that is not square, a medium without one number of each of the network's
+  // names; Interrupted soon after cancel is set. The network must outlive this.
+  ShownScene(Network& network, const SceneToShow& shown, const std::vector<std::vector<float>>& photos, double noise,
+             const Showing& how, const std::atomic<bool>& cancel);
 
   int spp() const { return spp_; }
-  // Of the network's parameters, a sample each, in its units: what is known after it gave these raw outputs to a photo.
-  std::vector<std::vector<double>> posterior(std::span<const float> raw) const;
+  // Of the network's parameters, a sample each, in its units: what is known of what one of the photos shows.
+  std::vector<std::vector<double>> posterior(std::size_t photo) const;
 
  private:
-  std::vector<OutputRange> outputs_;
+  struct Exemplars;
+  void compare(const Exemplars& exemplars);
+
+  Network& network_;
   std::uint64_t seed_;
   int spp_ = 0;
+  std::vector<LookedAt> photos_;
+  std::vector<Eigen::VectorXd> statistics_;  // of these, by the last comparison
   std::unique_ptr<AnswerEmulator> emulator_;
 };
 

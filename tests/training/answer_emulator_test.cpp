@@ -26,12 +26,21 @@ struct MadeUpNetwork {
     return result;
   }
 
+  // Its derivatives by a share, with noise of their own.
+  Eigen::VectorXd derivative(const Eigen::VectorXd& shares, int by) {
+    std::normal_distribution<double> normal(0, noise);
+    Eigen::VectorXd result(2);
+    result << 30 * ((by == 0 ? 1 : shares[1]) + normal(random)), (by == 0 ? -1 : 2) + normal(random);
+    return result;
+  }
+
   // Of some exemplars.
   AnswerEmulator shown(int exemplars) {
-    Eigen::MatrixXd shares(2, exemplars), answers(2, exemplars);
+    Eigen::MatrixXd shares(2, exemplars), answers(3 * exemplars, 2);
     for (int k = 0; k < exemplars; ++k) {
       shares.col(k) = (low_discrepancy_point(2, k).array() + 1) / 2;
-      answers.col(k) = answer(shares.col(k));
+      answers.row(3 * k) = answer(shares.col(k));
+      for (int by = 0; by < 2; ++by) answers.row(3 * k + 1 + by) = derivative(shares.col(k), by);
     }
     return {shares, answers};
   }
@@ -104,26 +113,31 @@ TEST_CASE("samples of a network's posterior have the moments of its density by q
 
 TEST_CASE("a network's posterior does not depend on the unit of its outputs") {
   MadeUpNetwork network;
-  Eigen::MatrixXd shares(2, 20), answers(2, 20);
+  Eigen::MatrixXd shares(2, 20), answers(60, 2), other(60, 2);
   for (int k = 0; k < 20; ++k) {
     shares.col(k) = (low_discrepancy_point(2, k).array() + 1) / 2;
-    answers.col(k) = network.answer(shares.col(k));
+    answers.row(3 * k) = network.answer(shares.col(k));
+    other.row(3 * k) = -1000 * answers.row(3 * k).array() + 7;
+    for (int by = 0; by < 2; ++by) {
+      answers.row(3 * k + 1 + by) = network.derivative(shares.col(k), by);
+      other.row(3 * k + 1 + by) = -1000 * answers.row(3 * k + 1 + by);
+    }
   }
   const Eigen::VectorXd answer = network.answer(Eigen::Vector2d(0.4, 0.2));
-  const auto other = [](const Eigen::MatrixXd& a) { return Eigen::MatrixXd((-1000 * a).array() + 7); };
-  const AnswerEmulator one(shares, answers), two(shares, other(answers));
+  const AnswerEmulator one(shares, answers), two(shares, other);
   for (const double x : {0.1, 0.5, 0.9})
     CHECK(one.log_likelihood(answer, Eigen::Vector2d(x, 1 - x)) ==
-          Approx(two.log_likelihood(other(answer), Eigen::Vector2d(x, 1 - x))).epsilon(1e-6));
+          Approx(two.log_likelihood(-1000 * answer.array() + 7, Eigen::Vector2d(x, 1 - x))).epsilon(1e-6));
 }
 
 TEST_CASE("outputs that tell nothing of the material leave every share as likely as before") {
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;
-  Eigen::MatrixXd shares(2, 64), answers(2, 64);
+  Eigen::MatrixXd shares(2, 64), answers = Eigen::MatrixXd::Zero(3 * 64, 2);
   for (int k = 0; k < 64; ++k) {
     shares.col(k) = (low_discrepancy_point(2, k).array() + 1) / 2;
-    answers.col(k) << normal(random), 1;  // noise, and what never changes
+    answers.row(3 * k) << normal(random), 1;  // noise, and what never changes
+    for (int by = 0; by < 2; ++by) answers(3 * k + 1 + by, 0) = normal(random);
   }
   const AnswerEmulator emulator(shares, answers);
   const Moments found = moments(emulator.posterior(Eigen::Vector2d(0.1, 1), 4000, 1));
@@ -134,6 +148,6 @@ TEST_CASE("outputs that tell nothing of the material leave every share as likely
 }
 
 TEST_CASE("fewer exemplars than can tell anything are refused") {
-  CHECK_THROWS_AS(AnswerEmulator(Eigen::MatrixXd::Zero(3, least_exemplars - 1), Eigen::MatrixXd::Zero(3, 11)),
+  CHECK_THROWS_AS(AnswerEmulator(Eigen::MatrixXd::Zero(3, least_exemplars - 1), Eigen::MatrixXd::Zero(44, 3)),
                   UsageError);
 }
