@@ -323,7 +323,7 @@ void add_invert(CLI::App& app) {
       ->add_option(
           "--exemplars", options->exemplars,
           "show the network of --init so many renderings of the scene first, of other materials each (24, say)")
-      ->check(CLI::Range(least_exemplars, 4096));
+      ->check(CLI::Range(least_exemplars, most_exemplars));
   command->add_option("--start", options->start, "NAME=VALUE: start there instead; may be repeated")
       ->check(gives_numbers(1, "NAME=VALUE"))
       ->take_all();

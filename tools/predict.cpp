@@ -187,7 +187,7 @@ void add_predict(CLI::App& app) {
           "--exemplars", options->exemplars,
           "with --scene: show the network so many renderings of it, of other materials each (24, say): what it "
           "answers to these says what its answer to an image means in this scene, and how surely")
-      ->check(CLI::Range(least_exemplars, 4096));
+      ->check(CLI::Range(least_exemplars, most_exemplars));
   command->add_option("--judge", options->judge,
                       "network that itn train --network judge made, which says of each image how much it doubts that "
                       "it is like those that RUN learnt from; `shipped-photos` has one of its own");

@@ -33,10 +33,14 @@ Eigen::MatrixXd covariance_of(const GaussianProcess& process) {
 
 }  // namespace
 
+void require_exemplars(Eigen::Index count) {
+  if (count < least_exemplars || count > most_exemplars)
+    throw UsageError(fmt::format("exemplars: got {}, need {} to {}", count, least_exemplars, most_exemplars));
+}
+
 AnswerEmulator::AnswerEmulator(const Eigen::MatrixXd& shares, const Eigen::MatrixXd& answers)
     : exemplars_(shares.cols()) {
-  if (exemplars_ < least_exemplars)
-    throw UsageError(fmt::format("exemplars: got {}, need {} or more", exemplars_, least_exemplars));
+  require_exemplars(exemplars_);
   const Eigen::Index block = 1 + shares.rows();
   mean_ = Eigen::VectorXd::Zero(answers.cols());
   for (Eigen::Index k = 0; k < exemplars_; ++k)

@@ -17,12 +17,14 @@
 namespace itn {
 
 constexpr int least_exemplars = 12;
+constexpr int most_exemplars = 128;  // every look at a material takes their number squared
+// Throws UsageError: fewer or more.
+void require_exemplars(Eigen::Index count);
 
 class AnswerEmulator {
  public:
   // shares: the exemplars' d materials (output_range.h), a column each, in [0, 1]. answers: of each exemplar its
-  // statistics, then their derivatives by the d shares; a column a statistic. least_exemplars or more. Throws
-  // UsageError: fewer.
+  // statistics, then their derivatives by the d shares; a column a statistic. Throws as require_exemplars().
   AnswerEmulator(const Eigen::MatrixXd& shares, const Eigen::MatrixXd& answers);
 
   // Log of the likelihood of an answer, but for a constant, at shares.

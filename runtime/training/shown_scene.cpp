@@ -11,15 +11,13 @@
 #include "runtime/base/random.h"
 #include "runtime/image/exr.h"
 #include "runtime/inversion/posterior/low_discrepancy.h"
-#include "runtime/renderer.h"
-#include "runtime/scene/parameters.h"
 
 namespace itn {
 namespace {
 
 constexpr int pilot_spp = 16;  // of the rendering that tells how many samples are as noisy as the photo
 constexpr int usual_spp = 64, least_spp = 4;
-constexpr int most_spp = 256;             // then what a polynomial cannot follow is more than the noise
+constexpr int most_spp = 256;             // then what an emulator cannot follow is more than the noise
 constexpr int samples = 2000;             // of the posterior
 constexpr int drawn_from = 256;           // samples of a posterior from which exemplars are drawn
 constexpr std::size_t least_a_photo = 3;  // exemplars where its material may be; of fewer, intervals hold less often
@@ -34,76 +32,6 @@ double noise_share(const std::vector<float>& value, const std::vector<float>& no
   const auto pixels = static_cast<double>(value.size());
   return sum > 0 ? std::sqrt(square / pixels) / (sum / pixels) : 0;
 }
-
-// The scene's numbers that an output of the network stands for: one, or a colour's three.
-std::vector<Parameter> numbers_of(const Scene& scene, int medium, const OutputRange& output, const std::string& who) {
-  std::vector<Parameter> found;
-  for (const Parameter& p : list_parameters(scene)) {
-    const bool of_medium = p.owner == Owner::medium || p.owner == Owner::phase;
-    if (of_medium && p.member == output.name && p.belongs_to(medium) && !p.has_values()) found.push_back(p);
-  }
-  const bool one = std::all_of(found.begin(), found.end(), [&](const Parameter& p) { return p.id == found[0].id; });
-  if (found.empty() || !one)
-    throw UsageError(fmt::format("{}: the network knows media with one {}, and the scene's has {}", who, output.name,
-                                 found.empty() ? "none" : "several"));
-  return found;
-}
-
-// The scene on a film of the network's size, of any material.
-class MaterialScene {
- public:
-  MaterialScene(const NetworkDescription& network, const SceneToShow& shown)
-      : scene_(shown.scene), outputs_(network.outputs) {
-    film_for_network(scene_, shown.sensor, network.size, shown.who);
-    scene_.sensors[static_cast<std::size_t>(shown.sensor)].luminance = true;
-    for (const OutputRange& output : outputs_) numbers_.push_back(numbers_of(scene_, shown.medium, output, shown.who));
-    sigma_t_unit_ = sigma_t_unit(scene_, shown.medium, network, shown.body);
-  }
-
-  const Scene& middle() { return at(Eigen::VectorXd::Constant(static_cast<Eigen::Index>(outputs_.size()), 0.5)); }
-
-  const Scene& at(const Eigen::VectorXd& shares) {
-    for (std::size_t i = 0; i < outputs_.size(); ++i)
-      for (const Parameter& number : numbers_[i])
-        set_parameter(scene_, number, value(i, shares[static_cast<Eigen::Index>(i)]));
-    return scene_;
-  }
-
-  // Of all numbers, in the outputs' order.
-  std::vector<std::string> names() const {
-    std::vector<std::string> result;
-    for (const std::vector<Parameter>& of_output : numbers_)
-      for (const Parameter& number : of_output) result.push_back(number.name);
-    return result;
-  }
-
-  // The image's derivatives by the shares, from those by names(): a row each.
-  ImageRows by_shares(const Rendering& rendering, const Eigen::VectorXd& shares) const {
-    constexpr double small = 1e-4;
-    const auto pixels = static_cast<Eigen::Index>(rendering.mean.size());
-    ImageRows result = ImageRows::Zero(shares.size(), pixels);
-    std::size_t next = 0;
-    for (std::size_t i = 0; i < outputs_.size(); ++i) {
-      const double share = shares[static_cast<Eigen::Index>(i)];
-      const double slope = (value(i, share + small) - value(i, share - small)) / (2 * small);
-      for (std::size_t n = 0; n < numbers_[i].size(); ++n)
-        result.row(static_cast<Eigen::Index>(i)) +=
-            static_cast<float>(slope) *
-            Eigen::Map<const Eigen::RowVectorXf>(rendering.derivatives[next++].mean.data(), pixels);
-    }
-    return result;
-  }
-
- private:
-  double value(std::size_t output, double share) const {
-    return (outputs_[output].name == "sigma_t" ? sigma_t_unit_ : 1) * outputs_[output].parameter_of_share(share);
-  }
-
-  Scene scene_;
-  std::vector<OutputRange> outputs_;
-  std::vector<std::vector<Parameter>> numbers_;  // of each output
-  double sigma_t_unit_ = 1;
-};
 
 // What the network sees of images of the scene, and what it answers.
 class Look {
@@ -143,50 +71,20 @@ class Look {
   std::vector<float> input_;
 };
 
-// Renders the scene with derivatives by the shares.
-class MaterialRenderer {
- public:
-  MaterialRenderer(MaterialScene material, int sensor, const Showing& how, double noise,
-                   const std::atomic<bool>& cancel)
-      : material_(std::move(material)), renderer_(*how.device, material_.middle(), options_of(sensor, how, cancel)) {
-    spp_ = how.spp > 0 ? how.spp : usual_spp;
-    if (how.spp == 0 && noise > 0) {
-      const Rendering pilot = renderer_.render(0, pilot_spp);
-      sample_ = pilot_spp;
-      const double wanted = pilot_spp * std::pow(noise_share(pilot.mean, pilot.stderr_) / noise, 2);
-      spp_ = static_cast<int>(std::clamp<double>(std::round(wanted), least_spp, most_spp));
-    }
-    constexpr double most_samples = 1 << 30;  // that a pixel has
-    if (static_cast<double>(spp_) * how.exemplars > most_samples)
-      throw UsageError(fmt::format("{} exemplars with {} samples a pixel: need at most {} samples in all",
-                                   how.exemplars, spp_, most_samples));
+// Samples a pixel: what is asked for, or as many as make renderings as noisy as the photos, from a pilot's.
+int samples_for(const Showing& how, double noise, const std::function<Rendering()>& pilot) {
+  int spp = how.spp > 0 ? how.spp : usual_spp;
+  if (how.spp == 0 && noise > 0) {
+    const Rendering rendering = pilot();
+    const double wanted = pilot_spp * std::pow(noise_share(rendering.mean, rendering.stderr_) / noise, 2);
+    spp = static_cast<int>(std::clamp<double>(std::round(wanted), least_spp, most_spp));
   }
-
-  int spp() const { return spp_; }
-
-  // Of samples that no other has. by_shares: becomes the image's derivatives, a row each.
-  Rendering render(const Eigen::VectorXd& shares, ImageRows& by_shares) {
-    renderer_.replace(material_.at(shares));
-    Rendering rendering = renderer_.render(sample_, spp_);
-    sample_ += spp_;
-    by_shares = material_.by_shares(rendering, shares);
-    return rendering;
-  }
-
- private:
-  RenderOptions options_of(int sensor, const Showing& how, const std::atomic<bool>& cancel) const {
-    RenderOptions options;
-    options.sensor = sensor;
-    options.seed = how.seed;
-    options.cancel = &cancel;
-    options.derivatives = material_.names();
-    return options;
-  }
-
-  MaterialScene material_;
-  Renderer renderer_;
-  int spp_ = 0, sample_ = 0;
-};
+  constexpr double most_samples = 1 << 30;  // that a pixel has
+  if (static_cast<double>(spp) * how.exemplars > most_samples)
+    throw UsageError(fmt::format("{} exemplars with {} samples a pixel: need at most {} samples in all", how.exemplars,
+                                 spp, most_samples));
+  return spp;
+}
 
 }  // namespace
 
@@ -211,10 +109,10 @@ struct ShownScene::Exemplars {
   ImageRows images;
   Eigen::VectorXf variance;  // of each pixel's noise, summed over the exemplars
 
-  void add(const Eigen::VectorXd& at, const Rendering& rendering, const ImageRows& by_shares, Look& look) {
+  void add(const Eigen::VectorXd& at, const MaterialImages& seen_there, Look& look) {
     const Eigen::Index d = at.size(), first = shares.cols() * (1 + d);
-    const auto pixels = static_cast<Eigen::Index>(rendering.mean.size());
-    const Eigen::RowVectorXf luminance = Eigen::Map<const Eigen::RowVectorXf>(rendering.mean.data(), pixels);
+    const auto pixels = static_cast<Eigen::Index>(seen_there.image.mean.size());
+    const Eigen::RowVectorXf luminance = Eigen::Map<const Eigen::RowVectorXf>(seen_there.image.mean.data(), pixels);
     shares.conservativeResize(d, shares.cols() + 1);
     shares.rightCols(1) = at;
     answers.conservativeResize(first + 1 + d, d);
@@ -223,12 +121,12 @@ struct ShownScene::Exemplars {
     images.row(first) = seen.image;
     answers.row(first) = seen.answer;
     for (Eigen::Index i = 0; i < d; ++i) {
-      const LookedAt slope = look.difference(luminance, static_cast<float>(step) * by_shares.row(i));
+      const LookedAt slope = look.difference(luminance, static_cast<float>(step) * seen_there.by_shares.row(i));
       images.row(first + 1 + i) = slope.image / static_cast<float>(step);
       answers.row(first + 1 + i) = slope.answer / step;
     }
     if (variance.size() == 0) variance = Eigen::VectorXf::Zero(pixels);
-    const auto error = Eigen::Map<const Eigen::RowVectorXf>(rendering.stderr_.data(), pixels);
+    const auto error = Eigen::Map<const Eigen::RowVectorXf>(seen_there.image.stderr_.data(), pixels);
     variance += look.difference(luminance, error).image.transpose().cwiseAbs2();
   }
 };
@@ -236,17 +134,22 @@ struct ShownScene::Exemplars {
 ShownScene::ShownScene(Network& network, const SceneToShow& shown, const std::vector<std::vector<float>>& photos,
                        double noise, const Showing& how, const std::atomic<bool>& cancel)
     : network_(network), seed_(how.seed) {
+  require_exemplars(how.exemplars);
   const auto dimensions = static_cast<Eigen::Index>(network.description().outputs.size());
   Look look(network, shown.view);
   for (const std::vector<float>& photo : photos) photos_.push_back(look.at(photo));
-  MaterialRenderer renderer(MaterialScene(network.description(), shown), shown.sensor, how, noise, cancel);
-  spp_ = renderer.spp();
+  RenderOptions options;
+  options.seed = how.seed;
+  options.cancel = &cancel;
+  MaterialRenderer renderer(network.description(), shown, *how.device, options);
+  spp_ = samples_for(how, noise,
+                     [&] { return renderer.render(Eigen::VectorXd::Constant(dimensions, 0.5), 0, pilot_spp).image; });
 
   Exemplars exemplars;
   const auto show = [&](const Eigen::VectorXd& shares) {
-    ImageRows by_shares;
-    const Rendering rendering = renderer.render(shares, by_shares);
-    exemplars.add(shares, rendering, by_shares, look);
+    // Of samples that no other has, nor the pilot.
+    const auto before = static_cast<int>(exemplars.shares.cols());
+    exemplars.add(shares, renderer.render(shares, pilot_spp + before * spp_, spp_), look);
     if (how.progress) how.progress(static_cast<double>(exemplars.shares.cols()) / how.exemplars);
   };
   // Where the photos' materials may be, if each gets some; else all lie where any photo's may.

@@ -18,12 +18,12 @@
 #include "runtime/scene/scene.h"
 #include "runtime/training/answer_emulator.h"
 #include "runtime/training/image_sums.h"
-#include "runtime/training/known_scene.h"
+#include "runtime/training/material_renderer.h"
 
 namespace itn {
 
 struct Showing {
-  int exemplars = 0;  // least_exemplars or more; 0: the network is shown nothing
+  int exemplars = 0;  // least_exemplars to most_exemplars; 0: the network is shown nothing
   const Device* device = nullptr;
   int spp = 0;  // samples a pixel; 0: as noisy as the photos, 4 to 256, or 64 where nobody knows
   std::uint64_t seed = 0;
@@ -34,14 +34,6 @@ struct Showing {
 // does not say (channel stderr.Y of an EXR; photos always). Throws InputError.
 double noise_share(const std::string& image, int size, const PhotoOptions& photo);
 
-struct SceneToShow {
-  const Scene& scene;
-  int sensor = 0, medium = 0;
-  const Body& body;
-  const SceneView* view = nullptr;  // null: for networks of one channel
-  std::string who;                  // as of body_of()
-};
-
 // What a network sees of an image, and what it answers.
 struct LookedAt {
   Eigen::RowVectorXf image;   // radiance as in the first channel of its input (network/input.h)
@@ -51,8 +43,8 @@ struct LookedAt {
 class ShownScene {
  public:
   // Renders and looks. photos: what the network sees of each (network_input()), one or more. noise: noise_share() of
-  // the noisiest. Throws UsageError: a sensor that is not square, a medium without one number of each of the network's
-  // names; Interrupted soon after cancel is set. The network must outlive this.
+  // the noisiest. Throws UsageError: as require_exemplars(), a sensor that is not square, a medium without one number
+  // of each of the network's names; Interrupted soon after cancel is set. The network must outlive this.
   ShownScene(Network& network, const SceneToShow& shown, const std::vector<std::vector<float>>& photos, double noise,
              const Showing& how, const std::atomic<bool>& cancel);
 

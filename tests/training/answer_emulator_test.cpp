@@ -147,7 +147,11 @@ TEST_CASE("outputs that tell nothing of the material leave every share as likely
   }
 }
 
-TEST_CASE("fewer exemplars than can tell anything are refused") {
-  CHECK_THROWS_AS(AnswerEmulator(Eigen::MatrixXd::Zero(3, least_exemplars - 1), Eigen::MatrixXd::Zero(44, 3)),
-                  UsageError);
+TEST_CASE("fewer exemplars than can tell anything are refused, and more than can be waited for") {
+  const auto of = [](int count) {
+    return AnswerEmulator(Eigen::MatrixXd::Zero(3, count),
+                          Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(4) * count, 3));
+  };
+  CHECK_THROWS_AS(of(least_exemplars - 1), UsageError);
+  CHECK_THROWS_AS(of(most_exemplars + 1), UsageError);
 }
