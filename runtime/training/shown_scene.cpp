@@ -109,10 +109,10 @@ struct ShownScene::Exemplars {
   ImageRows images;
   Eigen::VectorXf variance;  // of each pixel's noise, summed over the exemplars
 
-  void add(const Eigen::VectorXd& at, const MaterialImages& seen_there, Look& look) {
+  void add(const Eigen::VectorXd& at, const MaterialImages& rendered, Look& look) {
     const Eigen::Index d = at.size(), first = shares.cols() * (1 + d);
-    const auto pixels = static_cast<Eigen::Index>(seen_there.image.mean.size());
-    const Eigen::RowVectorXf luminance = Eigen::Map<const Eigen::RowVectorXf>(seen_there.image.mean.data(), pixels);
+    const auto pixels = static_cast<Eigen::Index>(rendered.image.mean.size());
+    const Eigen::RowVectorXf luminance = Eigen::Map<const Eigen::RowVectorXf>(rendered.image.mean.data(), pixels);
     shares.conservativeResize(d, shares.cols() + 1);
     shares.rightCols(1) = at;
     answers.conservativeResize(first + 1 + d, d);
@@ -121,12 +121,12 @@ struct ShownScene::Exemplars {
     images.row(first) = seen.image;
     answers.row(first) = seen.answer;
     for (Eigen::Index i = 0; i < d; ++i) {
-      const LookedAt slope = look.difference(luminance, static_cast<float>(step) * seen_there.by_shares.row(i));
+      const LookedAt slope = look.difference(luminance, static_cast<float>(step) * rendered.by_shares.row(i));
       images.row(first + 1 + i) = slope.image / static_cast<float>(step);
       answers.row(first + 1 + i) = slope.answer / step;
     }
     if (variance.size() == 0) variance = Eigen::VectorXf::Zero(pixels);
-    const auto error = Eigen::Map<const Eigen::RowVectorXf>(seen_there.image.stderr_.data(), pixels);
+    const auto error = Eigen::Map<const Eigen::RowVectorXf>(rendered.image.stderr_.data(), pixels);
     variance += look.difference(luminance, error).image.transpose().cwiseAbs2();
   }
 };
