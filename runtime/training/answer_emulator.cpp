@@ -14,8 +14,6 @@ namespace {
 constexpr double least_variance = 1e-6;
 constexpr double seen_correlation = 4;  // exemplars a statistic, of which one sees half of a correlation
 
-Eigen::MatrixXd cube(const Eigen::MatrixXd& shares) { return 2 * shares.array() - 1; }
-
 // Of each statistic's errors, as the exemplars show them: no less than the process says, and of few exemplars less
 // correlated.
 Eigen::MatrixXd covariance_of(const GaussianProcess& process) {
@@ -38,27 +36,23 @@ void require_exemplars(Eigen::Index count) {
     throw UsageError(fmt::format("exemplars: got {}, need {} to {}", count, least_exemplars, most_exemplars));
 }
 
-AnswerEmulator::AnswerEmulator(const Eigen::MatrixXd& shares, const Eigen::MatrixXd& answers)
-    : exemplars_(shares.cols()) {
+AnswerEmulator::AnswerEmulator(const Eigen::MatrixXd& points, const Eigen::MatrixXd& answers)
+    : exemplars_(points.cols()) {
   require_exemplars(exemplars_);
-  const Eigen::Index block = 1 + shares.rows();
-  mean_ = Eigen::VectorXd::Zero(answers.cols());
-  for (Eigen::Index k = 0; k < exemplars_; ++k)
-    mean_ += answers.row(block * k).transpose() / static_cast<double>(exemplars_);
-  Eigen::MatrixXd rows = answers / 2;  // a share is half of a coordinate of the cube
-  Eigen::VectorXd square = Eigen::VectorXd::Zero(answers.cols());
-  for (Eigen::Index k = 0; k < exemplars_; ++k) {
-    rows.row(block * k) = answers.row(block * k) - mean_.transpose();
-    square += rows.row(block * k).cwiseAbs2().transpose() / static_cast<double>(exemplars_);
-  }
-  deviation_ = square.cwiseSqrt().cwiseMax(1e-12);
-  process_.emplace(cube(shares), rows * deviation_.cwiseInverse().asDiagonal());
+  const auto of_values = Eigen::seqN(0, exemplars_, 1 + points.rows());
+  Eigen::MatrixXd values = answers(of_values, Eigen::all);
+  mean_ = values.colwise().mean().transpose();
+  values.rowwise() -= mean_.transpose();
+  deviation_ = values.cwiseAbs2().colwise().mean().cwiseSqrt().cwiseMax(1e-12).transpose();
+  Eigen::MatrixXd rows = answers;
+  rows(of_values, Eigen::all) = values;
+  process_.emplace(points, rows * deviation_.cwiseInverse().asDiagonal());
   const Eigen::LLT<Eigen::MatrixXd> root(covariance_of(*process_));
   root_ = root.matrixL().solve(Eigen::MatrixXd::Identity(answers.cols(), answers.cols()));
 }
 
-double AnswerEmulator::log_likelihood(const Eigen::VectorXd& answer, const Eigen::VectorXd& shares) const {
-  const GaussianProcess::Prediction expected = process_->at(cube(shares));
+double AnswerEmulator::log_likelihood(const Eigen::VectorXd& answer, const Eigen::VectorXd& point) const {
+  const GaussianProcess::Prediction expected = process_->at(point);
   const Eigen::VectorXd error = (answer - mean_).cwiseQuotient(deviation_) - expected.mean;
   const double square = (root_ * error).squaredNorm() / expected.variance;
   const auto count = static_cast<double>(exemplars_), statistics = static_cast<double>(answer.size());
@@ -70,8 +64,8 @@ Eigen::MatrixXd AnswerEmulator::posterior(const Eigen::VectorXd& answer, int cou
   how.samples = count;
   how.seed = seed;
   const auto even = [](const Eigen::VectorXd&) { return 0.0; };
-  const auto likelihood = [&](const Eigen::VectorXd& at) { return log_likelihood(answer, (at.array() + 1) / 2); };
-  return (sample_posterior(Frame::whole(process_->dimensions()), even, likelihood, how).at.array() + 1) / 2;
+  const auto likelihood = [&](const Eigen::VectorXd& point) { return log_likelihood(answer, point); };
+  return sample_posterior(Frame::whole(process_->dimensions()), even, likelihood, how).at;
 }
 
 }  // namespace itn

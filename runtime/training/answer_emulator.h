@@ -23,14 +23,14 @@ void require_exemplars(Eigen::Index count);
 
 class AnswerEmulator {
  public:
-  // shares: the exemplars' d materials (output_range.h), a column each, in [0, 1]. answers: of each exemplar its
-  // statistics, then their derivatives by the d shares; a column a statistic. Throws as require_exemplars().
-  AnswerEmulator(const Eigen::MatrixXd& shares, const Eigen::MatrixXd& answers);
+  // points: the exemplars' materials, a column each, in the cube [-1, 1]^d. answers: of each exemplar its statistics,
+  // then their derivatives by the d coordinates; a column a statistic. Throws as require_exemplars().
+  AnswerEmulator(const Eigen::MatrixXd& points, const Eigen::MatrixXd& answers);
 
-  // Log of the likelihood of an answer, but for a constant, at shares.
-  double log_likelihood(const Eigen::VectorXd& answer, const Eigen::VectorXd& shares) const;
-  // Materials by how likely they are after the answer, where before all shares were alike: `count` samples, a column
-  // each.
+  // Log of the likelihood of an answer, but for a constant, at a material.
+  double log_likelihood(const Eigen::VectorXd& answer, const Eigen::VectorXd& point) const;
+  // Materials by how likely they are after the answer, where before all of the cube were alike: `count` samples, a
+  // column each.
   Eigen::MatrixXd posterior(const Eigen::VectorXd& answer, int count, std::uint64_t seed) const;
 
  private:

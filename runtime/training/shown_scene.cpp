@@ -25,6 +25,8 @@ constexpr int refinements = 2;            // rounds of exemplars where the photo
 constexpr double step = 0.02;             // of a share, along derivative images
 constexpr double least_noise = 0.005;     // of what a network sees of a pixel
 
+Eigen::VectorXd shares_of(const Eigen::VectorXd& point) { return (point.array() + 1) / 2; }
+
 double noise_share(const std::vector<float>& value, const std::vector<float>& noise) {
   double sum = 0, square = 0;
   for (const float v : value) sum += static_cast<double>(v);
@@ -102,19 +104,19 @@ double noise_share(const std::string& image, int size, const PhotoOptions& optio
   return noise_share(value, noise) / std::sqrt(averaged);
 }
 
-// What was seen of the exemplars. Rows of an exemplar: itself, then its derivatives by the shares.
+// What was seen of the exemplars. Rows of an exemplar: itself, then its derivatives by the coordinates.
 struct ShownScene::Exemplars {
-  Eigen::MatrixXd shares;  // a column each
+  Eigen::MatrixXd points;  // materials in the cube [-1, 1]^d, a column each
   Eigen::MatrixXd answers;
   ImageRows images;
   Eigen::VectorXf variance;  // of each pixel's noise, summed over the exemplars
 
   void add(const Eigen::VectorXd& at, const MaterialImages& rendered, Look& look) {
-    const Eigen::Index d = at.size(), first = shares.cols() * (1 + d);
+    const Eigen::Index d = at.size(), first = points.cols() * (1 + d);
     const auto pixels = static_cast<Eigen::Index>(rendered.image.mean.size());
     const Eigen::RowVectorXf luminance = Eigen::Map<const Eigen::RowVectorXf>(rendered.image.mean.data(), pixels);
-    shares.conservativeResize(d, shares.cols() + 1);
-    shares.rightCols(1) = at;
+    points.conservativeResize(d, points.cols() + 1);
+    points.rightCols(1) = at;
     answers.conservativeResize(first + 1 + d, d);
     images.conservativeResize(first + 1 + d, pixels);
     const LookedAt seen = look.at(luminance);
@@ -122,8 +124,8 @@ struct ShownScene::Exemplars {
     answers.row(first) = seen.answer;
     for (Eigen::Index i = 0; i < d; ++i) {
       const LookedAt slope = look.difference(luminance, static_cast<float>(step) * rendered.by_shares.row(i));
-      images.row(first + 1 + i) = slope.image / static_cast<float>(step);
-      answers.row(first + 1 + i) = slope.answer / step;
+      images.row(first + 1 + i) = slope.image / static_cast<float>(2 * step);  // a share is half of a coordinate
+      answers.row(first + 1 + i) = slope.answer / (2 * step);
     }
     if (variance.size() == 0) variance = Eigen::VectorXf::Zero(pixels);
     const auto error = Eigen::Map<const Eigen::RowVectorXf>(rendered.image.stderr_.data(), pixels);
@@ -143,19 +145,19 @@ ShownScene::ShownScene(Network& network, const SceneToShow& shown, const std::ve
   options.cancel = &cancel;
   MaterialRenderer renderer(network.description(), shown, *how.device, options);
   spp_ = samples_for(how, noise,
-                     [&] { return renderer.render(Eigen::VectorXd::Constant(dimensions, 0.5), 0, pilot_spp).image; });
+                     [&] { return renderer.render(shares_of(Eigen::VectorXd::Zero(dimensions)), 0, pilot_spp).image; });
 
   Exemplars exemplars;
-  const auto show = [&](const Eigen::VectorXd& shares) {
+  const auto show = [&](const Eigen::VectorXd& point) {
     // Of samples that no other has, nor the pilot.
-    const auto before = static_cast<int>(exemplars.shares.cols());
-    exemplars.add(shares, renderer.render(shares, pilot_spp + before * spp_, spp_), look);
-    if (how.progress) how.progress(static_cast<double>(exemplars.shares.cols()) / how.exemplars);
+    const auto before = static_cast<int>(exemplars.points.cols());
+    exemplars.add(point, renderer.render(shares_of(point), pilot_spp + before * spp_, spp_), look);
+    if (how.progress) how.progress(static_cast<double>(exemplars.points.cols()) / how.exemplars);
   };
   // Where the photos' materials may be, if each gets some; else all lie where any photo's may.
   int refining = std::max(0, how.exemplars - std::max(least_exemplars, how.exemplars / 2));
   if (static_cast<std::size_t>(refining) < least_a_photo * photos.size()) refining = 0;
-  for (int k = 0; k < how.exemplars - refining; ++k) show((low_discrepancy_point(dimensions, k).array() + 1) / 2);
+  for (int k = 0; k < how.exemplars - refining; ++k) show(low_discrepancy_point(dimensions, k));
   compare(exemplars);
   for (int round = 0, k = 0; round < refinements && refining > 0; ++round) {
     std::map<std::size_t, Eigen::MatrixXd> where;  // by what is known of each photo now
@@ -170,17 +172,13 @@ ShownScene::ShownScene(Network& network, const SceneToShow& shown, const std::ve
 }
 
 void ShownScene::compare(const Exemplars& exemplars) {
-  const Eigen::Index dimensions = exemplars.shares.rows(), block = 1 + dimensions, count = exemplars.shares.cols();
-  const Eigen::MatrixXd cube = 2 * exemplars.shares.array() - 1;
-  ImageRows by_cube = exemplars.images / 2;  // a share is half of a coordinate of the cube
-  for (Eigen::Index k = 0; k < count; ++k) by_cube.row(block * k) = exemplars.images.row(block * k);
-  const Eigen::VectorXf noise =
-      (exemplars.variance / static_cast<float>(count)).array() + static_cast<float>(least_noise * least_noise);
-  const ImageSums sums(cube, by_cube, noise.cwiseSqrt(), dimensions);
-
+  const Eigen::Index dimensions = exemplars.points.rows();
+  const Eigen::VectorXf noise = (exemplars.variance / static_cast<float>(exemplars.points.cols())).array() +
+                                static_cast<float>(least_noise * least_noise);
+  const ImageSums sums(exemplars.points, exemplars.images, noise.cwiseSqrt(), dimensions);
   Eigen::MatrixXd all(exemplars.answers.rows(), 2 * dimensions);
   all << exemplars.answers, sums.of(exemplars.images);
-  emulator_ = std::make_unique<AnswerEmulator>(exemplars.shares, all);
+  emulator_ = std::make_unique<AnswerEmulator>(exemplars.points, all);
   statistics_.clear();
   for (const LookedAt& photo : photos_)
     statistics_.emplace_back(2 * dimensions) << photo.answer.transpose(), sums.of(photo.image).transpose();
@@ -188,12 +186,13 @@ void ShownScene::compare(const Exemplars& exemplars) {
 
 std::vector<std::vector<double>> ShownScene::posterior(std::size_t photo) const {
   const std::vector<OutputRange>& outputs = network_.description().outputs;
-  const Eigen::MatrixXd shares = emulator_->posterior(statistics_[photo], samples, seed_);
+  const Eigen::MatrixXd points = emulator_->posterior(statistics_[photo], samples, seed_);
   std::vector<std::vector<double>> result;
-  for (Eigen::Index s = 0; s < shares.cols(); ++s) {
+  for (Eigen::Index s = 0; s < points.cols(); ++s) {
+    const Eigen::VectorXd shares = shares_of(points.col(s));
     std::vector<double>& sample = result.emplace_back();
     for (std::size_t i = 0; i < outputs.size(); ++i)
-      sample.push_back(outputs[i].parameter_of_share(shares(static_cast<Eigen::Index>(i), s)));
+      sample.push_back(outputs[i].parameter_of_share(shares[static_cast<Eigen::Index>(i)]));
   }
   return result;
 }

@@ -12,6 +12,8 @@ using namespace itn;
 
 namespace {
 
+Eigen::MatrixXd cube(const Eigen::MatrixXd& shares) { return 2 * shares.array() - 1; }
+
 // Two outputs for two numbers: bent, of different scales, with noise that they share.
 struct MadeUpNetwork {
   std::mt19937_64 random{7};
@@ -40,9 +42,9 @@ struct MadeUpNetwork {
     for (int k = 0; k < exemplars; ++k) {
       shares.col(k) = (low_discrepancy_point(2, k).array() + 1) / 2;
       answers.row(3 * k) = answer(shares.col(k));
-      for (int by = 0; by < 2; ++by) answers.row(3 * k + 1 + by) = derivative(shares.col(k), by);
+      for (int by = 0; by < 2; ++by) answers.row(3 * k + 1 + by) = derivative(shares.col(k), by) / 2;
     }
-    return {shares, answers};
+    return {cube(shares), answers};
   }
 };
 
@@ -69,7 +71,7 @@ struct Grid {
   Eigen::VectorXd density(const AnswerEmulator& emulator, const Eigen::VectorXd& answer) const {
     Eigen::VectorXd result(points.cols());
     for (Eigen::Index k = 0; k < result.size(); ++k)
-      result[k] = std::exp(emulator.log_likelihood(answer, points.col(k)));
+      result[k] = std::exp(emulator.log_likelihood(answer, cube(points.col(k))));
     return result / result.sum();
   }
 };
@@ -103,7 +105,7 @@ TEST_CASE("samples of a network's posterior have the moments of its density by q
   constexpr int count = 4000;
   const Grid grid(80);
   const Moments expected = moments(grid.points, grid.density(emulator, answer)),
-                found = moments(emulator.posterior(answer, count, 1));
+                found = moments((emulator.posterior(answer, count, 1).array() + 1) / 2);
   for (Eigen::Index i = 0; i < 2; ++i) {
     const double chance = expected.deviation[i] / std::sqrt(count / 4.0);  // neighbours in a chain are alike
     CHECK(std::fabs(found.mean[i] - expected.mean[i]) < 4 * chance);
@@ -119,15 +121,15 @@ TEST_CASE("a network's posterior does not depend on the unit of its outputs") {
     answers.row(3 * k) = network.answer(shares.col(k));
     other.row(3 * k) = -1000 * answers.row(3 * k).array() + 7;
     for (int by = 0; by < 2; ++by) {
-      answers.row(3 * k + 1 + by) = network.derivative(shares.col(k), by);
+      answers.row(3 * k + 1 + by) = network.derivative(shares.col(k), by) / 2;
       other.row(3 * k + 1 + by) = -1000 * answers.row(3 * k + 1 + by);
     }
   }
   const Eigen::VectorXd answer = network.answer(Eigen::Vector2d(0.4, 0.2));
-  const AnswerEmulator one(shares, answers), two(shares, other);
+  const AnswerEmulator one(cube(shares), answers), two(cube(shares), other);
   for (const double x : {0.1, 0.5, 0.9})
-    CHECK(one.log_likelihood(answer, Eigen::Vector2d(x, 1 - x)) ==
-          Approx(two.log_likelihood(-1000 * answer.array() + 7, Eigen::Vector2d(x, 1 - x))).epsilon(1e-6));
+    CHECK(one.log_likelihood(answer, cube(Eigen::Vector2d(x, 1 - x))) ==
+          Approx(two.log_likelihood(-1000 * answer.array() + 7, cube(Eigen::Vector2d(x, 1 - x)))).epsilon(1e-6));
 }
 
 TEST_CASE("outputs that tell nothing of the material leave every share as likely as before") {
@@ -139,8 +141,8 @@ TEST_CASE("outputs that tell nothing of the material leave every share as likely
     answers.row(3 * k) << normal(random), 1;  // noise, and what never changes
     for (int by = 0; by < 2; ++by) answers(3 * k + 1 + by, 0) = normal(random);
   }
-  const AnswerEmulator emulator(shares, answers);
-  const Moments found = moments(emulator.posterior(Eigen::Vector2d(0.1, 1), 4000, 1));
+  const AnswerEmulator emulator(cube(shares), answers);
+  const Moments found = moments((emulator.posterior(Eigen::Vector2d(0.1, 1), 4000, 1).array() + 1) / 2);
   for (Eigen::Index i = 0; i < 2; ++i) {
     CHECK(std::fabs(found.mean[i] - 0.5) < 0.05);
     CHECK(std::fabs(found.deviation[i] - 1 / std::sqrt(12.0)) < 0.03);
