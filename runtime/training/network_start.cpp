@@ -120,9 +120,9 @@ NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& par
   if (showing.exemplars > 0) {
     const SceneToShow here{scene, sensor, medium, body, view ? &*view : nullptr, who};
     const ShownScene shown(network, here, {input}, noise_share(image, description.size, photo), showing, cancel);
-    samples = shown.posterior(0);
+    samples = shown.by_answer(0);
     values.clear();
-    for (const ParameterEstimate& estimate : estimates_of(samples)) values.push_back(estimate.value);
+    for (const ParameterEstimate& estimate : estimates_of(shown.posterior(0))) values.push_back(estimate.value);
   } else if (description.distribution) {
     samples = draw(raw, description);
   }
