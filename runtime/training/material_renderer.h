@@ -1,6 +1,7 @@
 // A scene whose medium is any that a network's outputs can say, rendered with derivatives.
 #pragma once
 #include <Eigen/Core>
+#include <memory>
 #include <string>
 #include <vector>
 

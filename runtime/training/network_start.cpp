@@ -120,12 +120,11 @@ NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& par
   if (showing.exemplars > 0) {
     const SceneToShow here{scene, sensor, medium, body, view ? &*view : nullptr, who};
     const ShownScene shown(network, here, {input}, noise_share(image, description.size, photo), showing, cancel);
-    samples = description.distribution ? draw(raw, description) : shown.by_answer(0);
     values.clear();
     for (const ParameterEstimate& estimate : estimates_of(shown.posterior(0))) values.push_back(estimate.value);
-  } else if (description.distribution) {
-    samples = draw(raw, description);
   }
+  // The prior is the network's own, where it says one: with what it was shown the photo's pixels would count twice.
+  if (description.distribution) samples = draw(raw, description);
   NetworkGuess result;
   if (!samples.empty()) result.samples.resize(samples.size());
   for (const Parameter& parameter : guessed) {

@@ -10,8 +10,7 @@
 
 namespace itn {
 
-// What a network that says a distribution (network/distribution.h), or is shown the scene (shown_scene.h), knows of the
-// scene's parameters.
+// What a network that says a distribution (network/distribution.h) knows of the scene's parameters.
 struct NetworkGuess {
   std::vector<std::string> parameters;       // of single numbers; none: the network says no distribution
   std::vector<std::vector<double>> samples;  // of the distribution inside the network's ranges: values, one a parameter
@@ -27,9 +26,9 @@ struct NetworkGuess {
 // from, over that of the medium's body in scene units and the medium's scale; a colour gets the grey guess in every
 // component. Those in `given` are left alone. Returns what is known of the others; a colour's components, of which the
 // network sees luminance alone, are left out. Networks of six channels get shape and light from the scene. A network
-// that is shown the scene gives the mean of what it then says. Throws as ShownScene, soon after cancel is set too, and
-// UsageError: another parameter that is not given, parameters of several media, a medium inside of several shapes or
-// none, shapes or light that the network cannot know; InputError: a network or an image
+// that is shown the scene (shown_scene.h) gives the mean of what it then says. Throws as ShownScene, soon after cancel
+// is set too, and UsageError: another parameter that is not given, parameters of several media, a medium inside of
+// several shapes or none, shapes or light that the network cannot know; InputError: a network or an image
 // (read_resampled_luminance()) that cannot be used.
 NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& parameters,
                                const std::vector<std::string>& given, const std::string& run, const std::string& image,

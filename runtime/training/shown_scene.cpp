@@ -11,6 +11,7 @@
 #include "runtime/base/random.h"
 #include "runtime/image/exr.h"
 #include "runtime/inversion/posterior/low_discrepancy.h"
+#include "runtime/training/image_sums.h"
 
 namespace itn {
 namespace {
@@ -169,7 +170,6 @@ ShownScene::ShownScene(Network& network, const SceneToShow& shown, const std::ve
     }
     compare(exemplars);
   }
-  by_answers_ = std::make_unique<AnswerEmulator>(exemplars.points, exemplars.answers);
 }
 
 void ShownScene::compare(const Exemplars& exemplars) {
@@ -186,17 +186,8 @@ void ShownScene::compare(const Exemplars& exemplars) {
 }
 
 std::vector<std::vector<double>> ShownScene::posterior(std::size_t photo) const {
-  return samples_of(*emulator_, statistics_[photo]);
-}
-
-std::vector<std::vector<double>> ShownScene::by_answer(std::size_t photo) const {
-  return samples_of(*by_answers_, photos_[photo].answer.transpose());
-}
-
-std::vector<std::vector<double>> ShownScene::samples_of(const AnswerEmulator& emulator,
-                                                        const Eigen::VectorXd& statistics) const {
   const std::vector<OutputRange>& outputs = network_.description().outputs;
-  const Eigen::MatrixXd points = emulator.posterior(statistics, samples, seed_);
+  const Eigen::MatrixXd points = emulator_->posterior(statistics_[photo], samples, seed_);
   std::vector<std::vector<double>> result;
   for (Eigen::Index s = 0; s < points.cols(); ++s) {
     const Eigen::VectorXd shares = shares_of(points.col(s));

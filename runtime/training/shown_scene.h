@@ -17,7 +17,6 @@
 #include "runtime/image/photo.h"
 #include "runtime/scene/scene.h"
 #include "runtime/training/answer_emulator.h"
-#include "runtime/training/image_sums.h"
 #include "runtime/training/material_renderer.h"
 
 namespace itn {
@@ -51,20 +50,17 @@ class ShownScene {
   int spp() const { return spp_; }
   // Of the network's parameters, a sample each, in its units: what is known of what one of the photos shows.
   std::vector<std::vector<double>> posterior(std::size_t photo) const;
-  // The same by the network's answer alone: the prior of an inversion, which compares the pixels itself.
-  std::vector<std::vector<double>> by_answer(std::size_t photo) const;
 
  private:
   struct Exemplars;
   void compare(const Exemplars& exemplars);
-  std::vector<std::vector<double>> samples_of(const AnswerEmulator& emulator, const Eigen::VectorXd& statistics) const;
 
   Network& network_;
   std::uint64_t seed_;
   int spp_ = 0;
   std::vector<LookedAt> photos_;
   std::vector<Eigen::VectorXd> statistics_;  // of these, by the last comparison
-  std::unique_ptr<AnswerEmulator> emulator_, by_answers_;
+  std::unique_ptr<AnswerEmulator> emulator_;
 };
 
 // Of each parameter its mean over the samples, and what 95 % of them lie between.
