@@ -33,8 +33,8 @@ struct InvertArguments {
   Operator op = Operator::full;
   TargetOptions images;
   std::vector<std::string> parameters, start, prior, range;
-  int iterations = 0, starts = 0, exemplars = 0;  // not given
-  double noise = -1;                              // not given
+  int iterations = 0, starts = 0;  // not given
+  double noise = -1;               // not given
   double learning_rate = 0.05;
   bool exposure = false, white_balance = false;
   double smoothness = 0;                  // of textures
@@ -55,7 +55,6 @@ nlohmann::ordered_json request(const InvertArguments& o, const Device& device, c
           {"sensors", o.images.sensors},
           {"parameters", o.parameters},
           {"init", o.init.empty() ? "" : network_fingerprint(o.init)},
-          {"exemplars", o.exemplars},
           {"start", o.start},
           {"starts", o.starts},
           {"prior", o.prior},
@@ -93,18 +92,14 @@ nlohmann::ordered_json scene_request(const InvertArguments& o, const Device& dev
 
 // The values of --start, else what the network of --init sees in the first target, else the scene's.
 // Returns what that network knows of the parameters.
-NetworkGuess set_starts(const InvertArguments& options, Scene& scene, const Device& device) {
+NetworkGuess set_starts(const InvertArguments& options, Scene& scene) {
   const std::vector<Parameter> all = list_parameters(scene);
   std::vector<std::string> given;
   for (const std::string& text : options.start) given.push_back(named_numbers(text).name);
   NetworkGuess guess;
-  if (!options.init.empty()) {
-    Progress progress(options.init, options.exemplars, "exemplars", !options.common.quiet && options.exemplars > 0);
-    const Showing showing{options.exemplars, &device, 0, options.common.seed,
-                          [&](double fraction) { progress.update(fraction); }};
+  if (!options.init.empty())
     guess = set_network_start(scene, options.parameters, given, options.init, options.images.targets.front(),
-                              options.images.sensors.front(), options.images.photo, showing, interrupt_flag());
-  }
+                              options.images.sensors.front(), options.images.photo);
   for (const std::string& text : options.start) {
     const NamedNumbers start = named_numbers(text);
     if (std::find(options.parameters.begin(), options.parameters.end(), start.name) == options.parameters.end())
@@ -210,8 +205,6 @@ NumbersQuestion question_of(const InvertArguments& options, const std::vector<Ta
 void run(InvertArguments options) {
   const CommonOptions& common = options.common;
   const auto begun = std::chrono::steady_clock::now();
-  if (options.exemplars > 0 && options.init.empty())
-    throw UsageError("--exemplars: a network is shown them; which one (--init)?");
   check_folder(options.folder);
   if (!options.renderings.empty()) check_folder(options.renderings);
   Inputs inputs(Inputs::Keep::fingerprints);
@@ -226,7 +219,7 @@ void run(InvertArguments options) {
   NumbersQuestion question = question_of(options, targets);
   if (!textures) check(question, targets);
   const Device device(common.device);
-  const NetworkGuess guess = set_starts(options, scene, device);
+  const NetworkGuess guess = set_starts(options, scene);
   inputs.end();
   print_notes(common, targets, !options.exposure);
   if (textures) return find_textures(options, scene, targets, device, inputs);
@@ -319,11 +312,6 @@ void add_invert(CLI::App& app) {
                    "Without --prior what it says of them, and how surely, is Gauss-Newton's prior, too")
       ->expected(0, 1)
       ->default_str(shipped_run);
-  command
-      ->add_option(
-          "--exemplars", options->exemplars,
-          "show the network of --init so many renderings of the scene first, of other materials each (24, say)")
-      ->check(CLI::Range(least_exemplars, most_exemplars));
   command->add_option("--start", options->start, "NAME=VALUE: start there instead; may be repeated")
       ->check(gives_numbers(1, "NAME=VALUE"))
       ->take_all();

@@ -142,9 +142,9 @@ void run(PredictArguments options) {
                                 {"unit_of_sigma_t", predicted.in_scene ? "1/scene unit" : "1/mm"},
                                 {"exemplars", {{"count", options.exemplars}, {"spp", predicted.exemplars_spp}}},
                                 {"images", images}};
-  if (predicted.judge) result["doubt_limit"] = predicted.judge->limit;
+  if (predicted.doubt_limit) result["doubt_limit"] = *predicted.doubt_limit;
   if (tested) result["errors"] = report_errors(options.common, *tested, predicted);
-  if (tested && predicted.judge && options.common.talkative())
+  if (tested && predicted.doubt_limit && options.common.talkative())
     fmt::print("{} of {} images are doubted\n", doubted, predicted.images.size());
   write_json(options.common, result);
 }

@@ -113,7 +113,7 @@ def _by_component(scene: Scene, values: Mapping[str, Any]) -> dict[str, Any]:
 def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[str], *, method: str | None = None,
            spp: int = 0, seed: int = 0, iterations: int = 0, noise: float | None = None, exposure: bool = False,
            white_balance: bool = False, start: Mapping[str, float] | None = None, starts: int = 0,
-           init: str | None = None, exemplars: int = 0, prior: Mapping[str, tuple[float, float]] | None = None,
+           init: str | None = None, prior: Mapping[str, tuple[float, float]] | None = None,
            range: Mapping[str, tuple[float, float]] | None = None, renderings: str | os.PathLike | None = None,
            learning_rate: float = 0.05, smoothness: float = 0, repeats: int = 4, mask: Any = None, sensor: int | Sequence[int] | None = None, operator: str = "full",
            output: str | os.PathLike | None = None, progress: bool | Callable[[float], object] | None = None) -> Inversion:
@@ -123,8 +123,8 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
     file; `itn.photo` says more about it); several, one a sensor.
     parameters: names of numbers; of textures and grids, too, texel by texel and voxel by voxel, by Adam. The scene's own
     values are the start; `start` gives others, `init` a network's guess ("shipped", or a run's folder) from a target that is
-    a file; how sure the network is is Gauss-Newton's prior, unless `prior` gives one; exemplars: show it so many renderings of
-    the scene first (12 or more; itn.predict). The scene is left as it is: `result.apply(scene)` changes it.
+    a file; how sure the network is is Gauss-Newton's prior, unless `prior` gives one. The scene is left as it is:
+    `result.apply(scene)` changes it.
 
     method: "gauss-newton", "adam", or "posterior", which needs no start: renderings all over the range, and all materials that
     fit. Default: gauss-newton, and where it does not converge to one material that fits, or range or renderings is given, the
@@ -152,8 +152,6 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
                               "start, starts, prior, init, range and renderings")
     if textures and white_balance:
         raise _itn.UsageError(f"{textures[0]}: textures and grids are found without white_balance")
-    if exemplars and not init:
-        raise _itn.UsageError("exemplars: a network is shown them; which one (init)?")
     if init and not isinstance(target, (str, os.PathLike)):
         raise _itn.UsageError("init: a network looks at a target that is a file; itn.predict takes arrays")
     known = all(t.noise_known for t in targets)
@@ -162,7 +160,7 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
              "spp": spp, "seed": seed, "iterations": iterations, "noise": relative, "exposure": exposure,
              "white_balance": white_balance, "learning_rate": learning_rate, "operator": operator, "masks": _fingerprint(mask) if not isinstance(mask, list)
              else [_fingerprint(m) for m in mask], "start": start, "starts": starts, "prior": prior, "range": range, "init": init,
-             "exemplars": exemplars, "smoothness": smoothness, "repeats": repeats}
+             "smoothness": smoothness, "repeats": repeats}
     several = target if isinstance(target, (list, tuple)) else [target]
     folder = os.fspath(output) if output is not None else tempfile.mkdtemp(prefix="itn-invert-")
     request = _request(scene, several, **asked)
@@ -176,7 +174,7 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
             of_scene = _request(scene, [], without=names, parameters=names, sensors=sensors, seed=seed, operator=operator)
             found = _itn.invert_numbers(*common, method or "", iterations, relative, learning_rate, exposure, white_balance,
                                         {k: float(v) for k, v in start.items()}, starts, intervals(prior), init or "",
-                                        os.fspath(target) if init else "", exemplars, intervals(range),
+                                        os.fspath(target) if init else "", intervals(range),
                                         os.fspath(renderings) if renderings is not None else "", of_scene,
                                         known or noise is not None, tell)
     finally:

@@ -141,8 +141,8 @@ class Prediction:
     """What a network says about images: of each output an array, a number an image.
 
     intervals: of each output (images, 2), the ends of its 95 % interval; empty of a network that says no distribution. doubt: a number
-    an image, of the judge where there is one, else None; above doubt_limit, as 5 % of those are that the network is made for, an
-    image is unlike what the network learnt from."""
+    an image, of the judge or of the exemplars where there are any (and the images tell their noise), else None; above doubt_limit,
+    as at most some 5 % of right ones are, an image is unlike what the network learnt from, or unlike the scene."""
 
     parameters: dict[str, np.ndarray]
     intervals: dict[str, np.ndarray]
@@ -163,7 +163,7 @@ class Prediction:
             return f"{text}, 95 %: {low} to {high}"
         lines = list(map(line, self.parameters))
         if self.doubt is not None:
-            lines.append(f"doubt: {np.array2string(self.doubt, precision=3)}, 5 % of right images are above {self.doubt_limit:.3f}")
+            lines.append(f"doubt: {np.array2string(self.doubt, precision=3)}, at most some 5 % of right images are above {self.doubt_limit:.3f}")
         return "\n".join(lines)
 
 
@@ -180,7 +180,7 @@ def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene
     folder that the images belong to; or shape_buffers and light, as of the command. For those that see a mask or the light of a
     flash: mask and flash, of every image a file or an array, the flash's of the same exposure with the flash on. exemplars: show the network so many
     renderings of the scene (12 to 128), of other materials each, with spp samples a pixel (0: as noisy as the images): what
-    it answers to these says what its answer to an image means in this scene, and how surely. longest_side: of the object
+    it answers to these says what its answer to an image means in this scene, and how surely, and whether the image is like the scene at all. longest_side: of the object
     [mm]: sigma_t is told for it; 0: for one as large as those of the network's data set. Images of networks that see the
     object alone (`cut_out`) need not be square: they see the square around the mask. judge: a network that training with "judge"
     made, which says how much it doubts that images are like those that the network learnt from; "shipped-photos" has one of its own."""

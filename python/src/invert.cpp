@@ -13,7 +13,6 @@
 #include "python/src/device.h"
 #include "python/src/running.h"
 #include "python/src/scene.h"
-#include "python/src/showing.h"
 #include "python/src/target.h"
 #include "runtime/base/error.h"
 #include "runtime/inversion/forward_model.h"
@@ -73,17 +72,15 @@ nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string
                         std::uint64_t seed, bool single, const std::string& method, int iterations, double noise,
                         double learning_rate, bool exposure, bool white_balance, const Numbers& start, int starts,
                         const NamedIntervals& prior, const std::string& init, const std::string& init_image,
-                        int exemplars, const NamedIntervals& range, const std::string& renderings,
-                        const std::string& scene_request, bool noise_known, const nb::object& progress) {
+                        const NamedIntervals& range, const std::string& renderings, const std::string& scene_request,
+                        bool noise_known, const nb::object& progress) {
   Scene scene = *object.scene();
   NetworkGuess guess;
   if (!init.empty()) {
     std::vector<std::string> given;
     for (const auto& [name, value] : start) given.push_back(name);
-    guess = interruptible(progress, [&](Running& running) {
-      const SharedShowing shared(exemplars, 0, seed, running);
-      return set_network_start(scene, names, given, init, init_image, sensors.front(), {}, shared.showing,
-                               running.cancel());
+    guess = interruptible(progress, [&](Running&) {
+      return set_network_start(scene, names, given, init, init_image, sensors.front(), {});
     });
   }
   for (const auto& [name, value] : start) {
@@ -221,8 +218,8 @@ nb::dict invert_values(const SceneObject& object, const std::vector<std::string>
 void bind_invert(nb::module_& module) {
   module.def("invert_numbers", &invert_numbers, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
              "request"_a, "spp"_a, "seed"_a, "single"_a, "method"_a, "iterations"_a, "noise"_a, "learning_rate"_a,
-             "exposure"_a, "white_balance"_a, "start"_a, "starts"_a, "prior"_a, "init"_a, "init_image"_a, "exemplars"_a,
-             "range"_a, "renderings"_a, "scene_request"_a, "noise_known"_a, "progress"_a.none());
+             "exposure"_a, "white_balance"_a, "start"_a, "starts"_a, "prior"_a, "init"_a, "init_image"_a, "range"_a,
+             "renderings"_a, "scene_request"_a, "noise_known"_a, "progress"_a.none());
   module.def("invert_values", &invert_values, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
              "request"_a, "spp"_a, "seed"_a, "single"_a, "iterations"_a, "noise"_a, "learning_rate"_a, "exposure"_a,
              "smoothness"_a, "repeats"_a, "progress"_a.none());

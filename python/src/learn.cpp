@@ -5,6 +5,8 @@
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
 
+#include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
 
 #include "network/input.h"
@@ -14,7 +16,6 @@
 #include "python/src/device.h"
 #include "python/src/running.h"
 #include "python/src/scene.h"
-#include "python/src/showing.h"
 #include "runtime/base/error.h"
 #include "runtime/base/folder_lock.h"
 #include "runtime/base/seconds_since.h"
@@ -91,6 +92,22 @@ nb::object cut_out_arrays(const FloatArray& planes, const FloatArray& mask, int 
                         numpy_array(std::vector<float>(object.mask.mask), {side, side}));
 }
 
+// Exemplars (runtime/training/shown_scene.h) on the device that all calls share, kept for itself as long as this lives.
+class SharedShowing {
+ public:
+  SharedShowing(int exemplars, int spp, std::uint64_t seed, Running& running) {
+    if (exemplars == 0) return;
+    device_ = shared_device();
+    lock_ = std::unique_lock(device_->mutex);
+    showing = {exemplars, &device_->device, spp, seed, [&running](double fraction) { running.update(fraction); }};
+  }
+  Showing showing;
+
+ private:
+  std::shared_ptr<SharedDevice> device_;
+  std::unique_lock<std::mutex> lock_;
+};
+
 nb::dict predict(const std::vector<std::string>& images, const std::string& run, const SceneObject* scene, int sensor,
                  const std::string& dataset, const std::string& shape_buffers, const std::vector<double>& light,
                  const std::vector<std::string>& mask, const std::vector<std::string>& flash, int exemplars, int spp,
@@ -116,7 +133,7 @@ nb::dict predict(const std::vector<std::string>& images, const std::string& run,
     if (image.verdict) doubts.append(image.verdict->doubt);
   nb::dict result;
   result["doubts"] = doubts;
-  result["doubt_limit"] = predicted.judge ? nb::object(nb::float_(predicted.judge->limit)) : nb::none();
+  result["doubt_limit"] = predicted.doubt_limit ? nb::object(nb::float_(*predicted.doubt_limit)) : nb::none();
   result["network"] = describe(predicted.network);
   result["in_scene"] = predicted.in_scene;
   result["parameters"] = rows;

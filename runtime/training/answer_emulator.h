@@ -33,6 +33,9 @@ class AnswerEmulator {
   // column each.
   Eigen::MatrixXd posterior(const Eigen::VectorXd& answer, int count, std::uint64_t seed) const;
 
+  // Of the statistics, over their deviations.
+  const GaussianProcess& process() const { return *process_; }
+
  private:
   Eigen::Index exemplars_;
   Eigen::VectorXd mean_, deviation_;        // of each statistic over the exemplars

@@ -122,14 +122,29 @@ GaussianProcess::GaussianProcess(const Eigen::MatrixXd& points, const Eigen::Mat
   precision_ = root.solve(Eigen::MatrixXd::Identity(rows.rows(), rows.rows()));
   weighted_ = precision_ * rows;
   scale_ = scale_of(rows, weighted_);
-  // Each material from the others, in closed form: with P the material's block of the precision the errors are
-  // P^-1 (C^-1 y), of covariance P^-1.
   const Eigen::Index block = 1 + points.rows();
   left_out_.resize(points.cols(), rows.cols());
   for (Eigen::Index k = 0; k < points.cols(); ++k) {
-    const Eigen::MatrixXd open = precision_.block(block * k, block * k, block, block).inverse();
+    const Eigen::MatrixXd open = left_out_covariance(k);
     left_out_.row(k) = open.row(0) * weighted_.middleRows(block * k, block) / std::sqrt(open(0, 0));
   }
+}
+
+// In closed form: with P the material's block of the precision the errors are P^-1 (C^-1 y), of covariance P^-1.
+Eigen::MatrixXd GaussianProcess::left_out_covariance(Eigen::Index material) const {
+  const Eigen::Index block = 1 + points_.rows();
+  return precision_.block(block * material, block * material, block, block).inverse();
+}
+
+Eigen::MatrixXd GaussianProcess::covariances(const Eigen::VectorXd& point) const {
+  const Eigen::Index block = 1 + points_.rows();
+  Eigen::MatrixXd result(block, precision_.rows());
+  for (Eigen::Index k = 0; k < points_.cols(); ++k) {
+    const Pair pair(scales_, point, points_.col(k));
+    for (Eigen::Index at = 0; at < block; ++at)
+      for (Eigen::Index r = 0; r < block; ++r) result(at, block * k + r) = pair.covariance(at, r);
+  }
+  return result;
 }
 
 GaussianProcess::Prediction GaussianProcess::at(const Eigen::VectorXd& point) const {

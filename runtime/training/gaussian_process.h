@@ -18,12 +18,21 @@ class GaussianProcess {
   };
   Prediction at(const Eigen::VectorXd& point) const;
 
+  // For other numbers at the same materials, `rows` of them as of the constructor (values with a mean of 0):
+  // covariances(point) * weigh(rows) are their values, then their derivatives by the coordinates, at a material.
+  Eigen::MatrixXd covariances(const Eigen::VectorXd& point) const;
+  Eigen::MatrixXd weigh(const Eigen::MatrixXd& rows) const { return precision_ * rows; }
+
   Eigen::Index dimensions() const { return points_.rows(); }
+  Eigen::VectorXd point(Eigen::Index material) const { return points_.col(material); }
 
   const Eigen::VectorXd& scale() const { return scale_; }
   // Errors of the values, each predicted from the other materials, over the square root of the variance: a row a
   // material.
   const Eigen::MatrixXd& left_out() const { return left_out_; }
+  // Of a material's own rows where the others tell them, over scale(). Times its rows of weigh() it is by how much
+  // these are not what the others tell.
+  Eigen::MatrixXd left_out_covariance(Eigen::Index material) const;
 
   struct Scales {
     Eigen::VectorXd length;

@@ -83,8 +83,7 @@ std::vector<std::string> NetworkGuess::words() const {
 
 NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& parameters,
                                const std::vector<std::string>& given, const std::string& run, const std::string& image,
-                               int sensor, const PhotoOptions& photo, const Showing& showing,
-                               const std::atomic<bool>& cancel) {
+                               int sensor, const PhotoOptions& photo) {
   const std::vector<Parameter> all = list_parameters(scene);
   std::vector<Parameter> guessed;
   for (const std::string& name : parameters) {
@@ -114,16 +113,6 @@ NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& par
   const std::vector<float> input = input_of(network, image, view, photo);
   const std::vector<float> raw = network.forward(input, 1);
   std::vector<std::vector<double>> samples;
-  std::vector<double> values;  // one an output
-  for (std::size_t i = 0; i < description.outputs.size(); ++i)
-    values.push_back(description.outputs[i].parameter(static_cast<double>(raw[i])));
-  if (showing.exemplars > 0) {
-    const SceneToShow here{scene, sensor, medium, body, view ? &*view : nullptr, who};
-    const ShownScene shown(network, here, {input}, noise_share(image, description.size, photo), showing, cancel);
-    values.clear();
-    for (const ParameterEstimate& estimate : estimates_of(shown.posterior(0))) values.push_back(estimate.value);
-  }
-  // The prior is the network's own, where it says one: with what it was shown the photo's pixels would count twice.
   if (description.distribution) samples = draw(raw, description);
   NetworkGuess result;
   if (!samples.empty()) result.samples.resize(samples.size());
@@ -135,7 +124,7 @@ NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& par
                                    parameter.name, parameter.name));
     const auto output = static_cast<std::size_t>(found - description.outputs.begin());
     const double unit = parameter.is(Owner::medium, "sigma_t") ? sigma_t_unit(scene, medium, description, body) : 1;
-    set_parameter(scene, parameter, unit * values[output]);
+    set_parameter(scene, parameter, unit * found->parameter(static_cast<double>(raw[output])));
     const bool is_colour = std::count_if(guessed.begin(), guessed.end(), [&](const Parameter& p) {
                              return output_name(p) == output_name(parameter);
                            }) > 1;

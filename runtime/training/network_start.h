@@ -6,7 +6,6 @@
 #include "runtime/image/photo.h"
 #include "runtime/inversion/prior.h"
 #include "runtime/scene/scene.h"
-#include "runtime/training/shown_scene.h"
 
 namespace itn {
 
@@ -25,14 +24,12 @@ struct NetworkGuess {
 // the image, which `sensor` took: sigma_t [1/mm] times the millimetres of the longest side of the bodies that it learnt
 // from, over that of the medium's body in scene units and the medium's scale; a colour gets the grey guess in every
 // component. Those in `given` are left alone. Returns what is known of the others; a colour's components, of which the
-// network sees luminance alone, are left out. Networks of six channels get shape and light from the scene. A network
-// that is shown the scene (shown_scene.h) gives the mean of what it then says. Throws as ShownScene, soon after cancel
-// is set too, and UsageError: another parameter that is not given, parameters of several media, a medium inside of
-// several shapes or none, shapes or light that the network cannot know; InputError: a network or an image
-// (read_resampled_luminance()) that cannot be used.
+// network sees luminance alone, are left out. Networks of six channels get shape and light from the scene. Throws
+// UsageError: another parameter that is not given, parameters of several media, a medium inside of several shapes or
+// none, shapes or light that the network cannot know; InputError: a network or an image (read_resampled_luminance())
+// that cannot be used.
 NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& parameters,
                                const std::vector<std::string>& given, const std::string& run, const std::string& image,
-                               int sensor, const PhotoOptions& photo, const Showing& showing,
-                               const std::atomic<bool>& cancel);
+                               int sensor, const PhotoOptions& photo);
 
 }  // namespace itn

@@ -175,6 +175,8 @@ void check(const PredictionRequest& request, const NetworkDescription& network) 
     throw UsageError("--exemplars: the network is shown renderings of a scene; which one (--scene)?");
   if (request.showing.exemplars > 0 && !is_plain(network))
     throw UsageError(fmt::format("--exemplars: {} {}; it cannot be shown a scene", request.run, beyond_plain(network)));
+  if (request.showing.exemplars > 0 && !request.judge.empty())
+    throw UsageError("--exemplars: the renderings tell whether images are like the scene; leave out --judge");
   const Needs needs(network);
   const bool one_by_one = !request.shape_buffers.empty() || !request.light.empty();
   const bool by_set = !request.dataset.empty() && !request.test_images;
@@ -213,13 +215,19 @@ std::string saturation_warning(const std::string& file, double saturated) {
       file, 100 * saturated);
 }
 
-std::string doubt_warning(const std::string& file, const Verdict& verdict, const NetworkDescription& judge) {
+std::string doubt_warning(const std::string& file, const Verdict& verdict, double limit, bool shown) {
   if (!verdict.doubted) return {};
+  if (shown)
+    return fmt::format(
+        "{}: is unlike the scene, whatever the material (doubt {:.1f}; few right ones are above {:.1f}): are shape, "
+        "light, boundary and camera the scene's, is it sharp, exposed as the scene is, and nowhere cut off? What is "
+        "said of it may be far off",
+        file, verdict.doubt, limit);
   return fmt::format(
       "{}: is unlike the images that the network learnt from (doubt {:.2f}; 5 % of right ones are above {:.2f}): did "
       "the camera move, is the mask the object's, is the curve the camera's (--curve), is it sharp, and nowhere cut "
       "off? What is said of it may be far off, and its intervals too narrow",
-      file, verdict.doubt, judge.limit);
+      file, verdict.doubt, limit);
 }
 
 std::optional<Network> judge_of(const PredictionRequest& request, const NetworkDescription& network) {
@@ -258,19 +266,24 @@ PredictedImages predict_images(const PredictionRequest& request, const std::atom
     shown.emplace(network, scene, inputs, noise, request.showing, cancel);
   }
   PredictedImages result{description, {}, known.body().has_value(), shown ? shown->spp() : 0, {}};
-  if (judge) result.judge = judge->description();
+  if (judge) result.doubt_limit = judge->description().limit;
+  if (shown) result.doubt_limit = shown->doubt_limit();
   for (std::size_t k = 0; k < request.images.size(); ++k) {
     if (cancel) throw Interrupted();
     if (!shown) see(k);
-    ImagePrediction image{
-        request.images[k],
-        {},
-        shown ? estimates_of(shown->posterior(k)) : estimates_of(network.forward(inputs[k], 1), description),
-        {}};
+    ImagePrediction image{request.images[k], {}, {}, {}};
+    if (shown) {
+      const ShownScene::Answer answer = shown->answer(k);
+      image.parameters = estimates_of(answer.samples);
+      image.verdict = answer.verdict;
+    } else {
+      image.parameters = estimates_of(network.forward(inputs[k], 1), description);
+    }
     if (judge) image.verdict = verdict_of(judge->forward(inputs[k], 1), judge->description());
     for (const std::string& warning :
          {saturation_warning(image.file, saturated[k]),
-          image.verdict ? doubt_warning(image.file, *image.verdict, *result.judge) : std::string()})
+          image.verdict ? doubt_warning(image.file, *image.verdict, *result.doubt_limit, shown.has_value())
+                        : std::string()})
       if (!warning.empty()) image.warnings.push_back(warning);
     for (std::size_t i = 0; i < image.parameters.size(); ++i) {
       if (!description.outputs[i].name.starts_with("sigma_t")) continue;

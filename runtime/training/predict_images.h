@@ -44,14 +44,14 @@ struct ImagePrediction {
   // Where it, or its flash's, is saturated in more than a few pixels, and where the judge doubts.
   std::vector<std::string> warnings;
   std::vector<ParameterEstimate> parameters;  // of the network's outputs; intervals too where it is shown the scene
-  std::optional<Verdict> verdict;             // of the judge, where there is one
+  std::optional<Verdict> verdict;             // of the judge, or of renderings that the network was shown
 };
 
 struct PredictedImages {
   NetworkDescription network;
-  std::optional<NetworkDescription> judge;
-  bool in_scene = false;  // sigma_t is in 1 / scene unit, else 1 / mm
-  int exemplars_spp = 0;  // samples a pixel of what the network was shown; 0: nothing
+  std::optional<double> doubt_limit;  // of the images' verdicts
+  bool in_scene = false;              // sigma_t is in 1 / scene unit, else 1 / mm
+  int exemplars_spp = 0;              // samples a pixel of what the network was shown; 0: nothing
   std::vector<ImagePrediction> images;
 };
 

@@ -25,6 +25,7 @@ constexpr std::size_t least_a_photo = 3;  // exemplars where its material may be
 constexpr int refinements = 2;            // rounds of exemplars where the photos' materials may be
 constexpr double step = 0.02;             // of a share, along derivative images
 constexpr double least_noise = 0.005;     // of what a network sees of a pixel
+constexpr double much_noisier = 1.1;      // a photo than renderings: of its samples over theirs
 
 Eigen::VectorXd shares_of(const Eigen::VectorXd& point) { return (point.array() + 1) / 2; }
 
@@ -74,14 +75,16 @@ class Look {
   std::vector<float> input_;
 };
 
-// Samples a pixel: what is asked for, or as many as make renderings as noisy as the photos, from a pilot's.
-int samples_for(const Showing& how, double noise, const std::function<Rendering()>& pilot) {
+// Samples a pixel that make renderings as noisy as the photos, from a pilot's.
+double samples_as_noisy(double noise, const Rendering& pilot) {
+  return pilot_spp * std::pow(noise_share(pilot.mean, pilot.stderr_) / noise, 2);
+}
+
+// Samples a pixel: what is asked for, or as many as make renderings as noisy as the photos; 0: nobody knows how many.
+int samples_for(const Showing& how, double as_noisy) {
   int spp = how.spp > 0 ? how.spp : usual_spp;
-  if (how.spp == 0 && noise > 0) {
-    const Rendering rendering = pilot();
-    const double wanted = pilot_spp * std::pow(noise_share(rendering.mean, rendering.stderr_) / noise, 2);
-    spp = static_cast<int>(std::clamp<double>(std::round(wanted), least_spp, most_spp));
-  }
+  if (how.spp == 0 && as_noisy > 0)
+    spp = static_cast<int>(std::clamp<double>(std::round(as_noisy), least_spp, most_spp));
   constexpr double most_samples = 1 << 30;  // that a pixel has
   if (static_cast<double>(spp) * how.exemplars > most_samples)
     throw UsageError(fmt::format("{} exemplars with {} samples a pixel: need at most {} samples in all", how.exemplars,
@@ -132,6 +135,12 @@ struct ShownScene::Exemplars {
     const auto error = Eigen::Map<const Eigen::RowVectorXf>(rendered.image.stderr_.data(), pixels);
     variance += look.difference(luminance, error).image.transpose().cwiseAbs2();
   }
+
+  // Standard deviation of each pixel.
+  Eigen::VectorXf noise() const {
+    return (variance.array() / static_cast<float>(points.cols()) + static_cast<float>(least_noise * least_noise))
+        .sqrt();
+  }
 };
 
 ShownScene::ShownScene(Network& network, const SceneToShow& shown, const std::vector<std::vector<float>>& photos,
@@ -145,8 +154,12 @@ ShownScene::ShownScene(Network& network, const SceneToShow& shown, const std::ve
   options.seed = how.seed;
   options.cancel = &cancel;
   MaterialRenderer renderer(network.description(), shown, *how.device, options);
-  spp_ = samples_for(how, noise,
-                     [&] { return renderer.render(shares_of(Eigen::VectorXd::Zero(dimensions)), 0, pilot_spp).image; });
+  double as_noisy = 0;
+  if (noise > 0) {
+    const Eigen::VectorXd middle = Eigen::VectorXd::Zero(dimensions);
+    as_noisy = samples_as_noisy(noise, renderer.render(shares_of(middle), 0, pilot_spp).image);
+  }
+  spp_ = samples_for(how, as_noisy);
 
   Exemplars exemplars;
   const auto show = [&](const Eigen::VectorXd& point) {
@@ -170,13 +183,13 @@ ShownScene::ShownScene(Network& network, const SceneToShow& shown, const std::ve
     }
     compare(exemplars);
   }
+  if (spp_ <= much_noisier * as_noisy)
+    likeness_.emplace(emulator_->process(), exemplars.images, exemplars.noise(), network.description().size);
 }
 
 void ShownScene::compare(const Exemplars& exemplars) {
   const Eigen::Index dimensions = exemplars.points.rows();
-  const Eigen::VectorXf noise = (exemplars.variance / static_cast<float>(exemplars.points.cols())).array() +
-                                static_cast<float>(least_noise * least_noise);
-  const ImageSums sums(exemplars.points, exemplars.images, noise.cwiseSqrt(), dimensions);
+  const ImageSums sums(exemplars.points, exemplars.images, exemplars.noise(), dimensions);
   Eigen::MatrixXd all(exemplars.answers.rows(), 2 * dimensions);
   all << exemplars.answers, sums.of(exemplars.images);
   emulator_ = std::make_unique<AnswerEmulator>(exemplars.points, all);
@@ -185,17 +198,26 @@ void ShownScene::compare(const Exemplars& exemplars) {
     statistics_.emplace_back(2 * dimensions) << photo.answer.transpose(), sums.of(photo.image).transpose();
 }
 
-std::vector<std::vector<double>> ShownScene::posterior(std::size_t photo) const {
+ShownScene::Answer ShownScene::answer(std::size_t photo) const {
   const std::vector<OutputRange>& outputs = network_.description().outputs;
   const Eigen::MatrixXd points = emulator_->posterior(statistics_[photo], samples, seed_);
-  std::vector<std::vector<double>> result;
+  Answer result;
   for (Eigen::Index s = 0; s < points.cols(); ++s) {
     const Eigen::VectorXd shares = shares_of(points.col(s));
-    std::vector<double>& sample = result.emplace_back();
+    std::vector<double>& sample = result.samples.emplace_back();
     for (std::size_t i = 0; i < outputs.size(); ++i)
       sample.push_back(outputs[i].parameter_of_share(shares[static_cast<Eigen::Index>(i)]));
   }
+  if (likeness_) {
+    const double doubt = likeness_->doubt(photos_[photo].image, points.rowwise().mean());
+    result.verdict = {doubt, doubt > likeness_->limit()};
+  }
   return result;
+}
+
+std::optional<double> ShownScene::doubt_limit() const {
+  if (!likeness_) return {};
+  return likeness_->limit();
 }
 
 std::vector<ParameterEstimate> estimates_of(const std::vector<std::vector<double>>& samples) {

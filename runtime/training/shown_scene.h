@@ -7,17 +7,20 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "network/distribution.h"
+#include "network/judge.h"
 #include "network/network.h"
 #include "runtime/device/device.h"
 #include "runtime/image/photo.h"
 #include "runtime/scene/scene.h"
 #include "runtime/training/answer_emulator.h"
 #include "runtime/training/material_renderer.h"
+#include "runtime/training/scene_likeness.h"
 
 namespace itn {
 
@@ -48,8 +51,15 @@ class ShownScene {
              const Showing& how, const std::atomic<bool>& cancel);
 
   int spp() const { return spp_; }
-  // Of the network's parameters, a sample each, in its units: what is known of what one of the photos shows.
-  std::vector<std::vector<double>> posterior(std::size_t photo) const;
+  // What is known of one of the photos.
+  struct Answer {
+    std::vector<std::vector<double>> samples;  // of the network's parameters, in its units
+    std::optional<Verdict> verdict;            // where there is a doubt_limit()
+  };
+  Answer answer(std::size_t photo) const;
+  // Of a photo that is like the scene at any material (scene_likeness.h); none where the photos' noise is not known, or
+  // stronger than that of the renderings, which then cannot tell.
+  std::optional<double> doubt_limit() const;
 
  private:
   struct Exemplars;
@@ -61,6 +71,7 @@ class ShownScene {
   std::vector<LookedAt> photos_;
   std::vector<Eigen::VectorXd> statistics_;  // of these, by the last comparison
   std::unique_ptr<AnswerEmulator> emulator_;
+  std::optional<SceneLikeness> likeness_;
 };
 
 // Of each parameter its mean over the samples, and what 95 % of them lie between.

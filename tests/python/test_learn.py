@@ -58,8 +58,6 @@ def test_the_networks_way_from_a_data_set_to_a_prediction(tmp_path):
     assert set(seen.intervals) == {"sigma_t", "albedo", "g"} and itn.predict(photo, run, scene=scene).intervals == {}
     with pytest.raises(itn.UsageError, match="which one"):
         itn.predict(photo, run, exemplars=12)
-    with pytest.raises(itn.UsageError, match="which one"):
-        itn.invert(scene, photo, ["phase.g"], exemplars=12)
     result = itn.evaluate(data, [run], tmp_path / "report", images=0, inversions=0)
     assert result["schema"] == "itn.eval/1" and (tmp_path / "report/report.html").exists()
     with pytest.raises(itn.UsageError, match="its network sees the image alone"):

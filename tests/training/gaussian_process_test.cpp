@@ -66,6 +66,24 @@ TEST_CASE("a process goes through values and derivatives without noise, and foll
   CHECK(error(process) < 0.02);
 }
 
+TEST_CASE("a process tells other numbers of the same materials, and their derivatives") {
+  const Known known(12);
+  Eigen::MatrixXd rows = known.rows.rowwise().reverse();
+  const GaussianProcess process(known.points, known.rows);
+  const Eigen::MatrixXd weighted = process.weigh(rows);
+  constexpr double h = 1e-4;
+  for (int k = 0; k < 10; ++k) {
+    const Eigen::VectorXd t = low_discrepancy_point(2, 1000 + k);
+    const Eigen::MatrixXd said = process.covariances(t) * weighted;
+    CHECK((said.row(0).reverse().transpose() - process.at(t).mean).norm() < 1e-6);
+    for (int i = 0; i < 2; ++i) {
+      const Eigen::VectorXd way = h * Eigen::VectorXd::Unit(2, i);
+      const Eigen::MatrixXd slope = (process.covariances(t + way) - process.covariances(t - way)) * weighted / (2 * h);
+      CHECK((said.row(1 + i) - slope.row(0)).norm() < 1e-3);
+    }
+  }
+}
+
 TEST_CASE("what a process says of its errors is what they are, at its points and between them") {
   const Known known(40, 0.1);
   const GaussianProcess process(known.points, known.rows);

@@ -1,0 +1,126 @@
+#include "runtime/training/scene_likeness.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace itn {
+namespace {
+
+constexpr std::array<Eigen::Index, 3> radii{0, 1, 3};  // of the squares
+constexpr int most_steps = 20;
+
+// Quantile of Student's distribution with 10 degrees of freedom or more, to a hundredth, from that of the normal one
+// (Abramowitz and Stegun 1964, 26.7.5).
+double student_quantile(double z, double freedom) {
+  const double z2 = z * z;
+  return z * (1 + (z2 + 1) / (4 * freedom) + (5 * z2 * z2 + 16 * z2 + 3) / (96 * freedom * freedom) +
+              (3 * z2 * z2 * z2 + 19 * z2 * z2 + 17 * z2 - 15) / (384 * freedom * freedom * freedom));
+}
+
+// Sums over columns that are not farther apart than a radius.
+Eigen::MatrixXd sums_of_columns(const Eigen::MatrixXd& values, Eigen::Index radius) {
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(values.rows(), values.cols());
+  for (Eigen::Index to = 0; to < values.cols(); ++to) {
+    const Eigen::Index first = std::max<Eigen::Index>(0, to - radius);
+    const Eigen::Index last = std::min(values.cols() - 1, to + radius);
+    result.col(to) = values.middleCols(first, last - first + 1).rowwise().sum();
+  }
+  return result;
+}
+
+// Of the squares around all pixels, each sum squared over the number of pixels of a whole square: 1 of white noise, but
+// for the margins.
+double mean_square_of_squares(const Eigen::MatrixXd& image, Eigen::Index radius) {
+  const Eigen::MatrixXd columns = sums_of_columns(image, radius);
+  const Eigen::MatrixXd sums = sums_of_columns(columns.transpose(), radius);
+  const auto side = static_cast<double>(2 * radius + 1);
+  return sums.squaredNorm() / (static_cast<double>(sums.size()) * side * side);
+}
+
+}  // namespace
+
+SceneLikeness::SceneLikeness(const GaussianProcess& process, const ImageRows& images, const Eigen::VectorXf& noise,
+                             Eigen::Index width)
+    : process_(process), width_(width), noise_(noise.cast<double>().transpose()) {
+  const Eigen::Index block = 1 + process.dimensions(), count = images.rows() / block;
+  exemplars_ = static_cast<double>(count);
+  Eigen::MatrixXd rows = images.cast<double>();
+  mean_ = Eigen::RowVectorXd::Zero(rows.cols());
+  for (Eigen::Index k = 0; k < count; ++k) mean_ += rows.row(block * k) / exemplars_;
+  for (Eigen::Index k = 0; k < count; ++k) rows.row(block * k) -= mean_;
+  weighted_ = process.weigh(rows * noise_.cwiseInverse().asDiagonal());
+
+  Eigen::ArrayXd log_variance(count);
+  Eigen::Array<double, Eigen::Dynamic, scales> sizes(count, scales);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Eigen::MatrixXd open = process.left_out_covariance(k);
+    Eigen::VectorXd left = (open.row(0) * weighted_.middleRows(block * k, block)).transpose();
+    // Of a photo the material that fits best is looked for, of an exemplar to first order.
+    const Eigen::MatrixXd slopes =
+        (process.covariances(process.point(k)) * weighted_).bottomRows(block - 1).transpose();
+    left -= slopes * slopes.colPivHouseholderQr().solve(left);
+    sizes.row(k) = log_sizes(left.transpose());
+    log_variance[k] = std::log(open(0, 0));
+  }
+  mean_log_variance_ = log_variance.mean();
+  log_variance -= mean_log_variance_;
+  spread_ = log_variance.square().sum() + 1e-9;
+  height_ = sizes.colwise().mean();
+  slope_ = ((sizes.colwise() * log_variance).colwise().sum() / spread_).max(0);
+  sizes.rowwise() -= height_;
+  sizes -= (log_variance.matrix() * slope_.matrix()).array();
+  deviation_ = (sizes.square().colwise().sum() / (exemplars_ - 2)).sqrt().max(1e-6);
+}
+
+double SceneLikeness::doubt(const Eigen::RowVectorXf& photo, const Eigen::VectorXd& near) const {
+  Eigen::VectorXd at = near;
+  const Eigen::RowVectorXd image = (photo.cast<double>() - mean_).cwiseQuotient(noise_);
+  const PerScale sizes = log_sizes(left_of(image, at));
+  const double from_mean = std::log(process_.at(at).variance) - mean_log_variance_;
+  const double uncertainty = std::sqrt(1 + 1 / exemplars_ + from_mean * from_mean / spread_);
+  return ((sizes - height_ - slope_ * from_mean) / (deviation_ * uncertainty)).maxCoeff();
+}
+
+double SceneLikeness::limit() const {
+  constexpr double z = 2.7131;  // 1 - .01 / 3 of normal numbers are below
+  return student_quantile(z, exemplars_ - 2);
+}
+
+// Beside what is emulated at the material that fits best (Levenberg and Marquardt), which is looked for from `at`, and
+// which that becomes.
+Eigen::RowVectorXd SceneLikeness::left_of(const Eigen::RowVectorXd& image, Eigen::VectorXd& at) const {
+  Eigen::MatrixXd emulated = process_.covariances(at) * weighted_;  // and its derivatives
+  Eigen::RowVectorXd left = image - emulated.row(0);
+  double damping = 1e-2;
+  for (int step = 0; step < most_steps && damping < 1e6; ++step) {
+    const Eigen::MatrixXd slopes = emulated.bottomRows(at.size());
+    Eigen::MatrixXd normal = slopes * slopes.transpose();
+    normal.diagonal() *= 1 + damping;
+    const Eigen::VectorXd way = normal.ldlt().solve(slopes * left.transpose());
+    const Eigen::VectorXd next = (at + way).cwiseMax(-1).cwiseMin(1);
+    const Eigen::MatrixXd there = process_.covariances(next) * weighted_;
+    const Eigen::RowVectorXd left_there = image - there.row(0);
+    if (left_there.squaredNorm() < left.squaredNorm()) {
+      at = next;
+      emulated = there;
+      left = left_there;
+      damping /= 5;
+    } else {
+      damping *= 5;
+    }
+  }
+  return left;
+}
+
+SceneLikeness::PerScale SceneLikeness::log_sizes(const Eigen::RowVectorXd& left) const {
+  const Eigen::Map<const Eigen::MatrixXd> image(left.data(), width_, left.size() / width_);
+  PerScale result;
+  for (Eigen::Index i = 0; i < scales; ++i)
+    result[i] = std::log(mean_square_of_squares(image, radii[static_cast<std::size_t>(i)]) + 1e-12);
+  return result;
+}
+
+}  // namespace itn
