@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "network/dataset_examples.h"
 #include "runtime/base/error.h"
@@ -258,12 +259,11 @@ PredictedImages predict_images(const PredictionRequest& request, const std::atom
   std::optional<ShownScene> shown;
   if (request.showing.exemplars > 0) {
     for (std::size_t k = 0; k < inputs.size(); ++k) see(k);
-    double noise = 0;  // of the noisiest: of the others intervals are a little too wide
-    for (const std::string& file : request.images)
-      noise = std::max(noise, noise_share(file, description.size, request.photo));
+    std::vector<double> noises;
+    for (const std::string& file : request.images) noises.push_back(noise_share(file, description.size, request.photo));
     const SceneToShow scene{*request.scene, request.sensor, 0,
                             *known.body(),  known.view(),   "--scene " + request.scene->file};
-    shown.emplace(network, scene, inputs, noise, request.showing, cancel);
+    shown.emplace(network, scene, inputs, std::move(noises), request.showing, cancel);
   }
   PredictedImages result{description, {}, known.body().has_value(), shown ? shown->spp() : 0, {}};
   if (judge) result.doubt_limit = judge->description().limit;

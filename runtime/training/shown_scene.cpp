@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
@@ -25,7 +26,7 @@ constexpr std::size_t least_a_photo = 3;  // exemplars where its material may be
 constexpr int refinements = 2;            // rounds of exemplars where the photos' materials may be
 constexpr double step = 0.02;             // of a share, along derivative images
 constexpr double least_noise = 0.005;     // of what a network sees of a pixel
-constexpr double much_noisier = 1.1;      // a photo than renderings: of its samples over theirs
+constexpr double tolerance = 1.1;         // of renderings' samples over those that make them as noisy as photos
 
 Eigen::VectorXd shares_of(const Eigen::VectorXd& point) { return (point.array() + 1) / 2; }
 
@@ -144,8 +145,8 @@ struct ShownScene::Exemplars {
 };
 
 ShownScene::ShownScene(Network& network, const SceneToShow& shown, const std::vector<std::vector<float>>& photos,
-                       double noise, const Showing& how, const std::atomic<bool>& cancel)
-    : network_(network), seed_(how.seed) {
+                       std::vector<double> noises, const Showing& how, const std::atomic<bool>& cancel)
+    : network_(network), seed_(how.seed), noises_(std::move(noises)) {
   require_exemplars(how.exemplars);
   const auto dimensions = static_cast<Eigen::Index>(network.description().outputs.size());
   Look look(network, shown.view);
@@ -155,7 +156,8 @@ ShownScene::ShownScene(Network& network, const SceneToShow& shown, const std::ve
   options.cancel = &cancel;
   MaterialRenderer renderer(network.description(), shown, *how.device, options);
   double as_noisy = 0;
-  if (noise > 0) {
+  // Of the noisiest: of the others intervals are a little too wide.
+  if (const double noise = *std::max_element(noises_.begin(), noises_.end()); noise > 0) {
     const Eigen::VectorXd middle = Eigen::VectorXd::Zero(dimensions);
     as_noisy = samples_as_noisy(noise, renderer.render(shares_of(middle), 0, pilot_spp).image);
   }
@@ -183,7 +185,7 @@ ShownScene::ShownScene(Network& network, const SceneToShow& shown, const std::ve
     }
     compare(exemplars);
   }
-  if (spp_ <= much_noisier * as_noisy)
+  if (spp_ <= tolerance * as_noisy)
     likeness_.emplace(emulator_->process(), exemplars.images, exemplars.noise(), network.description().size);
 }
 
@@ -208,7 +210,7 @@ ShownScene::Answer ShownScene::answer(std::size_t photo) const {
     for (std::size_t i = 0; i < outputs.size(); ++i)
       sample.push_back(outputs[i].parameter_of_share(shares[static_cast<Eigen::Index>(i)]));
   }
-  if (likeness_) {
+  if (likeness_ && noises_[photo] > 0) {
     const double doubt = likeness_->doubt(photos_[photo].image, points.rowwise().mean());
     result.verdict = {doubt, doubt > likeness_->limit()};
   }

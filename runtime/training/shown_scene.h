@@ -44,21 +44,22 @@ struct LookedAt {
 
 class ShownScene {
  public:
-  // Renders and looks. photos: what the network sees of each (network_input()), one or more. noise: noise_share() of
-  // the noisiest. Throws UsageError: as require_exemplars(), a sensor that is not square, a medium without one number
+  // Renders and looks. photos: what the network sees of each (network_input()), one or more. noises: noise_share() of
+  // each. Throws UsageError: as require_exemplars(), a sensor that is not square, a medium without one number
   // of each of the network's names; Interrupted soon after cancel is set. The network must outlive this.
-  ShownScene(Network& network, const SceneToShow& shown, const std::vector<std::vector<float>>& photos, double noise,
-             const Showing& how, const std::atomic<bool>& cancel);
+  ShownScene(Network& network, const SceneToShow& shown, const std::vector<std::vector<float>>& photos,
+             std::vector<double> noises, const Showing& how, const std::atomic<bool>& cancel);
 
   int spp() const { return spp_; }
   // What is known of one of the photos.
   struct Answer {
     std::vector<std::vector<double>> samples;  // of the network's parameters, in its units
-    std::optional<Verdict> verdict;            // where there is a doubt_limit()
+    // Is it like the scene, at any material (scene_likeness.h)? Nobody can tell where the photo's noise is not known,
+    // or the noisiest photo's is stronger than that of the renderings.
+    std::optional<Verdict> verdict;
   };
   Answer answer(std::size_t photo) const;
-  // Of a photo that is like the scene at any material (scene_likeness.h); none where the photos' noise is not known, or
-  // stronger than that of the renderings, which then cannot tell.
+  // Of the verdicts; none where there is none.
   std::optional<double> doubt_limit() const;
 
  private:
@@ -69,6 +70,7 @@ class ShownScene {
   std::uint64_t seed_;
   int spp_ = 0;
   std::vector<LookedAt> photos_;
+  std::vector<double> noises_;
   std::vector<Eigen::VectorXd> statistics_;  // of these, by the last comparison
   std::unique_ptr<AnswerEmulator> emulator_;
   std::optional<SceneLikeness> likeness_;
