@@ -5,8 +5,8 @@
 
 Takes photos of a data set (itn dataset laptop, say): of split unseen_both, under a sun, so many scenes and so many photos of
 each, evenly over the split. Each is spoilt in every way of the table that is printed: as a picture, or rendered anew in another
-scene than the one that the network is shown. All photos of a scene share its 24 exemplars, or with --alone each has its own. The
-data set must have been rendered with the numbers of samples that it says, 128 of `laptop`.
+scene than the one that the network is shown, with the 128 samples of `laptop`. All photos of a scene share its 24 exemplars, or
+with --alone each has its own.
 
 Prints how many of each kind are doubted, and how many of the 95 % intervals hold the truth. Needs the package itn and numpy.
 """
