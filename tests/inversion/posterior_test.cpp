@@ -166,6 +166,34 @@ TEST_CASE("two peaks are found, said, and as probable as on a grid of the formul
   CHECK(posterior.peaks()[0].share + posterior.peaks()[1].share == Approx(1).margin(0.02));
 }
 
+TEST_CASE("of photos of four pixels each pixel counts: posteriors are those of grids of the formula") {
+  MadeUpScene scene{[](double x, double y, const Eigen::VectorXd& t) {
+    return 1 + 0.25 * t[0] * x + 0.2 * t[1] * y + 0.15 * (t[0] - 0.5) * (t[1] + t[0]);
+  }};
+  scene.pixels = 2;
+  constexpr int photos = 8;
+  double log_ratio = 0, distance = 0;
+  for (int k = 0; k < photos; ++k) {
+    scene.random.seed(static_cast<unsigned>(k));
+    std::uniform_real_distribution<double> uniform(-0.9, 0.9);
+    const double first = uniform(scene.random), second = uniform(scene.random);
+    const TargetImage photo = scene.photo(Eigen::Vector2d(first, second), 64);
+    const GridPosterior grid(scene, photo);
+    const std::vector<TargetImage> targets{photo};
+    Posterior posterior(2, targets, even, PosteriorOptions());
+    scene.run(posterior);
+    const Eigen::VectorXd mean = posterior.samples().at.rowwise().mean();
+    const Eigen::MatrixXd covariance = covariance_of(posterior.samples().at);
+    UNSCOPED_INFO(k << ": " << mean.transpose() << " (" << grid.mean.transpose() << "), "
+                    << covariance.diagonal().cwiseSqrt().transpose() << " ("
+                    << grid.covariance.diagonal().cwiseSqrt().transpose() << ")");
+    log_ratio += 0.5 * std::log(covariance.determinant() / grid.covariance.determinant()) / photos;
+    distance += std::sqrt((mean - grid.mean).dot(grid.covariance.inverse() * (mean - grid.mean))) / photos;
+  }
+  CHECK(std::fabs(log_ratio) < 0.15);
+  CHECK(distance < 0.35);
+}
+
 TEST_CASE("what images do not tell stays as wide as it was before") {
   MadeUpScene scene{[](double x, double, const Eigen::VectorXd& t) { return 1 + 0.3 * t[0] * std::cos(2 * x); }};
   const std::vector<TargetImage> targets{scene.photo(Eigen::Vector2d(0.4, 0.8), 64)};

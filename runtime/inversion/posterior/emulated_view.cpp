@@ -164,6 +164,23 @@ Sums best_sums(const Rows& candidates, const Rows& images, const Eigen::MatrixXd
   return sums;
 }
 
+// Each value that is compared by itself, where there are no more than sums.
+bool are_few(const WhiteTarget& target) { return (target.weight.array() > 0).count() <= most_sums; }
+
+Sums each_value(const WhiteTarget& target, const Rows& images, const Eigen::MatrixXd& spread) {
+  const Eigen::Index count = (target.weight.array() > 0).count();
+  Sums sums;
+  sums.weights = Rows::Zero(count, target.weight.size());
+  sums.moves.resize(count);
+  for (Eigen::Index i = 0, k = 0; i < target.weight.size(); ++i) {
+    if (!(target.weight[i] > 0)) continue;
+    const Eigen::VectorXd coefficients = images.col(i).cast<double>();
+    sums.weights(k, i) = 1;
+    sums.moves[k++] = coefficients.dot(spread * coefficients);
+  }
+  return sums;
+}
+
 Eigen::MatrixXd values_at(const Polynomials& polynomials, const Eigen::MatrixXd& points) {
   Eigen::MatrixXd values(polynomials.size(), points.cols());
   Eigen::VectorXd one;
@@ -215,7 +232,10 @@ Eigen::MatrixXd residual_covariance(const WhiteTarget& target, const std::array<
     sum += (a * b.transpose() + b * a.transpose()) / 2;
     ++count;
   }
-  sum /= std::max(1.0, count);
+  // What the noise is said to be counts as some pixels do: of few ones materials explain most of what is left.
+  constexpr double as_said = 10;
+  sum.diagonal().array() += as_said;
+  sum /= as_said + count;
   // Of few pixels or great noise it may come out as no covariance.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(sum);
   const Eigen::VectorXd values = eigen.eigenvalues().cwiseMax(least_residual * 0.1);
@@ -359,10 +379,15 @@ EmulatedView::EmulatedView(const std::vector<Exemplar>& exemplars, std::size_t v
           turned.middleCols(design.block * static_cast<Eigen::Index>(w), design.block);
     }
     Sums sums;
-    for (const int radius : radii) {
-      Sums candidate = best_sums(images, local_images.coefficients[h], spread, target, radius, from,
-                                 local_images.matrix, local.error[h], regions.local.centre.size() + (exposure ? 1 : 0));
-      if (sums.weights.rows() == 0 || candidate.told > sums.told) sums = std::move(candidate);
+    if (are_few(target)) {
+      sums = each_value(target, local_images.coefficients[h], spread);
+    } else {
+      for (const int radius : radii) {
+        Sums candidate =
+            best_sums(images, local_images.coefficients[h], spread, target, radius, from, local_images.matrix,
+                      local.error[h], regions.local.centre.size() + (exposure ? 1 : 0));
+        if (sums.weights.rows() == 0 || candidate.told > sums.told) sums = std::move(candidate);
+      }
     }
     Half& half = halves_[h];
     // Combined once more, so that the target's noise is of variance 1 in each and independent.

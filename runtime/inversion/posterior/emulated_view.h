@@ -3,7 +3,8 @@
 // From one half of the exemplars' samples come some twenty weighted sums of pixels: those combinations of fitted images
 // (their coefficients as polynomials of the material) of which materials that are in question move the most over the
 // noise that the sum has of the target. From the other half comes what each sum is at any material (polynomial_fit.h).
-// Then the halves change places; both together weigh as much as one image.
+// Then the halves change places; both together weigh as much as one image. Of a target of no more values than that each
+// value is compared.
 #pragma once
 #include <Eigen/Core>
 #include <array>
