@@ -194,6 +194,21 @@ TEST_CASE("of photos of four pixels each pixel counts: posteriors are those of g
   CHECK(distance < 0.35);
 }
 
+TEST_CASE("renderings of few pixels have many samples, but no more than a million in all") {
+  MadeUpScene scene{spot};
+  const auto first_spp = [&](int pixels, int compared) {
+    scene.pixels = pixels;
+    std::vector<TargetImage> targets{scene.photo(Eigen::Vector2d(0, 0), 64)};
+    for (std::size_t i = static_cast<std::size_t>(compared); i < targets[0].weight.size(); ++i)
+      targets[0].weight[i] = 0;
+    return Posterior(2, targets, even, PosteriorOptions()).wanted().front().spp;
+  };
+  CHECK(first_spp(2, 4) == 1024);
+  CHECK(first_spp(8, 1) == 4096);
+  CHECK(first_spp(32, 1) == 1024);
+  CHECK(first_spp(64, 64 * 64) == 32);
+}
+
 TEST_CASE("what images do not tell stays as wide as it was before") {
   MadeUpScene scene{[](double x, double, const Eigen::VectorXd& t) { return 1 + 0.3 * t[0] * std::cos(2 * x); }};
   const std::vector<TargetImage> targets{scene.photo(Eigen::Vector2d(0.4, 0.8), 64)};

@@ -213,7 +213,7 @@ Eigen::MatrixXd local_view(const Polynomials& wide, const Polynomials& local, co
 // Products of what is left of the target by two halves, pixel by pixel and channel with channel: the noise of the
 // halves has no part in it.
 Eigen::MatrixXd residual_covariance(const WhiteTarget& target, const std::array<Eigen::VectorXf, 2>& model,
-                                    bool exposure) {
+                                    bool exposure, double unknowns) {
   double scale = 1;
   if (exposure) {
     const double both = static_cast<double>(model[0].dot(model[1]));
@@ -232,10 +232,10 @@ Eigen::MatrixXd residual_covariance(const WhiteTarget& target, const std::array<
     sum += (a * b.transpose() + b * a.transpose()) / 2;
     ++count;
   }
-  // What the noise is said to be counts as some pixels do: of few ones materials explain most of what is left.
+  // Of few pixels materials explain much of what is left, and what the noise is said to be counts as some pixels do.
   constexpr double as_said = 10;
   sum.diagonal().array() += as_said;
-  sum /= as_said + count;
+  sum /= as_said + std::max(0.0, count - unknowns / static_cast<double>(channels));
   // Of few pixels or great noise it may come out as no covariance.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(sum);
   const Eigen::VectorXd values = eigen.eigenvalues().cwiseMax(least_residual * 0.1);
@@ -355,7 +355,7 @@ EmulatedView::EmulatedView(const std::vector<Exemplar>& exemplars, std::size_t v
     std::array<Eigen::VectorXf, 2> model;
     for (std::size_t h = 0; h < 2; ++h)
       model[h] = image_product(at_best, local_images.coefficients[h]).row(0).transpose();
-    of_pixel = residual_covariance(target, model, exposure);
+    of_pixel = residual_covariance(target, model, exposure, static_cast<double>(regions.best.size()));
     residual_ = of_pixel.trace() / target.channels;
     if (residual_ < least_residual) of_pixel *= least_residual / residual_;
   }

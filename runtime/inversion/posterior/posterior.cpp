@@ -28,6 +28,21 @@ constexpr Eigen::Index most_polynomials = 130;
 constexpr double about_ends = 2;           // their standard deviations
 constexpr std::size_t rounds_of_ends = 2;  // in which they are in question, whatever an emulator of little says
 
+// Of a half, so that the errors of a sum of few pixels are known: those of a few samples with heavy tails, as
+// derivatives have, seem small where the samples are, and pull what is fitted there. No more than a rendering can have
+// in no time.
+int fewest_spp(const std::vector<TargetImage>& targets) {
+  constexpr double enough = 4096, most = 1 << 20;  // samples of all values that are compared; of the whole image
+  double result = least_spp;
+  for (const TargetImage& target : targets) {
+    const double compared = static_cast<double>(
+        std::count_if(target.weight.begin(), target.weight.end(), [](float weight) { return weight > 0; }));
+    const double wanted = enough / std::max(1.0, compared), all = static_cast<double>(target.weight.size());
+    result = std::max(result, std::min(wanted, most / std::max(1.0, all)));
+  }
+  return static_cast<int>(std::ceil(result));
+}
+
 int design_size(Eigen::Index dimensions) { return 12 + 12 * static_cast<int>(dimensions); }
 int refinement_size(Eigen::Index dimensions) { return 8 + 4 * static_cast<int>(dimensions); }
 
@@ -71,7 +86,8 @@ Eigen::MatrixXd Posterior::near_ends(Eigen::Index count) const {
 }
 
 void Posterior::want_design() {
-  const int spp = options_.spp > 0 ? std::max(1, std::min(design_spp, options_.spp / 2)) : design_spp;
+  const int spp = options_.spp > 0 ? std::max(1, std::min(design_spp, options_.spp / 2))
+                                   : std::max(design_spp, fewest_spp(targets_));
   for (int i = 0; i < design_size(dimensions_); ++i) {
     const Eigen::VectorXd at = low_discrepancy_point(dimensions_, i);
     const bool there = std::any_of(exemplars_.begin(), exemplars_.end(),
@@ -117,7 +133,7 @@ int Posterior::refinement_spp() const {
   }
   const double spp = count > 0 ? wanted / count / 2 : most_spp;
   const double saved = std::clamp(1 - rounds_.back().emulator_share, least_samples_share, 1.0);
-  return static_cast<int>(std::clamp<double>(saved * spp, least_spp, most_spp));
+  return std::max(fewest_spp(targets_), static_cast<int>(std::min<double>(saved * spp, most_spp)));
 }
 
 // Samples of the broader density that are far from each other and from what is rendered already.
