@@ -25,7 +25,7 @@ ViewOptions options(int spp = 64) {
 
 // Until there is nothing left to do.
 std::shared_ptr<const ViewFrame> settle(ViewSession& session) {
-  for (int idle = 0; idle < 100;) {
+  for (int idle = 0; idle < 600;) {
     if (session.advance()) continue;
     ++idle;  // a program may be compiled in another thread
     session.wait_for_work(std::chrono::milliseconds(50));
