@@ -50,20 +50,26 @@ def of_data_set(folder, out):
                [(folder / image['file'], image) for image in images])
 
 
-def unlike(out, itn):
-    folder = out / 'scene'
+def with_rough_boundary(folder):
+    """The scene of data sets with another boundary, and with its camera at $camera."""
     folder.mkdir(exist_ok=True)
+    place = b'0, -25.924995994286153, 26.374995994286152'
     for file in scene_file.parent.iterdir():
         text = file.read_bytes()
         if file.name == 'object.xml':
             text = text.replace(b'<bsdf type="null" id="boundary"/>',
                                 b'<bsdf type="roughdielectric" id="boundary"><float name="alpha" value="0.25"/>'
                                 b'<float name="int_ior" value="1.33"/></bsdf>')
-            text = text.replace(b'origin="0, -25.924995994286153, 26.374995994286152"', b'origin="$camera"')
-            text = text.replace(b'<default name="g"', b'<default name="camera" value="14, -26, 20"/>\n  <default name="g"')
+            text = text.replace(b'origin="' + place + b'"', b'origin="$camera"')
+            text = text.replace(b'<default name="g"', b'<default name="camera" value="' + place + b'"/>\n  <default name="g"')
             if any(new not in text for new in (b'roughdielectric', b'"$camera"', b'name="camera"')):
                 sys.exit(f'shown_network.py: {file}: another boundary or camera than this script replaces')
         (folder / file.name).write_bytes(text)
+    return folder / scene_file.name
+
+
+def unlike(out, itn):
+    rough = with_rough_boundary(out / 'scene')
     numbers = random.Random(1)
     for shape, azimuth, camera in views:
         angle = math.radians(azimuth)
@@ -75,9 +81,9 @@ def unlike(out, itn):
             file = out / f'{shape}_{k}.exr'
             if not file.exists():
                 material = [part for name, value in truth.items() for part in ('-D', f'{name}={value}')]
-                run([itn, 'render', folder / 'scene.xml', '-o', file, *scene, *material, '--spp', 128, '--seed', k, '--quiet'])
+                run([itn, 'render', rough, '-o', file, *scene, *material, '--spp', 128, '--seed', k, '--quiet'])
             photos.append((file, truth))
-        yield shape, folder / 'scene.xml', scene, photos
+        yield shape, rough, scene, photos
 
 
 def main():

@@ -21,7 +21,7 @@ import numpy as np
 
 import itn
 from invert_dataset import evenly, parameters, root, scene_file
-from shown_network import of_data_set
+from shown_network import of_data_set, with_rough_boundary
 
 
 def blurred(image, deviation):
@@ -69,20 +69,6 @@ def turned(sun, degrees):
     x, y, z = map(float, sun.split(','))
     angle = np.radians(degrees)
     return f'{x * np.cos(angle) + y * np.sin(angle)}, {y * np.cos(angle) - x * np.sin(angle)}, {z}'
-
-
-def with_rough_boundary(folder):
-    folder.mkdir(exist_ok=True)
-    for file in scene_file.parent.iterdir():
-        text = file.read_bytes()
-        if file.name == 'object.xml':
-            old = b'<bsdf type="null" id="boundary"/>'
-            if old not in text:
-                sys.exit(f'spoilt_photos.py: {file}: another boundary than this script replaces')
-            text = text.replace(old, b'<bsdf type="roughdielectric" id="boundary"><float name="alpha" value="0.25"/>'
-                                     b'<float name="int_ior" value="1.33"/></bsdf>')
-        (folder / file.name).write_bytes(text)
-    return folder / scene_file.name
 
 
 # What is wrong with the scene: its file and definitions.

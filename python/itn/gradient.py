@@ -4,6 +4,7 @@ from __future__ import annotations
 import html
 import json
 import os
+import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Union
@@ -29,7 +30,9 @@ def make_target(scene: Scene, sensor: int, target: Any, mask: Any = None) -> _it
     if isinstance(target, _itn.Target):
         return target
     if isinstance(target, (str, os.PathLike)):
-        return _itn.target_from_file(scene._scene, sensor, os.fspath(target), os.fspath(mask) if mask is not None else "")
+        return _target_from_file(scene, sensor, target, mask)
+    if isinstance(mask, (str, os.PathLike)):
+        raise _itn.UsageError(f"mask: the file {os.fspath(mask)} for a target that is an array; need an array, too (itn.read_exr)")
     error = target.stderr if isinstance(target, Rendering) else None
     image = _float_array(target.image if isinstance(target, Rendering) else target)
     if image.ndim == 2:
@@ -37,16 +40,26 @@ def make_target(scene: Scene, sensor: int, target: Any, mask: Any = None) -> _it
     return _itn.target_from_arrays(scene._scene, sensor, image, None if mask is None else _float_array(mask), error)
 
 
-def photo(scene: Scene, file: str | os.PathLike, *, mask: str | os.PathLike | None = None, sensor: int = 0,
+def _target_from_file(scene: Scene, sensor: int, file: str | os.PathLike, mask: Any, *how: Any) -> _itn.Target:
+    with tempfile.TemporaryDirectory() as temporary:
+        if mask is None:
+            mask = ""
+        elif not isinstance(mask, (str, os.PathLike)):
+            weights = _float_array(mask)
+            mask = os.path.join(temporary, "mask.exr")
+            _itn.write_exr(mask, ["Y"], weights.reshape(*weights.shape[:2], -1), {})
+        return _itn.target_from_file(scene._scene, sensor, os.fspath(file), os.fspath(mask), *how)
+
+
+def photo(scene: Scene, file: str | os.PathLike, *, mask: Any = None, sensor: int = 0,
           curve: str | float = "auto", saturation: float = 0.99) -> _itn.Target:
     """A target made of a picture's file: PNG, JPEG or TIFF, averaged down to the film's size where it is larger.
 
     curve: the camera's transfer curve, "srgb", "linear", an exponent such as 2.2, or "auto": linear for TIFF files of 16
     bits, else sRGB. saturation: pixels with a sample of so much of the file's largest and more are left out. mask: a file
-    whose pixels weigh the photo's; its own alpha weighs them, too. `note` of the result says what was done. The photo's
+    or an array whose pixels weigh the photo's; its own alpha weighs them, too. `note` of the result says what was done. The photo's
     exposure is unknown as a rule: `exposure=True` of `itn.invert` and `itn.gradient`."""
-    return _itn.target_from_file(scene._scene, sensor, os.fspath(file), os.fspath(mask) if mask is not None else "",
-                                 str(curve), float(saturation))
+    return _target_from_file(scene, sensor, file, mask, str(curve), float(saturation))
 
 
 def make_targets(scene: Scene, target: Any, mask: Any, sensor: int | Sequence[int] | None

@@ -1,5 +1,6 @@
 #include "runtime/derivative/differentiate.h"
 
+#include <limits>
 #include <stdexcept>
 
 namespace itn {
@@ -84,7 +85,9 @@ int Differentiator::differentiate_log(int node) {
       return make(Op::multiply, derivative(node), make(Op::reciprocal, node));
     default: {
       const int quotient = make(Op::multiply, derivative(node), make(Op::reciprocal, node));
-      return make(Op::select, make(Op::equal, node, zero), zero, quotient);
+      // 0, and numbers so small that they have lost digits and have no reciprocal in single precision
+      const int nothing = make(Op::less, make(Op::absolute, node), graph_.number(std::numeric_limits<float>::min()));
+      return make(Op::select, nothing, zero, quotient);
     }
   }
 }

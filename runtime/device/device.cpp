@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <cstdlib>
+#include <thread>
 
 #include "runtime/base/error.h"
 #include "runtime/cluster/ranks.h"
@@ -292,9 +294,16 @@ std::uint64_t Device::free_memory() const {
   return allocated < info_.memory ? info_.memory - allocated : 0;
 }
 
+// NVIDIA's driver says that a buffer is gone a moment after it was released, on a thread of its own.
+bool Device::wait_for_memory(std::uint64_t bytes) const {
+  for (int milliseconds = 0; milliseconds < 50 && bytes > free_memory(); ++milliseconds)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  return bytes <= free_memory();
+}
+
 std::optional<cl::Buffer> Device::try_allocate(std::size_t bytes, const char* what) const {
   bytes = std::max<std::size_t>(bytes, 16);
-  if (bytes > info_.max_allocation || bytes > free_memory()) return std::nullopt;
+  if (bytes > info_.max_allocation || !wait_for_memory(bytes)) return std::nullopt;
   try {
     cl::Buffer buffer(context_, CL_MEM_READ_WRITE, bytes);
     if (bytes >= 1u << 20) {  // drivers may put the work off until a buffer is used

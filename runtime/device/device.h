@@ -85,6 +85,7 @@ class Device {
   void finish() const;
 
  private:
+  bool wait_for_memory(std::uint64_t bytes) const;
   std::optional<cl::Buffer> try_allocate(std::size_t bytes, const char* what) const;
   [[noreturn]] void fail_for_memory(std::size_t bytes, const char* what) const;
   cl::Buffer upload_bytes(const void* data, std::size_t bytes, const char* what) const;

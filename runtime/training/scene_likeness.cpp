@@ -6,10 +6,12 @@
 #include <array>
 #include <cmath>
 
+#include "runtime/inversion/smoothing.h"
+
 namespace itn {
 namespace {
 
-constexpr std::array<Eigen::Index, 3> radii{0, 1, 3};  // of the squares
+constexpr std::array<int, 3> radii{0, 1, 3};  // of the squares
 constexpr int most_steps = 20;
 
 // Quantile of Student's distribution with 10 degrees of freedom or more, to a hundredth, from that of the normal one
@@ -18,26 +20,6 @@ double student_quantile(double z, double freedom) {
   const double z2 = z * z;
   return z * (1 + (z2 + 1) / (4 * freedom) + (5 * z2 * z2 + 16 * z2 + 3) / (96 * freedom * freedom) +
               (3 * z2 * z2 * z2 + 19 * z2 * z2 + 17 * z2 - 15) / (384 * freedom * freedom * freedom));
-}
-
-// Sums over columns that are not farther apart than a radius.
-Eigen::MatrixXd sums_of_columns(const Eigen::MatrixXd& values, Eigen::Index radius) {
-  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(values.rows(), values.cols());
-  for (Eigen::Index to = 0; to < values.cols(); ++to) {
-    const Eigen::Index first = std::max<Eigen::Index>(0, to - radius);
-    const Eigen::Index last = std::min(values.cols() - 1, to + radius);
-    result.col(to) = values.middleCols(first, last - first + 1).rowwise().sum();
-  }
-  return result;
-}
-
-// Of the squares around all pixels, each sum squared over the number of pixels of a whole square: 1 of white noise, but
-// for the margins.
-double mean_square_of_squares(const Eigen::MatrixXd& image, Eigen::Index radius) {
-  const Eigen::MatrixXd columns = sums_of_columns(image, radius);
-  const Eigen::MatrixXd sums = sums_of_columns(columns.transpose(), radius);
-  const auto side = static_cast<double>(2 * radius + 1);
-  return sums.squaredNorm() / (static_cast<double>(sums.size()) * side * side);
 }
 
 }  // namespace
@@ -116,10 +98,14 @@ Eigen::RowVectorXd SceneLikeness::left_of(const Eigen::RowVectorXd& image, Eigen
 }
 
 SceneLikeness::PerScale SceneLikeness::log_sizes(const Eigen::RowVectorXd& left) const {
-  const Eigen::Map<const Eigen::MatrixXd> image(left.data(), width_, left.size() / width_);
+  const std::vector<double> image(left.begin(), left.end());
+  const int width = static_cast<int>(width_), height = static_cast<int>(left.size() / width_);
   PerScale result;
-  for (Eigen::Index i = 0; i < scales; ++i)
-    result[i] = std::log(mean_square_of_squares(image, radii[static_cast<std::size_t>(i)]) + 1e-12);
+  for (Eigen::Index i = 0; i < scales; ++i) {
+    double sum = 1e-12;
+    for (const double mean : smoothed(image, width, height, 1, radii[static_cast<std::size_t>(i)])) sum += mean * mean;
+    result[i] = std::log(sum);
+  }
   return result;
 }
 

@@ -349,9 +349,12 @@ TEST_CASE("derivative of the clear sky: graph, dual numbers, differences and dev
   check(compare<Sky>(function, sky_inputs(), 0, tangents), function.name);
 }
 
-TEST_CASE("scores of the rough dielectric are finite for degenerate directions", "[derivative]") {
+TEST_CASE("scores of the rough dielectric are finite for degenerate directions, however roots are rounded",
+          "[derivative]") {
   const int width = GENERATE(1, 4, 8, 16);
   const std::string name = GENERATE("score_rough_dielectric_1", "score_rough_dielectric_0");
+  // OpenCL allows a root to be 3 units in the last place off; NVIDIA's are, PoCL's are not.
+  const std::string root = GENERATE("sqrt(x)", "(0.9999999f * sqrt(x))", "(1.0000001f * sqrt(x))");
   Columns in(8);
   for (const float alpha : {1e-4f, 0.1f, 1.f})
     for (const float eta : {1 / 1.5f, 1.5f, 1.f})
@@ -361,9 +364,17 @@ TEST_CASE("scores of the rough dielectric are finite for degenerate directions",
             const std::array<float, 8> row{alpha, eta, std::sqrt(1 - z * z), 0, z, x2 * std::sqrt(1 - z2 * z2), 0, z2};
             for (std::size_t k = 0; k < 8; ++k) in[k].push_back(row[k]);
           }
-  const Columns out = run_lanes(printed(score_function(name)), width, in);
-  for (const auto& column : out)
-    CHECK(std::all_of(column.begin(), column.end(), [](float x) { return std::isfinite(x); }));
+  LaneFunction score = printed(score_function(name));
+  score.functions = "#undef SQRT\n#define SQRT(x) " + root + "\n" + score.functions;
+  const Columns out = run_lanes(score, width, in);
+  std::string not_finite;
+  for (std::size_t k = 0; k < out.size(); ++k)
+    for (std::size_t row = 0; row < in[0].size(); ++row)
+      if (!std::isfinite(out[k][row])) {
+        not_finite += "\nscore " + std::to_string(k) + " of";
+        for (const auto& column : in) not_finite += " " + std::to_string(column[row]);
+      }
+  CHECK(not_finite == "");
 }
 
 TEST_CASE("only what is asked for is computed; unknown names are errors", "[derivative]") {

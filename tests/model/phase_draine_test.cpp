@@ -106,14 +106,15 @@ TEST_CASE("Draine's sampler inverts its cumulative distribution, for every g and
     const double g = in[1][i], alpha = in[2][i], u = in[3][i], c = out[1][i], s = out[2][i];
     off = std::max(off, std::abs(uniform_of(out[0][i], g, alpha) - u));
     off_double = std::max(off_double, std::abs(uniform_of(draine_quantile(g, alpha, u), g, alpha) - u));
-    // straight back out of the sharpest peaks henyey_greenstein_sample, which has the last word, loses digits
+    // straight back out of sharp peaks 1 - g v loses digits, of which henyey_greenstein_sample makes the sine: 2^-24 /
+    // (1 - g) where the product is rounded (NVIDIA), 3e-6 for g = .98; PoCL fuses it with the difference
     if (std::abs(g) <= 0.98F) off_circle = std::max(off_circle, std::abs(c * c + s * s - 1));
     if (!(s >= 0)) FAIL("g " << g << " alpha " << alpha << " u " << u << ": sine " << s);
   }
   INFO("single precision " << off << ", double " << off_double << ", off the circle " << off_circle);
   CHECK(off < 2e-6);
   CHECK(off_double < 1e-7);
-  CHECK(off_circle < 2e-6);
+  CHECK(off_circle < 4e-6);
 }
 
 TEST_CASE("Draine's samples follow it (chi-square) with its mean cosine (z-test)", "[model][stat]") {

@@ -116,6 +116,18 @@ def test_targets_are_checked(ball, photo):
         itn.gradient(ball, photo, BY, spp=4, mask=np.zeros((24, 32)))
 
 
+def test_a_mask_of_a_file_is_a_file_or_an_array(ball, photo, tmp_path):
+    weights = (np.arange(24 * 32).reshape(24, 32) % 3).astype(np.float32)
+    itn.write_exr(tmp_path / "photo.exr", photo)
+    itn.write_exr(tmp_path / "mask.exr", weights)
+    file = tmp_path / "photo.exr"
+    losses = {itn.gradient(ball, target, BY, spp=16, mask=mask).loss
+              for target, mask in ((photo, weights), (file, weights), (file, tmp_path / "mask.exr"))}
+    assert len(losses) == 1
+    with pytest.raises(itn.UsageError, match="mask.exr for a target that is an array"):
+        itn.gradient(ball, photo, BY, spp=16, mask=tmp_path / "mask.exr")
+
+
 def write_png(path, image):
     """8 bits a sample, sRGB."""
     linear = np.clip(image, 0, 1)

@@ -210,6 +210,36 @@ Eigen::MatrixXd local_view(const Polynomials& wide, const Polynomials& local, co
   return Eigen::LLT<Eigen::MatrixXd>(normal).solve(product(to, from.transpose()));
 }
 
+// Images of which sums over pixels are made. Few: of many, some look good by chance.
+struct Candidates {
+  std::array<Rows, 2> images;  // of each half
+  Eigen::MatrixXd from;        // what each takes of the local stack's rows
+};
+
+// wide_images: null where the local ones are as wide.
+Candidates candidate_images(const FittedImages* wide_images, const Stack& wide, const FittedImages& local_images,
+                            const Stack& local, const Eigen::MatrixXd& samples) {
+  if (!wide_images) return {local_images.coefficients, local_images.matrix};
+  const Eigen::MatrixXd turned =
+      product(local_view(wide_images->polynomials, local_images.polynomials, samples), wide_images->matrix);
+  const Eigen::Index own = local_images.matrix.rows(), all = own + turned.rows();
+  Candidates result;
+  for (std::size_t h = 0; h < 2; ++h) {
+    result.images[h].resize(all, local.value[h].cols());
+    result.images[h] << local_images.coefficients[h], image_product(turned.cast<float>(), wide.value[h]);
+  }
+  // The local stack's rows among the wide one's: both are in the exemplars' order, the local ones a part of them.
+  result.from = Eigen::MatrixXd::Zero(all, local.value[0].rows());
+  result.from.topRows(own) = local_images.matrix;
+  const Eigen::Index block = local.value[0].rows() / static_cast<Eigen::Index>(local.points.size());
+  for (std::size_t l = 0, w = 0; l < local.points.size(); ++l, ++w) {
+    while (wide.points[w] != local.points[l]) ++w;
+    result.from.block(own, block * static_cast<Eigen::Index>(l), own, block) =
+        turned.middleCols(block * static_cast<Eigen::Index>(w), block);
+  }
+  return result;
+}
+
 // Products of what is left of the target by two halves, pixel by pixel and channel with channel: the noise of the
 // halves has no part in it.
 Eigen::MatrixXd residual_covariance(const WhiteTarget& target, const std::array<Eigen::VectorXf, 2>& model,
@@ -360,33 +390,19 @@ EmulatedView::EmulatedView(const std::vector<Exemplar>& exemplars, std::size_t v
     if (residual_ < least_residual) of_pixel *= least_residual / residual_;
   }
 
-  // Few candidates: of many, some look good by chance.
-  const Eigen::MatrixXd turned =
-      first
-          ? Eigen::MatrixXd()
-          : product(local_view(wide_images.polynomials, local_images.polynomials, regions.samples), wide_images.matrix);
-  const Eigen::Index own = local_images.matrix.rows(), candidates = own + turned.rows();
+  const bool few = are_few(target);
+  const Candidates candidates =
+      few ? Candidates{} : candidate_images(first ? nullptr : &wide_images, wide, local_images, local, regions.samples);
   for (std::size_t h = 0; h < 2; ++h) {
-    Rows images(candidates, target.weight.size());
-    images.topRows(own) = local_images.coefficients[h];
-    if (!first) images.bottomRows(own) = image_product(turned.cast<float>(), wide.value[h]);
-    // The local stack's rows among the wide one's: both are in the exemplars' order, the local ones a part of them.
-    Eigen::MatrixXd from = Eigen::MatrixXd::Zero(candidates, local.value[0].rows());
-    from.topRows(own) = local_images.matrix;
-    for (std::size_t l = 0, w = 0; !first && l < local.points.size(); ++l, ++w) {
-      while (wide.points[w] != local.points[l]) ++w;
-      from.block(own, design.block * static_cast<Eigen::Index>(l), own, design.block) =
-          turned.middleCols(design.block * static_cast<Eigen::Index>(w), design.block);
-    }
+    const Rows& images = local_images.coefficients[h];
     Sums sums;
-    if (are_few(target)) {
-      sums = each_value(target, local_images.coefficients[h], spread);
+    if (few) {
+      sums = each_value(target, images, spread);
     } else {
       for (const int radius : radii) {
-        Sums candidate =
-            best_sums(images, local_images.coefficients[h], spread, target, radius, from, local_images.matrix,
-                      local.error[h], regions.local.centre.size() + (exposure ? 1 : 0));
-        if (sums.weights.rows() == 0 || candidate.told > sums.told) sums = std::move(candidate);
+        Sums found = best_sums(candidates.images[h], images, spread, target, radius, candidates.from,
+                               local_images.matrix, local.error[h], regions.local.centre.size() + (exposure ? 1 : 0));
+        if (sums.weights.rows() == 0 || found.told > sums.told) sums = std::move(found);
       }
     }
     Half& half = halves_[h];

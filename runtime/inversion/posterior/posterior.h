@@ -20,7 +20,7 @@ struct FoundEnd {
 
 struct PosteriorOptions {
   int rounds = 8;      // at most
-  int spp = 0;         // of a rendering, both halves; 0: as the targets' noise asks for, 1024 at most
+  int spp = 0;         // of a rendering, both halves; 0: as the targets' noise asks for
   int samples = 2000;  // of the posterior
   std::uint64_t seed = 0;
   double relative_noise = 0;
