@@ -351,10 +351,14 @@ TEST_CASE("derivative of the clear sky: graph, dual numbers, differences and dev
 
 TEST_CASE("scores of the rough dielectric are finite for degenerate directions, however roots are rounded",
           "[derivative]") {
-  const int width = GENERATE(1, 4, 8, 16);
   const std::string name = GENERATE("score_rough_dielectric_1", "score_rough_dielectric_0");
   // OpenCL allows a root to be 3 units in the last place off; NVIDIA's are, PoCL's are not.
-  const std::string root = GENERATE("sqrt(x)", "(0.9999999f * sqrt(x))", "(1.0000001f * sqrt(x))");
+  const auto [width, root] = GENERATE(table<int, std::string>({{1, "sqrt(x)"},
+                                                               {4, "sqrt(x)"},
+                                                               {8, "sqrt(x)"},
+                                                               {16, "sqrt(x)"},
+                                                               {1, "(0.9999999f * sqrt(x))"},
+                                                               {1, "(1.0000001f * sqrt(x))"}}));
   Columns in(8);
   for (const float alpha : {1e-4f, 0.1f, 1.f})
     for (const float eta : {1 / 1.5f, 1.5f, 1.f})
