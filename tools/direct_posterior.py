@@ -3,12 +3,12 @@
 
     PYTHONPATH=build/python tools/direct_posterior.py -o OUT [--materials 10000] [--only NAME]
 
-Photos of few pixels that tell two numbers badly, so that what is known of them is bent. A rendering has 64 times the samples that
-would make it as noisy as the photo, so that its noise moves the logarithm of a likelihood by 1 or less; a parabola through some 150
-neighbours is taken before the exponential.
+Photos of few pixels that tell two numbers badly, so that what is known of them is bent or has two peaks. A rendering has 64 times the
+samples that would make it as noisy as the photo, so that its noise moves the logarithm of a likelihood by 1 or less; a parabola through
+some 150 neighbours is taken before the exponential.
 
-Prints for both numbers mean, standard deviation and what 95 % lie between, and the correlation, in the coordinates in which the range
-is even (log sigma_t); and draws both. Needs the package itn and numpy. Renderings are kept in OUT.
+Prints for both numbers mean, standard deviation, what 95 % lie between and the share in the lower half of the range, and the correlation,
+in the coordinates in which the range is even (log sigma_t); and draws both. Needs the package itn and numpy. Renderings are kept in OUT.
 """
 import argparse
 import csv
@@ -19,15 +19,36 @@ import numpy as np
 import itn
 
 root = pathlib.Path(__file__).resolve().parent.parent
+
+
+def dataset_scene(size):
+    return itn.load(root / 'scenes/dataset/scene.xml', defines={'size': size})
+
+
+def ball_across_the_light(size):
+    return itn.load_dict({
+        'type': 'scene',
+        'integrator': {'type': 'volpath'},
+        'sensor': {'type': 'orthographic', 'to_world': itn.Transform().look_at(origin=[0, 0, 4], target=[0, 0, 0], up=[0, 1, 0]).scale(0.6),
+                   'film': {'type': 'hdrfilm', 'width': size, 'height': size, 'pixel_format': 'luminance'}},
+        'light': {'type': 'directional', 'direction': [1, 0, 0]},
+        'ball': {'type': 'sphere', 'boundary': {'type': 'null'},
+                 'interior': {'type': 'homogeneous', 'id': 'medium', 'phase': {'type': 'hg', 'id': 'phase'}}}})
+
+
 cases = {
     'similarity': {
-        'title': 'a bright body: sigma_t (1 - g) is known, hardly more', 'size': 8, 'spp': 16,
+        'title': 'a bright body: sigma_t (1 - g) is known, hardly more', 'scene': dataset_scene, 'size': 8, 'spp': 16,
         'parameters': {'medium.sigma_t': (10, 300), 'phase.g': (0, 0.95)},
         'truth': {'medium.sigma_t': 80, 'medium.albedo': 0.95, 'phase.g': 0.6}},
     'four pixels': {
-        'title': 'a thin body in four pixels', 'size': 2, 'spp': 256,
+        'title': 'a thin body in four pixels', 'scene': dataset_scene, 'size': 2, 'spp': 256,
         'parameters': {'medium.sigma_t': (0.3, 300), 'phase.g': (0, 0.95)},
         'truth': {'medium.sigma_t': 3, 'medium.albedo': 0.99, 'phase.g': 0.5}},
+    'two peaks': {  # at a right angle as much is scattered by g as by -g
+        'title': 'a thin ball seen across the light: g or -g', 'scene': ball_across_the_light, 'size': 8, 'spp': 128,
+        'parameters': {'medium.albedo': (0.7, 0.99), 'phase.g': (-0.9, 0.9)},
+        'truth': {'medium.sigma_t': 0.2, 'medium.albedo': 0.9, 'phase.g': 0.6}},
 }
 
 
@@ -54,7 +75,7 @@ def low_discrepancy(count):
 
 
 def loaded(case):
-    scene = itn.load(root / 'scenes/dataset/scene.xml', defines={'size': case['size']})
+    scene = case['scene'](case['size'])
     for name, value in case['truth'].items():
         scene.parameters[name] = value
     return scene
@@ -111,7 +132,7 @@ def moments(points, weights):
     for i in range(points.shape[1]):
         order = np.argsort(points[:, i])
         intervals.append(np.interp([0.025, 0.975], np.cumsum(weights[order]), points[order, i]))
-    return mean, deviation, np.array(intervals), covariance[0, 1] / deviation.prod()
+    return mean, deviation, np.array(intervals), weights @ (points < 0.5), covariance[0, 1] / deviation.prod()
 
 
 def picture(file, ranges, title, direct, samples):
@@ -155,11 +176,12 @@ def main():
         samples = np.array([[r.share(float(row[r.name])) for r in ranges] for row in rows])
         effective = weights.sum()**2 / np.sum(weights**2)
         print(f'{name}: {case["title"]}. {effective:.0f} of {len(points)} renderings count; {" ".join(found.verdict)}')
-        for what, (mean, deviation, intervals, correlation) in (('direct', moments(points, weights)),
-                                                               ('posterior', moments(samples, np.ones(len(samples))))):
+        for what, (mean, deviation, intervals, lower, correlation) in (('direct', moments(points, weights)),
+                                                                      ('posterior', moments(samples, np.ones(len(samples))))):
             for i, r in enumerate(ranges):
                 low, high = r.value(intervals[i])
-                print(f'  {what:9} {r.name:15} {r.value(mean[i]):8.4g} ({low:.4g} to {high:.4g}), deviation {deviation[i]:.4f} of the range'
+                print(f'  {what:9} {r.name:15} {r.value(mean[i]):8.4g} ({low:.4g} to {high:.4g}), deviation {deviation[i]:.4f} of the range, '
+                      f'{lower[i]:.2f} of it in its lower half'
                       + (f', correlation {correlation:+.3f}' if i == 0 else ''))
         drawn = points[np.random.default_rng(1).choice(len(points), 1000, p=weights / weights.sum())]
         picture(folder / 'posterior.svg', ranges, case['title'], drawn, samples[::max(1, len(samples) // 1000)])

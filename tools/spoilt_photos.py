@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Which photos that something is wrong with are doubted, by a network that is shown the scene (itn predict --exemplars).
 
-    PYTHONPATH=build/python tools/spoilt_photos.py DIR -o OUT [--scenes 24] [--photos 1] [--alone]
+    PYTHONPATH=build/python tools/spoilt_photos.py DIR -o OUT [--scenes 24] [--photos 1] [--alone | --posterior]
 
 Takes photos of a data set (itn dataset laptop, say): of split unseen_both, under a sun, so many scenes and so many photos of
 each, evenly over the split. Each is spoilt in every way of the table that is printed: as a picture, or rendered anew in another
 scene than the one that the network is shown, with the 128 samples of `laptop`. All photos of a scene share its 24 exemplars, or
-with --alone each has its own.
+with --alone each has its own. --posterior: which does `itn invert --method posterior` say not to fit? All photos of a scene share
+its renderings; what has been inverted in OUT is kept.
 
 Prints how many of each kind are doubted, and how many of the 95 % intervals hold the truth. Needs the package itn and numpy.
 """
@@ -88,13 +89,34 @@ def rendered(scene, definitions, truth, spp, seed):
     return np.squeeze(itn.render(scene, spp=spp, seed=seed).image)
 
 
+def by_network(scene, files, _):
+    """Of each photo: is it doubted, the doubt over its limit, and the intervals."""
+    said = itn.predict(files, 'shipped', scene=scene, exemplars=24)
+    return [(doubt > said.doubt_limit, doubt / said.doubt_limit, {p: said.intervals[p][k] for p in parameters})
+            for k, doubt in enumerate(said.doubt)]
+
+
+def by_posterior(scene, files, renderings):
+    """The same, but for the doubt: how many standard deviations more than noise neighbouring pixels have in common."""
+    ranges = dict(zip(parameters.values(), ((25, 300), (0.3, 0.95), (0, 0.9))))
+    answers = []
+    for file in files:
+        found = itn.invert(scene, file, list(ranges), method='posterior', range=ranges, output=file.with_suffix(''),
+                           renderings=renderings)
+        fit = found.json['fit']
+        answers.append((not fit['fits'], fit['structure'], {p: (found[name].low, found[name].high) for p, name in parameters.items()}))
+    return answers
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('data', type=pathlib.Path)
     parser.add_argument('-o', '--output', type=pathlib.Path, required=True)
     parser.add_argument('--scenes', type=int, default=24)
     parser.add_argument('--photos', type=int, default=1)
-    parser.add_argument('--alone', action='store_true')
+    who = parser.add_mutually_exclusive_group()
+    who.add_argument('--alone', action='store_true')
+    who.add_argument('--posterior', action='store_true')
     options = parser.parse_args()
     out = options.output
     out.mkdir(parents=True, exist_ok=True)
@@ -121,17 +143,17 @@ def main():
                 spoilt.append((what, out / f'{file.stem}_{len(spoilt)}.exr', truth))
                 itn.write_exr(spoilt[-1][1], {'Y': image, 'stderr.Y': photo['stderr.Y']})
         shown = itn.load(scene_file, defines=definitions)
+        answer = by_posterior if options.posterior else by_network
         for some in [[one] for one in spoilt] if options.alone else [spoilt]:
-            said = itn.predict([file for _, file, _ in some], 'shipped', scene=shown, exemplars=24)
-            for k, (what, _, truth) in enumerate(some):
-                doubts.setdefault(what, []).append(said.doubt[k])
-                found.setdefault(what, []).append(said.doubt[k] > said.doubt_limit)
-                held.setdefault(what, []).extend(low <= truth[p] <= high for p, (low, high) in
-                                                 ((p, said.intervals[p][k]) for p in parameters))
+            answers = answer(shown, [file for _, file, _ in some], out / f'renderings of {name}')
+            for (what, _, truth), (doubted, doubt, intervals) in zip(some, answers):
+                doubts.setdefault(what, []).append(doubt)
+                found.setdefault(what, []).append(doubted)
+                held.setdefault(what, []).extend(intervals[p][0] <= truth[p] <= intervals[p][1] for p in parameters)
         print(name, file=sys.stderr)
-    print(f'{len(found["nothing"])} photos; limit {said.doubt_limit:.2f}')
+    print(f'{len(found["nothing"])} photos')
     for what in found:
-        print(f'{what:40} doubted {np.mean(found[what]):.3f}  median doubt {np.median(doubts[what]):6.1f}  '
+        print(f'{what:40} doubted {np.mean(found[what]):.3f}  median doubt {np.median(doubts[what]):6.2f}  '
               f'intervals hold {np.mean(held[what]):.3f}')
 
 

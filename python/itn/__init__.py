@@ -31,10 +31,10 @@ finally:
         del _os.environ["OMP_WAIT_POLICY"]
 
 from ._itn import DeviceError, Error, InputError, ResultError, UsageError, __version__, device, devices, set_device
+from .exr import read_exr, write_exr
 from .gradient import Gradcheck, Gradient, gradcheck, gradient, photo
 from .invert import Interval, Inversion, invert
-from .learn import (DataSet, Prediction, Shape, Training, dataset, evaluate, predict, read_exr, shapes, train,
-                    write_exr)
+from .learn import DataSet, Prediction, Shape, Training, dataset, evaluate, predict, shapes, train
 from .rendering import Rendering, render
 from .scene import Parameter, Parameters, Scene, load
 from .scene_dict import Transform, load_dict

@@ -12,17 +12,12 @@ from typing import Any, Union
 import numpy as np
 
 from . import _itn
+from .exr import as_file, float_array
 from .progress import shown
 from .rendering import Rendering, operator_flag, samples, seed_number
-from .scene import Scene, _to_numpy
+from .scene import Scene
 
 Image = Union[np.ndarray, Rendering, str, os.PathLike]
-
-
-def _float_array(value: Any) -> np.ndarray:
-    if hasattr(value, "detach"):
-        value = value.detach().cpu()
-    return np.ascontiguousarray(value, np.float32)
 
 
 def make_target(scene: Scene, sensor: int, target: Any, mask: Any = None) -> _itn.Target:
@@ -34,21 +29,16 @@ def make_target(scene: Scene, sensor: int, target: Any, mask: Any = None) -> _it
     if isinstance(mask, (str, os.PathLike)):
         raise _itn.UsageError(f"mask: the file {os.fspath(mask)} for a target that is an array; need an array, too (itn.read_exr)")
     error = target.stderr if isinstance(target, Rendering) else None
-    image = _float_array(target.image if isinstance(target, Rendering) else target)
+    image = float_array(target.image if isinstance(target, Rendering) else target)
     if image.ndim == 2:
         image = image[..., None]
-    return _itn.target_from_arrays(scene._scene, sensor, image, None if mask is None else _float_array(mask), error)
+    return _itn.target_from_arrays(scene._scene, sensor, image, None if mask is None else float_array(mask), error)
 
 
 def _target_from_file(scene: Scene, sensor: int, file: str | os.PathLike, mask: Any, *how: Any) -> _itn.Target:
     with tempfile.TemporaryDirectory() as temporary:
-        if mask is None:
-            mask = ""
-        elif not isinstance(mask, (str, os.PathLike)):
-            weights = _float_array(mask)
-            mask = os.path.join(temporary, "mask.exr")
-            _itn.write_exr(mask, ["Y"], weights.reshape(*weights.shape[:2], -1), {})
-        return _itn.target_from_file(scene._scene, sensor, os.fspath(file), os.fspath(mask), *how)
+        weights = "" if mask is None else as_file(mask, temporary, "mask")
+        return _itn.target_from_file(scene._scene, sensor, os.fspath(file), weights, *how)
 
 
 def photo(scene: Scene, file: str | os.PathLike, *, mask: Any = None, sensor: int = 0,

@@ -14,43 +14,13 @@ from typing import Any
 import numpy as np
 
 from . import _itn
-from .gradient import _float_array
+from .exr import as_file, read_exr
 from .picture import as_html
 from .progress import shown
-from .rendering import Rendering, seed_number
+from .rendering import seed_number
 from .scene import Scene
 
 Progress = "bool | Callable[[float], object] | None"
-
-
-def read_exr(file: str | os.PathLike) -> dict[str, np.ndarray]:
-    """The channels of an OpenEXR file by name, each (height, width), linear. `itn render` writes R G B (or Y),
-    stderr.R ..., derivative.NAME.R ..., derivative_stderr.NAME.R ..."""
-    return _itn.read_exr(os.fspath(file))[0]
-
-
-def write_exr(file: str | os.PathLike, image: Any) -> None:
-    """Writes an image (height, width, 1 or 3), or a dictionary of channels (height, width), or a Rendering with its standard
-    errors and derivatives, under the names that `itn render` uses."""
-    channels: dict[str, np.ndarray] = {}
-
-    def add(prefix: str, values: np.ndarray) -> None:
-        values = _float_array(values)
-        values = values[..., None] if values.ndim == 2 else values
-        for c, letter in enumerate("Y" if values.shape[2] == 1 else "RGB"):
-            channels[prefix + letter] = values[..., c]
-
-    if isinstance(image, Rendering):
-        add("", image.image)
-        add("stderr.", image.stderr)
-        for name, values in image.derivatives.items():
-            add(f"derivative.{name}.", values)
-            add(f"derivative_stderr.{name}.", image.derivatives_stderr[name])
-    elif isinstance(image, Mapping):
-        channels.update({name: _float_array(values) for name, values in image.items()})
-    else:
-        add("", image)
-    _itn.write_exr(os.fspath(file), list(channels), np.ascontiguousarray(np.stack(list(channels.values()), -1), np.float32), {})
 
 
 @dataclass(frozen=True, repr=False)
@@ -186,14 +156,8 @@ def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene
     made, which says how much it doubts that images are like those that the network learnt from; "shipped-photos" has one of its own."""
     with tempfile.TemporaryDirectory() as temporary, shown(progress, "predict") as tell:
         def as_files(images: Any, kind: str) -> list[str]:
-            files = []
-            for k, image in enumerate(images if isinstance(images, (list, tuple)) else [images]):
-                if not isinstance(image, (str, os.PathLike)):
-                    file = os.path.join(temporary, f"{kind}{k}.exr")
-                    write_exr(file, image.image if isinstance(image, Rendering) else image)
-                    image = file
-                files.append(os.fspath(image))
-            return files
+            several = images if isinstance(images, (list, tuple)) else [images]
+            return [as_file(image, temporary, f"{kind}{k}") for k, image in enumerate(several)]
 
         files = as_files(images, "image")
         result = _itn.predict(files, os.fspath(network), scene._scene if scene else None, sensor,

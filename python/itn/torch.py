@@ -22,7 +22,8 @@ import numpy as np
 import torch
 
 from . import _itn
-from .gradient import _float_array, make_target
+from .exr import float_array
+from .gradient import make_target
 from .rendering import operator_flag, samples, seed_number
 from .scene import Scene
 
@@ -73,7 +74,7 @@ class _Call:
         numbers, arrays = {}, {}
         for tensor, i in zip(tensors, self.inputs):
             if i.is_array:
-                arrays[i.names[0]] = _float_array(tensor)
+                arrays[i.names[0]] = float_array(tensor)
             else:
                 values = tensor.detach().cpu().double().numpy()
                 numbers.update(zip(i.names, map(float, np.broadcast_to(values, len(i.names)))))
@@ -159,7 +160,7 @@ class _Render(torch.autograd.Function):
         call, tensors = ctx.call, ctx.saved_tensors
         needed = ctx.needs_input_grad[1:]
         names = call.wanted(needed)
-        weights = _float_array(grad)
+        weights = float_array(grad)
         first = call.spp if call.independent else 0
         scene = call.scene._scene
         if call.batch is not None:
@@ -323,7 +324,7 @@ class Network(torch.nn.Module):
         cut = {name: values.detach().clone() for name, values in {**planes, "mask": mask}.items()}
         for index in np.ndindex(*mask.shape[:-2]):
             rows = {name: values[index].reshape(-1, *mask.shape[-2:]) for name, values in planes.items()}
-            found, seen = _itn.cut_out(_float_array(torch.cat(list(rows.values()))), _float_array(mask[index]), size,
+            found, seen = _itn.cut_out(float_array(torch.cat(list(rows.values()))), float_array(mask[index]), size,
                                        self.description["cut_out"])
             cut["mask"][index] = torch.from_numpy(seen)
             parts = torch.from_numpy(found).split([len(row) for row in rows.values()])

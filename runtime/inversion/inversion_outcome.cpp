@@ -56,6 +56,23 @@ Excess excess(const Inversion::Conclusion& a, const Inversion::Conclusion& b) {
   return {sum, std::sqrt(std::max(0.0, square - sum * sum / std::max(1.0, count)))};
 }
 
+// As good as the noise of pixels can tell, and a pattern is left by neither, or by both: neighbouring pixels together
+// tell what is far below the noise of one.
+bool as_good(const Inversion::Conclusion& a, const Inversion::Conclusion& best) {
+  return excess(a, best).undecided() && (a.fit.looks_alike() || !best.fit.looks_alike());
+}
+
+// Of two that are as good: converged, or else without a pattern where the other leaves one.
+bool preferred(const Inversion::Conclusion& a, const Inversion::Conclusion& b) {
+  return a.converged != b.converged ? a.converged : a.fit.looks_alike() && !b.fit.looks_alike();
+}
+
+bool better(const Inversion::Conclusion& a, const Inversion::Conclusion& b) {
+  if (preferred(a, b)) return excess(a, b).undecided();
+  if (preferred(b, a)) return !excess(b, a).undecided();
+  return excess(a, b).value < 0;
+}
+
 // What is left is compared in the unit of the noise, which is the rendering's part, too: a run's own.
 InversionRun run_of(Inversion& inversion, const std::vector<Coordinate>& coordinates, const StartedInversion& started,
                     const std::vector<InversionRun>& before) {
@@ -72,11 +89,7 @@ Agreement agreement(const std::vector<InversionRun>& runs) {
   Agreement result;
   result.count = runs.size();
   for (std::size_t k = 1; k < runs.size(); ++k) {
-    const Inversion::Conclusion &best = runs[result.best].end, &end = runs[k].end;
-    const bool better = end.converged == best.converged ? excess(end, best).value < 0
-                        : end.converged                 ? excess(end, best).undecided()
-                                                        : !excess(best, end).undecided();
-    if (better) result.best = k;
+    if (better(runs[k].end, runs[result.best].end)) result.best = k;
   }
   const Inversion::Conclusion& best = runs[result.best].end;
   for (std::size_t k = 0; k < runs.size(); ++k) {
@@ -87,7 +100,7 @@ Agreement agreement(const std::vector<InversionRun>& runs) {
     }
     const bool new_group = std::none_of(result.rivals.begin(), result.rivals.end(),
                                         [&](std::size_t r) { return same_end(runs[r].end, end); });
-    if (end.converged && new_group && excess(end, best).undecided()) result.rivals.push_back(k);
+    if (end.converged && new_group && as_good(end, best)) result.rivals.push_back(k);
   }
   return result;
 }

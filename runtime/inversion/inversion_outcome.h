@@ -24,7 +24,8 @@ struct InversionRun {
 // What several ends say together.
 struct Agreement {
   std::size_t count = 0;  // of the runs
-  std::size_t best = 0;   // what is left of the targets is least; of those that are as good, one that converged
+  std::size_t best = 0;   // what is left of the targets is least; of those that are as good, one that converged and
+                          // leaves no pattern
   std::size_t same = 0;   // runs that end there, itself included
   std::vector<std::size_t>
       rivals;  // one of each group that converged elsewhere, and fits as well as the noise can tell

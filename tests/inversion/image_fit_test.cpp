@@ -110,6 +110,19 @@ TEST_CASE("several ends: the best fits best; one that fits as well elsewhere is 
   CHECK(a.rivals.size() == 1);
   CHECK(a.sure(wrong_first[1].end));
 
+  // Nor is one that leaves a pattern where the best leaves none, even if pixel by pixel it is as good.
+  const InversionRun plain = ended(0, 0.02, true, random);
+  InversionRun patterned = ended(-30, 0, true, random);
+  patterned.end.fit.chance = 0.001;
+  REQUIRE(plain.end.fit.looks_alike());
+  a = agreement({patterned, plain});
+  CHECK(a.best == 1);
+  CHECK(a.rivals.empty());
+  CHECK(agreement({plain, patterned}).rivals.empty());
+  InversionRun another = plain;
+  another.end.fit.chance = 0.001;
+  CHECK(agreement({patterned, another}).rivals.size() == 1);  // both leave one
+
   // One that did not converge is the best only where what did leaves more.
   CHECK(agreement({ended(-30, 0, false, random), ended(0, 0.02, true, random)}).best == 1);
   CHECK(agreement({ended(-30, 0, false, random), ended(0, 1, true, random)}).best == 0);

@@ -216,12 +216,11 @@ struct Candidates {
   Eigen::MatrixXd from;        // what each takes of the local stack's rows
 };
 
-// wide_images: null where the local ones are as wide.
-Candidates candidate_images(const FittedImages* wide_images, const Stack& wide, const FittedImages& local_images,
-                            const Stack& local, const Eigen::MatrixXd& samples) {
-  if (!wide_images) return {local_images.coefficients, local_images.matrix};
+Candidates candidate_images(const Stack& wide, const FittedImages& local_images, const Stack& local,
+                            const Regions& regions) {
+  const FittedImages wide_images(regions.wide, wide, wide_degree);
   const Eigen::MatrixXd turned =
-      product(local_view(wide_images->polynomials, local_images.polynomials, samples), wide_images->matrix);
+      product(local_view(wide_images.polynomials, local_images.polynomials, regions.samples), wide_images.matrix);
   const Eigen::Index own = local_images.matrix.rows(), all = own + turned.rows();
   Candidates result;
   for (std::size_t h = 0; h < 2; ++h) {
@@ -369,16 +368,14 @@ WhiteTarget white_target(const TargetImage& target, const std::vector<const Exem
 EmulatedView::EmulatedView(const std::vector<Exemplar>& exemplars, std::size_t view, const WhiteTarget& target,
                            const Regions& regions, const Polynomials& polynomials, bool exposure)
     : exposure_(exposure) {
-  const Stack wide(exemplars, inside(exemplars, regions.wide), view, target);
   const Stack local(exemplars, inside(exemplars, regions.local), view, target);
-  const bool first = regions.best.size() == 0;
-  const FittedImages wide_images(regions.wide, wide, wide_degree),
-      local_images(regions.local, local, first ? wide_degree : local_degree);
+  const bool first = regions.best.size() == 0;  // the local images are as wide then
+  const FittedImages local_images(regions.local, local, first ? wide_degree : local_degree);
   const Eigen::MatrixXd spread = spread_of(local_images.polynomials, regions.samples, exposure);
   const DesignRows design(polynomials, local.points);
 
   Eigen::MatrixXd of_pixel = Eigen::MatrixXd::Identity(target.channels, target.channels);
-  if (regions.best.size() > 0) {
+  if (!first) {
     Eigen::VectorXd values;
     local_images.polynomials.evaluate(regions.best, values);
     const Rows at_best = values.transpose().cast<float>();
@@ -391,8 +388,12 @@ EmulatedView::EmulatedView(const std::vector<Exemplar>& exemplars, std::size_t v
   }
 
   const bool few = are_few(target);
-  const Candidates candidates =
-      few ? Candidates{} : candidate_images(first ? nullptr : &wide_images, wide, local_images, local, regions.samples);
+  Candidates candidates;
+  if (first && !few) candidates = {local_images.coefficients, local_images.matrix};
+  if (!first && !few) {
+    const Stack wide(exemplars, inside(exemplars, regions.wide), view, target);
+    candidates = candidate_images(wide, local_images, local, regions);
+  }
   for (std::size_t h = 0; h < 2; ++h) {
     const Rows& images = local_images.coefficients[h];
     Sums sums;
