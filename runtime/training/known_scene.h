@@ -1,7 +1,7 @@
 // What a network knows of a scene beside the image: the shape as the camera sees it, and where light comes from.
 #pragma once
 #include <array>
-#include <optional>
+#include <span>
 #include <string>
 
 #include "network/input.h"
@@ -35,6 +35,10 @@ class SceneView {
   SeenShape shape_;
   std::array<double, 3> light_{};
 };
+
+// network_input() of an image of the scene. view: null for networks of one channel.
+void input_in_scene(const NetworkDescription& network, std::span<const float> luminance, const SceneView* view,
+                    std::span<float> input);
 
 // What a network that sees sigma_t [1/mm] means in 1 / scene unit: it learnt from bodies of another size.
 double sigma_t_in_scene(double sigma_t, const NetworkDescription& network, const Body& body);

@@ -23,12 +23,7 @@ std::vector<float> input_of(const Network& network, const std::string& image, co
   const NetworkDescription& description = network.description();
   std::vector<float> input(network.image_values());
   const std::vector<float> luminance = read_resampled_luminance(image, description.size, photo);
-  if (view) {
-    const KnownScene known = view->known();
-    network_input(description, luminance, &known, input);
-  } else {
-    network_input(description, luminance, nullptr, input);
-  }
+  input_in_scene(description, luminance, view ? &*view : nullptr, input);
   return input;
 }
 

@@ -13,6 +13,7 @@
 #include "runtime/image/exr.h"
 #include "runtime/inversion/posterior/low_discrepancy.h"
 #include "runtime/training/image_sums.h"
+#include "runtime/training/known_scene.h"
 
 namespace itn {
 namespace {
@@ -55,12 +56,7 @@ class Look {
 
   LookedAt at(const Eigen::RowVectorXf& luminance) {
     const std::span<const float> values(luminance.data(), static_cast<std::size_t>(luminance.size()));
-    if (view_) {
-      const KnownScene known = view_->known();
-      network_input(network_.description(), values, &known, input_);
-    } else {
-      network_input(network_.description(), values, nullptr, input_);
-    }
+    input_in_scene(network_.description(), values, view_, input_);
     return at(std::span<const float>(input_));
   }
 
