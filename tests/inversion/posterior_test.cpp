@@ -166,6 +166,21 @@ TEST_CASE("two peaks are found, said, and as probable as on a grid of the formul
   CHECK(posterior.peaks()[0].share + posterior.peaks()[1].share == Approx(1).margin(0.02));
 }
 
+TEST_CASE("a pattern far below the noise of a pixel tells which of two peaks is the likelier") {
+  MadeUpScene scene{[](double x, double y, const Eigen::VectorXd& t) {
+    return 1 + 0.5 * t[0] * t[0] * std::cos(2 * x) + 0.3 * t[1] * std::sin(2 * y) + 0.011 * t[0] * std::sin(3 * x);
+  }};
+  const TargetImage photo = scene.photo(Eigen::Vector2d(0.6, 0.2), 64);
+  const GridPosterior grid(scene, photo);
+  REQUIRE(grid.first_negative < 0.15);
+  const std::vector<TargetImage> targets{photo};
+  Posterior posterior(2, targets, even, PosteriorOptions());
+  scene.run(posterior);
+  const double negative = (posterior.samples().at.row(0).array() < 0).cast<double>().mean();
+  CAPTURE(grid.first_negative, negative);
+  CHECK(std::fabs(negative - grid.first_negative) < 0.12);
+}
+
 TEST_CASE("of photos of four pixels each pixel counts: posteriors are those of grids of the formula") {
   MadeUpScene scene{[](double x, double y, const Eigen::VectorXd& t) {
     return 1 + 0.25 * t[0] * x + 0.2 * t[1] * y + 0.15 * (t[0] - 0.5) * (t[1] + t[0]);

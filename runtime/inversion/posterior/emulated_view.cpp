@@ -27,6 +27,10 @@ using Rows = ImageRows;
 Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) { return a * b; }
 Rows image_product(const Rows& a, const Rows& b) { return a * b; }
 Eigen::MatrixXd gram(const Rows& a, const Rows& b) { return Rows(a * b.transpose()).cast<double>(); }
+// Of images that are nearly each other's combinations: what is left between them must not be rounding.
+Eigen::MatrixXd exact_gram(const Rows& a, const Rows& b) {
+  return product(a.cast<double>(), b.cast<double>().transpose());
+}
 
 std::vector<std::size_t> inside(const std::vector<Exemplar>& exemplars, const Frame& frame) {
   std::vector<std::size_t> result;
@@ -140,8 +144,8 @@ Sums best_sums(const Rows& candidates, const Rows& images, const Eigen::MatrixXd
   const Eigen::VectorXd noise =
       (errors.cwiseAbs2() * own_share(shape, radius)).cast<double>();  // of each row of the stack, with itself
   const Eigen::MatrixXd shared = product(from * noise.asDiagonal(), to.transpose());
-  const Eigen::MatrixXd seen = gram(smooth_candidates, images) - shared;
-  Eigen::MatrixXd scale = gram(smooth_candidates, smooth_candidates);
+  const Eigen::MatrixXd seen = exact_gram(smooth_candidates, images) - shared;
+  Eigen::MatrixXd scale = exact_gram(smooth_candidates, smooth_candidates);
   scale.diagonal().array() += 1e-9 * scale.trace() + 1e-30;
   const Eigen::LLT<Eigen::MatrixXd> root(scale);
   const Eigen::MatrixXd relative = root.matrixL().solve(seen);

@@ -22,7 +22,11 @@ constexpr double margin = 1.15;                  // of the frame about the sampl
 constexpr double settled_share = 0.15;  // of the emulator
 constexpr double settled_shift = 0.4;   // standard deviations
 constexpr double settled_growth = 0.2;  // of log standard deviations
-constexpr int working_samples = 600;    // of the posterior, before the last round
+// Which of several peaks is the likelier may hang on what moves an image less than its noise: that is seen in
+// renderings with so many times the samples, and after so many rounds of them.
+constexpr double samples_for_peaks = 8;
+constexpr int rounds_for_peaks = 3;
+constexpr int working_samples = 600;  // of the posterior, before the last round
 constexpr Eigen::Index most_polynomials = 130;
 
 constexpr double about_ends = 2;           // their standard deviations
@@ -132,6 +136,8 @@ int Posterior::refinement_spp() const {
     }
   }
   const double spp = count > 0 ? wanted / count / 2 : most_spp;
+  if (rounds_.back().peaks > 1)
+    return std::max(fewest_spp(targets_), static_cast<int>(samples_for_peaks * std::min<double>(spp, most_spp)));
   const double saved = std::clamp(1 - rounds_.back().emulator_share, least_samples_share, 1.0);
   return std::max(fewest_spp(targets_), static_cast<int>(std::min<double>(saved * spp, most_spp)));
 }
@@ -217,6 +223,12 @@ const PosteriorRound& Posterior::advance(std::vector<Exemplar> rendered) {
     round.growth = (round.deviation.cwiseQuotient(last.deviation)).array().log().cwiseAbs().maxCoeff();
     round.settled =
         round.shift <= settled_shift && round.growth <= settled_growth && round.emulator_share <= settled_share;
+  }
+  round.peaks = static_cast<int>(peaks_of(samples_.at, samples_.log_prior + samples_.log_likelihood).size());
+  if (round.peaks > 1) {
+    const auto with_peaks =
+        std::count_if(rounds_.begin(), rounds_.end(), [](const PosteriorRound& r) { return r.peaks > 1; });
+    round.settled = round.settled && with_peaks >= rounds_for_peaks;
   }
   rounds_.push_back(round);
   done_ = round.settled || static_cast<int>(rounds_.size()) >= options_.rounds;

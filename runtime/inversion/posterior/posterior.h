@@ -34,6 +34,7 @@ struct PosteriorRound {
   double shift = 0, growth = 0;  // greatest change of means in deviations, and of log deviations, since the last round
   double emulator_share = 0;     // of the emulator in the variance of what is compared
   double leave_one_out = 1, residual = 1;
+  int peaks = 1;
   bool settled = false;
 };
 
