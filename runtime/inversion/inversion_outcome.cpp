@@ -56,8 +56,8 @@ Excess excess(const Inversion::Conclusion& a, const Inversion::Conclusion& b) {
   return {sum, std::sqrt(std::max(0.0, square - sum * sum / std::max(1.0, count)))};
 }
 
-// As good as the noise of pixels can tell, and a pattern is left by neither, or by both: neighbouring pixels together
-// tell what is far below the noise of one.
+// As good as the noise of pixels can tell, and without a pattern that `best` does not leave: neighbouring pixels
+// together tell what is far below the noise of one.
 bool as_good(const Inversion::Conclusion& a, const Inversion::Conclusion& best) {
   return excess(a, best).undecided() && (a.fit.looks_alike() || !best.fit.looks_alike());
 }

@@ -104,7 +104,7 @@ void Posterior::want_design() {
 }
 
 // As many samples as the targets have, by the noise of renderings near the posterior; less as long as the emulator's
-// own error is greater than what they would save.
+// own error is greater than what they would save, more where there are peaks to be told apart.
 int Posterior::refinement_spp() const {
   if (options_.spp > 0) return std::max(1, options_.spp / 2);
   constexpr std::size_t enough = 8;
