@@ -24,35 +24,44 @@ struct BatchRenderer::State {
   }
 
   // Takes the derivatives of the first image's scene; those of the other scenes must be the same.
-  void add_derivatives(const Scene& scene, const JobRecord& job, bool first, DerivativeData& result) {
+  void add_derivatives(const BatchImage& image, const JobRecord& job, bool first, DerivativeData& result) {
+    const Scene& scene = *image.scene;
     const std::vector<Parameter> parameters = list_parameters(scene);
     for (const std::string& name : options.derivatives)
       if (is_of_light(find_parameter(parameters, name)))
         throw UsageError("parameter " + name + ": batches have no derivatives by the light");
-    DerivativeData own = derivative_data(scene, options.derivatives, job, data);
+    DerivativeData own =
+        derivative_data(scene, options.derivatives, job, data, false, static_cast<int>(image.other_albedos.size()));
     if (first)
       result = std::move(own);
     else if (!same(own.scores, result.scores) || !same(own.parts, result.parts) ||
-             !same(own.derivatives, result.derivatives))
+             !same(own.derivatives, result.derivatives) || own.albedos != result.albedos ||
+             own.albedo_score != result.albedo_score)
       throw UsageError("derivatives of a batch: its scenes have other media or BSDFs at the parameters' places");
   }
 
   void prepare(const std::vector<BatchImage>& images, int groups) {
     clear_scenes(data);
     std::vector<JobRecord> jobs;
+    std::vector<float> exponents;  // of other albedos, behind the numbers of all scenes
     DerivativeData derivatives;
     int pixels = 0;
     for (std::size_t i = 0; i < images.size(); ++i) {
       const BatchImage& image = images[i];
+      const std::vector<float> own = albedo_exponents(*image.scene, image.other_albedos);
       const Sensor& sensor = sensor_of(image);
       if (sensor.luminance != sensor_of(images.front()).luminance)
         throw UsageError("batch: some films are luminance, others colour; render them apart");
       pixels += sensor.crop_width * sensor.crop_height * groups;
       jobs.push_back(append_scene(*image.scene, options.sensor, image.geometry, data));
-      add_derivatives(*image.scene, jobs.back(), i == 0, derivatives);
+      add_derivatives(image, jobs.back(), i == 0, derivatives);
+      jobs.back().first_exponent = static_cast<int>(exponents.size());
+      exponents.insert(exponents.end(), own.begin(), own.end());
       jobs.back().seed_low = static_cast<unsigned>(image.seed);
       jobs.back().seed_high = static_cast<unsigned>(image.seed >> 32);
     }
+    for (JobRecord& job : jobs) job.first_exponent += static_cast<int>(data.numbers.size());
+    data.numbers.insert(data.numbers.end(), exponents.begin(), exponents.end());
     if (!wavefront || !wavefront->replace(data, jobs, derivatives, new_geometry)) {
       wavefront.reset();  // its memory first
       film.reset();
@@ -63,8 +72,9 @@ struct BatchRenderer::State {
     new_geometry = false;
     if (pixels <= film_pixels) return;
     film.reset();
-    film = std::make_unique<Film>(device, pixels, 1 + static_cast<int>(options.derivatives.size()),
-                                  wavefront->channels(), sensor_of(images.front()).luminance);
+    film =
+        std::make_unique<Film>(device, pixels, 1 + static_cast<int>(options.derivatives.size()) + derivatives.albedos,
+                               wavefront->channels(), sensor_of(images.front()).luminance);
     film_pixels = pixels;
   }
 

@@ -14,6 +14,10 @@ struct BatchImage {
   int geometry = 0;  // as add_geometry() returned for the scene's shapes
   std::uint64_t seed = 0;
   int first_sample = 0;
+  // What the same paths show where the scene's only medium has another albedo, each an image of its own at hardly any
+  // more time: a path of n scatterings gathers (other / albedo)^n times as much (White Monte Carlo). For albedos up to
+  // the scene's the noise is about that of a rendering of their own. As many of all images of a batch.
+  std::vector<Rgb> other_albedos = {};
 };
 
 class BatchRenderer {
@@ -36,7 +40,8 @@ class BatchRenderer {
   // kinds of BSDFs, media and light; Baselines::automatic has them off here, where to learn them for each image anew
   // would take as long as many a small image itself. groups, a divisor of spp: that many renderings of each image, one
   // after another, of spp / groups samples each: those from first_sample on, then the next. Throws as render(), and
-  // UsageError: sensors that differ in `luminance`, scenes in which the derivatives' parameters are others.
+  // UsageError: sensors that differ in `luminance`, scenes in which the derivatives' parameters are others, and as
+  // albedo_exponents() (compile/derivative_data.h).
   std::vector<Rendering> render(const std::vector<BatchImage>& images, int spp, int groups = 1);
 
  private:

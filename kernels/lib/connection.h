@@ -395,7 +395,7 @@ INLINE void add_connection(const Launch* launch, __global const JobRecord* job, 
   UNROLL_FOR(int k = 0; k < SCORES; ++k) there.of[k] += way.passed[k];
 #endif
   const MASK lit = lane_mask(way.reached);
-  gather_radiance(launch, pool, slots, lit, arriving, &there);
+  gather_radiance(launch, job, pool, slots, lit, arriving, &there);
 #if ADJOINT
   if (job->replay == REPLAY_SUMS) {
     pull_connection(launch, job, pool, slots, random, lit, arriving, start, way.through);

@@ -20,7 +20,8 @@ typedef struct {
 
 #define BASELINE_TOTALS (ADJOINT && BASELINES ? THROUGHPUT_CHANNELS : 0) /* at a sample's end, for its replay */
 #define PROBE_TOTALS (VOXEL_SUMS > 0)                                    /* as well: lib/probe.h */
-#define SAMPLE_SIZE (RADIANCE_CHANNELS * (1 + DERIVATIVES) + BASELINE_TOTALS + PROBE_TOTALS)
+#define IMAGES (1 + DERIVATIVES + ALBEDOS)
+#define SAMPLE_SIZE (RADIANCE_CHANNELS * IMAGES + BASELINE_TOTALS + PROBE_TOTALS)
 
 __constant PartRecord parts[PARTS + 1] = {PART_RECORDS};
 

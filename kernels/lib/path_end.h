@@ -21,7 +21,7 @@ INLINE void finish(const Launch* launch, __global const JobRecord* job, Pool* po
     int output = job->first_output +
                  (ints[PIXEL * pool->stride + s] - job->first_pixel) / job->pixel_step * job->samples +
                  ints[SAMPLE * pool->stride + s] - job->first_sample;
-    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS * (1 + DERIVATIVES); ++c)
+    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS * IMAGES; ++c)
       launch->samples[output * SAMPLE_SIZE + c] = pool->fields[(RADIANCE + c) * pool->stride + s];
     UNROLL_FOR(int c = 0; c < BASELINE_TOTALS; ++c)
       launch->samples[output * SAMPLE_SIZE + RADIANCE_CHANNELS + c] = pool->fields[(BASELINE + c) * pool->stride + s];

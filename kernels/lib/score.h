@@ -104,8 +104,23 @@ INLINE void add_scores(__global const JobRecord* job, Scores* s, int model, cons
 #define FOR_EACH_PART(p) UNROLL_FOR(int p = 0; p < PARTS; ++p)
 #endif
 
-/* Adds radiance to the lanes in `mask`, and its derivatives. */
-INLINE void gather_radiance(const Launch* launch, Pool* pool, INT slots, MASK mask,
+#if ALBEDOS
+__constant int albedo_score[3] = ALBEDO_SCORE; /* of each channel the score of the medium's albedo */
+
+/* Where the medium's albedo is another, a path of n scatterings in it gathers x (other / albedo)^n. Its score is n / albedo,
+ * and the job has albedo * log(other / albedo) of each other albedo and channel. */
+INLINE void gather_other_albedos(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, int c,
+                                 REAL x, const Scores* s) {
+  UNROLL_FOR(int k = 0; k < ALBEDOS; ++k) {
+    const int field = OTHER_ALBEDO + k * RADIANCE_CHANNELS + c;
+    const REAL power = launch->numbers[job->first_exponent + 3 * k + c] * s->of[albedo_score[c]];
+    STORE(pool, field, slots, LOAD(pool, field, slots) + x * EXP(power));
+  }
+}
+#endif
+
+/* Adds radiance to the lanes in `mask`, its derivatives, and what it is with other albedos. */
+INLINE void gather_radiance(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK mask,
                             const REAL radiance[RADIANCE_CHANNELS], const Scores* s) {
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     const REAL x = SELECT(mask, radiance[c], 0.0f);
@@ -116,6 +131,9 @@ INLINE void gather_radiance(const Launch* launch, Pool* pool, INT slots, MASK ma
         STORE(pool, field, slots,
               LOAD(pool, field, slots) + x * launch->derivatives[p].factor[c] * s->of[parts[p].score[c]]);
     }
+#if ALBEDOS
+    gather_other_albedos(launch, job, pool, slots, c, x, s);
+#endif
   }
 }
 

@@ -9,6 +9,7 @@
  *   THROUGHPUT        without the refraction scale below
  *   RADIANCE          gathered so far
  *   DERIVATIVE        of the radiance: RADIANCE_CHANNELS for each of DERIVATIVES
+ *   OTHER_ALBEDO      the radiance with each of ALBEDOS other albedos (lib/score.h)
  *   SCORE             see ScoreRecord
  *   BASELINE          THROUGHPUT_CHANNELS each (lib/baseline.h)
  *   PROBE_PASSED, PROBE_TARGET   lib/probe.h: ProbeState
@@ -41,6 +42,7 @@
   FIELD(THROUGHPUT, THROUGHPUT_CHANNELS)                              \
   FIELD(RADIANCE, RADIANCE_CHANNELS)                                  \
   FIELD(DERIVATIVE, DERIVATIVES* RADIANCE_CHANNELS)                   \
+  FIELD(OTHER_ALBEDO, ALBEDOS* RADIANCE_CHANNELS)                     \
   FIELD(SCORE, SCORES)                                                \
   FIELD(BASELINE, BASELINES*(SCORES + ADJOINT) * THROUGHPUT_CHANNELS) \
   FIELD(PROBE_PASSED, (VOXEL_SUMS > 0))                               \

@@ -139,6 +139,7 @@ typedef struct {
   int camera, geometry, environment;
   int first_shape;         /* shape k of the geometry is shapes[first_shape + k] */
   int first_number;        /* of the scene, for ScoreRecord */
+  int first_exponent;      /* of other albedos: lib/score.h */
   int first_light, lights; /* of the scene */
   float light_share;       /* with which one of these is sampled, and not the light around the scene */
   int light_chances;       /* which one, by place: light_layout.h */

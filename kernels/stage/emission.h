@@ -52,7 +52,7 @@ INLINE void gather_emission(const Launch* launch, __global const JobRecord* job,
     rgb[c] *= weight[c];
   }
   const Scores scores = load_scores(job, pool, slots);
-  gather_radiance(launch, pool, slots, shines, rgb, &scores);
+  gather_radiance(launch, job, pool, slots, shines, rgb, &scores);
   gather_light_derivatives(launch, job, pool, slots, shines, weight, &source);
 #endif
 }

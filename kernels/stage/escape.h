@@ -28,7 +28,7 @@ INLINE void escape_stage(const Launch* launch, __global const JobRecord* job, Po
     light[c] *= weight[c];
   }
   const Scores scores = load_scores(job, pool, slots);
-  gather_radiance(launch, pool, slots, valid, light, &scores);
+  gather_radiance(launch, job, pool, slots, valid, light, &scores);
   const LightSource source = light_around(direction);
   gather_light_derivatives(launch, job, pool, slots, valid, weight, &source);
   finish(launch, job, pool, slots, valid);

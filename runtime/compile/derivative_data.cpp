@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 
@@ -64,6 +65,15 @@ class Builder {
         add_light(p, index, image);
       else
         add_number(p, index, image);
+  }
+
+  // The scores that tell what paths gather with so many other albedos of the first medium.
+  void add_albedos(int count) {
+    data_.albedos = count;
+    const Place place = place_of(Owner::medium, 0);
+    for (int c = 0; c < 3; ++c)
+      data_.albedo_score[static_cast<std::size_t>(c)] =
+          score(Owner::medium, place, place.model->number_called("albedo"), c);
   }
 
   // A sum that is by texels, too, is so for all surfaces of its model.
@@ -402,7 +412,7 @@ class Builder {
 }  // namespace
 
 DerivativeData derivative_data(const Scene& scene, const std::vector<std::string>& names, const JobRecord& job,
-                               LaunchData& launch, bool with_textures) {
+                               LaunchData& launch, bool with_textures, int albedos) {
   const std::vector<Parameter> parameters = list_parameters(scene);
   Builder builder(scene, job, launch);
   for (auto name = names.begin(); name != names.end(); ++name) {
@@ -413,7 +423,23 @@ DerivativeData derivative_data(const Scene& scene, const std::vector<std::string
       throw UsageError(fmt::format("parameter {}: named twice", *name));
     builder.add(p, static_cast<int>(name - names.begin()));
   }
+  if (albedos > 0) builder.add_albedos(albedos);
   return builder.take();
+}
+
+std::vector<float> albedo_exponents(const Scene& scene, const std::vector<Rgb>& others) {
+  if (others.empty()) return {};
+  if (scene.media.size() != 1)
+    throw UsageError(fmt::format("other albedos: the scene has {} media, need one", scene.media.size()));
+  const Texture& albedo = scene.media.front().value("albedo");
+  if (!albedo.is_constant() || *std::min_element(albedo.value.begin(), albedo.value.end()) <= 0)
+    throw UsageError("other albedos: the medium's own must be above 0, and the same everywhere");
+  constexpr double black = 1e-30;  // has a logarithm: nothing that scatters is seen
+  std::vector<float> exponents;
+  for (const Rgb& other : others)
+    for (std::size_t c = 0; c < 3; ++c)
+      exponents.push_back(static_cast<float>(albedo.value[c] * std::log(std::max(black, other[c]) / albedo.value[c])));
+  return exponents;
 }
 
 }  // namespace itn

@@ -1,6 +1,7 @@
 // Parameters by which an image is differentiated, as the records and the code that the device needs for it.
 #pragma once
 #include <algorithm>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -76,13 +77,21 @@ struct DerivativeData {
   }
   int images() const { return parts.empty() ? 0 : parts.back().image + 1; }
   ScoreRequest functions;  // the derivatives of the models that it takes
+  // What paths show with other albedos of the medium (kernels/lib/score.h): how many, and of each channel the score.
+  int albedos = 0;
+  std::array<int, 3> albedo_score{};
 };
 
 // names: as list_parameters gives them; job: of the scene, which `launch` has; the derivatives of its light
 // are appended there. with_textures: by_texels (scene/parameters.h) parameters are taken; their parts are by all texels
-// alike, and the launch's textures know where their sums begin. Throws UsageError: a name that is unknown, not
-// differentiable (says why), or there twice; InputError: more texels than there can be.
+// alike, and the launch's textures know where their sums begin. albedos: how many other ones of the first medium.
+// Throws UsageError: a name that is unknown, not differentiable (says why), or there twice; InputError: more texels
+// than there can be.
 DerivativeData derivative_data(const Scene& scene, const std::vector<std::string>& names, const JobRecord& job,
-                               LaunchData& launch, bool with_textures = false);
+                               LaunchData& launch, bool with_textures = false, int albedos = 0);
+
+// The exponents, three an albedo, that make of the scene's albedo each of `others` (kernels/lib/score.h). Throws
+// UsageError: not one medium, or one whose albedo is 0 or differs from place to place.
+std::vector<float> albedo_exponents(const Scene& scene, const std::vector<Rgb>& others);
 
 }  // namespace itn

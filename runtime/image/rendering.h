@@ -16,6 +16,7 @@ struct Rendering : Image {
   int width = 0, height = 0, channels = 3;  // channels 1: luminance
   int spp = 0;
   std::vector<Image> derivatives;    // one for each of RenderOptions::derivatives
+  std::vector<Image> other_albedos;  // one for each of BatchImage::other_albedos
   double build_s = 0, render_s = 0;  // scene to device and kernel build; path tracing alone
   std::uint64_t paths = 0;
   // Arrivals at surfaces from the side where the path cannot be: positions off by rounding (a few in 10^9), or shapes

@@ -9,11 +9,12 @@ namespace itn {
 class Film {
  public:
   // Room for that many pixels, or fewer where the device's memory is short.
-  // A sample begins with `images` pixels of `channels` channels: radiance, then derivatives. luminance: sums the
-  // luminance of 3 channels instead of each.
+  // A sample begins with `images` pixels of `channels` channels: radiance, derivatives, other albedos. luminance: sums
+  // the luminance of 3 channels instead of each.
   Film(const Device& device, int pixels, int images, int channels, bool luminance);
 
-  int pixels() const { return pixels_; }                       // of a band
+  int pixels() const { return pixels_; }  // of a band
+  int images() const { return images_; }
   int channels() const { return luminance_ ? 1 : channels_; }  // of an image
 
   // Adds the next samples of pixels [first_pixel, first_pixel + pixels) of the band, which start at first_sample of the

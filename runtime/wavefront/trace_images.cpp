@@ -160,7 +160,7 @@ std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std:
   if (groups > 1 && (spp > capacity || most_pixels == 0))
     throw DeviceError("samples in groups: those of a pixel do not fit into the device's memory; take fewer of them");
   std::int64_t done = 0;
-  std::vector<Image> images(1 + options.derivatives.size());
+  std::vector<Image> images(static_cast<std::size_t>(film.images()));
   const auto render_start = std::chrono::steady_clock::now();
   for (int first = 0; first < pixels; first += most_pixels) {
     const int band = std::min(most_pixels, pixels - first);
@@ -219,7 +219,7 @@ std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std:
         if (i == 0)
           static_cast<Image&>(out) = std::move(image);
         else
-          out.derivatives.push_back(std::move(image));
+          (i <= options.derivatives.size() ? out.derivatives : out.other_albedos).push_back(std::move(image));
       }
     }
     start += count;

@@ -29,11 +29,11 @@ struct TracedLaunches {
 };
 
 // The means over `spp` samples of every pixel of every job, with their standard errors, an image for each of
-// options.derivatives, and what they took together. groups, a divisor of spp: as many renderings of each job, one after
-// another, of spp / groups samples each; the film has room for at least so many pixels. The sensors agree in
-// `luminance`. launch_paths: paths of the first launch; becomes what was found to take a quarter of a second. traced:
-// is told the launches. Throws Interrupted, DeviceError: groups for which the samples of a pixel do not fit into a
-// launch.
+// options.derivatives and for each other albedo, and what they took together. groups, a divisor of spp: as many
+// renderings of each job, one after another, of spp / groups samples each; the film has room for at least so many
+// pixels. The sensors agree in `luminance`. launch_paths: paths of the first launch; becomes what was found to take a
+// quarter of a second. traced: is told the launches. Throws Interrupted, DeviceError: groups for which the samples of a
+// pixel do not fit into a launch.
 std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std::vector<TracedJob>& jobs, int spp,
                                     int groups, const RenderOptions& options, std::int64_t& launch_paths,
                                     TracedLaunches* traced = nullptr);

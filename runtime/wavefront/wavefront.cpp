@@ -1,6 +1,7 @@
 #include "runtime/wavefront/wavefront.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -112,6 +113,8 @@ std::map<std::string, std::string> features(const LaunchData& data, const Deriva
   for (const PartRecord& p : derivatives.parts)
     result["PART_RECORDS"] += fmt::format("{{{},{{{},{},{}}}}},", p.image, p.score[0], p.score[1], p.score[2]);
   result["PART_RECORDS"] += "{0,{0,0,0}}";
+  result["ALBEDOS"] = std::to_string(derivatives.albedos);
+  if (derivatives.albedos > 0) result["ALBEDO_SCORE"] = fmt::format("{{{}}}", fmt::join(derivatives.albedo_score, ","));
   result["LIGHT_NUMBERS"] = std::to_string(adjoint ? derivatives.derivatives.size() : 0);
   const bool by_light = std::any_of(derivatives.derivatives.begin(), derivatives.derivatives.end(),
                                     [](const DerivativeRecord& d) { return is_of_light(d); });
@@ -188,7 +191,7 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   counter_ = device.allocate(2 * queues * sizeof(int), "queue lengths");
   buffers_.misplaced = device.upload(std::vector<cl_uint>{0}, "misplaced arrivals");
   buffers_.endless = device.upload(std::vector<cl_uint>{0}, "endless paths");
-  floats_a_sample_ = channels_ * (1 + std::stoi(definitions["DERIVATIVES"]));
+  floats_a_sample_ = channels_ * (1 + derivatives.images() + derivatives.albedos);
   if (adjoint_ && definitions["BASELINES"] == "1") floats_a_sample_ += throughput_channels_;
   if (by_voxels_) floats_a_sample_ += 1;
   if (adjoint_)

@@ -128,7 +128,7 @@ std::vector<float> follow(const Ray& ray, int width) {
   data.coloured = data.spectral = ray.spectral;
   data.coloured_field = ray.volume.grid && ray.volume.grid->channels == 3;
   std::map<std::string, std::string> definitions = feature_definitions(data);
-  for (const char* none : {"SCORES", "DERIVATIVES", "PARTS", "BASELINES", "ADJOINT", "LIGHT_NUMBERS"})
+  for (const char* none : {"SCORES", "DERIVATIVES", "ALBEDOS", "PARTS", "BASELINES", "ADJOINT", "LIGHT_NUMBERS"})
     definitions[none] = "0";
   definitions["PART_RECORDS"] = "{0,{0,0,0}}";
   definitions["WIDTH"] = std::to_string(width);

@@ -11,7 +11,7 @@ namespace itn::test {
 inline std::map<std::string, std::string> plain_program(const LaunchData& data, int width,
                                                         const std::map<std::string, std::string>& changes = {}) {
   std::map<std::string, std::string> definitions = feature_definitions(data);
-  for (const char* none : {"SCORES", "DERIVATIVES", "PARTS", "BASELINES", "ADJOINT", "LIGHT_NUMBERS"})
+  for (const char* none : {"SCORES", "DERIVATIVES", "ALBEDOS", "PARTS", "BASELINES", "ADJOINT", "LIGHT_NUMBERS"})
     definitions[none] = "0";
   definitions["PART_RECORDS"] = "{0,{0,0,0}}";
   definitions["WIDTH"] = std::to_string(width);
