@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <string_view>
 #include <vector>
 
 namespace itn {
@@ -133,26 +134,35 @@ void ConvolutionStage::create_backward_weights() {
     weights_gradient_ = memory(weights_of(shape_, Tag::ohwi), engine_);
     return;
   }
-  // The first stage reads plain channels, and for more than three oneDNN has no vector code: three at a time.
-  constexpr int most_plain = 3;
-  if (!input_gradient_ && group_ > most_plain && group_ < 16) group_ = most_plain;
-  ConvolutionShape shape = shape_;
-  shape.in_channels = group_;
   input_for_weights_ = input_;
   map_gradient_for_weights_ = map_gradient_;
-  if (group_ < shape_.in_channels)
-    input_for_weights_ = memory(floats({shape.batch, group_, shape.size, shape.size}, Tag::nchw), engine_);
+  dnnl::convolution_backward_weights::primitive_desc description = describe_backward_weights();
+  // The first stage reads plain channels. For three of them oneDNN has vector code on all processors, for fewer only on
+  // some, and for more it may have a slow one: three at a time, beside fewer zeros.
+  constexpr int plain = 3;
+  const bool slow = std::string_view(description.impl_info_str()).substr(0, 3) == "ref";
+  if (!input_gradient_ && ((group_ > plain && group_ < 16) || (group_ < plain && slow))) {
+    group_ = plain;
+    input_for_weights_ = memory(floats({shape_.batch, group_, shape_.size, shape_.size}, Tag::nchw), engine_);
+    std::fill_n(values(input_for_weights_), input_for_weights_.get_desc().get_size() / sizeof(float), 0.0f);
+    description = describe_backward_weights();
+  }
+  weights_gradient_ = memory(description.diff_weights_desc(), engine_);
+  backward_weights_ = dnnl::convolution_backward_weights(description);
+}
 
+// Of group_ channels, from input_for_weights_.
+dnnl::convolution_backward_weights::primitive_desc ConvolutionStage::describe_backward_weights() const {
+  ConvolutionShape shape = shape_;
+  shape.in_channels = group_;
   const bool winograd = prefers_winograd(shape);
   const auto forward = describe_forward(engine_, shape, input_for_weights_.get_desc(), winograd);
-  const auto description = winograd_or_direct(winograd, [&](algorithm chosen) {
+  return winograd_or_direct(winograd, [&](algorithm chosen) {
     return dnnl::convolution_backward_weights::primitive_desc(
         {chosen, input_for_weights_.get_desc(), weights_of(shape), floats({shape.out_channels}, Tag::x),
          map_.get_desc(), one, one, one},
         engine_, forward, true);
   });
-  weights_gradient_ = memory(description.diff_weights_desc(), engine_);
-  backward_weights_ = dnnl::convolution_backward_weights(description);
 }
 
 void ConvolutionStage::create_backward_input() {
@@ -206,20 +216,23 @@ void ConvolutionStage::backward(dnnl::stream& stream, const float* weights, floa
 
 void ConvolutionStage::weights_gradient_by_convolution(dnnl::stream& stream, float* weights_gradient,
                                                        float* bias_gradient) {
-  const memory::dims input_dims{shape_.batch, group_, shape_.size, shape_.size};
-  const memory::dims weights_dims{shape_.out_channels, group_, 3, 3};
-  for (int channel = 0; channel < shape_.in_channels; channel += group_) {
+  const int count = std::min(group_, shape_.in_channels);  // of channels at a time
+  const memory::dims input_dims{shape_.batch, count, shape_.size, shape_.size};
+  const memory::dims weights_dims{shape_.out_channels, count, 3, 3}, begin{0, 0, 0, 0};
+  const auto part = [&](const memory& of, const memory::dims& dims, const memory::dims& offset) {
+    return as_memory(of.get_desc().submemory_desc(dims, offset), engine_, values(of));
+  };
+  for (int channel = 0; channel < shape_.in_channels; channel += count) {
     // The last group begins earlier where no whole one is left: some channels come twice.
-    const memory::dims offset{0, std::min(channel, shape_.in_channels - group_), 0, 0};
-    if (group_ < shape_.in_channels)
-      reorder(stream, as_memory(input_.get_desc().submemory_desc(input_dims, offset), engine_, values(input_)),
-              input_for_weights_);
+    const memory::dims offset{0, std::min(channel, shape_.in_channels - count), 0, 0};
+    if (group_ != shape_.in_channels)
+      reorder(stream, part(input_, input_dims, offset), part(input_for_weights_, input_dims, begin));
     backward_weights_.execute(
         stream, {{DNNL_ARG_SRC, input_for_weights_},
                  {DNNL_ARG_DIFF_DST, map_gradient_for_weights_},
                  {DNNL_ARG_DIFF_WEIGHTS, weights_gradient_},
                  {DNNL_ARG_DIFF_BIAS, as_memory(floats({shape_.out_channels}, Tag::x), engine_, bias_gradient)}});
-    reorder(stream, weights_gradient_,
+    reorder(stream, part(weights_gradient_, weights_dims, begin),
             as_memory(weights_of(shape_, Tag::oihw).submemory_desc(weights_dims, offset), engine_, weights_gradient));
   }
 }

@@ -32,6 +32,7 @@ class ConvolutionStage {
   void create_forward();
   void create_pooling();
   void create_backward_weights();
+  dnnl::convolution_backward_weights::primitive_desc describe_backward_weights() const;
   void create_backward_input();
   void weights_gradient_by_convolution(dnnl::stream& stream, float* weights_gradient, float* bias_gradient);
   void weights_gradient_by_product(dnnl::stream& stream, float* weights_gradient, float* bias_gradient);
@@ -42,7 +43,8 @@ class ConvolutionStage {
   dnnl::memory input_gradient_, map_gradient_, output_gradient_;
   dnnl::memory pooled_from_;  // which of four pixels each maximum was
   dnnl::memory weights_, weights_for_input_gradient_, weights_gradient_;
-  // What the gradient by weights is computed from: so many input channels at a time, laid out as that wants them.
+  // What the gradient by weights is computed from: so many input channels at a time, zeros beside fewer, laid out
+  // as that wants them.
   int group_;
   dnnl::memory input_for_weights_, map_gradient_for_weights_;
   dnnl::convolution_forward::primitive_desc forward_description_;

@@ -82,6 +82,7 @@ DatasetConfig preset(const std::string& name) {
 Json side_json(const DatasetConfig::Side& side) {
   Json json{{"shapes", side.shapes},     {"random_shapes", side.random_shapes}, {"triangles", side.triangles},
             {"azimuths", side.azimuths}, {"azimuth_range", side.azimuth_range}, {"materials", side.materials}};
+  if (side.albedos > 1) json["albedos"] = side.albedos;
   if (side.lamps > 0) json["lamps"] = side.lamps;
   if (side.pictures > 0) json["pictures"] = side.pictures;
   if (side.zenith_range) json["zenith_range"] = *side.zenith_range;
@@ -220,6 +221,7 @@ DatasetConfig::Side read_side(Reader& config, const std::string& file, const cha
   reader.read_azimuths("azimuths", side.azimuths);
   reader.read_range("azimuth_range", side.azimuth_range, -180, 180);
   reader.read_whole("materials", side.materials, 1, 10000000);
+  if (reader.has("albedos")) reader.read_whole("albedos", side.albedos, 1, 16);
   if (reader.has("lamps")) reader.read_number("lamps", side.lamps, 0, 1);
   if (reader.has("pictures")) reader.read_number("pictures", side.pictures, 0, 1);
   if (reader.has("zenith_range")) reader.read_range("zenith_range", side.zenith_range.emplace(), 0, 89);
@@ -296,6 +298,11 @@ DatasetConfig from_json(const Json& json, const std::string& file) {
 
   config.train = read_side(reader, file, "train");
   config.test = read_side(reader, file, "test");
+  const bool several_albedos = config.train.albedos > 1 || config.test.albedos > 1;
+  if (several_albedos && config.albedo[0] == config.albedo[1])
+    reader.fail("albedo", "a range from which each of several `albedos` can be another");
+  if (several_albedos && config.curvature)
+    reader.fail("curvature", "false where there are several `albedos`: derivatives are with that of the paths");
   reader.finish();
   return config;
 }

@@ -28,6 +28,7 @@ struct DatasetConfig {
     double pictures = 0;  // the share of `environments`, which are then no others' lights
     std::optional<std::array<double, 2>> zenith_range{};  // of the sun [degree]; none: DatasetConfig::zenith
     int materials = 1;
+    int albedos = 1;  // images of each material, of the same paths: it stands for so many, which differ in albedo
   };
   struct Cameras {
     std::array<double, 2> elevation{}, azimuth{};  // Manifest::Camera, drawn from here

@@ -57,7 +57,8 @@ std::vector<Rendering> ShapeRenderer::render(const std::vector<Image>& images, i
   for (const Image& image : images) shapes.push_back(image.shape);
   place(shapes);
   std::vector<BatchImage> batch;
-  for (const Image& image : images) batch.push_back({&image.scene, placed_.at(image.shape), image.seed, 0});
+  for (const Image& image : images)
+    batch.push_back({&image.scene, placed_.at(image.shape), image.seed, 0, image.other_albedos});
   return renderer_.render(batch, spp, groups);
 }
 

@@ -44,6 +44,7 @@ class ShapeRenderer {
     Scene scene;
     int shape = 0;
     std::uint64_t seed = 0;
+    std::vector<Rgb> other_albedos = {};
   };
 
   // All must outlive it.

@@ -316,6 +316,13 @@ Json json_of(const Manifest& manifest) {
 
 }  // namespace
 
+std::span<const Manifest::Image> of_same_paths(const Manifest& set, const Manifest::Image& image) {
+  const Manifest::Image *first = &image, *last = &image;
+  while (first != set.images.data() && (first - 1)->seed == image.seed) --first;
+  while (last != &set.images.back() && (last + 1)->seed == image.seed) ++last;
+  return {first, last + 1};
+}
+
 bool is_laboratory(const Manifest& set) {
   return !set.in_colours && !set.cameras && std::none_of(set.images.begin(), set.images.end(), [](const auto& image) {
     return image.boundary.has_value();

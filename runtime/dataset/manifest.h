@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -73,7 +74,7 @@ struct Manifest {
     double sigma_t = 1;                     // [1/mm], > 0; of colours their mean
     double albedo = 0;                      // [0, 1]; of colours their mean
     double g = 0;                           // (-1, 1)
-    std::uint64_t seed = 0;                 // of its rendering
+    std::uint64_t seed = 0;                 // of its rendering; neighbours who share it are of the same paths
     std::optional<Colours> colours = {};    // of a set in colours
     std::optional<Camera> camera = {};      // of a set with cameras all around
     std::optional<Boundary> boundary = {};  // instead of the set's
@@ -97,6 +98,10 @@ struct Manifest {
   std::vector<Light> lights;
   std::vector<Image> images;
 };
+
+// The images, one after another, that differ in albedo alone and are of the same paths as one of the set's; most sets'
+// are by themselves.
+std::span<const Manifest::Image> of_same_paths(const Manifest& set, const Manifest::Image& image);
 
 // Are the images of luminance, from one camera, of bodies in one boundary? What renders a set's images again needs
 // that.

@@ -70,12 +70,12 @@ class Planner {
     }
     return result;
   }
-  // The next image's own, from the side's ranges.
+  // The next images' own, from the side's ranges.
   int drawn_light(const DatasetConfig::Side& side) {
     const double azimuth = draw(STREAM_AZIMUTH, side.azimuth_range);
     const double kind = draw(STREAM_LAMPS, {0, 1});
     if (kind < side.lamps) {
-      const std::uint64_t room = random_bits(config_.seed, STREAM_ROOM, set_.images.size());
+      const std::uint64_t room = random_bits(config_.seed, STREAM_ROOM, material_);
       const Vec3 direction = mean_direction(environment_light(lamp_room(room), azimuth, 1));
       return add({azimuth, 0, direction, {}, room});
     }
@@ -91,16 +91,14 @@ class Planner {
     return add(sun(azimuth, zenith));
   }
 
-  void add_image(Manifest::Split split, int shape, int light) {
-    const std::size_t i = set_.images.size();
-    require_room(i + 1);
+  // Of a material, with so many albedos.
+  void add_images(Manifest::Split split, int shape, int light, int albedos) {
+    require_room(set_.images.size() + static_cast<std::size_t>(albedos));
     Manifest::Image image;
-    image.file = fmt::format("images/{:06}.exr", i);
     image.split = split;
     image.shape = shape;
     image.light = light;
-    set_material(image);
-    image.seed = random_bits(config_.seed, STREAM_SEED, i);
+    image.seed = random_bits(config_.seed, STREAM_SEED, material_);
     if (config_.cameras)
       image.camera = {draw(STREAM_ELEVATION, config_.cameras->elevation),
                       draw(STREAM_CAMERA_AZIMUTH, config_.cameras->azimuth)};
@@ -112,13 +110,18 @@ class Planner {
         image.boundary->int_ior = draw(STREAM_INT_IOR, drawn->int_ior);
       }
     }
-    set_.images.push_back(image);
+    for (int k = 0; k < albedos; ++k) {
+      image.file = fmt::format("images/{:06}.exr", set_.images.size());
+      set_material(image, static_cast<double>(k) / albedos);
+      set_.images.push_back(image);
+    }
+    ++material_;
   }
 
  private:
-  // Of the next image.
+  // Of the next material.
   double draw(Stream stream, const std::array<double, 2>& range) const {
-    return between(range, random_uniform(config_.seed, stream, set_.images.size()));
+    return between(range, random_uniform(config_.seed, stream, material_));
   }
 
   // The next material, point i of the additive sequence of Roberts (2018) in D dimensions: 1/phi, 1/phi^2, ... with
@@ -130,8 +133,7 @@ class Planner {
     std::array<double, D> u{};
     for (std::size_t k = 0; k < D; ++k) {
       const double shift = random_uniform(config_.seed, STREAM_MATERIAL, k);
-      u[k] =
-          std::fmod(shift + static_cast<double>(set_.images.size()) * std::pow(phi, -static_cast<double>(k + 1)), 1.0);
+      u[k] = std::fmod(shift + static_cast<double>(material_) * std::pow(phi, -static_cast<double>(k + 1)), 1.0);
     }
     return u;
   }
@@ -141,11 +143,13 @@ class Planner {
     return config_.linear_sigma_t ? low + u * (high - low) : low * std::pow(high / low, u);
   }
 
-  void set_material(Manifest::Image& image) const {
+  // farther: of the albedo in its range, in shares of it, and from its end on from its beginning
+  void set_material(Manifest::Image& image, double farther) const {
+    const auto albedo_at = [&](double u) { return between(config_.albedo, std::fmod(u + farther, 1.0)); };
     if (!config_.in_colours) {
       const std::array<double, 3> u = material_point<3>();
       image.sigma_t = sigma_t_at(u[0]);
-      image.albedo = between(config_.albedo, u[1]);
+      image.albedo = albedo_at(u[1]);
       image.g = between(config_.g, u[2]);
       return;
     }
@@ -153,7 +157,7 @@ class Planner {
     Manifest::Colours& colours = image.colours.emplace();
     for (std::size_t c = 0; c < 3; ++c) {
       colours.sigma_t[c] = sigma_t_at(u[c]);
-      colours.albedo[c] = between(config_.albedo, u[3 + c]);
+      colours.albedo[c] = albedo_at(u[3 + c]);
     }
     image.sigma_t = (colours.sigma_t[0] + colours.sigma_t[1] + colours.sigma_t[2]) / 3;
     image.albedo = (colours.albedo[0] + colours.albedo[1] + colours.albedo[2]) / 3;
@@ -170,6 +174,7 @@ class Planner {
 
   const DatasetConfig& config_;
   Manifest& set_;
+  std::size_t material_ = 0;              // of the next images
   std::map<std::string, Vec3> unturned_;  // mean directions of pictures that are drawn, at azimuth 0
 };
 
@@ -249,13 +254,14 @@ DatasetPlan plan_dataset(const DatasetConfig& config, const std::string& version
   const std::vector<int> train_lights = planner.lights(config.train), test_lights = planner.lights(config.test);
   const bool any_train_light = train_lights.empty(), random = config.train.random_shapes > 0;
   using Split = Manifest::Split;
+  // drawn: the side whose lights are drawn; side: that whose materials
   const auto add = [&](Split split, int shape, const std::vector<int>& lights, const DatasetConfig::Side& drawn,
-                       int materials) {
+                       const DatasetConfig::Side& side) {
     for (std::size_t l = 0; l < std::max<std::size_t>(1, lights.size()); ++l)
-      for (int m = 0; m < materials; ++m) {
+      for (int m = 0; m < side.materials; ++m) {
         const bool held_out = (random ? shape : m) % validation_share == validation_share - 1;
-        planner.add_image(split == Split::train && held_out ? Split::validation : split, shape,
-                          lights.empty() ? planner.drawn_light(drawn) : lights[l]);
+        planner.add_images(split == Split::train && held_out ? Split::validation : split, shape,
+                           lights.empty() ? planner.drawn_light(drawn) : lights[l], side.albedos);
       }
   };
   // Where the training has suns from anywhere, only environments are unseen.
@@ -266,14 +272,14 @@ DatasetPlan plan_dataset(const DatasetConfig& config, const std::string& version
   const bool any_unseen = !any_train_light || !unseen_lights.empty();
   for (int shape = 0; shape < static_cast<int>(set.shapes.size()); ++shape) {
     if (shape < train_shapes) {
-      add(Split::train, shape, train_lights, config.train, config.train.materials);
-      if (!random && any_unseen) add(Split::unseen_light, shape, unseen_lights, config.test, config.test.materials);
+      add(Split::train, shape, train_lights, config.train, config.train);
+      if (!random && any_unseen) add(Split::unseen_light, shape, unseen_lights, config.test, config.test);
     } else {
       if (!any_train_light)
-        add(Split::unseen_shape, shape, train_lights, config.train, config.test.materials);
+        add(Split::unseen_shape, shape, train_lights, config.train, config.test);
       else if (!seen_lights.empty() || test_lights.empty())
-        add(Split::unseen_shape, shape, seen_lights, config.test, config.test.materials);
-      if (any_unseen) add(Split::unseen_both, shape, unseen_lights, config.test, config.test.materials);
+        add(Split::unseen_shape, shape, seen_lights, config.test, config.test);
+      if (any_unseen) add(Split::unseen_both, shape, unseen_lights, config.test, config.test);
     }
   }
   return plan;

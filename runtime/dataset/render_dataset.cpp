@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "runtime/base/error.h"
@@ -84,26 +85,34 @@ class DatasetRenderer {
     if (set.flash > 0) flash_.emplace(device, options(cancel, false), shapes_);
   }
 
-  // All of one kind_of(): then an image's bits do not depend on the others (batch_renderer.h).
+  // All of one kind_of(): then an image's bits do not depend on the others (batch_renderer.h). Those of the same paths
+  // come one after another.
   void render(const std::vector<const Manifest::Image*>& images) {
     std::vector<int> shapes;
     for (const Manifest::Image* image : images) shapes.push_back(image->shape);
     shapes_.make(shapes, ambient_.renderer());
-    std::vector<ShapeRenderer::Image> scenes;
-    scenes.reserve(images.size());
-    for (const Manifest::Image* image : images) scenes.push_back({scene_of(*image), image->shape, image->seed});
+    std::vector<ShapeRenderer::Image> scenes;  // of which each image's is
+    std::vector<Place> places;
+    for (const Manifest::Image* image : images) {
+      const std::span<const Manifest::Image> together = of_same_paths(set_, *image);
+      if (scenes.empty() || scenes.back().seed != image->seed) scenes.push_back(traced(together));
+      places.push_back({scenes.size() - 1, static_cast<std::size_t>(image - together.data()), together.size() == 1});
+    }
     std::vector<ExrImage> files(images.size());
     for (ExrImage& file : files) file = empty_file(channels_);
-    int next =
-        put(set_.curvature ? with_curvatures(images, scenes, files) : ambient_.render(scenes, set_.spp), 0, files);
+    int next = put(set_.curvature ? with_curvatures(images, scenes, files) : ambient_.render(scenes, set_.spp), places,
+                   0, files);
     if (flash_) {
-      std::vector<ShapeRenderer::Image> in_dark;
-      for (const ShapeRenderer::Image& image : scenes)
-        in_dark.push_back({in_flash(image.scene, set_.flash), image.shape, random_bits(image.seed, stream_flash, 0)});
-      next = put(flash_->render(in_dark, set_.spp), next, files);
+      std::vector<ShapeRenderer::Image> in_dark = scenes;
+      for (ShapeRenderer::Image& image : in_dark) {
+        image.scene = in_flash(std::move(image.scene), set_.flash);
+        image.seed = random_bits(image.seed, stream_flash, 0);
+      }
+      next = put(flash_->render(in_dark, set_.spp), places, next, files);
     }
     if (set_.cameras)
-      parallel_for(images.size(), [&](std::size_t i) { put(buffers_of(*images[i], scenes[i].scene), next, files[i]); });
+      parallel_for(images.size(),
+                   [&](std::size_t i) { put(buffers_of(*images[i], scenes[places[i].scene].scene), next, files[i]); });
     else
       write_shapes(shapes);
     for (std::size_t i = 0; i < images.size(); ++i) write_stored(folder_, set_, *images[i], std::move(files[i]));
@@ -119,8 +128,31 @@ class DatasetRenderer {
     return options;
   }
 
-  Scene scene_of(const Manifest::Image& image) {
-    return dataset_scene(set_, image, shapes_.made(image.shape).mesh, lights_.of(image.light), material_of(image));
+  // Where an image is: which scene's rendering, and there which of the other albedos', unless it is by itself.
+  struct Place {
+    std::size_t scene, other;
+    bool alone;
+    const Image& in(const std::vector<Rendering>& renderings) const {
+      const Rendering& rendering = renderings[scene];
+      return alone ? rendering : rendering.other_albedos[other];
+    }
+  };
+
+  // What is traced for images of the same paths: the highest of their albedos, so that none is noisier than by itself.
+  ShapeRenderer::Image traced(std::span<const Manifest::Image> together) {
+    const Manifest::Image& first = together.front();
+    DatasetMaterial material = material_of(first);
+    std::vector<Rgb> albedos;
+    for (const Manifest::Image& image : together) {
+      const double a = image.albedo;
+      albedos.push_back(image.colours ? image.colours->albedo : Rgb{a, a, a});
+      material.albedo = std::max(material.albedo, a);
+      for (std::size_t c = 0; image.colours && c < 3; ++c)
+        material.colours->albedo[c] = std::max(material.colours->albedo[c], albedos.back()[c]);
+    }
+    if (together.size() == 1) albedos.clear();
+    return {dataset_scene(set_, first, shapes_.made(first.shape).mesh, lights_.of(first.light), material), first.shape,
+            first.seed, albedos};
   }
 
   ExrImage empty_file(const std::vector<std::string>& channels) const {
@@ -170,14 +202,17 @@ class DatasetRenderer {
   }
 
   // Renderings with their errors, from a channel of the files on. Returns the channel after them.
-  static int put(const std::vector<Rendering>& renderings, int channel, std::vector<ExrImage>& files) {
+  static int put(const std::vector<Rendering>& renderings, const std::vector<Place>& places, int channel,
+                 std::vector<ExrImage>& files) {
     const auto colours = static_cast<std::size_t>(renderings.front().channels);
-    for (std::size_t i = 0; i < files.size(); ++i)
-      for (std::size_t k = 0; k < renderings[i].mean.size(); ++k) {
+    for (std::size_t i = 0; i < files.size(); ++i) {
+      const Image& image = places[i].in(renderings);
+      for (std::size_t k = 0; k < image.mean.size(); ++k) {
         float* pixel = &files[i].data[k / colours * files[i].channels.size() + static_cast<std::size_t>(channel)];
-        pixel[k % colours] = renderings[i].mean[k];
-        pixel[colours + k % colours] = renderings[i].stderr_[k];
+        pixel[k % colours] = image.mean[k];
+        pixel[colours + k % colours] = image.stderr_[k];
       }
+    }
     return channel + 2 * static_cast<int>(colours);
   }
 
@@ -201,30 +236,32 @@ class DatasetRenderer {
   std::map<int, std::vector<double>> masks_;  // of shapes
 };
 
-// Images of one kind have scenes with the same kinds of BSDFs and light.
+// Images of one kind have scenes with the same kinds of BSDFs and light, and as many others of the same paths.
 int kind_of(const Manifest& set, const Manifest::Image& image) {
   const Manifest::Light& light = set.lights[static_cast<std::size_t>(image.light)];
   const bool rough = image.boundary ? image.boundary->rough : set.boundary.rough;
-  return (light.environment || light.lamps ? 2 : 0) + (rough ? 1 : 0);
+  const int together = static_cast<int>(of_same_paths(set, image).size());
+  return 4 * together + (light.environment || light.lamps ? 2 : 0) + (rough ? 1 : 0);
 }
 
-// Sorts images by kind and shape, and divides them into batches of at most `most` images of one kind. Batches end where
-// a shape does unless that leaves less than half of them, so that few shapes are made by more than one rank. Returns
-// where each ends.
+// Sorts images by kind and shape, and divides them into batches of one kind, which are traced in at most `most` images.
+// Batches end where a shape does unless that leaves less than half of them, so that few shapes are made by more than
+// one rank. Returns where each ends.
 std::vector<std::size_t> batch_ends(const Manifest& set, std::vector<const Manifest::Image*>& images,
                                     std::size_t most) {
   const auto place = [&](const Manifest::Image* image) { return std::pair(kind_of(set, *image), image->shape); };
   std::stable_sort(images.begin(), images.end(), [&](auto* a, auto* b) { return place(a) < place(b); });
   std::vector<std::size_t> ends;
-  std::size_t begin = 0;
+  std::size_t count = 0;  // that are traced for the batch so far
   for (std::size_t end = 1; end <= images.size(); ++end) {
-    const std::size_t count = end - begin;
+    if (end < images.size() && images[end - 1]->seed == images[end]->seed) continue;  // of the same paths
+    ++count;
     if (end < images.size() && count < most) {
       const auto last = place(images[end - 1]), next = place(images[end]);
       if (last.first == next.first && (last.second == next.second || 2 * count < most)) continue;
     }
     ends.push_back(end);
-    begin = end;
+    count = 0;
   }
   return ends;
 }
