@@ -12,6 +12,7 @@
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/image/exr.h"
+#include "runtime/image/radiance.h"
 
 namespace itn {
 namespace {
@@ -131,17 +132,12 @@ Planes mask_plane(const std::string& file, const CheckSize& check) {
 
 constexpr float white_from = 0.5F;
 
-// What lies below 0 is noise, or no radiance. Nothing but black says nothing about an object.
+// Nothing but black says nothing about an object.
 void check_radiance(const std::vector<float>& luminance, const std::string& file) {
-  double above = 0, below = 0;
-  for (const float value : luminance) (value > 0 ? above : below) += std::fabs(static_cast<double>(value));
-  constexpr double most_below = 0.1;
-  if (below > most_below * above)
-    throw InputError(
-        fmt::format("{}: its pixels below 0 weigh {:.3g} of those above; need radiance: is it a difference, "
-                    "or is black subtracted wrongly?",
-                    file, below / above));
-  if (above == 0) throw InputError(file + ": is black; need an image of a lit object");
+  if (const std::string wrong = wrong_with_radiance(luminance); !wrong.empty())
+    throw InputError(fmt::format("{}: {}", file, wrong));
+  if (std::none_of(luminance.begin(), luminance.end(), [](float value) { return value > 0; }))
+    throw InputError(file + ": is black; need an image of a lit object");
 }
 
 struct Weight {

@@ -11,6 +11,7 @@
 #include "python/src/scene.h"
 #include "runtime/base/error.h"
 #include "runtime/base/fingerprint.h"
+#include "runtime/image/radiance.h"
 
 namespace itn::python {
 namespace {
@@ -58,10 +59,9 @@ std::shared_ptr<TargetImage> from_arrays(const SceneObject& object, int sensor_i
       throw UsageError(fmt::format("mask: {} is {}; a mask holds weights, finite and 0 or more", at, weight));
     sum += static_cast<double>(weight);
     for (std::size_t c = i * channels; c < (i + 1) * channels; ++c) {
-      if (weight > 0 && !(target->value[c] >= 0 && std::isfinite(target->value[c])))
-        throw UsageError(
-            fmt::format("target: {} is {}; radiance is finite and 0 or more: give the pixel weight 0 in a mask", at,
-                        target->value[c]));
+      if (weight > 0 && !std::isfinite(target->value[c]))
+        throw UsageError(fmt::format("target: {} is {}; radiance is finite: give the pixel weight 0 in a mask", at,
+                                     target->value[c]));
       if (error && weight > 0 && !(target->error[c] >= 0 && std::isfinite(target->error[c])))
         throw UsageError(fmt::format("target: the standard error of {} is {}; need a finite number, 0 or more", at,
                                      target->error[c]));
@@ -69,6 +69,8 @@ std::shared_ptr<TargetImage> from_arrays(const SceneObject& object, int sensor_i
       if (weight == 0 && error) target->error[c] = 0;
     }
   }
+  if (const std::string wrong = wrong_with_radiance(target->value); !wrong.empty())
+    throw UsageError("target: " + wrong);
   if (sum == 0) throw UsageError("mask: every pixel is 0, so nothing is compared; need some above 0");
   return target;
 }

@@ -10,6 +10,7 @@
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/image/exr.h"
+#include "runtime/image/radiance.h"
 #include "runtime/image/samples.h"
 
 namespace itn {
@@ -133,13 +134,13 @@ TargetImage read_target(const std::string& file, const std::string& mask, int wi
   for (std::size_t i = 0; i < target.weight.size(); ++i)
     for (const std::size_t c : from) {
       const float value = image.data[i * image.channels.size() + c];
-      if (target.weight[i] > 0 && !(value >= 0 && std::isfinite(value)))
-        throw InputError(
-            fmt::format("{}: {}, channel {} is {}; radiance is finite and 0 or more: give the pixel weight 0 "
-                        "in a mask",
-                        file, at_pixel(static_cast<int>(i), width), image.channels[c], value));
+      if (target.weight[i] > 0 && !std::isfinite(value))
+        throw InputError(fmt::format("{}: {}, channel {} is {}; radiance is finite: give the pixel weight 0 in a mask",
+                                     file, at_pixel(static_cast<int>(i), width), image.channels[c], value));
       target.value.push_back(target.weight[i] > 0 ? value : 0.0F);
     }
+  if (const std::string wrong = wrong_with_radiance(target.value); !wrong.empty())
+    throw InputError(fmt::format("{}: {}", file, wrong));
   if (errors.size() == from.size())
     for (std::size_t i = 0; i < target.weight.size(); ++i)
       for (const std::size_t c : errors) {

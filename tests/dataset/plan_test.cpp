@@ -1,6 +1,7 @@
 // What a data set is asked for with, and the plan that follows from it.
 #include "runtime/dataset/plan.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -99,6 +100,44 @@ TEST_CASE("random shapes and lights: every image has its own, and test shapes ar
     }
   CHECK(lights.size() == 50);
   CHECK(splits(set)[Split::validation] == 5);
+}
+
+TEST_CASE("several albedos of a material: images of the same paths, one split, albedos all over the range") {
+  const bool in_colours = GENERATE(false, true);
+  DatasetConfig config = read_dataset_config(in_colours ? "world" : "varied");
+  config.train.random_shapes = 20;
+  config.train.materials = 2;
+  const Manifest single = plan_of(config).manifest;
+  config.train.albedos = 4;
+  const Manifest set = plan_of(config).manifest;
+  const auto trained = [](const Manifest& of) {
+    return std::count_if(of.images.begin(), of.images.end(), [](const Manifest::Image& image) {
+      return image.split == Split::train || image.split == Split::validation;
+    });
+  };
+  CHECK(trained(single) == 40);
+  REQUIRE(trained(set) == 160);
+  for (std::size_t i = 0; i < 160; i += 4) {
+    CAPTURE(in_colours, i);
+    const Manifest::Image& first = set.images[i];
+    const auto together = of_same_paths(set, set.images[i + 2]);
+    REQUIRE((together.data() == &first && together.size() == 4));
+    std::vector<double> albedos;
+    for (const Manifest::Image& image : together) {
+      CHECK((image.split == first.split && image.shape == first.shape && image.light == first.light));
+      CHECK((image.sigma_t == first.sigma_t && image.g == first.g));
+      if (in_colours) CHECK((image.colours->sigma_t == first.colours->sigma_t));
+      albedos.push_back(in_colours ? image.colours->albedo[1] : image.albedo);
+    }
+    std::sort(albedos.begin(), albedos.end());
+    for (std::size_t k = 1; k < 4; ++k)
+      CHECK(albedos[k] - albedos[k - 1] == Approx((config.albedo[1] - config.albedo[0]) / 4));
+    CHECK((albedos.front() >= config.albedo[0] && albedos.back() <= config.albedo[1]));
+    // The first is as where there is one alone.
+    CHECK(first.albedo == single.images[i / 4].albedo);
+    CHECK((first.sigma_t == single.images[i / 4].sigma_t && first.seed == single.images[i / 4].seed));
+  }
+  CHECK(of_same_paths(set, set.images[160]).size() == 1);
 }
 
 TEST_CASE("the hash tells configurations, versions, devices and mesh files apart") {

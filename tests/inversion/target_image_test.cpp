@@ -79,6 +79,16 @@ TEST_CASE("standard errors of 0 are taken; negative, infinite and NaN ones are r
   }
 }
 
+TEST_CASE("noise around black may be below 0; what is no radiance is refused") {
+  StoredTarget photo;
+  photo.image.data[0] = -1.6F;  // of 20 above
+  CHECK(photo.read().value == std::vector<float>{-1.6F, 2, 3, 4, 5, 6});
+  photo.image.data[0] = -2.4F;
+  CHECK_THAT(photo.refusal(), Contains("photo.exr: its values below 0 add up to 0.12 of those above"));
+  photo.image.data[0] = infinite;
+  CHECK_THAT(photo.refusal(), Contains("pixel (0, 0), channel R is inf; radiance is finite"));
+}
+
 TEST_CASE("pixels of weight 0 may hold anything, and count as 0") {
   StoredTarget photo;
   photo.masked = true;

@@ -1,5 +1,5 @@
-// oneDNN's float stages against the reference in double, at every kind of shape that the network has: one, three and
-// six input channels, whole blocks, direct and Winograd's algorithm, images of one, two and more pixels.
+// oneDNN's float stages against the reference in double, at every kind of shape that the network has: few input
+// channels, whole blocks, direct and Winograd's algorithm, images of one, two and more pixels.
 #include "network/convolution.h"
 
 #include <catch2/catch.hpp>
@@ -46,7 +46,8 @@ double relative_error(const Values& values, const Numbers& expected) {
   return std::sqrt(error / square);
 }
 
-void check_stage(const Shape& s) {
+// first: nobody asks for the gradient by the images
+void check_stage(const Shape& s, bool first = false) {
   INFO(s.in << " to " << s.out << " channels, " << s.size << " pixels, batch " << s.batch);
   const Numbers input = rounded(random_numbers(s.input(), 1)), bias = rounded(random_numbers(s.out, 2, 0.1)),
                 weights = rounded(random_numbers(s.weights(), 3, std::sqrt(2.0 / static_cast<double>(9 * s.in)))),
@@ -59,7 +60,8 @@ void check_stage(const Shape& s) {
   // The first stage reads plain images; later ones blocks of channels.
   memory::desc layout = plain(s.batch, s.in, s.size);
   if (s.in % 16 == 0) layout = memory::desc(layout.dims(), memory::data_type::f32, memory::format_tag::nChw16c);
-  memory images(layout, engine), images_gradient(layout, engine);
+  memory images(layout, engine), images_gradient;
+  if (!first) images_gradient = memory(layout, engine);
   store(stream, input, plain(s.batch, s.in, s.size), images);
   itn::ConvolutionStage fast(
       engine, {static_cast<int>(s.batch), static_cast<int>(s.in), static_cast<int>(s.out), static_cast<int>(s.size)},
@@ -77,18 +79,16 @@ void check_stage(const Shape& s) {
   CHECK(relative_error(value, expected.output) < tolerance);
   CHECK(relative_error(weights_gradient, gradients.weights) < tolerance);
   CHECK(relative_error(bias_gradient, gradients.bias) < tolerance);
-  CHECK(relative_error(load(stream, images_gradient, plain(s.batch, s.in, s.size)), gradients.input) < tolerance);
+  if (!first)
+    CHECK(relative_error(load(stream, images_gradient, plain(s.batch, s.in, s.size)), gradients.input) < tolerance);
 }
 
 }  // namespace
 
 TEST_CASE("Convolution stages in float are the reference in double, forward and backward") {
-  check_stage({3, 1, 16, 8});
-  check_stage({3, 3, 16, 8});
-  check_stage({2, 4, 16, 8});
-  check_stage({2, 6, 16, 16});
-  check_stage({2, 7, 16, 16});
-  check_stage({2, 11, 16, 16});
+  for (const std::size_t in : {1, 2, 3, 4, 6, 7, 11})
+    for (const bool first : {true, false}) check_stage({3, in, 16, 8}, first);
+  check_stage({2, 6, 16, 16}, true);
   check_stage({3, 16, 32, 16});
   check_stage({2, 32, 64, 8});
   check_stage({3, 64, 128, 4});

@@ -375,7 +375,7 @@ TEST_CASE("a photo that is black or below 0 is refused, noise around black is no
     return read_resampled_luminance(folder / "a.exr", 2);
   };
   CHECK(read({1, 2, 3, -0.01F}).size() == 4);
-  CHECK_THROWS_WITH(read({1, 2, 3, -4}), Contains("a.exr: its pixels below 0"));
+  CHECK_THROWS_WITH(read({1, 2, 3, -4}), Contains("a.exr: its values below 0"));
   CHECK_THROWS_WITH(read({-1, -2, -3, -4}), Contains("below 0"));
   CHECK_THROWS_WITH(read({0, 0, 0, 0}), Contains("is black"));
 }

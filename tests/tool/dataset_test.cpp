@@ -1,11 +1,14 @@
 // itn dataset as a user meets it: killed, damaged, contested, and with meshes of their own.
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "runtime/base/file.h"
+#include "runtime/base/statistics.h"
 #include "runtime/dataset/manifest.h"
 #include "runtime/image/bitmap.h"
 #include "runtime/image/exr.h"
@@ -168,6 +171,65 @@ TEST_CASE("a data set with curvatures has the same images, and says of each what
   config["spp"] = 8;
   itn::write_file(folder / "config.json", config.dump());
   CHECK(run_itn({"dataset", folder / "config.json", "-o", folder / "c", "--spp", "3"}).exit_code == 2);
+}
+
+TEST_CASE("a data set with several albedos of a material has the images that each alone has, but for noise") {
+  const TemporaryFolder folder;
+  auto config = nlohmann::json::parse(itn::read_file(write_config(folder, 2)));
+  config["colours"] = "rgb";
+  config["flash"] = 3;
+  config["spp"] = 64;
+  itn::write_file(folder / "config.json", config.dump());
+  REQUIRE(run_itn({"dataset", folder / "config.json", "-o", folder / "single", "--quiet"}).exit_code == 0);
+  config["train"]["albedos"] = 3;
+  itn::write_file(folder / "config.json", config.dump());
+  REQUIRE(run_itn({"dataset", folder / "config.json", "-o", folder / "set", "--quiet"}).exit_code == 0);
+  const itn::Manifest set = itn::read_complete_manifest(folder / "set"),
+                      single = itn::read_complete_manifest(folder / "single");
+  std::vector<double> z;
+  for (const itn::Manifest::Image& image : single.images) {  // which the set has, too, beside others
+    const auto same = std::find_if(set.images.begin(), set.images.end(), [&](const itn::Manifest::Image& other) {
+      return other.seed == image.seed && other.colours->albedo == image.colours->albedo;
+    });
+    if (same == set.images.end()) continue;
+    const itn::ExrImage one = itn::read_exr(folder / "set/" + same->file),
+                        other = itn::read_exr(folder / "single/" + image.file);
+    REQUIRE((one.channels == other.channels && one.data.size() == other.data.size()));
+    const std::size_t channels = one.channels.size();
+    for (const char* name : {"R", "G", "B", "flash.R", "flash.G", "flash.B"}) {
+      const std::string text = name, error = text.size() == 1 ? "stderr." + text : "flash.stderr." + text.substr(6);
+      const auto value = static_cast<std::size_t>(one.channel(text)), of = static_cast<std::size_t>(one.channel(error));
+      double difference = 0, variance = 0;
+      for (std::size_t k = 0; k < one.data.size(); k += channels) {
+        difference += one.data[k + value] - other.data[k + value];
+        variance += std::pow(one.data[k + of], 2) + std::pow(other.data[k + of], 2);
+      }
+      z.push_back(difference / std::sqrt(variance));
+    }
+  }
+  REQUIRE(z.size() >= 6 * single.images.size() / 3);
+  for (const double score : z) CHECK(std::abs(score) < itn::largest_z_bound(z.size(), 1e-4));
+
+  const auto before = files_of(folder / "set");
+  std::filesystem::remove(folder / "set/images/000001.exr");
+  REQUIRE(run_itn({"dataset", folder / "config.json", "-o", folder / "set", "--quiet"}).exit_code == 0);
+  CHECK((files_of(folder / "set") == before));
+
+  const auto refused = [&](const std::string& what) {
+    itn::write_file(folder / "config.json", config.dump());
+    const Result result = run_itn({"dataset", folder / "config.json", "-o", folder / "c"});
+    CHECK(result.exit_code == 3);
+    CHECK_THAT(result.error, Catch::Contains(what));
+  };
+  config["albedo"] = {0.5, 0.5};
+  refused("albedo is [0.5,0.5]; need a range");
+  config["albedo"] = {0.3, 0.9};
+  config["train"]["albedos"] = 17;
+  refused("train.albedos is 17; need a whole number from 1 to 16");
+  config["train"]["albedos"] = 2;
+  config.erase("colours");
+  config["curvature"] = true;
+  refused("curvature is true; need false where there are several `albedos`");
 }
 
 TEST_CASE("itn dataset says what is wrong with a configuration or a mesh") {
