@@ -71,6 +71,10 @@ std::shared_ptr<TargetImage> from_arrays(const SceneObject& object, int sensor_i
   }
   if (const std::string wrong = wrong_with_radiance(target->value); !wrong.empty())
     throw UsageError("target: " + wrong);
+  if (const auto low = far_below_black(target->value))
+    throw UsageError(
+        fmt::format("target: pixel ({}, {}) is {}, which noise around black is not: give the pixel weight 0 in a mask",
+                    *low / channels % width, *low / channels / width, target->value[*low]));
   if (sum == 0) throw UsageError("mask: every pixel is 0, so nothing is compared; need some above 0");
   return target;
 }

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace itn {
 
@@ -15,6 +17,15 @@ std::string wrong_with_radiance(const std::vector<float>& values) {
       "its values below 0 add up to {:.3g} of those above; need radiance, of which only noise around "
       "black is below 0: is it a difference, or is black subtracted wrongly?",
       below / above);
+}
+
+std::optional<std::size_t> far_below_black(const std::vector<float>& values) {
+  const double mean =
+      std::accumulate(values.begin(), values.end(), 0.0) / std::max(1.0, static_cast<double>(values.size()));
+  const auto found =
+      std::find_if(values.begin(), values.end(), [&](float value) { return value < std::min(0.0, -mean); });
+  if (found == values.end()) return {};
+  return static_cast<std::size_t>(found - values.begin());
 }
 
 }  // namespace itn

@@ -141,6 +141,12 @@ TargetImage read_target(const std::string& file, const std::string& mask, int wi
     }
   if (const std::string wrong = wrong_with_radiance(target.value); !wrong.empty())
     throw InputError(fmt::format("{}: {}", file, wrong));
+  if (const auto low = far_below_black(target.value))
+    throw InputError(
+        fmt::format("{}: {}, channel {} is {}, which noise around black is not: give the pixel weight 0 in a "
+                    "mask",
+                    file, at_pixel(static_cast<int>(*low / from.size()), width),
+                    image.channels[from[*low % from.size()]], target.value[*low]));
   if (errors.size() == from.size())
     for (std::size_t i = 0; i < target.weight.size(); ++i)
       for (const std::size_t c : errors) {

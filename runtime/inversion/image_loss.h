@@ -27,8 +27,8 @@ struct TargetImage {
 // files are photos (runtime/image/photo.h): larger ones are averaged down, saturated pixels weigh 0, and alpha weighs.
 // mask: an OpenEXR file of the same size whose channel Y, R or else first weighs the pixels, or a picture whose grey or
 // red does, 0 to 1, averaged down as photos are; empty: all weigh 1. Throws InputError: another size, channels missing,
-// a weight below 0, nothing but weights of 0, NaN or infinite pixels that have a weight, or as
-// wrong_with_radiance() (image/radiance.h).
+// a weight below 0, nothing but weights of 0, NaN or infinite pixels that have a weight, or what
+// image/radiance.h says is no radiance.
 TargetImage read_target(const std::string& file, const std::string& mask, int width, int height, int channels,
                         const PhotoOptions& photo = {});
 

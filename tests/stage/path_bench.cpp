@@ -93,8 +93,8 @@ PathBench::PathBench(const Device& device, const Scene& scene, const Options& op
   definitions_["OPERATOR_SINGLE"] = std::to_string(options.op == Operator::single);
   throughput_channels_ = static_cast<std::size_t>(std::stoi(definitions_["THROUGHPUT_CHANNELS"]));
   radiance_channels_ = static_cast<std::size_t>(std::stoi(definitions_["RADIANCE_CHANNELS"]));
-  definitions_["SCORES"] = definitions_["DERIVATIVES"] = definitions_["BASELINES"] = definitions_["ADJOINT"] =
-      definitions_["PARTS"] = definitions_["LIGHT_NUMBERS"] = "0";
+  for (const char* none : {"SCORES", "DERIVATIVES", "ALBEDOS", "BASELINES", "ADJOINT", "PARTS", "LIGHT_NUMBERS"})
+    definitions_[none] = std::to_string(0);
   definitions_["SCORE_RECORDS"] = "{0,0,0,0}";
   definitions_["PART_RECORDS"] = "{0,{0,0,0}}";
   program_ = device.build("wavefront.cl", definitions_,
