@@ -176,6 +176,7 @@ TEST_CASE("a data set with curvatures has the same images, and says of each what
 TEST_CASE("a data set with several albedos of a material has the images that each alone has, but for noise") {
   const TemporaryFolder folder;
   auto config = nlohmann::json::parse(itn::read_file(write_config(folder, 2)));
+  config["train"].erase("environments");
   config["colours"] = "rgb";
   config["flash"] = 3;
   config["spp"] = 64;
