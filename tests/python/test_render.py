@@ -112,6 +112,10 @@ def test_targets_are_checked(ball, photo):
         wrong = photo.image.copy()
         wrong[0, 1] = np.nan
         itn.gradient(ball, wrong, BY, spp=4)
+    with pytest.raises(itn.UsageError, match=r"pixel \(2, 1\) is -5, which noise around black is not"):
+        wrong = photo.image.copy()
+        wrong[1, 2] = -5
+        itn.gradient(ball, wrong, BY, spp=4)
     with pytest.raises(itn.UsageError, match="every pixel is 0"):
         itn.gradient(ball, photo, BY, spp=4, mask=np.zeros((24, 32)))
 
