@@ -222,6 +222,11 @@ void run(InvertArguments options) {
   const NetworkGuess guess = set_starts(options, scene);
   inputs.end();
   print_notes(common, targets, !options.exposure);
+  if (options.method == "posterior" && !question.noise_known)
+    warn(common,
+         "no target says its noise (channel stderr.Y or stderr.R ...), so 1 % of the radiance is assumed; where it is "
+         "far "
+         "more the posterior can be wrong and look sure: give --noise");
   if (textures) return find_textures(options, scene, targets, device, inputs);
 
   question.begun = begun;
