@@ -34,7 +34,7 @@ struct InvertArguments {
   TargetOptions images;
   std::vector<std::string> parameters, start, prior, range;
   int iterations = 0, starts = 0;  // not given
-  double noise = -1;               // not given
+  std::optional<double> noise;
   double learning_rate = 0.05;
   bool exposure = false, white_balance = false;
   double smoothness = 0;                  // of textures
@@ -64,7 +64,7 @@ nlohmann::ordered_json request(const InvertArguments& o, const Device& device, c
           {"iterations", o.iterations},
           {"spp", o.common.spp},
           {"seed", o.common.seed},
-          {"noise", o.noise},
+          {"noise", o.noise ? StoredRun::Json(*o.noise) : StoredRun::Json()},
           {"exposure", o.exposure},
           {"white_balance", o.white_balance},
           {"curve", {static_cast<int>(o.images.photo.curve.kind), o.images.photo.curve.exponent}},
@@ -155,7 +155,7 @@ void print(const Outcome& outcome, const std::vector<std::string>& sentences,
 }
 
 void find_textures(const InvertArguments& options, const Scene& scene, const std::vector<TargetImage>& targets,
-                   const Device& device, const Inputs& inputs) {
+                   const TargetNoise& noise, const Device& device, const Inputs& inputs) {
   if (!options.only_numbers.empty())
     throw UsageError(options.only_numbers.front() +
                      ": of numbers alone; textures are found by adam, from the scene's own");
@@ -166,7 +166,7 @@ void find_textures(const InvertArguments& options, const Scene& scene, const std
   how.smoothness = options.smoothness;
   how.exposure = options.exposure;
   how.repeats = options.repeats;
-  how.relative_noise = relative_noise(options.noise, targets);
+  how.relative_noise = noise.relative;
   RenderOptions render_options;
   render_options.seed = options.common.seed;
   render_options.op = options.op;
@@ -179,7 +179,7 @@ void find_textures(const InvertArguments& options, const Scene& scene, const std
                   targets, device, render_options, asked);
 }
 
-NumbersQuestion question_of(const InvertArguments& options, const std::vector<TargetImage>& targets) {
+NumbersQuestion question_of(const InvertArguments& options, const TargetNoise& noise) {
   NumbersQuestion question;
   question.scene = options.scene;
   question.folder = options.folder;
@@ -189,8 +189,7 @@ NumbersQuestion question_of(const InvertArguments& options, const std::vector<Ta
   question.iterations = options.iterations;
   question.starts = options.starts;
   question.started = !options.start.empty() || !options.init.empty();
-  question.relative_noise = relative_noise(options.noise, targets);
-  question.noise_known = errors_known(targets) || options.noise >= 0;
+  question.noise = noise;
   question.learning_rate = options.learning_rate;
   question.exposure = options.exposure;
   question.white_balance = options.white_balance;
@@ -214,20 +213,16 @@ void run(InvertArguments options) {
   const std::vector<Parameter> all = list_parameters(scene);
   for (std::vector<std::string>* texts : {&options.parameters, &options.start, &options.prior, &options.range})
     *texts = by_component(all, *texts);
-  const std::vector<TargetImage> targets = read_targets(options.images, scene);
+  std::vector<TargetImage> targets = read_targets(options.images, scene);
+  const TargetNoise noise = settle_noise(common, targets, options.noise);
   const bool textures = names_texture(all, options.parameters);
-  NumbersQuestion question = question_of(options, targets);
+  NumbersQuestion question = question_of(options, noise);
   if (!textures) check(question, targets);
   const Device device(common.device);
   const NetworkGuess guess = set_starts(options, scene);
   inputs.end();
   print_notes(common, targets, !options.exposure);
-  if (options.method == "posterior" && !question.noise_known)
-    warn(common,
-         "no target says its noise (channel stderr.Y or stderr.R ...), so 1 % of the radiance is assumed; where it is "
-         "far "
-         "more the posterior can be wrong and look sure: give --noise");
-  if (textures) return find_textures(options, scene, targets, device, inputs);
+  if (textures) return find_textures(options, scene, targets, noise, device, inputs);
 
   question.begun = begun;
   question.request = request(options, device, inputs);
@@ -303,10 +298,7 @@ void add_invert(CLI::App& app) {
       ->check(CLI::IsMember({"adam", "gauss-newton", "posterior"}));
   command->add_option("--iterations", options->iterations, "at most; default 50, adam 200, posterior 8 (rounds)")
       ->check(CLI::Range(1, 1000000));
-  command
-      ->add_option("--noise", options->noise,
-                   "standard deviation of the targets' noise over their radiance, beside what their files say")
-      ->check(CLI::Range(0.0, 10.0));
+  add_noise_option(*command, options->noise);
   command->add_flag("--exposure", options->exposure, "each target is known up to a factor: find it, too");
   command->add_flag("--white-balance", options->white_balance,
                     "gauss-newton: red and blue of all targets are known up to a factor each: find them, too");

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <numeric>
 
 #include "runtime/base/error.h"
@@ -81,14 +80,22 @@ void print_notes(const CommonOptions& common, const std::vector<TargetImage>& ta
       fmt::print("{}{}\n", target.note, factor_known ? "; taken for radiance as it is (--exposure)" : "");
 }
 
-bool errors_known(const std::vector<TargetImage>& targets) {
-  return std::all_of(targets.begin(), targets.end(),
-                     [](const TargetImage& t) { return !t.error.empty() || !t.noise.empty(); });
+void add_noise_option(CLI::App& command, std::optional<double>& relative) {
+  command
+      .add_option("--noise", relative,
+                  "standard deviation of a target's noise over its radiance, beside what its file says; default: where "
+                  "the file says nothing, as the image shows it")
+      ->check(CLI::Range(0.0, 10.0));
 }
 
-double relative_noise(double given, const std::vector<TargetImage>& targets) {
-  constexpr double assumed_noise = 0.01;  // where nobody says
-  return given >= 0 ? given : errors_known(targets) ? 0 : assumed_noise;
+TargetNoise settle_noise(const CommonOptions& common, std::vector<TargetImage>& targets,
+                         const std::optional<double>& relative) {
+  TargetNoise noise = itn::settle_noise(targets, relative);
+  if (!noise.known && common.talkative() && world().is_first())
+    fmt::print(
+        "the targets do not say their noise (stderr.Y or stderr.R ..., --noise): measured in them, {:.2g} % (median)\n",
+        100 * noise.measured);
+  return noise;
 }
 
 }  // namespace itn::tools

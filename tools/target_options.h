@@ -24,11 +24,11 @@ std::vector<TargetImage> read_targets(TargetOptions& options, const Scene& scene
 // Says of each photo what was done to it; factor_known: no exposure is looked for.
 void print_notes(const CommonOptions& common, const std::vector<TargetImage>& targets, bool factor_known);
 
-// Do the files of all of them say it, or was it measured in them?
-bool errors_known(const std::vector<TargetImage>& targets);
+// --noise
+void add_noise_option(CLI::App& command, std::optional<double>& relative);
 
-// Of the targets' noise over their radiance, beside what their files say: as given, or where that is below 0 and they
-// say nothing, 1 %.
-double relative_noise(double given, const std::vector<TargetImage>& targets);
+// settle_noise() of runtime; says what was measured.
+TargetNoise settle_noise(const CommonOptions& common, std::vector<TargetImage>& targets,
+                         const std::optional<double>& relative);
 
 }  // namespace itn::tools

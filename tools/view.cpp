@@ -23,7 +23,7 @@ struct ViewArguments {
   Operator op = Operator::full;
   int sensor = 0, port = 0;
   std::optional<FilmSize> size;
-  double noise = -1;  // not given
+  std::optional<double> noise;
   bool exposure = false;
   PhotoOptions photo;
 };
@@ -79,11 +79,11 @@ void run(const ViewArguments& options) {
   const Sensor& sensor = chosen_sensor(scene, options.sensor);
   ViewOptions view;
   if (!options.target.empty()) {
-    const TargetImage target = read_target(options.target, options.mask, sensor.crop_width, sensor.crop_height,
-                                           sensor.luminance ? 1 : 3, options.photo);
-    print_notes(common, {target}, !options.exposure);
-    view.relative_noise = relative_noise(options.noise, {target});
-    view.target = target;
+    std::vector<TargetImage> target{read_target(options.target, options.mask, sensor.crop_width, sensor.crop_height,
+                                                sensor.luminance ? 1 : 3, options.photo)};
+    print_notes(common, target, !options.exposure);
+    view.noise = settle_noise(common, target, options.noise);
+    view.target = target.front();
     view.exposure = options.exposure;
   } else if (!options.mask.empty()) {
     throw UsageError("--mask: it weighs the pixels of a target; need --target, too");
@@ -132,10 +132,7 @@ void add_view(CLI::App& app) {
                       "like (grey or red, 0 to 1)");
   command->add_flag("--exposure", options->exposure, "the target is known up to a factor: find it, too");
   add_photo_options(*command, options->photo);
-  command
-      ->add_option("--noise", options->noise,
-                   "standard deviation of the target's noise over its radiance, beside what its file says")
-      ->check(CLI::Range(0.0, 10.0));
+  add_noise_option(*command, options->noise);
   command->add_option("--port", options->port, "of the address; 0: any that is free")
       ->check(CLI::Range(0, 65535))
       ->capture_default_str();

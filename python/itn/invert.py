@@ -20,8 +20,6 @@ from .progress import shown
 from .rendering import Rendering, operator_flag, seed_number
 from .scene import Scene
 
-ASSUMED_NOISE = 0.01  # where nobody says
-
 
 @dataclass(frozen=True)
 class Interval:
@@ -132,7 +130,7 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
     it looks at (default: all of a range with two bounds, else a tenth to ten times the scene's value), and where
     Gauss-Newton starts before it; renderings: the folder where it keeps them for the next target of the same scene.
     spp: samples a pixel, at most 1024 (Gauss-Newton), 16 (Adam), as the target's noise asks for (posterior). noise: standard
-    deviation of the target's noise over its radiance; default what it says itself, else 1 %. exposure: the target is
+    deviation of the target's noise over its radiance; default what it says itself, else as it shows. exposure: the target is
     known up to a factor. white_balance: red and blue of all targets are known up to a factor each (Gauss-Newton). starts:
     of so many places, the best end; 0: 1 with Adam, with Gauss-Newton 4, and up to 8 until two agree in an image that fits.
     prior: {name: (low, high)}, 95 % intervals known before.
@@ -154,10 +152,8 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
         raise _itn.UsageError(f"{textures[0]}: textures and grids are found without white_balance")
     if init and not isinstance(target, (str, os.PathLike)):
         raise _itn.UsageError("init: a network looks at a target that is a file; itn.predict takes arrays")
-    known = all(t.noise_known for t in targets)
-    relative = noise if noise is not None else 0.0 if known else ASSUMED_NOISE
     asked = {"parameters": names, "sensors": sensors, "method": method or ("adam" if textures else "gauss-newton"),
-             "spp": spp, "seed": seed, "iterations": iterations, "noise": relative, "exposure": exposure,
+             "spp": spp, "seed": seed, "iterations": iterations, "noise": noise, "exposure": exposure,
              "white_balance": white_balance, "learning_rate": learning_rate, "operator": operator, "masks": _fingerprint(mask) if not isinstance(mask, list)
              else [_fingerprint(m) for m in mask], "start": start, "starts": starts, "prior": prior, "range": range, "init": init,
              "smoothness": smoothness, "repeats": repeats}
@@ -168,15 +164,14 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
     try:
         with shown(progress, "invert") as tell:
             if textures:
-                found = _itn.invert_values(*common, iterations, relative, learning_rate, exposure, smoothness, repeats, tell)
+                found = _itn.invert_values(*common, iterations, noise, learning_rate, exposure, smoothness, repeats, tell)
                 return _of_values(found, repeats, folder if output is not None else None)
             intervals = lambda known: {k: (float(v[0]), float(v[1])) for k, v in known.items()}
             of_scene = _request(scene, [], without=names, parameters=names, sensors=sensors, seed=seed, operator=operator)
-            found = _itn.invert_numbers(*common, method or "", iterations, relative, learning_rate, exposure, white_balance,
+            found = _itn.invert_numbers(*common, method or "", iterations, noise, learning_rate, exposure, white_balance,
                                         {k: float(v) for k, v in start.items()}, starts, intervals(prior), init or "",
                                         os.fspath(target) if init else "", intervals(range),
-                                        os.fspath(renderings) if renderings is not None else "", of_scene,
-                                        known or noise is not None, tell)
+                                        os.fspath(renderings) if renderings is not None else "", of_scene, tell)
     finally:
         if output is None:
             shutil.rmtree(folder, ignore_errors=True)

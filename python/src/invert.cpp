@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <nanobind/stl/map.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
@@ -69,11 +70,11 @@ struct NumbersFound {
 
 nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string>& names, const Targets& targets,
                         const std::vector<int>& sensors, const std::string& folder, const std::string& request, int spp,
-                        std::uint64_t seed, bool single, const std::string& method, int iterations, double noise,
-                        double learning_rate, bool exposure, bool white_balance, const Numbers& start, int starts,
-                        const NamedIntervals& prior, const std::string& init, const std::string& init_image,
-                        const NamedIntervals& range, const std::string& renderings, const std::string& scene_request,
-                        bool noise_known, const nb::object& progress) {
+                        std::uint64_t seed, bool single, const std::string& method, int iterations,
+                        const std::optional<double>& relative_noise, double learning_rate, bool exposure,
+                        bool white_balance, const Numbers& start, int starts, const NamedIntervals& prior,
+                        const std::string& init, const std::string& init_image, const NamedIntervals& range,
+                        const std::string& renderings, const std::string& scene_request, const nb::object& progress) {
   Scene scene = *object.scene();
   NetworkGuess guess;
   if (!init.empty()) {
@@ -97,8 +98,8 @@ nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string
   asked.iterations = iterations;
   asked.starts = starts;
   asked.started = !start.empty() || !init.empty();
-  asked.relative_noise = noise;
-  asked.noise_known = noise_known;
+  std::vector<TargetImage> images = images_of(targets);
+  asked.noise = settle_noise(images, relative_noise);
   asked.learning_rate = learning_rate;
   asked.exposure = exposure;
   asked.white_balance = white_balance;
@@ -110,7 +111,6 @@ nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string
   asked.of_scene = StoredRun::Json::parse(scene_request);
   const Question question{
       std::make_shared<const Scene>(std::move(scene)), names, targets, sensors, folder, request, seed, single};
-  const std::vector<TargetImage> images = images_of(targets);
   check(asked, images);
   const NumbersFound found = interruptible(progress, [&](Running& running) {
     const std::shared_ptr<SharedDevice> device = shared_device();
@@ -145,10 +145,10 @@ struct ValuesFound {
   double loss_at_start = 0;
 };
 
-ValuesFound find_values(const Question& question, const TextureInversionOptions& how, Running& running) {
+ValuesFound find_values(const Question& question, const std::vector<TargetImage>& targets,
+                        const TextureInversionOptions& how, Running& running) {
   const std::shared_ptr<SharedDevice> device = shared_device();
   const std::lock_guard lock(device->mutex);
-  const std::vector<TargetImage> targets = images_of(question.targets);
   TextureInversion inversion(device->device, *question.scene, question.parameters, question.sensors, targets,
                              render_options(question, running), how);
   StoredTextureInversion stored(question.folder, StoredRun::Json::parse(question.request), inversion);
@@ -175,8 +175,9 @@ ValuesFound find_values(const Question& question, const TextureInversionOptions&
 
 nb::dict invert_values(const SceneObject& object, const std::vector<std::string>& names, const Targets& targets,
                        const std::vector<int>& sensors, const std::string& folder, const std::string& request, int spp,
-                       std::uint64_t seed, bool single, int iterations, double noise, double learning_rate,
-                       bool exposure, double smoothness, int repeats, const nb::object& progress) {
+                       std::uint64_t seed, bool single, int iterations, const std::optional<double>& relative_noise,
+                       double learning_rate, bool exposure, double smoothness, int repeats,
+                       const nb::object& progress) {
   TextureInversionOptions how;
   how.iterations = iterations > 0 ? iterations : how.iterations;
   how.spp = spp > 0 ? spp : how.spp;
@@ -184,10 +185,12 @@ nb::dict invert_values(const SceneObject& object, const std::vector<std::string>
   how.smoothness = smoothness;
   how.exposure = exposure;
   how.repeats = repeats;
-  how.relative_noise = noise;
+  std::vector<TargetImage> images = images_of(targets);
+  how.relative_noise = settle_noise(images, relative_noise).relative;
   if (how.spp < 2) throw UsageError("spp 1: a loss compares different samples of a pixel; need 2 or more");
   const Question question{object.scene(), names, targets, sensors, folder, request, seed, single};
-  ValuesFound found = interruptible(progress, [&](Running& running) { return find_values(question, how, running); });
+  ValuesFound found =
+      interruptible(progress, [&](Running& running) { return find_values(question, images, how, running); });
   nb::dict values, errors, numbers;
   for (std::size_t p = 0; p < found.parameters.size(); ++p) {
     const char* name = found.parameters[p].name.c_str();
@@ -217,12 +220,12 @@ nb::dict invert_values(const SceneObject& object, const std::vector<std::string>
 
 void bind_invert(nb::module_& module) {
   module.def("invert_numbers", &invert_numbers, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
-             "request"_a, "spp"_a, "seed"_a, "single"_a, "method"_a, "iterations"_a, "noise"_a, "learning_rate"_a,
-             "exposure"_a, "white_balance"_a, "start"_a, "starts"_a, "prior"_a, "init"_a, "init_image"_a, "range"_a,
-             "renderings"_a, "scene_request"_a, "noise_known"_a, "progress"_a.none());
+             "request"_a, "spp"_a, "seed"_a, "single"_a, "method"_a, "iterations"_a, "noise"_a.none(),
+             "learning_rate"_a, "exposure"_a, "white_balance"_a, "start"_a, "starts"_a, "prior"_a, "init"_a,
+             "init_image"_a, "range"_a, "renderings"_a, "scene_request"_a, "progress"_a.none());
   module.def("invert_values", &invert_values, "scene"_a, "parameters"_a, "targets"_a, "sensors"_a, "folder"_a,
-             "request"_a, "spp"_a, "seed"_a, "single"_a, "iterations"_a, "noise"_a, "learning_rate"_a, "exposure"_a,
-             "smoothness"_a, "repeats"_a, "progress"_a.none());
+             "request"_a, "spp"_a, "seed"_a, "single"_a, "iterations"_a, "noise"_a.none(), "learning_rate"_a,
+             "exposure"_a, "smoothness"_a, "repeats"_a, "progress"_a.none());
 }
 
 }  // namespace itn::python

@@ -69,12 +69,11 @@ std::shared_ptr<TargetImage> from_arrays(const SceneObject& object, int sensor_i
       if (weight == 0 && error) target->error[c] = 0;
     }
   }
-  if (const std::string wrong = wrong_with_radiance(target->value); !wrong.empty())
+  const auto place = [&](std::size_t i) {
+    return fmt::format("pixel ({}, {})", i / channels % width, i / channels / width);
+  };
+  if (const std::string wrong = wrong_with_target(target->value, place); !wrong.empty())
     throw UsageError("target: " + wrong);
-  if (const auto low = far_below_black(target->value))
-    throw UsageError(
-        fmt::format("target: pixel ({}, {}) is {}, which noise around black is not: give the pixel weight 0 in a mask",
-                    *low / channels % width, *low / channels / width, target->value[*low]));
   if (sum == 0) throw UsageError("mask: every pixel is 0, so nothing is compared; need some above 0");
   return target;
 }
@@ -98,7 +97,6 @@ std::string fingerprint_of_target(const TargetImage& target) {
 
 void bind_target(nb::module_& module) {
   nb::class_<TargetImage>(module, "Target", "An image that a scene is compared with.")
-      .def_prop_ro("noise_known", [](const TargetImage& t) { return !t.error.empty() || !t.noise.empty(); })
       .def_prop_ro(
           "note", [](const TargetImage& t) { return t.note; }, "What was done to a photo.")
       .def_prop_ro("fingerprint", &fingerprint_of_target);

@@ -10,6 +10,7 @@
 #include "runtime/base/colour.h"
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/image/noise.h"
 #include "runtime/image/samples.h"
 #include "runtime/image/srgb.h"
 
@@ -38,62 +39,6 @@ double encode(const TransferCurve& curve, double value) {
 double rounding_error(const TransferCurve& curve, double sample, double step) {
   const double low = std::max(0.0, sample - step / 2), high = std::min(1.0, sample + step / 2);
   return (decode(curve, high) - decode(curve, low)) / std::sqrt(12.0);
-}
-
-// Value and absolute answer of Immerkaer's mask (whose variance is 36 times the noise's), where a pixel and all of its
-// neighbours count.
-struct Answer {
-  double value, size;
-};
-
-std::vector<Answer> answers_of(const Photo& photo, int channel) {
-  constexpr double enough = 1 << 18;
-  const int stride = std::max(1, static_cast<int>(std::sqrt(static_cast<double>(pixels_of(photo)) / enough)));
-  std::vector<Answer> answers;
-  const auto at = [&](int x, int y) {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(photo.width) + static_cast<std::size_t>(x);
-  };
-  for (int y = 1; y + 1 < photo.height; y += stride)
-    for (int x = 1; x + 1 < photo.width; x += stride) {
-      double answer = 0, mean = 0;
-      bool counts = true;
-      for (int j = -1; j <= 1; ++j)
-        for (int i = -1; i <= 1; ++i) {
-          const std::size_t pixel = at(x + i, y + j);
-          const auto value = static_cast<double>(
-              photo.value[pixel * static_cast<std::size_t>(photo.channels) + static_cast<std::size_t>(channel)]);
-          counts &= photo.weight[pixel] > 0;
-          answer += (i == 0 ? 2 : -1) * (j == 0 ? 2 : -1) * value;
-          mean += value / 9;
-        }
-      if (counts) answers.push_back({mean, std::fabs(answer)});
-    }
-  return answers;
-}
-
-// Variance of the photons' noise over the value: the median over groups of pixels of similar values.
-double gain_of(std::vector<Answer> answers, const TransferCurve& curve, double step) {
-  constexpr std::size_t most_groups = 16, wanted_in_group = 64, least = 16;
-  constexpr double normal_median = 0.6744897501960817, mask = 6;
-  std::sort(answers.begin(), answers.end(), [](const Answer& a, const Answer& b) { return a.value < b.value; });
-  if (answers.size() < least) return 0;
-  const std::size_t groups = std::clamp<std::size_t>(answers.size() / wanted_in_group, 1, most_groups);
-  std::vector<double> gains;
-  for (std::size_t g = 0; g < groups; ++g) {
-    const auto begin = answers.begin() + static_cast<std::ptrdiff_t>(g * answers.size() / groups),
-               end = answers.begin() + static_cast<std::ptrdiff_t>((g + 1) * answers.size() / groups);
-    const auto middle = begin + (end - begin) / 2;
-    const double value = middle->value;
-    std::nth_element(begin, middle, end, [](const Answer& a, const Answer& b) { return a.size < b.size; });
-    const double noise = middle->size / normal_median / mask;
-    const double sample = encode(curve, value);
-    const double rounding = rounding_error(curve, sample, step);
-    if (sample > 4 * step) gains.push_back(std::max(0.0, noise * noise - rounding * rounding) / value);
-  }
-  if (gains.empty()) return 0;
-  const auto middle = gains.begin() + static_cast<std::ptrdiff_t>(gains.size() / 2);
-  std::nth_element(gains.begin(), middle, gains.end());
-  return *middle;
 }
 
 // Parts of a row or a column of `from` pixels that make up each of `to`.
@@ -155,11 +100,12 @@ Photo read_photo(const std::string& path, const PhotoOptions& options) {
   }
   if (all == 0) throw InputError(path + ": its alpha is 0 everywhere, so nothing is seen; need some above 0");
   photo.saturated = saturated / all;
-  for (std::size_t c = 0; c < channels; ++c) {
-    const double gain = gain_of(answers_of(photo, static_cast<int>(c)), curve, step);
-    for (std::size_t i = c; i < photo.value.size(); i += channels)
-      photo.noise[i] = static_cast<float>(std::sqrt(std::pow(photo.noise[i], 2) + gain * photo.value[i]));
-  }
+  const Rounding rounding = [&](double value) -> std::optional<double> {
+    const double sample = encode(curve, value);
+    if (!(sample > 4 * step)) return {};
+    return rounding_error(curve, sample, step);
+  };
+  add_photon_noise({photo.width, photo.height, photo.channels, photo.value, photo.weight}, rounding, photo.noise);
   for (std::vector<float>* values : {&photo.value, &photo.noise})
     for (float& value : *values) value *= static_cast<float>(options.white);
   return photo;

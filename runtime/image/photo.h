@@ -35,10 +35,8 @@ struct Photo {
 // PNG, JPEG, TIFF and the other files of samples.h, turned as EXIF says. Primaries are taken for those of sRGB. Throws
 // InputError.
 //
-// The noise's variance is that of rounding, a twelfth of a step squared, and that of counted photons, a gain times the
-// value (Poisson). The gain of each channel comes from the picture: what the Laplacian's mask of Immerkaer (1996),
-// which planes leave at 0, shows at pixels of about the same value, by medians, so that edges do not count. Noise that
-// neighbours share (demosaicing, JPEG) is underestimated by it.
+// The noise's variance is that of rounding, a twelfth of a step squared, and that of counted photons, as the picture
+// shows it (noise.h).
 Photo read_photo(const std::string& path, const PhotoOptions& options);
 
 // Averaged over boxes (pixels at a box's edge count by their share in it) to this size, which is not larger and has the

@@ -19,13 +19,15 @@ std::string wrong_with_radiance(const std::vector<float>& values) {
       below / above);
 }
 
-std::optional<std::size_t> far_below_black(const std::vector<float>& values) {
+std::string wrong_with_target(const std::vector<float>& values, const std::function<std::string(std::size_t)>& place) {
+  if (std::string wrong = wrong_with_radiance(values); !wrong.empty()) return wrong;
   const double mean =
       std::accumulate(values.begin(), values.end(), 0.0) / std::max(1.0, static_cast<double>(values.size()));
-  const auto found =
+  const auto low =
       std::find_if(values.begin(), values.end(), [&](float value) { return value < std::min(0.0, -mean); });
-  if (found == values.end()) return {};
-  return static_cast<std::size_t>(found - values.begin());
+  if (low == values.end()) return "";
+  return fmt::format("{} is {}, which noise around black is not: give the pixel weight 0 in a mask",
+                     place(static_cast<std::size_t>(low - values.begin())), *low);
 }
 
 }  // namespace itn

@@ -1,7 +1,6 @@
 // Can these be radiance?
 #pragma once
-#include <cstddef>
-#include <optional>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -11,7 +10,8 @@ namespace itn {
 // black may be below 0: without these pixels the mean of the others would be too high.
 std::string wrong_with_radiance(const std::vector<float>& values);
 
-// The first value that is farther below 0 than the mean is above: no noise, but a fault of the pixel.
-std::optional<std::size_t> far_below_black(const std::vector<float>& values);
+// The same, and of a value that is farther below 0 than the mean is above: no noise, but a fault of the pixel.
+// place: of a value, for the message.
+std::string wrong_with_target(const std::vector<float>& values, const std::function<std::string(std::size_t)>& place);
 
 }  // namespace itn

@@ -6,31 +6,12 @@
 // products are of different groups of samples, up to 16 groups: at 16 samples and fewer that is every pair, above it at
 // most 1/16 less.
 #pragma once
-#include <string>
 #include <vector>
 
-#include "runtime/image/photo.h"
+#include "runtime/inversion/target_image.h"
 #include "runtime/renderer.h"
 
 namespace itn {
-
-struct TargetImage {
-  int width = 0, height = 0, channels = 3;  // 1: luminance
-  std::vector<float> value;                 // row-major, row 0 on top, channels interleaved
-  std::vector<float> weight;                // one a pixel, >= 0
-  std::vector<float> error;                 // standard errors, as `value`; empty: not known
-  std::vector<float> noise = {};            // the same of a camera: each is taken as it is; empty: none
-  std::string note = {};                    // what was done to a photo, for people
-};
-
-// Of an OpenEXR file the channels R G B, or Y where channels is 1; standard errors: channels stderr.R and so on. Other
-// files are photos (runtime/image/photo.h): larger ones are averaged down, saturated pixels weigh 0, and alpha weighs.
-// mask: an OpenEXR file of the same size whose channel Y, R or else first weighs the pixels, or a picture whose grey or
-// red does, 0 to 1, averaged down as photos are; empty: all weigh 1. Throws InputError: another size, channels missing,
-// a weight below 0, nothing but weights of 0, NaN or infinite pixels that have a weight, or what
-// image/radiance.h says is no radiance.
-TargetImage read_target(const std::string& file, const std::string& mask, int width, int height, int channels,
-                        const PhotoOptions& photo = {});
 
 // Mean over pixels (by weight) and channels of (T - I)^2, and its gradient by the renderer's parameters, with standard
 // errors (jackknife over the groups of each pixel; infinite with fewer than three samples a pixel).

@@ -43,7 +43,7 @@ std::vector<Reference> Inversion::references_of(const std::vector<Rendering>& im
                                                 const std::vector<double>& x) const {
   std::vector<Reference> references;
   for (std::size_t i = 0; i < images.size(); ++i)
-    references.push_back(reference_of(images[i], targets_[i], i, options_.relative_noise, model_.coordinates(), x,
+    references.push_back(reference_of(images[i], targets_[i], i, options_.noise.relative, model_.coordinates(), x,
                                       options_.white_balance));
   return references;
 }
@@ -190,7 +190,7 @@ Inversion::Conclusion Inversion::conclude(const InversionState& state) {
     result.white.push_back(white_residual(
         result.images[t], targets_[t], camera_factors(state.x, model_.coordinates().size(), t, options_.white_balance),
         references_[t].noise));
-  result.fit = image_fit(result.white, options_.noise_known);
+  result.fit = image_fit(result.white, options_.noise.known);
   NormalEquations pool =
       pooled ? NormalEquations::from_numbers(state.x.size(), state.pool) : NormalEquations(state.x.size());
   pool.add(equations, state.x);

@@ -17,17 +17,17 @@
 
 #include "runtime/inversion/adam_step.h"
 #include "runtime/inversion/normal_equations.h"
+#include "runtime/inversion/target_image.h"
 
 namespace itn {
 
 struct InversionOptions {
   enum class Method { adam, gauss_newton } method = Method::gauss_newton;
-  int iterations = 0;           // at most; 0: 200 for Adam, 50 for Gauss-Newton
-  int spp = 0;                  // Adam: of every iteration, 0: 16. Gauss-Newton: at most, 0: 1024
-  double relative_noise = 0;    // standard deviation of the targets' noise, over their radiance
+  int iterations = 0;  // at most; 0: 200 for Adam, 50 for Gauss-Newton
+  int spp = 0;         // Adam: of every iteration, 0: 16. Gauss-Newton: at most, 0: 1024
+  TargetNoise noise;
   double learning_rate = 0.05;  // Adam
   bool exposure = false;        // each target is known up to a factor only
-  bool noise_known = true;      // else relative_noise is a guess
   bool white_balance = false;   // so are red and blue, all targets' alike; Gauss-Newton, of targets with three channels
   Prior prior;                  // of the coordinates; Gauss-Newton
 

@@ -247,11 +247,7 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
   if (!outcome.question.prior.empty())
     text.push_back(fmt::format("The result and its intervals count in what was known before (95 %): {}.",
                                fmt::join(outcome.question.prior, "; ")));
-  if (!outcome.question.noise_known)
-    text.emplace_back(
-        "The targets' noise is not known (no standard errors, and noise was not given): 1 % of the radiance was "
-        "assumed to weigh the pixels; the intervals come from what is left of the targets, so they hold if that is "
-        "noise.");
+  if (!outcome.question.noise_known) text.push_back(measured_noise_words());
   text.push_back(words(end.fit));
   if (outcome.runs.size() > 1) {
     std::size_t same = agreement.same;

@@ -30,10 +30,9 @@ InversionOptions inversion_options(const NumbersQuestion& question) {
   how.method = is_adam(question) ? InversionOptions::Method::adam : InversionOptions::Method::gauss_newton;
   how.iterations = question.iterations;
   how.spp = question.spp;
-  how.relative_noise = question.relative_noise;
+  how.noise = question.noise;
   how.learning_rate = question.learning_rate;
   how.exposure = question.exposure;
-  how.noise_known = question.noise_known;
   how.white_balance = question.white_balance;
   return how;
 }
@@ -43,7 +42,7 @@ PosteriorOptions posterior_options(const NumbersQuestion& question) {
   if (question.iterations > 0) how.rounds = question.iterations;
   how.spp = question.spp;
   how.seed = question.seed;
-  how.relative_noise = question.relative_noise;
+  how.noise = question.noise;
   how.exposure = question.exposure;
   return how;
 }
@@ -74,7 +73,7 @@ std::vector<std::string> words(const NamedIntervals& known) {
 }
 
 InversionQuestion for_reports(const NumbersQuestion& question, const std::string& method, const std::string& folder) {
-  return {question.scene, method, folder, question.targets, words(question.prior), question.noise_known};
+  return {question.scene, method, folder, question.targets, words(question.prior), question.noise.known};
 }
 
 StoredRun::Json request_of(const NumbersQuestion& question, const std::string& method) {

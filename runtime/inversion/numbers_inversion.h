@@ -23,9 +23,8 @@ struct NumbersQuestion {
   int spp = 0, iterations = 0;       // 0: the method's own
   int starts = 0;                    // 0: one with Adam, as many as it takes with Gauss-Newton
   bool started = false;              // the first start was chosen: by values, or by a network
-  double relative_noise = 0;         // InversionOptions
-  bool noise_known = true;           // else relative_noise is a guess
-  double learning_rate = 0.05;       // of Adam
+  TargetNoise noise;
+  double learning_rate = 0.05;  // of Adam
   bool exposure = false, white_balance = false;
   NamedIntervals prior;    // 95 %
   NamedIntervals range;    // where the posterior looks

@@ -370,7 +370,7 @@ bool ViewSession::look_for_step() {
       std::vector<double> x;
       for (const Coordinate& c : model.coordinates()) x.push_back(c.of(now_.values[index(c.parameter().name)]));
       InversionOptions how;
-      how.relative_noise = options_.relative_noise;
+      how.noise = options_.noise;
       how.exposure = options_.exposure;
       inversion_ = std::make_unique<Inversion>(model, targets_, how);
       inversion_state_ = inversion_->start(x);

@@ -27,8 +27,8 @@ struct ViewOptions {
   std::uint64_t seed = 0;
   Operator op = Operator::full;
   std::optional<TargetImage> target;
-  double relative_noise = 0;  // of the target (InversionOptions)
-  bool exposure = false;      // the target is known up to a factor
+  TargetNoise noise;
+  bool exposure = false;  // the target is known up to a factor
 };
 
 // Where Gauss-Newton would step to.

@@ -209,6 +209,29 @@ TEST_CASE("of photos of four pixels each pixel counts: posteriors are those of g
   CHECK(distance < 0.35);
 }
 
+TEST_CASE("of photos that do not say their noise, small or great, posteriors are those of grids that know it") {
+  for (const int spp : {4, 32, 256}) {
+    MadeUpScene scene{spot};
+    const TargetImage photo = scene.photo(Eigen::Vector2d(0.2, -0.4), spp);
+    const GridPosterior grid(scene, photo);
+    std::vector<TargetImage> targets{photo};
+    targets[0].error.clear();
+    PosteriorOptions how;
+    how.noise = settle_noise(targets, {});
+    REQUIRE_FALSE(how.noise.known);
+    Posterior posterior(2, targets, even, how);
+    scene.run(posterior);
+    const Eigen::VectorXd mean = posterior.samples().at.rowwise().mean();
+    const Eigen::MatrixXd covariance = covariance_of(posterior.samples().at);
+    CAPTURE(spp, how.noise.measured, mean, grid.mean, covariance, grid.covariance);
+    for (Eigen::Index p = 0; p < 2; ++p) {
+      const double deviation = std::sqrt(grid.covariance(p, p));
+      CHECK(std::fabs(mean[p] - grid.mean[p]) < deviation);
+      CHECK(std::sqrt(covariance(p, p)) == Approx(deviation).epsilon(0.3));
+    }
+  }
+}
+
 TEST_CASE("renderings of few pixels have many samples, but no more than a million in all") {
   MadeUpScene scene{spot};
   const auto first_spp = [&](int pixels, int compared) {

@@ -1,14 +1,17 @@
 // Targets as files: which channels count, and what cannot be radiance, a weight or a standard error.
+#include "runtime/inversion/target_image.h"
+
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/image/exr.h"
 #include "runtime/image/png.h"
 #include "runtime/image/srgb.h"
-#include "runtime/inversion/image_loss.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace itn;
@@ -137,4 +140,45 @@ TEST_CASE("a photo of 8 bits is a target: averaged down, what is saturated or ma
   CHECK_THROWS_WITH(read_target(folder / "photo.png", "", 3, 1, 3), Contains("photo.png: 4 x 2 pixels, need 3 x 1"));
   write_file(folder / "grey.pgm", std::string("P5 2 1 255\n\x10\x20"));
   CHECK_THROWS_WITH(read_target(folder / "grey.pgm", "", 2, 1, 3), Contains("is grey, need colours"));
+}
+
+TEST_CASE("the noise of targets that do not say it is measured in them, unless it is given", "[stat]") {
+  constexpr int side = 64;
+  constexpr double gain = 0.02;
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  TargetImage noisy{side, side, 1, {}, std::vector<float>(side * side, 1), {}};
+  TargetImage flat{side, side, 1, std::vector<float>(side * side, 2), std::vector<float>(side * side, 1), {}};
+  TargetImage said = flat;
+  said.error.assign(side * side, 0.3F);
+  double expected = 0;
+  for (int i = 0; i < side * side; ++i) {
+    // a ball before black
+    const double x = (i % side - 31.5) / 24, y = (i / side - 31.5) / 24, square = x * x + y * y;
+    const double value = square < 1 ? 1 + 2 * std::sqrt(1 - square) : 0;
+    noisy.value.push_back(static_cast<float>(value + std::sqrt(gain * value) * normal(random)));
+    expected += gain * value;
+  }
+  std::vector<TargetImage> targets{noisy, flat, said};
+  const TargetNoise noise = settle_noise(targets, {});
+  CHECK_FALSE(noise.known);
+  CHECK(noise.relative == 0);
+  double found = 0;
+  for (const float n : targets[0].error) found += std::pow(n, 2);
+  CHECK(found == Approx(expected).epsilon(0.1));
+  for (const float n : targets[1].error) CHECK(n == Approx(2e-3));
+  CHECK(targets[2].error == said.error);
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < noisy.value.size(); ++i)
+    if (noisy.value[i] > 0) ratios.push_back(targets[0].error[i] / noisy.value[i]);
+  std::sort(ratios.begin(), ratios.end());
+  CHECK(noise.measured == Approx((ratios[ratios.size() / 2] + 1e-3) / 2).epsilon(1e-6));
+
+  std::vector<TargetImage> given{noisy, flat};
+  CHECK(settle_noise(given, 0.05).known);
+  CHECK(settle_noise(given, 0.05).relative == 0.05);
+  CHECK(given[0].error.empty());
+  std::vector<TargetImage> one{said};
+  CHECK(settle_noise(one, {}).known);
+  CHECK_THROWS_WITH(settle_noise(one, -1), "noise -1: need a finite number, 0 or more");
 }

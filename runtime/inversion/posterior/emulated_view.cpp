@@ -17,7 +17,9 @@ constexpr Eigen::Index most_images = 35;  // coefficients of a fitted image
 constexpr Eigen::Index most_sums = 20;
 constexpr double least_moves = 0.02;  // variance of a sum over the materials in question, over its noise
 constexpr std::array<int, 4> radii{0, 1, 2, 4};
-constexpr double least_residual = 0.5;
+// How small what is left of a target may be, over its noise. Noise that is measured in a target may well be ten times
+// too great where all that there is are edges.
+double least_residual(const WhiteTarget& target) { return target.noise_known ? 0.5 : 0.005; }
 constexpr double chance = 3;  // how much more than by noise on the mean some direction seems to move
 constexpr int wide_degree = 4, local_degree = 2;  // of fitted images
 
@@ -271,7 +273,7 @@ Eigen::MatrixXd residual_covariance(const WhiteTarget& target, const std::array<
   sum /= as_said + std::max(0.0, count - unknowns / static_cast<double>(channels));
   // Of few pixels or great noise it may come out as no covariance.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(sum);
-  const Eigen::VectorXd values = eigen.eigenvalues().cwiseMax(least_residual * 0.1);
+  const Eigen::VectorXd values = eigen.eigenvalues().cwiseMax(least_residual(target) * 0.1);
   return eigen.eigenvectors() * values.asDiagonal() * eigen.eigenvectors().transpose();
 }
 
@@ -319,8 +321,8 @@ Eigen::MatrixXd correlation_of(const std::vector<PolynomialFit>& fits) {
 }  // namespace
 
 WhiteTarget white_target(const TargetImage& target, const std::vector<const ExemplarView*>& exemplars,
-                         double relative_noise) {
-  WhiteTarget result{target.width, target.height, target.channels, {}, {}, {}};
+                         const TargetNoise& noise) {
+  WhiteTarget result{target.width, target.height, target.channels, {}, {}, {}, noise.known};
   const auto size = target.value.size(), channels = static_cast<std::size_t>(target.channels);
   const auto smooth_image = [&](const std::vector<double>& image, int radius, Centre centre) {
     return smoothed(image, target.width, target.height, target.channels, radius, centre);
@@ -350,7 +352,7 @@ WhiteTarget white_target(const TargetImage& target, const std::vector<const Exem
   }
   double mean = 0;
   for (std::size_t i = 0; i < size; ++i) {
-    variance[i] += std::pow(relative_noise * radiance[i], 2);
+    variance[i] += std::pow(noise.relative * radiance[i], 2);
     if (!target.noise.empty()) variance[i] += std::pow(static_cast<double>(target.noise[i]), 2);
     mean += variance[i] / static_cast<double>(size);
   }
@@ -388,7 +390,7 @@ EmulatedView::EmulatedView(const std::vector<Exemplar>& exemplars, std::size_t v
       model[h] = image_product(at_best, local_images.coefficients[h]).row(0).transpose();
     of_pixel = residual_covariance(target, model, exposure, static_cast<double>(regions.best.size()));
     residual_ = of_pixel.trace() / target.channels;
-    if (residual_ < least_residual) of_pixel *= least_residual / residual_;
+    if (residual_ < least_residual(target)) of_pixel *= least_residual(target) / residual_;
   }
 
   const bool few = are_few(target);

@@ -10,9 +10,9 @@
 #include <array>
 #include <vector>
 
-#include "runtime/inversion/image_loss.h"
 #include "runtime/inversion/posterior/exemplar.h"
 #include "runtime/inversion/posterior/polynomial_fit.h"
+#include "runtime/inversion/target_image.h"
 
 namespace itn {
 
@@ -21,12 +21,13 @@ struct WhiteTarget {
   int width = 0, height = 0, channels = 1;
   Eigen::VectorXf value, weight;  // weight: 1 / standard deviation, 0 where it is not compared
   Eigen::VectorXd deviation;      // of the noise
+  bool noise_known = true;        // TargetNoise
 };
 
 // The noise's variance is the rendering's near the materials in question, scaled to what the target says of its own on
-// the whole, and relative_noise times the radiance, squared. exemplars: near them; empty: the target's own, smoothed.
+// the whole, and noise.relative times the radiance, squared. exemplars: near them; empty: the target's own, smoothed.
 WhiteTarget white_target(const TargetImage& target, const std::vector<const ExemplarView*>& exemplars,
-                         double relative_noise);
+                         const TargetNoise& noise);
 
 // Where emulators look: `wide`, all that is rendered; `local`, where materials are in question.
 struct Regions {

@@ -125,9 +125,10 @@ int Posterior::refinement_spp() const {
     }
     for (const float v : target.value) shown += static_cast<double>(v);
     if (target.error.empty())
-      for (const float v : target.value) own += std::pow(options_.relative_noise * static_cast<double>(v), 2);
+      for (const float v : target.value) own += std::pow(options_.noise.relative * static_cast<double>(v), 2);
     else
       for (const float e : target.error) own += static_cast<double>(e) * static_cast<double>(e);
+    if (!options_.noise.known) own *= views_[t].residual();
     for (const float e : target.noise) own += static_cast<double>(e) * static_cast<double>(e);
     if (own > 0) {
       const double exposure = options_.exposure && rendered > 0 ? shown / rendered : 1;
@@ -176,7 +177,7 @@ void Posterior::emulate() {
     std::vector<const ExemplarView*> near;
     for (const std::size_t i : local)
       if (!rounds_.empty()) near.push_back(&exemplars_[i].views[t]);
-    const WhiteTarget target = white_target(targets_[t], near, options_.relative_noise);
+    const WhiteTarget target = white_target(targets_[t], near, options_.noise);
     made[t] = std::make_unique<EmulatedView>(exemplars_, t, target, regions_, *polynomials_, options_.exposure);
   });
   views_.clear();

@@ -23,7 +23,7 @@ struct PosteriorOptions {
   int spp = 0;         // of a rendering, both halves; 0: as the targets' noise asks for
   int samples = 2000;  // of the posterior
   std::uint64_t seed = 0;
-  double relative_noise = 0;
+  TargetNoise noise;
   bool exposure = false;
   std::vector<FoundEnd> ends;  // those outside of the cube are left out
 };

@@ -113,7 +113,7 @@ void compare(const std::vector<TargetImage>& targets, ForwardModel& model, const
     mean.spp = concluding_spp;
     const std::array<double, 3> factors{exposure, exposure, exposure};
     outcome.white.push_back(
-        white_residual(mean, targets[t], factors, noise_of(others[t], targets[t], factors, options.relative_noise)));
+        white_residual(mean, targets[t], factors, noise_of(others[t], targets[t], factors, options.noise.relative)));
     for (std::size_t i = 0; i < mean.mean.size(); ++i) {
       mean.mean[i] *= static_cast<float>(exposure);
       mean.stderr_[i] *= static_cast<float>(exposure);
@@ -226,11 +226,7 @@ std::vector<std::string> verdict(const PosteriorOutcome& outcome) {
   if (!outcome.question.prior.empty())
     text.push_back(fmt::format("The result and its intervals count in what was known before (95 %): {}.",
                                fmt::join(outcome.question.prior, "; ")));
-  if (!outcome.question.noise_known)
-    text.emplace_back(
-        "The targets' noise is not known (no standard errors, and noise was not given): 1 % of the radiance was "
-        "assumed to weigh the pixels; the intervals come from what is left of the targets, so they hold if that is "
-        "noise.");
+  if (!outcome.question.noise_known) text.push_back(measured_noise_words());
   text.push_back(words(outcome.fit));
   return text;
 }
