@@ -96,7 +96,7 @@ class DatasetRenderer {
     for (const Manifest::Image* image : images) {
       const std::span<const Manifest::Image> together = of_same_paths(set_, *image);
       if (scenes.empty() || scenes.back().seed != image->seed) scenes.push_back(traced(together));
-      places.push_back({scenes.size() - 1, static_cast<std::size_t>(image - together.data()), together.size() == 1});
+      places.push_back({scenes.size() - 1, static_cast<std::size_t>(image - together.data())});
     }
     std::vector<ExrImage> files(images.size());
     for (ExrImage& file : files) file = empty_file(channels_);
@@ -128,13 +128,12 @@ class DatasetRenderer {
     return options;
   }
 
-  // Where an image is: which scene's rendering, and there which of the other albedos', unless it is by itself.
+  // Where an image is: which scene's rendering, and there which of the other albedos', if there are any.
   struct Place {
     std::size_t scene, other;
-    bool alone;
     const Image& in(const std::vector<Rendering>& renderings) const {
       const Rendering& rendering = renderings[scene];
-      return alone ? rendering : rendering.other_albedos[other];
+      return rendering.other_albedos.empty() ? rendering : rendering.other_albedos[other];
     }
   };
 
