@@ -33,7 +33,8 @@ struct TargetNoise {
 };
 
 // Where no relative noise is given, that of targets that do not say their own is measured in them (image/noise.h), at
-// least a thousandth of the value, and becomes their standard error. Throws UsageError: relative below 0, or not finite.
+// least a thousandth of the value, and becomes their standard error. Throws UsageError: relative below 0, or not
+// finite.
 TargetNoise settle_noise(std::vector<TargetImage>& targets, std::optional<double> relative);
 
 // What that means for intervals, for people.

@@ -19,7 +19,8 @@ bool two_bounds(const Parameter& p) { return std::isfinite(p.low) && std::isfini
 
 }  // namespace
 
-NaturalRange::NaturalRange(const Parameter& parameter, double low, double high) : parameter_(parameter) {
+NaturalRange::NaturalRange(const Parameter& parameter, double low, double high)
+    : parameter_(parameter), low_(low), high_(high) {
   const bool inside = low >= parameter.low && high <= parameter.high;
   if (!inside || !(low < high))
     throw UsageError(fmt::format("{}: the range is {} to {}, need two numbers in {}, the smaller first", parameter.name,
@@ -32,10 +33,10 @@ NaturalRange::NaturalRange(const Parameter& parameter, double low, double high) 
                     parameter.name, low, high));
   if (!logarithmic_ && two_bounds(parameter)) {
     const double margin = edge * (parameter.high - parameter.low);
-    low = std::max(low, parameter.low + margin);
-    high = std::min(high, parameter.high - margin);
+    low_ = std::max(low, parameter.low + margin);
+    high_ = std::min(high, parameter.high - margin);
   }
-  const double from = natural(low), to = natural(high);
+  const double from = natural(low_), to = natural(high_);
   centre_ = (from + to) / 2;
   half_ = (to - from) / 2;
 }

@@ -27,8 +27,8 @@ class NaturalRange {
   static NaturalRange of_prior(const Coordinate& coordinate, double mean, double precision);
 
   const Parameter& parameter() const { return parameter_; }
-  double low() const { return value(-1); }
-  double high() const { return value(1); }
+  double low() const { return low_; }
+  double high() const { return high_; }
 
   double of(double value) const;
   double value(double t) const;
@@ -40,6 +40,7 @@ class NaturalRange {
   double natural(double value) const;
 
   Parameter parameter_;
+  double low_, high_;
   bool logarithmic_ = false;
   double centre_ = 0, half_ = 1;  // of the natural coordinate
   double mean_ = 0, precision_ = 0;
