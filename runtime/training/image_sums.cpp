@@ -14,8 +14,8 @@ namespace itn {
 // A polynomial of the material is fitted to each pixel, over its noise. Its polynomials are orthonormal over the cube,
 // so that the products of their coefficients, but for the constant's, are the image's covariance over all materials,
 // whose greatest directions are the sums.
-ImageSums::ImageSums(const Eigen::MatrixXd& points, const ImageRows& images, const Eigen::VectorXf& noise,
-                     Eigen::Index count) {
+ImageSums::ImageSums(const Eigen::MatrixXd& points, const ImageRows& images, const ImageRows& halves,
+                     const Eigen::VectorXf& noise, Eigen::Index count) {
   constexpr int degree = 2;
   constexpr double of_derivative = 0.3;  // the weight of a derivative beside that of a value
   constexpr double ridge = 1e-3;         // times 10 to the power of the degree: few images tell little of the highest
@@ -39,6 +39,14 @@ ImageSums::ImageSums(const Eigen::MatrixXd& points, const ImageRows& images, con
   const Eigen::VectorXd size = eigen.eigenvalues().tail(count).cwiseMax(1e-12).cwiseSqrt();
   const Eigen::MatrixXd turned = size.cwiseInverse().asDiagonal() * eigen.eigenvectors().rightCols(count).transpose();
   weights_ = turned.cast<float>() * moving * noise.cwiseInverse().asDiagonal();
+
+  const Eigen::MatrixXd from = turned * fit.bottomRows(fit.rows() - 1);  // of the images, over the noise
+  of_own_ = of(images);
+  for (Eigen::Index r = 0; r < images.rows(); r += design.block) {
+    const ImageRows own = halves.middleRows(r, design.block) * noise.cwiseInverse().asDiagonal();
+    of_own_.middleRows(r, design.block) -=
+        (own * own.transpose()).cast<double>() * from.middleCols(r, design.block).transpose();
+  }
 }
 
 }  // namespace itn

@@ -77,7 +77,8 @@ double samples_as_noisy(double noise, const Rendering& pilot) {
   return pilot_spp * std::pow(noise_share(pilot.mean, pilot.stderr_) / noise, 2);
 }
 
-// Samples a pixel: what is asked for, or as many as make renderings as noisy as the photos; 0: nobody knows how many.
+// Samples a pixel, of both halves: what is asked for, or as many as make renderings as noisy as the photos; 0: nobody
+// knows how many.
 int samples_for(const Showing& how, double as_noisy) {
   int spp = how.spp > 0 ? how.spp : usual_spp;
   if (how.spp == 0 && as_noisy > 0)
@@ -86,7 +87,7 @@ int samples_for(const Showing& how, double as_noisy) {
   if (static_cast<double>(spp) * how.exemplars > most_samples)
     throw UsageError(fmt::format("{} exemplars with {} samples a pixel: need at most {} samples in all", how.exemplars,
                                  spp, most_samples));
-  return spp;
+  return std::max(least_spp, spp + spp % 2);  // in two halves
 }
 
 }  // namespace
@@ -109,27 +110,43 @@ double noise_share(const std::string& image, int size, const PhotoOptions& optio
 struct ShownScene::Exemplars {
   Eigen::MatrixXd points;  // materials in the cube [-1, 1]^d, a column each
   Eigen::MatrixXd answers;
-  ImageRows images;
+  ImageRows images, halves;  // halves: as of ImageSums
   Eigen::VectorXf variance;  // of each pixel's noise, summed over the exemplars
 
-  void add(const Eigen::VectorXd& at, const MaterialImages& rendered, Look& look) {
+  // a, b: of as many samples each.
+  void add(const Eigen::VectorXd& at, const MaterialImages& a, const MaterialImages& b, Look& look) {
     const Eigen::Index d = at.size(), first = points.cols() * (1 + d);
-    const auto pixels = static_cast<Eigen::Index>(rendered.image.mean.size());
-    const Eigen::RowVectorXf luminance = Eigen::Map<const Eigen::RowVectorXf>(rendered.image.mean.data(), pixels);
+    const auto pixels = static_cast<Eigen::Index>(a.image.mean.size());
+    const auto row = [&](const std::vector<float>& values) {
+      return Eigen::Map<const Eigen::RowVectorXf>(values.data(), pixels);
+    };
+    const Eigen::RowVectorXf luminance = (row(a.image.mean) + row(b.image.mean)) / 2;
+    const auto share = static_cast<float>(step);
+    // Along a derivative image; a share is half of a coordinate.
+    const auto along = [&](const Eigen::RowVectorXf& by_share) {
+      LookedAt slope = look.difference(luminance, share * by_share);
+      slope.image /= 2 * share;
+      slope.answer /= 2 * step;
+      return slope;
+    };
     points.conservativeResize(d, points.cols() + 1);
     points.rightCols(1) = at;
     answers.conservativeResize(first + 1 + d, d);
     images.conservativeResize(first + 1 + d, pixels);
+    halves.conservativeResize(first + 1 + d, pixels);
     const LookedAt seen = look.at(luminance);
     images.row(first) = seen.image;
     answers.row(first) = seen.answer;
+    halves.row(first) = look.difference(luminance, (row(a.image.mean) - row(b.image.mean)) / 2).image;
     for (Eigen::Index i = 0; i < d; ++i) {
-      const LookedAt slope = look.difference(luminance, static_cast<float>(step) * rendered.by_shares.row(i));
-      images.row(first + 1 + i) = slope.image / static_cast<float>(2 * step);  // a share is half of a coordinate
-      answers.row(first + 1 + i) = slope.answer / (2 * step);
+      const LookedAt slope = along((a.by_shares.row(i) + b.by_shares.row(i)) / 2);
+      images.row(first + 1 + i) = slope.image;
+      answers.row(first + 1 + i) = slope.answer;
+      halves.row(first + 1 + i) = along((a.by_shares.row(i) - b.by_shares.row(i)) / 2).image;
     }
     if (variance.size() == 0) variance = Eigen::VectorXf::Zero(pixels);
-    const auto error = Eigen::Map<const Eigen::RowVectorXf>(rendered.image.stderr_.data(), pixels);
+    const Eigen::RowVectorXf error =
+        (row(a.image.stderr_).cwiseAbs2() + row(b.image.stderr_).cwiseAbs2()).cwiseSqrt() / 2;
     variance += look.difference(luminance, error).image.transpose().cwiseAbs2();
   }
 
@@ -163,7 +180,9 @@ ShownScene::ShownScene(Network& network, const SceneToShow& shown, const std::ve
   const auto show = [&](const Eigen::VectorXd& point) {
     // Of samples that no other has, nor the pilot.
     const auto before = static_cast<int>(exemplars.points.cols());
-    exemplars.add(point, renderer.render(shares_of(point), pilot_spp + before * spp_, spp_), look);
+    const int first = pilot_spp + before * spp_;
+    const MaterialImages half = renderer.render(shares_of(point), first, spp_ / 2);
+    exemplars.add(point, half, renderer.render(shares_of(point), first + spp_ / 2, spp_ / 2), look);
     if (how.progress) how.progress(static_cast<double>(exemplars.points.cols()) / how.exemplars);
   };
   // Where the photos' materials may be, if each gets some; else all lie where any photo's may.
@@ -187,9 +206,9 @@ ShownScene::ShownScene(Network& network, const SceneToShow& shown, const std::ve
 
 void ShownScene::compare(const Exemplars& exemplars) {
   const Eigen::Index dimensions = exemplars.points.rows();
-  const ImageSums sums(exemplars.points, exemplars.images, exemplars.noise(), dimensions);
+  const ImageSums sums(exemplars.points, exemplars.images, exemplars.halves, exemplars.noise(), dimensions);
   Eigen::MatrixXd all(exemplars.answers.rows(), 2 * dimensions);
-  all << exemplars.answers, sums.of(exemplars.images);
+  all << exemplars.answers, sums.of_own();
   emulator_ = std::make_unique<AnswerEmulator>(exemplars.points, all);
   statistics_.clear();
   for (const LookedAt& photo : photos_)
