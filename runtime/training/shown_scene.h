@@ -27,8 +27,8 @@ namespace itn {
 struct Showing {
   int exemplars = 0;  // least_exemplars to most_exemplars; 0: the network is shown nothing
   const Device* device = nullptr;
-  int spp =
-      0;  // samples a pixel, rounded up to 4, 6, 8 ...; 0: as noisy as the photos, 4 to 256, or 64 where nobody knows
+  // Samples a pixel, rounded up to 4, 6, 8 ...; 0: as noisy as the photos, 4 to 256, or 64 where nobody knows.
+  int spp = 0;
   std::uint64_t seed = 0;
   std::function<void(double)> progress = {};  // fraction done
 };
