@@ -14,14 +14,13 @@ namespace {
 constexpr double least_variance = 1e-6;
 constexpr double seen_correlation = 4;  // exemplars a statistic, of which one sees half of a correlation
 
-// Of each statistic's errors, as the exemplars show them: no less than the process says, and of few exemplars less
-// correlated.
-Eigen::MatrixXd covariance_of(const GaussianProcess& process) {
-  const Eigen::MatrixXd& errors = process.left_out();
+// Of the statistics' errors over what the process says of each, as the exemplars show them: no less than that, and of
+// few exemplars less correlated.
+Eigen::MatrixXd covariance_of(const Eigen::MatrixXd& errors) {
   const auto count = static_cast<double>(errors.rows());
   const Eigen::MatrixXd products = errors.transpose() * errors / count;
   const Eigen::VectorXd seen = products.diagonal().cwiseMax(least_variance).cwiseSqrt();
-  const Eigen::VectorXd deviation = seen.cwiseMax(process.scale().cwiseSqrt());
+  const Eigen::VectorXd deviation = seen.cwiseMax(1);
   const Eigen::VectorXd unit = deviation.cwiseQuotient(seen);
   Eigen::MatrixXd covariance = unit.asDiagonal() * products * unit.asDiagonal();
   covariance *= count / (count + seen_correlation * static_cast<double>(errors.cols()));
@@ -47,16 +46,16 @@ AnswerEmulator::AnswerEmulator(const Eigen::MatrixXd& points, const Eigen::Matri
   Eigen::MatrixXd rows = answers;
   rows(of_values, Eigen::all) = values;
   process_.emplace(points, rows * deviation_.cwiseInverse().asDiagonal());
-  const Eigen::LLT<Eigen::MatrixXd> root(covariance_of(*process_));
+  const Eigen::LLT<Eigen::MatrixXd> root(covariance_of(process_->left_out()));
   root_ = root.matrixL().solve(Eigen::MatrixXd::Identity(answers.cols(), answers.cols()));
 }
 
 double AnswerEmulator::log_likelihood(const Eigen::VectorXd& answer, const Eigen::VectorXd& point) const {
   const GaussianProcess::Prediction expected = process_->at(point);
   const Eigen::VectorXd error = (answer - mean_).cwiseQuotient(deviation_) - expected.mean;
-  const double square = (root_ * error).squaredNorm() / expected.variance;
-  const auto count = static_cast<double>(exemplars_), statistics = static_cast<double>(answer.size());
-  return -count / 2 * std::log1p(square / (count - 1)) - statistics / 2 * std::log(expected.variance);
+  const double square = (root_ * error.cwiseQuotient(expected.variance.cwiseSqrt())).squaredNorm();
+  const auto count = static_cast<double>(exemplars_);
+  return -count / 2 * std::log1p(square / (count - 1)) - expected.variance.array().log().sum() / 2;
 }
 
 Eigen::MatrixXd AnswerEmulator::posterior(const Eigen::VectorXd& answer, int count, std::uint64_t seed) const {
@@ -65,7 +64,7 @@ Eigen::MatrixXd AnswerEmulator::posterior(const Eigen::VectorXd& answer, int cou
   how.seed = seed;
   const auto even = [](const Eigen::VectorXd&) { return 0.0; };
   const auto likelihood = [&](const Eigen::VectorXd& point) { return log_likelihood(answer, point); };
-  return sample_posterior(Frame::whole(process_->dimensions()), even, likelihood, how).at;
+  return sample_posterior(Frame::whole(process_->kernel().dimensions()), even, likelihood, how).at;
 }
 
 }  // namespace itn

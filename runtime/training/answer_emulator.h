@@ -33,14 +33,13 @@ class AnswerEmulator {
   // column each.
   Eigen::MatrixXd posterior(const Eigen::VectorXd& answer, int count, std::uint64_t seed) const;
 
-  // Of the statistics, over their deviations.
-  const GaussianProcess& process() const { return *process_; }
+  const MaterialKernel& kernel() const { return process_->kernel(); }
 
  private:
   Eigen::Index exemplars_;
   Eigen::VectorXd mean_, deviation_;        // of each statistic over the exemplars
   std::optional<GaussianProcess> process_;  // of these, less their mean, over their deviation
-  Eigen::MatrixXd root_;                    // turns its errors, over its deviation, into independent ones
+  Eigen::MatrixXd root_;                    // turns its errors, over their deviations, into independent ones
 };
 
 }  // namespace itn

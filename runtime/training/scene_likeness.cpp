@@ -24,28 +24,29 @@ double student_quantile(double z, double freedom) {
 
 }  // namespace
 
-SceneLikeness::SceneLikeness(const GaussianProcess& process, const ImageRows& images, const Eigen::VectorXf& noise,
+SceneLikeness::SceneLikeness(const MaterialKernel& kernel, const ImageRows& images, const Eigen::VectorXf& noise,
                              Eigen::Index width)
-    : process_(process), width_(width), noise_(noise.cast<double>().transpose()) {
-  const Eigen::Index block = 1 + process.dimensions(), count = images.rows() / block;
+    : kernel_(kernel), width_(width), noise_(noise.cast<double>().transpose()) {
+  const Eigen::Index block = 1 + kernel.dimensions(), count = images.rows() / block;
   exemplars_ = static_cast<double>(count);
   Eigen::MatrixXd rows = images.cast<double>();
   mean_ = Eigen::RowVectorXd::Zero(rows.cols());
   for (Eigen::Index k = 0; k < count; ++k) mean_ += rows.row(block * k) / exemplars_;
   for (Eigen::Index k = 0; k < count; ++k) rows.row(block * k) -= mean_;
-  weighted_ = process.weigh(rows * noise_.cwiseInverse().asDiagonal());
+  const Eigen::MatrixXd parts = kernel.parts(rows * noise_.cwiseInverse().asDiagonal());
+  emulated_noise_ = kernel.likeliest_noise(parts);
+  weighted_ = (kernel.variances().array() + emulated_noise_).inverse().matrix().asDiagonal() * parts;
 
   Eigen::ArrayXd log_variance(count);
   Eigen::Array<double, Eigen::Dynamic, scales> sizes(count, scales);
   for (Eigen::Index k = 0; k < count; ++k) {
-    const Eigen::MatrixXd open = process.left_out_covariance(k);
-    Eigen::VectorXd left = (open.row(0) * weighted_.middleRows(block * k, block)).transpose();
+    Eigen::VectorXd left = kernel.left_out(k, emulated_noise_, parts).row(0).transpose();
     // Of a photo the material that fits best is looked for, of an exemplar to first order.
     const Eigen::MatrixXd slopes =
-        (process.covariances(process.point(k)) * weighted_).bottomRows(block - 1).transpose();
+        (kernel.covariances(kernel.material(k), block) * weighted_).bottomRows(block - 1).transpose();
     left -= slopes * slopes.colPivHouseholderQr().solve(left);
     sizes.row(k) = log_sizes(left.transpose());
-    log_variance[k] = std::log(open(0, 0));
+    log_variance[k] = std::log(kernel.left_out_covariance(k, emulated_noise_)(0, 0));
   }
   mean_log_variance_ = log_variance.mean();
   log_variance -= mean_log_variance_;
@@ -61,7 +62,7 @@ double SceneLikeness::doubt(const Eigen::RowVectorXf& photo, const Eigen::Vector
   Eigen::VectorXd at = near;
   const Eigen::RowVectorXd image = (photo.cast<double>() - mean_).cwiseQuotient(noise_);
   const PerScale sizes = log_sizes(left_of(image, at));
-  const double from_mean = std::log(process_.at(at).variance) - mean_log_variance_;
+  const double from_mean = std::log(variance(at)) - mean_log_variance_;
   const double uncertainty = std::sqrt(1 + 1 / exemplars_ + from_mean * from_mean / spread_);
   return ((sizes - height_ - slope_ * from_mean) / (deviation_ * uncertainty)).maxCoeff();
 }
@@ -74,7 +75,7 @@ double SceneLikeness::limit() const {
 // Beside what is emulated at the material that fits best (Levenberg and Marquardt), which is looked for from `at`, and
 // which that becomes.
 Eigen::RowVectorXd SceneLikeness::left_of(const Eigen::RowVectorXd& image, Eigen::VectorXd& at) const {
-  Eigen::MatrixXd emulated = process_.covariances(at) * weighted_;  // and its derivatives
+  Eigen::MatrixXd emulated = kernel_.covariances(at, 1 + at.size()) * weighted_;  // and its derivatives
   Eigen::RowVectorXd left = image - emulated.row(0);
   double damping = 1e-2;
   for (int step = 0; step < most_steps && damping < 1e6; ++step) {
@@ -83,7 +84,7 @@ Eigen::RowVectorXd SceneLikeness::left_of(const Eigen::RowVectorXd& image, Eigen
     normal.diagonal() *= 1 + damping;
     const Eigen::VectorXd way = normal.ldlt().solve(slopes * left.transpose());
     const Eigen::VectorXd next = (at + way).cwiseMax(-1).cwiseMin(1);
-    const Eigen::MatrixXd there = process_.covariances(next) * weighted_;
+    const Eigen::MatrixXd there = kernel_.covariances(next, 1 + at.size()) * weighted_;
     const Eigen::RowVectorXd left_there = image - there.row(0);
     if (left_there.squaredNorm() < left.squaredNorm()) {
       at = next;
@@ -95,6 +96,12 @@ Eigen::RowVectorXd SceneLikeness::left_of(const Eigen::RowVectorXd& image, Eigen
     }
   }
   return left;
+}
+
+double SceneLikeness::variance(const Eigen::VectorXd& at) const {
+  const Eigen::ArrayXd squares = kernel_.covariances(at, 1).cwiseAbs2().transpose();
+  return emulated_noise_ +
+         std::max(0.0, kernel_.variance(at) - (squares / (kernel_.variances().array() + emulated_noise_)).sum());
 }
 
 SceneLikeness::PerScale SceneLikeness::log_sizes(const Eigen::RowVectorXd& left) const {

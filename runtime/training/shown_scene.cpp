@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <utility>
 
 #include "runtime/base/error.h"
@@ -24,10 +25,17 @@ constexpr int most_spp = 256;             // then what an emulator cannot follow
 constexpr int samples = 2000;             // of the posterior
 constexpr int drawn_from = 256;           // samples of a posterior from which exemplars are drawn
 constexpr std::size_t least_a_photo = 3;  // exemplars where its material may be; of fewer, intervals hold less often
+constexpr int sums_an_output = 3;         // of pixels
 constexpr int refinements = 2;            // rounds of exemplars where the photos' materials may be
 constexpr double step = 0.02;             // of a share, along derivative images
 constexpr double least_noise = 0.005;     // of what a network sees of a pixel
 constexpr double tolerance = 1.1;         // of renderings' samples over those that make them as noisy as photos
+
+// Spread over the cube, as dense towards its faces as Chebyshev's points are: materials at these have neighbours on one
+// side only, and intervals there hold less often without.
+Eigen::VectorXd spread_point(Eigen::Index dimensions, int k) {
+  return (std::numbers::pi / 2 * low_discrepancy_point(dimensions, k).array()).sin();
+}
 
 Eigen::VectorXd shares_of(const Eigen::VectorXd& point) { return (point.array() + 1) / 2; }
 
@@ -188,7 +196,7 @@ ShownScene::ShownScene(Network& network, const SceneToShow& shown, const std::ve
   // Where the photos' materials may be, if each gets some; else all lie where any photo's may.
   int refining = std::max(0, how.exemplars - std::max(least_exemplars, how.exemplars / 2));
   if (static_cast<std::size_t>(refining) < least_a_photo * photos.size()) refining = 0;
-  for (int k = 0; k < how.exemplars - refining; ++k) show(low_discrepancy_point(dimensions, k));
+  for (int k = 0; k < how.exemplars - refining; ++k) show(spread_point(dimensions, k));
   compare(exemplars);
   for (int round = 0, k = 0; round < refinements && refining > 0; ++round) {
     std::map<std::size_t, Eigen::MatrixXd> where;  // by what is known of each photo now
@@ -201,18 +209,18 @@ ShownScene::ShownScene(Network& network, const SceneToShow& shown, const std::ve
     compare(exemplars);
   }
   if (spp_ <= tolerance * as_noisy)
-    likeness_.emplace(emulator_->process(), exemplars.images, exemplars.noise(), network.description().size);
+    likeness_.emplace(emulator_->kernel(), exemplars.images, exemplars.noise(), network.description().size);
 }
 
 void ShownScene::compare(const Exemplars& exemplars) {
-  const Eigen::Index dimensions = exemplars.points.rows();
-  const ImageSums sums(exemplars.points, exemplars.images, exemplars.halves, exemplars.noise(), dimensions);
-  Eigen::MatrixXd all(exemplars.answers.rows(), 2 * dimensions);
+  const ImageSums sums(exemplars.points, exemplars.images, exemplars.halves, exemplars.noise(),
+                       sums_an_output * exemplars.points.rows());
+  Eigen::MatrixXd all(exemplars.answers.rows(), exemplars.answers.cols() + sums.of_own().cols());
   all << exemplars.answers, sums.of_own();
   emulator_ = std::make_unique<AnswerEmulator>(exemplars.points, all);
   statistics_.clear();
   for (const LookedAt& photo : photos_)
-    statistics_.emplace_back(2 * dimensions) << photo.answer.transpose(), sums.of(photo.image).transpose();
+    statistics_.emplace_back(all.cols()) << photo.answer.transpose(), sums.of(photo.image).transpose();
 }
 
 ShownScene::Answer ShownScene::answer(std::size_t photo) const {

@@ -1,7 +1,7 @@
 // A network that is shown the scene: renderings of it at known materials, with derivatives, and what its answers to
 // these make of its answer to a photo (answer_emulator.h). Half of the materials are spread over the network's ranges,
-// the others lie where those of the photos may, by what the first say. Beside the network's answers as many sums of
-// pixels as it has outputs are compared, those that materials move most (image_sums.h).
+// the others lie where those of the photos may, by what the first say. Beside the network's answers sums of pixels are
+// compared, those that materials move most (image_sums.h).
 #pragma once
 #include <atomic>
 #include <cstdint>

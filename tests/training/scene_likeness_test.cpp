@@ -46,8 +46,8 @@ class Scene {
     for (int k = 0; k < exemplars; ++k) rows_(3 * k, 0) -= mean;
     for (int k = 0; k < exemplars; ++k) square += rows_(3 * k, 0) * rows_(3 * k, 0) / exemplars;
     rows_ /= std::sqrt(square);
-    process_.emplace(points_, rows_);
-    likeness_.emplace(*process_, images_, Eigen::VectorXf::Constant(side * side, noise), side);
+    kernel_.emplace(points_, rows_);
+    likeness_.emplace(*kernel_, images_, Eigen::VectorXf::Constant(side * side, noise), side);
   }
 
   Eigen::RowVectorXf noisy(Eigen::RowVectorXf image, float deviation) {
@@ -71,7 +71,7 @@ class Scene {
   std::normal_distribution<float> normal_;
   ImageRows images_;
   Eigen::MatrixXd points_, rows_;
-  std::optional<GaussianProcess> process_;
+  std::optional<MaterialKernel> kernel_;
   std::optional<SceneLikeness> likeness_;
 };
 
