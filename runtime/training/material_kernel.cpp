@@ -16,7 +16,7 @@ namespace {
 
 using Scales = MaterialKernel::Scales;
 
-constexpr Eigen::Index candidates = 150;       // of scales
+constexpr Eigen::Index candidates = 75;        // of scales
 constexpr Eigen::Index most_by_evidence = 32;  // materials that choose among them, evenly of all
 constexpr double least_noise = 1e-6, most_noise = 10;
 constexpr int noises = 57;  // that are tried, a third apart
@@ -35,8 +35,10 @@ double hermite(int n, double z) {
 // The covariances of a number at two materials: of values (row 0), and of derivatives by coordinate row - 1.
 class Pair {
  public:
-  Pair(const Scales& scales, Eigen::VectorXd a, Eigen::VectorXd b)
-      : scales_(scales), a_(std::move(a)), b_(std::move(b)), z_((a_ - b_).cwiseQuotient(scales.length)) {
+  using Point = Eigen::Ref<const Eigen::VectorXd>;
+
+  Pair(const Scales& scales, const Point& a, const Point& b)
+      : scales_(scales), a_(a), b_(b), z_((a - b).cwiseQuotient(scales.length)) {
     gaussian_ = std::exp(-z_.squaredNorm() / 2);
   }
 
@@ -58,7 +60,8 @@ class Pair {
 
  private:
   const Scales& scales_;
-  Eigen::VectorXd a_, b_, z_;  // z: their distance over the lengths
+  Point a_, b_;
+  Eigen::VectorXd z_;  // their distance over the lengths
   double gaussian_;
 };
 
