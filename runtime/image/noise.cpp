@@ -90,7 +90,8 @@ void add_photon_noise(const PixelView& picture, const Rounding& rounding, std::v
       for (int x = 0; x < picture.width; ++x) {
         float& of = noise[pixel_at(picture, x, y) * static_cast<std::size_t>(picture.channels) +
                           static_cast<std::size_t>(channel)];
-        of = static_cast<float>(std::hypot(of, std::sqrt(gain * mean_around(picture, x, y, channel))));
+        const double square = static_cast<double>(of) * static_cast<double>(of);
+        of = static_cast<float>(std::sqrt(square + gain * mean_around(picture, x, y, channel)));
       }
   }
 }

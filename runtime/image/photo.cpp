@@ -41,6 +41,23 @@ double rounding_error(const TransferCurve& curve, double sample, double step) {
   return (decode(curve, high) - decode(curve, low)) / std::sqrt(12.0);
 }
 
+// What a stored sample says.
+struct Level {
+  float value, noise;  // noise: of rounding
+};
+
+// Of each that a file of so many bits can hold, smallest first.
+std::vector<Level> levels_of(const TransferCurve& curve, int bits) {
+  const int count = 1 << bits;
+  std::vector<Level> result;
+  for (int k = 0; k < count; ++k) {
+    const double sample = static_cast<double>(k) / (count - 1);
+    result.push_back({static_cast<float>(decode(curve, sample)),
+                      static_cast<float>(rounding_error(curve, sample, 1.0 / (count - 1)))});
+  }
+  return result;
+}
+
 // Parts of a row or a column of `from` pixels that make up each of `to`.
 struct Part {
   int from;
@@ -83,7 +100,9 @@ Photo read_photo(const std::string& path, const PhotoOptions& options) {
     curve.kind = samples.is_tiff && samples.bits == 16 ? TransferCurve::Kind::linear : TransferCurve::Kind::srgb;
   Photo photo{samples.width, samples.height, samples.colours(), {}, {}, {}, 0, samples.has_alpha()};
   const auto stored = static_cast<std::size_t>(samples.channels), channels = static_cast<std::size_t>(photo.channels);
-  const double step = samples.bits == 8 ? 1 / 255.0 : 1 / largest_sample;
+  const std::vector<Level> levels = levels_of(curve, samples.bits);
+  const auto largest_level = static_cast<double>(levels.size() - 1);
+  const double samples_a_level = largest_sample / largest_level;
   double saturated = 0, all = 0;
   for (std::size_t at = 0; at < samples.data.size(); at += stored) {
     const double alpha = photo.has_alpha ? samples.data[at + channels] / largest_sample : 1;
@@ -91,8 +110,9 @@ Photo read_photo(const std::string& path, const PhotoOptions& options) {
     for (std::size_t c = 0; c < channels; ++c) {
       const double sample = samples.data[at + c] / largest_sample;
       clipped |= sample >= options.saturation;
-      photo.value.push_back(static_cast<float>(decode(curve, sample)));
-      photo.noise.push_back(static_cast<float>(rounding_error(curve, sample, step)));
+      const Level& level = levels[static_cast<std::size_t>(samples.data[at + c] / samples_a_level)];
+      photo.value.push_back(level.value);
+      photo.noise.push_back(level.noise);
     }
     photo.weight.push_back(clipped ? 0.0F : static_cast<float>(alpha));
     saturated += clipped && alpha > 0;
@@ -101,7 +121,7 @@ Photo read_photo(const std::string& path, const PhotoOptions& options) {
   if (all == 0) throw InputError(path + ": its alpha is 0 everywhere, so nothing is seen; need some above 0");
   photo.saturated = saturated / all;
   const Rounding rounding = [&](double value) -> std::optional<double> {
-    const double sample = encode(curve, value);
+    const double sample = encode(curve, value), step = 1 / largest_level;
     if (!(sample > 4 * step)) return {};
     return rounding_error(curve, sample, step);
   };
