@@ -31,10 +31,12 @@ constexpr double step = 0.02;             // of a share, along derivative images
 constexpr double least_noise = 0.005;     // of what a network sees of a pixel
 constexpr double tolerance = 1.1;         // of renderings' samples over those that make them as noisy as photos
 
-// Spread over the cube, as dense towards its faces as Chebyshev's points are: materials at these have neighbours on one
-// side only, and intervals there hold less often without.
-Eigen::VectorXd spread_point(Eigen::Index dimensions, int k) {
-  return (std::numbers::pi / 2 * low_discrepancy_point(dimensions, k).array()).sin();
+// Number k of those that are spread over the cube. Where no others follow they are as dense towards its faces as
+// Chebyshev's points are: materials at these have neighbours on one side only.
+Eigen::VectorXd spread_point(Eigen::Index dimensions, int k, bool others_follow) {
+  const Eigen::VectorXd even = low_discrepancy_point(dimensions, k);
+  if (others_follow) return even;
+  return (std::numbers::pi / 2 * even.array()).sin();
 }
 
 Eigen::VectorXd shares_of(const Eigen::VectorXd& point) { return (point.array() + 1) / 2; }
@@ -196,7 +198,7 @@ ShownScene::ShownScene(Network& network, const SceneToShow& shown, const std::ve
   // Where the photos' materials may be, if each gets some; else all lie where any photo's may.
   int refining = std::max(0, how.exemplars - std::max(least_exemplars, how.exemplars / 2));
   if (static_cast<std::size_t>(refining) < least_a_photo * photos.size()) refining = 0;
-  for (int k = 0; k < how.exemplars - refining; ++k) show(spread_point(dimensions, k));
+  for (int k = 0; k < how.exemplars - refining; ++k) show(spread_point(dimensions, k, refining > 0));
   compare(exemplars);
   for (int round = 0, k = 0; round < refinements && refining > 0; ++round) {
     std::map<std::size_t, Eigen::MatrixXd> where;  // by what is known of each photo now
