@@ -34,9 +34,9 @@ constexpr double tolerance = 1.1;         // of renderings' samples over those t
 // Number k of those that are spread over the cube. Where no others follow they are as dense towards its faces as
 // Chebyshev's points are: materials at these have neighbours on one side only.
 Eigen::VectorXd spread_point(Eigen::Index dimensions, int k, bool others_follow) {
-  const Eigen::VectorXd even = low_discrepancy_point(dimensions, k);
-  if (others_follow) return even;
-  return (std::numbers::pi / 2 * even.array()).sin();
+  Eigen::VectorXd point = low_discrepancy_point(dimensions, k);
+  if (!others_follow) point = (std::numbers::pi / 2 * point.array()).sin();
+  return point;
 }
 
 Eigen::VectorXd shares_of(const Eigen::VectorXd& point) { return (point.array() + 1) / 2; }
