@@ -30,10 +30,6 @@ double OutputRange::share(double parameter) const {
   return (parameter - low) / (high - low);
 }
 
-double OutputRange::parameter_of_share(double share) const {
-  return logarithmic ? low * std::pow(high / low, share) : low + (high - low) * share;
-}
-
 double share_of_output(double output) { return share_chain(output).value[0]; }
 
 double share_derivative(double output) { return share_chain(output).by[0][0]; }

@@ -3,6 +3,7 @@
 //   share = logistic(output) in (0, 1)      the space of the supervised loss
 //   parameter = low + (high - low) share,   or where logarithmic, low (high / low)^share
 #pragma once
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,11 @@ struct OutputRange {
   double parameter(double output) const;
   double parameter_derivative(double output) const;  // d parameter / d output
   double share(double parameter) const;              // of a parameter in [low, high]; outside it goes on beyond [0, 1]
-  double parameter_of_share(double share) const;     // the inverse
+  template <class Real>
+  Real parameter_of_share(const Real& share) const {  // the inverse
+    using std::exp;
+    return logarithmic ? low * exp(std::log(high / low) * share) : low + (high - low) * share;
+  }
 
   friend bool operator==(const OutputRange&, const OutputRange&) = default;
 };

@@ -18,6 +18,15 @@ inline constexpr auto reduced_scattering_and_absorption = []<class Real>(const N
   return Numbers<Real, 2>{x[0] * x[1] * (Real(1) - x[2]), x[0] * (Real(1) - x[1])};
 };
 
+// {sigma_t, albedo, mean cosine} -> {log of the transport coefficient sigma_t (1 - albedo g) [1/scene unit], similarity
+// parameter sqrt((1 - albedo) / (1 - albedo g)), mean cosine}: light that is scattered often depends on the first two
+// alone (van de Hulst 1980, Multiple Light Scattering, section 14.1).
+inline constexpr auto similarity = []<class Real>(const Numbers<Real, 3>& x) {
+  using std::log, std::sqrt;
+  const Real transported = Real(1) - x[1] * x[2];
+  return Numbers<Real, 3>{log(x[0] * transported), sqrt((Real(1) - x[1]) / transported), x[2]};
+};
+
 // Coordinates of an optimizer. {x} -> {e^x}: for numbers > 0.
 inline constexpr auto from_log = []<class Real>(const Numbers<Real, 1>& x) {
   using std::exp;

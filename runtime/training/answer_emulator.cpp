@@ -35,7 +35,8 @@ void require_exemplars(Eigen::Index count) {
     throw UsageError(fmt::format("exemplars: got {}, need {} to {}", count, least_exemplars, most_exemplars));
 }
 
-AnswerEmulator::AnswerEmulator(const Eigen::MatrixXd& points, const Eigen::MatrixXd& answers)
+AnswerEmulator::AnswerEmulator(const Eigen::MatrixXd& points, const Eigen::MatrixXd& answers,
+                               const MaterialCoordinates& coordinates)
     : exemplars_(points.cols()) {
   require_exemplars(exemplars_);
   const auto of_values = Eigen::seqN(0, exemplars_, 1 + points.rows());
@@ -45,7 +46,7 @@ AnswerEmulator::AnswerEmulator(const Eigen::MatrixXd& points, const Eigen::Matri
   deviation_ = values.cwiseAbs2().colwise().mean().cwiseSqrt().cwiseMax(1e-12).transpose();
   Eigen::MatrixXd rows = answers;
   rows(of_values, Eigen::all) = values;
-  process_.emplace(points, rows * deviation_.cwiseInverse().asDiagonal());
+  process_.emplace(points, rows * deviation_.cwiseInverse().asDiagonal(), coordinates);
   const Eigen::LLT<Eigen::MatrixXd> root(covariance_of(process_->left_out()));
   root_ = root.matrixL().solve(Eigen::MatrixXd::Identity(answers.cols(), answers.cols()));
 }

@@ -25,7 +25,8 @@ class AnswerEmulator {
  public:
   // points: the exemplars' materials, a column each, in the cube [-1, 1]^d. answers: of each exemplar its statistics,
   // then their derivatives by the d coordinates; a column a statistic. Throws as require_exemplars().
-  AnswerEmulator(const Eigen::MatrixXd& points, const Eigen::MatrixXd& answers);
+  AnswerEmulator(const Eigen::MatrixXd& points, const Eigen::MatrixXd& answers,
+                 const MaterialCoordinates& coordinates = plain_place);
 
   // Log of the likelihood of an answer, but for a constant, at a material.
   double log_likelihood(const Eigen::VectorXd& answer, const Eigen::VectorXd& point) const;

@@ -10,7 +10,8 @@ namespace itn {
 class GaussianProcess {
  public:
   // As MaterialKernel's.
-  GaussianProcess(const Eigen::MatrixXd& points, const Eigen::MatrixXd& rows);
+  GaussianProcess(const Eigen::MatrixXd& points, const Eigen::MatrixXd& rows,
+                  const MaterialCoordinates& coordinates = plain_place);
 
   struct Prediction {
     Eigen::VectorXd mean, variance;  // of each number; variance: with the noise of a value
@@ -23,8 +24,8 @@ class GaussianProcess {
 
  private:
   MaterialKernel kernel_;
-  Eigen::VectorXd noise_, scale_;         // of each number; noise: over scale
-  Eigen::MatrixXd precision_, weighted_;  // of the kernel's parts, a column a number
+  Eigen::VectorXd noise_, scale_;  // of each number; noise: over scale
+  Eigen::MatrixXd weighted_;       // a row as the kernel's parts, a column a number
   Eigen::MatrixXd left_out_;
 };
 

@@ -88,6 +88,17 @@ Scales candidate(Eigen::Index dimensions, Eigen::Index k) {
   return scales;
 }
 
+// Rows with the derivatives by the coordinates of materials' places, from those by the cube's.
+Eigen::MatrixXd by_coordinates(Eigen::MatrixXd rows, const std::vector<MaterialPlace>& places) {
+  Eigen::Index first = 0;  // row of a material
+  for (const MaterialPlace& place : places) {
+    const Eigen::Index d = place.at.size();
+    rows.middleRows(first + 1, d) = place.by.transpose().partialPivLu().solve(rows.middleRows(first + 1, d).eval());
+    first += 1 + d;
+  }
+  return rows;
+}
+
 struct Parts {
   Eigen::MatrixXd basis;      // rows to parts
   Eigen::VectorXd variances;  // of each, without noise
@@ -151,46 +162,64 @@ Scales likeliest_scales(const Eigen::MatrixXd& points, const Eigen::MatrixXd& ro
 
 }  // namespace
 
-MaterialKernel::MaterialKernel(const Eigen::MatrixXd& points, const Eigen::MatrixXd& rows)
-    : points_(points), scales_(likeliest_scales(points, rows)) {
-  Parts apart = taken_apart(scales_, points);
+MaterialKernel::MaterialKernel(const Eigen::MatrixXd& points, const Eigen::MatrixXd& rows,
+                               const MaterialCoordinates& coordinates)
+    : coordinates_(coordinates), points_(points) {
+  Eigen::MatrixXd at(points.rows(), points.cols());
+  for (Eigen::Index k = 0; k < points.cols(); ++k) {
+    places_.push_back(coordinates(points.col(k)));
+    at.col(k) = places_.back().at;
+  }
+  scales_ = likeliest_scales(at, by_coordinates(rows, places_));
+  Parts apart = taken_apart(scales_, at);
   basis_ = std::move(apart.basis);
   variances_ = std::move(apart.variances);
 }
 
+Eigen::MatrixXd MaterialKernel::parts(const Eigen::MatrixXd& rows) const {
+  return basis_.transpose() * by_coordinates(rows, places_);
+}
+
 Eigen::MatrixXd MaterialKernel::covariances(const Eigen::VectorXd& point, Eigen::Index count) const {
+  const MaterialPlace place = coordinates_(point);
   const Eigen::Index block = 1 + points_.rows();
   Eigen::MatrixXd with_rows(count, basis_.rows());
   for (Eigen::Index k = 0; k < points_.cols(); ++k) {
-    const Pair pair(scales_, point, points_.col(k));
+    const Pair pair(scales_, place.at, places_[static_cast<std::size_t>(k)].at);
     for (Eigen::Index at = 0; at < count; ++at)
       for (Eigen::Index r = 0; r < block; ++r) with_rows(at, block * k + r) = pair.covariance(at, r);
   }
-  return with_rows * basis_;
+  Eigen::MatrixXd result = with_rows * basis_;
+  if (count > 1) result.bottomRows(block - 1) = place.by.transpose() * result.bottomRows(block - 1).eval();
+  return result;
 }
 
-double MaterialKernel::variance(const Eigen::VectorXd& point) const {
-  return Pair(scales_, point, point).covariance(0, 0);
+Eigen::ArrayXd MaterialKernel::prediction_variances(const Eigen::VectorXd& point, const Eigen::RowVectorXd& with_parts,
+                                                    const Eigen::ArrayXd& noise) const {
+  const Eigen::VectorXd at = coordinates_(point).at;
+  const double before = Pair(scales_, at, at).covariance(0, 0);
+  const Eigen::ArrayXd squares = with_parts.transpose().array().square();
+  Eigen::ArrayXd result = noise;
+  for (double& variance : result) {
+    const double told = (squares / (variances_.array() + variance)).sum();
+    variance += std::max(0.0, before - told);
+  }
+  return result;
 }
 
 double MaterialKernel::likeliest_noise(const Eigen::MatrixXd& parts) const {
   return likeliest_noise_of(variances_, parts).variance;
 }
 
-// In closed form: with P the material's block of the inverse of the rows' covariance C, the errors are P^-1 times the
-// material's rows of C^-1 y, and their covariance is P^-1.
-Eigen::MatrixXd MaterialKernel::left_out_covariance(Eigen::Index material, double noise) const {
+// In closed form: with P the material's block of the inverse of the rows' covariance C, the errors of its rows are P^-1
+// times its rows of C^-1 y, and their covariance is P^-1.
+MaterialKernel::LeftOut MaterialKernel::left_out(Eigen::Index material, double noise,
+                                                 const Eigen::MatrixXd& parts) const {
   const Eigen::Index block = 1 + points_.rows();
-  const auto own = basis_.middleRows(block * material, block);
-  const Eigen::VectorXd precision = (variances_.array() + noise).inverse();
-  return Eigen::MatrixXd(own * precision.asDiagonal() * own.transpose()).inverse();
-}
-
-Eigen::MatrixXd MaterialKernel::left_out(Eigen::Index material, double noise, const Eigen::MatrixXd& parts) const {
-  const Eigen::Index block = 1 + points_.rows();
-  const Eigen::VectorXd precision = (variances_.array() + noise).inverse();
-  return left_out_covariance(material, noise) * basis_.middleRows(block * material, block) *
-         (precision.asDiagonal() * parts);
+  const Eigen::MatrixXd own = basis_.middleRows(block * material, block);
+  const Eigen::MatrixXd weighted = own * (variances_.array() + noise).inverse().matrix().asDiagonal();
+  const Eigen::MatrixXd covariance = (weighted * own.transpose()).inverse();
+  return {covariance.row(0) * weighted * parts, covariance(0, 0)};
 }
 
 }  // namespace itn

@@ -40,13 +40,14 @@ SceneLikeness::SceneLikeness(const MaterialKernel& kernel, const ImageRows& imag
   Eigen::ArrayXd log_variance(count);
   Eigen::Array<double, Eigen::Dynamic, scales> sizes(count, scales);
   for (Eigen::Index k = 0; k < count; ++k) {
-    Eigen::VectorXd left = kernel.left_out(k, emulated_noise_, parts).row(0).transpose();
+    const MaterialKernel::LeftOut left_out = kernel.left_out(k, emulated_noise_, parts);
+    Eigen::VectorXd left = left_out.errors.transpose();
     // Of a photo the material that fits best is looked for, of an exemplar to first order.
     const Eigen::MatrixXd slopes =
         (kernel.covariances(kernel.material(k), block) * weighted_).bottomRows(block - 1).transpose();
     left -= slopes * slopes.colPivHouseholderQr().solve(left);
     sizes.row(k) = log_sizes(left.transpose());
-    log_variance[k] = std::log(kernel.left_out_covariance(k, emulated_noise_)(0, 0));
+    log_variance[k] = std::log(left_out.variance);
   }
   mean_log_variance_ = log_variance.mean();
   log_variance -= mean_log_variance_;
@@ -62,7 +63,9 @@ double SceneLikeness::doubt(const Eigen::RowVectorXf& photo, const Eigen::Vector
   Eigen::VectorXd at = near;
   const Eigen::RowVectorXd image = (photo.cast<double>() - mean_).cwiseQuotient(noise_);
   const PerScale sizes = log_sizes(left_of(image, at));
-  const double from_mean = std::log(variance(at)) - mean_log_variance_;
+  const Eigen::ArrayXd variance =
+      kernel_.prediction_variances(at, kernel_.covariances(at, 1), Eigen::ArrayXd::Constant(1, emulated_noise_));
+  const double from_mean = std::log(variance[0]) - mean_log_variance_;
   const double uncertainty = std::sqrt(1 + 1 / exemplars_ + from_mean * from_mean / spread_);
   return ((sizes - height_ - slope_ * from_mean) / (deviation_ * uncertainty)).maxCoeff();
 }
@@ -96,12 +99,6 @@ Eigen::RowVectorXd SceneLikeness::left_of(const Eigen::RowVectorXd& image, Eigen
     }
   }
   return left;
-}
-
-double SceneLikeness::variance(const Eigen::VectorXd& at) const {
-  const Eigen::ArrayXd squares = kernel_.covariances(at, 1).cwiseAbs2().transpose();
-  return emulated_noise_ +
-         std::max(0.0, kernel_.variance(at) - (squares / (kernel_.variances().array() + emulated_noise_)).sum());
 }
 
 SceneLikeness::PerScale SceneLikeness::log_sizes(const Eigen::RowVectorXd& left) const {

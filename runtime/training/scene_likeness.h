@@ -33,7 +33,6 @@ class SceneLikeness {
   using PerScale = Eigen::Array<double, 1, scales>;
 
   Eigen::RowVectorXd left_of(const Eigen::RowVectorXd& image, Eigen::VectorXd& at) const;
-  double variance(const Eigen::VectorXd& at) const;  // of an emulated pixel, over their scale
   PerScale log_sizes(const Eigen::RowVectorXd& left) const;
 
   const MaterialKernel& kernel_;

@@ -15,6 +15,7 @@
 #include "runtime/inversion/posterior/low_discrepancy.h"
 #include "runtime/training/image_sums.h"
 #include "runtime/training/known_scene.h"
+#include "runtime/training/material_coordinates.h"
 
 namespace itn {
 namespace {
@@ -55,28 +56,39 @@ class Look {
   Look(Network& network, const SceneView* view) : network_(network), view_(view), input_(network.image_values()) {}
 
   LookedAt at(std::span<const float> input) {
-    const Eigen::Index side = network_.description().size;
-    LookedAt seen{Eigen::Map<const Eigen::RowVectorXf>(input.data(), side * side), {}};
+    LookedAt looked{seen_of(input), {}};
     const std::vector<float>& raw = network_.forward(input, 1);
-    seen.answer.resize(static_cast<Eigen::Index>(network_.description().outputs.size()));
-    for (Eigen::Index i = 0; i < seen.answer.size(); ++i)
-      seen.answer[i] = static_cast<double>(raw[static_cast<std::size_t>(i)]);
-    return seen;
+    looked.answer.resize(static_cast<Eigen::Index>(network_.description().outputs.size()));
+    for (Eigen::Index i = 0; i < looked.answer.size(); ++i)
+      looked.answer[i] = static_cast<double>(raw[static_cast<std::size_t>(i)]);
+    return looked;
   }
 
   LookedAt at(const Eigen::RowVectorXf& luminance) {
-    const std::span<const float> values(luminance.data(), static_cast<std::size_t>(luminance.size()));
-    input_in_scene(network_.description(), values, view_, input_);
+    see(luminance);
     return at(std::span<const float>(input_));
   }
 
-  // By how much what is seen changes along a way, from the images to both sides.
+  // By how much what is seen, and answered, changes along a way, from the images to both sides.
   LookedAt difference(const Eigen::RowVectorXf& luminance, const Eigen::RowVectorXf& way) {
     const LookedAt forth = at(luminance + way), back = at(luminance - way);
     return {(forth.image - back.image) / 2, (forth.answer - back.answer) / 2};
   }
+  Eigen::RowVectorXf seen_difference(const Eigen::RowVectorXf& luminance, const Eigen::RowVectorXf& way) {
+    return (see(luminance + way) - see(luminance - way)) / 2;
+  }
 
  private:
+  Eigen::RowVectorXf seen_of(std::span<const float> input) const {
+    const Eigen::Index side = network_.description().size;
+    return Eigen::Map<const Eigen::RowVectorXf>(input.data(), side * side);
+  }
+  Eigen::RowVectorXf see(const Eigen::RowVectorXf& luminance) {
+    const std::span<const float> values(luminance.data(), static_cast<std::size_t>(luminance.size()));
+    input_in_scene(network_.description(), values, view_, input_);
+    return seen_of(input_);
+  }
+
   Network& network_;
   const SceneView* view_;
   std::vector<float> input_;
@@ -132,13 +144,6 @@ struct ShownScene::Exemplars {
     };
     const Eigen::RowVectorXf luminance = (row(a.image.mean) + row(b.image.mean)) / 2;
     const auto share = static_cast<float>(step);
-    // Along a derivative image; a share is half of a coordinate.
-    const auto along = [&](const Eigen::RowVectorXf& by_share) {
-      LookedAt slope = look.difference(luminance, share * by_share);
-      slope.image /= 2 * share;
-      slope.answer /= 2 * step;
-      return slope;
-    };
     points.conservativeResize(d, points.cols() + 1);
     points.rightCols(1) = at;
     answers.conservativeResize(first + 1 + d, d);
@@ -147,17 +152,19 @@ struct ShownScene::Exemplars {
     const LookedAt seen = look.at(luminance);
     images.row(first) = seen.image;
     answers.row(first) = seen.answer;
-    halves.row(first) = look.difference(luminance, (row(a.image.mean) - row(b.image.mean)) / 2).image;
+    halves.row(first) = look.seen_difference(luminance, (row(a.image.mean) - row(b.image.mean)) / 2);
     for (Eigen::Index i = 0; i < d; ++i) {
-      const LookedAt slope = along((a.by_shares.row(i) + b.by_shares.row(i)) / 2);
-      images.row(first + 1 + i) = slope.image;
-      answers.row(first + 1 + i) = slope.answer;
-      halves.row(first + 1 + i) = along((a.by_shares.row(i) - b.by_shares.row(i)) / 2).image;
+      // Along derivative images; a share is half of a coordinate.
+      const LookedAt slope = look.difference(luminance, share * (a.by_shares.row(i) + b.by_shares.row(i)) / 2);
+      images.row(first + 1 + i) = slope.image / (2 * share);
+      answers.row(first + 1 + i) = slope.answer / (2 * step);
+      halves.row(first + 1 + i) =
+          look.seen_difference(luminance, share * (a.by_shares.row(i) - b.by_shares.row(i)) / 2) / (2 * share);
     }
     if (variance.size() == 0) variance = Eigen::VectorXf::Zero(pixels);
     const Eigen::RowVectorXf error =
         (row(a.image.stderr_).cwiseAbs2() + row(b.image.stderr_).cwiseAbs2()).cwiseSqrt() / 2;
-    variance += look.difference(luminance, error).image.transpose().cwiseAbs2();
+    variance += look.seen_difference(luminance, error).transpose().cwiseAbs2();
   }
 
   // Standard deviation of each pixel.
@@ -219,7 +226,7 @@ void ShownScene::compare(const Exemplars& exemplars) {
                        sums_an_output * exemplars.points.rows());
   Eigen::MatrixXd all(exemplars.answers.rows(), exemplars.answers.cols() + sums.of_own().cols());
   all << exemplars.answers, sums.of_own();
-  emulator_ = std::make_unique<AnswerEmulator>(exemplars.points, all);
+  emulator_ = std::make_unique<AnswerEmulator>(exemplars.points, all, coordinates_for(network_.description().outputs));
   statistics_.clear();
   for (const LookedAt& photo : photos_)
     statistics_.emplace_back(all.cols()) << photo.answer.transpose(), sums.of(photo.image).transpose();

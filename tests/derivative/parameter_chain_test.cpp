@@ -30,6 +30,7 @@ void check_chain(const Chain& chain, const std::array<double, In>& at) {
 
 TEST_CASE("parameter chains: dual numbers equal central differences", "[derivative]") {
   check_chain(reduced_scattering_and_absorption, std::array{0.75, 0.8, 0.3});
+  check_chain(similarity, std::array{75.0, 0.8, 0.3});
   check_chain(from_log, std::array{-1.3});
   for (const double x : {-3.0, -1e-3, 0.0, 0.4, 6.0}) {
     check_chain(FromLogit{}, std::array{x});

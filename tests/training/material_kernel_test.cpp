@@ -31,6 +31,20 @@ Eigen::MatrixXd rows() {
   return result;
 }
 
+// Coordinates that are not the cube's, with their derivatives.
+MaterialPlace bent(const Eigen::VectorXd& t) {
+  MaterialPlace place{Eigen::VectorXd(2), Eigen::MatrixXd(2, 2)};
+  place.at << t[0] + 0.3 * t[0] * t[1], t[1] + 0.2 * t[1] * t[1] - 0.1 * t[0];
+  place.by << 1 + 0.3 * t[1], 0.3 * t[0], -0.1, 1 + 0.4 * t[1];
+  return place;
+}
+
+// Of a value, where nothing is known.
+double variance_before(const MaterialKernel& kernel, const Eigen::VectorXd& point) {
+  const Eigen::RowVectorXd nothing = Eigen::RowVectorXd::Zero(block * materials);
+  return kernel.prediction_variances(point, nothing, Eigen::ArrayXd::Zero(1))[0];
+}
+
 // The covariances of rows, and of noise of 1, as a kernel's parts say them.
 struct Dense {
   explicit Dense(const MaterialKernel& kernel)
@@ -51,17 +65,17 @@ struct Dense {
 }  // namespace
 
 TEST_CASE("a kernel's parts are independent, and of the variances that it says") {
-  const MaterialKernel kernel(points(), rows());
+  const MaterialKernel kernel(points(), rows(), GENERATE(plain_place, bent));
   const Dense dense(kernel);
   const Eigen::MatrixXd of_parts = dense.basis.transpose() * dense.covariance * dense.basis;
   CHECK((of_parts - Eigen::MatrixXd(kernel.variances().asDiagonal())).norm() < 1e-6 * of_parts.norm());
   CHECK((dense.covariance - dense.covariance.transpose()).norm() < 1e-6 * dense.covariance.norm());
   for (Eigen::Index k = 0; k < materials; ++k)
-    CHECK(dense.covariance(block * k, block * k) == Approx(kernel.variance(kernel.material(k))));
+    CHECK(dense.covariance(block * k, block * k) == Approx(variance_before(kernel, kernel.material(k))));
 }
 
 TEST_CASE("a kernel's derivatives are those of its values") {
-  const MaterialKernel kernel(points(), rows());
+  const MaterialKernel kernel(points(), rows(), GENERATE(plain_place, bent));
   constexpr double h = 1e-4;
   for (int k = 0; k < 10; ++k) {
     const Eigen::VectorXd t = low_discrepancy_point(2, 1000 + k);
@@ -75,7 +89,7 @@ TEST_CASE("a kernel's derivatives are those of its values") {
 }
 
 TEST_CASE("what a kernel tells of a material from the others is what they tell without it") {
-  const MaterialKernel kernel(points(), rows());
+  const MaterialKernel kernel(points(), rows(), GENERATE(plain_place, bent));
   const Dense dense(kernel);
   const Eigen::MatrixXd given = rows();
   constexpr double noise = 0.03;
@@ -86,13 +100,29 @@ TEST_CASE("what a kernel tells of a material from the others is what they tell w
     const Eigen::MatrixXd told = all(own, others) * all(others, others).inverse();
     const Eigen::MatrixXd error = given(own, Eigen::all) - told * given(others, Eigen::all);
     const Eigen::MatrixXd covariance = all(own, own) - told * all(others, own);
-    CHECK((kernel.left_out(k, noise, kernel.parts(given)) - error).norm() < 1e-6 * given.norm());
-    CHECK((kernel.left_out_covariance(k, noise) - covariance).norm() < 1e-6 * covariance.norm());
+    const MaterialKernel::LeftOut said = kernel.left_out(k, noise, kernel.parts(given));
+    CHECK(said.errors[0] == Approx(error(0, 0)).margin(1e-6 * given.norm()));
+    CHECK(said.variance == Approx(covariance(0, 0)).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("what a kernel does not know at a point is what all known rows leave") {
+  const MaterialKernel kernel(points(), rows(), GENERATE(plain_place, bent));
+  const Dense dense(kernel);
+  const Eigen::Array3d noise(1e-3, 0.03, 1);
+  for (int k = 0; k < 5; ++k) {
+    const Eigen::VectorXd t = low_discrepancy_point(2, 1000 + k);
+    const Eigen::ArrayXd said = kernel.prediction_variances(t, kernel.covariances(t, 1), noise);
+    const Eigen::VectorXd with = dense.of(kernel, t).row(0).transpose();
+    for (Eigen::Index n = 0; n < noise.size(); ++n) {
+      const Eigen::MatrixXd all = dense.covariance + noise[n] * dense.noise;
+      CHECK(said[n] == Approx(noise[n] + variance_before(kernel, t) - with.dot(all.inverse() * with)).epsilon(1e-4));
+    }
   }
 }
 
 TEST_CASE("the likeliest noise is that of the numbers") {
-  const MaterialKernel kernel(points(), rows());
+  const MaterialKernel kernel(points(), rows(), GENERATE(plain_place, bent));
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;
   const auto with_noise = [&](double variance) {  // 40 numbers whose parts are as the kernel says

@@ -1,0 +1,28 @@
+// Coordinates of a material of which images are more even functions than of the shares of a network's ranges. Half of
+// an albedo's way from .9 to 1 changes an image more than all of the way up to there, and what one number does another
+// can do too: light that is scattered often knows only the transport coefficient and the similarity parameter
+// (`similarity` in parameter_chain.h).
+#pragma once
+#include <Eigen/Core>
+#include <functional>
+#include <vector>
+
+#include "network/output_range.h"
+
+namespace itn {
+
+struct MaterialPlace {
+  Eigen::VectorXd at;  // coordinates
+  Eigen::MatrixXd by;  // their derivatives by those of the cube: a row a coordinate
+};
+
+// Where a material of the cube [-1, 1]^d lies.
+using MaterialCoordinates = std::function<MaterialPlace(const Eigen::VectorXd&)>;
+
+MaterialPlace plain_place(const Eigen::VectorXd& point);  // in the cube itself
+
+// Of a cube whose coordinates are shares of the ranges: the similarity coordinates, over their own ranges in the cube,
+// where the ranges are sigma_t's, albedo's and g's, in any order; else plain_place.
+MaterialCoordinates coordinates_for(const std::vector<OutputRange>& ranges);
+
+}  // namespace itn
