@@ -1,7 +1,7 @@
-// Coordinates of a material of which images are more even functions than of the shares of a network's ranges. Half of
-// an albedo's way from .9 to 1 changes an image more than all of the way up to there, and what one number does another
-// can do too: light that is scattered often knows only the transport coefficient and the similarity parameter
-// (`similarity` in parameter_chain.h).
+// Coordinates of a material in which images bend evenly. In the shares of a network's ranges they do not: towards an
+// albedo of 1 they bend ever more, and one number may do what another does. Light that is scattered often knows the
+// transport coefficient and the similarity parameter (`similarity` in parameter_chain.h), so that images change little
+// with g where these stay.
 #pragma once
 #include <Eigen/Core>
 #include <functional>
