@@ -20,7 +20,7 @@ inline constexpr auto reduced_scattering_and_absorption = []<class Real>(const N
 
 // {sigma_t, albedo, mean cosine} -> {log of the transport coefficient sigma_t (1 - albedo g) [1/scene unit], similarity
 // parameter sqrt((1 - albedo) / (1 - albedo g)), mean cosine}: light that is scattered often depends on the first two
-// alone (van de Hulst 1980, Multiple Light Scattering, section 14.1).
+// alone (van de Hulst 1980, Multiple Light Scattering; Wyman, Patterson and Wilson 1989, Similarity relations).
 inline constexpr auto similarity = []<class Real>(const Numbers<Real, 3>& x) {
   using std::log, std::sqrt;
   const Real transported = Real(1) - x[1] * x[2];
