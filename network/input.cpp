@@ -88,7 +88,7 @@ std::vector<float> finite_radiance(const ExrImage& image, const std::string& fil
 
 // Of a picture of any kind and shape, one after the other.
 struct Planes {
-  int width, height;
+  int width = 0, height = 0;
   std::vector<float> values;
   std::vector<float> weight{};  // of a photo's pixels, 0 where one is saturated; empty: not known
 };
@@ -166,8 +166,10 @@ struct Square {
 
 Square whole(const Planes& planes) { return {0, 0, planes.width}; }
 
-// A square of the planes, black beyond them.
-std::vector<float> resampled(const Planes& planes, const Square& square, int size) {
+enum class Kind { values, errors };
+
+// A square of the planes, black beyond them. errors: independent standard errors, added as such.
+std::vector<float> resampled(const Planes& planes, const Square& square, int size, Kind kind = Kind::values) {
   const auto width = static_cast<std::size_t>(planes.width), pixels = width * static_cast<std::size_t>(planes.height);
   const auto of_columns = windows(square.left, square.side, planes.width, size),
              of_rows = windows(square.top, square.side, planes.height, size);
@@ -177,10 +179,12 @@ std::vector<float> resampled(const Planes& planes, const Square& square, int siz
       for (const auto& columns : of_columns) {
         double sum = 0;
         for (const Weight& row : rows)
-          for (const Weight& column : columns)
-            sum +=
+          for (const Weight& column : columns) {
+            const double part =
                 row.share * column.share * static_cast<double>(planes.values[plane + row.from * width + column.from]);
-        result.push_back(static_cast<float>(sum));
+            sum += kind == Kind::errors ? part * part : part;
+          }
+        result.push_back(static_cast<float>(kind == Kind::errors ? std::sqrt(sum) : sum));
       }
   return result;
 }
@@ -261,8 +265,25 @@ std::vector<float> radiance_of(const ExrImage& image, const std::string& file, i
   return radiance;
 }
 
-std::vector<float> read_resampled_luminance(const std::string& file, int size, const PhotoOptions& photo) {
-  return read_resampled_radiance(file, size, 1, photo);
+std::vector<float> read_resampled_luminance(const std::string& file, int size, const PhotoOptions& options,
+                                            std::vector<float>* errors) {
+  if (!errors) return read_resampled_radiance(file, size, 1, options);
+  Planes luminance, of_errors;
+  if (is_exr(read_file(file))) {
+    const ExrImage image = read_exr(file);
+    luminance = {image.width, image.height, luminance_of(image, file, &of_errors.values)};
+  } else {
+    const Photo photo = luminance_of(read_photo(file, options));
+    luminance = {photo.width, photo.height, photo.value};
+    of_errors.values = photo.noise;
+  }
+  check_square(file, luminance.width, luminance.height);
+  check_radiance(luminance.values, file);
+  of_errors.width = luminance.width;
+  of_errors.height = luminance.height;
+  *errors = resampled(of_errors, whole(of_errors), size, Kind::errors);
+  if (luminance.width < size) std::fill(errors->begin(), errors->end(), 0.0F);
+  return resampled(luminance, whole(luminance), size);
 }
 
 std::vector<float> read_resampled_radiance(const std::string& file, int size, int colours, const PhotoOptions& photo,

@@ -14,6 +14,7 @@
 #include "runtime/base/file.h"
 #include "runtime/base/inputs.h"
 #include "runtime/scene/load.h"
+#include "runtime/training/answer_emulator.h"
 #include "runtime/training/predict_images.h"
 #include "runtime/training/prediction_errors.h"
 #include "runtime/training/trained_network.h"
@@ -185,8 +186,9 @@ void add_predict(CLI::App& app) {
   command
       ->add_option(
           "--exemplars", options->exemplars,
-          "with --scene: show the network so many renderings of it, of other materials each (24, say): what it "
-          "answers to these says what its answer to an image means in this scene, and how surely")
+          "with --scene: show the network so many renderings of it, of other materials each (24, say), and one more "
+          "for each image, where its material was found: what it answers to these says what its answer to an image "
+          "means in this scene, and how surely")
       ->check(CLI::Range(least_exemplars, most_exemplars));
   command->add_option("--judge", options->judge,
                       "network that itn train --network judge made, which says of each image how much it doubts that "

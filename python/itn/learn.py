@@ -149,8 +149,8 @@ def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene
     the images show: gives shape, light and the unit of length. For networks that know shape and light also: dataset, the
     folder that the images belong to; or shape_buffers and light, as of the command. For those that see a mask or the light of a
     flash: mask and flash, of every image a file or an array, the flash's of the same exposure with the flash on. exemplars: show the network so many
-    renderings of the scene (12 to 128), of other materials each, with spp samples a pixel (0: as noisy as the images): what
-    it answers to these says what its answer to an image means in this scene, and how surely, and whether the image is like the scene at all. longest_side: of the object
+    renderings of the scene (12 to 128), of other materials each, and one more for each image, where its material was found, with
+    spp samples a pixel (0: as noisy as the images): what it answers to these says what its answer to an image means in this scene, and how surely, and whether the image is like the scene at all. longest_side: of the object
     [mm]: sigma_t is told for it; 0: for one as large as those of the network's data set. Images of networks that see the
     object alone (`cut_out`) need not be square: they see the square around the mask. judge: a network that training with "judge"
     made, which says how much it doubts that images are like those that the network learnt from; "shipped-photos" has one of its own."""

@@ -38,7 +38,8 @@ void require_exemplars(Eigen::Index count) {
 AnswerEmulator::AnswerEmulator(const Eigen::MatrixXd& points, const Eigen::MatrixXd& answers,
                                const MaterialCoordinates& coordinates)
     : exemplars_(points.cols()) {
-  require_exemplars(exemplars_);
+  if (exemplars_ < least_exemplars)
+    throw UsageError(fmt::format("{} exemplars, need at least {}", exemplars_, least_exemplars));
   const auto of_values = Eigen::seqN(0, exemplars_, 1 + points.rows());
   Eigen::MatrixXd values = answers(of_values, Eigen::all);
   mean_ = values.colwise().mean().transpose();
@@ -46,17 +47,24 @@ AnswerEmulator::AnswerEmulator(const Eigen::MatrixXd& points, const Eigen::Matri
   deviation_ = values.cwiseAbs2().colwise().mean().cwiseSqrt().cwiseMax(1e-12).transpose();
   Eigen::MatrixXd rows = answers;
   rows(of_values, Eigen::all) = values;
-  process_.emplace(points, rows * deviation_.cwiseInverse().asDiagonal(), coordinates);
-  const Eigen::LLT<Eigen::MatrixXd> root(covariance_of(process_->left_out()));
+  rows *= deviation_.cwiseInverse().asDiagonal();
+  process_.emplace(std::make_shared<const MaterialKernel>(points, rows, coordinates), rows);
+  Eigen::MatrixXd errors(exemplars_, rows.cols());  // over what the process says of them
+  for (Eigen::Index k = 0; k < exemplars_; ++k) {
+    const GaussianProcess::Numbers left = process_->left_out(k);
+    errors.row(k) = left.value.cwiseQuotient(left.variance.cwiseSqrt());
+  }
+  const Eigen::LLT<Eigen::MatrixXd> root(covariance_of(errors));
   root_ = root.matrixL().solve(Eigen::MatrixXd::Identity(answers.cols(), answers.cols()));
 }
 
 double AnswerEmulator::log_likelihood(const Eigen::VectorXd& answer, const Eigen::VectorXd& point) const {
-  const GaussianProcess::Prediction expected = process_->at(point);
-  const Eigen::VectorXd error = (answer - mean_).cwiseQuotient(deviation_) - expected.mean;
-  const double square = (root_ * error.cwiseQuotient(expected.variance.cwiseSqrt())).squaredNorm();
+  const GaussianProcess::Numbers told = process_->at(point);
+  const Eigen::VectorXd variance = told.variance + process_->noise();
+  const Eigen::VectorXd error = (answer - mean_).cwiseQuotient(deviation_) - told.value;
+  const double square = (root_ * error.cwiseQuotient(variance.cwiseSqrt())).squaredNorm();
   const auto count = static_cast<double>(exemplars_);
-  return -count / 2 * std::log1p(square / (count - 1)) - expected.variance.array().log().sum() / 2;
+  return -count / 2 * std::log1p(square / (count - 1)) - variance.array().log().sum() / 2;
 }
 
 Eigen::MatrixXd AnswerEmulator::posterior(const Eigen::VectorXd& answer, int count, std::uint64_t seed) const {
@@ -65,7 +73,7 @@ Eigen::MatrixXd AnswerEmulator::posterior(const Eigen::VectorXd& answer, int cou
   how.seed = seed;
   const auto even = [](const Eigen::VectorXd&) { return 0.0; };
   const auto likelihood = [&](const Eigen::VectorXd& point) { return log_likelihood(answer, point); };
-  return sample_posterior(Frame::whole(process_->kernel().dimensions()), even, likelihood, how).at;
+  return sample_posterior(Frame::whole(process_->kernel()->dimensions()), even, likelihood, how).at;
 }
 
 }  // namespace itn

@@ -10,6 +10,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <optional>
 
 #include "runtime/training/gaussian_process.h"
@@ -18,13 +19,13 @@ namespace itn {
 
 constexpr int least_exemplars = 12;
 constexpr int most_exemplars = 128;  // every look at a material takes their number squared
-// Throws UsageError: fewer or more.
+// Throws UsageError: fewer or more than somebody may ask for.
 void require_exemplars(Eigen::Index count);
 
 class AnswerEmulator {
  public:
   // points: the exemplars' materials, a column each, in the cube [-1, 1]^d. answers: of each exemplar its statistics,
-  // then their derivatives by the d coordinates; a column a statistic. Throws as require_exemplars().
+  // then their derivatives by the d coordinates; a column a statistic. Throws UsageError: fewer than least_exemplars.
   AnswerEmulator(const Eigen::MatrixXd& points, const Eigen::MatrixXd& answers,
                  const MaterialCoordinates& coordinates = plain_place);
 
@@ -34,7 +35,7 @@ class AnswerEmulator {
   // column each.
   Eigen::MatrixXd posterior(const Eigen::VectorXd& answer, int count, std::uint64_t seed) const;
 
-  const MaterialKernel& kernel() const { return process_->kernel(); }
+  std::shared_ptr<const MaterialKernel> kernel() const { return process_->kernel(); }
 
  private:
   Eigen::Index exemplars_;

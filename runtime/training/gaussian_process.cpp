@@ -1,33 +1,58 @@
 #include "runtime/training/gaussian_process.h"
 
 #include <algorithm>
-#include <cmath>
+#include <map>
+#include <utility>
 
 namespace itn {
 
-GaussianProcess::GaussianProcess(const Eigen::MatrixXd& points, const Eigen::MatrixXd& rows,
-                                 const MaterialCoordinates& coordinates)
-    : kernel_(points, rows, coordinates),
-      noise_(rows.cols()),
-      scale_(rows.cols()),
-      left_out_(points.cols(), rows.cols()) {
-  const Eigen::MatrixXd parts = kernel_.parts(rows);
-  weighted_.resize(parts.rows(), parts.cols());
-  for (Eigen::Index j = 0; j < parts.cols(); ++j) {
-    noise_[j] = kernel_.likeliest_noise(parts.col(j));
-    weighted_.col(j) = parts.col(j).array() / (kernel_.variances().array() + noise_[j]);
-    scale_[j] = std::max(1e-12, parts.col(j).cwiseProduct(weighted_.col(j)).mean());
-    for (Eigen::Index k = 0; k < points.cols(); ++k) {
-      const MaterialKernel::LeftOut left = kernel_.left_out(k, noise_[j], parts.col(j));
-      left_out_(k, j) = left.errors[0] / std::sqrt(scale_[j] * left.variance);
-    }
+GaussianProcess::GaussianProcess(std::shared_ptr<const MaterialKernel> kernel, const Eigen::MatrixXd& rows)
+    : kernel_(std::move(kernel)), scale_(rows.cols()) {
+  weighted_ = kernel_->parts(rows);
+  noise_ = kernel_->likeliest_noises(weighted_);
+  std::map<double, std::vector<Eigen::Index>> of_noise;
+  for (Eigen::Index j = 0; j < rows.cols(); ++j) of_noise[noise_[j]].push_back(j);
+  for (auto& [noise, which] : of_noise) {
+    alike_.push_back({noise, std::move(which), {}});
+    Alike& some = alike_.back();
+    some.parts = weighted_(Eigen::all, some.which);
+  }
+  for (Eigen::Index j = 0; j < rows.cols(); ++j) {
+    const Eigen::VectorXd parts = weighted_.col(j);
+    weighted_.col(j).array() /= kernel_->variances().array() + noise_[j];
+    scale_[j] = std::max(1e-12, parts.cwiseProduct(weighted_.col(j)).mean());
+    noise_[j] *= scale_[j];
   }
 }
 
-GaussianProcess::Prediction GaussianProcess::at(const Eigen::VectorXd& point) const {
-  const Eigen::RowVectorXd with_parts = kernel_.covariances(point, 1);
-  return {weighted_.transpose() * with_parts.transpose(),
-          scale_.array() * kernel_.prediction_variances(point, with_parts, noise_)};
+GaussianProcess::Numbers GaussianProcess::at(const Eigen::VectorXd& point) const {
+  const MaterialKernel::Covariances of_value = kernel_->covariances(point, 1);
+  Numbers told{weighted_.transpose() * of_value.with_parts.transpose(), Eigen::VectorXd(noise_.size()),
+               Eigen::VectorXd(noise_.size())};
+  for (const Alike& some : alike_) set_variances(told, some, kernel_->variance(of_value, some.noise));
+  return told;
+}
+
+Eigen::MatrixXd GaussianProcess::with_derivatives(const Eigen::VectorXd& point) const {
+  return kernel_->covariances(point, 1 + point.size()).with_parts * weighted_;
+}
+
+GaussianProcess::Numbers GaussianProcess::left_out(Eigen::Index material) const {
+  Numbers left{Eigen::VectorXd(noise_.size()), Eigen::VectorXd(noise_.size()), Eigen::VectorXd(noise_.size())};
+  for (const Alike& some : alike_) {
+    const MaterialKernel::LeftOut of_some = kernel_->left_out(material, some.noise, some.parts);
+    left.value(some.which) = of_some.errors.transpose();
+    set_variances(left, some, of_some.variance);
+  }
+  return left;
+}
+
+void GaussianProcess::set_variances(Numbers& numbers, const Alike& alike,
+                                    const MaterialKernel::Variance& variance) const {
+  for (const Eigen::Index j : alike.which) {
+    numbers.variance[j] = scale_[j] * variance.all;
+    numbers.of_noise[j] = scale_[j] * variance.of_noise;
+  }
 }
 
 }  // namespace itn

@@ -2,6 +2,8 @@
 // processes with one kernel for all (material_kernel.h), each with its own noise.
 #pragma once
 #include <Eigen/Core>
+#include <memory>
+#include <vector>
 
 #include "runtime/training/material_kernel.h"
 
@@ -9,24 +11,38 @@ namespace itn {
 
 class GaussianProcess {
  public:
-  // As MaterialKernel's.
-  GaussianProcess(const Eigen::MatrixXd& points, const Eigen::MatrixXd& rows,
-                  const MaterialCoordinates& coordinates = plain_place);
+  // rows: as the kernel's, of any numbers.
+  GaussianProcess(std::shared_ptr<const MaterialKernel> kernel, const Eigen::MatrixXd& rows);
 
-  struct Prediction {
-    Eigen::VectorXd mean, variance;  // of each number; variance: with the noise of a value
+  // Of each number.
+  struct Numbers {
+    Eigen::VectorXd value, variance;
+    Eigen::VectorXd of_noise;  // the part of the variance that the noise of what is known has
   };
-  Prediction at(const Eigen::VectorXd& point) const;
-  // Errors of the values, each predicted from the other materials, over their standard deviation: a row a material.
-  const Eigen::MatrixXd& left_out() const { return left_out_; }
+  // What is told of the values at a point, without a noise of their own.
+  Numbers at(const Eigen::VectorXd& point) const;
+  // The values at a point, then their derivatives by the coordinates of the cube, a row each.
+  Eigen::MatrixXd with_derivatives(const Eigen::VectorXd& point) const;
+  // Errors of a material's values, each predicted from the other materials; variance: with their own noise.
+  Numbers left_out(Eigen::Index material) const;
+  // Variance of a value's own noise.
+  const Eigen::VectorXd& noise() const { return noise_; }
 
-  const MaterialKernel& kernel() const { return kernel_; }
+  const std::shared_ptr<const MaterialKernel>& kernel() const { return kernel_; }
 
  private:
-  MaterialKernel kernel_;
-  Eigen::VectorXd noise_, scale_;  // of each number; noise: over scale
+  // Numbers whose noise, over their scale, is the same.
+  struct Alike {
+    double noise = 0;
+    std::vector<Eigen::Index> which;
+    Eigen::MatrixXd parts;
+  };
+  void set_variances(Numbers& numbers, const Alike& alike, const MaterialKernel::Variance& variance) const;
+
+  std::shared_ptr<const MaterialKernel> kernel_;
+  std::vector<Alike> alike_;
+  Eigen::VectorXd noise_, scale_;  // of each number
   Eigen::MatrixXd weighted_;       // a row as the kernel's parts, a column a number
-  Eigen::MatrixXd left_out_;
 };
 
 }  // namespace itn

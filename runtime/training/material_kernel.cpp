@@ -117,21 +117,28 @@ Parts taken_apart(const Scales& scales, const Eigen::MatrixXd& points) {
   return {over.asDiagonal() * eigen.eigenvectors(), eigen.eigenvalues().cwiseMax(0), 2 * unit.array().log().sum()};
 }
 
-struct Noise {
-  double variance = 0, evidence = 0;  // log evidence without its constant
+// Of numbers, the likeliest of each.
+struct Noises {
+  Eigen::VectorXd variance, evidence;  // log evidence without its constant
 };
 
-// Of numbers that have the same, each with its best scale.
-Noise likeliest_noise_of(const Eigen::VectorXd& variances, const Eigen::MatrixXd& parts) {
-  const auto rows = static_cast<double>(parts.rows()), numbers = static_cast<double>(parts.cols());
+// Each number with its best scale.
+Noises likeliest_noises_of(const Eigen::VectorXd& variances, const Eigen::MatrixXd& parts) {
+  const auto rows = static_cast<double>(parts.rows());
   const Eigen::MatrixXd squares = parts.cwiseAbs2();
-  Noise best{0, -std::numeric_limits<double>::infinity()};
+  Noises best{Eigen::VectorXd(parts.cols()),
+              Eigen::VectorXd::Constant(parts.cols(), -std::numeric_limits<double>::infinity())};
   for (int k = 0; k < noises; ++k) {
     const double noise = from_to(static_cast<double>(k) / (noises - 1), least_noise, most_noise);
     const Eigen::VectorXd all = variances.array() + noise;
-    const Eigen::ArrayXd scale = (all.cwiseInverse().transpose() * squares / rows).transpose().cwiseMax(1e-12);
-    const double evidence = -0.5 * (rows * scale.log().sum() + numbers * all.array().log().sum());
-    if (evidence > best.evidence) best = {noise, evidence};
+    const double unit = all.array().log().sum();
+    const Eigen::RowVectorXd scale = (all.cwiseInverse().transpose() * squares / rows).cwiseMax(1e-12);
+    for (Eigen::Index j = 0; j < parts.cols(); ++j) {
+      const double evidence = -0.5 * (rows * std::log(scale[j]) + unit);
+      if (evidence <= best.evidence[j]) continue;
+      best.variance[j] = noise;
+      best.evidence[j] = evidence;
+    }
   }
   return best;
 }
@@ -139,10 +146,8 @@ Noise likeliest_noise_of(const Eigen::VectorXd& variances, const Eigen::MatrixXd
 // Log evidence of all columns, each with its best noise and scale.
 double evidence(const Scales& scales, const Eigen::MatrixXd& points, const Eigen::MatrixXd& rows) {
   const Parts apart = taken_apart(scales, points);
-  const Eigen::MatrixXd parts = apart.basis.transpose() * rows;
-  double result = -0.5 * static_cast<double>(rows.cols()) * apart.log_unit;
-  for (Eigen::Index j = 0; j < parts.cols(); ++j) result += likeliest_noise_of(apart.variances, parts.col(j)).evidence;
-  return result;
+  const Noises found = likeliest_noises_of(apart.variances, apart.basis.transpose() * rows);
+  return found.evidence.sum() - 0.5 * static_cast<double>(rows.cols()) * apart.log_unit;
 }
 
 Scales likeliest_scales(const Eigen::MatrixXd& points, const Eigen::MatrixXd& rows) {
@@ -180,7 +185,7 @@ Eigen::MatrixXd MaterialKernel::parts(const Eigen::MatrixXd& rows) const {
   return basis_.transpose() * by_coordinates(rows, places_);
 }
 
-Eigen::MatrixXd MaterialKernel::covariances(const Eigen::VectorXd& point, Eigen::Index count) const {
+MaterialKernel::Covariances MaterialKernel::covariances(const Eigen::VectorXd& point, Eigen::Index count) const {
   const MaterialPlace place = coordinates_(point);
   const Eigen::Index block = 1 + points_.rows();
   Eigen::MatrixXd with_rows(count, basis_.rows());
@@ -189,26 +194,21 @@ Eigen::MatrixXd MaterialKernel::covariances(const Eigen::VectorXd& point, Eigen:
     for (Eigen::Index at = 0; at < count; ++at)
       for (Eigen::Index r = 0; r < block; ++r) with_rows(at, block * k + r) = pair.covariance(at, r);
   }
-  Eigen::MatrixXd result = with_rows * basis_;
-  if (count > 1) result.bottomRows(block - 1) = place.by.transpose() * result.bottomRows(block - 1).eval();
+  Covariances result{with_rows * basis_, Pair(scales_, place.at, place.at).covariance(0, 0)};
+  if (count > 1)
+    result.with_parts.bottomRows(block - 1) = place.by.transpose() * result.with_parts.bottomRows(block - 1).eval();
   return result;
 }
 
-Eigen::ArrayXd MaterialKernel::prediction_variances(const Eigen::VectorXd& point, const Eigen::RowVectorXd& with_parts,
-                                                    const Eigen::ArrayXd& noise) const {
-  const Eigen::VectorXd at = coordinates_(point).at;
-  const double before = Pair(scales_, at, at).covariance(0, 0);
-  const Eigen::ArrayXd squares = with_parts.transpose().array().square();
-  Eigen::ArrayXd result = noise;
-  for (double& variance : result) {
-    const double told = (squares / (variances_.array() + variance)).sum();
-    variance += std::max(0.0, before - told);
-  }
-  return result;
+MaterialKernel::Variance MaterialKernel::variance(const Covariances& of_value, double noise) const {
+  const Eigen::ArrayXd squares = of_value.with_parts.row(0).transpose().array().square();
+  const Eigen::ArrayXd of_parts = variances_.array() + noise;
+  const double of_noise = noise * (squares / of_parts.square()).sum();
+  return {std::max(of_noise, of_value.own - (squares / of_parts).sum()), of_noise};
 }
 
-double MaterialKernel::likeliest_noise(const Eigen::MatrixXd& parts) const {
-  return likeliest_noise_of(variances_, parts).variance;
+Eigen::VectorXd MaterialKernel::likeliest_noises(const Eigen::MatrixXd& parts) const {
+  return likeliest_noises_of(variances_, parts).variance;
 }
 
 // In closed form: with P the material's block of the inverse of the rows' covariance C, the errors of its rows are P^-1
@@ -219,7 +219,8 @@ MaterialKernel::LeftOut MaterialKernel::left_out(Eigen::Index material, double n
   const Eigen::MatrixXd own = basis_.middleRows(block * material, block);
   const Eigen::MatrixXd weighted = own * (variances_.array() + noise).inverse().matrix().asDiagonal();
   const Eigen::MatrixXd covariance = (weighted * own.transpose()).inverse();
-  return {covariance.row(0) * weighted * parts, covariance(0, 0)};
+  const Eigen::RowVectorXd of_parts = covariance.row(0) * weighted;
+  return {of_parts * parts, {covariance(0, 0), noise * of_parts.squaredNorm()}};
 }
 
 }  // namespace itn

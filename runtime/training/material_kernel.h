@@ -26,18 +26,28 @@ class MaterialKernel {
   Eigen::MatrixXd parts(const Eigen::MatrixXd& rows) const;
   // Of each part, without noise, for a number of unit variance.
   const Eigen::VectorXd& variances() const { return variances_; }
-  // With the parts, of a number's value at a point, then of its derivatives by the coordinates: so many rows of that.
-  Eigen::MatrixXd covariances(const Eigen::VectorXd& point, Eigen::Index count) const;
-  // Of values at a point of numbers of unit variance whose parts are known with such noise, with that noise.
-  // with_parts: covariances() of a value.
-  Eigen::ArrayXd prediction_variances(const Eigen::VectorXd& point, const Eigen::RowVectorXd& with_parts,
-                                      const Eigen::ArrayXd& noise) const;
+  struct Covariances {
+    Eigen::MatrixXd
+        with_parts;  // of a number's value at a point, then of its derivatives by the coordinates: a row each
+    double own = 0;  // of the value with itself
+  };
+  // count: so many rows.
+  Covariances covariances(const Eigen::VectorXd& point, Eigen::Index count) const;
 
-  // The variance of a value's noise, over the number's own, that is likeliest after the parts of some numbers.
-  double likeliest_noise(const Eigen::MatrixXd& parts) const;
+  // For a number of unit variance.
+  struct Variance {
+    double all = 0;
+    double of_noise = 0;  // that of what is known
+  };
+  // Of a value, without a noise of its own, after the parts, which are known with such noise.
+  Variance variance(const Covariances& of_value, double noise) const;
+
+  // Of each column of parts the variance of a value's noise, over the number's own, that is likeliest: one of few
+  // dozen.
+  Eigen::VectorXd likeliest_noises(const Eigen::MatrixXd& parts) const;
   struct LeftOut {
     Eigen::RowVectorXd errors;  // of a material's values over what the other materials tell of them
-    double variance = 0;        // that these have, for a number of unit variance
+    Variance variance;          // of these, with the value's own noise
   };
   // parts: a column a number, all with such noise.
   LeftOut left_out(Eigen::Index material, double noise, const Eigen::MatrixXd& parts) const;

@@ -14,6 +14,7 @@
 #include "runtime/base/error.h"
 #include "runtime/dataset/dataset_scene.h"
 #include "runtime/training/known_scene.h"
+#include "runtime/training/scene_likeness.h"
 #include "runtime/training/trained_network.h"
 
 namespace itn {
@@ -259,23 +260,25 @@ PredictedImages predict_images(const PredictionRequest& request, const std::atom
   std::optional<ShownScene> shown;
   if (request.showing.exemplars > 0) {
     for (std::size_t k = 0; k < inputs.size(); ++k) see(k);
-    std::vector<double> noises;
-    for (const std::string& file : request.images) noises.push_back(noise_share(file, description.size, request.photo));
+    std::vector<ScenePhoto> photos(inputs.size());
+    for (std::size_t k = 0; k < photos.size(); ++k)
+      photos[k].luminance =
+          read_resampled_luminance(request.images[k], description.size, request.photo, &photos[k].errors);
     const SceneToShow scene{*request.scene, request.sensor, 0,
                             *known.body(),  known.view(),   "--scene " + request.scene->file};
-    shown.emplace(network, scene, inputs, std::move(noises), request.showing, cancel);
+    shown = show_scene(network, scene, photos, request.showing, cancel);
   }
-  PredictedImages result{description, {}, known.body().has_value(), shown ? shown->spp() : 0, {}};
+  PredictedImages result{description, {}, known.body().has_value(), shown ? shown->spp : 0, {}};
   if (judge) result.doubt_limit = judge->description().limit;
-  if (shown) result.doubt_limit = shown->doubt_limit();
   for (std::size_t k = 0; k < request.images.size(); ++k) {
     if (cancel) throw Interrupted();
     if (!shown) see(k);
     ImagePrediction image{request.images[k], {}, {}, {}};
     if (shown) {
-      const ShownScene::Answer answer = shown->answer(k);
+      const ShownScene::Answer& answer = shown->answers[k];
       image.parameters = estimates_of(answer.samples);
       image.verdict = answer.verdict;
+      if (answer.verdict) result.doubt_limit = SceneLikeness::limit;
     } else {
       image.parameters = estimates_of(network.forward(inputs[k], 1), description);
     }

@@ -13,72 +13,101 @@ namespace {
 
 constexpr std::array<int, 3> radii{0, 1, 3};  // of the squares
 constexpr int most_steps = 20;
-
-// Quantile of Student's distribution with 10 degrees of freedom or more, to a hundredth, from that of the normal one
-// (Abramowitz and Stegun 1964, 26.7.5).
-double student_quantile(double z, double freedom) {
-  const double z2 = z * z;
-  return z * (1 + (z2 + 1) / (4 * freedom) + (5 * z2 * z2 + 16 * z2 + 3) / (96 * freedom * freedom) +
-              (3 * z2 * z2 * z2 + 19 * z2 * z2 + 17 * z2 - 15) / (384 * freedom * freedom * freedom));
-}
+constexpr float least_noise = 0.005F;  // of what is seen of a pixel
 
 }  // namespace
 
-SceneLikeness::SceneLikeness(const MaterialKernel& kernel, const ImageRows& images, const Eigen::VectorXf& noise,
+Eigen::VectorXf SeenExemplars::noise() const {
+  return (errors.cwiseAbs2().colwise().mean().transpose().array() + least_noise * least_noise).sqrt();
+}
+
+SceneLikeness::SceneLikeness(std::shared_ptr<const MaterialKernel> kernel, const SeenExemplars& exemplars,
                              Eigen::Index width)
-    : kernel_(kernel), width_(width), noise_(noise.cast<double>().transpose()) {
-  const Eigen::Index block = 1 + kernel.dimensions(), count = images.rows() / block;
+    : width_(width), noise_(exemplars.noise().cast<double>().transpose()) {
+  const Eigen::Index block = 1 + kernel->dimensions(), count = exemplars.errors.rows();
   exemplars_ = static_cast<double>(count);
-  Eigen::MatrixXd rows = images.cast<double>();
+  Eigen::MatrixXd rows = exemplars.images.cast<double>();
   mean_ = Eigen::RowVectorXd::Zero(rows.cols());
   for (Eigen::Index k = 0; k < count; ++k) mean_ += rows.row(block * k) / exemplars_;
   for (Eigen::Index k = 0; k < count; ++k) rows.row(block * k) -= mean_;
-  const Eigen::MatrixXd parts = kernel.parts(rows * noise_.cwiseInverse().asDiagonal());
-  emulated_noise_ = kernel.likeliest_noise(parts);
-  weighted_ = (kernel.variances().array() + emulated_noise_).inverse().matrix().asDiagonal() * parts;
+  process_.emplace(kernel, rows * noise_.cwiseInverse().asDiagonal());
 
-  Eigen::ArrayXd log_variance(count);
+  // What noise leaves is what the halves differ by.
+  Eigen::ArrayXd levels(count);
   Eigen::Array<double, Eigen::Dynamic, scales> sizes(count, scales);
   for (Eigen::Index k = 0; k < count; ++k) {
-    const MaterialKernel::LeftOut left_out = kernel.left_out(k, emulated_noise_, parts);
-    Eigen::VectorXd left = left_out.errors.transpose();
-    // Of a photo the material that fits best is looked for, of an exemplar to first order.
-    const Eigen::MatrixXd slopes =
-        (kernel.covariances(kernel.material(k), block) * weighted_).bottomRows(block - 1).transpose();
-    left -= slopes * slopes.colPivHouseholderQr().solve(left);
-    sizes.row(k) = log_sizes(left.transpose());
-    log_variance[k] = std::log(left_out.variance);
+    levels[k] = level_of(exemplars.errors.row(k));
+    sizes.row(k) =
+        log_sizes(exemplars.halves.row(block * k).cast<double>().cwiseQuotient(noise_)) - std::log(levels[k]);
   }
-  mean_log_variance_ = log_variance.mean();
-  log_variance -= mean_log_variance_;
-  spread_ = log_variance.square().sum() + 1e-9;
-  height_ = sizes.colwise().mean();
-  slope_ = ((sizes.colwise() * log_variance).colwise().sum() / spread_).max(0);
-  sizes.rowwise() -= height_;
-  sizes -= (log_variance.matrix() * slope_.matrix()).array();
-  deviation_ = (sizes.square().colwise().sum() / (exemplars_ - 2)).sqrt().max(1e-6);
+  exemplar_noise_ = levels.mean();
+  noise_share_ = sizes.exp().colwise().mean();
+  noise_scatter_ = ((sizes.rowwise() - sizes.colwise().mean()).square().colwise().sum() / (exemplars_ - 1)).sqrt();
+
+  std::vector<Unknown> unknown;
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const GaussianProcess::Numbers left = process_->left_out(k);
+    // Of a photo the material that fits best is looked for, of an exemplar to first order.
+    const Eigen::MatrixXd slopes = process_->with_derivatives(kernel->material(k)).bottomRows(block - 1).transpose();
+    sizes.row(k) = log_sizes((left.value - slopes * slopes.colPivHouseholderQr().solve(left.value)).transpose());
+    unknown.push_back(
+        {levels[k] * left.of_noise.sum() / process_->noise().sum(), (left.variance - left.of_noise).sum()});
+  }
+  for (Eigen::Index scale = 0; scale < scales; ++scale) learn_rest(scale, sizes.col(scale), unknown);
 }
 
-double SceneLikeness::doubt(const Eigen::RowVectorXf& photo, const Eigen::VectorXd& near) const {
-  Eigen::VectorXd at = near;
-  const Eigen::RowVectorXd image = (photo.cast<double>() - mean_).cwiseQuotient(noise_);
-  const PerScale sizes = log_sizes(left_of(image, at));
-  const Eigen::ArrayXd variance =
-      kernel_.prediction_variances(at, kernel_.covariances(at, 1), Eigen::ArrayXd::Constant(1, emulated_noise_));
-  const double from_mean = std::log(variance[0]) - mean_log_variance_;
-  const double uncertainty = std::sqrt(1 + 1 / exemplars_ + from_mean * from_mean / spread_);
-  return ((sizes - height_ - slope_ * from_mean) / (deviation_ * uncertainty)).maxCoeff();
+Eigen::VectorXd SceneLikeness::best_fit(const Eigen::RowVectorXf& photo, Eigen::VectorXd from) const {
+  left_of((photo.cast<double>() - mean_).cwiseQuotient(noise_), from);
+  return from;
 }
 
-double SceneLikeness::limit() const {
-  constexpr double z = 2.7131;  // 1 - .01 / 3 of normal numbers are below
-  return student_quantile(z, exemplars_ - 2);
+double SceneLikeness::doubt(const Eigen::RowVectorXf& photo, const Eigen::RowVectorXf& errors,
+                            const Eigen::VectorXd& from) const {
+  Eigen::VectorXd at = from;
+  const PerScale sizes = log_sizes(left_of((photo.cast<double>() - mean_).cwiseQuotient(noise_), at));
+  const GaussianProcess::Numbers told = process_->at(at);
+  const LogSizes of_right =
+      expected({level_of(errors) + exemplar_noise_ * told.of_noise.sum() / process_->noise().sum(),
+                (told.variance - told.of_noise).sum()});
+  return ((sizes - of_right.mean) / of_right.deviation).maxCoeff();
 }
 
-// Beside what is emulated at the material that fits best (Levenberg and Marquardt), which is looked for from `at`, and
-// which that becomes.
+SceneLikeness::LogSizes SceneLikeness::expected(const Unknown& unknown) const {
+  const PerScale of_noise = noise_share_ * unknown.noise, of_rest = rest_share_ * unknown.rest;
+  const PerScale part = of_rest / (of_noise + of_rest);
+  return {(of_noise + of_rest).log(),
+          ((part * rest_scatter_).square() * (1 + 1 / exemplars_) + ((1 - part) * noise_scatter_).square()).sqrt()};
+}
+
+// rest_share_ becomes what makes exemplars' sizes the expected ones in the mean.
+void SceneLikeness::learn_rest(Eigen::Index scale, const Eigen::ArrayXd& log_sizes,
+                               const std::vector<Unknown>& unknown) {
+  constexpr double least = 1e-3, most = 1e3, largest_scatter = 2;
+  double low = std::log(least), high = std::log(most);
+  Eigen::ArrayXd above(log_sizes.size()), part(log_sizes.size());
+  for (int step = 0; step < 50; ++step) {
+    const double share = std::exp((low + high) / 2);
+    for (Eigen::Index k = 0; k < above.size(); ++k) {
+      const Unknown& u = unknown[static_cast<std::size_t>(k)];
+      const double of_rest = share * u.rest, size = noise_share_[scale] * u.noise + of_rest;
+      above[k] = log_sizes[k] - std::log(size);
+      part[k] = of_rest / size;
+    }
+    (above.mean() > 0 ? low : high) = std::log(share);
+  }
+  rest_share_[scale] = std::exp(low);
+  const double of_noise = ((1 - part) * noise_scatter_[scale]).square().sum();
+  rest_scatter_[scale] =
+      std::clamp(std::sqrt(std::max(0.0, above.square().sum() - of_noise) / part.square().sum()), 0.0, largest_scatter);
+}
+
+double SceneLikeness::level_of(const Eigen::RowVectorXf& errors) const {
+  return errors.cast<double>().cwiseQuotient(noise_).squaredNorm();
+}
+
+// By Levenberg and Marquardt.
 Eigen::RowVectorXd SceneLikeness::left_of(const Eigen::RowVectorXd& image, Eigen::VectorXd& at) const {
-  Eigen::MatrixXd emulated = kernel_.covariances(at, 1 + at.size()) * weighted_;  // and its derivatives
+  Eigen::MatrixXd emulated = process_->with_derivatives(at);
   Eigen::RowVectorXd left = image - emulated.row(0);
   double damping = 1e-2;
   for (int step = 0; step < most_steps && damping < 1e6; ++step) {
@@ -87,7 +116,7 @@ Eigen::RowVectorXd SceneLikeness::left_of(const Eigen::RowVectorXd& image, Eigen
     normal.diagonal() *= 1 + damping;
     const Eigen::VectorXd way = normal.ldlt().solve(slopes * left.transpose());
     const Eigen::VectorXd next = (at + way).cwiseMax(-1).cwiseMin(1);
-    const Eigen::MatrixXd there = kernel_.covariances(next, 1 + at.size()) * weighted_;
+    const Eigen::MatrixXd there = process_->with_derivatives(next);
     const Eigen::RowVectorXd left_there = image - there.row(0);
     if (left_there.squaredNorm() < left.squaredNorm()) {
       at = next;

@@ -162,6 +162,27 @@ TEST_CASE("Images of more pixels are averaged, of fewer interpolated") {
   CHECK_THROWS_WITH(read_resampled_luminance(folder / "a.exr", 4), Contains("pixel 0, 1: is nan"));
 }
 
+TEST_CASE("Errors of an image of more pixels are averaged as independent, of fewer nobody knows them") {
+  const TemporaryFolder folder;
+  const auto errors = [&](int size) {
+    std::vector<float> result;
+    const std::vector<float> value = read_resampled_luminance(folder / "photo.exr", size, {}, &result);
+    CHECK(value == read_resampled_luminance(folder / "photo.exr", size));
+    REQUIRE(result.size() == static_cast<std::size_t>(size * size));
+    for (const float error : result) CHECK(error == result[0]);
+    return result[0];
+  };
+  ExrImage image{8, 8, {"Y", "stderr.Y"}, {}, {}};
+  for (int i = 0; i < 64; ++i) image.data.insert(image.data.end(), {i % 2 == 0 ? 1.0F : 3.0F, 0.5F});
+  write_exr(folder / "photo.exr", image);
+  CHECK(errors(8) == 0.5F);
+  CHECK(errors(4) == 0.25F);  // of four pixels
+  CHECK(errors(16) == 0);
+  image.channels = {"Y", "other"};
+  write_exr(folder / "photo.exr", image);
+  CHECK(errors(8) == 0);
+}
+
 TEST_CASE("Shape buffers of other sizes: what is seen at the middle of a pixel") {
   const TemporaryFolder folder;
   const MadeUpDataset set(folder.path(), 1, 1);

@@ -155,5 +155,6 @@ TEST_CASE("fewer exemplars than can tell anything are refused, and more than can
                           Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(4) * count, 3));
   };
   CHECK_THROWS_AS(of(least_exemplars - 1), UsageError);
-  CHECK_THROWS_AS(of(most_exemplars + 1), UsageError);
+  CHECK_THROWS_AS(require_exemplars(most_exemplars + 1), UsageError);
+  CHECK_NOTHROW(require_exemplars(most_exemplars));
 }

@@ -39,12 +39,17 @@ struct Known {
   }
 };
 
+GaussianProcess process_of(const Eigen::MatrixXd& points, const Eigen::MatrixXd& rows,
+                           const MaterialCoordinates& coordinates = plain_place) {
+  return {std::make_shared<const MaterialKernel>(points, rows, coordinates), rows};
+}
+
 // Root mean square of the errors over the cube.
 double error(const GaussianProcess& process) {
   double square = 0;
   for (int k = 0; k < 200; ++k) {
     const Eigen::VectorXd t = low_discrepancy_point(2, 1000 + k);
-    square += (process.at(t).mean - curves(t)).squaredNorm() / 400;
+    square += (process.at(t).value - curves(t)).squaredNorm() / 400;
   }
   return std::sqrt(square);
 }
@@ -53,15 +58,17 @@ double error(const GaussianProcess& process) {
 
 TEST_CASE("a process goes through values and derivatives without noise, and follows the function between them") {
   const Known known(12, Eigen::Vector2d::Zero());
-  const GaussianProcess process(known.points, known.rows);
+  const GaussianProcess process = process_of(known.points, known.rows);
   constexpr double h = 1e-4;
   for (int k = 0; k < 12; ++k) {
     const Eigen::VectorXd t = known.points.col(k);
-    CHECK((process.at(t).mean - known.rows.row(3 * k).transpose()).norm() < 1e-2);
+    const Eigen::MatrixXd said = process.with_derivatives(t);
+    CHECK((said - known.rows.middleRows(3 * k, 3)).norm() < 5e-2);
+    CHECK((said.row(0).transpose() - process.at(t).value).norm() < 1e-9);
     for (int i = 0; i < 2; ++i) {
       const Eigen::VectorXd way = h * Eigen::VectorXd::Unit(2, i);
-      const Eigen::VectorXd slope = (process.at(t + way).mean - process.at(t - way).mean) / (2 * h);
-      CHECK((slope - known.rows.row(3 * k + 1 + i).transpose()).norm() < 3e-2);
+      const Eigen::VectorXd slope = (process.at(t + way).value - process.at(t - way).value) / (2 * h);
+      CHECK((slope - said.row(1 + i).transpose()).norm() < 1e-4);
     }
   }
   CHECK(error(process) < 0.02);
@@ -71,25 +78,33 @@ TEST_CASE(
     "what a process says of its errors is what they are for numbers of any noise, at its points and between them") {
   const Eigen::Vector2d noise(0.1, 0.01);
   const Known known(40, noise);
-  const GaussianProcess process(known.points, known.rows);
+  const GaussianProcess process = process_of(known.points, known.rows);
   std::mt19937_64 random(4);
   std::normal_distribution<double> normal;
   Eigen::Vector2d square = Eigen::Vector2d::Zero(), error = square;
   for (int k = 0; k < 200; ++k) {
     const Eigen::VectorXd t = low_discrepancy_point(2, 1000 + k), truth = curves(t);
-    const GaussianProcess::Prediction said = process.at(t);
+    const GaussianProcess::Numbers said = process.at(t);
     for (Eigen::Index i = 0; i < 2; ++i) {
-      error[i] += std::pow(truth[i] - said.mean[i], 2) / 200;
-      square[i] += std::pow(truth[i] + noise[i] * normal(random) - said.mean[i], 2) / said.variance[i] / 200;
+      error[i] += std::pow(truth[i] - said.value[i], 2) / 200;
+      square[i] += std::pow(truth[i] + noise[i] * normal(random) - said.value[i], 2) /
+                   (said.variance[i] + process.noise()[i]) / 200;
+      CHECK(said.of_noise[i] <= said.variance[i]);
     }
+  }
+  Eigen::Vector2d left_out = Eigen::Vector2d::Zero();
+  for (Eigen::Index k = 0; k < 40; ++k) {
+    const GaussianProcess::Numbers left = process.left_out(k);
+    left_out += left.value.cwiseAbs2().cwiseQuotient(left.variance) / 40;
   }
   for (Eigen::Index i = 0; i < 2; ++i) {
     INFO("number " << i);
+    CHECK(std::sqrt(process.noise()[i]) == Approx(noise[i]).epsilon(0.5));
     CHECK(std::sqrt(error[i]) < 0.6 * noise[i]);  // the noise is averaged
     CHECK(square[i] > 0.4);
     CHECK(square[i] < 2);
     // 40 errors of variance 1: 5 standard deviations of their mean square are 1.1.
-    CHECK(std::fabs(process.left_out().col(i).squaredNorm() / 40 - 1) < 1.1);
+    CHECK(std::fabs(left_out[i] - 1) < 1.1);
   }
 }
 
@@ -115,11 +130,11 @@ TEST_CASE("numbers that bend evenly in other coordinates are told three times be
     double square = 0;
     for (int k = 0; k < 200; ++k) {
       const Eigen::VectorXd t = low_discrepancy_point(2, 1000 + k);
-      square += std::pow(process.at(t).mean[0] - number(coordinates(t)), 2) / 200;
+      square += std::pow(process.at(t).value[0] - number(coordinates(t)), 2) / 200;
     }
     return std::sqrt(square);
   };
-  const double plain = error_of({points, rows}), bent = error_of({points, rows, coordinates});
+  const double plain = error_of(process_of(points, rows)), bent = error_of(process_of(points, rows, coordinates));
   CHECK(bent < 0.02);
   CHECK(bent < plain / 3);
 }

@@ -2,6 +2,7 @@
 #include "runtime/training/material_kernel.h"
 
 #include <Eigen/LU>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
@@ -39,12 +40,6 @@ MaterialPlace bent(const Eigen::VectorXd& t) {
   return place;
 }
 
-// Of a value, where nothing is known.
-double variance_before(const MaterialKernel& kernel, const Eigen::VectorXd& point) {
-  const Eigen::RowVectorXd nothing = Eigen::RowVectorXd::Zero(block * materials);
-  return kernel.prediction_variances(point, nothing, Eigen::ArrayXd::Zero(1))[0];
-}
-
 // The covariances of rows, and of noise of 1, as a kernel's parts say them.
 struct Dense {
   explicit Dense(const MaterialKernel& kernel)
@@ -56,7 +51,7 @@ struct Dense {
   }
   // Of a value and derivatives at a point with the rows.
   Eigen::MatrixXd of(const MaterialKernel& kernel, const Eigen::VectorXd& point) const {
-    return kernel.covariances(point, block) * basis.inverse();
+    return kernel.covariances(point, block).with_parts * basis.inverse();
   }
 
   Eigen::MatrixXd basis, noise, covariance;
@@ -71,7 +66,7 @@ TEST_CASE("a kernel's parts are independent, and of the variances that it says")
   CHECK((of_parts - Eigen::MatrixXd(kernel.variances().asDiagonal())).norm() < 1e-6 * of_parts.norm());
   CHECK((dense.covariance - dense.covariance.transpose()).norm() < 1e-6 * dense.covariance.norm());
   for (Eigen::Index k = 0; k < materials; ++k)
-    CHECK(dense.covariance(block * k, block * k) == Approx(variance_before(kernel, kernel.material(k))));
+    CHECK(dense.covariance(block * k, block * k) == Approx(kernel.covariances(kernel.material(k), 1).own));
 }
 
 TEST_CASE("a kernel's derivatives are those of its values") {
@@ -79,10 +74,11 @@ TEST_CASE("a kernel's derivatives are those of its values") {
   constexpr double h = 1e-4;
   for (int k = 0; k < 10; ++k) {
     const Eigen::VectorXd t = low_discrepancy_point(2, 1000 + k);
-    const Eigen::MatrixXd said = kernel.covariances(t, block);
+    const Eigen::MatrixXd said = kernel.covariances(t, block).with_parts;
     for (int i = 0; i < 2; ++i) {
       const Eigen::VectorXd way = h * Eigen::VectorXd::Unit(2, i);
-      const Eigen::MatrixXd slope = (kernel.covariances(t + way, 1) - kernel.covariances(t - way, 1)) / (2 * h);
+      const Eigen::MatrixXd slope =
+          (kernel.covariances(t + way, 1).with_parts - kernel.covariances(t - way, 1).with_parts) / (2 * h);
       CHECK((said.row(1 + i) - slope).norm() < 1e-5 * said.norm());
     }
   }
@@ -102,35 +98,45 @@ TEST_CASE("what a kernel tells of a material from the others is what they tell w
     const Eigen::MatrixXd covariance = all(own, own) - told * all(others, own);
     const MaterialKernel::LeftOut said = kernel.left_out(k, noise, kernel.parts(given));
     CHECK(said.errors[0] == Approx(error(0, 0)).margin(1e-6 * given.norm()));
-    CHECK(said.variance == Approx(covariance(0, 0)).epsilon(1e-6));
+    CHECK(said.variance.all == Approx(covariance(0, 0)).epsilon(1e-6));
+    const double of_noise =
+        noise * (dense.noise(own, own) + told * dense.noise(others, others) * told.transpose())(0, 0);
+    CHECK(said.variance.of_noise == Approx(of_noise).epsilon(1e-6));
   }
 }
 
 TEST_CASE("what a kernel does not know at a point is what all known rows leave") {
   const MaterialKernel kernel(points(), rows(), GENERATE(plain_place, bent));
   const Dense dense(kernel);
-  const Eigen::Array3d noise(1e-3, 0.03, 1);
   for (int k = 0; k < 5; ++k) {
     const Eigen::VectorXd t = low_discrepancy_point(2, 1000 + k);
-    const Eigen::ArrayXd said = kernel.prediction_variances(t, kernel.covariances(t, 1), noise);
+    const MaterialKernel::Covariances at = kernel.covariances(t, 1);
     const Eigen::VectorXd with = dense.of(kernel, t).row(0).transpose();
-    for (Eigen::Index n = 0; n < noise.size(); ++n) {
-      const Eigen::MatrixXd all = dense.covariance + noise[n] * dense.noise;
-      CHECK(said[n] == Approx(noise[n] + variance_before(kernel, t) - with.dot(all.inverse() * with)).epsilon(1e-4));
+    for (const double noise : {1e-3, 0.03, 1.0}) {
+      const Eigen::VectorXd told = (dense.covariance + noise * dense.noise).inverse() * with;
+      const MaterialKernel::Variance said = kernel.variance(at, noise);
+      CHECK(said.all == Approx(at.own - with.dot(told)).epsilon(1e-4).margin(1e-4 * at.own));
+      CHECK(said.of_noise == Approx(noise * told.dot(dense.noise * told)).epsilon(1e-4));
     }
   }
 }
 
-TEST_CASE("the likeliest noise is that of the numbers") {
+TEST_CASE("the likeliest noise of a number is its own") {
   const MaterialKernel kernel(points(), rows(), GENERATE(plain_place, bent));
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;
-  const auto with_noise = [&](double variance) {  // 40 numbers whose parts are as the kernel says
-    Eigen::MatrixXd parts(block * materials, 40);
+  const std::array variances{1e-4, 1e-2, 1.0};
+  constexpr int numbers = 40;  // of each variance, whose parts are as the kernel says
+  Eigen::MatrixXd parts(block * materials, numbers * variances.size());
+  for (Eigen::Index j = 0; j < parts.cols(); ++j)
     for (Eigen::Index r = 0; r < parts.rows(); ++r)
-      for (double& part : parts.row(r)) part = std::sqrt(kernel.variances()[r] + variance) * normal(random);
-    return kernel.likeliest_noise(parts);
-  };
-  // Those that are tried are a third apart, and 2,400 numbers tell a variance to some .03.
-  for (const double variance : {1e-4, 1e-2, 1.0}) CHECK(std::fabs(std::log(with_noise(variance) / variance)) < 0.3);
+      parts(r, j) =
+          std::sqrt(kernel.variances()[r] + variances[static_cast<std::size_t>(j / numbers)]) * normal(random);
+  const Eigen::ArrayXd said = kernel.likeliest_noises(parts).array().log();
+  // Those that are tried are a third apart, and a number's 60 parts tell its variance to some .3, so that the mean of
+  // their logarithms is off by some .05.
+  for (std::size_t i = 0; i < variances.size(); ++i) {
+    const auto some = said.segment(static_cast<Eigen::Index>(i) * numbers, numbers);
+    CHECK(std::fabs(some.mean() - std::log(variances[i])) < 0.3);
+  }
 }
