@@ -37,10 +37,14 @@ class GaussianProcess {
     std::vector<Eigen::Index> which;
     Eigen::MatrixXd parts;
   };
-  void set_variances(Numbers& numbers, const Alike& alike, const MaterialKernel::Variance& variance) const;
+  // Of these, for numbers of unit variance.
+  void set_variances(Numbers& numbers, const Alike& alike, double variance, double of_noise) const;
 
   std::shared_ptr<const MaterialKernel> kernel_;
   std::vector<Alike> alike_;
+  // A row for each of these, of the squares of a value's covariances with the parts: what the parts tell of its
+  // variance, and what their noise adds.
+  Eigen::MatrixXd told_, of_noise_;
   Eigen::VectorXd noise_, scale_;  // of each number
   Eigen::MatrixXd weighted_;       // a row as the kernel's parts, a column a number
 };

@@ -200,13 +200,6 @@ MaterialKernel::Covariances MaterialKernel::covariances(const Eigen::VectorXd& p
   return result;
 }
 
-MaterialKernel::Variance MaterialKernel::variance(const Covariances& of_value, double noise) const {
-  const Eigen::ArrayXd squares = of_value.with_parts.row(0).transpose().array().square();
-  const Eigen::ArrayXd of_parts = variances_.array() + noise;
-  const double of_noise = noise * (squares / of_parts.square()).sum();
-  return {std::max(of_noise, of_value.own - (squares / of_parts).sum()), of_noise};
-}
-
 Eigen::VectorXd MaterialKernel::likeliest_noises(const Eigen::MatrixXd& parts) const {
   return likeliest_noises_of(variances_, parts).variance;
 }
@@ -220,7 +213,7 @@ MaterialKernel::LeftOut MaterialKernel::left_out(Eigen::Index material, double n
   const Eigen::MatrixXd weighted = own * (variances_.array() + noise).inverse().matrix().asDiagonal();
   const Eigen::MatrixXd covariance = (weighted * own.transpose()).inverse();
   const Eigen::RowVectorXd of_parts = covariance.row(0) * weighted;
-  return {of_parts * parts, {covariance(0, 0), noise * of_parts.squaredNorm()}};
+  return {of_parts * parts, covariance(0, 0), noise * of_parts.squaredNorm()};
 }
 
 }  // namespace itn

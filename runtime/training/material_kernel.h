@@ -34,20 +34,13 @@ class MaterialKernel {
   // count: so many rows.
   Covariances covariances(const Eigen::VectorXd& point, Eigen::Index count) const;
 
-  // For a number of unit variance.
-  struct Variance {
-    double all = 0;
-    double of_noise = 0;  // that of what is known
-  };
-  // Of a value, without a noise of its own, after the parts, which are known with such noise.
-  Variance variance(const Covariances& of_value, double noise) const;
-
   // Of each column of parts the variance of a value's noise, over the number's own, that is likeliest: one of few
   // dozen.
   Eigen::VectorXd likeliest_noises(const Eigen::MatrixXd& parts) const;
   struct LeftOut {
     Eigen::RowVectorXd errors;  // of a material's values over what the other materials tell of them
-    Variance variance;          // of these, with the value's own noise
+    double variance = 0;        // of these, with the value's own noise, for a number of unit variance
+    double of_noise = 0;        // the part of the variance that is noise
   };
   // parts: a column a number, all with such noise.
   LeftOut left_out(Eigen::Index material, double noise, const Eigen::MatrixXd& parts) const;

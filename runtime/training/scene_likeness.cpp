@@ -14,6 +14,8 @@ namespace {
 constexpr std::array<int, 3> radii{0, 1, 3};  // of the squares
 constexpr int most_steps = 20;
 constexpr float least_noise = 0.005F;  // of what is seen of a pixel
+constexpr double least_size = 1e-12;   // of what is left: a scene without light has no noise
+constexpr double least_scatter = 1e-3;
 
 }  // namespace
 
@@ -21,7 +23,7 @@ Eigen::VectorXf SeenExemplars::noise() const {
   return (errors.cwiseAbs2().colwise().mean().transpose().array() + least_noise * least_noise).sqrt();
 }
 
-SceneLikeness::SceneLikeness(std::shared_ptr<const MaterialKernel> kernel, const SeenExemplars& exemplars,
+SceneLikeness::SceneLikeness(const std::shared_ptr<const MaterialKernel>& kernel, const SeenExemplars& exemplars,
                              Eigen::Index width)
     : width_(width), noise_(exemplars.noise().cast<double>().transpose()) {
   const Eigen::Index block = 1 + kernel->dimensions(), count = exemplars.errors.rows();
@@ -42,7 +44,9 @@ SceneLikeness::SceneLikeness(std::shared_ptr<const MaterialKernel> kernel, const
   }
   exemplar_noise_ = levels.mean();
   noise_share_ = sizes.exp().colwise().mean();
-  noise_scatter_ = ((sizes.rowwise() - sizes.colwise().mean()).square().colwise().sum() / (exemplars_ - 1)).sqrt();
+  noise_scatter_ = ((sizes.rowwise() - sizes.colwise().mean()).square().colwise().sum() / (exemplars_ - 1))
+                       .sqrt()
+                       .max(least_scatter);
 
   std::vector<Unknown> unknown;
   for (Eigen::Index k = 0; k < count; ++k) {
@@ -102,7 +106,7 @@ void SceneLikeness::learn_rest(Eigen::Index scale, const Eigen::ArrayXd& log_siz
 }
 
 double SceneLikeness::level_of(const Eigen::RowVectorXf& errors) const {
-  return errors.cast<double>().cwiseQuotient(noise_).squaredNorm();
+  return errors.cast<double>().cwiseQuotient(noise_).squaredNorm() + least_size;
 }
 
 // By Levenberg and Marquardt.
@@ -135,7 +139,7 @@ SceneLikeness::PerScale SceneLikeness::log_sizes(const Eigen::RowVectorXd& left)
   const int width = static_cast<int>(width_), height = static_cast<int>(left.size() / width_);
   PerScale result;
   for (Eigen::Index i = 0; i < scales; ++i) {
-    double sum = 1e-12;
+    double sum = least_size;
     for (const double mean : smoothed(image, width, height, 1, radii[static_cast<std::size_t>(i)])) sum += mean * mean;
     result[i] = std::log(sum);
   }

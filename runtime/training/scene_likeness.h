@@ -30,7 +30,8 @@ struct SeenExemplars {
 class SceneLikeness {
  public:
   // kernel: of any numbers of the exemplars. width: pixels of a row of the square images.
-  SceneLikeness(std::shared_ptr<const MaterialKernel> kernel, const SeenExemplars& exemplars, Eigen::Index width);
+  SceneLikeness(const std::shared_ptr<const MaterialKernel>& kernel, const SeenExemplars& exemplars,
+                Eigen::Index width);
 
   // The material that fits a photo best, looked for from another.
   Eigen::VectorXd best_fit(const Eigen::RowVectorXf& photo, Eigen::VectorXd from) const;

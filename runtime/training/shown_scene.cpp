@@ -25,7 +25,7 @@ constexpr int pilot_spp = 16;  // of the rendering that tells how many samples a
 constexpr int usual_spp = 64, least_spp = 4;
 constexpr int most_spp = 256;              // then what an emulator cannot follow is more than the noise
 constexpr int samples = 2000;              // of the posterior
-constexpr int drawn_from = 256;            // samples of a posterior from which exemplars are drawn
+constexpr int drawn_from = 256;            // samples of a posterior that says where exemplars shall lie
 constexpr std::size_t least_a_photo = 3;   // exemplars where its material may be; of fewer, intervals hold less often
 constexpr int sums_an_output = 3;          // of pixels
 constexpr int refinements = 2;             // rounds of exemplars where the photos' materials may be
@@ -242,7 +242,7 @@ class SceneShow {
     const SceneLikeness likeness(comparison.kernel(), exemplars.seen, network_.size);
     std::vector<Eigen::VectorXd> found;
     for (const LookedAt& photo : seen_) {
-      const Eigen::VectorXd mean = comparison.posterior(photo, samples, how_.seed).rowwise().mean();
+      const Eigen::VectorXd mean = comparison.posterior(photo, drawn_from, how_.seed).rowwise().mean();
       found.push_back(likeness.best_fit(photo.image, mean));
     }
     return found;

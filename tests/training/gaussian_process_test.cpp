@@ -1,6 +1,7 @@
 // Gaussian processes of values and derivatives, where the function is known.
 #include "runtime/training/gaussian_process.h"
 
+#include <Eigen/LU>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
@@ -105,6 +106,32 @@ TEST_CASE(
     CHECK(square[i] < 2);
     // 40 errors of variance 1: 5 standard deviations of their mean square are 1.1.
     CHECK(std::fabs(left_out[i] - 1) < 1.1);
+  }
+}
+
+TEST_CASE("what a process does not know at a point is what all known rows leave") {
+  const Known known(12, Eigen::Vector2d(0.1, 0.01));
+  const GaussianProcess process = process_of(known.points, known.rows);
+  const MaterialKernel& kernel = *process.kernel();
+  const Eigen::Index rows = known.rows.rows();
+  // Covariances of the rows, and of noise of 1, as the kernel's parts say them.
+  const Eigen::MatrixXd basis = kernel.parts(Eigen::MatrixXd::Identity(rows, rows)).transpose();
+  const Eigen::MatrixXd of_noise = (basis * basis.transpose()).inverse();
+  const Eigen::MatrixXd root = basis.inverse();
+  const Eigen::MatrixXd covariance = root.transpose() * kernel.variances().asDiagonal() * root;
+  const Eigen::VectorXd noise = kernel.likeliest_noises(kernel.parts(known.rows));
+  for (int k = 0; k < 5; ++k) {
+    const Eigen::VectorXd t = low_discrepancy_point(2, 1000 + k);
+    const MaterialKernel::Covariances at = kernel.covariances(t, 1);
+    const Eigen::VectorXd with = root.transpose() * at.with_parts.row(0).transpose();
+    const GaussianProcess::Numbers said = process.at(t);
+    for (Eigen::Index i = 0; i < 2; ++i) {
+      const double scale = process.noise()[i] / noise[i];
+      const Eigen::VectorXd told = (covariance + noise[i] * of_noise).inverse() * with;
+      CHECK(said.value[i] == Approx(told.dot(known.rows.col(i))).margin(1e-6));
+      CHECK(said.variance[i] == Approx(scale * (at.own - with.dot(told))).epsilon(1e-3).margin(1e-5 * scale * at.own));
+      CHECK(said.of_noise[i] == Approx(scale * noise[i] * told.dot(of_noise * told)).epsilon(1e-3));
+    }
   }
 }
 
