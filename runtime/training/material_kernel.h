@@ -26,16 +26,15 @@ class MaterialKernel {
   Eigen::MatrixXd parts(const Eigen::MatrixXd& rows) const;
   // Of each part, without noise, for a number of unit variance.
   const Eigen::VectorXd& variances() const { return variances_; }
+  // At a point. with_parts: of a number's value there, then of its derivatives by the coordinates, a row each.
   struct Covariances {
-    Eigen::MatrixXd
-        with_parts;  // of a number's value at a point, then of its derivatives by the coordinates: a row each
+    Eigen::MatrixXd with_parts;
     double own = 0;  // of the value with itself
   };
   // count: so many rows.
   Covariances covariances(const Eigen::VectorXd& point, Eigen::Index count) const;
 
-  // Of each column of parts the variance of a value's noise, over the number's own, that is likeliest: one of few
-  // dozen.
+  // Of each column of parts the variance of a value's noise, over the number's own, that is likeliest of a few dozen.
   Eigen::VectorXd likeliest_noises(const Eigen::MatrixXd& parts) const;
   struct LeftOut {
     Eigen::RowVectorXd errors;  // of a material's values over what the other materials tell of them
