@@ -265,25 +265,27 @@ std::vector<float> radiance_of(const ExrImage& image, const std::string& file, i
   return radiance;
 }
 
-std::vector<float> read_resampled_luminance(const std::string& file, int size, const PhotoOptions& options,
-                                            std::vector<float>* errors) {
-  if (!errors) return read_resampled_radiance(file, size, 1, options);
-  Planes luminance, of_errors;
+ResampledLuminance read_resampled_luminance(const std::string& file, int size, const PhotoOptions& options) {
+  ResampledLuminance result;
+  Planes luminance, errors;
   if (is_exr(read_file(file))) {
     const ExrImage image = read_exr(file);
-    luminance = {image.width, image.height, luminance_of(image, file, &of_errors.values)};
+    check_square(file, image.width, image.height);
+    luminance = {image.width, image.height, luminance_of(image, file, &errors.values)};
   } else {
-    const Photo photo = luminance_of(read_photo(file, options));
-    luminance = {photo.width, photo.height, photo.value};
-    of_errors.values = photo.noise;
+    Photo photo = luminance_of(read_photo(file, options));
+    check_square(file, photo.width, photo.height);
+    result.saturated = photo.saturated;
+    luminance = {photo.width, photo.height, std::move(photo.value)};
+    errors.values = std::move(photo.noise);
   }
-  check_square(file, luminance.width, luminance.height);
   check_radiance(luminance.values, file);
-  of_errors.width = luminance.width;
-  of_errors.height = luminance.height;
-  *errors = resampled(of_errors, whole(of_errors), size, Kind::errors);
-  if (luminance.width < size) std::fill(errors->begin(), errors->end(), 0.0F);
-  return resampled(luminance, whole(luminance), size);
+  errors.width = luminance.width;
+  errors.height = luminance.height;
+  result.value = resampled(luminance, whole(luminance), size);
+  result.errors = resampled(errors, whole(errors), size, Kind::errors);
+  if (luminance.width < size) std::fill(result.errors.begin(), result.errors.end(), 0.0F);
+  return result;
 }
 
 std::vector<float> read_resampled_radiance(const std::string& file, int size, int colours, const PhotoOptions& photo,

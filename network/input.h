@@ -59,13 +59,19 @@ struct CutOut {
   std::vector<float> covered;  // (size, size), of what the network sees: the share of each pixel that the object has
 };
 
+// An image in as many pixels as a network sees.
+struct ResampledLuminance {
+  std::vector<float> value;  // (size, size)
+  // Standard errors, as if those of the image's pixels were independent; 0 where an EXR file does not say, and between
+  // pixels, where what is read is not independent.
+  std::vector<float> errors;
+  double saturated = 0;  // share of a photo's pixels
+};
+
 // As read_luminance(), of any square image, photos too (runtime/image/photo.h): averaged over the squares of size x
-// size pixels, or between pixels where it has fewer. errors: become the standard errors of that, as if those of the
-// image's pixels were independent; 0 where an EXR file has no channel stderr.Y, and between pixels, where what is read
-// is not independent. Throws InputError: not square, black or with much below 0, and what read_luminance() throws
-// beside the size.
-std::vector<float> read_resampled_luminance(const std::string& file, int size, const PhotoOptions& photo = {},
-                                            std::vector<float>* errors = nullptr);
+// size pixels, or between pixels where it has fewer. Throws InputError: not square, black or with much below 0, and
+// what read_luminance() throws beside the size.
+ResampledLuminance read_resampled_luminance(const std::string& file, int size, const PhotoOptions& photo = {});
 // The same of planes, as radiance_of() has them. object: of the square around it, where each pixel has what is seen of
 // the object in it, or 0; throws InputError where the image has another width or height than the object's mask.
 // saturated: becomes the share of a photo's pixels (of the object's, where there is one) that are.

@@ -97,7 +97,8 @@ void run(PredictArguments options) {
   Showing showing;
   if (options.exemplars > 0) {
     device.emplace(options.common.device);
-    progress.emplace(options.scene, options.exemplars, "exemplars", !options.common.quiet);
+    const double renderings = options.exemplars + static_cast<double>(options.images.size());
+    progress.emplace(options.scene, renderings, "renderings", !options.common.quiet);
     showing = {options.exemplars, &*device, options.common.spp, options.common.seed,
                [&](double fraction) { progress->update(fraction); }};
   }
@@ -116,7 +117,7 @@ void run(PredictArguments options) {
   int doubted = 0;
   const auto each = [&](const NetworkDescription& network, const ImagePrediction& image) {
     nlohmann::ordered_json line{{"file", image.file}};
-    progress.reset();
+    if (progress) progress->clear();
     std::string text = image.file;
     for (std::size_t i = 0; i < image.parameters.size(); ++i) {
       const ParameterEstimate& estimate = image.parameters[i];

@@ -121,7 +121,7 @@ nb::dict predict(const std::vector<std::string>& images, const std::string& run,
     const SharedShowing shared(exemplars, spp, seed, running);
     request.showing = shared.showing;
     return predict_images(request, running.cancel(), [&](const NetworkDescription&, const ImagePrediction&) {
-      running.update(static_cast<double>(++done) / static_cast<double>(images.size()));
+      if (exemplars == 0) running.update(static_cast<double>(++done) / static_cast<double>(images.size()));
     });
   });
   nb::list rows, warnings, doubts;  // value, low, high of every parameter
@@ -256,7 +256,7 @@ void bind_learn(nb::module_& module) {
   module.def(
       "luminance",
       [](const std::string& file, int size) {
-        std::vector<float> values = size > 0 ? read_resampled_luminance(file, size) : std::vector<float>();
+        std::vector<float> values = size > 0 ? read_resampled_luminance(file, size).value : std::vector<float>();
         const auto side = static_cast<std::size_t>(size);
         return numpy_array(std::move(values), {side, side});
       },

@@ -23,6 +23,7 @@
 #include "runtime/dataset/shape_buffers.h"
 #include "runtime/dataset/stored_image.h"
 #include "runtime/image/exr.h"
+#include "runtime/image/halves.h"
 #include "runtime/scene/mesh/mesh_file.h"
 
 namespace itn {
@@ -57,20 +58,6 @@ std::vector<std::string> channels_of(const Manifest& set) {
   if (set.flash > 0) add_light(names, "flash.");
   if (set.cameras) names.insert(names.end(), buffer_names.begin(), buffer_names.end());
   return names;
-}
-
-// From two halves of the samples, two or more each, the whole.
-Rendering whole_of(const Rendering& a, const Rendering& b) {
-  Rendering whole = a;
-  const double n = a.spp;
-  for (std::size_t k = 0; k < whole.mean.size(); ++k) {
-    // Squares about their own means, then about the mean of both.
-    const double squares = (n - 1) * n * (std::pow(a.stderr_[k], 2) + std::pow(b.stderr_[k], 2)) +
-                           n / 2 * std::pow(a.mean[k] - b.mean[k], 2);
-    whole.mean[k] = (a.mean[k] + b.mean[k]) / 2;
-    whole.stderr_[k] = static_cast<float>(std::sqrt(squares / (2 * n * (2 * n - 1))));
-  }
-  return whole;
 }
 
 class DatasetRenderer {

@@ -241,65 +241,90 @@ std::optional<Network> judge_of(const PredictionRequest& request, const NetworkD
   return judge;
 }
 
+// Of one image after another.
+class ImagePredictor {
+ public:
+  using Each = std::function<void(const NetworkDescription&, const ImagePrediction&)>;
+
+  ImagePredictor(const PredictionRequest& request, const std::atomic<bool>& cancel, const Each& each)
+      : request_(request),
+        cancel_(cancel),
+        each_(each),
+        network_(network_of(request.run)),
+        result_{network_.description(), {}, false, 0, {}} {
+    check(request, result_.network);
+    judge_ = judge_of(request, result_.network);
+    known_.emplace(request, result_.network);
+    result_.in_scene = known_->body().has_value();
+  }
+
+  PredictedImages all() {
+    if (request_.showing.exemplars > 0)
+      by_exemplars();
+    else
+      by_network();
+    return std::move(result_);
+  }
+
+ private:
+  void by_exemplars() {
+    std::vector<ResampledLuminance> photos;
+    for (const std::string& file : request_.images)
+      photos.push_back(read_resampled_luminance(file, result_.network.size, request_.photo));
+    const SceneToShow scene{*request_.scene, request_.sensor, 0,
+                            *known_->body(), known_->view(),  "--scene " + request_.scene->file};
+    const auto each = [&](const ShownAnswer& answer) {
+      if (answer.verdict) result_.doubt_limit = SceneLikeness::limit;
+      add(answer.parameters, answer.verdict, photos[result_.images.size()].saturated);
+    };
+    result_.exemplars_spp = show_scene(network_, scene, photos, request_.showing, cancel_, each);
+  }
+
+  void by_network() {
+    if (judge_) result_.doubt_limit = judge_->description().limit;
+    std::vector<float> input(network_.image_values());
+    for (std::size_t k = 0; k < request_.images.size(); ++k) {
+      if (cancel_) throw Interrupted();
+      const double saturated = known_->see(k, input);
+      std::optional<Verdict> verdict;
+      if (judge_) verdict = verdict_of(judge_->forward(input, 1), judge_->description());
+      add(estimates_of(network_.forward(input, 1), result_.network), verdict, saturated);
+    }
+  }
+
+  // The next image.
+  void add(std::vector<ParameterEstimate> parameters, const std::optional<Verdict>& verdict, double saturated) {
+    ImagePrediction image{request_.images[result_.images.size()], {}, std::move(parameters), verdict};
+    const bool shown = request_.showing.exemplars > 0;
+    for (const std::string& warning :
+         {saturation_warning(image.file, saturated),
+          verdict ? doubt_warning(image.file, *verdict, *result_.doubt_limit, shown) : std::string()})
+      if (!warning.empty()) image.warnings.push_back(warning);
+    for (std::size_t i = 0; i < image.parameters.size(); ++i) {
+      if (!result_.network.outputs[i].name.starts_with("sigma_t")) continue;
+      for (double* number : {&image.parameters[i].value, &image.parameters[i].low, &image.parameters[i].high}) {
+        if (result_.in_scene) *number = sigma_t_in_scene(*number, result_.network, *known_->body());
+        if (request_.longest_side_mm > 0) *number *= result_.network.mm_per_unit / request_.longest_side_mm;
+      }
+    }
+    if (each_) each_(result_.network, image);
+    result_.images.push_back(std::move(image));
+  }
+
+  const PredictionRequest& request_;
+  const std::atomic<bool>& cancel_;
+  const Each& each_;
+  Network network_;
+  PredictedImages result_;
+  std::optional<Network> judge_;
+  std::optional<Known> known_;  // looks at the network in result_
+};
+
 }  // namespace
 
 PredictedImages predict_images(const PredictionRequest& request, const std::atomic<bool>& cancel,
                                const std::function<void(const NetworkDescription&, const ImagePrediction&)>& each) {
-  Network network = network_of(request.run);
-  const NetworkDescription& description = network.description();
-  check(request, description);
-  std::optional<Network> judge = judge_of(request, description);
-  Known known(request, description);
-
-  std::vector<std::vector<float>> inputs(request.images.size());
-  std::vector<double> saturated(inputs.size());
-  const auto see = [&](std::size_t k) {
-    inputs[k].resize(network.image_values());
-    saturated[k] = known.see(k, inputs[k]);
-  };
-  std::optional<ShownScene> shown;
-  if (request.showing.exemplars > 0) {
-    for (std::size_t k = 0; k < inputs.size(); ++k) see(k);
-    std::vector<ScenePhoto> photos(inputs.size());
-    for (std::size_t k = 0; k < photos.size(); ++k)
-      photos[k].luminance =
-          read_resampled_luminance(request.images[k], description.size, request.photo, &photos[k].errors);
-    const SceneToShow scene{*request.scene, request.sensor, 0,
-                            *known.body(),  known.view(),   "--scene " + request.scene->file};
-    shown = show_scene(network, scene, photos, request.showing, cancel);
-  }
-  PredictedImages result{description, {}, known.body().has_value(), shown ? shown->spp : 0, {}};
-  if (judge) result.doubt_limit = judge->description().limit;
-  for (std::size_t k = 0; k < request.images.size(); ++k) {
-    if (cancel) throw Interrupted();
-    if (!shown) see(k);
-    ImagePrediction image{request.images[k], {}, {}, {}};
-    if (shown) {
-      const ShownScene::Answer& answer = shown->answers[k];
-      image.parameters = estimates_of(answer.samples);
-      image.verdict = answer.verdict;
-      if (answer.verdict) result.doubt_limit = SceneLikeness::limit;
-    } else {
-      image.parameters = estimates_of(network.forward(inputs[k], 1), description);
-    }
-    if (judge) image.verdict = verdict_of(judge->forward(inputs[k], 1), judge->description());
-    for (const std::string& warning :
-         {saturation_warning(image.file, saturated[k]),
-          image.verdict ? doubt_warning(image.file, *image.verdict, *result.doubt_limit, shown.has_value())
-                        : std::string()})
-      if (!warning.empty()) image.warnings.push_back(warning);
-    for (std::size_t i = 0; i < image.parameters.size(); ++i) {
-      if (!description.outputs[i].name.starts_with("sigma_t")) continue;
-      for (double* number : {&image.parameters[i].value, &image.parameters[i].low, &image.parameters[i].high}) {
-        if (result.in_scene) *number = sigma_t_in_scene(*number, description, *known.body());
-        if (request.longest_side_mm > 0) *number *= description.mm_per_unit / request.longest_side_mm;
-      }
-    }
-    inputs[k] = {};  // of many images they would be much
-    if (each) each(description, image);
-    result.images.push_back(std::move(image));
-  }
-  return result;
+  return ImagePredictor(request, cancel, each).all();
 }
 
 }  // namespace itn

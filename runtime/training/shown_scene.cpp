@@ -11,6 +11,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/random.h"
+#include "runtime/image/halves.h"
 #include "runtime/inversion/posterior/low_discrepancy.h"
 #include "runtime/training/answer_emulator.h"
 #include "runtime/training/image_sums.h"
@@ -124,7 +125,8 @@ struct Exemplars {
   void add(const Eigen::VectorXd& at, const MaterialImages& a, const MaterialImages& b, Look& look) {
     const Eigen::Index d = at.size(), before = points.cols(), first = before * (1 + d);
     const auto pixels = static_cast<Eigen::Index>(a.image.mean.size());
-    const Eigen::RowVectorXf luminance = (row_of(a.image.mean) + row_of(b.image.mean)) / 2;
+    const Rendering whole = whole_of(a.image, b.image);
+    const Eigen::RowVectorXf luminance = row_of(whole.mean);
     const auto share = static_cast<float>(step);
     points.conservativeResize(d, before + 1);
     points.rightCols(1) = at;
@@ -144,9 +146,7 @@ struct Exemplars {
       seen.halves.row(first + 1 + i) =
           look.seen_difference(luminance, share * (a.by_shares.row(i) - b.by_shares.row(i)) / 2) / (2 * share);
     }
-    const Eigen::RowVectorXf error =
-        (row_of(a.image.stderr_).cwiseAbs2() + row_of(b.image.stderr_).cwiseAbs2()).cwiseSqrt() / 2;
-    seen.errors.row(before) = look.seen_difference(luminance, error);
+    seen.errors.row(before) = look.seen_difference(luminance, row_of(whole.stderr_));
   }
 };
 
@@ -178,23 +178,24 @@ class Comparison {
 
 class SceneShow {
  public:
-  SceneShow(Network& network, const SceneToShow& scene, const std::vector<ScenePhoto>& photos, const Showing& how,
-            const std::atomic<bool>& cancel)
+  SceneShow(Network& network, const SceneToShow& scene, const std::vector<ResampledLuminance>& photos,
+            const Showing& how, const std::atomic<bool>& cancel)
       : network_(network.description()),
         photos_(photos),
         how_(how),
         look_(network, scene.view),
         renderer_(network_, scene, *how.device, options_of(how, cancel)) {
-    for (const ScenePhoto& photo : photos) seen_.push_back(look_.at(row_of(photo.luminance)));
+    for (const ResampledLuminance& photo : photos) seen_.push_back(look_.at(row_of(photo.value)));
     const Eigen::VectorXd middle = Eigen::VectorXd::Zero(dimensions());
     double as_noisy = 0, noise = 0;
     // Of the noisiest: of the others intervals are a little too wide.
-    for (const ScenePhoto& photo : photos) noise = std::max(noise, noise_share(photo.luminance, photo.errors));
+    for (const ResampledLuminance& photo : photos) noise = std::max(noise, noise_share(photo.value, photo.errors));
     if (noise > 0) as_noisy = samples_as_noisy(noise, renderer_.render(shares_of(middle), 0, pilot_spp).image);
     spp_ = samples_for(how, photos.size(), as_noisy);
   }
 
-  ShownScene show() {
+  // Returns the samples a pixel of an exemplar.
+  int show(const std::function<void(const ShownAnswer&)>& each) {
     Exemplars shared;
     // Where the photos' materials may be, if each gets some; else all lie where any photo's may.
     int refining = std::max(0, how_.exemplars - std::max(least_exemplars, how_.exemplars / 2));
@@ -211,11 +212,10 @@ class SceneShow {
       }
     }
     const std::vector<Eigen::VectorXd> found = materials_in(shared);
-    ShownScene shown{spp_, {}};
     const std::size_t groups = (found.size() + most_in_group - 1) / most_in_group;
     for (std::size_t group = 0; group < groups; ++group)
-      answer(shared, found, group * found.size() / groups, (group + 1) * found.size() / groups, shown.answers);
-    return shown;
+      answer(shared, found, group * found.size() / groups, (group + 1) * found.size() / groups, each);
+    return spp_;
   }
 
  private:
@@ -250,20 +250,23 @@ class SceneShow {
 
   // Of photos from one to another, after the scene is rendered where the material of each was found, too.
   void answer(Exemplars exemplars, const std::vector<Eigen::VectorXd>& found, std::size_t from, std::size_t to,
-              std::vector<ShownScene::Answer>& answers) {
+              const std::function<void(const ShownAnswer&)>& each) {
     for (std::size_t photo = from; photo < to; ++photo) render(exemplars, found[photo]);
     const Comparison comparison(exemplars, network_);
     const SceneLikeness likeness(comparison.kernel(), exemplars.seen, network_.size);
     for (std::size_t photo = from; photo < to; ++photo) {
       const Eigen::MatrixXd points = comparison.posterior(seen_[photo], samples, how_.seed);
-      ShownScene::Answer& answer = answers.emplace_back();
-      for (Eigen::Index s = 0; s < points.cols(); ++s) answer.samples.push_back(values_of(points.col(s)));
-      const std::vector<float>& errors = photos_[photo].errors;
-      if (!(noise_share(photos_[photo].luminance, errors) > 0)) continue;
-      const Eigen::RowVectorXf seen_errors = look_.seen_difference(row_of(photos_[photo].luminance), row_of(errors));
-      const double doubt = likeness.doubt(seen_[photo].image, seen_errors, points.rowwise().mean());
-      answer.verdict = {doubt, doubt > SceneLikeness::limit};
+      std::vector<std::vector<double>> values;
+      for (Eigen::Index s = 0; s < points.cols(); ++s) values.push_back(values_of(points.col(s)));
+      each({estimates_of(values), verdict(photo, likeness, points.rowwise().mean())});
     }
+  }
+
+  std::optional<Verdict> verdict(std::size_t photo, const SceneLikeness& likeness, const Eigen::VectorXd& from) {
+    const std::vector<float>&value = photos_[photo].value, &errors = photos_[photo].errors;
+    if (!(noise_share(value, errors) > 0)) return {};
+    const double doubt = likeness.doubt(seen_[photo].image, look_.seen_difference(row_of(value), row_of(errors)), from);
+    return Verdict{doubt, doubt > SceneLikeness::limit};
   }
 
   std::vector<double> values_of(const Eigen::VectorXd& point) const {
@@ -275,7 +278,7 @@ class SceneShow {
   }
 
   const NetworkDescription& network_;
-  const std::vector<ScenePhoto>& photos_;
+  const std::vector<ResampledLuminance>& photos_;
   const Showing& how_;
   Look look_;
   MaterialRenderer renderer_;
@@ -285,10 +288,11 @@ class SceneShow {
 
 }  // namespace
 
-ShownScene show_scene(Network& network, const SceneToShow& scene, const std::vector<ScenePhoto>& photos,
-                      const Showing& how, const std::atomic<bool>& cancel) {
+int show_scene(Network& network, const SceneToShow& scene, const std::vector<ResampledLuminance>& photos,
+               const Showing& how, const std::atomic<bool>& cancel,
+               const std::function<void(const ShownAnswer&)>& each) {
   require_exemplars(how.exemplars);
-  return SceneShow(network, scene, photos, how, cancel).show();
+  return SceneShow(network, scene, photos, how, cancel).show(each);
 }
 
 std::vector<ParameterEstimate> estimates_of(const std::vector<std::vector<double>>& samples) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "network/distribution.h"
+#include "network/input.h"
 #include "network/judge.h"
 #include "network/network.h"
 #include "runtime/device/device.h"
@@ -27,27 +28,20 @@ struct Showing {
   std::function<void(double)> progress = {};  // fraction done
 };
 
-// In the pixels that the network sees (read_resampled_luminance()).
-struct ScenePhoto {
-  std::vector<float> luminance;
-  std::vector<float> errors;  // standard errors; zeros: the file does not say
+// What is known of a photo.
+struct ShownAnswer {
+  std::vector<ParameterEstimate> parameters;  // of the network, in its units
+  // Is it like the scene, at any material (scene_likeness.h)? None where its noise is not known.
+  std::optional<Verdict> verdict;
 };
 
-struct ShownScene {
-  int spp = 0;  // samples a pixel of an exemplar
-  // What is known of a photo.
-  struct Answer {
-    std::vector<std::vector<double>> samples;  // of the network's parameters, in its units
-    // Is it like the scene, at any material (scene_likeness.h)? None where its noise is not known.
-    std::optional<Verdict> verdict;
-  };
-  std::vector<Answer> answers;  // to each photo
-};
-
-// Renders and looks. photos: one or more. cancel: once set, Interrupted is thrown soon. Throws UsageError, too: as
-// require_exemplars(), a sensor that is not square, a medium without one number of each of the network's names.
-ShownScene show_scene(Network& network, const SceneToShow& scene, const std::vector<ScenePhoto>& photos,
-                      const Showing& how, const std::atomic<bool>& cancel);
+// Renders and looks. photos: one or more, in the pixels that the network sees. each: is told of every photo, in their
+// order, as soon as it is answered. Returns the samples a pixel of an exemplar. cancel: once set, Interrupted is thrown
+// soon. Throws UsageError, too: as require_exemplars(), a sensor that is not square, a medium without one number of
+// each of the network's names.
+int show_scene(Network& network, const SceneToShow& scene, const std::vector<ResampledLuminance>& photos,
+               const Showing& how, const std::atomic<bool>& cancel,
+               const std::function<void(const ShownAnswer&)>& each);
 
 // Of each parameter its mean over the samples, and what 95 % of them lie between.
 std::vector<ParameterEstimate> estimates_of(const std::vector<std::vector<double>>& samples);

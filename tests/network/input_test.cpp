@@ -139,7 +139,7 @@ TEST_CASE("Images of more pixels are averaged, of fewer interpolated") {
     ExrImage image{from, from, {"Y"}, {}, {}};
     for (int y = 0; y < from; ++y) image.data.insert(image.data.end(), values.begin(), values.end());
     write_exr(folder / "a.exr", image);
-    const std::vector<float> all = read_resampled_luminance(folder / "a.exr", size);
+    const std::vector<float> all = read_resampled_luminance(folder / "a.exr", size).value;
     REQUIRE(all.size() == static_cast<std::size_t>(size * size));
     std::vector<float> first(all.begin(), all.begin() + size);
     for (int y = 0; y < size; ++y)
@@ -155,7 +155,7 @@ TEST_CASE("Images of more pixels are averaged, of fewer interpolated") {
     CHECK(three_of_four[i] == Approx(std::array{(3 + 6 / 3.0) / (4 / 3.0), 7.5, (9 / 3.0 + 0) / (4 / 3.0)}[i]));
   // Rows are not columns.
   write_exr(folder / "a.exr", {2, 2, {"Y"}, {1, 2, 3, 4}, {}});
-  CHECK(read_resampled_luminance(folder / "a.exr", 2) == std::vector<float>{1, 2, 3, 4});
+  CHECK(read_resampled_luminance(folder / "a.exr", 2).value == std::vector<float>{1, 2, 3, 4});
   write_exr(folder / "a.exr", {4, 1, {"Y"}, {1, 2, 3, 4}, {}});
   CHECK_THROWS_WITH(read_resampled_luminance(folder / "a.exr", 2), Contains("4 x 1 pixels, need a square image"));
   write_exr(folder / "a.exr", {2, 2, {"Y"}, {1, 2, NAN, 4}, {}});
@@ -165,9 +165,7 @@ TEST_CASE("Images of more pixels are averaged, of fewer interpolated") {
 TEST_CASE("Errors of an image of more pixels are averaged as independent, of fewer nobody knows them") {
   const TemporaryFolder folder;
   const auto errors = [&](int size) {
-    std::vector<float> result;
-    const std::vector<float> value = read_resampled_luminance(folder / "photo.exr", size, {}, &result);
-    CHECK(value == read_resampled_luminance(folder / "photo.exr", size));
+    const std::vector<float> result = read_resampled_luminance(folder / "photo.exr", size).errors;
     REQUIRE(result.size() == static_cast<std::size_t>(size * size));
     for (const float error : result) CHECK(error == result[0]);
     return result[0];
@@ -393,7 +391,7 @@ TEST_CASE("a photo that is black or below 0 is refused, noise around black is no
   const TemporaryFolder folder;
   const auto read = [&](const std::vector<float>& values) {
     write_exr(folder / "a.exr", {2, 2, {"Y"}, values, {}});
-    return read_resampled_luminance(folder / "a.exr", 2);
+    return read_resampled_luminance(folder / "a.exr", 2).value;
   };
   CHECK(read({1, 2, 3, -0.01F}).size() == 4);
   CHECK_THROWS_WITH(read({1, 2, 3, -4}), Contains("a.exr: its values below 0"));

@@ -73,17 +73,22 @@ TEST_CASE(
   *told = "other";
   itn::write_exr(silent, image);
 
-  // The sun was 30 degrees from there.
-  const Result result =
-      run_itn(predict(scene_file, {photo, silent, "-D", "sun=0.25, 0.43301270189221935, 0.8660254037844386",
-                                   "--exemplars", "12", "--json", "-"}));
+  // The sun was 30 degrees from there. More photos than are answered together.
+  Strings more{"-D", "sun=0.25, 0.43301270189221935, 0.8660254037844386", "--exemplars", "12", "--json", "-", silent};
+  constexpr std::size_t photos = 25;
+  more.insert(more.end(), photos, photo);
+  const Result result = run_itn(predict(scene_file, more));
   INFO(result.error);
   REQUIRE(result.exit_code == 0);
   const auto json = nlohmann::json::parse(result.output);
-  CHECK(json["images"][0]["doubted"] == true);
-  CHECK(json["images"][0]["doubt"].get<double>() > json["doubt_limit"].get<double>());
+  REQUIRE(json["images"].size() == 1 + photos);
+  CHECK_FALSE(json["images"][0].contains("doubt"));
+  for (std::size_t k = 1; k <= photos; ++k) {
+    CHECK(json["images"][k]["file"] == photo);
+    CHECK(json["images"][k]["doubted"] == true);
+    CHECK(json["images"][k]["doubt"].get<double>() > json["doubt_limit"].get<double>());
+  }
   CHECK(result.error.find("photo.exr: is unlike the scene") != std::string::npos);
-  CHECK_FALSE(json["images"][1].contains("doubt"));
 }
 
 TEST_CASE("itn predict --exemplars refuses what it cannot be shown") {
