@@ -1,14 +1,11 @@
 #include "network/onnx_file.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <cstdint>
 #include <utility>
 
 #include "network/input.h"
 #include "network/network_file.h"
-#include "runtime/base/error.h"
 #include "runtime/base/statistics.h"
 #include "runtime/base/version.h"
 
@@ -100,22 +97,67 @@ class Graph {
   Message graph_;
 };
 
-// Returns the name of what the first stage sees.
-std::string add_input(Graph& graph, const NetworkDescription& network) {
-  const auto size = static_cast<std::size_t>(network.size);
-  const double dark = darkest_radiance * network.luminance;
-  graph.input("luminance", {0, 1, size, size});
-  graph.constant("dark", {}, std::vector<float>{static_cast<float>(dark)});
-  graph.constant("middle", {}, std::vector<float>{static_cast<float>(network.luminance + dark)});
-  graph.node("Relu", {"luminance"}, "light");
-  graph.node("Add", {"light", "dark"}, "brighter");
-  graph.node("Div", {"brighter", "middle"}, "relative");
-  graph.node("Log", {"relative"}, "seen");
-  if (network.channels == 1) return "seen";
-  graph.input("known", {0, static_cast<std::size_t>(network.channels) - 1, size, size});
-  graph.node("Concat", {"seen", "known"}, "all", {attribute("axis", 1)});
-  return "all";
-}
+constexpr const char* known_input = "known";
+
+// What a network sees of its inputs, as input.h has it.
+class InputGraph {
+ public:
+  InputGraph(Graph& graph, const NetworkDescription& network)
+      : graph_(graph), network_(network), inputs_(onnx_inputs(network)) {
+    const auto side = static_cast<std::size_t>(network.size);
+    for (const std::string& name : inputs_) {
+      const int channels = name == known_input ? network.channels - 1 : channels_of_input(name);
+      graph_.input(name, {0, static_cast<std::size_t>(channels), side, side});
+    }
+    const auto dark = static_cast<float>(darkest_radiance);
+    const auto unit = static_cast<float>(network.luminance);
+    graph_.constant("dark", {}, std::vector<float>{network.exposure ? dark : dark * unit});
+    if (network.exposure)
+      graph_.constant("least", {}, std::vector<float>{1e-30F});
+    else
+      graph_.constant("middle", {}, std::vector<float>{unit + dark * unit});
+    if (network.cut_out > 0) mean_of("mask");
+  }
+
+  // Returns the name of what the first stage sees.
+  std::string all() {
+    Names seen;
+    for (const std::string& name : inputs_) {
+      const bool of_light = name.ends_with("luminance") || name.ends_with("rgb");
+      if (of_light || name == known_input || sees(network_, name)) seen.push_back(of_light ? radiance(name) : name);
+    }
+    if (seen.size() == 1) return seen.front();
+    graph_.node("Concat", seen, "all", {attribute("axis", 1)});
+    return "all";
+  }
+
+ private:
+  std::string mean_of(const std::string& name) {
+    graph_.node("ReduceMean", {name}, name + ".mean", {attribute("axes", std::vector<std::uint64_t>{1, 2, 3})});
+    return name + ".mean";
+  }
+
+  std::string radiance(const std::string& name) {
+    std::string shown = name, dark = "dark", middle = "middle";
+    if (network_.cut_out > 0) graph_.node("Mul", {name, "mask"}, shown = name + ".object");
+    if (network_.exposure) {
+      std::string mean = mean_of(shown);
+      if (network_.cut_out > 0) graph_.node("Div", {std::exchange(mean, name + ".unit"), "mask.mean"}, name + ".unit");
+      graph_.node("Max", {mean, "least"}, name + ".above_0");
+      graph_.node("Mul", {name + ".above_0", "dark"}, dark = name + ".dark");
+      graph_.node("Add", {name + ".above_0", dark}, middle = name + ".middle");
+    }
+    graph_.node("Relu", {shown}, name + ".light");
+    graph_.node("Add", {name + ".light", dark}, name + ".brighter");
+    graph_.node("Div", {name + ".brighter", middle}, name + ".relative");
+    graph_.node("Log", {name + ".relative"}, name + ".seen");
+    return name + ".seen";
+  }
+
+  Graph& graph_;
+  const NetworkDescription& network_;
+  Names inputs_;
+};
 
 std::string add_stages(Graph& graph, const Network& network, std::string seen) {
   int size = network.description().size;
@@ -153,7 +195,7 @@ void add_last(Graph& graph, const Network& network, const std::string& name, std
 // The output `name` of shares: low + (high - low) share, or low (high / low)^share (output_range.h).
 void add_parameters(Graph& graph, const std::string& share, const std::string& name, std::size_t count) {
   graph.node("Mul", {share, "range"}, name + ".above_low");
-  graph.node("Add", {name + ".above_low", "least"}, name + ".coordinate");
+  graph.node("Add", {name + ".above_low", "lowest"}, name + ".coordinate");
   graph.node("Exp", {name + ".coordinate"}, name + ".exponential");
   graph.node("Where", {"logarithmic", name + ".exponential", name + ".coordinate"}, name);
   graph.output(name, {0, count});
@@ -187,7 +229,7 @@ void add_outputs(Graph& graph, const Network& network) {
     range.push_back(static_cast<float>(o.logarithmic ? std::log(o.high / o.low) : o.high - o.low));
     logarithmic.push_back(o.logarithmic);
   }
-  graph.constant("least", {outputs.size()}, low);
+  graph.constant("lowest", {outputs.size()}, low);
   graph.constant("range", {outputs.size()}, range);
   graph.constant("logarithmic", {outputs.size()}, logarithmic);
   add_last(graph, network, "fully_connected", 0, outputs.size());
@@ -198,13 +240,21 @@ void add_outputs(Graph& graph, const Network& network) {
 
 }  // namespace
 
+std::vector<std::string> onnx_inputs(const NetworkDescription& network) {
+  if (is_plain(network)) return network.channels > 1 ? Names{"luminance", known_input} : Names{"luminance"};
+  Names names = inputs_of(network);
+  if (network.cut_out > 0 && !sees(network, "mask")) names.emplace_back("mask");
+  return names;
+}
+
+std::vector<std::string> onnx_outputs(const NetworkDescription& network) {
+  return network.distribution ? Names{"parameters", "low", "high"} : Names{"parameters"};
+}
+
 std::string onnx_bytes(const Network& network) {
   const NetworkDescription& description = network.description();
-  if (!is_plain(description))
-    throw UsageError(
-        fmt::format("ONNX: knows networks of luminance, shape and light; this one {}", beyond_plain(description)));
   Graph graph;
-  const std::string features = add_stages(graph, network, add_input(graph, description));
+  const std::string features = add_stages(graph, network, InputGraph(graph, description).all());
   graph.node("Flatten", {features}, "features");
   add_outputs(graph, network);
 

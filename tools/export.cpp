@@ -30,11 +30,8 @@ void run(const ExportArguments& options) {
   const std::string bytes = onnx_bytes(network);
   write_file(options.output, bytes);
   const NetworkDescription& description = network.description();
-  nlohmann::ordered_json inputs{"luminance"}, outputs = nlohmann::ordered_json::array();
-  if (description.channels > 1) inputs.push_back("known");
+  nlohmann::ordered_json outputs = nlohmann::ordered_json::array();
   for (const OutputRange& output : description.outputs) outputs.push_back(output.name);
-  nlohmann::ordered_json results{"parameters"};
-  if (description.distribution) results.insert(results.end(), {"low", "high"});
   if (options.common.talkative())
     fmt::print("{}: {} of {} x {} pixels, {} bytes\n", options.output, description.kind, description.size,
                description.size, bytes.size());
@@ -43,8 +40,8 @@ void run(const ExportArguments& options) {
                               {"output", options.output},
                               {"network", description.kind},
                               {"size", description.size},
-                              {"inputs", inputs},
-                              {"outputs", results},
+                              {"inputs", onnx_inputs(description)},
+                              {"outputs", onnx_outputs(description)},
                               {"parameters", outputs}});
 }
 
@@ -55,7 +52,11 @@ void add_export(CLI::App& app) {
   CLI::App* command = app.add_subcommand("export",
                                          "a trained network as ONNX, for other tools: radiance in, parameters in their "
                                          "units out, with their 95 % intervals where it says them");
-  command->add_option("run", options->run, "folder that itn train wrote, .safetensors file, or `shipped`")->required();
+  command
+      ->add_option(
+          "run", options->run,
+          "folder that itn train wrote, .safetensors file, or a network that ships: `shipped`, `shipped-photos`")
+      ->required();
   command->add_option("-o,--output", options->output, "file to write, NAME.onnx")->required();
   add_common_options(*command, options->common);
   command->callback([options] { run(*options); });

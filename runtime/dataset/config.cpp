@@ -139,7 +139,7 @@ class Reader {
 
   template <class Value, class Valid>
   void read(const char* key, Value& value, const std::string& need, Valid&& valid) {
-    known_.emplace_back(key);
+    know(key);
     const Json& j = at(key);
     try {
       Value read = j.get<Value>();
@@ -150,14 +150,14 @@ class Reader {
     }
   }
   void read_whole(const char* key, int& value, int low, int high) {
-    known_.emplace_back(key);
+    know(key);
     const Json& j = at(key);
     if (!j.is_number_integer() || j < low || j > high)
       fail(key, fmt::format("a whole number from {} to {}", low, high));
     value = j;
   }
   void read_seed(const char* key, std::uint64_t& value) {
-    known_.emplace_back(key);
+    know(key);
     const Json& j = at(key);
     if (!j.is_number_unsigned()) fail(key, "a whole number from 0 to 2^64 - 1");
     value = j;
@@ -181,12 +181,11 @@ class Reader {
   }
   // Is a key there that may be left out?
   bool has(const char* key) {
-    const bool there = json_.contains(key);
-    if (!there) known_.emplace_back(key);
-    return there;
+    know(key);
+    return json_.contains(key);
   }
   const Json& object(const char* key) {
-    known_.emplace_back(key);
+    know(key);
     return at(key);
   }
   void finish() const {
@@ -197,6 +196,9 @@ class Reader {
   }
 
  private:
+  void know(const char* key) {
+    if (std::find(known_.begin(), known_.end(), key) == known_.end()) known_.emplace_back(key);
+  }
   static bool is_list_of_numbers(const Json& json) {
     return json.is_array() && std::all_of(json.begin(), json.end(), [](const Json& j) { return j.is_number(); });
   }

@@ -261,7 +261,6 @@ TEST_CASE("a network of colours, a flash and a mask: from training to errors, an
 
   CHECK_THAT(refusal({"train", data, "--network", "itn", "-o", folder / "itn"}), Contains("rn learns from such a set"));
   CHECK_THAT(refusal({"eval", data, run, "-o", folder / "report"}), Contains("itn predict RUN --dataset"));
-  CHECK_THAT(refusal({"export", run, "-o", folder / "a.onnx"}), Contains("this one sees rgb"));
   CHECK_THAT(refusal({"train", data, "--network", "rn", "--inputs", "image", "--channels", "1", "-o", folder / "b"}),
              Contains("give either"));
 }
