@@ -116,7 +116,7 @@ class InputGraph {
       graph_.constant("least", {}, std::vector<float>{1e-30F});
     else
       graph_.constant("middle", {}, std::vector<float>{unit + dark * unit});
-    if (network.cut_out > 0) mean_of("mask");
+    if (network.cut_out > 0 && network.exposure) mean_of("mask");
   }
 
   // Returns the name of what the first stage sees.
