@@ -25,7 +25,7 @@ namespace {
 constexpr int pilot_spp = 16;  // of the rendering that tells how many samples are as noisy as the photo
 constexpr int usual_spp = 64, least_spp = 4;
 constexpr int most_spp = 256;              // then what an emulator cannot follow is more than the noise
-constexpr int samples = 2000;              // of the posterior
+constexpr int samples = 1000;              // of the posterior: ends of intervals to a twelfth of a deviation
 constexpr int drawn_from = 256;            // samples of a posterior that says where exemplars shall lie
 constexpr std::size_t least_a_photo = 3;   // exemplars where its material may be; of fewer, intervals hold less often
 constexpr int sums_an_output = 3;          // of pixels
