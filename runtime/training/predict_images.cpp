@@ -284,7 +284,6 @@ class ImagePredictor {
     if (judge_) result_.doubt_limit = judge_->description().limit;
     std::vector<float> input(network_.image_values());
     for (std::size_t k = 0; k < request_.images.size(); ++k) {
-      if (cancel_) throw Interrupted();
       const double saturated = known_->see(k, input);
       std::optional<Verdict> verdict;
       if (judge_) verdict = verdict_of(judge_->forward(input, 1), judge_->description());
@@ -294,6 +293,7 @@ class ImagePredictor {
 
   // The next image.
   void add(std::vector<ParameterEstimate> parameters, const std::optional<Verdict>& verdict, double saturated) {
+    if (cancel_) throw Interrupted();
     ImagePrediction image{request_.images[result_.images.size()], {}, std::move(parameters), verdict};
     const bool shown = request_.showing.exemplars > 0;
     for (const std::string& warning :
