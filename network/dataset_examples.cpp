@@ -156,25 +156,34 @@ Photographs DatasetExamples::photographs(std::size_t index, std::uint64_t look) 
   const std::vector<float>& radiance = images_.radiance[original];
   const double strength =
       variation_.noise == 0 ? 0 : variation_.noise * random_uniform(variation_.seed, stream, 2 * radiance.size());
-  Photographs result{network_.size, noisy(radiance, images_.errors[original], strength, stream), {}, {}};
+  Photographs result{network_.size, noisy(radiance, images_.errors[original], strength, stream)};
   if (!images_.flash.empty())
     result.flash = noisy(images_.flash[original], images_.flash_errors[original], strength, RANDOM_FLASH + stream);
-  if (!images_.shapes.empty()) result.mask = images_.shapes[images_.shape_of[original]].mask;
+  if (!images_.shapes.empty()) result.shape = images_.shapes[images_.shape_of[original]];
+  result.light = images_.lights[original];
   return result;
+}
+
+std::size_t DatasetExamples::of_another_shape(std::size_t index, std::uint64_t random) const {
+  const std::size_t all = originals(), original = index % all;
+  const std::size_t first = original + 1 + random % std::max<std::size_t>(1, all - 1);
+  for (std::size_t k = 0; k < all; ++k)
+    if (const std::size_t other = (first + k) % all; images_.shape_of[other] != images_.shape_of[original])
+      return other;
+  return first % all;
 }
 
 void DatasetExamples::read(std::size_t index, std::uint64_t look, std::span<float> image,
                            std::span<double> truth) const {
   const std::size_t original = index % images_.images.size();
   Photographs seen = photographs(index, look);
-  const SeenShape* shape = images_.shapes.empty() ? nullptr : &images_.shapes[images_.shape_of[original]];
   if (!objects_.empty()) {
     const CutOut& object = objects_[images_.shape_of[original]];
     seen.image = cut_planes(std::move(seen.image), object);
     if (!seen.flash.empty()) seen.flash = cut_planes(std::move(seen.flash), object);
-    shape = &object.mask;
+    seen.shape = object.mask;
   }
-  network_input(network_, {seen.image, seen.flash, shape, &images_.lights[original]}, image);
+  network_input(network_, seen.seen(), image);
   if (index >= originals()) mirror_input(network_, image);
   for (std::size_t i = 0; i < truth.size(); ++i)
     truth[i] = parameter_of(images_.images[original], network_.outputs[i].name);

@@ -75,6 +75,9 @@ class DatasetExamples : public Examples {
   // What an example is made of, not mirrored; those from originals() on are to be.
   Photographs photographs(std::size_t index, std::uint64_t look) const;
   std::size_t originals() const { return images_.images.size(); }
+  // An example, before originals(), of another shape than that of `index`; of another image where there is one shape.
+  // random: which one.
+  std::size_t of_another_shape(std::size_t index, std::uint64_t random) const;
 
  private:
   // With noise of its own. stream: of the random numbers.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <numbers>
 #include <utility>
 
@@ -127,7 +128,9 @@ std::vector<float> box_of(const std::vector<float>& mask, int size) {
   return filled;
 }
 
-bool is_object(const Photographs& p, std::size_t i) { return p.mask.empty() || p.mask[i % pixels_of(p)] == 1; }
+bool is_object(const Photographs& p, std::size_t i) {
+  return p.shape.mask.empty() || p.shape.mask[i % pixels_of(p)] == 1;
+}
 
 double mean_over_object(const Photographs& p, const std::vector<float>& planes) {
   double sum = 0, count = 0;
@@ -154,7 +157,7 @@ void change_both(Photographs& p, const Each& each) {
   for (std::size_t i = 0; i < lit.size(); ++i) p.flash[i] = each(lit[i]) - p.image[i];
 }
 
-void make_noisy(Photographs& p, Draws& draws, const OthersFlash& /*unused*/) {
+void make_noisy(Photographs& p, Draws& draws, const Others& /*unused*/) {
   const double share = draws.between(0.1, 0.5);
   for (std::vector<float>* planes : {&p.image, &p.flash}) {
     const double deviation = share * mean_over_object(p, *planes);
@@ -162,14 +165,14 @@ void make_noisy(Photographs& p, Draws& draws, const OthersFlash& /*unused*/) {
   }
 }
 
-void blur(Photographs& p, Draws& draws, const OthersFlash& /*unused*/) {
+void blur(Photographs& p, Draws& draws, const Others& /*unused*/) {
   const double deviation = draws.between(1, 3) * p.size / usual_size;
   for (std::vector<float>* planes : {&p.image, &p.flash})
     for_each_plane(*planes, p.size,
                    [&](std::vector<float> plane) { return blurred(std::move(plane), p.size, deviation); });
 }
 
-void bend(Photographs& p, Draws& draws, const OthersFlash& /*unused*/) {
+void bend(Photographs& p, Draws& draws, const Others& /*unused*/) {
   const std::vector<float> lit = with_flash(p);
   const double white = std::max(1e-30, static_cast<double>(*std::max_element(lit.begin(), lit.end())));
   const double exponent = std::exp(draws.sign() * draws.between(0.4, 1));
@@ -178,7 +181,7 @@ void bend(Photographs& p, Draws& draws, const OthersFlash& /*unused*/) {
   });
 }
 
-void saturate(Photographs& p, Draws& draws, const OthersFlash& /*unused*/) {
+void saturate(Photographs& p, Draws& draws, const Others& /*unused*/) {
   const std::vector<float> lit = with_flash(p);
   std::vector<float> of_object;
   for (std::size_t i = 0; i < lit.size(); ++i)
@@ -190,22 +193,22 @@ void saturate(Photographs& p, Draws& draws, const OthersFlash& /*unused*/) {
   change_both(p, [&](float value) { return std::min(value, white); });
 }
 
-void spoil_mask(Photographs& p, Draws& draws, const OthersFlash& /*unused*/) {
+void spoil_mask(Photographs& p, Draws& draws, const Others& /*unused*/) {
   const double kind = draws.between(0, 4), scale = p.size / usual_size;
   const int reach = std::max(1, static_cast<int>(std::lround(draws.between(2, 6) * scale)));
   std::vector<float> mask;
   if (kind < 1) {
-    mask = grown(p.mask, p.size, reach);
+    mask = grown(p.shape.mask, p.size, reach);
   } else if (kind < 2) {
-    mask = inverted(grown(inverted(p.mask), p.size, reach));
+    mask = inverted(grown(inverted(p.shape.mask), p.size, reach));
   } else if (kind < 3) {
     const double angle = draws.between(0, 2 * std::numbers::pi), length = draws.between(3, 9) * scale;
-    mask = shifted(p.mask, p.size, std::round(length * std::cos(angle)), std::round(length * std::sin(angle)));
+    mask = shifted(p.shape.mask, p.size, std::round(length * std::cos(angle)), std::round(length * std::sin(angle)));
   }
-  p.mask = mask.empty() || is_empty(mask) ? box_of(p.mask, p.size) : std::move(mask);
+  p.shape.mask = mask.empty() || is_empty(mask) ? box_of(p.shape.mask, p.size) : std::move(mask);
 }
 
-void move_camera(Photographs& p, Draws& draws, const OthersFlash& /*unused*/) {
+void move_camera(Photographs& p, Draws& draws, const Others& /*unused*/) {
   const double angle = draws.between(0, 2 * std::numbers::pi), length = draws.between(1.5, 6.5) * p.size / usual_size;
   std::vector<float> lit = with_flash(p);
   for_each_plane(lit, p.size, [&](const std::vector<float>& plane) {
@@ -215,50 +218,99 @@ void move_camera(Photographs& p, Draws& draws, const OthersFlash& /*unused*/) {
 }
 
 // The same photo twice, the second brighter.
-void leave_out_flash(Photographs& p, Draws& draws, const OthersFlash& /*unused*/) {
+void leave_out_flash(Photographs& p, Draws& draws, const Others& /*unused*/) {
   const double brighter = draws.between(0.2, 2);
   for (std::size_t i = 0; i < p.flash.size(); ++i)
     p.flash[i] = static_cast<float>(brighter * static_cast<double>(p.image[i]) * (1 + 0.03 * draws.normal()));
 }
 
-void take_others_flash(Photographs& p, Draws& /*unused*/, const OthersFlash& others_flash) { p.flash = others_flash(); }
+void take_others_flash(Photographs& p, Draws& /*unused*/, const Others& others) { p.flash = others().flash; }
+
+void change_exposure(Photographs& p, Draws& draws, const Others& /*unused*/) {
+  const auto factor = static_cast<float>(std::exp(draws.sign() * draws.between(0.4, 1.2)));
+  for (std::vector<float>* planes : {&p.image, &p.flash})
+    for (float& value : *planes) value *= factor;
+}
+
+// By whole pixels: between them would be other normals at the object's rim.
+void displace_shape(Photographs& p, Draws& draws, const Others& /*unused*/) {
+  const double angle = draws.between(0, 2 * std::numbers::pi), length = draws.between(2, 6.5) * p.size / usual_size;
+  const double x = std::round(length * std::cos(angle)), y = std::round(length * std::sin(angle));
+  for (std::vector<float>* planes : {&p.shape.normal, &p.shape.nearness, &p.shape.mask})
+    for_each_plane(*planes, p.size, [&](const std::vector<float>& plane) { return shifted(plane, p.size, x, y); });
+}
+
+void take_others_shape(Photographs& p, Draws& /*unused*/, const Others& others) { p.shape = others().shape; }
+
+void turn_light(Photographs& p, Draws& draws, const Others& /*unused*/) {
+  const double angle = draws.sign() * draws.between(20, 90) * std::numbers::pi / 180;
+  const auto [x, y, z] = p.light;
+  p.light = {std::cos(angle) * x - std::sin(angle) * y, std::sin(angle) * x + std::cos(angle) * y, z};
+}
 
 }  // namespace
 
 // Lengths in pixels of images of 64.
-const std::array<Fault, 8> faults{{
+const std::array<Fault, 12> faults{{
     // a standard deviation of a tenth to a half of the object's mean is added
-    {"noisy", false, false, make_noisy},
+    {"noisy", Fault::Needs::photo, 1, make_noisy},
     // by a normal distribution of 1 to 3 pixels
-    {"blurred", false, false, blur},
+    {"blurred", Fault::Needs::photo, 1, blur},
     // radiance to the power of e^.4 to e, or one over that
-    {"curve", false, false, bend},
+    {"curve", Fault::Needs::photo, 1, bend},
     // 5 to 40 % of the object are cut off in the brighter photo, the other alike
-    {"saturated", false, false, saturate},
+    {"saturated", Fault::Needs::photo, 1, saturate},
     // grown or shrunk by 2 to 6 pixels, moved by 3 to 9, or the box around it
-    {"mask", false, true, spoil_mask},
+    {"mask", Fault::Needs::mask, 1, spoil_mask},
     // by 1.5 to 6.5 pixels between the photo and the one with the flash
-    {"moved", true, false, move_camera},
+    {"moved", Fault::Needs::flash, 1, move_camera},
     // of another object
-    {"others_flash", true, false, take_others_flash},
+    {"others_flash", Fault::Needs::flash, 1, take_others_flash},
     // the second photo is the first, brighter, and a little noise
-    {"no_flash", true, false, leave_out_flash},
+    {"no_flash", Fault::Needs::flash, 1, leave_out_flash},
+    // by a factor of e^.4 to e^1.2, or one over that
+    {"exposure", Fault::Needs::exposure, 1, change_exposure},
+    // what is known of the shape is moved by 2 to 6.5 pixels
+    {"displaced", Fault::Needs::shape, 2, displace_shape},
+    // of another object
+    {"others_shape", Fault::Needs::shape, 2, take_others_shape},
+    // what is known of the light is turned about the vertical by 20 to 90 degrees
+    {"light", Fault::Needs::light, 8, turn_light},
 }};
 
 std::vector<Fault> faults_of(const NetworkDescription& network) {
-  const bool flash = sees(network, "flash_luminance") || sees(network, "flash_rgb"), mask = sees(network, "mask");
+  const auto sees_of = [&](Fault::Needs needs) {
+    switch (needs) {
+      case Fault::Needs::photo:
+        return true;
+      case Fault::Needs::exposure:
+        return !network.exposure;
+      case Fault::Needs::flash:
+        return sees(network, "flash_luminance") || sees(network, "flash_rgb");
+      case Fault::Needs::mask:
+        return sees(network, "mask");
+      case Fault::Needs::shape:
+        return sees(network, "normal") || sees(network, "nearness");
+      case Fault::Needs::light:
+        return sees(network, "light");
+    }
+    return false;
+  };
   std::vector<Fault> result;
-  for (const Fault& fault : faults)
-    if ((flash || !fault.needs_flash) && (mask || !fault.needs_mask)) result.push_back(fault);
+  std::copy_if(faults.begin(), faults.end(), std::back_inserter(result),
+               [&](const Fault& fault) { return sees_of(fault.needs); });
   return result;
 }
 
-void spoil(Photographs& photographs, const Fault& fault, const OthersFlash& others_flash, std::uint64_t seed,
+void spoil(Photographs& photographs, const Fault& fault, const Others& others, std::uint64_t seed,
            std::uint64_t stream) {
-  if ((fault.needs_flash && photographs.flash.empty()) || (fault.needs_mask && photographs.mask.empty()))
-    throw UsageError(std::string("fault '") + fault.name + "': needs a flash, or a mask, which is not there");
+  const bool missing = (fault.needs == Fault::Needs::flash && photographs.flash.empty()) ||
+                       (fault.needs == Fault::Needs::mask && photographs.shape.mask.empty()) ||
+                       (fault.needs == Fault::Needs::shape && photographs.shape.normal.empty()) ||
+                       (fault.needs == Fault::Needs::light && photographs.light == std::array<double, 3>{});
+  if (missing) throw UsageError(std::string("fault '") + fault.name + "': needs what is not there of the photographs");
   Draws draws(seed, stream);
-  fault.happens(photographs, draws, others_flash);
+  fault.happens(photographs, draws, others);
 }
 
 }  // namespace itn

@@ -3,37 +3,32 @@
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <string>
 #include <vector>
 
+#include "network/input.h"
 #include "network/network.h"
 
 namespace itn {
 
-// Of an object: square, row-major planes, linear.
-struct Photographs {
-  int size = 0;              // [pixels]
-  std::vector<float> image;  // of one colour or three
-  std::vector<float> flash;  // the light that a flash adds, likewise; empty: there is none
-  std::vector<float> mask;   // 1 where the object is seen, else 0; empty: there is none
-};
-
-class Draws;                                              // random numbers
-using OthersFlash = std::function<std::vector<float>()>;  // of other photographs
+class Draws;                                  // random numbers
+using Others = std::function<Photographs()>;  // of another shape
 
 struct Fault {
+  // What has to be there, and what the network has to see or to know of it.
+  enum class Needs { photo, exposure, flash, mask, shape, light };
   const char* name;
-  bool needs_flash, needs_mask;
-  void (*happens)(Photographs& photographs, Draws& draws, const OthersFlash& others_flash);
+  Needs needs;
+  int often;  // to 1 of others while a judge begins to learn; above 1: it is hard to see
+  void (*happens)(Photographs& photographs, Draws& draws, const Others& others);
 };
 
-extern const std::array<Fault, 8> faults;
+extern const std::array<Fault, 12> faults;
 
 // Those that photographs can have of which a network sees this much.
 std::vector<Fault> faults_of(const NetworkDescription& network);
 
 // The same numbers for the same seed and stream. Throws UsageError: a fault that needs what is not there.
-void spoil(Photographs& photographs, const Fault& fault, const OthersFlash& others_flash, std::uint64_t seed,
+void spoil(Photographs& photographs, const Fault& fault, const Others& others, std::uint64_t seed,
            std::uint64_t stream);
 
 }  // namespace itn

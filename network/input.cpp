@@ -91,12 +91,14 @@ struct Planes {
   int width = 0, height = 0;
   std::vector<float> values;
   std::vector<float> weight{};  // of a photo's pixels, 0 where one is saturated; empty: not known
+  double saturated = 0;         // share of a photo's pixels
 };
 
 // Looks at width and height before all else that may be wrong.
 using CheckSize = std::function<void(int width, int height)>;
 
-Planes photo_planes(const std::string& file, int colours, const PhotoOptions& options, const CheckSize& check) {
+Planes photo_planes(const std::string& file, int colours, const PhotoOptions& options, const CheckSize& check,
+                    std::vector<float>* errors = nullptr) {
   Photo photo = read_photo(file, options);
   check(photo.width, photo.height);
   if (colours == 1) photo = luminance_of(photo);
@@ -106,15 +108,17 @@ Planes photo_planes(const std::string& file, int colours, const PhotoOptions& op
   std::vector<float> planes(photo.value.size());
   for (std::size_t i = 0; i < planes.size(); ++i) planes[i % count * pixels + i / count] = photo.value[i];
   if (photo.has_alpha) photo.weight.clear();  // it is alpha's, too
-  return {photo.width, photo.height, std::move(planes), std::move(photo.weight)};
+  if (errors) *errors = std::move(photo.noise);
+  return {photo.width, photo.height, std::move(planes), std::move(photo.weight), photo.saturated};
 }
 
+// errors: of luminance, as radiance_of() has them.
 Planes radiance_planes(const std::string& file, int colours, const PhotoOptions& photo, const std::string& prefix,
-                       const CheckSize& check) {
-  if (!is_exr(read_file(file))) return photo_planes(file, colours, photo, check);
+                       const CheckSize& check, std::vector<float>* errors = nullptr) {
+  if (!is_exr(read_file(file))) return photo_planes(file, colours, photo, check, errors);
   const ExrImage image = read_exr(file);
   check(image.width, image.height);
-  return {image.width, image.height, finite_radiance(image, file, colours, prefix)};
+  return {image.width, image.height, radiance_of(image, file, colours, prefix, errors)};
 }
 
 // How white the picture is.
@@ -189,11 +193,11 @@ std::vector<float> resampled(const Planes& planes, const Square& square, int siz
   return result;
 }
 
-// Which share of the object (null: of all) is saturated.
-double saturated_share(const Planes& planes, const CutOut* object) {
+// Which share of the object is saturated.
+double saturated_share(const Planes& planes, const CutOut& object) {
   double all = 0, saturated = 0;
   for (std::size_t i = 0; i < planes.weight.size(); ++i) {
-    if (object && object->white[i] == 0) continue;
+    if (object.white[i] == 0) continue;
     all += 1;
     saturated += planes.weight[i] == 0;
   }
@@ -265,31 +269,8 @@ std::vector<float> radiance_of(const ExrImage& image, const std::string& file, i
   return radiance;
 }
 
-ResampledLuminance read_resampled_luminance(const std::string& file, int size, const PhotoOptions& options) {
-  ResampledLuminance result;
-  Planes luminance, errors;
-  if (is_exr(read_file(file))) {
-    const ExrImage image = read_exr(file);
-    check_square(file, image.width, image.height);
-    luminance = {image.width, image.height, luminance_of(image, file, &errors.values)};
-  } else {
-    Photo photo = luminance_of(read_photo(file, options));
-    check_square(file, photo.width, photo.height);
-    result.saturated = photo.saturated;
-    luminance = {photo.width, photo.height, std::move(photo.value)};
-    errors.values = std::move(photo.noise);
-  }
-  check_radiance(luminance.values, file);
-  errors.width = luminance.width;
-  errors.height = luminance.height;
-  result.value = resampled(luminance, whole(luminance), size);
-  result.errors = resampled(errors, whole(errors), size, Kind::errors);
-  if (luminance.width < size) std::fill(result.errors.begin(), result.errors.end(), 0.0F);
-  return result;
-}
-
-std::vector<float> read_resampled_radiance(const std::string& file, int size, int colours, const PhotoOptions& photo,
-                                           const std::string& prefix, const CutOut* object, double* saturated) {
+ResampledImage read_resampled_radiance(const std::string& file, int size, int colours, const PhotoOptions& photo,
+                                       const std::string& prefix, const CutOut* object) {
   Planes radiance = radiance_planes(file, colours, photo, prefix, [&](int width, int height) {
     if (!object) check_square(file, width, height);
     if (object && (width != object->width || height != object->height))
@@ -297,8 +278,22 @@ std::vector<float> read_resampled_radiance(const std::string& file, int size, in
                                    object->width, object->height));
   });
   check_radiance(radiance.values, file);
-  if (saturated) *saturated = saturated_share(radiance, object);
-  return object ? cut_planes(std::move(radiance.values), *object) : resampled(radiance, whole(radiance), size);
+  const double saturated = object ? saturated_share(radiance, *object) : radiance.saturated;
+  return {object ? cut_planes(std::move(radiance.values), *object) : resampled(radiance, whole(radiance), size),
+          saturated};
+}
+
+ResampledImage read_resampled_luminance(const std::string& file, int size, const PhotoOptions& photo) {
+  Planes errors;
+  const Planes luminance = radiance_planes(
+      file, 1, photo, "", [&](int width, int height) { check_square(file, width, height); }, &errors.values);
+  check_radiance(luminance.values, file);
+  errors.width = luminance.width;
+  errors.height = luminance.height;
+  ResampledImage result{resampled(luminance, whole(luminance), size), luminance.saturated,
+                        resampled(errors, whole(errors), size, Kind::errors)};
+  if (luminance.width < size) std::fill(result.errors.begin(), result.errors.end(), 0.0F);
+  return result;
 }
 
 SeenShape seen_shape(std::vector<float> normal, const std::vector<float>& depth, std::vector<float> mask, int size,
@@ -425,7 +420,7 @@ void network_input(const NetworkDescription& network, const Seen& seen, std::spa
     if (radiance.size() != colours * pixels)
       throw UsageError(
           fmt::format("an image of {} numbers for a network of {} x {} pixels", radiance.size(), side, side));
-    const double unit = network.exposure ? std::max(mean_of(radiance, object), 1e-30) : network.luminance;
+    const double unit = network.exposure ? std::max(mean_of(radiance, object), least_mean) : network.luminance;
     const auto m = static_cast<float>(unit), darkest = static_cast<float>(darkest_radiance) * m;
     for (std::size_t i = 0; i < radiance.size(); ++i) {
       const float value = object.empty() || object[i % pixels] == 1 ? std::max(radiance[i], 0.0F) : 0.0F;

@@ -30,6 +30,9 @@ namespace itn {
 // What counts as dark, over m: noise below it is not seen.
 constexpr double darkest_radiance = 0.01;
 
+// What m is at least, where it is an image's own mean: an object, or what a flash adds to it, may be black.
+constexpr double least_mean = 1e-30;
+
 // Radiance as luminance, (size, size), from channel Y, or of R, G, B as the renderer weighs them. hash: what the file's
 // attribute `hash` must be; empty: anything. Throws InputError: another size, no such channels, pixels that are not
 // finite, another hash. errors: become the pixels' standard errors, channel stderr.Y, or 0 where the file has none.
@@ -60,24 +63,21 @@ struct CutOut {
 };
 
 // An image in as many pixels as a network sees.
-struct ResampledLuminance {
-  std::vector<float> value;  // (size, size)
-  // Standard errors, as if those of the image's pixels were independent; 0 where an EXR file does not say, and between
-  // pixels, where what is read is not independent.
-  std::vector<float> errors;
-  double saturated = 0;  // share of a photo's pixels
+struct ResampledImage {
+  std::vector<float> value;     // (colours, size, size)
+  double saturated = 0;         // share of a photo's pixels, of the object's where there is one
+  std::vector<float> errors{};  // standard errors, where they are read
 };
 
-// As read_luminance(), of any square image, photos too (runtime/image/photo.h): averaged over the squares of size x
-// size pixels, or between pixels where it has fewer. Throws InputError: not square, black or with much below 0, and
-// what read_luminance() throws beside the size.
-ResampledLuminance read_resampled_luminance(const std::string& file, int size, const PhotoOptions& photo = {});
-// The same of planes, as radiance_of() has them. object: of the square around it, where each pixel has what is seen of
-// the object in it, or 0; throws InputError where the image has another width or height than the object's mask.
-// saturated: becomes the share of a photo's pixels (of the object's, where there is one) that are.
-std::vector<float> read_resampled_radiance(const std::string& file, int size, int colours,
-                                           const PhotoOptions& photo = {}, const std::string& prefix = "",
-                                           const CutOut* object = nullptr, double* saturated = nullptr);
+// As radiance_of(), of any square image, photos too (runtime/image/photo.h): averaged over the squares of size x size
+// pixels, or between pixels where it has fewer. object: of the square around it, where each pixel has what is seen of
+// the object in it, or 0. Throws InputError: not square, or of another width or height than the object's mask; black or
+// with much below 0; and what radiance_of() throws.
+ResampledImage read_resampled_radiance(const std::string& file, int size, int colours, const PhotoOptions& photo = {},
+                                       const std::string& prefix = "", const CutOut* object = nullptr);
+// Luminance with its errors, as if those of the image's pixels were independent; 0 where an EXR file does not say, and
+// between pixels, where what is read is not independent.
+ResampledImage read_resampled_luminance(const std::string& file, int size, const PhotoOptions& photo = {});
 
 // nearness from depth [scene units, along the ray]: over unit, where the object's longest side is not 1. normal:
 // (3, size, size). Throws InputError: a mask of other numbers than 0 and 1 or of zeros alone, normals of another length
@@ -128,6 +128,17 @@ struct Seen {
   std::span<const float> flash = {};  // likewise
   const SeenShape* shape = nullptr;
   const std::array<double, 3>* light = nullptr;  // towards it, length 1
+};
+
+// Photographs of an object, and what is known of it: square, row-major planes, linear.
+struct Photographs {
+  int size = 0;                   // [pixels]
+  std::vector<float> image;       // of one colour or three
+  std::vector<float> flash{};     // the light that a flash adds, likewise; empty: there is none
+  SeenShape shape{};              // without a mask: it is not known
+  std::array<double, 3> light{};  // towards it, length 1; 0: it is not known
+
+  Seen seen() const { return {image, flash, &shape, &light}; }
 };
 
 // input: (channels, size, size). Throws UsageError: sizes that do not fit, something missing that the network sees.

@@ -23,23 +23,28 @@ NetworkDescription without_outputs(NetworkDescription judge) {
 }  // namespace
 
 std::vector<OutputRange> outputs_of_judge(const NetworkDescription& network) {
-  for (const char* known : {"normal", "nearness", "light"})
-    if (sees(network, known))
-      throw UsageError(fmt::format("--network judge: of photos, a flash and a mask; it cannot see '{}'", known));
   std::vector<OutputRange> outputs{{"doubt", 0, 1, false}};
   for (const Fault& fault : faults_of(network)) outputs.push_back({fault.name, 0, 1, false});
   return outputs;
 }
 
 JudgedExamples::JudgedExamples(const DatasetImages& images, const NetworkDescription& judge,
-                               const DatasetExamples::Variation& variation, std::size_t times)
+                               const DatasetExamples::Variation& variation, std::size_t times,
+                               const std::optional<Beginning>& beginning)
     : judge_(judge),
       faults_(faults_of(judge)),
       seed_(variation.seed),
+      first_looks_(beginning ? beginning->hard_looks : 0),
       times_(times),
       right_(images, without_outputs(judge), variation) {
   if (judge.outputs != outputs_of_judge(judge))
     throw UsageError("judge: its outputs are not those of what goes wrong with such photos; train it again");
+  for (std::size_t f = 0; f < faults_.size(); ++f) {
+    const auto often = static_cast<std::size_t>(beginning ? faults_[f].often : 1);
+    later_.insert(later_.end(), often, f);
+    if (often > 1) first_.insert(first_.end(), often, f);
+  }
+  if (first_.empty()) first_ = later_;
 }
 
 void JudgedExamples::read(std::size_t index, std::uint64_t look, std::span<float> image,
@@ -49,23 +54,21 @@ void JudgedExamples::read(std::size_t index, std::uint64_t look, std::span<float
   std::fill(truth.begin(), truth.end(), 0.0);
   if (index >= right_.count()) {
     const std::uint64_t stream = RANDOM_FAULT + look * count() + index;
-    const auto chosen = static_cast<std::size_t>(random_bits(seed_, stream, 0) % faults_.size());
-    const auto others_flash = [&] {
-      const std::size_t others = std::max<std::size_t>(1, right_.originals() - 1);
-      return right_.photographs((original + 1 + random_bits(seed_, stream, 1) % others) % right_.originals(), look)
-          .flash;
+    const std::vector<std::size_t>& drawn = look < first_looks_ ? first_ : later_;
+    const std::size_t chosen = drawn[random_bits(seed_, stream, 0) % drawn.size()];
+    const auto others = [&] {
+      return right_.photographs(right_.of_another_shape(original, random_bits(seed_, stream, 1)), look);
     };
-    spoil(seen, faults_[chosen], others_flash, seed_, RANDOM_FLASH + stream);
+    spoil(seen, faults_[chosen], others, seed_, RANDOM_FLASH + stream);
     truth[0] = truth[1 + chosen] = 1;
   }
-  SeenShape shape{{}, {}, std::move(seen.mask)};
   if (judge_.cut_out > 0) {
-    CutOut object = cut_out(std::move(shape.mask), seen.size, seen.size, seen.size, judge_.cut_out, "data set");
+    CutOut object = cut_out(std::move(seen.shape.mask), seen.size, seen.size, seen.size, judge_.cut_out, "data set");
     seen.image = cut_planes(std::move(seen.image), object);
     if (!seen.flash.empty()) seen.flash = cut_planes(std::move(seen.flash), object);
-    shape = std::move(object.mask);
+    seen.shape = std::move(object.mask);
   }
-  network_input(judge_, {seen.image, seen.flash, &shape}, image);
+  network_input(judge_, seen.seen(), image);
   if (original >= right_.originals()) mirror_input(judge_, image);
 }
 
@@ -103,12 +106,11 @@ Verdict verdict_of(std::span<const float> raw, const NetworkDescription& judge) 
 void require_judge_of(const NetworkDescription& network, const NetworkDescription& judge, const std::string& name) {
   if (!is_judge(judge))
     throw UsageError(fmt::format("--judge {}: is no judge; itn train DATA --network judge makes one", name));
-  const auto unit = [](const NetworkDescription& n) { return n.exposure ? 0 : n.luminance; };
   if (inputs_of(network) != inputs_of(judge) || network.size != judge.size || network.exposure != judge.exposure ||
-      std::fabs(network.cut_out - judge.cut_out) > 1e-6 || unit(network) != unit(judge))
+      std::fabs(network.cut_out - judge.cut_out) > 1e-6)
     throw UsageError(fmt::format(
-        "--judge {}: sees {} of {} pixels, the network {} of {}, or either has another view of exposures, of "
-        "the object or of luminance; train it on the same data sets with the same --inputs, --exposure and "
+        "--judge {}: sees {} of {} pixels, the network {} of {}, or either has another view of exposures or of "
+        "the object; train it on the same data sets with the same --inputs, --exposure and "
         "--cut-out",
         name, fmt::join(inputs_of(judge), ", "), judge.size, fmt::join(inputs_of(network), ", "), network.size));
 }

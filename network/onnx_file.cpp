@@ -113,7 +113,7 @@ class InputGraph {
     const auto unit = static_cast<float>(network.luminance);
     graph_.constant("dark", {}, std::vector<float>{network.exposure ? dark : dark * unit});
     if (network.exposure)
-      graph_.constant("least", {}, std::vector<float>{1e-30F});
+      graph_.constant("least", {}, std::vector<float>{static_cast<float>(least_mean)});
     else
       graph_.constant("middle", {}, std::vector<float>{unit + dark * unit});
     if (network.cut_out > 0 && network.exposure) mean_of("mask");

@@ -153,7 +153,8 @@ def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene
     spp samples a pixel (0: as noisy as the images): what it answers to these says what its answer to an image means in this scene, and how surely, and whether the image is like the scene at all. longest_side: of the object
     [mm]: sigma_t is told for it; 0: for one as large as those of the network's data set. Images of networks that see the
     object alone (`cut_out`) need not be square: they see the square around the mask. judge: a network that training with "judge"
-    made, which says how much it doubts that images are like those that the network learnt from; "shipped-photos" has one of its own."""
+    made, which says how much it doubts that images are like those that the network learnt from; the networks that ship have
+    their own."""
     with tempfile.TemporaryDirectory() as temporary, shown(progress, "predict") as tell:
         def as_files(images: Any, kind: str) -> list[str]:
             several = images if isinstance(images, (list, tuple)) else [images]

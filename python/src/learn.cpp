@@ -256,7 +256,7 @@ void bind_learn(nb::module_& module) {
   module.def(
       "luminance",
       [](const std::string& file, int size) {
-        std::vector<float> values = size > 0 ? read_resampled_luminance(file, size).value : std::vector<float>();
+        std::vector<float> values = size > 0 ? read_resampled_radiance(file, size, 1).value : std::vector<float>();
         const auto side = static_cast<std::size_t>(size);
         return numpy_array(std::move(values), {side, side});
       },

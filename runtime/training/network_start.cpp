@@ -22,7 +22,7 @@ std::vector<float> input_of(const Network& network, const std::string& image, co
                             const PhotoOptions& photo) {
   const NetworkDescription& description = network.description();
   std::vector<float> input(network.image_values());
-  const std::vector<float> luminance = read_resampled_luminance(image, description.size, photo).value;
+  const std::vector<float> luminance = read_resampled_radiance(image, description.size, 1, photo).value;
   input_in_scene(description, luminance, view ? &*view : nullptr, input);
   return input;
 }

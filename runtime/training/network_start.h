@@ -26,7 +26,7 @@ struct NetworkGuess {
 // component. Those in `given` are left alone. Returns what is known of the others; a colour's components, of which the
 // network sees luminance alone, are left out. Networks of six channels get shape and light from the scene. Throws
 // UsageError: another parameter that is not given, parameters of several media, a medium inside of several shapes or
-// none, shapes or light that the network cannot know; InputError: a network or an image (read_resampled_luminance())
+// none, shapes or light that the network cannot know; InputError: a network or an image (read_resampled_radiance())
 // that cannot be used.
 NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& parameters,
                                const std::vector<std::string>& given, const std::string& run, const std::string& image,

@@ -63,61 +63,57 @@ class Known {
 
   const SceneView* view() const { return view_ ? &*view_ : nullptr; }
 
-  // Of image `index`: what it shows, into the network's input. Returns which share of it or its flash's is saturated.
-  double see(std::size_t index, std::span<float> input) {
+  // Image `index`, and what is known of it. saturated: becomes the share of it, or its flash's, that is.
+  Photographs see(std::size_t index, double& saturated) {
     const std::string& file = request_.images[index];
     std::optional<CutOut> object;
     if (network_.cut_out > 0 && !request_.mask.empty())
       object = cut_out(one_of(request_.mask, index), network_.size, network_.cut_out);
-    double saturated = 0;
+    saturated = 0;
     const auto read = [&](const std::string& from, const char* prefix) {
-      double share = 0;
-      std::vector<float> radiance = read_resampled_radiance(from, network_.size, colours_, request_.photo, prefix,
-                                                            object ? &*object : nullptr, &share);
-      saturated = std::max(saturated, share);
-      return radiance;
+      ResampledImage image =
+          read_resampled_radiance(from, network_.size, colours_, request_.photo, prefix, object ? &*object : nullptr);
+      saturated = std::max(saturated, image.saturated);
+      return std::move(image.value);
     };
-    std::vector<float> radiance = read(file, ""), flash;
+    Photographs seen{network_.size, read(file, "")};
     if (needs_.flash) {
       if (request_.flash.empty()) {
-        flash = read(file, "flash.");
+        seen.flash = read(file, "flash.");
       } else {
-        flash = read(request_.flash[index], "");
+        seen.flash = read(request_.flash[index], "");
         double sum = 0;
-        for (std::size_t i = 0; i < flash.size(); ++i) sum += flash[i] -= radiance[i];
+        for (std::size_t i = 0; i < seen.flash.size(); ++i) sum += seen.flash[i] -= seen.image[i];
         if (!(sum > 0))
           throw InputError(
               fmt::format("{}: is no brighter than {}; need the same with the flash on", request_.flash[index], file));
       }
     }
-    std::optional<SeenShape> own;
-    const SeenShape* shape = nullptr;
-    std::array<double, 3> light = light_;
+    seen.light = light_;
     if (view_) {
       const KnownScene known = view_->known();
-      shape = &known.shape;
-      light = known.light;
+      seen.shape = known.shape;
+      seen.light = known.light;
     } else if (!request_.shape_buffers.empty()) {
-      shape = &shapes_.at(0);
+      seen.shape = shapes_.at(0);
     } else if (object) {
-      shape = &object->mask;
+      seen.shape = object->mask;
     } else if (!request_.mask.empty()) {
-      shape = &own.emplace(read_mask(one_of(request_.mask, index), network_.size));
+      seen.shape = read_mask(one_of(request_.mask, index), network_.size);
     } else if (needs_.shape || needs_.mask) {
       const Manifest::Image& image = of_set(file);
-      if (manifest_.cameras) own.emplace(read_resampled_seen_shape(file, network_.size, manifest_.hash));
-      shape = own ? &*own : &shape_of_set(image.shape);
-      light = before_camera(image, manifest_.lights[static_cast<std::size_t>(image.light)].direction);
+      seen.shape = manifest_.cameras ? read_resampled_seen_shape(file, network_.size, manifest_.hash)
+                                     : shape_of_set(image.shape);
+      seen.light = before_camera(image, manifest_.lights[static_cast<std::size_t>(image.light)].direction);
     }
     if (network_.cut_out > 0 && !object) {
       const int size = network_.size;
-      object = cut_out(shape->mask, size, size, size, network_.cut_out, file);
-      radiance = cut_planes(std::move(radiance), *object);
-      if (!flash.empty()) flash = cut_planes(std::move(flash), *object);
-      shape = &object->mask;
+      object = cut_out(std::move(seen.shape.mask), size, size, size, network_.cut_out, file);
+      seen.image = cut_planes(std::move(seen.image), *object);
+      if (!seen.flash.empty()) seen.flash = cut_planes(std::move(seen.flash), *object);
+      seen.shape = object->mask;
     }
-    network_input(network_, {radiance, flash, shape, &light}, input);
-    return saturated;
+    return seen;
   }
 
  private:
@@ -217,7 +213,8 @@ std::string saturation_warning(const std::string& file, double saturated) {
       file, 100 * saturated);
 }
 
-std::string doubt_warning(const std::string& file, const Verdict& verdict, double limit, bool shown) {
+std::string doubt_warning(const std::string& file, const Verdict& verdict, double limit, bool shown,
+                          const NetworkDescription& network) {
   if (!verdict.doubted) return {};
   if (shown)
     return fmt::format(
@@ -226,14 +223,19 @@ std::string doubt_warning(const std::string& file, const Verdict& verdict, doubl
         "said of it may be far off",
         file, verdict.doubt, limit);
   return fmt::format(
-      "{}: is unlike the images that the network learnt from (doubt {:.2f}; 5 % of right ones are above {:.2f}): did "
-      "the camera move, is the mask the object's, is the curve the camera's (--curve), is it sharp, and nowhere cut "
-      "off? What is said of it may be far off, and its intervals too narrow",
-      file, verdict.doubt, limit);
+      "{}: is unlike the images that the network learnt from (doubt {:.2f}; 5 % of right ones are above {:.2f}): {}, "
+      "is "
+      "the curve the camera's (--curve), is it sharp, and nowhere cut off? What is said of it may be far off, and its "
+      "intervals too narrow{}",
+      file, verdict.doubt, limit,
+      Needs(network).shape ? "are shape, light and exposure those of the image"
+                           : "did the camera move, is the mask the object's",
+      is_plain(network) ? "; --exemplars shows the network the scene" : "");
 }
 
 std::optional<Network> judge_of(const PredictionRequest& request, const NetworkDescription& network) {
   std::string run = request.judge;
+  if (run.empty() && request.run == shipped_run) run = shipped_run_judge;
   if (run.empty() && request.run == shipped_photos_run) run = shipped_photos_judge;
   if (run.empty()) return {};
   std::optional<Network> judge(network_of(run));
@@ -253,7 +255,7 @@ class ImagePredictor {
         network_(network_of(request.run)),
         result_{network_.description(), {}, false, 0, {}} {
     check(request, result_.network);
-    judge_ = judge_of(request, result_.network);
+    if (request.showing.exemplars == 0) judge_ = judge_of(request, result_.network);
     known_.emplace(request, result_.network);
     result_.in_scene = known_->body().has_value();
   }
@@ -268,7 +270,7 @@ class ImagePredictor {
 
  private:
   void by_exemplars() {
-    std::vector<ResampledLuminance> photos;
+    std::vector<ResampledImage> photos;
     for (const std::string& file : request_.images)
       photos.push_back(read_resampled_luminance(file, result_.network.size, request_.photo));
     const SceneToShow scene{*request_.scene, request_.sensor, 0,
@@ -284,9 +286,14 @@ class ImagePredictor {
     if (judge_) result_.doubt_limit = judge_->description().limit;
     std::vector<float> input(network_.image_values());
     for (std::size_t k = 0; k < request_.images.size(); ++k) {
-      const double saturated = known_->see(k, input);
+      double saturated = 0;
+      const Photographs seen = known_->see(k, saturated);
       std::optional<Verdict> verdict;
-      if (judge_) verdict = verdict_of(judge_->forward(input, 1), judge_->description());
+      if (judge_) {
+        network_input(judge_->description(), seen.seen(), input);
+        verdict = verdict_of(judge_->forward(input, 1), judge_->description());
+      }
+      network_input(result_.network, seen.seen(), input);
       add(estimates_of(network_.forward(input, 1), result_.network), verdict, saturated);
     }
   }
@@ -298,7 +305,7 @@ class ImagePredictor {
     const bool shown = request_.showing.exemplars > 0;
     for (const std::string& warning :
          {saturation_warning(image.file, saturated),
-          verdict ? doubt_warning(image.file, *verdict, *result_.doubt_limit, shown) : std::string()})
+          verdict ? doubt_warning(image.file, *verdict, *result_.doubt_limit, shown, result_.network) : std::string()})
       if (!warning.empty()) image.warnings.push_back(warning);
     for (std::size_t i = 0; i < image.parameters.size(); ++i) {
       if (!result_.network.outputs[i].name.starts_with("sigma_t")) continue;

@@ -35,7 +35,7 @@ struct PredictionRequest {
   PhotoOptions photo = {};
   Showing showing = {};  // of the scene
   // RUN of the judge (network/judge.h) that says whether images are like those that the network learnt from; empty:
-  // that of the shipped network for photos, where it is this one's, else none.
+  // that of a shipped network, else none.
   std::string judge = {};
 };
 

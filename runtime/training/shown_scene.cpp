@@ -178,18 +178,18 @@ class Comparison {
 
 class SceneShow {
  public:
-  SceneShow(Network& network, const SceneToShow& scene, const std::vector<ResampledLuminance>& photos,
-            const Showing& how, const std::atomic<bool>& cancel)
+  SceneShow(Network& network, const SceneToShow& scene, const std::vector<ResampledImage>& photos, const Showing& how,
+            const std::atomic<bool>& cancel)
       : network_(network.description()),
         photos_(photos),
         how_(how),
         look_(network, scene.view),
         renderer_(network_, scene, *how.device, options_of(how, cancel)) {
-    for (const ResampledLuminance& photo : photos) seen_.push_back(look_.at(row_of(photo.value)));
+    for (const ResampledImage& photo : photos) seen_.push_back(look_.at(row_of(photo.value)));
     const Eigen::VectorXd middle = Eigen::VectorXd::Zero(dimensions());
     double as_noisy = 0, noise = 0;
     // Of the noisiest: of the others intervals are a little too wide.
-    for (const ResampledLuminance& photo : photos) noise = std::max(noise, noise_share(photo.value, photo.errors));
+    for (const ResampledImage& photo : photos) noise = std::max(noise, noise_share(photo.value, photo.errors));
     if (noise > 0) as_noisy = samples_as_noisy(noise, renderer_.render(shares_of(middle), 0, pilot_spp).image);
     spp_ = samples_for(how, photos.size(), as_noisy);
   }
@@ -278,7 +278,7 @@ class SceneShow {
   }
 
   const NetworkDescription& network_;
-  const std::vector<ResampledLuminance>& photos_;
+  const std::vector<ResampledImage>& photos_;
   const Showing& how_;
   Look look_;
   MaterialRenderer renderer_;
@@ -288,7 +288,7 @@ class SceneShow {
 
 }  // namespace
 
-int show_scene(Network& network, const SceneToShow& scene, const std::vector<ResampledLuminance>& photos,
+int show_scene(Network& network, const SceneToShow& scene, const std::vector<ResampledImage>& photos,
                const Showing& how, const std::atomic<bool>& cancel,
                const std::function<void(const ShownAnswer&)>& each) {
   require_exemplars(how.exemplars);

@@ -39,7 +39,7 @@ struct ShownAnswer {
 // order, as soon as it is answered. Returns the samples a pixel of an exemplar. cancel: once set, Interrupted is thrown
 // soon. Throws UsageError, too: as require_exemplars(), a sensor that is not square, a medium without one number of
 // each of the network's names.
-int show_scene(Network& network, const SceneToShow& scene, const std::vector<ResampledLuminance>& photos,
+int show_scene(Network& network, const SceneToShow& scene, const std::vector<ResampledImage>& photos,
                const Showing& how, const std::atomic<bool>& cancel,
                const std::function<void(const ShownAnswer&)>& each);
 

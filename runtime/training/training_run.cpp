@@ -272,7 +272,7 @@ TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>
   validation_images_ = read_images(request_.data, sets_, {Manifest::Split::validation}, wanted, cancel);
   network_.emplace(first_network(request_, init, sets_.front(), training_images_));
   if (!labelled()) label(training_images_, *network_);
-  training_ = examples_of(training_images_, request_.variation);
+  training_ = examples_of(training_images_, request_.variation, request_.epochs / 4);
   validation_ = examples_of(validation_images_, {.seed = request_.seed});
   if (!calibration_sets_.empty()) {
     calibration_images_ = read_images(request_.calibration, calibration_sets_,
@@ -291,8 +291,12 @@ TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>
 }
 
 std::unique_ptr<Examples> TrainingRun::examples_of(const DatasetImages& images,
-                                                   const DatasetExamples::Variation& variation) const {
-  if (judges()) return std::make_unique<JudgedExamples>(images, network_->description(), variation);
+                                                   const DatasetExamples::Variation& variation, int hard_looks) const {
+  if (judges()) {
+    std::optional<JudgedExamples::Beginning> beginning;
+    if (request_.init.empty()) beginning = {static_cast<std::uint64_t>(hard_looks)};
+    return std::make_unique<JudgedExamples>(images, network_->description(), variation, 1, beginning);
+  }
   return std::make_unique<DatasetExamples>(images, network_->description(), variation);
 }
 

@@ -104,7 +104,9 @@ class TrainingRun {
  private:
   bool judges() const { return request_.kind == judge_kind; }
   bool renders() const { return adds_image_loss(request_.kind) && !request_.expanded; }
-  std::unique_ptr<Examples> examples_of(const DatasetImages& images, const DatasetExamples::Variation& variation) const;
+  // hard_looks: of a judge that begins from nothing (network/judge.h).
+  std::unique_ptr<Examples> examples_of(const DatasetImages& images, const DatasetExamples::Variation& variation,
+                                        int hard_looks = 0) const;
   double prepare_image_loss(const TrainingOptions& options, const std::atomic<bool>& cancel);
   void store_record() const;
 

@@ -8,6 +8,7 @@
 #include "network/dataset_examples.h"
 #include "runtime/base/error.h"
 #include "runtime/image/exr.h"
+#include "runtime/image/png.h"
 #include "tests/support/made_up_dataset.h"
 #include "tests/support/temporary_folder.h"
 
@@ -385,6 +386,28 @@ TEST_CASE("Examples of several data sets are those of each, with its own shapes 
     CHECK(image == expected);
     CHECK(truth == expected_truth);
   }
+}
+
+TEST_CASE("a photo says which share of it, or of the object, is saturated, and how noisy it is") {
+  const TemporaryFolder folder;
+  const std::string file = folder / "a.png";
+  std::vector<std::uint8_t> grey(8 * 8 * 3, 128);
+  std::fill_n(grey.begin(), 8 * 2 * 3, 255);  // two rows of eight
+  write_png(file, 8, 8, grey);
+  const ResampledImage noisy = read_resampled_luminance(file, 4), alone = read_resampled_radiance(file, 4, 1);
+  CHECK(noisy.value == alone.value);
+  CHECK(noisy.saturated == 0.25);
+  CHECK(alone.saturated == 0.25);
+  CHECK(alone.errors.empty());
+  // A step of 1/255 at the least, of four pixels each.
+  REQUIRE(noisy.errors.size() == 16);
+  for (const float error : noisy.errors) CHECK((error > 1 / (255 * std::sqrt(12.0F) * 4) && error < 0.02F));
+  std::vector<float> object(64);
+  for (const std::size_t pixel : {8, 9, 16, 17}) object[pixel] = 1;  // half of it in the second row
+  const CutOut seen = cut_out(object, 8, 8, 4, 0.5, "object");
+  CHECK(read_resampled_radiance(file, 4, 1, {}, "", &seen).saturated == 0.5);
+  write_exr(folder / "a.exr", {2, 2, {"Y"}, {1, 2, 3, 4}, {}});
+  CHECK(read_resampled_luminance(folder / "a.exr", 2).saturated == 0);
 }
 
 TEST_CASE("a photo that is black or below 0 is refused, noise around black is not") {

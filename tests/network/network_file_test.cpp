@@ -139,18 +139,26 @@ TEST_CASE("A network file that is missing or damaged is an input error") {
   CHECK_THROWS_AS(read_network(file), InputError);
 }
 
-TEST_CASE("The shipped network is whole, small, and of the paper's structure") {
-  CHECK(shipped_network().size() < 10'000'000);
+TEST_CASE("The shipped networks are small") {
+  CHECK(shipped_network().size() + shipped_judge().size() + shipped_photo_network().size() +
+            shipped_photo_judge().size() <
+        10'000'000);
+}
+
+TEST_CASE("The shipped network is whole, of the paper's structure, and has a judge") {
   const Network network = parse_network(shipped_network(), "shipped");
   CHECK(network.description().width == 16);
   CHECK(network.description().size == 64);
   CHECK(network.description().channels == 6);
   CHECK(network.description().mm_per_unit == 1);
+  const NetworkDescription judge = parse_network(shipped_judge(), "shipped-judge").description();
+  require_judge_of(network.description(), judge, "shipped-judge");
+  CHECK(judge.limit > 0);
+  CHECK(judge.limit < 1);
 }
 
 TEST_CASE("The shipped network of photos sees the object alone, by a flash, and says how sure it is") {
   const std::string_view bytes = shipped_photo_network();
-  CHECK(shipped_network().size() + bytes.size() + shipped_photo_judge().size() < 10'000'000);
   const NetworkDescription network = parse_network(bytes, "shipped-photos").description();
   const NetworkDescription judge = parse_network(shipped_photo_judge(), "shipped-photos-judge").description();
   require_judge_of(network, judge, "shipped-photos-judge");

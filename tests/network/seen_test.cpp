@@ -147,7 +147,7 @@ TEST_CASE("the square around an object goes with it, and is black beyond the pic
     return cut_out(folder / "a.exr", 6, 0.5);
   };
   const auto radiance = [&](const CutOut& seen) {
-    return read_resampled_radiance(folder / "a.exr", 6, 1, {}, "", &seen);
+    return read_resampled_radiance(folder / "a.exr", 6, 1, {}, "", &seen).value;
   };
   const CutOut inside = write(12, 9, 5, 4, 0.25F);
   const std::vector<float> all = radiance(inside);
@@ -200,8 +200,8 @@ TEST_CASE("colours are read as planes, of a file's own channels or the flash's, 
     image.data.insert(image.data.end(), {3, 2, 1, 6, 5, 4, left ? 1.0F : 0.0F});
   }
   write_exr(file, image);
-  const std::vector<float> own = read_resampled_radiance(file, size, 3),
-                           flash = read_resampled_radiance(file, size, 3, {}, "flash.");
+  const std::vector<float> own = read_resampled_radiance(file, size, 3).value,
+                           flash = read_resampled_radiance(file, size, 3, {}, "flash.").value;
   for (std::size_t i = 0; i < 3 * pixels; ++i) {
     CHECK(own[i] == Approx(1.0 + static_cast<double>(i / pixels)));
     CHECK(flash[i] == Approx(4.0 + static_cast<double>(i / pixels)));

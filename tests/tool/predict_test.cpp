@@ -91,6 +91,28 @@ TEST_CASE(
   CHECK(result.error.find("photo.exr: is unlike the scene") != std::string::npos);
 }
 
+TEST_CASE("itn predict: the shipped network's judge doubts a photo whose light is not the scene's, and says so") {
+  const TemporaryFolder folder;
+  const std::string photo = folder / "photo.exr";
+  REQUIRE(run_itn({"render", scene_file, "-o", photo, "--spp", "64", "-D", "size=64", "--quiet"}).exit_code == 0);
+  const auto said = [&](const Strings& more) {
+    Strings arguments{photo, "--json", "-"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Result result = run_itn(predict(scene_file, arguments));
+    INFO(result.error);
+    REQUIRE(result.exit_code == 0);
+    const auto json = nlohmann::json::parse(result.output);
+    const bool doubted = json["images"][0]["doubted"];
+    CHECK(doubted == (json["images"][0]["doubt"] > json["doubt_limit"]));
+    CHECK(doubted ==
+          (result.error.find("photo.exr: is unlike the images that the network learnt from") != std::string::npos));
+    CHECK(doubted == (result.error.find("are shape, light and exposure those of the image") != std::string::npos));
+    return doubted;
+  };
+  CHECK_FALSE(said({}));
+  CHECK(said({"-D", "sun=0.5, 0, 0.8660254037844386"}));  // by 90 degrees
+}
+
 TEST_CASE("itn predict --exemplars refuses what it cannot be shown") {
   const TemporaryFolder folder;
   const std::string photo = folder / "photo.exr";
