@@ -224,9 +224,8 @@ std::string doubt_warning(const std::string& file, const Verdict& verdict, doubl
         file, verdict.doubt, limit);
   return fmt::format(
       "{}: is unlike the images that the network learnt from (doubt {:.2f}; 5 % of right ones are above {:.2f}): {}, "
-      "is "
-      "the curve the camera's (--curve), is it sharp, and nowhere cut off? What is said of it may be far off, and its "
-      "intervals too narrow{}",
+      "is the curve the camera's (--curve), is it sharp, and nowhere cut off? What is said of it may be far off, and "
+      "its intervals too narrow{}",
       file, verdict.doubt, limit,
       Needs(network).shape ? "are shape, light and exposure those of the image"
                            : "did the camera move, is the mask the object's",
