@@ -30,17 +30,17 @@ std::vector<OutputRange> outputs_of_judge(const NetworkDescription& network) {
 
 JudgedExamples::JudgedExamples(const DatasetImages& images, const NetworkDescription& judge,
                                const DatasetExamples::Variation& variation, std::size_t times,
-                               const std::optional<Beginning>& beginning)
+                               std::optional<std::uint64_t> hard_looks)
     : judge_(judge),
       faults_(faults_of(judge)),
       seed_(variation.seed),
-      first_looks_(beginning ? beginning->hard_looks : 0),
+      first_looks_(hard_looks.value_or(0)),
       times_(times),
       right_(images, without_outputs(judge), variation) {
   if (judge.outputs != outputs_of_judge(judge))
     throw UsageError("judge: its outputs are not those of what goes wrong with such photos; train it again");
   for (std::size_t f = 0; f < faults_.size(); ++f) {
-    const auto often = static_cast<std::size_t>(beginning ? faults_[f].often : 1);
+    const auto often = static_cast<std::size_t>(hard_looks ? faults_[f].often : 1);
     later_.insert(later_.end(), often, f);
     if (often > 1) first_.insert(first_.end(), often, f);
   }
@@ -110,8 +110,7 @@ void require_judge_of(const NetworkDescription& network, const NetworkDescriptio
       std::fabs(network.cut_out - judge.cut_out) > 1e-6)
     throw UsageError(fmt::format(
         "--judge {}: sees {} of {} pixels, the network {} of {}, or either has another view of exposures or of "
-        "the object; train it on the same data sets with the same --inputs, --exposure and "
-        "--cut-out",
+        "the object; train it with the same --inputs, --channels, --exposure and --cut-out",
         name, fmt::join(inputs_of(judge), ", "), judge.size, fmt::join(inputs_of(network), ", "), network.size));
 }
 

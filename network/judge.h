@@ -22,17 +22,13 @@ std::vector<OutputRange> outputs_of_judge(const NetworkDescription& network);
 // A data set's images as they are, and after them the same spoilt, at every look by another fault.
 class JudgedExamples : public Examples {
  public:
-  // For a network that knows nothing yet. A small one that is shown all faults alike learns what is easy to see, and
-  // nothing moves it to the rest any more.
-  struct Beginning {
-    std::uint64_t hard_looks = 0;  // so many looks, from the first on, are at hard faults alone (Fault::often above 1)
-  };
-
   // As DatasetExamples, and UsageError: a judge of other outputs than outputs_of_judge(). times: so often each image is
-  // there spoilt, 1 or more. beginning: hard faults come more often; else all alike.
+  // there spoilt, 1 or more. hard_looks: for a network that knows nothing yet; so many looks, from the first on, are at
+  // hard faults alone (Fault::often above 1), which come more often later, too. A small network that is shown all alike
+  // learns what is easy to see, and hardly anything moves it to the rest any more. Without it all come alike.
   JudgedExamples(const DatasetImages& images, const NetworkDescription& judge,
                  const DatasetExamples::Variation& variation = {}, std::size_t times = 1,
-                 const std::optional<Beginning>& beginning = {});
+                 std::optional<std::uint64_t> hard_looks = {});
 
   std::size_t count() const override { return (1 + times_) * right_.count(); }
   void read(std::size_t index, std::uint64_t look, std::span<float> image, std::span<double> truth) const override;

@@ -193,7 +193,7 @@ void add_predict(CLI::App& app) {
       ->check(CLI::Range(least_exemplars, most_exemplars));
   command->add_option("--judge", options->judge,
                       "network that itn train --network judge made, which says of each image how much it doubts that "
-                      "it is like those that RUN learnt from; `shipped-photos` has one of its own");
+                      "it is like those that RUN learnt from; the networks that ship have judges of their own");
   add_sensor_option(*command, options->sensor);
   command->add_option("--shape-buffers", options->shape_buffers,
                       "six channels: OpenEXR file with the channels normal.X, normal.Y, normal.Z, depth and mask, of "

@@ -150,8 +150,8 @@ void add_train(CLI::App& app) {
       ->add_option(
           "--network", options->request.kind,
           "rn: learns parameters; itn, ssn: also that the image rendered with them looks like the input, by "
-          "all light or by single scattering; judge: to tell the images from ones in which something is wrong "
-          "(noise, blur, another curve, saturation, another mask, a moved camera, another flash or none), for itn "
+          "all light or by single scattering; judge: to tell the images from ones in which something is wrong, or in "
+          "what is said of them (noise, blur, another curve, exposure, mask, flash, shape or light, ...), for itn "
           "predict --judge")
       ->required()
       ->check(CLI::IsMember({"rn", "itn", "ssn", judge_kind}));

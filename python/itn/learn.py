@@ -111,8 +111,8 @@ class Prediction:
     """What a network says about images: of each output an array, a number an image.
 
     intervals: of each output (images, 2), the ends of its 95 % interval; empty of a network that says no distribution. doubt: a number
-    an image, of the judge or of the exemplars where there are any (and the images tell their noise), else None; above doubt_limit,
-    as at most some 5 % of right ones are, an image is unlike what the network learnt from, or unlike the scene."""
+    an image, of the judge or of the exemplars where there are any (and the images tell their noise), else None; above doubt_limit, as
+    few right ones are, an image is unlike what the network learnt from, or unlike the scene."""
 
     parameters: dict[str, np.ndarray]
     intervals: dict[str, np.ndarray]
@@ -133,7 +133,7 @@ class Prediction:
             return f"{text}, 95 %: {low} to {high}"
         lines = list(map(line, self.parameters))
         if self.doubt is not None:
-            lines.append(f"doubt: {np.array2string(self.doubt, precision=3)}, at most some 5 % of right images are above {self.doubt_limit:.3f}")
+            lines.append(f"doubt: {np.array2string(self.doubt, precision=3)}, few right images are above {self.doubt_limit:.3f}")
         return "\n".join(lines)
 
 

@@ -63,20 +63,27 @@ class Known {
 
   const SceneView* view() const { return view_ ? &*view_ : nullptr; }
 
-  // Image `index`, and what is known of it. saturated: becomes the share of it, or its flash's, that is.
-  Photographs see(std::size_t index, double& saturated) {
+  struct Looked {
+    Photographs photographs;
+    double saturated = 0;  // share of the image, or of its flash's, that is
+  };
+
+  // Image `index`, and what is known of it.
+  Looked look(std::size_t index) {
     const std::string& file = request_.images[index];
     std::optional<CutOut> object;
     if (network_.cut_out > 0 && !request_.mask.empty())
       object = cut_out(one_of(request_.mask, index), network_.size, network_.cut_out);
-    saturated = 0;
+    Looked looked;
     const auto read = [&](const std::string& from, const char* prefix) {
       ResampledImage image =
           read_resampled_radiance(from, network_.size, colours_, request_.photo, prefix, object ? &*object : nullptr);
-      saturated = std::max(saturated, image.saturated);
+      looked.saturated = std::max(looked.saturated, image.saturated);
       return std::move(image.value);
     };
-    Photographs seen{network_.size, read(file, "")};
+    Photographs& seen = looked.photographs;
+    seen.size = network_.size;
+    seen.image = read(file, "");
     if (needs_.flash) {
       if (request_.flash.empty()) {
         seen.flash = read(file, "flash.");
@@ -113,7 +120,7 @@ class Known {
       if (!seen.flash.empty()) seen.flash = cut_planes(std::move(seen.flash), *object);
       seen.shape = object->mask;
     }
-    return seen;
+    return looked;
   }
 
  private:
@@ -222,14 +229,17 @@ std::string doubt_warning(const std::string& file, const Verdict& verdict, doubl
         "light, boundary and camera the scene's, is it sharp, exposed as the scene is, and nowhere cut off? What is "
         "said of it may be far off",
         file, verdict.doubt, limit);
+  const Needs needs(network);
+  std::string questions;
+  if (needs.shape) questions += "are shape and light those of the image, ";
+  if (needs.mask && !needs.shape) questions += "is the mask the object's, ";
+  if (needs.flash) questions += "did the camera move, ";
+  if (!network.exposure) questions += "is it exposed as they are, ";
   return fmt::format(
-      "{}: is unlike the images that the network learnt from (doubt {:.2f}; 5 % of right ones are above {:.2f}): {}, "
-      "is the curve the camera's (--curve), is it sharp, and nowhere cut off? What is said of it may be far off, and "
-      "its intervals too narrow{}",
-      file, verdict.doubt, limit,
-      Needs(network).shape ? "are shape, light and exposure those of the image"
-                           : "did the camera move, is the mask the object's",
-      is_plain(network) ? "; --exemplars shows the network the scene" : "");
+      "{}: is unlike the images that the network learnt from (doubt {:.2f}; 5 % of those are above {:.2f}): {}is the "
+      "curve the camera's (--curve), is it sharp, and nowhere cut off? What is said of it may be far off, and its "
+      "intervals too narrow{}",
+      file, verdict.doubt, limit, questions, is_plain(network) ? "; --exemplars shows the network the scene" : "");
 }
 
 std::optional<Network> judge_of(const PredictionRequest& request, const NetworkDescription& network) {
@@ -285,14 +295,14 @@ class ImagePredictor {
     if (judge_) result_.doubt_limit = judge_->description().limit;
     std::vector<float> input(network_.image_values());
     for (std::size_t k = 0; k < request_.images.size(); ++k) {
-      double saturated = 0;
-      const Photographs seen = known_->see(k, saturated);
+      const auto [photographs, saturated] = known_->look(k);
+      const Seen seen = photographs.seen();
       std::optional<Verdict> verdict;
       if (judge_) {
-        network_input(judge_->description(), seen.seen(), input);
+        network_input(judge_->description(), seen, input);
         verdict = verdict_of(judge_->forward(input, 1), judge_->description());
       }
-      network_input(result_.network, seen.seen(), input);
+      network_input(result_.network, seen, input);
       add(estimates_of(network_.forward(input, 1), result_.network), verdict, saturated);
     }
   }

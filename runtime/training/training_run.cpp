@@ -293,8 +293,8 @@ TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>
 std::unique_ptr<Examples> TrainingRun::examples_of(const DatasetImages& images,
                                                    const DatasetExamples::Variation& variation, int hard_looks) const {
   if (judges()) {
-    std::optional<JudgedExamples::Beginning> beginning;
-    if (request_.init.empty()) beginning = {static_cast<std::uint64_t>(hard_looks)};
+    std::optional<std::uint64_t> beginning;
+    if (request_.init.empty()) beginning = static_cast<std::uint64_t>(hard_looks);
     return std::make_unique<JudgedExamples>(images, network_->description(), variation, 1, beginning);
   }
   return std::make_unique<DatasetExamples>(images, network_->description(), variation);

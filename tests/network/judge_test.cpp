@@ -122,7 +122,7 @@ TEST_CASE(
     "a judge that begins looks at what is hard to see first, and then more often; one that goes on at all alike") {
   const DatasetImages images = known_triangles();
   const NetworkDescription judge = knowing_judge();
-  const JudgedExamples examples(images, judge, {.seed = 5}, 1, JudgedExamples::Beginning{20});
+  const JudgedExamples examples(images, judge, {.seed = 5}, 1, 20);
   std::vector<float> seen(6 * pixels);
   std::vector<double> truth(judge.outputs.size());
   std::map<std::string, int> first, later, alike;
@@ -212,7 +212,7 @@ TEST_CASE("a judge judges for networks that see what it sees") {
   require_judge_of(network, judge, "j");
   CHECK_THROWS_WITH(require_judge_of(judge, network, "j"), Contains("is no judge"));
   network.cut_out = 0.6;
-  CHECK_THROWS_WITH(require_judge_of(network, judge, "j"), Contains("the same --inputs, --exposure and"));
+  CHECK_THROWS_WITH(require_judge_of(network, judge, "j"), Contains("the same --inputs, --channels, --exposure and"));
   network = judge;
   network.inputs = {"rgb", "mask"};
   CHECK_THROWS_AS(require_judge_of(network, judge, "j"), UsageError);
