@@ -148,7 +148,7 @@ void read_tensor(const Safetensors& content, const std::string& prefix, Tensor& 
 
 void write_network(const std::string& file, const Network& network, Precision precision) {
   std::vector<Tensor> weights = network.weights();
-  if (precision == Precision::half)
+  if (precision != Precision::single)
     for (Tensor& weight : weights)
       if (sees_one_pixel(weight, network.description())) weight = centers(weight);
   write_file(file, safetensors_bytes({weights, network_metadata(network.description())}, precision));

@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <span>
+#include <utility>
 
 #include "runtime/base/error.h"
 #include "runtime/base/json_text.h"
@@ -17,6 +19,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 static_assert(std::endian::native == std::endian::little, "the bytes of numbers are copied as they are");
+
+constexpr const char* scale_suffix = ".scale";
+constexpr float largest_byte = 127;
 
 [[noreturn]] void fail(const std::string& file, const std::string& what) {
   throw InputError(file + ": " + what + "; write or download the file again");
@@ -51,15 +56,23 @@ std::vector<std::size_t> whole_numbers(const std::string& name, const Json& json
   return numbers;
 }
 
+// Of a number [bytes]; 0: not known.
+std::size_t size_of(const std::string& type) {
+  if (type == "F32") return 4;
+  if (type == "F16") return 2;
+  return type == "I8" ? 1 : 0;
+}
+
 Entry parse_entry(const std::string& name, const Json& json, const std::string& file) {
   const std::vector<std::size_t> shape = whole_numbers(name, json.at("shape"), file),
                                  offsets = whole_numbers(name, json.at("data_offsets"), file);
   if (offsets.size() != 2 || offsets[0] > offsets[1]) fail(file, "array '" + name + "' has no valid place in the file");
   Entry entry{name, json.at("dtype").get<std::string>(), shape, offsets[0], offsets[1]};
-  if (entry.type != "F32" && entry.type != "F16")
-    fail(file, "array '" + name + "' is of type " + entry.type + ", where F32 and F16 are known");
+  const std::size_t number_size = size_of(entry.type);
+  if (number_size == 0)
+    fail(file, "array '" + name + "' is of type " + entry.type + ", where F32, F16 and I8 are known");
   // The product of the shape, step by step, so that it cannot overflow.
-  const std::size_t bytes = entry.end - entry.begin, number_size = entry.type == "F32" ? 4 : 2;
+  const std::size_t bytes = entry.end - entry.begin;
   std::size_t count = 1;
   for (const std::size_t extent : shape) {
     if (extent != 0 && count > bytes / extent) fail(file, "array '" + name + "' is larger than its place in the file");
@@ -70,10 +83,18 @@ Entry parse_entry(const std::string& name, const Json& json, const std::string& 
   return entry;
 }
 
+void require_finite(const Tensor& tensor, const std::string& file) {
+  for (const float value : tensor.values)
+    if (!std::isfinite(value)) fail(file, "array '" + tensor.name + "' holds a number that is not finite");
+}
+
 Tensor read_entry(const Entry& entry, std::string_view data, const std::string& file) {
   Tensor tensor{entry.name, entry.shape, std::vector<float>(count_of(entry.shape))};
   if (entry.type == "F32") {
     if (!tensor.values.empty()) std::memcpy(tensor.values.data(), data.data() + entry.begin, entry.end - entry.begin);
+  } else if (entry.type == "I8") {
+    for (std::size_t i = 0; i < tensor.values.size(); ++i)
+      tensor.values[i] = static_cast<float>(static_cast<signed char>(data[entry.begin + i]));
   } else {
     for (std::size_t i = 0; i < tensor.values.size(); ++i) {
       std::uint16_t bits = 0;
@@ -81,14 +102,70 @@ Tensor read_entry(const Entry& entry, std::string_view data, const std::string& 
       tensor.values[i] = imath_half_to_float(bits);
     }
   }
-  for (const float value : tensor.values)
-    if (!std::isfinite(value)) fail(file, "array '" + entry.name + "' holds a number that is not finite");
+  require_finite(tensor, file);
   return tensor;
+}
+
+// Whole numbers times their scale.
+void scale(Tensor& whole, const Tensor& scales, const std::string& file) {
+  if (whole.shape.empty() || scales.shape != std::vector<std::size_t>{whole.shape.front()})
+    fail(file, "array '" + scales.name + "' does not have one number for each row of '" + whole.name + "'");
+  for (std::size_t i = 0; i < whole.values.size(); ++i)
+    whole.values[i] *= scales.values[i * scales.values.size() / whole.values.size()];
+  require_finite(whole, file);
+}
+
+void apply_scales(std::vector<Tensor>& tensors, const std::string& name, const std::string& file) {
+  const auto called = [&](const std::string& wanted) {
+    return std::find_if(tensors.begin(), tensors.end(), [&](const Tensor& tensor) { return tensor.name == wanted; });
+  };
+  const auto whole = called(name), scales = called(name + scale_suffix);
+  if (whole == tensors.end() || scales == tensors.end())
+    fail(file, "array '" + name + "' is of type I8, which needs an array '" + name + scale_suffix + "' of type F32");
+  scale(*whole, *scales, file);
+  tensors.erase(scales);
+}
+
+// An array as a file of bytes has it: whole numbers, and what their rows are to be multiplied by.
+struct Scaled {
+  Tensor whole, scales;
+};
+Scaled scaled(const Tensor& tensor) {
+  const std::size_t rows = tensor.shape.front(), columns = tensor.values.size() / rows;
+  Scaled result{tensor, {tensor.name + scale_suffix, {rows}, std::vector<float>(rows)}};
+  for (std::size_t row = 0; row < rows; ++row) {
+    const std::span<float> values = std::span(result.whole.values).subspan(row * columns, columns);
+    float largest = 0;
+    for (const float value : values) largest = std::max(largest, std::fabs(value));
+    const float unit = result.scales.values[row] = largest / largest_byte;
+    for (float& value : values) value = unit > 0 ? std::round(value / unit) : 0;
+  }
+  return result;
 }
 
 template <class Number>
 void append(std::string& bytes, const Number& number) {
   bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
+}
+
+struct Stored {
+  Tensor tensor;
+  std::string type;
+};
+
+[[noreturn]] void fail_to_store(const Tensor& tensor) {
+  throw ResultError("array '" + tensor.name + "' holds a number that is not finite, or too large for half precision");
+}
+
+void append_values(std::string& bytes, const Stored& array) {
+  for (const float value : array.tensor.values) {
+    if (array.type == "F32") append(bytes, value);
+    if (array.type == "I8") append(bytes, static_cast<signed char>(value));
+    if (array.type != "F16") continue;
+    const std::uint16_t half = imath_float_to_half(value);
+    if (!std::isfinite(imath_half_to_float(half))) fail_to_store(array.tensor);
+    append(bytes, half);
+  }
 }
 
 }  // namespace
@@ -107,36 +184,35 @@ const std::string& Safetensors::text(const std::string& name, const std::string&
 }
 
 std::string safetensors_bytes(const Safetensors& content, Precision precision) {
-  const std::size_t number_size = precision == Precision::single ? 4 : 2;
+  std::vector<Stored> arrays;
+  for (const Tensor& tensor : content.tensors) {
+    if (!std::all_of(tensor.values.begin(), tensor.values.end(), [](float value) { return std::isfinite(value); }))
+      fail_to_store(tensor);
+    if (precision == Precision::byte && tensor.shape.size() > 1 && tensor.shape.front() > 1) {
+      Scaled both = scaled(tensor);
+      arrays.push_back({std::move(both.whole), "I8"});
+      arrays.push_back({std::move(both.scales), "F32"});
+    } else {
+      arrays.push_back({tensor, precision == Precision::half ? "F16" : "F32"});
+    }
+  }
+  // Larger numbers first, so that none stands askew: some readers cannot take that.
+  std::stable_sort(arrays.begin(), arrays.end(),
+                   [](const Stored& a, const Stored& b) { return size_of(a.type) > size_of(b.type); });
   Json header = Json::object();
   if (!content.metadata.empty()) header["__metadata__"] = content.metadata;
-  std::size_t end = 0;
-  for (const Tensor& tensor : content.tensors) {
-    const std::size_t begin = end;
-    end += tensor.values.size() * number_size;
-    header[tensor.name] = {{"dtype", precision == Precision::single ? "F32" : "F16"},
-                           {"shape", tensor.shape},
-                           {"data_offsets", {begin, end}}};
+  std::string data;
+  for (const Stored& array : arrays) {
+    const std::size_t begin = data.size();
+    append_values(data, array);
+    header[array.tensor.name] = {
+        {"dtype", array.type}, {"shape", array.tensor.shape}, {"data_offsets", {begin, data.size()}}};
   }
   std::string text = header.dump();
   text.resize((text.size() + 7) / 8 * 8, ' ');
-
   std::string bytes;
-  bytes.reserve(8 + text.size() + end);
   append(bytes, static_cast<std::uint64_t>(text.size()));
-  bytes += text;
-  for (const Tensor& tensor : content.tensors)
-    for (const float value : tensor.values) {
-      const std::uint16_t half = imath_float_to_half(value);
-      if (!std::isfinite(precision == Precision::single ? value : imath_half_to_float(half)))
-        throw ResultError("array '" + tensor.name +
-                          "' holds a number that is not finite, or too large for half precision");
-      if (precision == Precision::single)
-        append(bytes, value);
-      else
-        append(bytes, half);
-    }
-  return bytes;
+  return bytes + text + data;
 }
 
 Safetensors parse_safetensors(std::string_view bytes, const std::string& file) {
@@ -166,7 +242,12 @@ Safetensors parse_safetensors(std::string_view bytes, const std::string& file) {
   if (end != data.size())
     fail(file,
          "its arrays should have " + std::to_string(end) + " bytes, and " + std::to_string(data.size()) + " are there");
-  for (const Entry& entry : entries) content.tensors.push_back(read_entry(entry, data, file));
+  std::vector<std::string> whole;
+  for (const Entry& entry : entries) {
+    content.tensors.push_back(read_entry(entry, data, file));
+    if (entry.type == "I8") whole.push_back(entry.name);
+  }
+  for (const std::string& name : whole) apply_scales(content.tensors, name, file);
   return content;
 }
 

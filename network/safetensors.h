@@ -2,6 +2,9 @@
 //
 //   8 bytes: length of the header, little-endian; the header: JSON, filled up with spaces to a multiple of 8 bytes;
 //   then the arrays, little-endian, row-major, one after the other without gaps.
+//
+// An array x of type I8 stands for its whole numbers times x.scale, an F32 array of one number for each row of x, that
+// is for each index along its first side. Whoever reads such a file sees neither, but the product.
 #pragma once
 #include <map>
 #include <string>
@@ -12,7 +15,8 @@
 
 namespace itn {
 
-enum class Precision { single, half };  // F32, F16
+// F32; F16; I8, each row by a scale of its own, but for arrays of one row or one side, which are F32.
+enum class Precision { single, half, byte };
 
 struct Safetensors {
   std::vector<Tensor> tensors;  // as they follow each other in the file
@@ -26,9 +30,9 @@ struct Safetensors {
 // The bytes of a file. Throws ResultError: a number too large for half precision, or not finite in either.
 std::string safetensors_bytes(const Safetensors& content, Precision precision);
 
-// From the bytes of a file; F16 becomes float. Throws InputError that names the file and says what is wrong: truncated,
-// too long, no JSON, arrays of other types, gaps, overlaps, sizes that do not fit their shape, numbers that are not
-// finite.
+// From the bytes of a file; all becomes float. Throws InputError that names the file and says what is wrong: truncated,
+// too long, no JSON, arrays of other types, gaps, overlaps, sizes that do not fit their shape, I8 without scales,
+// numbers that are not finite.
 Safetensors parse_safetensors(std::string_view bytes, const std::string& file);
 
 }  // namespace itn

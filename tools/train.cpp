@@ -121,7 +121,8 @@ void run(TrainArguments options) {
   if (options.common.talkative()) print_beginning(options, run);
   learn(options, run);
   const std::vector<double> errors = run.conclude();
-  if (!options.exported.empty()) write_network(options.exported, run.best(), Precision::half);
+  if (!options.exported.empty())
+    write_network(options.exported, run.best(), is_judge(run.description()) ? Precision::byte : Precision::half);
   if (options.common.talkative()) print_end(run, errors);
   nlohmann::ordered_json result{{"schema", "itn.train/1"}};
   result.update(run.record());
@@ -185,8 +186,10 @@ void add_train(CLI::App& app) {
                    "every look at an image has noise of its own, of up to so many of its standard errors")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
-  command->add_option("--export", options->exported,
-                      "at the end also write the network to this file, at half precision, for shipping");
+  command->add_option(
+      "--export", options->exported,
+      "at the end also write the network to this file, small, for shipping: at half precision, a judge with a "
+      "byte a weight");
   command->add_flag("--mirror", options->request.variation.mirrored,
                     "also learn from every image's mirror image, left for right");
   command

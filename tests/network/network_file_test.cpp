@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <functional>
+#include <tuple>
 
 #include "../support/temporary_folder.h"
 #include "network/judge.h"
@@ -91,17 +92,22 @@ TEST_CASE("A network's distribution and its spread come back from its file, and 
   CHECK_THAT(refusal("kind", "itn"), Contains("only rn learns a distribution"));
 }
 
-TEST_CASE("Half precision, without the weights that meet no pixel, is far smaller and moves the outputs by little") {
+TEST_CASE(
+    "Half precision and bytes, without the weights that meet no pixel, are small and move the outputs by little") {
   const TemporaryFolder folder;
   Network network = some_network();
-  write_network(folder / "a.safetensors", network, Precision::half);
   write_network(folder / "b.safetensors", network, Precision::single);
   const auto size = [&](const char* name) { return static_cast<double>(read_file(folder / name).size()); };
-  CHECK(size("a.safetensors") < 0.1 * size("b.safetensors"));  // images of 4 pixels: a half of a ninth, nearly
-  Network read = read_network(folder / "a.safetensors");
-  CHECK(read.description() == network.description());
-  const std::vector<float> expected = outputs(network), found = outputs(read);
-  for (std::size_t i = 0; i < expected.size(); ++i) CHECK(found[i] == Approx(expected[i]).margin(3e-3));
+  // Images of 4 pixels: a half of a ninth, nearly, or a quarter.
+  for (const auto& [precision, largest_size, largest_change] :
+       {std::tuple(Precision::half, 0.1, 3e-3), std::tuple(Precision::byte, 0.06, 3e-2)}) {
+    write_network(folder / "a.safetensors", network, precision);
+    CHECK(size("a.safetensors") < largest_size * size("b.safetensors"));
+    Network read = read_network(folder / "a.safetensors");
+    CHECK(read.description() == network.description());
+    const std::vector<float> expected = outputs(network), found = outputs(read);
+    for (std::size_t i = 0; i < expected.size(); ++i) CHECK(found[i] == Approx(expected[i]).margin(largest_change));
+  }
 }
 
 TEST_CASE("A network file of another kind, version or shape is an input error") {

@@ -50,6 +50,41 @@ TEST_CASE("A safetensors file of half precision has the documented bytes") {
   CHECK(bytes.size() % 8 == 0);
 }
 
+TEST_CASE("A safetensors file of bytes has the documented ones: whole numbers, and a scale for each row") {
+  const Safetensors arrays{{{"w", {2, 2}, {-2.0f, 0.5f, 0.0f, 0.0f}}, {"b", {2}, {1.0f, -2.0f}}}, {}};
+  const std::string bytes = safetensors_bytes(arrays, Precision::byte);
+  // 2 / 127 = 3c810204, and of zeros 0; 1 = 3f800000, -2 = c0000000; then -127, 0.5 * 127 / 2 = 32, 0, 0.
+  CHECK(bytes.substr(bytes.size() - 20) == std::string("\x04\x02\x81\x3c\x00\x00\x00\x00"
+                                                       "\x00\x00\x80\x3f\x00\x00\x00\xc0\x81\x20\x00\x00",
+                                                       20));
+  CHECK_THAT(bytes, Contains(R"("w.scale":{"dtype":"F32","shape":[2],"data_offsets":[0,8]})"));
+  CHECK_THAT(bytes, Contains(R"("w":{"dtype":"I8","shape":[2,2],"data_offsets":[16,20]})"));
+  const Safetensors read = parse_safetensors(bytes, "f");
+  REQUIRE(read.tensors.size() == 2);
+  CHECK(read.tensor("b", "f").values == arrays.tensors[1].values);
+  const std::vector<float> rounded = read.tensor("w", "f").values;
+  CHECK(rounded[0] == Approx(-2));
+  CHECK(rounded[1] == Approx(0.5).margin(1 / 127.0));
+  CHECK((rounded[2] == 0 && rounded[3] == 0));
+}
+
+TEST_CASE("Bytes without a scale for each row are an input error") {
+  const std::string w = R"("w":{"dtype":"I8","shape":[2,2],"data_offsets":[8,12]})", bytes(4, '\x01');
+  const auto with = [&](const std::string& scale, const std::string& data) {
+    return message(file_of("{" + scale + "," + w + "}", data + bytes));
+  };
+  CHECK(with(R"("w.scale":{"dtype":"F32","shape":[2],"data_offsets":[0,8]})", std::string(8, '\0')) == "accepted");
+  CHECK_THAT(with(R"("v.scale":{"dtype":"F32","shape":[2],"data_offsets":[0,8]})", std::string(8, '\0')),
+             Contains("array 'w' is of type I8, which needs an array 'w.scale' of type F32"));
+  CHECK_THAT(with(R"("w.scale":{"dtype":"I8","shape":[8],"data_offsets":[0,8]})", std::string(8, '\0')),
+             Contains("of type F32"));
+  CHECK_THAT(with(R"("w.scale":{"dtype":"F32","shape":[2,1],"data_offsets":[0,8]})", std::string(8, '\0')),
+             Contains("one number for each row of 'w'"));
+  CHECK_THAT(with(R"("w.scale":{"dtype":"F32","shape":[2],"data_offsets":[0,8]})",
+                  std::string("\xff\xff\x7f\x7f\x00\x00\xc0\x7f", 8)),
+             Contains("not finite"));
+}
+
 TEST_CASE("What was written is read back: single precision to the bit, half to its rounding") {
   const Safetensors original{{{"x", {3}, {0.1f, 1e-30f, -3.4e38f}}, {"scalar", {}, {7.0f}}, {"empty", {0, 4}, {}}},
                              {{"k", "ü \"quoted\""}}};
@@ -73,6 +108,8 @@ TEST_CASE("Numbers that a file cannot hold are not written") {
   CHECK_NOTHROW(safetensors_bytes(one(7e4f), Precision::single));
   CHECK_THROWS_AS(safetensors_bytes(one(std::numeric_limits<float>::quiet_NaN()), Precision::single), ResultError);
   CHECK_THROWS_AS(safetensors_bytes(one(std::numeric_limits<float>::infinity()), Precision::half), ResultError);
+  for (const float wrong : {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()})
+    CHECK_THROWS_AS(safetensors_bytes({{{"x", {2, 1}, {1.0f, wrong}}}, {}}, Precision::byte), ResultError);
 }
 
 TEST_CASE("A file cut short anywhere, or with more at its end, is an input error") {
