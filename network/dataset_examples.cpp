@@ -177,12 +177,7 @@ void DatasetExamples::read(std::size_t index, std::uint64_t look, std::span<floa
                            std::span<double> truth) const {
   const std::size_t original = index % images_.images.size();
   Photographs seen = photographs(index, look);
-  if (!objects_.empty()) {
-    const CutOut& object = objects_[images_.shape_of[original]];
-    seen.image = cut_planes(std::move(seen.image), object);
-    if (!seen.flash.empty()) seen.flash = cut_planes(std::move(seen.flash), object);
-    seen.shape = object.mask;
-  }
+  if (!objects_.empty()) keep_object(seen, objects_[images_.shape_of[original]]);
   network_input(network_, seen.seen(), image);
   if (index >= originals()) mirror_input(network_, image);
   for (std::size_t i = 0; i < truth.size(); ++i)

@@ -388,6 +388,12 @@ std::vector<float> cut_planes(std::vector<float> planes, const CutOut& object) {
   return result;
 }
 
+void keep_object(Photographs& photographs, const CutOut& object) {
+  photographs.image = cut_planes(std::move(photographs.image), object);
+  if (!photographs.flash.empty()) photographs.flash = cut_planes(std::move(photographs.flash), object);
+  photographs.shape = object.mask;
+}
+
 WhiteBox box_around_white(std::span<const float> mask, int width, int height) {
   WhiteBox box{.left = width, .top = height};
   for (int y = 0; y < height; ++y)

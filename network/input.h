@@ -141,6 +141,9 @@ struct Photographs {
   Seen seen() const { return {image, flash, &shape, &light}; }
 };
 
+// For networks that see the object alone: photos and flash are cut out, and what is known of the shape is its mask.
+void keep_object(Photographs& photographs, const CutOut& object);
+
 // input: (channels, size, size). Throws UsageError: sizes that do not fit, something missing that the network sees.
 void network_input(const NetworkDescription& network, const Seen& seen, std::span<float> input);
 

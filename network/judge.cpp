@@ -62,12 +62,8 @@ void JudgedExamples::read(std::size_t index, std::uint64_t look, std::span<float
     spoil(seen, faults_[chosen], others, seed_, RANDOM_FLASH + stream);
     truth[0] = truth[1 + chosen] = 1;
   }
-  if (judge_.cut_out > 0) {
-    CutOut object = cut_out(std::move(seen.shape.mask), seen.size, seen.size, seen.size, judge_.cut_out, "data set");
-    seen.image = cut_planes(std::move(seen.image), object);
-    if (!seen.flash.empty()) seen.flash = cut_planes(std::move(seen.flash), object);
-    seen.shape = std::move(object.mask);
-  }
+  if (judge_.cut_out > 0)
+    keep_object(seen, cut_out(std::move(seen.shape.mask), seen.size, seen.size, seen.size, judge_.cut_out, "data set"));
   network_input(judge_, seen.seen(), image);
   if (original >= right_.originals()) mirror_input(judge_, image);
 }

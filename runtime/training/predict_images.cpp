@@ -113,13 +113,8 @@ class Known {
                                      : shape_of_set(image.shape);
       seen.light = before_camera(image, manifest_.lights[static_cast<std::size_t>(image.light)].direction);
     }
-    if (network_.cut_out > 0 && !object) {
-      const int size = network_.size;
-      object = cut_out(std::move(seen.shape.mask), size, size, size, network_.cut_out, file);
-      seen.image = cut_planes(std::move(seen.image), *object);
-      if (!seen.flash.empty()) seen.flash = cut_planes(std::move(seen.flash), *object);
-      seen.shape = object->mask;
-    }
+    if (network_.cut_out > 0 && !object)
+      keep_object(seen, cut_out(std::move(seen.shape.mask), seen.size, seen.size, seen.size, network_.cut_out, file));
     return looked;
   }
 
