@@ -8,8 +8,8 @@ boundary is rough (Beckmann, alpha 0.25, n = 1.33), each seen from elsewhere und
 the network that ships with itn has not seen any. OUT gets what is rendered; nothing that is there is rendered again. Photos of
 a scene share its exemplars, or with --alone so many of them are taken, evenly, each with exemplars of its own.
 
-Prints for the network as it is and for the one that is shown each scene: root mean square and median errors, and how many of
-its 95 % intervals hold the truth; and how many of these photos, which are all right, the second doubts.
+Prints for the network as it is and for the one that is shown each scene: root mean square and median errors, how many of its
+95 % intervals hold the truth, and how many of these photos, which are all right, its judge doubts, or the exemplars do.
 """
 import argparse
 import json
@@ -105,7 +105,7 @@ def main():
     errors = {who: {name: [] for name in parameters} for who in ('as it is', 'shown the scene')}
     held = {who: {name: 0 for name in parameters} for who in errors}
     seconds = {who: [] for who in errors}
-    doubted = []  # of those shown the scene
+    doubted = {who: [] for who in errors}
     scenes = of_data_set(options.data, out) if options.data else unlike(out, options.itn)
     if options.alone:
         scenes = ((*scene, [photo]) for *scene, photos in scenes for photo in evenly(photos, options.alone, 'photos'))
@@ -115,7 +115,7 @@ def main():
             seconds[who].append(run([options.itn, 'predict', *run_option, *(photo for photo, _ in photos), '--scene', scene,
                                      *definitions, *more, '--quiet', '--json', file]))
             for said, (_, truth) in zip(json.loads(file.read_text())['images'], photos):
-                doubted += [said['doubted']] if 'doubted' in said else []
+                doubted[who] += [said['doubted']] if 'doubted' in said else []
                 for parameter in parameters:
                     value = said[parameter]
                     errors[who][parameter].append(value['value'] - truth[parameter])
@@ -124,8 +124,8 @@ def main():
     count = len(errors['as it is']['g'])
     for who in errors:
         print(f'{who}: {count} photos, {statistics.fmean(seconds[who]):.1f} CPU s a command')
-        if who == 'shown the scene' and doubted:
-            print(f'  doubted: {statistics.fmean(doubted):.3f} of {len(doubted)}')
+        if doubted[who]:
+            print(f'  doubted: {statistics.fmean(doubted[who]):.3f} of {len(doubted[who])}')
         for parameter, of in errors[who].items():
             print(f'  {parameter:8} root mean square error {math.sqrt(statistics.fmean(e * e for e in of)):.3g}, median '
                   f'{statistics.median(map(abs, of)):.3g}; 95 % intervals hold {held[who][parameter] / count:.3f}')
