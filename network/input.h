@@ -130,6 +130,17 @@ struct Seen {
   const std::array<double, 3>* light = nullptr;  // towards it, length 1
 };
 
+// What of it, beside the image, has to be given to a network.
+struct Needs {
+  explicit Needs(const NetworkDescription& network)
+      : shape(sees(network, "normal") || sees(network, "nearness") || sees(network, "light")),
+        mask(sees(network, "mask")),
+        flash(sees(network, "flash_rgb") || sees(network, "flash_luminance")) {}
+
+  bool shape, mask, flash;
+  bool any() const { return shape || mask || flash; }
+};
+
 // Photographs of an object, and what is known of it: square, row-major planes, linear.
 struct Photographs {
   int size = 0;                   // [pixels]

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <deque>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <utility>
@@ -138,7 +139,9 @@ Scaled scaled(const Tensor& tensor) {
     float largest = 0;
     for (const float value : values) largest = std::max(largest, std::fabs(value));
     const float unit = result.scales.values[row] = largest / largest_byte;
-    for (float& value : values) value = unit > 0 ? std::round(value / unit) : 0;
+    // Of a row that is nearly 0 the unit is one of few that a float can be, and too small maybe.
+    for (float& value : values)
+      value = unit > 0 ? std::clamp(std::round(value / unit), -largest_byte, largest_byte) : 0;
   }
   return result;
 }
@@ -148,25 +151,28 @@ void append(std::string& bytes, const Number& number) {
   bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
 }
 
-struct Stored {
-  Tensor tensor;
-  std::string type;
-};
-
 [[noreturn]] void fail_to_store(const Tensor& tensor) {
   throw ResultError("array '" + tensor.name + "' holds a number that is not finite, or too large for half precision");
 }
 
-void append_values(std::string& bytes, const Stored& array) {
-  for (const float value : array.tensor.values) {
-    if (array.type == "F32") append(bytes, value);
-    if (array.type == "I8") append(bytes, static_cast<signed char>(value));
-    if (array.type != "F16") continue;
+void append_halves(std::string& bytes, const Tensor& tensor) {
+  for (const float value : tensor.values) {
     const std::uint16_t half = imath_float_to_half(value);
-    if (!std::isfinite(imath_half_to_float(half))) fail_to_store(array.tensor);
+    if (!std::isfinite(imath_half_to_float(half))) fail_to_store(tensor);
     append(bytes, half);
   }
 }
+
+template <class Number>
+void append_as(std::string& bytes, const Tensor& tensor) {
+  for (const float value : tensor.values) append(bytes, static_cast<Number>(value));
+}
+
+struct Stored {
+  const Tensor* tensor;
+  const char* type;
+  void (*append_to)(std::string& bytes, const Tensor& tensor);
+};
 
 }  // namespace
 
@@ -185,15 +191,18 @@ const std::string& Safetensors::text(const std::string& name, const std::string&
 
 std::string safetensors_bytes(const Safetensors& content, Precision precision) {
   std::vector<Stored> arrays;
+  std::deque<Scaled> scaled_arrays;  // which does not move what it holds
   for (const Tensor& tensor : content.tensors) {
     if (!std::all_of(tensor.values.begin(), tensor.values.end(), [](float value) { return std::isfinite(value); }))
       fail_to_store(tensor);
-    if (precision == Precision::byte && tensor.shape.size() > 1 && tensor.shape.front() > 1) {
-      Scaled both = scaled(tensor);
-      arrays.push_back({std::move(both.whole), "I8"});
-      arrays.push_back({std::move(both.scales), "F32"});
+    if (precision == Precision::half) {
+      arrays.push_back({&tensor, "F16", append_halves});
+    } else if (precision == Precision::byte && tensor.shape.size() > 1 && tensor.shape.front() > 1) {
+      const Scaled& both = scaled_arrays.emplace_back(scaled(tensor));
+      arrays.push_back({&both.whole, "I8", append_as<signed char>});
+      arrays.push_back({&both.scales, "F32", append_as<float>});
     } else {
-      arrays.push_back({tensor, precision == Precision::half ? "F16" : "F32"});
+      arrays.push_back({&tensor, "F32", append_as<float>});
     }
   }
   // Larger numbers first, so that none stands askew: some readers cannot take that.
@@ -202,17 +211,16 @@ std::string safetensors_bytes(const Safetensors& content, Precision precision) {
   Json header = Json::object();
   if (!content.metadata.empty()) header["__metadata__"] = content.metadata;
   std::string data;
-  for (const Stored& array : arrays) {
+  for (const auto& [tensor, type, append_to] : arrays) {
     const std::size_t begin = data.size();
-    append_values(data, array);
-    header[array.tensor.name] = {
-        {"dtype", array.type}, {"shape", array.tensor.shape}, {"data_offsets", {begin, data.size()}}};
+    append_to(data, *tensor);
+    header[tensor->name] = {{"dtype", type}, {"shape", tensor->shape}, {"data_offsets", {begin, data.size()}}};
   }
   std::string text = header.dump();
   text.resize((text.size() + 7) / 8 * 8, ' ');
-  std::string bytes;
-  append(bytes, static_cast<std::uint64_t>(text.size()));
-  return bytes + text + data;
+  std::string start;
+  append(start, static_cast<std::uint64_t>(text.size()));
+  return data.insert(0, start + text);
 }
 
 Safetensors parse_safetensors(std::string_view bytes, const std::string& file) {

@@ -100,6 +100,7 @@ NetworkGuess set_starts(const InvertArguments& options, Scene& scene) {
   if (!options.init.empty())
     guess = set_network_start(scene, options.parameters, given, options.init, options.images.targets.front(),
                               options.images.sensors.front(), options.images.photo);
+  if (!guess.warning.empty()) warn(options.common, guess.warning);
   for (const std::string& text : options.start) {
     const NamedNumbers start = named_numbers(text);
     if (std::find(options.parameters.begin(), options.parameters.end(), start.name) == options.parameters.end())
@@ -306,7 +307,8 @@ void add_invert(CLI::App& app) {
       ->add_option("--init", options->init,
                    "start from what the network of this RUN (itn train; or .safetensors file; without RUN: the one "
                    "that ships with the program) sees in the first target: sigma_t, albedo and g of one medium. "
-                   "Without --prior what it says of them, and how surely, is Gauss-Newton's prior, too")
+                   "Without --prior what it says of them, and how surely, is Gauss-Newton's prior, too. Of an image "
+                   "that is unlike those that the shipped one learnt from a warning tells")
       ->expected(0, 1)
       ->default_str(shipped_run);
   command->add_option("--start", options->start, "NAME=VALUE: start there instead; may be repeated")

@@ -83,6 +83,9 @@ nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string
     guess = interruptible(progress, [&](Running&) {
       return set_network_start(scene, names, given, init, init_image, sensors.front(), {});
     });
+    // Of the line that calls itn.invert(). Fails where the user makes warnings errors.
+    if (!guess.warning.empty() && PyErr_WarnEx(PyExc_UserWarning, guess.warning.c_str(), 2) != 0)
+      throw nb::python_error();
   }
   for (const auto& [name, value] : start) {
     if (std::find(names.begin(), names.end(), name) == names.end())

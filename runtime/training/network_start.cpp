@@ -9,6 +9,7 @@
 #include "network/random.h"
 #include "runtime/base/error.h"
 #include "runtime/scene/parameters.h"
+#include "runtime/training/image_judge.h"
 #include "runtime/training/known_scene.h"
 #include "runtime/training/trained_network.h"
 
@@ -16,16 +17,6 @@ namespace itn {
 namespace {
 
 constexpr std::size_t drawn = 4096;  // samples of the distribution: its moments to some hundredths of a deviation
-
-// What the network sees.
-std::vector<float> input_of(const Network& network, const std::string& image, const std::optional<SceneView>& view,
-                            const PhotoOptions& photo) {
-  const NetworkDescription& description = network.description();
-  std::vector<float> input(network.image_values());
-  const std::vector<float> luminance = read_resampled_radiance(image, description.size, 1, photo).value;
-  input_in_scene(description, luminance, view ? &*view : nullptr, input);
-  return input;
-}
 
 // Parameters drawn from the network's distribution, those outside of its ranges left out.
 std::vector<std::vector<double>> draw(std::span<const float> raw, const NetworkDescription& network) {
@@ -49,6 +40,26 @@ std::vector<std::vector<double>> draw(std::span<const float> raw, const NetworkD
 std::string output_name(const Parameter& p) {
   const bool of_medium = p.owner == Owner::medium || p.owner == Owner::phase;
   return of_medium && p.member != "scale" ? p.member : "";
+}
+
+// Those of the parameters that are not given. Throws as set_network_start().
+std::vector<Parameter> asked_of_network(const Scene& scene, const std::vector<std::string>& parameters,
+                                        const std::vector<std::string>& given, const std::string& run) {
+  const std::vector<Parameter> all = list_parameters(scene);
+  std::vector<Parameter> guessed;
+  for (const std::string& name : parameters) {
+    if (std::find(given.begin(), given.end(), name) != given.end()) continue;
+    guessed.push_back(find_parameter(all, name));
+    const Parameter& parameter = guessed.back();
+    if (output_name(parameter).empty())
+      throw UsageError(fmt::format("--init {}: the network does not guess {}; give --start {}=VALUE", run, name, name));
+    if (!parameter.belongs_to(guessed.front().indices.front()))
+      throw UsageError(
+          fmt::format("--init {}: the network knows one medium, and {} is of another one than the "
+                      "parameters before it; give --start {}=VALUE",
+                      run, name, name));
+  }
+  return guessed;
 }
 
 }  // namespace
@@ -79,20 +90,7 @@ std::vector<std::string> NetworkGuess::words() const {
 NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& parameters,
                                const std::vector<std::string>& given, const std::string& run, const std::string& image,
                                int sensor, const PhotoOptions& photo) {
-  const std::vector<Parameter> all = list_parameters(scene);
-  std::vector<Parameter> guessed;
-  for (const std::string& name : parameters) {
-    if (std::find(given.begin(), given.end(), name) != given.end()) continue;
-    guessed.push_back(find_parameter(all, name));
-    const Parameter& parameter = guessed.back();
-    if (output_name(parameter).empty())
-      throw UsageError(fmt::format("--init {}: the network does not guess {}; give --start {}=VALUE", run, name, name));
-    if (!parameter.belongs_to(guessed.front().indices.front()))
-      throw UsageError(
-          fmt::format("--init {}: the network knows one medium, and {} is of another one than the "
-                      "parameters before it; give --start {}=VALUE",
-                      run, name, name));
-  }
+  const std::vector<Parameter> guessed = asked_of_network(scene, parameters, given, run);
   if (guessed.empty()) return {};
 
   Network network = network_of(run);
@@ -105,11 +103,22 @@ NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& par
   std::optional<SceneView> view;
   if (network.description().channels > 1) view.emplace(scene, sensor, network.description(), body, who);
   const NetworkDescription& description = network.description();
-  const std::vector<float> input = input_of(network, image, view, photo);
+  const std::vector<float> luminance = read_resampled_radiance(image, description.size, 1, photo).value;
+  std::optional<KnownScene> known;
+  if (view) known.emplace(view->known());
+  const Seen seen{luminance, {}, known ? &known->shape : nullptr, known ? &known->light : nullptr};
+  std::vector<float> input(network.image_values());
+  network_input(description, seen, input);
   const std::vector<float> raw = network.forward(input, 1);
   std::vector<std::vector<double>> samples;
   if (description.distribution) samples = draw(raw, description);
   NetworkGuess result;
+  if (std::optional<ImageJudge> judge = ImageJudge::of(run, description)) {
+    result.warning = judge->warning(image, judge->verdict(seen));
+    if (!result.warning.empty())
+      result.warning +=
+          "; the inversion starts from that, and takes it for its prior unless --prior says another: leave out --init";
+  }
   if (!samples.empty()) result.samples.resize(samples.size());
   for (const Parameter& parameter : guessed) {
     const auto found = std::find_if(description.outputs.begin(), description.outputs.end(),

@@ -13,6 +13,7 @@ namespace itn {
 struct NetworkGuess {
   std::vector<std::string> parameters;       // of single numbers; none: the network says no distribution
   std::vector<std::vector<double>> samples;  // of the distribution inside the network's ranges: values, one a parameter
+  std::string warning;                       // where its judge doubts the image; empty otherwise
 
   // The same normal distribution of an inversion's coordinates.
   Prior prior(const std::vector<Coordinate>& coordinates) const;

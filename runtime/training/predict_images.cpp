@@ -13,23 +13,13 @@
 #include "network/dataset_examples.h"
 #include "runtime/base/error.h"
 #include "runtime/dataset/dataset_scene.h"
+#include "runtime/training/image_judge.h"
 #include "runtime/training/known_scene.h"
 #include "runtime/training/scene_likeness.h"
 #include "runtime/training/trained_network.h"
 
 namespace itn {
 namespace {
-
-// What a network needs to be told beside an image.
-struct Needs {
-  explicit Needs(const NetworkDescription& network)
-      : shape(sees(network, "normal") || sees(network, "nearness") || sees(network, "light")),
-        mask(sees(network, "mask")),
-        flash(sees(network, "flash_rgb") || sees(network, "flash_luminance")) {}
-
-  bool shape, mask, flash;
-  bool any() const { return shape || mask || flash; }
-};
 
 // One for each image, or one for all.
 const std::string& one_of(const std::vector<std::string>& files, std::size_t index) {
@@ -215,36 +205,14 @@ std::string saturation_warning(const std::string& file, double saturated) {
       file, 100 * saturated);
 }
 
-std::string doubt_warning(const std::string& file, const Verdict& verdict, double limit, bool shown,
-                          const NetworkDescription& network) {
+// Of a network that was shown the scene.
+std::string unlike_scene_warning(const std::string& file, const Verdict& verdict) {
   if (!verdict.doubted) return {};
-  if (shown)
-    return fmt::format(
-        "{}: is unlike the scene, whatever the material (doubt {:.1f}; few right ones are above {:.1f}): are shape, "
-        "light, boundary and camera the scene's, is it sharp, exposed as the scene is, and nowhere cut off? What is "
-        "said of it may be far off",
-        file, verdict.doubt, limit);
-  const Needs needs(network);
-  std::string questions;
-  if (needs.shape) questions += "are shape and light those of the image, ";
-  if (needs.mask && !needs.shape) questions += "is the mask the object's, ";
-  if (needs.flash) questions += "did the camera move, ";
-  if (!network.exposure) questions += "is it exposed as they are, ";
   return fmt::format(
-      "{}: is unlike the images that the network learnt from (doubt {:.2f}; 5 % of those are above {:.2f}): {}is the "
-      "curve the camera's (--curve), is it sharp, and nowhere cut off? What is said of it may be far off, and its "
-      "intervals too narrow{}",
-      file, verdict.doubt, limit, questions, is_plain(network) ? "; --exemplars shows the network the scene" : "");
-}
-
-std::optional<Network> judge_of(const PredictionRequest& request, const NetworkDescription& network) {
-  std::string run = request.judge;
-  if (run.empty() && request.run == shipped_run) run = shipped_run_judge;
-  if (run.empty() && request.run == shipped_photos_run) run = shipped_photos_judge;
-  if (run.empty()) return {};
-  std::optional<Network> judge(network_of(run));
-  require_judge_of(network, judge->description(), run);
-  return judge;
+      "{}: is unlike the scene, whatever the material (doubt {:.1f}; few right ones are above {:.1f}): are shape, "
+      "light, boundary and camera the scene's, is it sharp, exposed as the scene is, and nowhere cut off? What is "
+      "said of it may be far off",
+      file, verdict.doubt, SceneLikeness::limit);
 }
 
 // Of one image after another.
@@ -259,7 +227,7 @@ class ImagePredictor {
         network_(network_of(request.run)),
         result_{network_.description(), {}, false, 0, {}} {
     check(request, result_.network);
-    if (request.showing.exemplars == 0) judge_ = judge_of(request, result_.network);
+    if (request.showing.exemplars == 0) judge_ = ImageJudge::of(request.run, result_.network, request.judge);
     known_.emplace(request, result_.network);
     result_.in_scene = known_->body().has_value();
   }
@@ -287,16 +255,13 @@ class ImagePredictor {
   }
 
   void by_network() {
-    if (judge_) result_.doubt_limit = judge_->description().limit;
+    if (judge_) result_.doubt_limit = judge_->limit();
     std::vector<float> input(network_.image_values());
     for (std::size_t k = 0; k < request_.images.size(); ++k) {
       const auto [photographs, saturated] = known_->look(k);
       const Seen seen = photographs.seen();
       std::optional<Verdict> verdict;
-      if (judge_) {
-        network_input(judge_->description(), seen, input);
-        verdict = verdict_of(judge_->forward(input, 1), judge_->description());
-      }
+      if (judge_) verdict = judge_->verdict(seen);
       network_input(result_.network, seen, input);
       add(estimates_of(network_.forward(input, 1), result_.network), verdict, saturated);
     }
@@ -306,10 +271,7 @@ class ImagePredictor {
   void add(std::vector<ParameterEstimate> parameters, const std::optional<Verdict>& verdict, double saturated) {
     if (cancel_) throw Interrupted();
     ImagePrediction image{request_.images[result_.images.size()], {}, std::move(parameters), verdict};
-    const bool shown = request_.showing.exemplars > 0;
-    for (const std::string& warning :
-         {saturation_warning(image.file, saturated),
-          verdict ? doubt_warning(image.file, *verdict, *result_.doubt_limit, shown, result_.network) : std::string()})
+    for (const std::string& warning : {saturation_warning(image.file, saturated), doubt_warning(image)})
       if (!warning.empty()) image.warnings.push_back(warning);
     for (std::size_t i = 0; i < image.parameters.size(); ++i) {
       if (!result_.network.outputs[i].name.starts_with("sigma_t")) continue;
@@ -322,12 +284,20 @@ class ImagePredictor {
     result_.images.push_back(std::move(image));
   }
 
+  std::string doubt_warning(const ImagePrediction& image) const {
+    if (!image.verdict) return {};
+    if (!judge_) return unlike_scene_warning(image.file, *image.verdict);
+    const std::string warning = judge_->warning(image.file, *image.verdict);
+    const bool can_be_shown = !warning.empty() && is_plain(result_.network);
+    return can_be_shown ? warning + "; --exemplars shows the network the scene" : warning;
+  }
+
   const PredictionRequest& request_;
   const std::atomic<bool>& cancel_;
   const Each& each_;
   Network network_;
   PredictedImages result_;
-  std::optional<Network> judge_;
+  std::optional<ImageJudge> judge_;
   std::optional<Known> known_;  // looks at the network in result_
 };
 

@@ -68,6 +68,21 @@ TEST_CASE("A safetensors file of bytes has the documented ones: whole numbers, a
   CHECK((rounded[2] == 0 && rounded[3] == 0));
 }
 
+TEST_CASE("In a file of bytes a row that is nearly 0 keeps its signs") {
+  // 200 and -50 of the least number above 0: one 127th of 200 of them is 1.57 of them, which is stored as 2.
+  const float least = std::numeric_limits<float>::denorm_min();
+  const Safetensors arrays{{{"w", {2, 2}, {200 * least, -50 * least, 1.0f, 1.0f}}}, {}};
+  const std::vector<float> read = parse_safetensors(safetensors_bytes(arrays, Precision::byte), "f").tensors[0].values;
+  CHECK(read[0] == 200 * least);
+  CHECK(read[1] == -50 * least);
+  // A 127th of 180 is 1.42, which is stored as 1, and 180 is no byte.
+  const Safetensors too_large{{{"w", {2, 2}, {180 * least, -180 * least, 1.0f, 1.0f}}}, {}};
+  const std::vector<float> cut =
+      parse_safetensors(safetensors_bytes(too_large, Precision::byte), "f").tensors[0].values;
+  CHECK(cut[0] == 127 * least);
+  CHECK(cut[1] == -127 * least);
+}
+
 TEST_CASE("Bytes without a scale for each row are an input error") {
   const std::string w = R"("w":{"dtype":"I8","shape":[2,2],"data_offsets":[8,12]})", bytes(4, '\x01');
   const auto with = [&](const std::string& scale, const std::string& data) {

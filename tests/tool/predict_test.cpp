@@ -2,6 +2,7 @@
 // ships for them. What else it does is tested where networks are trained and inversions start from them.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "runtime/base/file.h"
@@ -91,7 +92,8 @@ TEST_CASE(
   CHECK(result.error.find("photo.exr: is unlike the scene") != std::string::npos);
 }
 
-TEST_CASE("itn predict: the shipped network's judge doubts a photo whose light is not the scene's, and says so") {
+TEST_CASE(
+    "itn predict and itn invert --init: the shipped network's judge doubts a photo whose light is not the scene's") {
   const TemporaryFolder folder;
   const std::string photo = folder / "photo.exr";
   REQUIRE(run_itn({"render", scene_file, "-o", photo, "--spp", "64", "-D", "size=64", "--quiet"}).exit_code == 0);
@@ -110,7 +112,25 @@ TEST_CASE("itn predict: the shipped network's judge doubts a photo whose light i
     return doubted;
   };
   CHECK_FALSE(said({}));
-  CHECK(said({"-D", "sun=0.5, 0, 0.8660254037844386"}));  // by 90 degrees
+  const Strings other_sun{"-D", "sun=0.5, 0, 0.8660254037844386"};  // by 90 degrees
+  CHECK(said(other_sun));
+
+  const auto warned = [&](const Strings& more) {
+    Strings arguments{"invert",   scene_file,     "-D",           "size=64",
+                      "--target", photo,          "--parameter",  "medium.sigma_t",
+                      "--init",   "shipped",      "--spp",        "4",
+                      "-o",       folder / "fit", "--json",       "-",
+                      "--method", "gauss-newton", "--iterations", "1"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Result result = run_itn(arguments);
+    INFO(result.error);
+    REQUIRE(result.exit_code <= 1);  // one iteration need not converge
+    std::filesystem::remove_all(folder / "fit");
+    return result.error.find("photo.exr: is unlike the images that the network learnt from") != std::string::npos &&
+           result.error.find("leave out --init") != std::string::npos;
+  };
+  CHECK_FALSE(warned({}));
+  CHECK(warned(other_sun));
 }
 
 TEST_CASE("itn predict --exemplars refuses what it cannot be shown") {

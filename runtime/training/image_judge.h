@@ -1,0 +1,32 @@
+// The judge of a network (network/judge.h), asked about the images that the network is asked about.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "network/input.h"
+#include "network/judge.h"
+#include "network/network.h"
+
+namespace itn {
+
+class ImageJudge {
+ public:
+  // judge: a RUN; empty: the judge that ships with the network of `run`, of other networks none. Throws as
+  // network_of(), and UsageError: it does not see what the network sees.
+  static std::optional<ImageJudge> of(const std::string& run, const NetworkDescription& network,
+                                      const std::string& judge = "");
+
+  double limit() const { return judge_.description().limit; }
+  Verdict verdict(const Seen& seen);
+  // What a user is told who asks the network about such an image; empty where it is not doubted.
+  std::string warning(const std::string& file, const Verdict& verdict) const;
+
+ private:
+  explicit ImageJudge(Network judge) : judge_(std::move(judge)), input_(judge_.image_values()) {}
+
+  Network judge_;
+  std::vector<float> input_;
+};
+
+}  // namespace itn
