@@ -14,7 +14,8 @@ class Examples {
   virtual ~Examples() = default;
   virtual std::size_t count() const = 0;
   // image: (channels, size, size), truth: one parameter for each output of the network. Always the same for an index
-  // and a look: training looks at an example again every epoch, 0, 1, ..., and may see it a little changed.
+  // and a look: training looks at an example again every epoch, 0, 1, ..., and may see it a little changed. Several
+  // threads read at once.
   virtual void read(std::size_t index, std::uint64_t look, std::span<float> image, std::span<double> truth) const = 0;
 };
 

@@ -253,29 +253,29 @@ void turn_light(Photographs& p, Draws& draws, const Others& /*unused*/) {
 // Lengths in pixels of images of 64.
 const std::array<Fault, 12> faults{{
     // a standard deviation of a tenth to a half of the object's mean is added
-    {"noisy", Fault::Needs::photo, 1, make_noisy},
+    {"noisy", Fault::Needs::photo, 1, 1, make_noisy},
     // by a normal distribution of 1 to 3 pixels
-    {"blurred", Fault::Needs::photo, 1, blur},
+    {"blurred", Fault::Needs::photo, 1, 1, blur},
     // radiance to the power of e^.4 to e, or one over that
-    {"curve", Fault::Needs::photo, 1, bend},
+    {"curve", Fault::Needs::photo, 1, 4, bend},
     // 5 to 40 % of the object are cut off in the brighter photo, the other alike
-    {"saturated", Fault::Needs::photo, 1, saturate},
+    {"saturated", Fault::Needs::photo, 1, 2, saturate},
     // grown or shrunk by 2 to 6 pixels, moved by 3 to 9, or the box around it
-    {"mask", Fault::Needs::mask, 1, spoil_mask},
+    {"mask", Fault::Needs::mask, 1, 2, spoil_mask},
     // by 1.5 to 6.5 pixels between the photo and the one with the flash
-    {"moved", Fault::Needs::flash, 1, move_camera},
+    {"moved", Fault::Needs::flash, 1, 1, move_camera},
     // of another object
-    {"others_flash", Fault::Needs::flash, 1, take_others_flash},
+    {"others_flash", Fault::Needs::flash, 1, 2, take_others_flash},
     // the second photo is the first, brighter, and a little noise
-    {"no_flash", Fault::Needs::flash, 1, leave_out_flash},
+    {"no_flash", Fault::Needs::flash, 1, 1, leave_out_flash},
     // by a factor of e^.4 to e^1.2, or one over that
-    {"exposure", Fault::Needs::exposure, 1, change_exposure},
+    {"exposure", Fault::Needs::exposure, 1, 1, change_exposure},
     // what is known of the shape is moved by 2 to 6.5 pixels
-    {"displaced", Fault::Needs::shape, 2, displace_shape},
+    {"displaced", Fault::Needs::shape, 2, 1, displace_shape},
     // of another object
-    {"others_shape", Fault::Needs::shape, 2, take_others_shape},
+    {"others_shape", Fault::Needs::shape, 2, 1, take_others_shape},
     // what is known of the light is turned about the vertical by 20 to 90 degrees
-    {"light", Fault::Needs::light, 8, turn_light},
+    {"light", Fault::Needs::light, 8, 1, turn_light},
 }};
 
 std::vector<Fault> faults_of(const NetworkDescription& network) {

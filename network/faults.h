@@ -18,7 +18,9 @@ struct Fault {
   enum class Needs { photo, exposure, flash, mask, shape, light };
   const char* name;
   Needs needs;
-  int often;  // to 1 of others while a judge begins to learn; above 1: it is hard to see
+  // To 1 of others while a judge begins to learn, of one that knows the shape and of one that does not; above 1: it is
+  // hard to see.
+  int often_of_known, often_of_unknown;
   void (*happens)(Photographs& photographs, Draws& draws, const Others& others);
 };
 

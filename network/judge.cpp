@@ -39,8 +39,10 @@ JudgedExamples::JudgedExamples(const DatasetImages& images, const NetworkDescrip
       right_(images, without_outputs(judge), variation) {
   if (judge.outputs != outputs_of_judge(judge))
     throw UsageError("judge: its outputs are not those of what goes wrong with such photos; train it again");
+  const bool knows_shape = Needs(judge).shape;
   for (std::size_t f = 0; f < faults_.size(); ++f) {
-    const auto often = static_cast<std::size_t>(hard_looks ? faults_[f].often : 1);
+    const int hard = knows_shape ? faults_[f].often_of_known : faults_[f].often_of_unknown;
+    const auto often = static_cast<std::size_t>(hard_looks ? hard : 1);
     later_.insert(later_.end(), often, f);
     if (often > 1) first_.insert(first_.end(), often, f);
   }

@@ -24,8 +24,8 @@ class JudgedExamples : public Examples {
  public:
   // As DatasetExamples, and UsageError: a judge of other outputs than outputs_of_judge(). times: so often each image is
   // there spoilt, 1 or more. hard_looks: for a network that knows nothing yet; so many looks, from the first on, are at
-  // hard faults alone (Fault::often above 1), which come more often later, too. A small network that is shown all alike
-  // learns what is easy to see, and hardly anything moves it to the rest any more. Without it all come alike.
+  // hard faults alone (Fault::often_of_known above 1), which come more often later, too. A small network that is shown
+  // all alike learns what is easy to see, and hardly anything moves it to the rest any more. Without it all come alike.
   JudgedExamples(const DatasetImages& images, const NetworkDescription& judge,
                  const DatasetExamples::Variation& variation = {}, std::size_t times = 1,
                  std::optional<std::uint64_t> hard_looks = {});

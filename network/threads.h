@@ -1,4 +1,5 @@
-// How many threads the network's layers use: the bits of its gradients depend on it (README.md).
+// How many threads the network's layers use, and those that make what it sees: the bits of its gradients depend on it
+// (README.md).
 #pragma once
 
 namespace itn {

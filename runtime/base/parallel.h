@@ -15,10 +15,11 @@ namespace itn {
 // At least one.
 inline std::size_t core_count() { return std::max(1U, std::thread::hardware_concurrency()); }
 
-// Calls f(i) for 0 <= i < count, in any order, on all cores; each takes the next i when it is done with its last. What
-// f throws first is thrown here, once all threads have ended; no further i is begun then.
+// Calls f(i) for 0 <= i < count, in any order, on all cores, or on so many threads at most; each takes the next i when
+// it is done with its last. What f throws first is thrown here, once all threads have ended; no further i is begun
+// then.
 template <std::integral Index, class Function>
-void parallel_for(Index count, const Function& f) {
+void parallel_for(Index count, const Function& f, std::size_t most = core_count()) {
   std::atomic<Index> next{0};
   std::exception_ptr failure;
   std::mutex failing;
@@ -33,7 +34,7 @@ void parallel_for(Index count, const Function& f) {
   };
   {
     std::vector<std::jthread> others;
-    for (std::size_t t = 1; t < std::min(core_count(), static_cast<std::size_t>(count)); ++t) others.emplace_back(work);
+    for (std::size_t t = 1; t < std::min(most, static_cast<std::size_t>(count)); ++t) others.emplace_back(work);
     work();
   }
   if (failure) std::rethrow_exception(failure);

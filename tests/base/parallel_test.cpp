@@ -2,6 +2,7 @@
 #include "runtime/base/parallel.h"
 
 #include <catch2/catch.hpp>
+#include <set>
 #include <stdexcept>
 
 using namespace itn;
@@ -14,6 +15,19 @@ TEST_CASE("parallel_for calls every index once, also where there are fewer than 
     for (const auto& c : calls) once += c == 1;
     CHECK(once == count);
   }
+}
+
+TEST_CASE("parallel_for uses no more threads than it may") {
+  std::mutex adding;
+  std::set<std::thread::id> threads;
+  const auto note = [&](int) {
+    const std::lock_guard lock(adding);
+    threads.insert(std::this_thread::get_id());
+  };
+  parallel_for(1000, note, 1);
+  CHECK(threads == std::set{std::this_thread::get_id()});
+  parallel_for(1000, note, 3);
+  CHECK(threads.size() <= 3);
 }
 
 TEST_CASE("parallel_for throws what a call throws, and begins few others after it") {

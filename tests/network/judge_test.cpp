@@ -5,10 +5,13 @@
 #include <catch2/catch.hpp>
 #include <map>
 #include <numeric>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "network/examples.h"
 #include "network/network_file.h"
+#include "network/threads.h"
 #include "runtime/base/error.h"
 #include "tests/support/temporary_folder.h"
 
@@ -142,6 +145,39 @@ TEST_CASE(
   CHECK(later["light"] > 2 * later["noisy"]);  // 8 to 1
   CHECK(alike.size() == judge.outputs.size() - 1);
   CHECK(alike["light"] < 60);  // of 240, 1 of 8
+
+  // To one that sees two photos others are hard.
+  const DatasetImages photos = triangles(6);
+  const NetworkDescription of_photos = judge_description();
+  const JudgedExamples of_two(photos, of_photos, {.seed = 5}, 1, 20);
+  std::set<std::string> hard;
+  for (std::uint64_t look = 0; look < 20; ++look)
+    for (std::size_t i = 6; i < 12; ++i) {
+      std::vector<double> faults(of_photos.outputs.size());
+      std::vector<float> image(7 * pixels);
+      of_two.read(i, look, image, faults);
+      hard.insert(
+          of_photos.outputs[static_cast<std::size_t>(std::find(faults.begin() + 1, faults.end(), 1.0) - faults.begin())]
+              .name);
+    }
+  CHECK(hard == std::set<std::string>{"curve", "saturated", "mask", "others_flash"});
+}
+
+TEST_CASE("a batch has the same bits with any number of threads") {
+  const DatasetImages images = triangles(6);
+  const NetworkDescription judge = judge_description();
+  const JudgedExamples examples(images, judge, {.mirrored = true, .noise = 1, .seed = 5});
+  const Network network(judge);
+  std::vector<std::size_t> all(examples.count());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  const int before = threads();
+  set_threads(1);
+  const Batch one = read_batch(examples, all, network, 3);
+  set_threads(4);
+  const Batch four = read_batch(examples, all, network, 3);
+  set_threads(before);
+  CHECK(one.images == four.images);
+  CHECK(one.truth == four.truth);
 }
 
 TEST_CASE("a judge of known shapes is shown another's shape, and never one of the same by mistake") {
