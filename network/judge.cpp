@@ -105,7 +105,7 @@ void require_judge_of(const NetworkDescription& network, const NetworkDescriptio
   if (!is_judge(judge))
     throw UsageError(fmt::format("--judge {}: is no judge; itn train DATA --network judge makes one", name));
   if (inputs_of(network) != inputs_of(judge) || network.size != judge.size || network.exposure != judge.exposure ||
-      std::fabs(network.cut_out - judge.cut_out) > 1e-6)
+      (network.cut_out > 0) != (judge.cut_out > 0))
     throw UsageError(fmt::format(
         "--judge {}: sees {} of {} pixels, the network {} of {}, or either has another view of exposures or of "
         "the object; train it with the same --inputs, --channels, --exposure and --cut-out",

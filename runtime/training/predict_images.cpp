@@ -229,6 +229,8 @@ class ImagePredictor {
     check(request, result_.network);
     if (request.showing.exemplars == 0) judge_ = ImageJudge::of(request.run, result_.network, request.judge);
     known_.emplace(request, result_.network);
+    if (judge_ && std::fabs(judge_->description().cut_out - result_.network.cut_out) > 1e-6)
+      judge_known_.emplace(request, judge_->description());
     result_.in_scene = known_->body().has_value();
   }
 
@@ -255,13 +257,13 @@ class ImagePredictor {
   }
 
   void by_network() {
-    if (judge_) result_.doubt_limit = judge_->limit();
+    if (judge_) result_.doubt_limit = judge_->description().limit;
     std::vector<float> input(network_.image_values());
     for (std::size_t k = 0; k < request_.images.size(); ++k) {
       const auto [photographs, saturated] = known_->look(k);
       const Seen seen = photographs.seen();
       std::optional<Verdict> verdict;
-      if (judge_) verdict = judge_->verdict(seen);
+      if (judge_) verdict = judge_->verdict(judge_known_ ? judge_known_->look(k).photographs.seen() : seen);
       network_input(result_.network, seen, input);
       add(estimates_of(network_.forward(input, 1), result_.network), verdict, saturated);
     }
@@ -298,7 +300,8 @@ class ImagePredictor {
   Network network_;
   PredictedImages result_;
   std::optional<ImageJudge> judge_;
-  std::optional<Known> known_;  // looks at the network in result_
+  std::optional<Known> known_;        // looks at the network in result_
+  std::optional<Known> judge_known_;  // where the judge cuts objects out in another size
 };
 
 }  // namespace
