@@ -24,11 +24,8 @@ std::string path_of(const std::string& folder, const std::string& file) {
 }  // namespace
 
 Wanted wanted_by(const NetworkDescription& network) {
-  const auto any = [&](std::initializer_list<const char*> names) {
-    return std::any_of(names.begin(), names.end(), [&](const char* name) { return sees(network, name); });
-  };
-  return {sees(network, "rgb") ? 3 : 1, any({"flash_luminance", "flash_rgb"}),
-          any({"mask", "normal", "nearness", "light"})};
+  const Needs needs(network);
+  return {sees(network, "rgb") ? 3 : 1, needs.flash, needs.shape || needs.mask};
 }
 
 DatasetImages read_images(const std::string& folder, const Manifest& manifest, Manifest::Split split,

@@ -279,16 +279,17 @@ const std::array<Fault, 12> faults{{
 }};
 
 std::vector<Fault> faults_of(const NetworkDescription& network) {
-  const auto sees_of = [&](Fault::Needs needs) {
+  const Needs seen(network);
+  const auto has = [&](Fault::Needs needs) {
     switch (needs) {
       case Fault::Needs::photo:
         return true;
       case Fault::Needs::exposure:
         return !network.exposure;
       case Fault::Needs::flash:
-        return sees(network, "flash_luminance") || sees(network, "flash_rgb");
+        return seen.flash;
       case Fault::Needs::mask:
-        return sees(network, "mask");
+        return seen.mask;
       case Fault::Needs::shape:
         return sees(network, "normal") || sees(network, "nearness");
       case Fault::Needs::light:
@@ -298,7 +299,7 @@ std::vector<Fault> faults_of(const NetworkDescription& network) {
   };
   std::vector<Fault> result;
   std::copy_if(faults.begin(), faults.end(), std::back_inserter(result),
-               [&](const Fault& fault) { return sees_of(fault.needs); });
+               [&](const Fault& fault) { return has(fault.needs); });
   return result;
 }
 

@@ -456,11 +456,6 @@ void network_input(const NetworkDescription& network, const Seen& seen, std::spa
   }
 }
 
-void network_input(const NetworkDescription& network, std::span<const float> luminance, const KnownScene* known,
-                   std::span<float> input) {
-  network_input(network, {luminance, {}, known ? &known->shape : nullptr, known ? &known->light : nullptr}, input);
-}
-
 void mirror_input(const NetworkDescription& network, std::span<float> input) {
   const auto side = static_cast<std::ptrdiff_t>(network.size);
   for (auto row = input.begin(); row != input.end(); row += side) std::reverse(row, row + side);

@@ -94,11 +94,6 @@ SeenShape seen_shape_of(const ExrImage& image, const std::string& file);
 // the object.
 SeenShape read_resampled_seen_shape(const std::string& file, int size, const std::string& hash = "");
 
-struct KnownScene {
-  const SeenShape& shape;
-  std::array<double, 3> light;  // towards the sun, length 1
-};
-
 // From a file of any size, as photos' masks are: more than half of white is the object. Throws InputError: not square,
 // not readable, white nowhere.
 SeenShape read_mask(const std::string& file, int size);
@@ -157,10 +152,6 @@ void keep_object(Photographs& photographs, const CutOut& object);
 
 // input: (channels, size, size). Throws UsageError: sizes that do not fit, something missing that the network sees.
 void network_input(const NetworkDescription& network, const Seen& seen, std::span<float> input);
-
-// The same where luminance is seen, and `known`: null for networks of one channel.
-void network_input(const NetworkDescription& network, std::span<const float> luminance, const KnownScene* known,
-                   std::span<float> input);
 
 // What the network would see of the scene's mirror image, left for right: cameras of data sets look along the yz plane,
 // or are turned there.

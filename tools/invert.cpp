@@ -259,7 +259,7 @@ void run(InvertArguments options) {
     progress->update(stored.fraction());
   };
   const NumbersAnswer answer =
-      invert_numbers(question, {guess.prior(coordinates), guess.words()}, scene, targets, model, watch);
+      invert_numbers(question, {guess.prior(coordinates), guess.words(), guess.warning}, scene, targets, model, watch);
   progress.reset();
   if (common.talkative() && answer.posterior) print(*answer.posterior, verdict(*answer.posterior), coordinates);
   if (common.talkative() && !answer.posterior)
@@ -308,7 +308,7 @@ void add_invert(CLI::App& app) {
                    "start from what the network of this RUN (itn train; or .safetensors file; without RUN: the one "
                    "that ships with the program) sees in the first target: sigma_t, albedo and g of one medium. "
                    "Without --prior what it says of them, and how surely, is Gauss-Newton's prior, too. Of an image "
-                   "that is unlike those that the shipped one learnt from a warning tells")
+                   "that is unlike those that the shipped one learnt from a warning tells, and so does the result")
       ->expected(0, 1)
       ->default_str(shipped_run);
   command->add_option("--start", options->start, "NAME=VALUE: start there instead; may be repeated")

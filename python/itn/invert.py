@@ -122,7 +122,7 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
     parameters: names of numbers; of textures and grids, too, texel by texel and voxel by voxel, by Adam. The scene's own
     values are the start; `start` gives others, `init` a network's guess ("shipped", or a run's folder) from a target that is
     a file; how sure the network is is Gauss-Newton's prior, unless `prior` gives one, and where the shipped network's judge
-    doubts the target, a warning says so. The scene is left as it is: `result.apply(scene)` changes it.
+    doubts the target, a warning and the verdict say so. The scene is left as it is: `result.apply(scene)` changes it.
 
     method: "gauss-newton", "adam", or "posterior", which needs no start: renderings all over the range, and all materials that
     fit. Default: gauss-newton, and where it does not converge to one material that fits, or range or renderings is given, the

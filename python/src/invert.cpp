@@ -126,8 +126,8 @@ nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string
     watch.on_rendering = [&](const StoredPosterior& stored, const std::vector<NaturalRange>&) {
       running.update(stored.fraction());
     };
-    const NumbersAnswer answer = itn::invert_numbers(asked, {guess.prior(model.coordinates()), guess.words()},
-                                                     *question.scene, images, model, watch);
+    const NumbersAnswer answer = itn::invert_numbers(
+        asked, {guess.prior(model.coordinates()), guess.words(), guess.warning}, *question.scene, images, model, watch);
     return NumbersFound{to_json(answer, model.coordinates()).dump(), verdict(answer, model.coordinates()),
                         ambiguity_words(answer, model.coordinates()), answer.images()};
   });

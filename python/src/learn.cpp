@@ -76,7 +76,7 @@ nb::object forward(Network& network, const FloatArray& images) {
 nb::object input(const Network& network, const FloatArray& luminance) {
   const auto size = static_cast<std::size_t>(network.description().size);
   std::vector<float> result(network.image_values());
-  network_input(network.description(), {luminance.data(), luminance.size()}, nullptr, result);
+  network_input(network.description(), {{luminance.data(), luminance.size()}}, result);
   return numpy_array(std::move(result), {result.size() / (size * size), size, size});
 }
 

@@ -248,6 +248,7 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
     text.push_back(fmt::format("The result and its intervals count in what was known before (95 %): {}.",
                                fmt::join(outcome.question.prior, "; ")));
   if (!outcome.question.noise_known) text.push_back(measured_noise_words());
+  if (!outcome.question.doubt.empty()) text.push_back("Of the start: " + outcome.question.doubt + ".");
   text.push_back(words(end.fit));
   if (outcome.runs.size() > 1) {
     std::size_t same = agreement.same;

@@ -41,6 +41,7 @@ struct InversionQuestion {
   std::vector<std::string> targets;  // files
   std::vector<std::string> prior;    // NAME=LOW,HIGH
   bool noise_known = false;          // from the targets' files or from the user
+  std::string doubt{};               // of the first target, by the judge of the network that the start is from
 };
 
 struct InversionOutcome {

@@ -88,6 +88,7 @@ InversionOutcome find_values(const NumbersQuestion& question, const std::string&
   const std::vector<Coordinate>& coordinates = model.coordinates();
   InversionQuestion words = for_reports(question, method, question.folder);
   InversionOptions how = inversion_options(question);
+  words.doubt = network.doubt;
   how.prior = prior_of(question.prior, coordinates);
   const bool adam = is_adam(question);
   if (question.prior.empty() && !adam) {

@@ -36,10 +36,11 @@ struct NumbersQuestion {
   std::chrono::steady_clock::time_point begun = std::chrono::steady_clock::now();
 };
 
-// What a network says of the parameters: Gauss-Newton's prior where the question has none.
+// What a network says of the parameters: Gauss-Newton's prior where the question has none (NetworkGuess).
 struct NetworkPrior {
   Prior prior;
-  std::vector<std::string> words;  // NetworkGuess
+  std::vector<std::string> words;
+  std::string doubt;
 };
 
 struct NumbersWatch {  // any may be empty

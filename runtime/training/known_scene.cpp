@@ -63,13 +63,6 @@ SceneView::SceneView(const Scene& scene, int sensor, const NetworkDescription& n
   if (sees(network, "light")) light_ = light_of(scene, who);
 }
 
-void input_in_scene(const NetworkDescription& network, std::span<const float> luminance, const SceneView* view,
-                    std::span<float> input) {
-  if (!view) return network_input(network, luminance, nullptr, input);
-  const KnownScene known = view->known();
-  network_input(network, luminance, &known, input);
-}
-
 double sigma_t_in_scene(double sigma_t, const NetworkDescription& network, const Body& body) {
   return sigma_t * network.mm_per_unit / body.longest_side;
 }

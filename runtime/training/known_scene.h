@@ -29,16 +29,13 @@ class SceneView {
   // where it sees light.
   SceneView(const Scene& scene, int sensor, const NetworkDescription& network, const Body& body,
             const std::string& who);
-  KnownScene known() const { return {shape_, light_}; }
+  // Of an image of the scene; holds as long as the image and this.
+  Seen seen(std::span<const float> luminance) const { return {luminance, {}, &shape_, &light_}; }
 
  private:
   SeenShape shape_;
   std::array<double, 3> light_{};
 };
-
-// network_input() of an image of the scene. view: null for networks of one channel.
-void input_in_scene(const NetworkDescription& network, std::span<const float> luminance, const SceneView* view,
-                    std::span<float> input);
 
 // What a network that sees sigma_t [1/mm] means in 1 / scene unit: it learnt from bodies of another size.
 double sigma_t_in_scene(double sigma_t, const NetworkDescription& network, const Body& body);

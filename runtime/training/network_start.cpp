@@ -104,9 +104,7 @@ NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& par
   if (network.description().channels > 1) view.emplace(scene, sensor, network.description(), body, who);
   const NetworkDescription& description = network.description();
   const std::vector<float> luminance = read_resampled_radiance(image, description.size, 1, photo).value;
-  std::optional<KnownScene> known;
-  if (view) known.emplace(view->known());
-  const Seen seen{luminance, {}, known ? &known->shape : nullptr, known ? &known->light : nullptr};
+  const Seen seen = view ? view->seen(luminance) : Seen{luminance};
   std::vector<float> input(network.image_values());
   network_input(description, seen, input);
   const std::vector<float> raw = network.forward(input, 1);

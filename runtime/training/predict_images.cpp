@@ -88,9 +88,9 @@ class Known {
     }
     seen.light = light_;
     if (view_) {
-      const KnownScene known = view_->known();
-      seen.shape = known.shape;
-      seen.light = known.light;
+      const Seen known = view_->seen(seen.image);
+      seen.shape = *known.shape;
+      seen.light = *known.light;
     } else if (!request_.shape_buffers.empty()) {
       seen.shape = shapes_.at(0);
     } else if (object) {

@@ -87,7 +87,7 @@ class Look {
  private:
   Eigen::RowVectorXf see(const Eigen::RowVectorXf& luminance) {
     const std::span<const float> values(luminance.data(), static_cast<std::size_t>(luminance.size()));
-    input_in_scene(network_.description(), values, view_, input_);
+    network_input(network_.description(), view_ ? view_->seen(values) : Seen{values}, input_);
     return Eigen::Map<const Eigen::RowVectorXf>(input_.data(), luminance.size());
   }
 

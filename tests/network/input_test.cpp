@@ -54,7 +54,7 @@ TEST_CASE("Luminance reaches the network as a logarithm that is 0 at the set's m
   luminance[1] = 10;
   luminance[2] = 0;
   luminance[3] = -1;
-  network_input(network, luminance, nullptr, input);
+  network_input(network, {luminance}, input);
   CHECK(input[0] == 0);
   CHECK(input[1] == Approx(std::log(2.01 / 1.01)));
   CHECK(input[2] == Approx(std::log(0.01 / 1.01)));
@@ -66,9 +66,9 @@ TEST_CASE("Known shape and light: normals as they are, nearness about the object
   const MadeUpDataset set(folder.path(), 1, 1);
   const SeenShape shape = read_seen_shape(set.path("shapes/ball.exr"), made_up_size, set.manifest.hash);
   const std::array<double, 3> light{0.6, 0, 0.8};
-  const KnownScene known{shape, light};
+  const std::vector<float> luminance(pixels, 1);
   std::vector<float> input(6 * pixels);
-  network_input(network_of(6), std::vector<float>(pixels, 1), &known, input);
+  network_input(network_of(6), {luminance, {}, &shape, &light}, input);
   double nearness = 0;
   int on_ball = 0;
   for (std::size_t i = 0; i < pixels; ++i) {
@@ -111,9 +111,9 @@ TEST_CASE("A mirror image is what the mirrored scene would show: shape, normals,
   };
   const auto input_of = [&](bool turned) {
     const SeenShape shape = roof(turned);
-    const KnownScene known{shape, {turned ? 0.6 : -0.6, 0, 0.8}};
+    const std::array<double, 3> light{turned ? 0.6 : -0.6, 0, 0.8};
     std::vector<float> input(6 * pixels);
-    network_input(network_of(6), luminance, &known, input);
+    network_input(network_of(6), {luminance, {}, &shape, &light}, input);
     return input;
   };
   std::vector<float> mirrored = input_of(false);
@@ -255,9 +255,9 @@ TEST_CASE("Shape buffers that are not what the network needs are input errors th
 
 TEST_CASE("Sizes that do not fit and shapes that are not known are usage errors") {
   std::vector<float> luminance(pixels), input(pixels), all(6 * pixels);
-  CHECK_THROWS_AS(network_input(network_of(1), std::span(luminance).first(9), nullptr, input), UsageError);
-  CHECK_THROWS_AS(network_input(network_of(6), luminance, nullptr, input), UsageError);
-  CHECK_THROWS_WITH(network_input(network_of(6), luminance, nullptr, all), Contains("shape"));
+  CHECK_THROWS_AS(network_input(network_of(1), {std::span(luminance).first(9)}, input), UsageError);
+  CHECK_THROWS_AS(network_input(network_of(6), {luminance}, input), UsageError);
+  CHECK_THROWS_WITH(network_input(network_of(6), {luminance}, all), Contains("shape"));
 }
 
 TEST_CASE("Examples of a data set: its split, in the network's channels, with the truth by the outputs' names") {
@@ -276,8 +276,9 @@ TEST_CASE("Examples of a data set: its split, in the network's channels, with th
     examples.read(i, 0, image, truth);
     CHECK(truth == std::vector<double>{source.g, source.sigma_t});
     const SeenShape shape = read_seen_shape(set.path("shapes/ball.exr"), made_up_size);
-    const KnownScene known{shape, set.manifest.lights[static_cast<std::size_t>(source.light)].direction};
-    network_input(network, read_luminance(set.path(source.file), made_up_size), &known, expected);
+    const std::vector<float> luminance = read_luminance(set.path(source.file), made_up_size);
+    const std::array<double, 3>& light = set.manifest.lights[static_cast<std::size_t>(source.light)].direction;
+    network_input(network, {luminance, {}, &shape, &light}, expected);
     CHECK(image == expected);
   }
   double sum = 0;

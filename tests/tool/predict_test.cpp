@@ -125,7 +125,9 @@ TEST_CASE(
     const Result result = run_itn(arguments);
     INFO(result.error);
     REQUIRE(result.exit_code <= 1);  // one iteration need not converge
+    const bool in_result = itn::read_file(folder / "fit/result.json").find("is unlike the images") != std::string::npos;
     std::filesystem::remove_all(folder / "fit");
+    CHECK(in_result == (result.error.find("is unlike the images") != std::string::npos));
     return result.error.find("photo.exr: is unlike the images that the network learnt from") != std::string::npos &&
            result.error.find("leave out --init") != std::string::npos;
   };
