@@ -163,7 +163,7 @@ TEST_CASE("itn predict --exemplars refuses what it cannot be shown") {
 
 TEST_CASE(
     "itn predict without a RUN and with a flash: of a figurine that the network has never seen its intervals hold the "
-    "truth") {
+    "truth, and the judge doubts it only once the camera has moved") {
   const TemporaryFolder folder;
   REQUIRE(run_itn({"shapes", "-o", folder / "shapes", "--quiet"}).exit_code == 0);
   const std::string figurine = ITN_SOURCE_DIR "/docs/tutorials/figurine.xml";
