@@ -11,6 +11,7 @@
 
 #include "network/random.h"
 #include "runtime/base/error.h"
+#include "runtime/base/parallel.h"
 #include "runtime/dataset/dataset_scene.h"
 #include "runtime/dataset/stored_image.h"
 
@@ -39,29 +40,41 @@ DatasetImages read_images(const std::string& folder, const Manifest& manifest, M
   if (wanted.flash && !(manifest.flash > 0)) throw UsageError(folder + ": has no flash; the network sees one");
   DatasetImages result;
   result.linear_sigma_t = manifest.linear_sigma_t;
-  for (const Manifest::Image& image : manifest.images) {
+  std::copy_if(manifest.images.begin(), manifest.images.end(), std::back_inserter(result.images),
+               [&](const Manifest::Image& image) { return image.split == split; });
+  const std::size_t count = result.images.size();
+  if (count == 0) throw InputError(manifest_file(folder) + ": has no images of the split " + split_name(split));
+  result.radiance.resize(count);
+  result.errors.resize(count);
+  if (wanted.flash) {
+    result.flash.resize(count);
+    result.flash_errors.resize(count);
+  }
+  if (wanted.curvature) result.curvature.resize(count);
+  if (wanted.shapes && manifest.cameras) result.shapes.resize(count);
+  for (const Manifest::Image& image : result.images) {
+    result.lights.push_back(before_camera(image, manifest.lights[static_cast<std::size_t>(image.light)].direction));
+    result.shape_of.push_back(manifest.cameras ? result.shape_of.size() : static_cast<std::size_t>(image.shape));
+  }
+  parallel_for(count, [&](std::size_t i) {
     if (cancel) throw Interrupted();
-    if (image.split != split) continue;
-    const ExrImage content = read_stored(folder, manifest, image);
-    const std::string file = path_of(folder, image.file);
-    result.images.push_back(image);
-    result.radiance.push_back(radiance_of(content, file, wanted.colours, "", &result.errors.emplace_back()));
-    if (wanted.flash)
-      result.flash.push_back(radiance_of(content, file, wanted.colours, "flash.", &result.flash_errors.emplace_back()));
+    const ExrImage content = read_stored(folder, manifest, result.images[i]);
+    const std::string file = path_of(folder, result.images[i].file);
+    result.radiance[i] = radiance_of(content, file, wanted.colours, "", &result.errors[i]);
+    if (wanted.flash) result.flash[i] = radiance_of(content, file, wanted.colours, "flash.", &result.flash_errors[i]);
     if (wanted.curvature) {
       const auto text = content.header.find(curvature_attribute);
-      result.curvature.push_back(read_curvature(text == content.header.end() ? "not there" : text->second, file));
+      result.curvature[i] = read_curvature(text == content.header.end() ? "not there" : text->second, file);
     }
-    const auto& light = manifest.lights[static_cast<std::size_t>(image.light)].direction;
-    result.lights.push_back(before_camera(image, light));
-    result.shape_of.push_back(manifest.cameras ? result.shapes.size() : static_cast<std::size_t>(image.shape));
-    if (wanted.shapes && manifest.cameras) result.shapes.push_back(seen_shape_of(content, file));
+    if (wanted.shapes && manifest.cameras) result.shapes[i] = seen_shape_of(content, file);
+  });
+  if (wanted.shapes && !manifest.cameras) {
+    result.shapes.resize(manifest.shapes.size());
+    parallel_for(manifest.shapes.size(), [&](std::size_t i) {
+      const Manifest::Shape& shape = manifest.shapes[i];
+      result.shapes[i] = seen_shape_of(read_stored(folder, manifest, shape), path_of(folder, shape.buffers));
+    });
   }
-  if (result.images.empty())
-    throw InputError(manifest_file(folder) + ": has no images of the split " + split_name(split));
-  if (wanted.shapes && !manifest.cameras)
-    for (const Manifest::Shape& shape : manifest.shapes)
-      result.shapes.push_back(seen_shape_of(read_stored(folder, manifest, shape), path_of(folder, shape.buffers)));
   return result;
 }
 
