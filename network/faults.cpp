@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "network/input.h"
-#include "network/random.h"
 #include "runtime/base/error.h"
+#include "runtime/base/random.h"
 
 namespace itn {
 

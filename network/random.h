@@ -1,9 +1,7 @@
-// What training draws: streams, normal numbers and orders, from the counters of runtime/base/random.h.
+// What training draws: streams and orders, from the counters of runtime/base/random.h.
 #pragma once
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -19,15 +17,6 @@ enum RandomStream : std::uint64_t {
   RANDOM_FAULT = std::uint64_t(1) << 50,
   RANDOM_FLASH = std::uint64_t(1) << 60  // and another: of what belongs to it
 };
-
-// Normal with mean 0 and variance 1, from two numbers that are uniform on (0, 1) (Box and Muller 1958).
-inline double normal_from(double u, double v) {
-  return std::sqrt(-2 * std::log(u)) * std::cos(2 * std::numbers::pi * v);
-}
-
-inline double random_normal(std::uint64_t seed, std::uint64_t stream, std::uint64_t index) {
-  return normal_from(random_uniform(seed, stream, 2 * index), random_uniform(seed, stream, 2 * index + 1));
-}
 
 // 0 .. count - 1 in random order (Fisher and Yates). The modulo's bias is below count / 2^64.
 inline std::vector<std::size_t> random_order(std::uint64_t seed, std::uint64_t stream, std::size_t count) {

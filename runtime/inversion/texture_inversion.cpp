@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <numeric>
 
 #include "runtime/base/error.h"
@@ -36,12 +35,8 @@ constexpr double rate_of_last_quarter = 0.1464466;
 constexpr int least_final_samples = 64;
 int final_samples(const TextureInversionOptions& options) { return std::max(least_final_samples, options.spp); }
 
-// Of a repetition's streams: independent of the seeds of rendering, which count from the same one.
-double random_normal(std::uint64_t seed, std::uint64_t stream, std::uint64_t index) {
-  const std::uint64_t key = mixed_bits(seed ^ 0x6e6f697379ULL);
-  const double radius = std::sqrt(-2 * std::log(random_uniform(key, stream, 2 * index)));
-  return radius * std::cos(2 * std::numbers::pi * random_uniform(key, stream, 2 * index + 1));
-}
+// Of the streams of the repetitions' noise: none of the seeds of rendering, which count from the same one.
+std::uint64_t noise_seed(std::uint64_t seed) { return mixed_bits(seed ^ 0x6e6f697379ULL); }
 
 // Renderings of different samples as one.
 Rendering joined(const std::vector<Rendering>& groups) {
@@ -188,6 +183,7 @@ const std::vector<TargetImage>& TextureInversion::targets_of(int repeat) {
   if (noisy_repeat_ == repeat) return noisy_;
   noisy_ = targets_;
   noisy_repeat_ = repeat;
+  const std::uint64_t seed = noise_seed(render_options_.seed);
   for (std::size_t t = 0; t < noisy_.size(); ++t)
     for (std::size_t i = 0; i < noisy_[t].value.size(); ++i) {
       const auto value = static_cast<double>(targets_[t].value[i]);
@@ -195,7 +191,7 @@ const std::vector<TargetImage>& TextureInversion::targets_of(int repeat) {
       const double camera = targets_[t].noise.empty() ? 0 : static_cast<double>(targets_[t].noise[i]);
       const double noise = std::hypot(stated, camera, options_.relative_noise * value);
       const auto stream = static_cast<std::uint64_t>(repeat) << 32U | t;
-      noisy_[t].value[i] = static_cast<float>(value + noise * random_normal(render_options_.seed, stream, i));
+      noisy_[t].value[i] = static_cast<float>(value + noise * random_normal(seed, stream, i));
     }
   return noisy_;
 }

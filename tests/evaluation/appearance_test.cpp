@@ -4,8 +4,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "network/random.h"
 #include "runtime/base/error.h"
+#include "runtime/base/random.h"
 #include "runtime/dataset/stored_image.h"
 #include "tests/support/temporary_folder.h"
 

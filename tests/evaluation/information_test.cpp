@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "network/random.h"
+#include "runtime/base/random.h"
 
 using namespace itn;
 

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "network/random.h"
 #include "reference.h"
+#include "runtime/base/random.h"
 
 // Normal numbers, a function of seed and stream.
 inline reference::Numbers random_numbers(std::size_t count, std::uint64_t stream, double deviation = 1) {

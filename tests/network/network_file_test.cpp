@@ -7,10 +7,10 @@
 
 #include "../support/temporary_folder.h"
 #include "network/judge.h"
-#include "network/random.h"
 #include "network/shipped.h"
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/random.h"
 
 namespace {
 

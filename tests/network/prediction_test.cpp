@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "network/loss.h"
-#include "network/random.h"
+#include "runtime/base/random.h"
 
 namespace {
 

@@ -5,8 +5,8 @@
 #include <cstring>
 #include <limits>
 
-#include "network/random.h"
 #include "runtime/base/error.h"
+#include "runtime/base/random.h"
 
 namespace {
 

@@ -10,7 +10,7 @@
 #include "network/adam.h"
 #include "network/loss.h"
 #include "network/network.h"
-#include "network/random.h"
+#include "runtime/base/random.h"
 
 namespace {
 

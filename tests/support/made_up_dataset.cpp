@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "network/random.h"
+#include "runtime/base/random.h"
 #include "runtime/dataset/stored_image.h"
 
 namespace {

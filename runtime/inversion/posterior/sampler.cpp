@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <vector>
 
 #include "runtime/base/parallel.h"
@@ -24,10 +23,9 @@ class Draw {
  public:
   Draw(std::uint64_t seed, std::uint64_t stream) : seed_(seed), stream_(stream) {}
   double uniform() { return random_uniform(seed_, stream_, next_++); }
-  // Box and Muller (1958): a quantile takes as long as the density that the sample is compared with.
   double normal() {
-    const double length = std::sqrt(-2 * std::log(uniform()));
-    return length * std::cos(2 * std::numbers::pi * uniform());
+    const double u = uniform();
+    return normal_from(u, uniform());
   }
   std::size_t below(std::size_t count) {
     return std::min(count - 1, static_cast<std::size_t>(uniform() * static_cast<double>(count)));
