@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <iterator>
 #include <limits>
+#include <mutex>
 #include <utility>
 
 #include "network/random.h"
@@ -30,7 +31,7 @@ Wanted wanted_by(const NetworkDescription& network) {
 }
 
 DatasetImages read_images(const std::string& folder, const Manifest& manifest, Manifest::Split split,
-                          const Wanted& wanted, const std::atomic<bool>& cancel) {
+                          const Wanted& wanted, const std::atomic<bool>& cancel, const std::function<void()>& read) {
   if (wanted.colours == 3 && !manifest.in_colours)
     throw UsageError(folder + ": its images are of luminance; the network sees colours");
   if (wanted.curvature && !manifest.curvature)
@@ -56,6 +57,7 @@ DatasetImages read_images(const std::string& folder, const Manifest& manifest, M
     result.lights.push_back(before_camera(image, manifest.lights[static_cast<std::size_t>(image.light)].direction));
     result.shape_of.push_back(manifest.cameras ? result.shape_of.size() : static_cast<std::size_t>(image.shape));
   }
+  std::mutex reporting;
   parallel_for(count, [&](std::size_t i) {
     if (cancel) throw Interrupted();
     const ExrImage content = read_stored(folder, manifest, result.images[i]);
@@ -67,6 +69,8 @@ DatasetImages read_images(const std::string& folder, const Manifest& manifest, M
       result.curvature[i] = read_curvature(text == content.header.end() ? "not there" : text->second, file);
     }
     if (wanted.shapes && manifest.cameras) result.shapes[i] = seen_shape_of(content, file);
+    const std::lock_guard lock(reporting);
+    read();
   });
   if (wanted.shapes && !manifest.cameras) {
     result.shapes.resize(manifest.shapes.size());

@@ -1,6 +1,7 @@
 // Examples from a data set's folder (runtime/dataset/README.md).
 #pragma once
 #include <atomic>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -36,9 +37,10 @@ struct DatasetImages {
 
 // Throws UsageError: wants what the set does not have (colours, flash, curvature); InputError: no images of that split,
 // and what radiance_of() and read_seen_shape() throw, or that an image is of another data set; Interrupted soon after
-// *cancel is set.
-DatasetImages read_images(const std::string& folder, const Manifest& manifest, Manifest::Split split,
-                          const Wanted& wanted, const std::atomic<bool>& cancel);
+// *cancel is set. read: called after each image, by one thread at a time.
+DatasetImages read_images(
+    const std::string& folder, const Manifest& manifest, Manifest::Split split, const Wanted& wanted,
+    const std::atomic<bool>& cancel, const std::function<void()>& read = [] {});
 
 // Puts another set's images after those of `all`.
 void append(DatasetImages& all, DatasetImages more);

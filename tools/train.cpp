@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "network/network_file.h"
 #include "runtime/base/error.h"
@@ -117,12 +118,16 @@ void run(TrainArguments options) {
     own.push_back(options.request.folder + "/" + name);
   if (!options.exported.empty()) files.push_back(options.exported);
   check_outputs(options.common, files, own);
-  TrainingRun run(options.request, interrupt_flag());
+  std::optional<Progress> reading;
+  TrainingRun run(options.request, interrupt_flag(), [&](std::size_t done, std::size_t all) {
+    if (!reading) reading.emplace(options.request.folder + ": reading", double(all), "images", !options.common.quiet);
+    reading->update(double(done) / double(all));
+  });
+  reading.reset();
   if (options.common.talkative()) print_beginning(options, run);
   learn(options, run);
   const std::vector<double> errors = run.conclude();
-  if (!options.exported.empty())
-    write_network(options.exported, run.best(), is_judge(run.description()) ? Precision::byte : Precision::half);
+  if (!options.exported.empty()) write_network(options.exported, run.best(), Precision::byte);
   if (options.common.talkative()) print_end(run, errors);
   nlohmann::ordered_json result{{"schema", "itn.train/1"}};
   result.update(run.record());
@@ -186,10 +191,8 @@ void add_train(CLI::App& app) {
                    "every look at an image has noise of its own, of up to so many of its standard errors")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
-  command->add_option(
-      "--export", options->exported,
-      "at the end also write the network to this file, small, for shipping: at half precision, a judge with a "
-      "byte a weight");
+  command->add_option("--export", options->exported,
+                      "at the end also write the network to this file, small, for shipping: with a byte a weight");
   command->add_flag("--mirror", options->request.variation.mirrored,
                     "also learn from every image's mirror image, left for right");
   command

@@ -18,8 +18,8 @@ class ImageJudge {
   static std::optional<ImageJudge> of(const std::string& run, const NetworkDescription& network,
                                       const std::string& judge = "");
 
-  // What it sees is as the network's, but for the share of the picture that an object takes which both cut out: that is
-  // of the data set that each learnt from.
+  // What it sees is as the network's, but for how many pixels that is, and for the share of the picture that an object
+  // takes which both cut out: these are of the data set that each learnt from.
   const NetworkDescription& description() const { return judge_.description(); }
   Verdict verdict(const Seen& seen);
   // What a user is told who asks the network about such an image; empty where it is not doubted.

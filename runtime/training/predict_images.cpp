@@ -229,7 +229,8 @@ class ImagePredictor {
     check(request, result_.network);
     if (request.showing.exemplars == 0) judge_ = ImageJudge::of(request.run, result_.network, request.judge);
     known_.emplace(request, result_.network);
-    if (judge_ && std::fabs(judge_->description().cut_out - result_.network.cut_out) > 1e-6)
+    if (judge_ && (judge_->description().size != result_.network.size ||
+                   std::fabs(judge_->description().cut_out - result_.network.cut_out) > 1e-6))
       judge_known_.emplace(request, judge_->description());
     result_.in_scene = known_->body().has_value();
   }
@@ -301,7 +302,7 @@ class ImagePredictor {
   PredictedImages result_;
   std::optional<ImageJudge> judge_;
   std::optional<Known> known_;        // looks at the network in result_
-  std::optional<Known> judge_known_;  // where the judge cuts objects out in another size
+  std::optional<Known> judge_known_;  // where the judge sees fewer pixels or more, or larger objects
 };
 
 }  // namespace

@@ -85,13 +85,22 @@ std::string joined_hashes(const std::vector<Manifest>& sets) {
   return hashes;
 }
 
+// To train and to validate with.
+std::size_t learnable_images(const std::vector<Manifest>& sets) {
+  std::size_t count = 0;
+  for (const Manifest& set : sets)
+    for (const Manifest::Image& image : set.images)
+      count += image.split == Manifest::Split::train || image.split == Manifest::Split::validation;
+  return count;
+}
+
 DatasetImages read_images(const std::vector<std::string>& folders, const std::vector<Manifest>& sets,
                           const std::vector<Manifest::Split>& splits, const Wanted& wanted,
-                          const std::atomic<bool>& cancel) {
+                          const std::atomic<bool>& cancel, const std::function<void()>& read) {
   DatasetImages images;
   for (std::size_t i = 0; i < sets.size(); ++i)
     for (const Manifest::Split split : splits)
-      append(images, itn::read_images(folders[i], sets[i], split, wanted, cancel));
+      append(images, itn::read_images(folders[i], sets[i], split, wanted, cancel, read));
   return images;
 }
 
@@ -243,7 +252,7 @@ Json to_json(const EpochLosses& losses, bool has_image_loss) {
 
 bool adds_image_loss(const std::string& kind) { return kind == "itn" || kind == "ssn"; }
 
-TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>& cancel)
+TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>& cancel, const Read& read)
     : request_(completed(request)), sets_(read_sets(request_)), folder_(open_folder(request.folder)), cancel_(cancel) {
   const auto learnt = sets_.begin() + static_cast<std::ptrdiff_t>(request_.data.size());
   calibration_sets_.assign(learnt, sets_.end());
@@ -268,15 +277,18 @@ TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>
   Wanted wanted = wanted_by(seeing);
   wanted.shapes = wanted.shapes || adds_image_loss(request_.kind);
   wanted.curvature = request_.expanded;
-  training_images_ = read_images(request_.data, sets_, {Manifest::Split::train}, wanted, cancel);
-  validation_images_ = read_images(request_.data, sets_, {Manifest::Split::validation}, wanted, cancel);
+  const std::size_t all = learnable_images(sets_) + learnable_images(calibration_sets_);
+  std::size_t done = 0;
+  const auto read_one = [&] { read(++done, all); };
+  training_images_ = read_images(request_.data, sets_, {Manifest::Split::train}, wanted, cancel, read_one);
+  validation_images_ = read_images(request_.data, sets_, {Manifest::Split::validation}, wanted, cancel, read_one);
   network_.emplace(first_network(request_, init, sets_.front(), training_images_));
   if (!labelled()) label(training_images_, *network_);
   training_ = examples_of(training_images_, request_.variation, request_.epochs / 4);
   validation_ = examples_of(validation_images_, {.seed = request_.seed});
   if (!calibration_sets_.empty()) {
     calibration_images_ = read_images(request_.calibration, calibration_sets_,
-                                      {Manifest::Split::train, Manifest::Split::validation}, wanted, cancel);
+                                      {Manifest::Split::train, Manifest::Split::validation}, wanted, cancel, read_one);
     calibration_ = examples_of(calibration_images_, {});
   }
   TrainingOptions options = training_options(request_, sets_);

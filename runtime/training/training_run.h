@@ -13,6 +13,7 @@
 #pragma once
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -62,10 +63,15 @@ bool adds_image_loss(const std::string& kind);
 
 class TrainingRun {
  public:
+  // Called after each image that is read: how many there are now, and will be.
+  using Read = std::function<void(std::size_t done, std::size_t all)>;
+
   // Reads the data sets, and the checkpoint where the folder has one. cancel: polled, must outlive this. Throws
   // UsageError: options that do not go together, a folder that holds another training; InputError: data sets, networks,
   // a damaged folder; ResultError: a folder that is not writable or another process's; DeviceError; Interrupted.
-  TrainingRun(const TrainingRequest& request, const std::atomic<bool>& cancel);
+  TrainingRun(
+      const TrainingRequest& request, const std::atomic<bool>& cancel,
+      const Read& read = [](std::size_t, std::size_t) {});
 
   bool finished() const { return trainer_->finished(); }
   double fraction() const;

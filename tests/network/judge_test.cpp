@@ -247,7 +247,8 @@ TEST_CASE("a judge judges for networks that see what it sees") {
   network.outputs = default_outputs();
   require_judge_of(network, judge, "j");
   CHECK_THROWS_WITH(require_judge_of(judge, network, "j"), Contains("is no judge"));
-  network.cut_out = 0.6;  // each cuts the object out in the size that it learnt from
+  network.cut_out = 0.6;  // each cuts the object out in the size that it learnt from,
+  network.size *= 2;      // and sees as many pixels as there
   require_judge_of(network, judge, "j");
   network.cut_out = 0;
   CHECK_THROWS_WITH(require_judge_of(network, judge, "j"), Contains("the same --inputs, --channels, --exposure and"));

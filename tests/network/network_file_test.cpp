@@ -175,6 +175,6 @@ TEST_CASE("The shipped network of photos sees the object alone, by a flash, and 
   CHECK(network.cut_out > 0);
   CHECK(network.distribution);
   CHECK(network.width == 16);
-  CHECK(network.size == 64);
+  CHECK(network.size == 128);
   CHECK(network.mm_per_unit == 1);
 }

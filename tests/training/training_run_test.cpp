@@ -39,7 +39,12 @@ std::vector<double> finish(TrainingRun& run) {
 TEST_CASE("a training that is dropped at any step and begun again ends with the same bytes and errors") {
   const TemporaryFolder folder;
   const MadeUpDataset set(folder / "set", 24, 8);
-  TrainingRun whole(request_for(set, folder / "whole"), never);
+  std::size_t read = 0;
+  TrainingRun whole(request_for(set, folder / "whole"), never, [&](std::size_t done, std::size_t all) {
+    CHECK(done == ++read);
+    CHECK(all == 32);
+  });
+  CHECK(read == 32);
   const std::vector<double> errors = finish(whole);
   CHECK(whole.fraction() == 1);
   {
