@@ -11,11 +11,10 @@
 
 namespace itn {
 
-// Writes the file whole or not at all. half: for shipping, at half the size; the outputs change by some 1e-3. byte: at
-// a quarter of it, for judges, of which only yes or no is wanted; raw outputs change by some 0.05. Where a
-// stage's images are one pixel, eight of nine weights of its 3x3 kernels meet nothing but the zeros around it: then
-// both leave them out (for images of 64 pixels 4.2 of 6.3 million), and the file's kernels are 1x1. Throws
-// ResultError: no place to write to, weights that are not finite or too large for half precision.
+// Writes the file whole or not at all. byte: for shipping, at a quarter of the size; errors change by less than 1 %
+// (network/weights/README.md). Where a stage's images are one pixel, eight of nine weights of its 3x3 kernels meet
+// nothing but the zeros around it: then it leaves them out (for images of 64 pixels 4.2 of 6.3 million), and the file's
+// kernels are 1x1. Throws ResultError: no place to write to, weights that are not finite.
 void write_network(const std::string& file, const Network& network, Precision precision);
 
 // Throws InputError that names the file: unreadable, damaged, another format or version, arrays of other shapes,

@@ -151,18 +151,6 @@ void append(std::string& bytes, const Number& number) {
   bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
 }
 
-[[noreturn]] void fail_to_store(const Tensor& tensor) {
-  throw ResultError("array '" + tensor.name + "' holds a number that is not finite, or too large for half precision");
-}
-
-void append_halves(std::string& bytes, const Tensor& tensor) {
-  for (const float value : tensor.values) {
-    const std::uint16_t half = imath_float_to_half(value);
-    if (!std::isfinite(imath_half_to_float(half))) fail_to_store(tensor);
-    append(bytes, half);
-  }
-}
-
 template <class Number>
 void append_as(std::string& bytes, const Tensor& tensor) {
   for (const float value : tensor.values) append(bytes, static_cast<Number>(value));
@@ -194,10 +182,8 @@ std::string safetensors_bytes(const Safetensors& content, Precision precision) {
   std::deque<Scaled> scaled_arrays;  // which does not move what it holds
   for (const Tensor& tensor : content.tensors) {
     if (!std::all_of(tensor.values.begin(), tensor.values.end(), [](float value) { return std::isfinite(value); }))
-      fail_to_store(tensor);
-    if (precision == Precision::half) {
-      arrays.push_back({&tensor, "F16", append_halves});
-    } else if (precision == Precision::byte && tensor.shape.size() > 1 && tensor.shape.front() > 1) {
+      throw ResultError("array '" + tensor.name + "' holds a number that is not finite");
+    if (precision == Precision::byte && tensor.shape.size() > 1 && tensor.shape.front() > 1) {
       const Scaled& both = scaled_arrays.emplace_back(scaled(tensor));
       arrays.push_back({&both.whole, "I8", append_as<signed char>});
       arrays.push_back({&both.scales, "F32", append_as<float>});

@@ -15,8 +15,8 @@
 
 namespace itn {
 
-// F32; F16; I8, each row by a scale of its own, but for arrays of one row or one side, which are F32.
-enum class Precision { single, half, byte };
+// F32; or I8, each row by a scale of its own, but for arrays of one row or one side, which are F32.
+enum class Precision { single, byte };
 
 struct Safetensors {
   std::vector<Tensor> tensors;  // as they follow each other in the file
@@ -27,7 +27,7 @@ struct Safetensors {
   const std::string& text(const std::string& name, const std::string& file) const;
 };
 
-// The bytes of a file. Throws ResultError: a number too large for half precision, or not finite in either.
+// The bytes of a file. Throws ResultError: a number that is not finite.
 std::string safetensors_bytes(const Safetensors& content, Precision precision);
 
 // From the bytes of a file; all becomes float. Throws InputError that names the file and says what is wrong: truncated,
