@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <mutex>
 #include <set>
 
 #include "../support/temporary_folder.h"
@@ -33,7 +34,7 @@ class MadeUpExamples : public Examples {
   explicit MadeUpExamples(std::size_t count, std::uint64_t seed, bool meaningless = false)
       : count_(count), seed_(seed), meaningless_(meaningless) {}
   std::size_t count() const override { return count_; }
-  void read(std::size_t index, std::uint64_t, std::span<float> image, std::span<double> truth) const override {
+  void read(std::size_t index, std::uint64_t look, std::span<float> image, std::span<double> truth) const override {
     const auto share = [&](std::uint64_t what, std::uint64_t of) {
       return 0.1 + 0.8 * random_uniform(seed_, what, of);
     };
@@ -44,11 +45,18 @@ class MadeUpExamples : public Examples {
     const std::uint64_t described = meaningless_ ? index + 1000 : index;
     truth[0] = 20 * std::pow(15, share(0, described));
     truth[1] = 0.3 + 0.7 * share(1, described);
-    if (seen) seen->push_back(index);
+    if (!seen) return;
+    const std::lock_guard lock(mutex_);  // several threads read a batch, in any order
+    seen->push_back({index, look});
   }
-  std::vector<std::size_t>* seen = nullptr;
+  struct Seen {
+    std::size_t index;
+    std::uint64_t look;
+  };
+  std::vector<Seen>* seen = nullptr;
 
  private:
+  mutable std::mutex mutex_;
   std::size_t count_;
   std::uint64_t seed_;
   bool meaningless_;
@@ -115,17 +123,21 @@ TEST_CASE("A network learns what its images tell: far better than the best const
 TEST_CASE("An epoch takes every example once, in an order of its own; what fills no batch waits") {
   MadeUpExamples training(19, 1);
   const MadeUpExamples validation(1, 2);
-  std::vector<std::size_t> seen;
+  std::vector<MadeUpExamples::Seen> seen;
   training.seen = &seen;
   Network network = small_network();
   Trainer trainer(network, training, validation, options(2));
   CHECK(trainer.steps_in_epoch() == 2);
   while (!trainer.finished()) trainer.step();
   REQUIRE(seen.size() == 32);
-  CHECK(std::set<std::size_t>(seen.begin(), seen.begin() + 16).size() == 16);
-  CHECK(std::set<std::size_t>(seen.begin() + 16, seen.end()).size() == 16);
-  CHECK(std::vector<std::size_t>(seen.begin(), seen.begin() + 16) !=
-        std::vector<std::size_t>(seen.begin() + 16, seen.end()));
+  const auto indices = [&](std::size_t first, std::size_t end) {
+    std::set<std::size_t> result;
+    for (std::size_t i = first; i < end; ++i) result.insert(seen[i].index);
+    return result;
+  };
+  CHECK(indices(0, 16).size() == 16);
+  CHECK(indices(16, 32).size() == 16);
+  CHECK(indices(0, 8) != indices(16, 24));  // the first batches
 }
 
 TEST_CASE("A step is Adam's, at the schedule's rate, with the gradient of the batch; validation is the mean over all") {
@@ -388,23 +400,17 @@ TEST_CASE("Training options that cannot be are usage errors") {
 }
 
 TEST_CASE("Every epoch is another look at the examples") {
-  class Watched : public MadeUpExamples {
-   public:
-    using MadeUpExamples::MadeUpExamples;
-    void read(std::size_t index, std::uint64_t look, std::span<float> image, std::span<double> truth) const override {
-      looks.push_back(look);
-      MadeUpExamples::read(index, look, image, truth);
-    }
-    mutable std::vector<std::uint64_t> looks;
-  };
-  const Watched training(16, 1), validation(8, 2);
+  MadeUpExamples training(16, 1), validation(8, 2);
+  std::vector<MadeUpExamples::Seen> trained, validated;
+  training.seen = &trained;
+  validation.seen = &validated;
   Network network = small_network();
   Trainer trainer(network, training, validation, options(2));
   while (!trainer.finished()) trainer.step();
-  std::vector<std::uint64_t> expected(16, 0);
-  expected.resize(32, 1);
-  CHECK(training.looks == expected);
-  CHECK(validation.looks == std::vector<std::uint64_t>(16, 0));
+  REQUIRE(trained.size() == 32);
+  for (std::size_t i = 0; i < 32; ++i) CHECK(trained[i].look == i / 16);
+  CHECK(validated.size() == 16);
+  for (const MadeUpExamples::Seen& read : validated) CHECK(read.look == 0);
 }
 
 TEST_CASE("A distribution is learnt by likelihood: it says how far off it is, and goes on where it was stopped") {
