@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "runtime/base/file.h"
 #include "runtime/dataset/manifest.h"
@@ -14,6 +16,7 @@
 
 using Catch::Contains;
 using Json = nlohmann::json;
+using Strings = std::vector<std::string>;
 
 namespace {
 
