@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Inverts test images of a data set (itn dataset laptop, say) and says how far from the truth the results are.
 
-    tools/invert_dataset.py DIR -o OUT [--scenes 24] [--photos 1] [--renderings] [--itn build/bin/itn] [-- more options of itn invert]
+    tools/lab/invert_dataset.py DIR -o OUT [--scenes 24] [--photos 1] [--renderings] [--itn build/bin/itn] [-- more options of itn invert]
 
 Of split unseen_both, under a sun: so many scenes (a shape in a light), and so many photos of each, evenly over the split; sigma_t,
 albedo and g by `itn invert scenes/dataset/scene.xml`, with what follows `--` (--init, --prior, --method posterior ...). --renderings
@@ -24,7 +24,7 @@ import sys
 
 from interval_picture import interval_picture
 
-root = pathlib.Path(__file__).resolve().parent.parent
+root = pathlib.Path(__file__).resolve().parents[2]
 scene_file = root / 'scenes/dataset/scene.xml'
 parameters = {'sigma_t': 'medium.sigma_t', 'albedo': 'medium.albedo', 'g': 'phase.g'}
 titles = {'sigma_t': 'sigma_t [1/scene unit]', 'albedo': 'albedo', 'g': 'g'}

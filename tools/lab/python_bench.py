@@ -21,7 +21,7 @@ import numpy as np
 
 import itn
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 BALL = str(ROOT / "tests/tool/data/ball.xml")
 
 

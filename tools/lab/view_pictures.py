@@ -17,7 +17,7 @@ from pathlib import Path
 
 from view_client import View
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 WAX = ROOT / "docs/tutorials/wax.xml"
 failures = []
 

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Renders scenes here and with Mitsuba 3, small, and compares the images' means. Needs Mitsuba (tools/peers).
 
-    .peers/bin/python tools/compare_mitsuba.py FOLDER --list FILE [--spp N] [--width W]
+    .peers/bin/python tools/lab/compare_mitsuba.py FOLDER --list FILE [--spp N] [--width W]
 
-FILE names scenes, a path in FOLDER a line. Scenes that do not open here are left out (tools/open_scenes.py tells why). Printed
+FILE names scenes, a path in FOLDER a line. Scenes that do not open here are left out (tools/lab/open_scenes.py tells why). Printed
 are both means, a channel each, and their ratio; marked are those that differ by more than 1 % and five of our standard errors.
 Exit code 1 where there are some. Few samples of rare, bright paths make both means wander: try --spp before you believe one.
 """
@@ -57,7 +57,7 @@ def main():
     parser.add_argument('--list', required=True, metavar='FILE')
     parser.add_argument('--spp', type=int, default=256)
     parser.add_argument('--width', type=int, default=64, help='of the longer side [pixel]')
-    parser.add_argument('--itn', default=os.path.join(os.path.dirname(__file__), '..', 'build', 'bin', 'itn'))
+    parser.add_argument('--itn', default=os.path.join(os.path.dirname(__file__), '..', '..', 'build', 'bin', 'itn'))
     options = parser.parse_args()
     mi.set_variant(os.environ.get('MITSUBA_VARIANT', 'llvm_ad_rgb'))
     mi.set_log_level(mi.LogLevel.Error)

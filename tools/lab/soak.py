@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Mixed work for a given time: does memory stay flat, does every command end as it should, and do the bytes stay the same?
 
-  tools/soak.py MINUTES [--itn build/bin/itn] [--json FILE]
+  tools/lab/soak.py MINUTES [--itn build/bin/itn] [--json FILE]
 
 Three processes at once draw commands (renderings, gradients, data sets, trainings, predictions, inversions, evaluations) until
 time is up, on one cache of kernels that is empty at the start; a fourth, one `itn view`, gets a picture with changed parameters again and again,

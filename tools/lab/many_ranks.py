@@ -2,7 +2,7 @@
 """Is the work of several processes (mpirun -n N itn ..., itn dataset --part K/N) that of one, byte for byte, also after kills, and
 what does it cost?
 
-  tools/many_ranks.py [--quick] [--ranks 2,4] [--kills 20] [--itn build/bin/itn] [--folder DIR] [--json FILE]
+  tools/lab/many_ranks.py [--quick] [--ranks 2,4] [--kills 20] [--itn build/bin/itn] [--folder DIR] [--json FILE]
 
 --quick: the bytes alone, of four small jobs. Else also: kill -9 of a rank at random moments, the time of 2 ranks with one thread each
 beside one process with two threads, and messages and bytes a step. Exit code 1 where anything differs, 77 without mpirun."""
@@ -19,7 +19,7 @@ import sys
 import tempfile
 import time
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 # In containers everybody is root, and has fewer cores than ranks.
 ENVIRONMENT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
                "OMPI_MCA_hwloc_base_binding_policy": "none"}

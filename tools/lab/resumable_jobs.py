@@ -6,7 +6,7 @@ import pathlib
 import subprocess
 import sys
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 SCENE = """<scene version="3.0.0">
   <integrator type="volpath"><integer name="max_depth" value="32"/></integrator>

@@ -2,7 +2,7 @@
 """Kills itn with SIGKILL at random moments, again and again, until the job is done, and compares the files with those of a job that
 was never killed: data sets, trainings, inversions by all three methods and of textures, evaluations. Files that kills have left count, too.
 
-  tools/kill_matrix.py [--kills N] [--jobs dataset,train,...] [--itn build/bin/itn] [--folder DIR]
+  tools/lab/kill_matrix.py [--kills N] [--jobs dataset,train,...] [--itn build/bin/itn] [--folder DIR]
 
 Exit code 1 where anything differs or is left. Jobs take some tenths of a second of processor time, so that a thousand kills take
 a quarter of an hour on an idle machine. Moments are uniform over the time that the last job took."""

@@ -11,7 +11,7 @@ calls on files of the working folder count, of operator new those of the program
 A command calls operator new some thousand times and more: of those from one place in the program, which is where the nearest of its
 functions on the stack are the same, the first fails.
 
-  tools/fault_matrix.py [--jobs render,dataset,...] [--calls open,write,...] [--most N] [--stack N] [--short] [--folder DIR]
+  tools/lab/fault_matrix.py [--jobs render,dataset,...] [--calls open,write,...] [--most N] [--stack N] [--short] [--folder DIR]
 
 Exit code 1 where anything else happens. --most: of each call and error so many n, evenly spread (default: all). --stack: how many functions
 make a place (default: 2; with 1 it is the call alone).

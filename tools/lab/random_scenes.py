@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Renders random scenes here and with Mitsuba 3 and compares them in blocks of pixels. Needs Mitsuba (tools/peers).
 
-    .peers/bin/python tools/random_scenes.py FOLDER [--first SEED] [--count N] [--itn build/bin/itn]
+    .peers/bin/python tools/lab/random_scenes.py FOLDER [--first SEED] [--count N] [--itn build/bin/itn]
 
 A scene has one or two bodies (spheres, cubes; index-matched, smooth, rough, masked, blended or opaque; filled with a medium or
 with a grid of voxels, or empty; now and then something inside of them), one to three lights of all kinds, also inside of the
@@ -172,7 +172,7 @@ def main():
     mi.set_log_level(mi.LogLevel.Error)
     options.folder.mkdir(parents=True, exist_ok=True)
     write_grid(options.folder / 'grid.vol')
-    sky = pathlib.Path(__file__).parent.parent / 'scenes/test/mitsuba/sky.exr'
+    sky = pathlib.Path(__file__).parents[2] / 'scenes/test/mitsuba/sky.exr'
     (options.folder / 'sky.exr').write_bytes(sky.read_bytes())
     good = 0
     for seed in range(options.first, options.first + options.count):

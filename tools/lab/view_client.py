@@ -1,4 +1,4 @@
-"""Talks to `itn view` as its page does: for tools/view_bench.py, tools/view_pictures.py and tests/view/server.py."""
+"""Talks to `itn view` as its page does: for tools/lab/view_bench.py, tools/lab/view_pictures.py and tests/view/server.py."""
 import http.client
 import json
 import signal

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Which of other people's Mitsuba scenes open here, and what the others lack.
 
-    tools/open_scenes.py FOLDER...            every .xml file within
-    tools/open_scenes.py FOLDER --list FILE   the ones that FILE names, a path in FOLDER a line
+    tools/lab/open_scenes.py FOLDER...            every .xml file within
+    tools/lab/open_scenes.py FOLDER --list FILE   the ones that FILE names, a path in FOLDER a line
 
 A scene opens when `itn parameters` reads it; nothing is rendered. For each other one its missing plugins stand beside it
 (or, where no plugin is missing, the first message), and at the end how many scenes wait for each plugin, and how many of
@@ -48,7 +48,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('folders', nargs='+', metavar='FOLDER')
     parser.add_argument('--list', metavar='FILE', help='paths in FOLDER, one a line')
-    parser.add_argument('--itn', default=os.path.join(os.path.dirname(__file__), '..', 'build', 'bin', 'itn'))
+    parser.add_argument('--itn', default=os.path.join(os.path.dirname(__file__), '..', '..', 'build', 'bin', 'itn'))
     parser.add_argument('-D', action='append', default=[], metavar='name=value', dest='definitions',
                         help='passed on to itn')
     parser.add_argument('--messages', action='store_true', help='print the whole message of each scene that is refused')

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Changes inputs behind itn's back, and asks for outputs that are inputs.
 
-  tools/tamper_matrix.py [--itn build/bin/itn] [--parts tamper,alias] [--quick]
+  tools/lab/tamper_matrix.py [--itn build/bin/itn] [--parts tamper,alias] [--quick]
 
 tamper: each command that goes on where it was is stopped with SIGKILL on its way; then each of its inputs and of the files that it
 has written so far is changed (a bit of one byte, at three places; cut to half; exchanged with another of its kind), and the command is

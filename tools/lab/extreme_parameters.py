@@ -2,7 +2,7 @@
 """Renders small scenes of all models, 4 x 4 pixels, with every number at 0, denormal, 1e-38 ... 1e38 of either sign, one at a time;
 what `itn parameters` lists within the range that it says, and at its ends.
 
-  tools/extreme_parameters.py [--itn build/bin/itn] [--scenes a,b] [--quick | --once] [--oclgrind] [--derivatives]
+  tools/lab/extreme_parameters.py [--itn build/bin/itn] [--scenes a,b] [--quick | --once] [--oclgrind] [--derivatives]
                               [--spp N] [--size 4x4] [--timeout S]
 
 Each run must end within the time, with an image of finite values from 0 on, or be refused with a message (exit code 3). In
@@ -21,7 +21,7 @@ import sys
 import tempfile
 import time
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 # {name=value} is a number: it becomes $name, and a default of the scene. The name is that of `itn parameters`, with _ for each dot,
 # where it is listed there.

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Derivatives by single voxels, empty and densest, here and by Mitsuba's prbvolpath, beside finite differences. Needs Mitsuba (tools/peers).
 
-    .peers/bin/python tools/voxel_bias_mitsuba.py FOLDER [--itn build/bin/itn] [--spp 16384] [--runs 8]
+    .peers/bin/python tools/lab/voxel_bias_mitsuba.py FOLDER [--itn build/bin/itn] [--spp 16384] [--runs 8]
 
 A cube of 3 x 3 x 3 voxels in a sky and a lamp: one corner is empty, one is the densest, one between. The derivative is that of the
 mean squared radiance of 8 x 8 pixels. Finite differences are of itn's losses with the same random numbers, of second order,

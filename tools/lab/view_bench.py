@@ -15,7 +15,7 @@ from pathlib import Path
 
 from view_client import View
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def moves(view, parameter, count, derivative=""):

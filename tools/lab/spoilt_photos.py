@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Which photos that something is wrong with are doubted, by a network that is shown the scene (itn predict --exemplars).
 
-    PYTHONPATH=build/python tools/spoilt_photos.py DIR -o OUT [--scenes 24] [--photos 1] [--alone | --posterior]
+    PYTHONPATH=build/python tools/lab/spoilt_photos.py DIR -o OUT [--scenes 24] [--photos 1] [--alone | --posterior]
 
 Takes photos of a data set (itn dataset laptop, say): of split unseen_both, under a sun, so many scenes and so many photos of
 each, evenly over the split. Each is spoilt in every way of the table that is printed: as a picture, or rendered anew in another

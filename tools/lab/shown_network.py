@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What a network gains from being shown the scene (itn predict --exemplars).
 
-    tools/shown_network.py [DIR] -o OUT [--exemplars 24] [--alone N] [--run shipped] [--spp N] [--itn build/bin/itn]
+    tools/lab/shown_network.py [DIR] -o OUT [--exemplars 24] [--alone N] [--run shipped] [--spp N] [--itn build/bin/itn]
 
 With DIR, a data set (itn dataset laptop, say): every test image of split unseen_both under a sun. Without: six shapes whose
 boundary is rough (Beckmann, alpha 0.25, n = 1.33), each seen from elsewhere under its own sun, 16 materials each: scenes as

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The posterior of itn invert beside one by direct sampling: the likelihoods of renderings at thousands of materials.
 
-    PYTHONPATH=build/python tools/direct_posterior.py -o OUT [--materials 10000] [--only NAME]
+    PYTHONPATH=build/python tools/lab/direct_posterior.py -o OUT [--materials 10000] [--only NAME]
 
 Photos of few pixels that tell two numbers badly, so that what is known of them is bent or has two peaks. A rendering has 64 times the
 samples that would make it as noisy as the photo, so that its noise moves the logarithm of a likelihood by 1 or less; a parabola through
@@ -18,7 +18,7 @@ import numpy as np
 
 import itn
 
-root = pathlib.Path(__file__).resolve().parent.parent
+root = pathlib.Path(__file__).resolve().parents[2]
 
 
 def dataset_scene(size):

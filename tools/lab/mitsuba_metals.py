@@ -2,7 +2,7 @@
 """Prints runtime/scene/xml/metals.inc: the indices of refraction of Mitsuba 3's named metals in linear sRGB, as its rgb variants
 convert them.
 
-    .peers/bin/python tools/mitsuba_metals.py > runtime/scene/xml/metals.inc    # tools/peers makes .peers
+    .peers/bin/python tools/lab/mitsuba_metals.py > runtime/scene/xml/metals.inc    # tools/peers makes .peers
 """
 import glob
 import os
@@ -17,7 +17,7 @@ def numbers(color):
 def main():
     mi.set_variant('scalar_rgb')
     mi.set_log_level(mi.LogLevel.Error)  # some colours are out of gamut, and clamped
-    print(f'// Written by tools/mitsuba_metals.py with Mitsuba {mi.__version__}, {mi.variant()}; see THIRD-PARTY.md.')
+    print(f'// Written by tools/lab/mitsuba_metals.py with Mitsuba {mi.__version__}, {mi.variant()}; see THIRD-PARTY.md.')
     folder = os.path.join(os.path.dirname(mi.__file__), 'data', 'ior')
     for path in sorted(glob.glob(os.path.join(folder, '*.eta.spd'))):
         name = os.path.basename(path)[:-len('.eta.spd')]
