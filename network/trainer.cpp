@@ -9,8 +9,8 @@
 #include "network/random.h"
 #include "network/shard_sum.h"
 #include "runtime/base/error.h"
+#include "runtime/base/ranks.h"
 #include "runtime/base/seconds_since.h"
-#include "runtime/cluster/ranks.h"
 
 namespace itn {
 namespace {

@@ -14,7 +14,7 @@
 #include "runtime/base/file.h"
 #include "runtime/base/parallel.h"
 #include "runtime/base/random.h"
-#include "runtime/cluster/ranks.h"
+#include "runtime/base/ranks.h"
 #include "runtime/dataset/dataset_mesh.h"
 #include "runtime/dataset/dataset_scene.h"
 #include "runtime/dataset/dataset_shapes.h"

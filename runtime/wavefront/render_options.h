@@ -1,4 +1,4 @@
-// What a rendering is asked for with, and what its stages took: plain data, which the rooms below renderer.h read too.
+// Says how a scene is rendered: plain data, which the rooms below renderer.h read too.
 #pragma once
 #include <atomic>
 #include <cstdint>
@@ -44,13 +44,6 @@ struct RenderOptions {
   const std::atomic<bool>* cancel = nullptr;  // polled between launches; set: render throws Interrupted
   Ranks* ranks = nullptr;                     // share the pixels of every image; all get it whole. null: none to share
   bool time_stages = false;                   // staged only: fills Rendering::stages, waiting for every launch
-};
-
-// What all launches of one stage (kernels/README.md) took.
-struct StageTime {
-  std::string stage;
-  double seconds = 0;
-  std::uint64_t launches = 0, paths = 0;  // paths: in the stage's queue, summed over its launches
 };
 
 }  // namespace itn

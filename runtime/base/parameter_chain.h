@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "runtime/derivative/dual.h"
+#include "runtime/base/dual.h"
 
 namespace itn {
 

@@ -1,4 +1,4 @@
-#include "runtime/cluster/ranks.h"
+#include "runtime/base/ranks.h"
 
 #include <algorithm>
 #include <cstdlib>

@@ -1,4 +1,4 @@
-#include "runtime/derivative/derivative_check.h"
+#include "runtime/derivative_check.h"
 
 #include <fmt/format.h>
 
