@@ -26,7 +26,7 @@ install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program
   PATTERN style EXCLUDE PATTERN .nav.yml EXCLUDE)
 install(FILES scenes/gallery/preview.png DESTINATION ${CMAKE_INSTALL_DOCDIR}/scenes/gallery COMPONENT program)
 foreach(folder IN ITEMS kernels kernels/model runtime runtime/dataset runtime/derivative runtime/evaluation runtime/shapes
-                        network network/weights tools scenes python tests/inversion tests/stage tests/transport)
+                        network network/weights tools tools/lab scenes python tests/inversion tests/stage tests/transport)
   install(FILES ${folder}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR}/${folder} COMPONENT program)
 endforeach()
 

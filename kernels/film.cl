@@ -1,5 +1,5 @@
 /* Film: sums of a pixel's samples and of their squares, in their order, carried on from launch to launch. */
-#include "lib/vector.h"
+#include "shared/vector.h"
 
 /* *sum + *error = *sum + *error + b, with what rounding takes from the sum kept in the error (Knuth's TwoSum). */
 INLINE void add_exactly(REAL* sum, REAL* error, REAL b) {

@@ -54,7 +54,6 @@ std::map<std::string, std::string> Trainer::circumstances() const {
   all["image_weight"] = number(options_.image_weight);
   all["weight_decay"] = number(options_.weight_decay);
   if (options_.shards > 1) all["shards"] = std::to_string(options_.shards);
-  if (options_.frozen) all["frozen"] = "true";
   if (options_.validated_by_images) all["validated_by_images"] = "true";
   all["patience"] = std::to_string(options_.patience);
   all["data"] = options_.data;

@@ -34,10 +34,6 @@ DatasetImages read_images(const std::string& folder, const Manifest& manifest, M
                           const Wanted& wanted, const std::atomic<bool>& cancel, const std::function<void()>& read) {
   if (wanted.colours == 3 && !manifest.in_colours)
     throw UsageError(folder + ": its images are of luminance; the network sees colours");
-  if (wanted.curvature && !manifest.curvature)
-    throw UsageError(folder +
-                     ": does not say what errors of materials are worth in its images, which --image-loss "
-                     "expanded needs; render it with \"curvature\": true in its configuration");
   if (wanted.flash && !(manifest.flash > 0)) throw UsageError(folder + ": has no flash; the network sees one");
   DatasetImages result;
   result.linear_sigma_t = manifest.linear_sigma_t;
@@ -51,7 +47,6 @@ DatasetImages read_images(const std::string& folder, const Manifest& manifest, M
     result.flash.resize(count);
     result.flash_errors.resize(count);
   }
-  if (wanted.curvature) result.curvature.resize(count);
   if (wanted.shapes && manifest.cameras) result.shapes.resize(count);
   for (const Manifest::Image& image : result.images) {
     result.lights.push_back(before_camera(image, manifest.lights[static_cast<std::size_t>(image.light)].direction));
@@ -64,10 +59,6 @@ DatasetImages read_images(const std::string& folder, const Manifest& manifest, M
     const std::string file = path_of(folder, result.images[i].file);
     result.radiance[i] = radiance_of(content, file, wanted.colours, "", &result.errors[i]);
     if (wanted.flash) result.flash[i] = radiance_of(content, file, wanted.colours, "flash.", &result.flash_errors[i]);
-    if (wanted.curvature) {
-      const auto text = content.header.find(curvature_attribute);
-      result.curvature[i] = read_curvature(text == content.header.end() ? "not there" : text->second, file);
-    }
     if (wanted.shapes && manifest.cameras) result.shapes[i] = seen_shape_of(content, file);
     const std::lock_guard lock(reporting);
     read();
@@ -93,7 +84,6 @@ void append(DatasetImages& all, DatasetImages more) {
   move_all(more.shapes, all.shapes);
   move_all(more.shape_of, all.shape_of);
   move_all(more.lights, all.lights);
-  move_all(more.curvature, all.curvature);
   all.linear_sigma_t = more.linear_sigma_t;
 }
 

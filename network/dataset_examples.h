@@ -9,7 +9,6 @@
 #include "network/examples.h"
 #include "network/faults.h"
 #include "network/input.h"
-#include "runtime/dataset/image_curvature.h"
 #include "runtime/dataset/manifest.h"
 
 namespace itn {
@@ -17,7 +16,7 @@ namespace itn {
 // What of a set's files is wanted.
 struct Wanted {
   int colours = 1;  // of the radiance: 1, luminance, or 3
-  bool flash = false, shapes = false, curvature = false;
+  bool flash = false, shapes = false;
 };
 Wanted wanted_by(const NetworkDescription& network);
 
@@ -31,11 +30,10 @@ struct DatasetImages {
   std::vector<SeenShape> shapes;
   std::vector<std::size_t> shape_of;          // one an image: where in `shapes` its own is
   std::vector<std::array<double, 3>> lights;  // one an image: towards the light, as its camera sees it
-  std::vector<ImageCurvature> curvature;      // one an image; empty where nobody asked for them
   bool linear_sigma_t = false;                // Manifest
 };
 
-// Throws UsageError: wants what the set does not have (colours, flash, curvature); InputError: no images of that split,
+// Throws UsageError: wants what the set does not have (colours, flash); InputError: no images of that split,
 // and what radiance_of() and read_seen_shape() throw, or that an image is of another data set; Interrupted soon after
 // *cancel is set. read: called after each image, by one thread at a time.
 DatasetImages read_images(

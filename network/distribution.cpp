@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "runtime/base/error.h"
+#include "runtime/base/parameter_chain.h"
 #include "runtime/base/statistics.h"
-#include "runtime/derivative/parameter_chain.h"
 
 namespace itn {
 namespace {

@@ -272,7 +272,7 @@ const std::vector<float>& Network::forward(std::span<const float> images, int ba
   return pass->output;
 }
 
-void Network::backward(std::span<const float> output_gradient, bool only_last) {
+void Network::backward(std::span<const float> output_gradient) {
   Pass* const pass = last_pass_;
   if (!pass || output_gradient.size() != pass->output.size())
     throw UsageError("the gradient by the outputs does not belong to the last batch");
@@ -280,7 +280,6 @@ void Network::backward(std::span<const float> output_gradient, bool only_last) {
                            output_gradient.data(), pass->features_gradient(),
                            gradients_[2 * NETWORK_STAGES].values.data(),
                            gradients_[2 * NETWORK_STAGES + 1].values.data());
-  if (only_last) return;
   for (std::size_t stage = NETWORK_STAGES; stage-- > 0;) {
     const std::array<std::size_t, 2> parts{2 * stage, 2 * stage + 1};
     const auto own = [&](std::size_t i) {

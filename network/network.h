@@ -98,8 +98,7 @@ class Network {
   const std::vector<float>& forward(std::span<const float> images, int batch);
 
   // After forward(): the loss's gradient by the raw outputs, laid out as they are, becomes gradients().
-  // only_last: of the fully connected layer alone; the others' stay as they are, 0 at first.
-  void backward(std::span<const float> output_gradient, bool only_last = false);
+  void backward(std::span<const float> output_gradient);
 
   const NetworkDescription& description() const { return description_; }
   // Of the distribution. Throws UsageError: not one above 0 for each output of a network that says a distribution.

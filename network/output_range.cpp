@@ -4,7 +4,7 @@
 #include <set>
 
 #include "runtime/base/error.h"
-#include "runtime/derivative/parameter_chain.h"
+#include "runtime/base/parameter_chain.h"
 
 namespace itn {
 namespace {

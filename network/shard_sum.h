@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/cluster/ranks.h"
+#include "runtime/base/ranks.h"
 
 namespace itn {
 

@@ -9,8 +9,8 @@
 #include "network/random.h"
 #include "network/shard_sum.h"
 #include "runtime/base/error.h"
+#include "runtime/base/ranks.h"
 #include "runtime/base/seconds_since.h"
-#include "runtime/cluster/ranks.h"
 
 namespace itn {
 namespace {
@@ -68,8 +68,6 @@ Trainer::Trainer(Network& network, const Examples& training, const Examples& val
       image_loss_(image_loss),
       adam_(network.weights(), {.weight_decay = options_.weight_decay}) {
   check(training_, validation_, options_, image_loss_ != nullptr);
-  if (options_.frozen && (!network.description().distribution || options_.weight_decay > 0))
-    throw UsageError("training: a frozen network needs a distribution that learns, and no weight decay");
   if (image_loss && network.description().distribution)
     throw UsageError("training: an image loss needs a network that says parameters alone, no distribution of them");
 }
@@ -97,14 +95,6 @@ void Trainer::require_finite(const OutputLoss& loss) const {
   if (!std::isfinite(loss.loss) || !all_finite(loss.gradient))
     throw ResultError("training: the loss of step " + std::to_string(steps() + 1) +
                       " or its gradient is not finite; lower the learning rate, or look at the examples");
-}
-
-void Trainer::backward(OutputLoss& loss) {
-  const NetworkDescription& description = network_.description();
-  if (options_.frozen)
-    for (std::size_t first = 0; first < loss.gradient.size(); first += description.raw_outputs())
-      std::fill_n(loss.gradient.begin() + static_cast<std::ptrdiff_t>(first), description.outputs.size(), 0.0F);
-  network_.backward(loss.gradient, options_.frozen);
 }
 
 void Trainer::step() {
@@ -138,7 +128,7 @@ EpochLosses Trainer::differentiate(const std::vector<std::size_t>& examples) {
   }
   lap(times_.image_loss);
   require_finite(loss);
-  backward(loss);
+  network_.backward(loss.gradient);
   return losses;
 }
 
@@ -188,7 +178,7 @@ EpochLosses Trainer::differentiate_in_shards(const std::vector<std::size_t>& exa
     }
     for (float& g : loss.gradient) g /= static_cast<float>(shards.count);
     require_finite(loss);
-    backward(loss);
+    network_.backward(loss.gradient);
     std::vector<float> gradient;
     for (const Tensor& tensor : network_.gradients())
       gradient.insert(gradient.end(), tensor.values.begin(), tensor.values.end());

@@ -32,9 +32,6 @@ struct TrainingOptions {
   double weight_decay = 0;           // adam.h
   double image_weight = 0;           // lambda of the paper's eq. 3
   bool validated_by_images = false;  // the validation loss is the image loss; the examples' truth is not looked at
-  // Only what a distribution has beside its means learns: what the network says stays as it is, to the bit. Without
-  // weight decay, which would change it.
-  bool frozen = false;
   // Each step's gradient is the sum of those of so many parts of the batch (shard_sum.h), which the ranks of world()
   // share: the numbers depend on how many shards there are, and not on the ranks. A divisor of batch, and at least one
   // for each rank.
@@ -95,7 +92,6 @@ class Trainer {
   EpochLosses differentiate_in_shards(const std::vector<std::size_t>& examples);
   ImageLoss::Result image_loss_of_all(const std::vector<std::size_t>& examples);
   // The gradient by the network's weights, from the loss's.
-  void backward(OutputLoss& loss);
   void require_finite(const OutputLoss& loss) const;
   void end_epoch();
   double validation_image_loss();

@@ -4,8 +4,8 @@
 
 #include "runtime/device/device.h"
 #include "runtime/image/rendering.h"
-#include "runtime/render_options.h"
 #include "runtime/scene/scene.h"
+#include "runtime/wavefront/render_options.h"
 
 namespace itn {
 

@@ -14,7 +14,7 @@
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/base/printable.h"
-#include "runtime/cluster/ranks.h"
+#include "runtime/base/ranks.h"
 
 namespace itn::tools {
 namespace {

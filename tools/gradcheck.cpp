@@ -8,7 +8,7 @@
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/base/inputs.h"
-#include "runtime/derivative/derivative_check.h"
+#include "runtime/derivative_check.h"
 #include "runtime/renderer.h"
 #include "runtime/scene/load.h"
 #include "runtime/scene/parameters.h"

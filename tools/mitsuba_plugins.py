@@ -224,7 +224,7 @@ def page(itn):
             f'work and differ in what the table says, and {counts["refused"]} are refused:\na scene that uses these ends '
             'in an error that names all of them. "Works" means that the scene opens and renders what\nMitsuba\'s rgb '
             'variants render, with Mitsuba\'s parameter names and defaults.\n\n`tools/mitsuba_plugins.py` writes this '
-            'page; `tools/open_scenes.py FOLDER` says which scenes of a folder open, and what the\nothers lack.\n')
+            'page; `tools/lab/open_scenes.py FOLDER` says which scenes of a folder open, and what the\nothers lack.\n')
     for tag, (title, _) in AROUND.items():
         text += f'\n## {title}\n\n| plugin | here | remark |\n|---|---|---|\n' + '\n'.join(rows[tag]) + '\n'
     return text

@@ -9,8 +9,8 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/inputs.h"
+#include "runtime/base/ranks.h"
 #include "runtime/base/seconds_since.h"
-#include "runtime/cluster/ranks.h"
 #include "runtime/image/exr.h"
 #include "runtime/image/png.h"
 #include "runtime/image/preview.h"

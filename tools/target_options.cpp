@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "runtime/base/error.h"
-#include "runtime/cluster/ranks.h"
+#include "runtime/base/ranks.h"
 
 namespace itn::tools {
 

@@ -9,8 +9,8 @@
 #include "network/network_file.h"
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/ranks.h"
 #include "runtime/base/seconds_since.h"
-#include "runtime/cluster/ranks.h"
 #include "runtime/training/training_run.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
@@ -34,9 +34,7 @@ void print_beginning(const TrainArguments& options, const TrainingRun& run) {
              description.channels == 1 ? "" : "s");
   const Trainer& trainer = run.trainer();
   if (run.drops_distribution())
-    fmt::print(
-        "{} says how sure it is, and this network will not: afterwards --distribution --frozen teaches it again\n",
-        options.request.init);
+    fmt::print("{} says how sure it is, and this network will not: --distribution teaches it\n", options.request.init);
   if (!run.labelled())
     fmt::print("no labels: validation is by images, {:.5f} of the network of --init\n", run.validation_before());
   if (run.has_image_loss()) fmt::print("lambda {:.6g}\n", trainer.options().image_weight);
@@ -108,8 +106,6 @@ void run(TrainArguments options) {
   options.request.device = options.common.device;
   options.request.spp = options.common.spp;
   check_folder(options.request.folder);
-  for (const std::string& data : options.request.calibration)
-    refuse_inside(data, {options.common.json, options.exported});
   for (const std::string& data : options.request.data) refuse_inside(data, {options.common.json, options.exported});
   if (!options.request.unlabelled.empty())
     refuse_inside(options.request.unlabelled, {options.common.json, options.exported});
@@ -173,13 +169,6 @@ void add_train(CLI::App& app) {
                     "rn: learn how sure it is, too: a normal distribution of the parameters, by likelihood, its "
                     "intervals calibrated on held-out images; supervised and validation loss are then minus the "
                     "log of the density");
-  command
-      ->add_option("--calibrate", options->request.calibration,
-                   "with --distribution: data sets of other shapes, to calibrate the intervals on; may be repeated; "
-                   "default: the validation images")
-      ->take_all();
-  command->add_flag("--frozen", options->request.frozen,
-                    "with --distribution and --init: learn only how sure that network is; what it says stays the same");
   command->add_option("--epochs", options->request.epochs, "at most")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
@@ -234,12 +223,6 @@ void add_train(CLI::App& app) {
                    "end after so many epochs without a better validation; 0: never")
       ->check(CLI::Range(0, 1'000'000))
       ->capture_default_str();
-  command
-      ->add_option_function<std::string>(
-          "--image-loss", [options](const std::string& form) { options->request.expanded = form == "expanded"; },
-          "itn: rendered (default), or expanded: to second order around the truth, which renders nothing; it needs "
-          "data sets with \"curvature\": true")
-      ->check(CLI::IsMember({"rendered", "expanded"}));
   command
       ->add_option(
           "--lambda", options->request.lambda,

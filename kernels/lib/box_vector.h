@@ -1,7 +1,7 @@
 /* Vectors of BOX_WIDTH floats: one ray against BOX_WIDTH boxes or primitives at a time. Independent of WIDTH. */
 #ifndef ITN_BOX_VECTOR_H
 #define ITN_BOX_VECTOR_H
-#include "lib/vector.h"
+#include "shared/vector.h"
 
 #if BOX_WIDTH != 4 && BOX_WIDTH != 8 && BOX_WIDTH != 16
 #error "BOX_WIDTH must be 4, 8 or 16"
@@ -20,7 +20,7 @@ typedef union {
   float f[BOX_WIDTH];
 } BoxLanes;
 
-/* As lane_bits (lib/vector.h). */
+/* As lane_bits (shared/vector.h). */
 #if BOX_WIDTH == 16 && defined(__AVX512DQ__)
 typedef int box_mask __attribute__((vector_size(64)));
 INLINE uint box_bits(BoxInt mask) { return (ushort)__builtin_ia32_cvtd2mask512((box_mask)mask); }

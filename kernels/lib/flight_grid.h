@@ -2,7 +2,7 @@
  * cells know (runtime/compile/flight_grid.h has the format). */
 #ifndef ITN_FLIGHT_GRID_H
 #define ITN_FLIGHT_GRID_H
-#include "lib/vector.h"
+#include "shared/vector.h"
 #include "shared/geometry_layout.h"
 
 /* The cell of a position. */

@@ -1,7 +1,7 @@
 /* A frame around a unit vector, kept together. OpenCL C only. */
 #ifndef ITN_FRAME_H
 #define ITN_FRAME_H
-#include "lib/vector.h"
+#include "shared/vector.h"
 #include "model/shading_frame.h"
 
 typedef struct {

@@ -6,7 +6,7 @@
 #include "lib/pool.h"
 #include "lib/random.h"
 #include "lib/trace.h"
-#include "lib/vector.h"
+#include "shared/vector.h"
 #include "model/models.h"
 #include "shared/baseline_layout.h"
 #include "shared/launch_arguments.h"

@@ -6,7 +6,7 @@
  * differs between the two, and nothing that a path computes depends on it. */
 #ifndef ITN_POOL_H
 #define ITN_POOL_H
-#include "lib/vector.h"
+#include "shared/vector.h"
 #include "scene/surfaces.h"
 #include "shared/path_state.h"
 

@@ -9,7 +9,7 @@
  * from which STRUCTURE_FUNCTIONS makes the functions that stages call. */
 #ifndef ITN_STRUCTURE_H
 #define ITN_STRUCTURE_H
-#include "lib/vector.h"
+#include "shared/vector.h"
 #include "model/models.h"
 #include "model/nest/list.h"
 #include "scene/structures.h"

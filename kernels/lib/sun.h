@@ -4,7 +4,7 @@
  * Compiled in on request: HAS_SUN, HAS_COMPLEX_SUN (limb darkening). A record without a sun has sun_pdf 0. */
 #ifndef ITN_SUN_H
 #define ITN_SUN_H
-#include "lib/vector.h"
+#include "shared/vector.h"
 #include "model/angle.h"
 #include "shared/environment_layout.h"
 

@@ -1,7 +1,7 @@
 /* Points of shapes: of those that shine, and of those on which a sensor lies. */
 #ifndef ITN_SURFACE_POINT_H
 #define ITN_SURFACE_POINT_H
-#include "lib/vector.h"
+#include "shared/vector.h"
 #include "shared/light_layout.h"
 
 INLINE REAL3 gather_vector(__global const float* from, INT at) {

@@ -1,7 +1,7 @@
 /* The textures by their records: model/texture/list.h expanded. */
 #ifndef ITN_TEXTURE_H
 #define ITN_TEXTURE_H
-#include "lib/vector.h"
+#include "shared/vector.h"
 #include "model/texture/list.h"
 
 /* Coordinates after to_uv. */

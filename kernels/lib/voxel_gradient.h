@@ -20,7 +20,7 @@
 
 #if VOXEL_SUMS
 /* Of a field of extinctions: below, probes take part. sigma_t: what the field is times; any is right. Measured:
- * tests/transport/voxel_estimators_test.cpp */
+ * tools/lab/voxel_estimators.cpp */
 INLINE REAL knee_of(__global const FieldRecord* field, REAL sigma_t) {
   const float size =
       fmax(field->high[0] - field->low[0], fmax(field->high[1] - field->low[1], field->high[2] - field->low[2]));

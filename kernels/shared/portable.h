@@ -68,7 +68,7 @@ INLINE REAL real_min(REAL a, REAL b) { return a < b ? a : b; }
 INLINE REAL real_max(REAL a, REAL b) { return a > b ? a : b; }
 #define LOG(x) real_log(x)
 #define EXP(x) real_exp(x)
-#include "lib/elementary.h"
+#include "shared/elementary.h"
 
 #else
 

@@ -196,31 +196,28 @@ def train(data: str | os.PathLike | DataSet | Sequence[str] = (), network: str =
           weight_decay: float = 0, noise: float = 0, mirror: bool = False, patience: int = 0,
           inputs: Sequence[str] = (), exposure: bool = False, cut_out: bool = False, channels: int | None = None,
           width: int | None = None, threads: int | None = None,
-          image_loss: str = "rendered", image_weight: float | None = None, distribution: bool = False,
-          calibration: Sequence[str | os.PathLike | DataSet] = (), frozen: bool = False, seed: int = 0, spp: int = 0,
+          image_weight: float | None = None, distribution: bool = False,
+          seed: int = 0, spp: int = 0,
           progress: bool | Callable[[float], object] | None = None) -> Training:
     """Trains a network on data sets: `itn train`, with the same options and the same numbers.
 
     network: "rn" learns parameters; "itn", "ssn" also that the image rendered with them looks like the input (all light;
-    single scattering), weighed with image_weight (lambda); of an "itn" image_loss may be "expanded", to second order from data sets with
-    curvatures, without rendering; "judge" to tell the images from ones in which something is wrong, for `predict`. inputs: what a new network sees, of "image" (in colours where the data
+    single scattering), weighed with image_weight (lambda); "judge" to tell the images from ones in which something is wrong, for `predict`. inputs: what a new network sees, of "image" (in colours where the data
     set is), "flash", "mask", "normal", "nearness" and "light", in place of channels; exposure: each image over its own mean, known up to a factor; cut_out: it
     sees the object alone, by its mask, and black around it. distribution: an "rn" also learns how sure it is, calibrated on the
-    data sets of calibration, or the validation images; with frozen it learns nothing else, beside what the network of init says.
+    validation images.
     unlabelled: instead of data, a data set whose materials nobody knows; with "itn" and init. output: folder, where a training that was stopped goes on."""
     if not output:
         raise _itn.UsageError("output: need a folder for the network and what goes on from")
     if network not in ("rn", "itn", "ssn", "judge"):
         raise _itn.UsageError(f"network: got {network!r}, need 'rn', 'itn', 'ssn' or 'judge'")
-    if image_loss not in ("rendered", "expanded"):
-        raise _itn.UsageError(f"image_loss: got {image_loss!r}, need 'rendered' or 'expanded'")
     several = data if isinstance(data, (list, tuple)) else [data]
-    folders, held_out, unknown = ([d.folder if isinstance(d, DataSet) else os.fspath(d) for d in sets]
-                                  for sets in (several, calibration, [unlabelled]))
+    folders, unknown = ([d.folder if isinstance(d, DataSet) else os.fspath(d) for d in sets]
+                        for sets in (several, [unlabelled]))
     folder = os.fspath(output)
     with shown(progress, "train") as tell:
         record = _itn.train(folders, unknown[0], network, folder, os.fspath(init), list(inputs), exposure, cut_out, channels, width, threads,
-                            image_loss == "expanded", image_weight, distribution, held_out, frozen, mirror, noise,
+                            image_weight, distribution, mirror, noise,
                             epochs, batch, patience, learning_rate, weight_decay, seed_number(seed), spp, tell)
     with open(Path(folder) / "curve.jsonl", encoding="utf-8") as file:
         return Training(folder, json.loads(record), [json.loads(line) for line in file])

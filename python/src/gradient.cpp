@@ -11,7 +11,7 @@
 #include "python/src/renderers.h"
 #include "python/src/target.h"
 #include "runtime/base/error.h"
-#include "runtime/derivative/derivative_check.h"
+#include "runtime/derivative_check.h"
 #include "runtime/inversion/measured_loss.h"
 
 namespace itn::python {

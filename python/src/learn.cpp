@@ -189,9 +189,8 @@ std::string train(const TrainingRequest& request, Running& running) {
 std::string bind_train(const std::vector<std::string>& data, const std::string& unlabelled, const std::string& kind,
                        const std::string& folder, const std::string& init, const std::vector<std::string>& inputs,
                        bool exposure, bool cut_out, std::optional<int> channels, std::optional<int> width,
-                       std::optional<int> threads, bool expanded, std::optional<double> lambda, bool distribution,
-                       const std::vector<std::string>& calibration, bool frozen, bool mirrored, double noise,
-                       int epochs, int batch, int patience, double learning_rate, double weight_decay,
+                       std::optional<int> threads, std::optional<double> lambda, bool distribution, bool mirrored,
+                       double noise, int epochs, int batch, int patience, double learning_rate, double weight_decay,
                        std::uint64_t seed, int spp, const nb::object& progress) {
   TrainingRequest request;
   request.data = data;
@@ -205,11 +204,8 @@ std::string bind_train(const std::vector<std::string>& data, const std::string& 
   request.channels = channels;
   request.width = width;
   request.threads = threads;
-  request.expanded = expanded;
   request.lambda = lambda;
   request.distribution = distribution;
-  request.calibration = calibration;
-  request.frozen = frozen;
   request.variation.mirrored = mirrored;
   request.variation.noise = noise;
   request.epochs = epochs;
@@ -267,10 +263,9 @@ void bind_learn(nb::module_& module) {
              "progress"_a.none());
   module.def("dataset", &dataset, "config"_a, "folder"_a, "spp"_a, "seed"_a.none(), "progress"_a.none());
   module.def("train", &bind_train, "data"_a, "unlabelled"_a, "kind"_a, "folder"_a, "init"_a, "inputs"_a, "exposure"_a,
-             "cut_out"_a, "channels"_a.none(), "width"_a.none(), "threads"_a.none(), "expanded"_a,
-             "weight_of_images"_a.none(), "distribution"_a, "calibration"_a, "frozen"_a, "mirrored"_a, "noise"_a,
-             "epochs"_a, "batch"_a, "patience"_a, "learning_rate"_a, "weight_decay"_a, "seed"_a, "spp"_a,
-             "progress"_a.none());
+             "cut_out"_a, "channels"_a.none(), "width"_a.none(), "threads"_a.none(), "weight_of_images"_a.none(),
+             "distribution"_a, "mirrored"_a, "noise"_a, "epochs"_a, "batch"_a, "patience"_a, "learning_rate"_a,
+             "weight_decay"_a, "seed"_a, "spp"_a, "progress"_a.none());
   module.def("evaluate", &bind_evaluate, "data"_a, "runs"_a, "report"_a, "images"_a, "inversions"_a, "iterations"_a,
              "learning_rate"_a, "spp"_a, "seed"_a, "threads"_a.none(), "progress"_a.none());
 }

@@ -4,6 +4,8 @@
 
 namespace itn {
 
+using Rgb = std::array<double, 3>;  // linear sRGB
+
 // Luminance by ITU-R BT.709, with the digits that Mitsuba 3 has (kernels/film.cl has the same for the device).
 constexpr std::array<double, 3> luminance_weights{0.212671, 0.715160, 0.072169};
 

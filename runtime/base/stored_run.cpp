@@ -9,7 +9,7 @@
 #include "runtime/base/file.h"
 #include "runtime/base/fingerprint.h"
 #include "runtime/base/json_text.h"
-#include "runtime/cluster/ranks.h"
+#include "runtime/base/ranks.h"
 
 namespace itn {
 namespace {

@@ -3,7 +3,7 @@
 #include <atomic>
 #include <memory>
 
-#include "runtime/cluster/ranks.h"
+#include "runtime/base/ranks.h"
 
 namespace itn {
 

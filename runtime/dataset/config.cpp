@@ -119,7 +119,6 @@ Json as_json(const DatasetConfig& c) {
   if (c.in_colours) json["colours"] = "rgb";
   if (c.flash > 0) json["flash"] = c.flash;
   if (c.linear_sigma_t) json["sigma_t_scale"] = "linear";
-  if (c.curvature) json["curvature"] = true;
   return json;
 }
 
@@ -292,19 +291,12 @@ DatasetConfig from_json(const Json& json, const std::string& file) {
   config.in_colours = choice("colours", "luminance", "rgb");
   config.linear_sigma_t = choice("sigma_t_scale", "logarithmic", "linear");
   if (reader.has("flash")) reader.read_number("flash", config.flash, 0, 1e6);
-  if (reader.has("curvature")) reader.read("curvature", config.curvature, "true or false", [](bool) { return true; });
-  if (config.curvature && config.in_colours)
-    reader.fail("curvature", "false where images are in colours: it is of luminance's three parameters");
-  if (!config.has_enough(config.spp))
-    reader.fail("spp", "an even number of samples, 4 or more, where `curvature` is true: it compares their halves");
 
   config.train = read_side(reader, file, "train");
   config.test = read_side(reader, file, "test");
   const bool several_albedos = config.train.albedos > 1 || config.test.albedos > 1;
   if (several_albedos && config.albedo[0] == config.albedo[1])
     reader.fail("albedo", "a range from which each of several `albedos` can be another");
-  if (several_albedos && config.curvature)
-    reader.fail("curvature", "false where there are several `albedos`: derivatives are with that of the paths");
   reader.finish();
   return config;
 }

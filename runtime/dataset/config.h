@@ -10,9 +10,6 @@
 namespace itn {
 
 struct DatasetConfig {
-  // Can images with so many samples have what is asked for: standard errors, and halves to compare for curvatures?
-  bool has_enough(int samples) const { return samples >= 2 && (!curvature || (samples >= 4 && samples % 2 == 0)); }
-
   // Shapes and lights of one side of the experiment; every combination of them gets so many materials.
   struct Side {
     std::vector<std::string> shapes;  // names of named_shapes(), or mesh files
@@ -50,7 +47,6 @@ struct DatasetConfig {
   std::array<double, 2> sigma_t{25, 300}, albedo{0.3, 0.95},
       g{0, 0.9};                // sigma_t [1/mm]: equal ratios are equally likely, or
   bool linear_sigma_t = false;  // equal differences
-  bool curvature = false;       // of each image (image_curvature.h); of luminance, with an even spp of 4 or more
   Side train, test;
 };
 

@@ -236,7 +236,6 @@ Manifest manifest_of(const Node& root) {
   if (root.has("cameras")) manifest.cameras = root["cameras"].boolean();
   if (root.has("flash")) manifest.flash = root["flash"].positive("an irradiance above 0");
   if (root.has("linear_sigma_t")) manifest.linear_sigma_t = root["linear_sigma_t"].boolean();
-  if (root.has("curvature")) manifest.curvature = root["curvature"].boolean();
   std::set<std::string> names, files;
   for (const Node& node : root["shapes"].list()) {
     manifest.shapes.push_back(shape_of(node, manifest.cameras));
@@ -307,7 +306,6 @@ Json json_of(const Manifest& manifest) {
   if (manifest.cameras) json["cameras"] = true;
   if (manifest.flash > 0) json["flash"] = manifest.flash;
   if (manifest.linear_sigma_t) json["linear_sigma_t"] = true;
-  if (manifest.curvature) json["curvature"] = true;
   json["shapes"] = shapes;
   json["lights"] = lights;
   json["images"] = images;

@@ -93,7 +93,6 @@ struct Manifest {
   bool cameras = false;         // every image has a camera, and its file the shape's buffers
   double flash = 0;             // irradiance of a lamp at the camera, whose light each file has, too; 0: none
   bool linear_sigma_t = false;  // equal differences are equally likely, else equal ratios
-  bool curvature = false;       // each image's file says what errors of its material are worth (image_curvature.h)
   std::vector<Shape> shapes;
   std::vector<Light> lights;
   std::vector<Image> images;

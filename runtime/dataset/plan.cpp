@@ -223,13 +223,9 @@ std::string hash_of(const DatasetConfig& config, const DatasetPlan& plan, const 
 }  // namespace
 
 DatasetPlan plan_dataset(const DatasetConfig& config, const std::string& version, const std::string& device) {
-  if (!config.has_enough(config.spp))
-    throw UsageError(
-        config.curvature
-            ? fmt::format("--spp {}: `curvature` compares halves of the samples; need an even number, 4 or more",
-                          config.spp)
-            : fmt::format("--spp {}: images without standard errors, which nothing can be learnt from; need 2 or more",
-                          config.spp));
+  if (config.spp < 2)
+    throw UsageError(fmt::format(
+        "--spp {}: images without standard errors, which nothing can be learnt from; need 2 or more", config.spp));
   DatasetPlan plan;
   Manifest& set = plan.manifest;
   set.version = version;
@@ -242,7 +238,6 @@ DatasetPlan plan_dataset(const DatasetConfig& config, const std::string& version
   set.cameras = config.cameras.has_value();
   set.flash = config.flash;
   set.linear_sigma_t = config.linear_sigma_t;
-  set.curvature = config.curvature;
   add_shapes(config, config.train, Manifest::Role::train, plan);
   const int train_shapes = static_cast<int>(set.shapes.size());
   add_shapes(config, config.test, Manifest::Role::test, plan);

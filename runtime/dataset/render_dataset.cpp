@@ -14,16 +14,14 @@
 #include "runtime/base/file.h"
 #include "runtime/base/parallel.h"
 #include "runtime/base/random.h"
-#include "runtime/cluster/ranks.h"
+#include "runtime/base/ranks.h"
 #include "runtime/dataset/dataset_mesh.h"
 #include "runtime/dataset/dataset_scene.h"
 #include "runtime/dataset/dataset_shapes.h"
-#include "runtime/dataset/image_curvature.h"
 #include "runtime/dataset/merge_dataset.h"
 #include "runtime/dataset/shape_buffers.h"
 #include "runtime/dataset/stored_image.h"
 #include "runtime/image/exr.h"
-#include "runtime/image/halves.h"
 #include "runtime/scene/mesh/mesh_file.h"
 
 namespace itn {
@@ -67,9 +65,9 @@ class DatasetRenderer {
         folder_(std::move(folder)),
         lights_(set, folder_),
         shapes_(set, folder_, most_bytes),
-        ambient_(device, options(cancel, set.curvature), shapes_),
+        ambient_(device, options(cancel), shapes_),
         channels_(channels_of(set)) {
-    if (set.flash > 0) flash_.emplace(device, options(cancel, false), shapes_);
+    if (set.flash > 0) flash_.emplace(device, options(cancel), shapes_);
   }
 
   // All of one kind_of(): then an image's bits do not depend on the others (batch_renderer.h). Those of the same paths
@@ -87,8 +85,7 @@ class DatasetRenderer {
     }
     std::vector<ExrImage> files(images.size());
     for (ExrImage& file : files) file = empty_file(channels_);
-    int next = put(set_.curvature ? with_curvatures(images, scenes, files) : ambient_.render(scenes, set_.spp), places,
-                   0, files);
+    int next = put(ambient_.render(scenes, set_.spp), places, 0, files);
     if (flash_) {
       std::vector<ShapeRenderer::Image> in_dark = scenes;
       for (ShapeRenderer::Image& image : in_dark) {
@@ -108,10 +105,9 @@ class DatasetRenderer {
  private:
   static constexpr std::uint64_t stream_flash = 1;
 
-  static RenderOptions options(const std::atomic<bool>* cancel, bool derivatives) {
+  static RenderOptions options(const std::atomic<bool>* cancel) {
     RenderOptions options;
     options.cancel = cancel;
-    if (derivatives) options.derivatives = {dataset_sigma_t, dataset_albedo, dataset_g};
     return options;
   }
 
@@ -145,22 +141,6 @@ class DatasetRenderer {
     ExrImage file{set_.size, set_.size, channels, {}, {}};
     file.data.resize(channels.size() * static_cast<std::size_t>(set_.size) * static_cast<std::size_t>(set_.size));
     return file;
-  }
-
-  // The images, and their curvatures in the headers of the files.
-  std::vector<Rendering> with_curvatures(const std::vector<const Manifest::Image*>& images,
-                                         const std::vector<ShapeRenderer::Image>& scenes,
-                                         std::vector<ExrImage>& files) {
-    const std::vector<Rendering> halves = ambient_.render(scenes, set_.spp, 2);
-    std::vector<Rendering> whole;
-    for (std::size_t i = 0; i < images.size(); ++i) {
-      const Rendering &a = halves[2 * i], &b = halves[2 * i + 1];
-      const double sigma_t = images[i]->sigma_t * set_.mm_per_unit;
-      files[i].header[curvature_attribute] =
-          to_text(image_curvature(a, b, sigma_t, mask_of(*images[i], scenes[i].scene)));
-      whole.push_back(whole_of(a, b));
-    }
-    return whole;
   }
 
   static ShapeBuffers buffers_of(const Manifest::Image& image, const Scene& scene) {

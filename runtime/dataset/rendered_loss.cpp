@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "runtime/base/error.h"
-#include "runtime/cluster/ranks.h"
+#include "runtime/base/ranks.h"
 
 namespace itn {
 namespace {

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "runtime/base/error.h"
-#include "runtime/cluster/ranks.h"
+#include "runtime/base/ranks.h"
 #include "runtime/device/kernel_cache.h"
 
 namespace itn {

@@ -6,7 +6,6 @@
 
 #include "runtime/base/colour.h"
 #include "runtime/image/srgb.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 namespace {

@@ -1,11 +1,17 @@
 // An image with its standard error, and all that a rendering gives.
 #pragma once
 #include <cstdint>
+#include <string>
 #include <vector>
 
-#include "runtime/render_options.h"
-
 namespace itn {
+
+// The time that all launches of one stage (kernels/README.md) took.
+struct StageTime {
+  std::string stage;
+  double seconds = 0;
+  std::uint64_t launches = 0, paths = 0;  // paths: in the stage's queue, summed over its launches
+};
 
 struct Image {
   std::vector<float> mean, stderr_;                   // row-major, row 0 on top, channels interleaved

@@ -8,7 +8,7 @@
 
 #include "kernels/model/obstacle.h"
 #include "runtime/base/error.h"
-#include "runtime/derivative/parameter_chain.h"
+#include "runtime/base/parameter_chain.h"
 
 namespace itn {
 namespace {

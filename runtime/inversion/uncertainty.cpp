@@ -9,8 +9,8 @@
 #include <numeric>
 
 #include "runtime/base/colour.h"
+#include "runtime/base/parameter_chain.h"
 #include "runtime/base/statistics.h"
-#include "runtime/derivative/parameter_chain.h"
 #include "runtime/scene/phase_formula.h"
 
 namespace itn {

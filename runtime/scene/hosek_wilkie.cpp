@@ -8,7 +8,7 @@
 
 #include "kernels/model/angle.h"
 #include "kernels/model/sky_hosek_wilkie.h"
-#include "runtime/derivative/dual.h"
+#include "runtime/base/dual.h"
 
 namespace itn {
 

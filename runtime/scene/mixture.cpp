@@ -8,8 +8,8 @@
 #include <string>
 
 #include "kernels/model/phase/mixture.h"
+#include "runtime/base/dual.h"
 #include "runtime/base/fingerprint.h"
-#include "runtime/derivative/dual.h"
 
 namespace itn {
 namespace {

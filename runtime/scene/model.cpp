@@ -8,7 +8,7 @@
 
 #include "kernels/model/models.h"
 #include "kernels/model/nest/list.h"
-#include "runtime/derivative/dual.h"
+#include "runtime/base/dual.h"
 
 namespace itn {
 namespace {

@@ -1,6 +1,6 @@
 #include "runtime/scene/phase_formula.h"
 
-#include "runtime/derivative/dual.h"
+#include "runtime/base/dual.h"
 
 namespace itn {
 

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "runtime/base/colour.h"
+#include "runtime/image/bitmap.h"
 #include "runtime/scene/measured_brdf.h"
 #include "runtime/scene/model.h"
 #include "runtime/scene/texture_model.h"
@@ -15,7 +17,6 @@ namespace itn {
 
 using Vec2 = std::array<double, 2>;
 using Vec3 = std::array<double, 3>;
-using Rgb = std::array<double, 3>;  // linear sRGB
 
 // 4x4, row major: world = matrix * local
 struct Transform {
@@ -55,12 +56,6 @@ struct Sensor {
   double filter_stddev = 0.5;  // gaussian [pixel]
   int spp = 4;
   int medium = -1;  // index into Scene::media, -1: vacuum
-};
-
-// Row 0 on top; channels 1 or 3, linear.
-struct Bitmap {
-  int width = 0, height = 0, channels = 3;
-  std::vector<float> data;
 };
 
 struct PackedVoxels;

@@ -9,8 +9,8 @@
 #include "kernels/model/nest/dictionary.h"
 #include "kernels/model/phase/mixture.h"
 #include "kernels/model/phase/tabulated.h"
+#include "runtime/base/dual.h"
 #include "runtime/base/fingerprint.h"
-#include "runtime/derivative/dual.h"
 #include "runtime/scene/pieces.h"
 #include "runtime/scene/structure.h"
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "runtime/derivative/parameter_chain.h"
+#include "runtime/base/parameter_chain.h"
 
 namespace itn {
 namespace {

@@ -12,7 +12,6 @@
 #include "runtime/base/file.h"
 #include "runtime/base/json_text.h"
 #include "runtime/base/version.h"
-#include "runtime/training/expanded_image_loss.h"
 #include "runtime/training/trained_network.h"
 
 namespace itn {
@@ -24,8 +23,6 @@ constexpr int batches_for_lambda = 8;
 
 TrainingRequest completed(TrainingRequest request) {
   request.variation.seed = request.seed;
-  if (request.expanded && (request.kind != "itn" || !request.unlabelled.empty()))
-    throw UsageError("--image-loss expanded: needs --network itn and labelled data: it is around the true materials");
   if (request.unlabelled.empty()) {
     if (request.data.empty()) throw UsageError("training: needs a data set");
     return request;
@@ -38,24 +35,16 @@ TrainingRequest completed(TrainingRequest request) {
   return request;
 }
 
-// The sets to learn from, and after them those to calibrate on: complete, of images of the same size and scale, each
-// there once.
+// Reads the sets to learn from: complete, of images of the same size and scale, each there once.
 std::vector<Manifest> read_sets(const TrainingRequest& request) {
   if (request.distribution && request.kind != "rn") throw UsageError("--distribution: only rn learns one");
-  if (request.frozen && (!request.distribution || request.init.empty() || request.weight_decay > 0))
-    throw UsageError("--frozen: needs --distribution and the network of --init, and goes without --weight-decay");
   if (!adds_image_loss(request.kind) && request.lambda)
     throw UsageError("--lambda: " + request.kind + " has no image loss to weigh");
-  const bool renders = adds_image_loss(request.kind) && !request.expanded;
+  const bool renders = adds_image_loss(request.kind);
   if (request.data.size() > 1 && renders)
-    throw UsageError(request.kind +
-                     ": its image loss needs one data set; rn, and itn with --image-loss expanded, learn from several");
-  if (!request.distribution && !request.calibration.empty())
-    throw UsageError("--calibrate: only a distribution (--distribution) is calibrated");
+    throw UsageError(request.kind + ": its image loss needs one data set; only rn learns from several");
   std::vector<Manifest> sets;
-  std::vector<std::string> folders = request.data;
-  folders.insert(folders.end(), request.calibration.begin(), request.calibration.end());
-  for (const std::string& folder : folders) {
+  for (const std::string& folder : request.data) {
     Manifest set = read_complete_manifest(folder);
     if (renders && !is_laboratory(set))
       throw UsageError(
@@ -63,16 +52,16 @@ std::vector<Manifest> read_sets(const TrainingRequest& request) {
                       "images again, and knows luminance from one place: rn learns from such a set",
                       folder, request.kind));
     for (std::size_t i = 0; i < sets.size(); ++i) {
-      if (set.hash == sets[i].hash) throw UsageError(fmt::format("{}: the same images as {}", folder, folders[i]));
+      if (set.hash == sets[i].hash) throw UsageError(fmt::format("{}: the same images as {}", folder, request.data[i]));
       if (set.size != sets[i].size || set.mm_per_unit != sets[i].mm_per_unit)
         throw UsageError(fmt::format(
             "{}: {} pixels a side and {} mm a scene unit, {} has {} and {}; to be learnt from together they must agree",
-            folder, set.size, set.mm_per_unit, folders[i], sets[i].size, sets[i].mm_per_unit));
+            folder, set.size, set.mm_per_unit, request.data[i], sets[i].size, sets[i].mm_per_unit));
       if (set.in_colours != sets[i].in_colours || set.linear_sigma_t != sets[i].linear_sigma_t)
         throw UsageError(
             fmt::format("{}: one of this set and {} is in colours, or has another scale of sigma_t; to be "
                         "learnt from together they must agree",
-                        folder, folders[i]));
+                        folder, request.data[i]));
     }
     sets.push_back(std::move(set));
   }
@@ -95,12 +84,11 @@ std::size_t learnable_images(const std::vector<Manifest>& sets) {
 }
 
 DatasetImages read_images(const std::vector<std::string>& folders, const std::vector<Manifest>& sets,
-                          const std::vector<Manifest::Split>& splits, const Wanted& wanted,
-                          const std::atomic<bool>& cancel, const std::function<void()>& read) {
+                          Manifest::Split split, const Wanted& wanted, const std::atomic<bool>& cancel,
+                          const std::function<void()>& read) {
   DatasetImages images;
   for (std::size_t i = 0; i < sets.size(); ++i)
-    for (const Manifest::Split split : splits)
-      append(images, itn::read_images(folders[i], sets[i], split, wanted, cancel, read));
+    append(images, itn::read_images(folders[i], sets[i], split, wanted, cancel, read));
   return images;
 }
 
@@ -115,8 +103,7 @@ int stored_threads(const StoredRun& run) {
 }
 
 // All that the numbers depend on: training goes on only with the same.
-Json circumstances_of(const TrainingRequest& r, const std::vector<Manifest>& sets,
-                      const std::vector<Manifest>& calibration, int thread_count) {
+Json circumstances_of(const TrainingRequest& r, const std::vector<Manifest>& sets, int thread_count) {
   const auto or_null = [](const auto& value) { return value ? Json(*value) : Json(); };
   Json all{{"version", version()},
            {"network", r.kind},
@@ -138,10 +125,8 @@ Json circumstances_of(const TrainingRequest& r, const std::vector<Manifest>& set
   if (r.exposure) all["exposure"] = "unknown";
   if (r.cut_out) all["cut_out"] = true;
   if (!r.unlabelled.empty()) all["labels"] = false;
-  if (r.expanded) all["image_loss"] = "expanded";
   if (r.shards > 1) all["shards"] = r.shards;
-  if (r.distribution) all["distribution"] = r.frozen ? "frozen" : "learnt";
-  if (!calibration.empty()) all["calibration"] = joined_hashes(calibration);
+  if (r.distribution) all["distribution"] = "learnt";
   return all;
 }
 
@@ -155,7 +140,6 @@ TrainingOptions training_options(const TrainingRequest& r, const std::vector<Man
   options.weight_decay = r.weight_decay;
   options.patience = r.patience;
   options.shards = r.shards;
-  options.frozen = r.frozen;
   options.validated_by_images = !r.unlabelled.empty();
   options.data = joined_hashes(sets);
   return options;
@@ -254,9 +238,6 @@ bool adds_image_loss(const std::string& kind) { return kind == "itn" || kind == 
 
 TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>& cancel, const Read& read)
     : request_(completed(request)), sets_(read_sets(request_)), folder_(open_folder(request.folder)), cancel_(cancel) {
-  const auto learnt = sets_.begin() + static_cast<std::ptrdiff_t>(request_.data.size());
-  calibration_sets_.assign(learnt, sets_.end());
-  sets_.erase(learnt, sets_.end());
   const Json before = folder_.run().before("request");
   if (before.is_null() && is_there(file("network.safetensors")))
     throw UsageError(request_.folder + ": holds a network that itn train has not made; give another folder with -o");
@@ -264,7 +245,7 @@ TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>
                            : before.is_null() ? (request_.shards > 1 ? 1 : threads())
                                               : stored_threads(folder_.run());
   set_threads(thread_count);
-  circumstances_ = circumstances_of(request_, sets_, calibration_sets_, thread_count);
+  circumstances_ = circumstances_of(request_, sets_, thread_count);
   folder_.run().require_same(circumstances_);
   std::optional<Network> init;
   if (!request_.init.empty()) init.emplace(network_of(request_.init));
@@ -276,21 +257,15 @@ TrainingRun::TrainingRun(const TrainingRequest& request, const std::atomic<bool>
     set_inputs(seeing, request_, sets_.front());
   Wanted wanted = wanted_by(seeing);
   wanted.shapes = wanted.shapes || adds_image_loss(request_.kind);
-  wanted.curvature = request_.expanded;
-  const std::size_t all = learnable_images(sets_) + learnable_images(calibration_sets_);
+  const std::size_t all = learnable_images(sets_);
   std::size_t done = 0;
   const auto read_one = [&] { read(++done, all); };
-  training_images_ = read_images(request_.data, sets_, {Manifest::Split::train}, wanted, cancel, read_one);
-  validation_images_ = read_images(request_.data, sets_, {Manifest::Split::validation}, wanted, cancel, read_one);
+  training_images_ = read_images(request_.data, sets_, Manifest::Split::train, wanted, cancel, read_one);
+  validation_images_ = read_images(request_.data, sets_, Manifest::Split::validation, wanted, cancel, read_one);
   network_.emplace(first_network(request_, init, sets_.front(), training_images_));
   if (!labelled()) label(training_images_, *network_);
   training_ = examples_of(training_images_, request_.variation, request_.epochs / 4);
   validation_ = examples_of(validation_images_, {.seed = request_.seed});
-  if (!calibration_sets_.empty()) {
-    calibration_images_ = read_images(request_.calibration, calibration_sets_,
-                                      {Manifest::Split::train, Manifest::Split::validation}, wanted, cancel, read_one);
-    calibration_ = examples_of(calibration_images_, {});
-  }
   TrainingOptions options = training_options(request_, sets_);
   if (adds_image_loss(request_.kind)) options.image_weight = prepare_image_loss(options, cancel);
   trainer_.emplace(*network_, *training_, *validation_, options, image_loss_.get());
@@ -314,16 +289,12 @@ std::unique_ptr<Examples> TrainingRun::examples_of(const DatasetImages& images,
 
 // The image loss, and its weight: as given, as it was at the beginning, or such that both losses are of equal size.
 double TrainingRun::prepare_image_loss(const TrainingOptions& options, const std::atomic<bool>& cancel) {
-  if (renders()) {
-    const ImageLossOptions how{request_.kind, request_.device, request_.spp, request_.seed};
-    RenderedImageLoss rendered =
-        make_image_loss(how, request_.data.front(), sets_.front(), training_images_, validation_images_, &cancel);
-    circumstances_["image_loss"] = rendered.circumstances;
-    folder_.run().require_same(circumstances_);
-    image_loss_ = std::move(rendered.loss);
-  } else {
-    image_loss_ = make_expanded_image_loss(training_images_, validation_images_);
-  }
+  const ImageLossOptions how{request_.kind, request_.device, request_.spp, request_.seed};
+  RenderedImageLoss rendered =
+      make_image_loss(how, request_.data.front(), sets_.front(), training_images_, validation_images_, &cancel);
+  circumstances_["image_loss"] = rendered.circumstances;
+  folder_.run().require_same(circumstances_);
+  image_loss_ = std::move(rendered.loss);
   if (request_.lambda) return *request_.lambda;
   if (!labelled()) return 1;
   if (const Json before = folder_.run().before("lambda"); before.is_number()) return before.get<double>();
@@ -343,8 +314,7 @@ void TrainingRun::step() {
 Network TrainingRun::best() {
   Network best(network_->description());
   best.weights() = trainer_->best_weights();
-  if (best.description().distribution)
-    best.set_spread(calibrated_spread(best, calibration_ ? *calibration_ : *validation_));
+  if (best.description().distribution) best.set_spread(calibrated_spread(best, *validation_));
   if (judges()) best.set_limit(judge_limit(predict(best, *validation_)));
   return best;
 }

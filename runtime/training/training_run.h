@@ -33,14 +33,9 @@ struct TrainingRequest {
   // influence. In its place stands what the network of `init` says of the images. itn
   std::string unlabelled;
   std::string kind = "rn";  // rn; itn, ssn: also with the image loss; judge (network/judge.h)
-  bool expanded = false;    // itn: to second order, from the data sets' curvatures, without rendering
   std::string folder;
-  std::string init;           // RUN to start from (trained_network.h); empty: random weights
-  bool distribution = false;  // learn how sure it is, too (NetworkDescription); rn
-  bool frozen = false;        // and nothing else: the network of `init` says what it said
-  // Folders of data sets, none of `data`, on all of whose images for training and validation a distribution is
-  // calibrated; none: on the validation images of `data`.
-  std::vector<std::string> calibration;
+  std::string init;                    // RUN to start from (trained_network.h); empty: random weights
+  bool distribution = false;           // learn how sure it is, too (NetworkDescription); rn
   bool exposure = false;               // a new network does not know exposures
   bool cut_out = false;                // a new network sees the object alone, by its mask
   std::vector<std::string> inputs;     // of a new network: "image", "flash", and "mask", "normal", "nearness", "light"
@@ -109,7 +104,6 @@ class TrainingRun {
 
  private:
   bool judges() const { return request_.kind == judge_kind; }
-  bool renders() const { return adds_image_loss(request_.kind) && !request_.expanded; }
   // hard_looks: of a judge that begins from nothing (network/judge.h).
   std::unique_ptr<Examples> examples_of(const DatasetImages& images, const DatasetExamples::Variation& variation,
                                         int hard_looks = 0) const;
@@ -117,13 +111,13 @@ class TrainingRun {
   void store_record() const;
 
   TrainingRequest request_;
-  std::vector<Manifest> sets_, calibration_sets_;
+  std::vector<Manifest> sets_;
   RunFolder folder_;
   const std::atomic<bool>& cancel_;
   StoredRun::Json circumstances_;  // all that the numbers depend on
-  DatasetImages training_images_, validation_images_, calibration_images_;
+  DatasetImages training_images_, validation_images_;
   std::optional<Network> network_;
-  std::unique_ptr<Examples> training_, validation_, calibration_;
+  std::unique_ptr<Examples> training_, validation_;
   std::unique_ptr<ImageLoss> image_loss_;
   std::optional<Trainer> trainer_;
   double validation_before_ = 0;

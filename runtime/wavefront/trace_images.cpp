@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "runtime/base/error.h"
+#include "runtime/base/ranks.h"
 #include "runtime/base/seconds_since.h"
-#include "runtime/cluster/ranks.h"
 
 namespace itn {
 namespace {

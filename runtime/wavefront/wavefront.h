@@ -8,8 +8,9 @@
 #include "runtime/compile/derivative_data.h"
 #include "runtime/compile/launch_data.h"
 #include "runtime/device/device.h"
-#include "runtime/render_options.h"
+#include "runtime/image/rendering.h"
 #include "runtime/wavefront/launch_buffers.h"
+#include "runtime/wavefront/render_options.h"
 
 namespace itn {
 

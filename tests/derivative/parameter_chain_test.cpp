@@ -1,4 +1,4 @@
-#include "runtime/derivative/parameter_chain.h"
+#include "runtime/base/parameter_chain.h"
 
 #include <catch2/catch.hpp>
 

@@ -3,8 +3,8 @@
 
 #include "../support/lane_function.h"
 #include "kernels/shared/portable.h"
+#include "runtime/base/dual.h"
 #include "runtime/derivative/differentiate.h"
-#include "runtime/derivative/dual.h"
 #include "runtime/derivative/print.h"
 #include "runtime/derivative/recorded.h"
 

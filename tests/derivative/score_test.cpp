@@ -9,7 +9,7 @@
 #include "kernels/model/phase/draine.h"
 #include "kernels/model/phase/henyey_greenstein.h"
 #include "kernels/model/sky_hosek_wilkie.h"
-#include "runtime/derivative/dual.h"
+#include "runtime/base/dual.h"
 #include "runtime/scene/hosek_wilkie.h"
 #include "score_support.h"
 

@@ -1,5 +1,5 @@
-// Preloaded into itn (LD_PRELOAD) by tools/fault_matrix.py: the n-th call of a system function on files of one folder
-// fails. Calls on other files, as those of the loader and of the OpenCL driver, neither count nor fail.
+// Preloaded into itn (LD_PRELOAD) by tools/lab/fault_matrix.py: the n-th call of a system function on files of one
+// folder fails. Calls on other files, as those of the loader and of the OpenCL driver, neither count nor fail.
 //
 //   ITN_FAULT_FOLDER  the folder, absolute and without links
 //   ITN_FAULT_CALL    open, read, write, fsync, rename, close, mkdir or new: operator new where the program itself

@@ -1,6 +1,6 @@
 // Runs kernels/lib/environment.h alone: one work-item a group of WIDTH lanes; arrays hold one component after another.
 #include "lib/environment.h"
-#include "lib/vector.h"
+#include "shared/vector.h"
 
 #if WIDTH == 1
 #define LOAD(p, at) p[at]

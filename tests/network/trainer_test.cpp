@@ -453,36 +453,12 @@ TEST_CASE("A distribution is learnt by likelihood: it says how far off it is, an
   }
 }
 
-TEST_CASE("A frozen network learns how sure it is, and says what it said to the bit") {
+TEST_CASE("An image loss needs a network without a distribution") {
   const MadeUpExamples training(64, 1), validation(32, 2);
   NetworkDescription description{"rn", 1, SIZE, outputs, 2};
   description.distribution = true;
   description.spread = {1, 1};
   Network network(description);
-  network.initialise(1);
-  const Network before = [&] {
-    Network copy(description);
-    copy.weights() = network.weights();
-    return copy;
-  }();
-  TrainingOptions frozen = options(6);
-  frozen.frozen = true;
-  Trainer trainer(network, training, validation, frozen);
-  while (!trainer.finished()) trainer.step();
-  CHECK(trainer.curve().back().validation < trainer.curve().front().validation);
-  const std::size_t last = network.weights().size() - 2;
-  for (std::size_t k = 0; k < last; ++k) CHECK(network.weights()[k].values == before.weights()[k].values);
-  for (std::size_t k = last; k < last + 2; ++k) {
-    const std::vector<float>&now = network.weights()[k].values, &then = before.weights()[k].values;
-    const auto means = static_cast<std::ptrdiff_t>(then.size() * 2 / 5);
-    CHECK(std::equal(then.begin(), then.begin() + means, now.begin()));
-    CHECK_FALSE(std::equal(then.begin() + means, then.end(), now.begin() + means));
-  }
-  frozen.weight_decay = 1;
-  CHECK_THROWS_WITH(Trainer(network, training, validation, frozen), Contains("no weight decay"));
-  Network plain = small_network();
-  frozen.weight_decay = 0;
-  CHECK_THROWS_WITH(Trainer(plain, training, validation, frozen), Contains("needs a distribution"));
   MadeUpImageLoss image_loss;
   CHECK_THROWS_WITH(Trainer(network, training, validation, options(6), &image_loss), Contains("no distribution"));
 }

@@ -25,7 +25,7 @@ def test_image_files_keep_their_numbers(tmp_path):
 
 
 def test_the_networks_way_from_a_data_set_to_a_prediction(tmp_path):
-    config = {"preset": "tiny", "size": 16, "spp": 4, "curvature": True,
+    config = {"preset": "tiny", "size": 16, "spp": 4,
               "train": {"shapes": ["knot"], "random_shapes": 0, "azimuths": [0], "materials": 20},
               "test": {"shapes": ["hare"], "azimuths": [90], "materials": 1}}
     told = []
@@ -33,25 +33,19 @@ def test_the_networks_way_from_a_data_set_to_a_prediction(tmp_path):
     assert len(data) == data.rendered and told[-1] == 1 and data.image(0).shape == (16, 16)
     assert itn.dataset(config, tmp_path / "set").rendered == 0  # all were there
     assert "data:image/png" in data._repr_html_()
-    for samples in (1, 2, 3):  # no halves to compare
-        with pytest.raises(itn.UsageError, match="need an even number, 4 or more"):
-            itn.dataset(config, tmp_path / "few", spp=samples)
+    with pytest.raises(itn.UsageError, match="need 2 or more"):
+        itn.dataset(config, tmp_path / "few", spp=1)
     run = itn.train(data, "rn", tmp_path / "run", epochs=2, batch=4, width=1, threads=1)
     assert len(run.curve) == 2 and (tmp_path / "run/network.safetensors").exists()
     images = [data.image(0), tmp_path / "set" / data.images[1]["file"]]
     found = itn.predict(images, run)
     assert found["sigma_t"].shape == (2,) and found.unit_of_sigma_t == "1/mm" and 20 <= found["sigma_t"][0] <= 300
     assert found.intervals == {}  # it says parameters alone
-    sure = itn.train(data, "rn", tmp_path / "sure", init=run, distribution=True, frozen=True, epochs=1, batch=4, threads=1)
+    sure = itn.train(data, "rn", tmp_path / "sure", init=run, distribution=True, epochs=1, batch=4, threads=1)
     again = itn.predict(images, sure)
     for name, ends in again.intervals.items():
-        np.testing.assert_array_equal(again[name], found[name])
         assert ends.shape == (2, 2) and (ends[:, 0] < again[name]).all() and (again[name] < ends[:, 1]).all()
     assert set(again.intervals) == {"sigma_t", "albedo", "g"} and "95 %:" in repr(again)
-    by_curvature = itn.train(data, "itn", tmp_path / "itn", init=run, image_loss="expanded", epochs=1, batch=4, threads=1)
-    assert by_curvature.curve[0]["image"] >= 0
-    with pytest.raises(itn.UsageError, match="need 'rendered' or 'expanded'"):
-        itn.train(data, "itn", tmp_path / "a", image_loss="half")
     scene = itn.load(ROOT / "scenes/dataset/scene.xml", size=(16, 16))
     photo = itn.render(scene, spp=4)
     seen = itn.predict(photo, run, scene=scene, exemplars=12, spp=4)  # shown the scene, it says how sure it is

@@ -37,7 +37,7 @@ class PathBench {
  public:
   struct Options {
     Operator op = Operator::full;
-    int width = 1;               // unless the environment variable ITN_TEST_WIDTH says another (tools/oclgrind)
+    int width = 1;               // unless the environment variable ITN_TEST_WIDTH says another (tools/lab/oclgrind)
     int medium_events = 1;       // a launch of stage medium
     bool light_sampling = true;  // false: light is met by chance alone
     std::uint64_t seed = 1;

@@ -15,7 +15,7 @@ inline const Device& device() {
 }
 
 // One lane, as GPUs run it, and as many as the device has. The environment variable ITN_TEST_WIDTH leaves one of them
-// (tools/oclgrind).
+// (tools/lab/oclgrind).
 inline const std::vector<int>& widths() {
   static const std::vector<int> tested = [] {
     if (const char* width = std::getenv("ITN_TEST_WIDTH")) return std::vector<int>{std::atoi(width)};

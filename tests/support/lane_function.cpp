@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t largest_width = 16;
 
 std::string source_of(const LaneFunction& f) {
-  std::string text = "#include \"lib/vector.h\"\n";
+  std::string text = "#include \"shared/vector.h\"\n";
   for (const auto& include : f.includes) text += "#include \"" + include + "\"\n";
   text += f.functions;
   text += "__kernel void run(__global const float* in_, __global float* out_, int count_) {\n";

@@ -9,7 +9,7 @@ namespace itn::test {
 using Columns = std::vector<std::vector<float>>;  // all of one length
 
 struct LaneFunction {
-  std::vector<std::string> includes;  // relative to kernels/; lib/vector.h comes by itself
+  std::vector<std::string> includes;  // relative to kernels/; shared/vector.h comes by itself
   std::vector<std::string> inputs;    // names of const REAL variables
   std::vector<std::string> outputs;   // names of REAL variables that body assigns to
   std::string body;

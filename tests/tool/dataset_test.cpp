@@ -136,43 +136,6 @@ TEST_CASE("a folder belongs to one configuration and one writer") {
   CHECK_THAT(second.error, Catch::Contains("another process"));
 }
 
-TEST_CASE("a data set with curvatures has the same images, and says of each what errors of its material are worth") {
-  const TemporaryFolder folder;
-  auto config = nlohmann::json::parse(itn::read_file(write_config(folder, 2)));
-  REQUIRE(run_itn({"dataset", folder / "config.json", "-o", folder / "plain"}).exit_code == 0);
-  config["curvature"] = true;
-  itn::write_file(folder / "config.json", config.dump());
-  REQUIRE(run_itn({"dataset", folder / "config.json", "-o", folder / "set"}).exit_code == 0);
-  const itn::Manifest set = itn::read_complete_manifest(folder / "set");
-  CHECK(set.curvature);
-  for (const itn::Manifest::Image& image : set.images) {
-    const std::string file = "/" + image.file;
-    const itn::ExrImage with = itn::read_exr(folder / "set" + file), without = itn::read_exr(folder / "plain" + file);
-    REQUIRE(with.channels == without.channels);
-    for (std::size_t i = 0; i < with.data.size(); ++i)
-      REQUIRE(with.data[i] == Approx(without.data[i]).epsilon(1e-4).margin(1e-6));
-    const auto curvature = nlohmann::json::parse(with.header.at("curvature"));
-    CHECK(curvature.size() == 6);
-    CHECK(curvature[3] > 0);  // the albedo shows
-    CHECK(without.header.count("curvature") == 0);
-  }
-  config["colours"] = "rgb";
-  itn::write_file(folder / "config.json", config.dump());
-  const Result colours = run_itn({"dataset", folder / "config.json", "-o", folder / "c"});
-  CHECK(colours.exit_code == 3);
-  CHECK_THAT(colours.error, Catch::Contains("curvature is true; need false where images are in colours"));
-  config.erase("colours");
-  config["spp"] = 7;
-  itn::write_file(folder / "config.json", config.dump());
-  const Result odd = run_itn({"dataset", folder / "config.json", "-o", folder / "c"});
-  CHECK(odd.exit_code == 3);
-  CHECK_THAT(odd.error, Catch::Contains("spp is 7; need an even number"));
-  CHECK(run_itn({"dataset", folder / "config.json", "-o", folder / "c", "--spp", "3"}).exit_code == 3);
-  config["spp"] = 8;
-  itn::write_file(folder / "config.json", config.dump());
-  CHECK(run_itn({"dataset", folder / "config.json", "-o", folder / "c", "--spp", "3"}).exit_code == 2);
-}
-
 TEST_CASE("a data set with several albedos of a material has the images that each alone has, but for noise") {
   const TemporaryFolder folder;
   auto config = nlohmann::json::parse(itn::read_file(write_config(folder, 2)));
@@ -229,8 +192,6 @@ TEST_CASE("a data set with several albedos of a material has the images that eac
   refused("train.albedos is 17; need a whole number from 1 to 16");
   config["train"]["albedos"] = 2;
   config.erase("colours");
-  config["curvature"] = true;
-  refused("curvature is true; need false where there are several `albedos`");
 }
 
 TEST_CASE("itn dataset says what is wrong with a configuration or a mesh") {

@@ -11,7 +11,7 @@
 #define CONSTANT_FORMULA ""
 
 #ifdef __OPENCL_VERSION__
-#include "lib/vector.h"
+#include "shared/vector.h"
 
 static inline void constant_radiance(__global const EnvironmentRecord* record, __global const float* tables, REAL3 d,
                                      REAL rgb[3]) {

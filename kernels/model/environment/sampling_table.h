@@ -2,7 +2,7 @@
  * (runtime/compile/environment.h). */
 #ifndef ITN_ENVIRONMENT_SAMPLING_TABLE_H
 #define ITN_ENVIRONMENT_SAMPLING_TABLE_H
-#include "lib/vector.h"
+#include "shared/vector.h"
 
 /* Sampling tables: cdf[0] = 0 <= ... <= cdf[n] = 1, multiples of 2^-24 like the random numbers, so that the probability of
  * a cell is the difference of its bounds exactly. Rows come first, then each row's columns. */
