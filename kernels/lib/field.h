@@ -279,7 +279,8 @@ INLINE void field_dimming(const Launch* launch, __global const FieldRecord* fiel
     UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) {
       const REAL sigma = sigma_t[SPECTRAL ? c : 0];
       const REAL left = 1.0f - sigma * (value[FIELD_CHANNELS == 3 ? c : 0] - w.least) / above;
-      ratio[c] = SELECT(w.inside, ratio[c] * left, ratio[c]);
+      /* beside a cell of a dense field, by a rounding of the place, it may be much denser */
+      ratio[c] = SELECT(w.inside, ratio[c] * MIN(MAX(left, (REAL)(-0.01f)), (REAL)(1.01f)), ratio[c]);
       most = MAX(most, ratio[c] * EXP(-(sigma * least)));
     }
     const MASK plays = w.inside & (most < DIMMED * chance);

@@ -1,6 +1,8 @@
 #include "runtime/compile/camera.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "runtime/compile/light.h"
@@ -21,16 +23,33 @@ Vec3 apply(const Transform& t, const Vec3& v, double w) {
   return r;
 }
 
+// How far from the camera its rays start: where it says so, or, where all of the scene is so far ahead that single
+// precision would tell, just before that.
+double start_of_rays(const Sensor& sensor, const GeometryRecord& shapes) {
+  constexpr double far_away = 64;
+  double size = 0;
+  for (int k = 0; k < 3; ++k) size = std::max(size, static_cast<double>(shapes.high[k] - shapes.low[k]));
+  if (sensor.medium >= 0 || !(size > 0)) return sensor.near_clip;
+  const Vec3 from = apply(sensor.to_world, {0, 0, 0}, 1), along = normalize(apply(sensor.to_world, {0, 0, 1}, 0));
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int corner = 0; corner < 8; ++corner) {
+    Vec3 p{};
+    for (std::size_t k = 0; k < 3; ++k) p[k] = static_cast<double>((corner >> k & 1 ? shapes.high : shapes.low)[k]);
+    nearest = std::min(nearest, dot(p - from, along));
+  }
+  return nearest > far_away * size ? std::max(nearest - size, sensor.near_clip) : sensor.near_clip;
+}
+
 // See CameraRecord. Mitsuba's sensors look along local +z with +y up and +x to the left; rays start on the near plane.
-void set_projection(const Sensor& sensor, CameraRecord& r) {
+void set_projection(const Sensor& sensor, double near, CameraRecord& r) {
   const bool parallel = sensor.kind == Sensor::Kind::orthographic;
   const double aspect = static_cast<double>(sensor.height) / sensor.width;
   const double x = parallel ? 1 : std::tan(sensor.fov_x / 2 * std::numbers::pi / 180), y = x * aspect;
   const Vec3 along = apply(sensor.to_world, {0, 0, 1}, 0);
   const Vec3 right = apply(sensor.to_world, {x, 0, 0}, 0), up = apply(sensor.to_world, {0, y, 0}, 0);
   const double shift_a = 2 * sensor.principal_x, shift_b = 2 * sensor.principal_y;
-  Vec3 start = apply(sensor.to_world, {0, 0, sensor.near_clip}, 1);
-  const double spread = parallel ? 1 : sensor.near_clip;
+  Vec3 start = apply(sensor.to_world, {0, 0, near}, 1);
+  const double spread = parallel ? 1 : near;
   Vec3 centre = along;
   for (std::size_t k = 0; k < 3; ++k) {
     const double shift = shift_a * right[k] + shift_b * up[k];
@@ -46,7 +65,7 @@ void set_projection(const Sensor& sensor, CameraRecord& r) {
   store(up, r.direction_b);
   store(apply(sensor.to_world, {sensor.aperture_radius, 0, 0}, 0), r.lens_a);
   store(apply(sensor.to_world, {0, sensor.aperture_radius, 0}, 0), r.lens_b);
-  r.lens_start = static_cast<float>(1 - sensor.near_clip / sensor.focus_distance);
+  r.lens_start = static_cast<float>(1 - near / sensor.focus_distance);
   r.lens_turn = static_cast<float>(1 / sensor.focus_distance);
 }
 
@@ -69,13 +88,13 @@ void set_distant(const Scene& scene, const Sensor& sensor, CameraRecord& r) {
 
 }  // namespace
 
-CameraRecord camera_record(const Scene& scene, const Sensor& sensor, double in_front, int first_medium,
-                           LaunchData& data) {
+CameraRecord camera_record(const Scene& scene, const Sensor& sensor, const GeometryRecord& shapes, double in_front,
+                           int first_medium, LaunchData& data) {
   CameraRecord r{};
   if (sensor.kind == Sensor::Kind::distant)
     set_distant(scene, sensor, r);
   else if (sensor.kind != Sensor::Kind::irradiance)
-    set_projection(sensor, r);
+    set_projection(sensor, start_of_rays(sensor, shapes), r);
   if (sensor.zone) {
     r.measures = sensor.kind == Sensor::Kind::irradiance;
     const LightSurfaces zone = light_surfaces(*sensor.zone, r.measures ? in_front : 0);

@@ -5,9 +5,9 @@
 
 namespace itn {
 
-// in_front: how far from surfaces rays begin [scene unit]. first_medium: of the scene in the launch. Appends to
-// light_tables the surface on which the sensor lies.
-CameraRecord camera_record(const Scene& scene, const Sensor& sensor, double in_front, int first_medium,
-                           LaunchData& data);
+// shapes: the scene's. in_front: how far from surfaces rays begin [scene unit]. first_medium: of the scene in the
+// launch. Appends to light_tables the surface on which the sensor lies.
+CameraRecord camera_record(const Scene& scene, const Sensor& sensor, const GeometryRecord& shapes, double in_front,
+                           int first_medium, LaunchData& data);
 
 }  // namespace itn

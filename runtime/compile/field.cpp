@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <memory>
+#include <optional>
 #include <utility>
 
 #include "runtime/base/parallel.h"
@@ -18,6 +21,12 @@ namespace {
 constexpr int voxels_a_cell = 4, most_cells = 32;
 // How far rounding may move a place between cells [voxel].
 constexpr double margin = 1e-3;
+// Null collisions on the way through a cell, from which on cells are half voxels, if these are along the axes of the
+// world and no more than so many: where the field is 0, between its voxels, so is then the greatest value.
+constexpr double many_collisions = 1000;
+constexpr std::size_t most_fine_cells = std::size_t{1} << 22;
+// Mean free paths are no shorter than this part of the coordinates: positions move by roundings of these.
+constexpr double shortest_path = 0x1p-18;
 
 struct Affine {
   std::array<double, 9> linear{};
@@ -51,10 +60,10 @@ int wrapped(int wrap, long i, int n) {
 }
 
 // The voxels along an axis that places from low to high are interpolated from, each once.
-std::vector<int> voxels_between(double low, double high, int n, int wrap, bool nearest) {
+std::vector<int> voxels_between(double low, double high, int n, int wrap, bool nearest, double beside) {
   const double half = nearest ? 0 : 0.5;
-  const long first = static_cast<long>(std::floor(low - half - margin)),
-             last = static_cast<long>(std::floor(high - half + margin)) + (nearest ? 0 : 1);
+  const long first = static_cast<long>(std::floor(low - half - beside)),
+             last = static_cast<long>(std::floor(high - half + beside)) + (nearest ? 0 : 1);
   std::vector<bool> used(static_cast<std::size_t>(n));
   for (long i = first; i <= std::min(last, first + 2L * n); ++i)
     used[static_cast<std::size_t>(wrapped(wrap, i, n))] = true;
@@ -81,10 +90,11 @@ std::pair<Vec3, Vec3> around(const Affine& map, const Vec3& low, const Vec3& hig
 
 // Greatest and least value, of all channels, that the field has in a box of the world.
 std::pair<float, float> extremes(const VoxelGrid& grid, const FieldRecord& r, const Affine& map, const Vec3& low,
-                                 const Vec3& high) {
+                                 const Vec3& high, double beside) {
   const auto [least, most] = around(map, low, high);
   std::array<std::vector<int>, 3> voxels;
-  for (std::size_t a = 0; a < 3; ++a) voxels[a] = voxels_between(least[a], most[a], r.size[a], r.wrap, r.nearest != 0);
+  for (std::size_t a = 0; a < 3; ++a)
+    voxels[a] = voxels_between(least[a], most[a], r.size[a], r.wrap, r.nearest != 0, beside);
   std::pair<float, float> result{0, std::numeric_limits<float>::infinity()};
   const auto channels = static_cast<std::size_t>(grid.channels);
   const PackedVoxels* packed = grid.packed.get();
@@ -111,7 +121,8 @@ std::pair<float, float> extremes(const VoxelGrid& grid, const FieldRecord& r, co
   return result;
 }
 
-void append_cells(const VoxelGrid& grid, const Affine& map, FieldRecord& r, LaunchData& data) {
+// beside: how much of the voxels beside a cell counts [voxel]
+void append_cells(const VoxelGrid& grid, const Affine& map, double beside, FieldRecord& r, LaunchData& data) {
   r.first_cell = static_cast<int>(data.voxels.size());
   const int rows = r.cells[1] * r.cells[2];
   data.voxels.resize(data.voxels.size() + 2 * static_cast<std::size_t>(rows) * static_cast<std::size_t>(r.cells[0]));
@@ -126,7 +137,7 @@ void append_cells(const VoxelGrid& grid, const Affine& map, FieldRecord& r, Laun
         low[a] = from + step * index;
         high[a] = low[a] + step;
       }
-      const auto [greatest, least] = extremes(grid, r, map, low, high);
+      const auto [greatest, least] = extremes(grid, r, map, low, high, beside);
       float* out = cells + 2 * (row * static_cast<std::size_t>(r.cells[0]) + static_cast<std::size_t>(x));
       out[0] = greatest;
       out[1] = least;
@@ -162,12 +173,47 @@ const VoxelGrid& one() {
   return grid;
 }
 
+// No value above `most`.
+VoxelGrid limited(const VoxelGrid& grid, float most) {
+  VoxelGrid result = grid;
+  for (float& value : result.data) value = std::min(value, most);
+  if (!grid.packed) return result;
+  PackedVoxels packed = *grid.packed;
+  if (packed.bits == 32) {
+    for (std::uint32_t& word : packed.words)
+      word = std::bit_cast<std::uint32_t>(std::min(std::bit_cast<float>(word), most));
+  } else {  // of a few levels, between which there is no more to tell
+    packed.low = std::min(packed.low, most);
+    packed.step = std::min(packed.step, (most - packed.low) / static_cast<float>((1U << unsigned(packed.bits)) - 1));
+  }
+  packed.greatest = std::min(packed.greatest, most);
+  packed.mean = std::min(packed.mean, static_cast<double>(most));
+  result.packed = std::make_shared<const PackedVoxels>(std::move(packed));
+  return result;
+}
+
+// Which axis of the grid goes along each of the world's; empty: they are turned against each other.
+std::optional<std::array<std::size_t, 3>> axes_of(const Affine& map) {
+  std::array<std::size_t, 3> along{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    std::size_t found = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+      if (map.linear[3 * i + a] != 0) {
+        along[a] = i;
+        ++found;
+      }
+    if (found != 1) return std::nullopt;
+  }
+  return along;
+}
+
 }  // namespace
 
-int append_field(const Volume& volume, LaunchData& data) {
-  const VoxelGrid& grid = volume.grid ? *volume.grid : one();
+int append_field(const Volume& volume, double density, LaunchData& data) {
+  const VoxelGrid& all = volume.grid ? *volume.grid : one();
   FieldRecord r{};
-  const std::array<int, 3> size{grid.width, grid.height, grid.depth};
+  double extent = 0;
+  const std::array<int, 3> size{all.width, all.height, all.depth};
   const Affine map = to_voxels(volume.to_world, size);
   Vec3 low = transform_point(volume.to_world, {0, 0, 0}), high = low;
   for (int corner = 1; corner < 8; ++corner) {
@@ -186,6 +232,23 @@ int append_field(const Volume& volume, LaunchData& data) {
     r.size[a] = size[a];
     r.cells[a] = std::clamp((size[a] + voxels_a_cell - 1) / voxels_a_cell, 1, most_cells);
     r.cell_size[a] = (r.high[a] - r.low[a]) / static_cast<float>(r.cells[a]);
+    extent = std::max({extent, std::abs(low[a]), std::abs(high[a])});
+  }
+  const double greatest = density > 0 ? static_cast<double>(range_of(all).greatest) : 0,
+               densest = 1 / (shortest_path * extent);
+  const bool too_dense = volume.grid && density * greatest > densest;
+  const VoxelGrid dense = too_dense ? limited(all, static_cast<float>(densest / density)) : VoxelGrid{};
+  const VoxelGrid& grid = too_dense ? dense : all;
+  double beside = margin;
+  if (const auto along = axes_of(map);
+      along && density * greatest * *std::min_element(r.cell_size, r.cell_size + 3) > many_collisions &&
+      8 * static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2]) <=
+          most_fine_cells) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      r.cells[a] = 2 * size[(*along)[a]];
+      r.cell_size[a] = (r.high[a] - r.low[a]) / static_cast<float>(r.cells[a]);
+    }
+    beside = -margin;
   }
   r.channels = grid.channels;
   r.wrap = volume.wrap == Volume::Wrap::repeat   ? TEXTURE_REPEAT
@@ -194,8 +257,11 @@ int append_field(const Volume& volume, LaunchData& data) {
   r.nearest = volume.nearest;
   r.gradient = r.sum = -1;
   r.mean = static_cast<float>(mean_of(grid));
-  const auto [known, is_new] = data.voxels_of.try_emplace(&grid, static_cast<int>(data.voxels.size()));
-  r.first_voxel = known->second;
+  const auto next = static_cast<int>(data.voxels.size());
+  const auto [known, first_of_grid] = data.voxels_of.try_emplace(&all, too_dense ? -1 : next);
+  const bool is_new = first_of_grid || too_dense || known->second < 0;
+  if (is_new && !too_dense) known->second = next;
+  r.first_voxel = is_new ? next : known->second;
   r.first_brick = -1;
   r.bits = 32;
   if (is_new) append_voxels(grid, static_cast<std::size_t>(r.cells[0]) * r.cells[1] * r.cells[2], data);
@@ -208,7 +274,7 @@ int append_field(const Volume& volume, LaunchData& data) {
     r.lowest = packed->low;
     r.step = packed->step;
   }
-  append_cells(grid, map, r, data);
+  append_cells(grid, map, beside, r, data);
   data.fields.push_back(r);
   return static_cast<int>(data.fields.size()) - 1;
 }

@@ -4,7 +4,8 @@
 
 namespace itn {
 
-// Returns its index among the data's fields.
-int append_field(const Volume& volume, LaunchData& data);
+// Returns its index among the data's fields. density: what the field is times where it is of an extinction [1 / scene
+// unit]; else 0. Voxels so dense that a mean free path is below a rounding of places there are as dense as that.
+int append_field(const Volume& volume, double density, LaunchData& data);
 
 }  // namespace itn

@@ -27,6 +27,11 @@ constexpr int near_steps = 8;        // a cell with this large a ball free of su
 constexpr int padding = 5;           // cells around the grid in which surfaces are kept while building
 constexpr int farthest = 40;         // cells: balls are not larger
 constexpr float piece_cells = 1.0f;  // longest edge of a piece of surface
+// What a grid may cost: corners of pieces, of surfaces that all lie in each other's way, beside those of small ones.
+constexpr std::size_t most_samples = std::size_t{1} << 23, samples_a_primitive = 6;
+// Parts of surfaces whose corners are so much farther away than they are large are not cut any more: their middles
+// would be their corners. A grid whose cells are no larger tells nothing.
+constexpr float coarsest = 0x1p-20f, safety_ratio = 0x1p-18f, least_cells_of_safety = 4;
 
 Point operator-(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 Point operator+(const Point& a, const Point& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
@@ -79,11 +84,13 @@ class Builder {
     marked_.resize(count());
   }
 
-  void add(const Shape& shape) {
+  // False: the grid would cost more than it is worth, or tell nothing.
+  bool add(const Shape& shape) {
     left_through_ = closed_ && shape.interior >= 0;
+    allowed_ += samples_a_primitive * (shape.mesh ? shape.mesh->triangle.size() : 1);
     if (shape.kind == Shape::Kind::mesh) {
       for (const auto& t : shape.mesh->triangle)
-        add_triangle(shape.mesh->position[t[0]], shape.mesh->position[t[1]], shape.mesh->position[t[2]]);
+        add_any_triangle(shape.mesh->position[t[0]], shape.mesh->position[t[1]], shape.mesh->position[t[2]]);
     } else if (shape.kind == Shape::Kind::disk) {
       add_disk(shape);
     } else if (shape.kind == Shape::Kind::cylinder) {
@@ -92,6 +99,7 @@ class Builder {
     } else {
       add_sphere(shape);
     }
+    return !given_up_;
   }
 
   void finish() {
@@ -130,13 +138,66 @@ class Builder {
     return misses;
   }
 
+  // Can a part of a surface of that size not be cut, or may none be any more?
+  bool gives_up(const Box& box, float longest) {
+    float largest = 0;
+    for (std::size_t k = 0; k < 3; ++k) largest = std::max({largest, std::fabs(box.low[k]), std::fabs(box.high[k])});
+    given_up_ |= samples_.size() > allowed_ || (longest > piece_ && longest < coarsest * largest);
+    return given_up_;
+  }
+
+  // In double precision as long as the triangle reaches so far that rounded middles would lie beside it.
+  void add_any_triangle(const Point& a, const Point& b, const Point& c) {
+    constexpr float far_away = 64;
+    float largest = 0, reach = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      largest = std::max({largest, std::fabs(a[k]), std::fabs(b[k]), std::fabs(c[k])});
+      reach = std::max({reach, std::fabs(low_[k]), std::fabs(high_[k])});
+    }
+    if (largest <= far_away * reach) return add_triangle(a, b, c);
+    const auto exact = [](const Point& p) { return Vec3{p[0], p[1], p[2]}; };
+    add_large_triangle(exact(a), exact(b), exact(c), 2 * static_cast<double>(reach));
+  }
+
+  void add_large_triangle(const Vec3& a, const Vec3& b, const Vec3& c, double reach) {
+    double longest = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double low = std::min({a[k], b[k], c[k]}), high = std::max({a[k], b[k], c[k]});
+      if (high < static_cast<double>(low_[k]) || low > static_cast<double>(high_[k])) {
+        beyond_ = true;
+        return;
+      }
+      longest = std::max(longest, high - low);
+    }
+    if (longest <= reach) return add_triangle(to_float(a), to_float(b), to_float(c));
+    const auto square = [](const Vec3& p, const Vec3& q) {
+      double sum = 0;
+      for (std::size_t k = 0; k < 3; ++k) sum += (p[k] - q[k]) * (p[k] - q[k]);
+      return sum;
+    };
+    const auto halfway = [](const Vec3& p, const Vec3& q) {
+      return Vec3{(p[0] + q[0]) / 2, (p[1] + q[1]) / 2, (p[2] + q[2]) / 2};
+    };
+    const double ab = square(a, b), bc = square(b, c), ca = square(c, a);
+    if (ab >= bc && ab >= ca) {
+      add_large_triangle(a, halfway(a, b), c, reach);
+      add_large_triangle(halfway(a, b), b, c, reach);
+    } else if (bc >= ca) {
+      add_large_triangle(a, b, halfway(b, c), reach);
+      add_large_triangle(a, halfway(b, c), c, reach);
+    } else {
+      add_large_triangle(a, b, halfway(c, a), reach);
+      add_large_triangle(halfway(c, a), b, c, reach);
+    }
+  }
+
   void add_triangle(const Point& a, const Point& b, const Point& c) {
     const float ab = length(b - a), bc = length(c - b), ca = length(a - c);
     const float longest = std::max({ab, bc, ca});
     if (longest > piece_) {
       Box box;
       for (const Point& p : {a, b, c}) box.add(p);
-      if (outside(box)) return;
+      if (outside(box) || gives_up(box, longest)) return;
       // Halved across the longest edge; equal points meet again in sort_points().
       if (ab == longest) {
         add_triangle(a, middle(a, b), c);
@@ -219,7 +280,7 @@ class Builder {
       box.add(p);
       for (const Point& q : corners) longest = std::max(longest, length(p - q));
     }
-    if (outside(box)) return;
+    if (outside(box) || gives_up(box, longest)) return;
     if (longest > piece_) {
       const auto between = [](const Point& p, const Point& q) { return (p + q) * (1 / length(p + q)); };
       const Point ab = between(a, b), bc = between(b, c), ca = between(c, a);
@@ -255,7 +316,7 @@ class Builder {
       box.add(p);
       for (const Point& q : corners) longest = std::max(longest, length(p - q));
     }
-    if (outside(box)) return;
+    if (outside(box) || gives_up(box, longest)) return;
     const float width = length(corners[1] - corners[0]), height = length(corners[3] - corners[0]);
     if (longest > piece_) {
       const double half = (along[0] + along[1]) / 2;
@@ -513,6 +574,8 @@ class Builder {
   Point low_{}, high_{};
   bool left_through_ = false;  // the shape being added: what is inside a medium can only leave through it
   bool beyond_ = false;        // some surface lies outside the padded grid
+  bool given_up_ = false;
+  std::size_t allowed_ = most_samples;
   float longest_ = 0;
   std::vector<Sample> samples_;
   std::vector<std::uint32_t> first_;  // of each cell's samples
@@ -543,7 +606,8 @@ FlightGrid build_flight_grid(const Scene& scene) {
   grid.cell_size = longest / static_cast<float>(axis - 2);
   grid.ball_step = grid.cell_size / ball_steps;
   grid.plane_range = largest_steps * grid.ball_step;
-  grid.safety = 0x1p-18f * largest;
+  grid.safety = safety_ratio * largest;
+  if (grid.cell_size < least_cells_of_safety * grid.safety) return {};
   std::size_t count = 1;
   for (std::size_t k = 0; k < 3; ++k) {
     grid.cells[k] = static_cast<int>(std::ceil((box.high[k] - box.low[k]) / grid.cell_size)) + 2;
@@ -554,7 +618,8 @@ FlightGrid build_flight_grid(const Scene& scene) {
   bool closed = true;
   for (const Shape& shape : scene.shapes) closed &= shape.exterior < 0;
   Builder builder(grid, piece_cells * grid.cell_size, closed);
-  for (const Shape& shape : scene.shapes) builder.add(shape);
+  for (const Shape& shape : scene.shapes)
+    if (!builder.add(shape)) return {};  // flights are then traced
   builder.finish();
   return grid;
 }

@@ -8,6 +8,7 @@
 #include "kernels/model/shading_frame.h"
 #include "kernels/shared/declaration.h"
 #include "runtime/base/error.h"
+#include "runtime/base/memory.h"
 #include "runtime/compile/bvh.h"
 #include "runtime/compile/flight_grid.h"
 #include "runtime/scene/transform.h"
@@ -290,6 +291,14 @@ std::uint32_t offset(std::size_t size) {
 }  // namespace
 
 void append_geometry(const Scene& scene, Geometry& geometry) {
+  constexpr std::size_t many_triangles = 1'000'000;
+  constexpr double bytes_a_triangle = 350;  // at the peak, beside the meshes
+  std::size_t all = 0;
+  for (const Shape& shape : scene.shapes) all += shape.mesh ? shape.mesh->triangle.size() : 1;
+  if (all > many_triangles)
+    require_memory(bytes_a_triangle * static_cast<double>(all),
+                   "the hierarchy of the scene's " + std::to_string(all) + " triangles",
+                   "use fewer instances, curves or triangles");
   Surfaces surfaces;
   for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
     const Shape& shape = scene.shapes[i];
@@ -340,7 +349,9 @@ void append_geometry(const Scene& scene, Geometry& geometry) {
     for (const TextureAxes& axes : surfaces.axes)
       geometry.texture_axes.insert(geometry.texture_axes.end(), axes.begin(), axes.end());
   }
+  surfaces.entries = {};  // the records take as much again
   geometry.primitives.insert(geometry.primitives.end(), surfaces.records.begin(), surfaces.records.end());
+  surfaces = {};
   const FlightGrid grid = build_flight_grid(scene);
   for (std::size_t k = 0; k < 3; ++k) {
     record.cells[k] = grid.cells[k];

@@ -179,6 +179,14 @@ void append_attributes(const Scene& scene, const JobRecord& job, LaunchData& dat
   data.attributes.clear();
 }
 
+// Of all channels; where there is a grid: what its values are times.
+double greatest_extinction(const Medium& medium) {
+  const std::vector<double> n = medium.model->to_numbers(medium.variant, medium.slots());
+  const DeclaredNumber& sigma_t = medium.model->number_called("sigma_t");
+  const auto first = n.begin() + sigma_t.slot;
+  return *std::max_element(first, first + sigma_t.channels);
+}
+
 MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   const Medium& medium = scene.media[static_cast<std::size_t>(index)];
   MediumRecord r{};
@@ -206,13 +214,14 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   r.first_cell = data.cells;
   data.cells += BASELINE_MEDIUM_CELLS;
   r.field = r.albedo_field = -1;
+  const double density = greatest_extinction(medium);
   for (std::size_t i = 0; i < medium.values.size(); ++i) {
     const Texture& value = medium.values[i];
     const bool coloured_grid = value.is_grid() && value.volume->grid->channels == 3;
     const ParameterKind& kind = medium.model->parameters[i].kind;
     const bool extinction = kind.field == std::string("sigma_t");
     if (value.is_grid() || (value.volume && extinction))
-      (extinction ? r.field : r.albedo_field) = append_field(*value.volume, data);
+      (extinction ? r.field : r.albedo_field) = append_field(*value.volume, extinction ? density : 0, data);
     if (extinction) data.coloured_field |= coloured_grid;
     if (grey(value.value) && !coloured_grid) continue;
     data.coloured = true;
@@ -221,7 +230,7 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   r.first_phase_field = static_cast<int>(data.fields.size());
   for (std::size_t i = 0; i < medium.phase.values.size(); ++i) {
     if (!medium.phase.values[i].is_grid()) continue;
-    const int field = append_field(*medium.phase.values[i].volume, data);
+    const int field = append_field(*medium.phase.values[i].volume, 0, data);
     data.fields[static_cast<std::size_t>(field)].slot = number_of_grid(medium.phase, i).slot;
     ++r.phase_fields;
   }
@@ -317,31 +326,23 @@ void append_light_chances(const std::vector<SampledLight>& lights, JobRecord& jo
       }
 }
 
-// Of a shape, within the launch. As of attributes, each triangle has one.
-int first_primitive(const Geometry& geometry, const GeometryRecord& record, int shape) {
-  const auto of_shape = [&](const PrimitiveRecord& primitive) { return primitive.shape == shape; };
-  const auto found =
-      std::find_if(geometry.primitives.begin() + record.first_primitive, geometry.primitives.end(), of_shape);
-  return static_cast<int>(found - geometry.primitives.begin());
-}
-
 // Lights by themselves, then each shape that shines.
 void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
   std::vector<int>& numbers = data.scenes.back().light_numbers;
+  const GeometryRecord& geometry = data.geometry.records[static_cast<std::size_t>(job.geometry)];
+  const double in_front = scene.lights.empty() ? 0 : distance_in_front(data.geometry, geometry);
   for (const Light& light : scene.lights) {
     numbers.push_back(append_numbers(*light.model, light.variant, light.slots(), data));
     append_textures(light, numbers.back(), data);
     if (light.model->traits & LIGHT_BEAM)  // ends its connections in front of its shape, as one that shines itself
       data.numbers[static_cast<std::size_t>(numbers.back() + light.model->number_called("in_front").slot)] =
-          static_cast<float>(
-              distance_in_front(data.geometry, data.geometry.records[static_cast<std::size_t>(job.geometry)]));
+          static_cast<float>(in_front);
     const std::vector<double> n = light.model->to_numbers(light.variant, light.slots());
     for (std::size_t c = 0; c < (light.model->traits & LIGHT_TINTED ? 6U : 3U); c += 3)
       data.coloured_light |= !grey({n[c], n[c + 1], n[c + 2]});
   }
   job.first_light = static_cast<int>(data.lights.size());
   if (scene.lights.empty()) return;
-  const GeometryRecord& geometry = data.geometry.records[static_cast<std::size_t>(job.geometry)];
   const auto vector = [](const float v[3]) { return Vec3{v[0], v[1], v[2]}; };
   std::vector<SampledLight> sampled;
   const RefractingBodies bodies(scene);
@@ -367,12 +368,14 @@ void append_lights(const Scene& scene, JobRecord& job, LaunchData& data) {
   };
   for (std::size_t i = 0; i < scene.lights.size(); ++i)
     if (!(scene.lights[i].model->traits & LIGHT_ON_SHAPE)) append(static_cast<int>(i), nullptr, std::nullopt);
+  std::size_t primitive = geometry.first_primitive;  // of the shape, within the launch. As of attributes, each has one.
   for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
     if (scene.shapes[i].light < 0) continue;
+    const auto& primitives = data.geometry.primitives;
+    while (primitive < primitives.size() && primitives[primitive].shape < static_cast<int>(i)) ++primitive;
     data.shapes[static_cast<std::size_t>(job.first_shape) + i].light = static_cast<int>(data.lights.size());
     append(scene.shapes[i].light, &scene.shapes[i],
-           light_surfaces(scene.shapes[i], distance_in_front(data.geometry, geometry),
-                          first_primitive(data.geometry, geometry, static_cast<int>(i))));
+           light_surfaces(scene.shapes[i], in_front, static_cast<int>(primitive)));
   }
   job.lights = static_cast<int>(sampled.size());
   const Vec3 low = vector(geometry.low), high = vector(geometry.high);
@@ -392,12 +395,7 @@ bool flights_move(const Scene& scene, const GeometryRecord& geometry) {
   double extent = 0, densest = 0;
   for (int k = 0; k < 3; ++k)
     extent = std::max({extent, std::abs(double(geometry.low[k])), std::abs(double(geometry.high[k]))});
-  for (const Medium& medium : scene.media) {
-    const std::vector<double> n = medium.model->to_numbers(medium.variant, medium.slots());
-    const DeclaredNumber& sigma_t = medium.model->number_called("sigma_t");
-    const auto first = n.begin() + sigma_t.slot;
-    densest = std::max(densest, *std::max_element(first, first + sigma_t.channels));
-  }
+  for (const Medium& medium : scene.media) densest = std::max(densest, greatest_extinction(medium));
   return densest * extent * std::numeric_limits<float>::epsilon() < 1;
 }
 
@@ -419,10 +417,10 @@ JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData&
 
   job.camera = static_cast<int>(data.cameras.size());
   const Sensor& camera = scene.sensors[static_cast<std::size_t>(sensor)];
+  const GeometryRecord& shapes = data.geometry.records[static_cast<std::size_t>(job.geometry)];
   // Only such a sensor asks, and it goes through all surfaces.
-  const double in_front =
-      camera.zone ? distance_in_front(data.geometry, data.geometry.records[static_cast<std::size_t>(job.geometry)]) : 0;
-  data.cameras.push_back(camera_record(scene, camera, in_front, first_medium, data));
+  const double in_front = camera.zone ? distance_in_front(data.geometry, shapes) : 0;
+  data.cameras.push_back(camera_record(scene, camera, shapes, in_front, first_medium, data));
   data.pixels.push_back(camera.crop_width * camera.crop_height);
 
   job.environment = scene.environment ? append_light(*scene.environment, data) : append_record({}, data);

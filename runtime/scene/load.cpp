@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
 #include "kernels/shared/declaration.h"
 #include "runtime/scene/box.h"
+#include "runtime/scene/scene_middle.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
@@ -40,10 +42,11 @@ void build_scene(Builder& builder) {
 
 // A light that is a shape may stand by itself, but for a shape to refer to it.
 void check_lights(const Scene& scene) {
+  std::set<int> of_shapes;
+  for (const Shape& shape : scene.shapes) of_shapes.insert(shape.light);
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
     const Light& light = scene.lights[i];
-    const bool used = std::any_of(scene.shapes.begin(), scene.shapes.end(),
-                                  [&](const Shape& s) { return s.light == static_cast<int>(i); });
+    const bool used = of_shapes.count(static_cast<int>(i)) > 0;
     const bool placed = (light.model->traits & LIGHT_BEAM) != 0 && length(light.value("normal").value) > 0;
     if ((light.model->traits & (LIGHT_ON_SHAPE | LIGHT_BEAM)) != 0 && !used && !placed)
       fail(light.where, "emitter " + quote(light.type()) +
@@ -58,6 +61,70 @@ bool coincide(const Shape& a, const Shape& b) {
     return a.center == b.center && a.radius == b.radius && a.axis == b.axis && a.edge_u == b.edge_u &&
            a.edge_v == b.edge_v;
   return a.mesh == b.mesh || (a.mesh->position == b.mesh->position && a.mesh->triangle == b.mesh->triangle);
+}
+
+bool same(const Volume& a, const Volume& b) {
+  return a.grid == b.grid && a.to_world.m == b.to_world.m && a.nearest == b.nearest && a.wrap == b.wrap;
+}
+
+bool same(const Texture& a, const Texture& b) {
+  const bool volumes = a.volume == b.volume || (a.volume && b.volume && same(*a.volume, *b.volume));
+  return volumes && a.value == b.value && a.model == b.model && a.to_uv == b.to_uv && a.colours == b.colours &&
+         a.bitmap == b.bitmap && a.nearest == b.nearest && a.wrap == b.wrap && a.attribute == b.attribute &&
+         a.scale == b.scale && a.measured == b.measured;
+}
+
+// Do they differ in nothing but their names?
+bool same(const Instance& a, const Instance& b) {
+  return a.model == b.model && a.variant == b.variant &&
+         std::equal(a.values.begin(), a.values.end(), b.values.begin(), b.values.end(),
+                    [](const Texture& s, const Texture& t) { return same(s, t); });
+}
+
+bool same_media(const Scene& scene, int a, int b) {
+  if (a == b) return true;
+  if (a < 0 || b < 0) return false;
+  const Medium &s = scene.media[static_cast<std::size_t>(a)], &t = scene.media[static_cast<std::size_t>(b)];
+  return same(s, t) && same(s.phase, t.phase);
+}
+
+// Of surfaces that are the same in every way a path meets one, a few stay: more change nothing, and take the time of
+// all to the power of two. Light comes from each.
+void drop_repeated(Builder& builder) {
+  Scene& scene = builder.scene;
+  const auto same_in_all = [&](const Shape& a, const Shape& b) {
+    const Bsdf &s = scene.bsdfs[static_cast<std::size_t>(a.bsdf)], &t = scene.bsdfs[static_cast<std::size_t>(b.bsdf)];
+    return a.flip_normals == b.flip_normals && same_media(scene, a.interior, b.interior) &&
+           same_media(scene, a.exterior, b.exterior) && (&s == &t || (s.twosided == t.twosided && same(s, t))) &&
+           coincide(a, b);
+  };
+  const auto place = [](const Shape& s) { return std::pair(box_of(s).low, box_of(s).high); };
+  constexpr std::ptrdiff_t few = 16;
+  std::map<decltype(place(Shape())), std::vector<std::size_t>> at;  // of those that stay
+  std::vector<Shape> kept;
+  std::size_t dropped = 0;
+  Location first_where;
+  std::string first;
+  for (Shape& shape : scene.shapes) {
+    std::vector<std::size_t>& others = at[place(shape)];
+    const auto like = std::count_if(others.begin(), others.end(), [&](std::size_t i) {
+      return shape.light < 0 && kept[i].light < 0 && same_in_all(kept[i], shape);
+    });
+    if (like >= few) {
+      if (dropped++ == 0) {
+        first_where = shape.where;
+        first = "shape " + quote(shape.id) + " is the same surface of the same material as " + std::to_string(like) +
+                " others, such as " + quote(kept[others.front()].id) + " at " + to_string(kept[others.front()].where) +
+                ", and is left out";
+      }
+      continue;
+    }
+    if (others.size() < static_cast<std::size_t>(few)) others.push_back(kept.size());
+    kept.push_back(shape);
+  }
+  if (dropped == 0) return;
+  builder.warn(first_where, first + (dropped > 1 ? "; so are " + std::to_string(dropped - 1) + " others" : ""));
+  scene.shapes = std::move(kept);
 }
 
 // Which of two surfaces at one place a path meets first is chance: where their media differ, so does the image.
@@ -112,6 +179,8 @@ Scene scene_of(const std::string& file, const Document& document, const LoadOpti
   report.attempt([&] { build_scene(builder); });
   report.raise();
   check_lights(builder.scene);
+  move_to_middle(builder.scene, builder.mesh_origins, builder.scene.warnings);
+  drop_repeated(builder);
   warn_of_coinciding(builder);
   drop_nested(builder);
 

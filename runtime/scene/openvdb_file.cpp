@@ -96,10 +96,14 @@ PackedVoxels packed_from(const Grid& from, const openvdb::Coord& first, const Vo
   return pack(size, bits, name, [&](const std::array<int, 3>& brick, float* to) {
     const openvdb::Coord corner = first.offsetBy(brick_side * brick[0], brick_side * brick[1], brick_side * brick[2]);
     const Leaf* leaf = accessor.probeConstLeaf(corner);
-    const Value even = accessor.getValue(corner);
+    if (!leaf) {
+      put(accessor.getValue(corner), to);
+      return true;
+    }
     for (int z = 0; z < brick_side; ++z)
       for (int y = 0; y < brick_side; ++y)
-        for (int x = 0; x < brick_side; ++x) put(leaf ? leaf->getValue(Leaf::coordToOffset({x, y, z})) : even, to);
+        for (int x = 0; x < brick_side; ++x) put(leaf->getValue(Leaf::coordToOffset({x, y, z})), to);
+    return false;
   });
 }
 
@@ -149,6 +153,20 @@ Header header_of(const openvdb::GridBase& source, const openvdb::CoordBBox& box,
           affine(source.transform()) * translate(vector(box.min()) - Vec3{0.5, 0.5, 0.5}) * scale(vector(box.dim()))};
 }
 
+// All bricks of a grid's box are looked at: nobody means a box whose voxels are next to nowhere.
+template <class Grid>
+void check_worth(const Grid& source, const VoxelGrid& size, const std::string& name) {
+  constexpr std::size_t many_bricks = std::size_t{1} << 22, bricks_a_leaf = 1024;
+  std::size_t bricks = 1;
+  for (const int n : {size.width, size.height, size.depth}) bricks *= static_cast<std::size_t>(bricks_along(n));
+  const std::size_t leaves = source.tree().leafCount();
+  if (bricks > many_bricks && bricks / bricks_a_leaf > leaves)
+    throw InputError(fmt::format(
+        "{}: {} active voxels lie in a box of {} x {} x {}, of whose {} bricks of 8 x 8 x 8 only {} have any; "
+        "need one in {}: take far voxels out of the grid, or cut it into several",
+        name, source.activeVoxelCount(), size.width, size.height, size.depth, bricks, leaves, bricks_a_leaf));
+}
+
 template <class Grid>
 std::string bytes_of(const Grid& source, const openvdb::CoordBBox& box, int channels, int bits,
                      const std::string& name) {
@@ -157,6 +175,7 @@ std::string bytes_of(const Grid& source, const openvdb::CoordBBox& box, int chan
     openvdb::CoordBBox leaves = box;
     leaves.min() = leaves.min() & ~(brick_side - 1);
     const VoxelGrid whole = size_of(leaves, channels);
+    check_worth(source, whole, name);
     const PackedVoxels packed = packed_from(source, leaves.min(), whole, bits == 0 ? 32 : bits, name);
     if (bits != 0 || packed.bytes() < values * sizeof(float) / 2)
       return bytes_of(header_of(source, leaves, whole), packed);

@@ -51,7 +51,7 @@ class Packer {
     for (place[2] = 0; place[2] < along_[2]; ++place[2])
       for (place[1] = 0; place[1] < along_[1]; ++place[1])
         for (place[0] = 0; place[0] < along_[0]; ++place[0]) {
-          brick(place, values_.data());
+          is_even_ = brick(place, values_.data());
           f(place);
         }
   }
@@ -71,14 +71,16 @@ class Packer {
   }
 
   void measure(const std::array<int, 3>& place) {
-    for_each_value(place, [&](const std::array<int, 3>& voxel, float value) {
+    const auto measure_one = [&](const std::array<int, 3>& voxel, float value) {
       if (!(std::abs(value) <= greatest_voxel))
         throw InputError(fmt::format("{}: voxel ({}, {}, {}) is {}; need numbers up to {:g}: mend the grid", file_,
                                      brick_side * place[0] + voxel[0], brick_side * place[1] + voxel[1],
                                      brick_side * place[2] + voxel[2], value, greatest_voxel));
       packed_.least = std::min(packed_.least, value);
       packed_.greatest = std::max(packed_.greatest, value);
-    });
+    };
+    if (!is_even_) return for_each_value(place, measure_one);
+    for (std::size_t c = 0; c < channels_; ++c) measure_one({0, 0, 0}, values_[c]);
   }
 
   std::uint32_t encoded(float value) const {
@@ -95,6 +97,15 @@ class Packer {
     // Beyond the grid the brick goes on with its first voxel, so that it may still be of one value.
     std::array<std::uint32_t, 3> first{};
     for (std::size_t c = 0; c < channels_; ++c) first[c] = encoded(values_[c]);
+    if (is_even_ && even_.count(first) > 0) {
+      packed_.bricks.push_back(even_[first]);
+      double voxels = 1;
+      for (std::size_t a = 0; a < 3; ++a) voxels *= std::min(brick_side, size_[a] - brick_side * place[a]);
+      for (std::size_t c = 0; c < channels_; ++c) sum_ += voxels * static_cast<double>(decoded(first[c]));
+      return;
+    }
+    if (is_even_)
+      for (std::size_t i = channels_; i < values_.size(); ++i) values_[i] = values_[i - channels_];
     numbers_.resize(values_.size());
     for (std::size_t i = 0; i < numbers_.size(); ++i) numbers_[i] = first[i % channels_];
     auto of_brick = [this](const std::array<int, 3>& v) {
@@ -146,6 +157,7 @@ class Packer {
   std::vector<float> values_;
   std::vector<std::uint32_t> numbers_;
   PackedVoxels packed_;
+  bool is_even_ = false;    // the brick being looked at, as its reader says
   std::size_t stored_ = 0;  // bricks
   double sum_ = 0;
   std::map<std::array<std::uint32_t, 3>, std::int32_t> even_;  // bricks of one value

@@ -39,7 +39,8 @@ struct PackedVoxels : PackedRange {
 inline int bricks_along(int voxels) { return (voxels + brick_side - 1) / brick_side; }
 
 // The values of a brick, x fastest, channels interleaved; beyond the grid anything. brick: its place among bricks.
-using BrickValues = std::function<void(const std::array<int, 3>& brick, float* values)>;
+// True: all voxels are as the first one, whose values alone are written.
+using BrickValues = std::function<bool(const std::array<int, 3>& brick, float* values)>;
 
 // grid: its size and channels. Reads every brick twice. Throws InputError: a value is not finite or too large (says
 // where), or more than 2 GiB.

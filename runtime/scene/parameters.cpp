@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <map>
 #include <numeric>
 
 #include "kernels/shared/declaration.h"
@@ -219,26 +220,29 @@ void add(List& list, const Medium& m, int index) {
   list.declared(m.phase);
 }
 
-// What stands inside of a twosided BSDF only has no surface of its own.
-bool is_inside_another(const Scene& scene, std::size_t bsdf) {
-  const auto same_id = [&](const Bsdf& b) { return b.id == scene.bsdfs[bsdf].id; };
-  const bool used = std::any_of(scene.shapes.begin(), scene.shapes.end(),
-                                [&](const Shape& s) { return s.bsdf == static_cast<int>(bsdf); });
-  return !used && std::count_if(scene.bsdfs.begin(), scene.bsdfs.end(), same_id) > 1;
+// Of each BSDF: what stands inside of a twosided one only has no surface of its own.
+std::vector<bool> inside_another(const Scene& scene) {
+  std::map<std::string, int> named;
+  for (const Bsdf& bsdf : scene.bsdfs) ++named[bsdf.id];
+  std::vector<bool> inside;
+  for (const Bsdf& bsdf : scene.bsdfs) inside.push_back(named[bsdf.id] > 1);
+  for (const Shape& shape : scene.shapes) inside.at(static_cast<std::size_t>(shape.bsdf)) = false;
+  return inside;
 }
 
 // A phase function that several media share, or a BSDF that is used with one side and with two, is one number of the
 // scene.
 std::vector<Parameter> each_once(const std::vector<Parameter>& parameters) {
   std::vector<Parameter> result;
+  std::map<std::string, std::size_t> place;
   for (const Parameter& p : parameters) {
-    const auto same = [&](const Parameter& other) { return other.name == p.name; };
-    const auto found = std::find_if(result.begin(), result.end(), same);
-    if (found == result.end()) {
+    const auto [known, is_new] = place.try_emplace(p.name, result.size());
+    if (is_new) {
       result.push_back(p);
     } else {
-      if (!found->belongs_to(p.indices.front())) found->indices.push_back(p.indices.front());
-      if (found->not_differentiable.empty()) found->not_differentiable = p.not_differentiable;
+      Parameter& found = result[known->second];
+      if (!found.belongs_to(p.indices.front())) found.indices.push_back(p.indices.front());
+      if (found.not_differentiable.empty()) found.not_differentiable = p.not_differentiable;
     }
   }
   return result;
@@ -303,8 +307,9 @@ std::string Parameter::range() const {
 std::vector<Parameter> list_parameters(const Scene& scene) {
   List list(scene);
   for (std::size_t i = 0; i < scene.media.size(); ++i) add(list, scene.media[i], static_cast<int>(i));
+  const std::vector<bool> inside = inside_another(scene);
   for (std::size_t i = 0; i < scene.bsdfs.size(); ++i) {
-    if (!scene.bsdfs[i].model || is_inside_another(scene, i)) continue;
+    if (!scene.bsdfs[i].model || inside[i]) continue;
     list.begin(Owner::bsdf, static_cast<int>(i), scene.bsdfs[i].id);
     list.declared(scene.bsdfs[i]);
     add_textures(list, scene.bsdfs[i], static_cast<int>(i));

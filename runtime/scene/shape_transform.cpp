@@ -8,10 +8,6 @@
 namespace itn {
 namespace {
 
-std::array<float, 3> to_float(const Vec3& v) {
-  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
-}
-
 // Are they at right angles, in single precision's measure?
 bool perpendicular(const Vec3& a, const Vec3& b) { return std::abs(dot(a, b)) <= 1e-4 * length(a) * length(b); }
 bool equal_lengths(const Vec3& a, const Vec3& b) {
@@ -19,17 +15,6 @@ bool equal_lengths(const Vec3& a, const Vec3& b) {
 }
 
 }  // namespace
-
-void transform_mesh(const Transform& transform, Mesh& mesh, bool keeps_outside) {
-  if (keeps_outside && determinant(transform) < 0)
-    for (auto& t : mesh.triangle) std::swap(t[1], t[2]);
-  const Transform for_normals = inverse_transpose(transform);
-  for (auto& p : mesh.position) p = to_float(transform_point(transform, {p[0], p[1], p[2]}));
-  for (auto& n : mesh.normal) {
-    const Vec3 turned = transform_vector(for_normals, {n[0], n[1], n[2]});
-    if (length(turned) > 0) n = to_float(normalize(turned));
-  }
-}
 
 bool transform_round(const Transform& transform, Shape& shape) {
   const double before = length(shape.edge_u);

@@ -122,6 +122,7 @@ PackedVoxels packed_from(const VoxelGrid& grid, int bits, const std::string& fil
         std::memcpy(to + in_brick * channels, values + sizeof(float) * first * channels,
                     sizeof(float) * static_cast<std::size_t>(right) * channels);
       }
+    return false;
   });
 }
 

@@ -124,7 +124,7 @@ std::vector<float> follow(const Ray& ray, int width) {
   const Device device;
   LaunchData data;
   data.geometry.box_width = 4;
-  append_field(ray.volume, data);
+  append_field(ray.volume, 0, data);
   data.coloured = data.spectral = ray.spectral;
   data.coloured_field = ray.volume.grid && ray.volume.grid->channels == 3;
   std::map<std::string, std::string> definitions = feature_definitions(data);
@@ -322,6 +322,7 @@ TEST_CASE("packed grids are the grids that they were packed from", "[kernel]") {
                                                         static_cast<std::ptrdiff_t>(stored),
                                 stored, to);
                 }
+            return false;
           }));
       if (bits < 32) CHECK(grid.packed->bytes() < sizeof(float) * grid.data.size());
       grid.data.clear();

@@ -21,12 +21,13 @@ constexpr double pi = std::numbers::pi;
 struct Fineness {
   std::size_t sides, steps;
 };
+constexpr std::size_t many_points = 20'000;  // from where on what lies inside of a curve is left out
 Fineness fineness_of(const std::vector<Curve>& curves) {
   std::size_t points = 0;
   for (const Curve& curve : curves) points += curve.size();
-  return points < 2000 ? Fineness{48, 24} : points < 20000 ? Fineness{16, 12} : Fineness{8, 4};
+  return points < 2000 ? Fineness{48, 24} : points < many_points ? Fineness{16, 12} : Fineness{8, 4};
 }
-constexpr std::size_t most_curve_points = 2'000'000;  // of a file: 128 million triangles
+constexpr std::size_t most_curve_points = 500'000;  // of a file: up to 32 million triangles
 
 // Mitsuba's texture coordinate u is the angle about the curve from z x tangent, over 2 pi.
 struct Frame {
@@ -70,10 +71,12 @@ void add_ring(Mesh& mesh, const Vec3& tangent, std::size_t sides, double v, cons
   }
 }
 
-void add_ball(Mesh& mesh, const ControlPoint& p, const Vec3& tangent, std::size_t sides, double v) {
+// Up to the place along the tangent, in radii, behind which all is hidden.
+void add_ball(Mesh& mesh, const ControlPoint& p, const Vec3& tangent, std::size_t sides, double v, double hidden = 1) {
   const std::size_t rings = sides / 2, first = mesh.position.size();
   for (std::size_t i = 0; i <= rings; ++i) {
     const double lean = pi * static_cast<double>(i) / static_cast<double>(rings);
+    if (i > 0 && -std::cos(pi * static_cast<double>(i - 1) / static_cast<double>(rings)) >= hidden) return;
     add_ring(mesh, tangent, sides, v, [&](const Vec3& e) {
       const Vec3 n = std::sin(lean) * e - std::cos(lean) * tangent;
       return std::pair(p.position + p.radius * n, n);
@@ -134,8 +137,11 @@ std::vector<Curve> read_curves(const std::string& file, std::size_t least) {
 Mesh linear_curve_mesh(const std::vector<Curve>& curves) {
   Mesh mesh;
   const std::size_t sides = fineness_of(curves).sides;
-  std::size_t segments = 0, segment = 0;
-  for (const Curve& curve : curves) segments += curve.size() - 1;
+  std::size_t segments = 0, segment = 0, points = 0;
+  for (const Curve& curve : curves) {
+    segments += curve.size() - 1;
+    points += curve.size();
+  }
   const auto place = [&](std::size_t at) { return static_cast<double>(at) / static_cast<double>(segments); };
   for (const Curve& curve : curves) {
     for (std::size_t i = 0; i + 1 < curve.size(); ++i, ++segment) {
@@ -143,7 +149,7 @@ Mesh linear_curve_mesh(const std::vector<Curve>& curves) {
       const double distance = length(b.position - a.position), lean = (a.radius - b.radius) / distance;
       const bool inside = !(distance > std::abs(a.radius - b.radius));  // one ball within the other
       const Vec3 tangent = distance > 0 ? normalize(b.position - a.position) : Vec3{0, 0, 1};
-      add_ball(mesh, a, tangent, sides, place(segment));
+      add_ball(mesh, a, tangent, sides, place(segment), points < many_points || inside ? 1 : lean);
       if (i + 2 == curve.size()) add_ball(mesh, b, tangent, sides, place(segment + 1));
       if (inside) continue;
       const std::size_t ring = mesh.position.size();

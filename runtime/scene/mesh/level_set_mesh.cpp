@@ -1,15 +1,21 @@
 #include "runtime/scene/mesh/level_set_mesh.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
 
+#include "runtime/base/error.h"
 #include "runtime/scene/transform.h"
 
 namespace itn {
 namespace {
 
 constexpr std::size_t most_points = 16'000'000;  // of the finer lattice, but where the grid alone has more
+// Triangles that the finer lattice may make, and the grid's own: 500 bytes each while their hierarchy is built. A cube
+// that the surface goes through has so many, about.
+constexpr double many_triangles = 4e6, most_triangles = 8e6, triangles_a_cube = 7;
 
 class Interpolation {
  public:
@@ -84,6 +90,13 @@ class Polygons {
     for (const std::size_t n : field.size) corners *= n;
     steps_ = std::clamp(std::cbrt(static_cast<double>(most_points) / static_cast<double>(corners)), 1.0, 3.0);
     steps_ = std::floor(steps_);
+    const double cubes = triangles_a_cube * static_cast<double>(cut_cells(field));
+    while (steps_ > 1 && cubes * steps_ * steps_ > many_triangles) --steps_;
+    if (cubes > most_triangles)
+      throw InputError(fmt::format(
+          "the surface goes through {} of the {} cells between values, which makes about {:.2g} "
+          "triangles; need at most {:.2g}: smooth the values, or resample the grid",
+          cut_cells(field), (field.size[0] - 1) * (field.size[1] - 1) * (field.size[2] - 1), cubes, most_triangles));
     for (std::size_t k = 0; k < 3; ++k) points_[k] = (field.size[k] - 1) * static_cast<std::size_t>(steps_) + 1;
     values_.resize(points_[0] * points_[1] * points_[2]);
     for (std::size_t i = 0; i < values_.size(); ++i) values_[i] = interpolation_.value(place_of(i));
@@ -111,6 +124,22 @@ class Polygons {
 
  private:
   bool is_inside(std::size_t point) const { return values_[point] < 0; }
+
+  // Through how many of the grid's cells the surface goes.
+  static std::size_t cut_cells(const LevelSet& field) {
+    const auto is_below = [&](std::size_t x, std::size_t y, std::size_t z) {
+      return field.value[(z * field.size[1] + y) * field.size[0] + x] < 0;
+    };
+    std::size_t cut = 0;
+    for (std::size_t z = 0; z + 1 < field.size[2]; ++z)
+      for (std::size_t y = 0; y + 1 < field.size[1]; ++y)
+        for (std::size_t x = 0; x + 1 < field.size[0]; ++x) {
+          int below = 0;
+          for (std::size_t i = 0; i < 8; ++i) below += is_below(x + (i & 1), y + ((i >> 1) & 1), z + (i >> 2)) ? 1 : 0;
+          cut += below != 0 && below != 8 ? 1 : 0;
+        }
+    return cut;
+  }
 
   // In cells.
   Vec3 place_of(std::size_t point) const {

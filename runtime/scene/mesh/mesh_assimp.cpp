@@ -80,7 +80,7 @@ class FirstError : public Assimp::LogStream {
 };
 
 struct MeshFile {
-  Mesh mesh;
+  PlacedMesh mesh;
   Fingerprints files;  // that it was in
 };
 
@@ -179,7 +179,7 @@ MeshFile from_bytes(const std::string& bytes) {
 
 }  // namespace
 
-Mesh read_with_assimp(const std::string& file, const std::string& extension) {
+PlacedMesh read_with_assimp(const std::string& file, const std::string& extension) {
   if (std::find(formats.begin(), formats.end(), extension) == formats.end()) {
     std::string all = ".ply, .obj, .serialized";
     for (const char* format : formats) all += std::string(", ") + format;
@@ -190,6 +190,10 @@ Mesh read_with_assimp(const std::string& file, const std::string& extension) {
   try {
     MeshFile read = from_bytes(in_child_process([&] { return bytes_of(import(file)); }, limits));
     for (const auto& [name, sum] : read.files) note_fingerprint(name, sum);
+    std::vector<Vec3> positions;
+    positions.reserve(read.mesh.position.size());
+    for (const auto& p : read.mesh.position) positions.push_back({p[0], p[1], p[2]});
+    set_positions(read.mesh, positions, FilePrecision::single);
     return std::move(read.mesh);
   } catch (const InputError& error) {
     throw InputError(file + ": " + error.what());

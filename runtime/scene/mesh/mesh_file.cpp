@@ -21,7 +21,7 @@ void check_finite(const std::vector<std::array<float, size>>& values, const std:
             fmt::format("{}: {} of vertex {} is {}; need finite numbers: mend the mesh", file, what, i, v));
 }
 
-Mesh read_by_extension(const std::string& file) {
+PlacedMesh read_by_extension(const std::string& file) {
   std::string extension = std::filesystem::path(file).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -64,8 +64,8 @@ void check_mesh(const Mesh& mesh, const std::string& file) {
                                      i / a.channels, a.name, a.values[i]));
 }
 
-Mesh read_mesh(const std::string& file) {
-  Mesh mesh = read_by_extension(file);
+PlacedMesh read_mesh(const std::string& file) {
+  PlacedMesh mesh = read_by_extension(file);
   check_mesh(mesh, file);
   return mesh;
 }

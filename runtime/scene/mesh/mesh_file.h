@@ -2,28 +2,28 @@
 #pragma once
 #include <string>
 
-#include "runtime/scene/scene.h"
+#include "runtime/scene/mesh/placed_mesh.h"
 
 namespace itn {
 
-// What the file says, in its own coordinates: polygons become fans of triangles, all groups one mesh. PLY vertices are
-// the file's, in its order; OBJ corners that share all their indices become one vertex. Normals only where every vertex
-// has one. Throws InputError naming the file and the place in it when it cannot be read, is truncated, holds no
-// triangle, an index out of range or a number that is not finite. By the ending of the name: .ply, .obj and .serialized
-// (its first mesh) are read here, some others by Assimp.
-Mesh read_mesh(const std::string& file);
+// What the file says, in its own coordinates, from an origin there: polygons become fans of triangles, all groups one
+// mesh. PLY vertices are the file's, in its order; OBJ corners that share all their indices become one vertex. Normals
+// only where every vertex has one. Throws InputError naming the file and the place in it when it cannot be read, is
+// truncated, holds no triangle, an index out of range or a number that is not finite. By the ending of the name: .ply,
+// .obj and .serialized (its first mesh) are read here, some others by Assimp.
+PlacedMesh read_mesh(const std::string& file);
 
 // Mesh number `index` of a file in Mitsuba's .serialized format; checked as by read_mesh().
-Mesh read_serialized(const std::string& file, long index);
+PlacedMesh read_serialized(const std::string& file, long index);
 
 // What read_mesh() promises of any mesh; InputError otherwise.
 void check_mesh(const Mesh& mesh, const std::string& file);
 
 // One format each; they do not look for numbers that are not finite, nor for empty meshes.
-Mesh read_ply(const std::string& file);
-Mesh read_obj(const std::string& file);
+PlacedMesh read_ply(const std::string& file);
+PlacedMesh read_obj(const std::string& file);
 // extension: in small letters, with its dot; InputError for one that is not in the list of those that are read.
-Mesh read_with_assimp(const std::string& file, const std::string& extension);
+PlacedMesh read_with_assimp(const std::string& file, const std::string& extension);
 
 // Binary little-endian PLY with the mesh's normals and texture coordinates where it has them; read_ply() gives the same
 // numbers back. Written whole or not at all: ResultError otherwise.

@@ -51,16 +51,16 @@ class Corners {
   std::map<std::array<std::uint32_t, 3>, std::uint32_t> further_;
 };
 
-template <std::size_t size>
-std::array<float, size> parse_floats(std::string_view line, const TextCursor& cursor, const char* what) {
-  std::array<float, size> out{};
-  for (float& value : out) {
+template <class Number, std::size_t size>
+std::array<Number, size> parse_numbers(std::string_view line, const TextCursor& cursor, const char* what) {
+  std::array<Number, size> out{};
+  for (Number& value : out) {
     const std::string_view word = take_word(line);
     double number = 0;
     if (word.empty())
       cursor.fail(fmt::format("{} has fewer than {} numbers; the file is damaged or truncated", what, size));
     if (!parse_whole(word, number)) cursor.fail(fmt::format("{}: \"{}\" is not a number; mend the file", what, word));
-    value = static_cast<float>(number);
+    value = static_cast<Number>(number);
   }
   return out;
 }
@@ -85,13 +85,14 @@ bool is_ignored(std::string_view keyword) {
 
 }  // namespace
 
-Mesh read_obj(const std::string& file) {
+PlacedMesh read_obj(const std::string& file) {
   const std::string text = read_file(file);
   TextCursor cursor(text, file);
-  std::vector<std::array<float, 3>> position, normal;
+  std::vector<Vec3> position;
+  std::vector<std::array<float, 3>> normal;
   std::vector<std::array<float, 2>> texcoord;
   Corners vertices;
-  Mesh mesh;
+  PlacedMesh mesh;
   std::string joined;
   std::vector<std::uint32_t> face;
   while (!cursor.at_end()) {
@@ -110,11 +111,11 @@ Mesh read_obj(const std::string& file) {
     const std::string_view keyword = take_word(line);
     if (keyword.empty() || is_ignored(keyword)) continue;
     if (keyword == "v") {
-      position.push_back(parse_floats<3>(line, cursor, "vertex"));
+      position.push_back(parse_numbers<double, 3>(line, cursor, "vertex"));
     } else if (keyword == "vn") {
-      normal.push_back(parse_floats<3>(line, cursor, "normal"));
+      normal.push_back(parse_numbers<float, 3>(line, cursor, "normal"));
     } else if (keyword == "vt") {
-      texcoord.push_back(parse_floats<2>(line, cursor, "texture coordinate"));
+      texcoord.push_back(parse_numbers<float, 2>(line, cursor, "texture coordinate"));
     } else if (keyword == "f") {
       face.clear();
       for (std::string_view word = take_word(line); !word.empty(); word = take_word(line)) {
@@ -144,12 +145,15 @@ Mesh read_obj(const std::string& file) {
     with_normals = with_normals && corner.normal != none;
     with_texcoords = with_texcoords || corner.texcoord != none;
   }
+  std::vector<Vec3> places;
+  places.reserve(vertices.corners.size());
   for (const auto& corner : vertices.corners) {
-    mesh.position.push_back(position[corner.position]);
+    places.push_back(position[corner.position]);
     if (with_normals) mesh.normal.push_back(normal[corner.normal]);
     if (with_texcoords)
       mesh.texcoord.push_back(corner.texcoord == none ? std::array<float, 2>{0, 0} : texcoord[corner.texcoord]);
   }
+  set_positions(mesh, places, FilePrecision::full);
   return mesh;
 }
 

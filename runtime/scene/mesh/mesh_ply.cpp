@@ -305,9 +305,11 @@ void append_row(const std::vector<AttributeColumns>& columns, const std::vector<
       for (const std::size_t column : columns[a].column) mesh.attributes[first + a].values.push_back(row[column]);
 }
 
-void read_vertices(Body& body, const PlyElement& element, const std::string& file, Mesh& mesh) {
+void read_vertices(Body& body, Header::Format format, const PlyElement& element, const std::string& file,
+                   PlacedMesh& mesh) {
   const VertexColumns columns = find_columns(element, file);
-  mesh.position.reserve(element.count);
+  std::vector<Vec3> positions;
+  positions.reserve(element.count);
   if (columns.has_normal) mesh.normal.reserve(element.count);
   if (columns.has_texcoord) mesh.texcoord.reserve(element.count);
   const std::vector<AttributeColumns> attributes = find_attributes(element, "vertex_");
@@ -315,21 +317,26 @@ void read_vertices(Body& body, const PlyElement& element, const std::string& fil
   add_attributes(attributes, mesh);
   std::vector<float> all(element.properties.size());
   for (std::size_t row = 0; row < element.count; ++row, body.next_row()) {
-    float value[8] = {};
+    double value[8] = {};
     for (std::size_t i = 0; i < element.properties.size(); ++i) {
       const Property& property = element.properties[i];
       for (std::size_t n = property.is_list ? body.next_index(property.count_type, "the length of a list") : 1; n > 0;
            --n) {
         const double number = body.next(property.type);
-        if (columns.target[i] >= 0) value[columns.target[i]] = static_cast<float>(number);
+        if (columns.target[i] >= 0) value[columns.target[i]] = number;
         all[i] = static_cast<float>(number);
       }
     }
-    mesh.position.push_back({value[0], value[1], value[2]});
-    if (columns.has_normal) mesh.normal.push_back({value[3], value[4], value[5]});
-    if (columns.has_texcoord) mesh.texcoord.push_back({value[6], value[7]});
+    const auto single = [&](std::size_t k) { return static_cast<float>(value[k]); };
+    positions.push_back({value[0], value[1], value[2]});
+    if (columns.has_normal) mesh.normal.push_back({single(3), single(4), single(5)});
+    if (columns.has_texcoord) mesh.texcoord.push_back({single(6), single(7)});
     append_row(attributes, all, first_attribute, 1, mesh);
   }
+  bool full = format == Header::Format::ascii;
+  for (std::size_t i = 0; i < columns.target.size(); ++i)
+    full |= columns.target[i] >= 0 && columns.target[i] < 3 && element.properties[i].type == Number::float64;
+  set_positions(mesh, positions, full ? FilePrecision::full : FilePrecision::single);
 }
 
 void read_faces(Body& body, const PlyElement& element, const std::string& file, Mesh& mesh) {
@@ -382,16 +389,16 @@ void skip(Body& body, const PlyElement& element) {
 
 }  // namespace
 
-Mesh read_ply(const std::string& file) {
+PlacedMesh read_ply(const std::string& file) {
   const std::string text = read_file(file);
   TextCursor cursor(text, file);
   const Header header = parse_header(cursor);
   Body body(text, cursor, header.format, file);
-  Mesh mesh;
+  PlacedMesh mesh;
   for (const PlyElement& element : header.elements) {
     body.begin(element);
     if (element.name == "vertex")
-      read_vertices(body, element, file, mesh);
+      read_vertices(body, header.format, element, file, mesh);
     else if (element.name == "face")
       read_faces(body, element, file, mesh);
     else

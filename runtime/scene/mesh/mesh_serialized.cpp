@@ -87,8 +87,10 @@ void read_rows(Inflater& in, std::uint64_t count, std::vector<std::array<Number,
 }
 
 template <class Real>
-void read_vertices(Inflater& in, std::uint32_t flags, std::uint64_t count, Mesh& mesh) {
-  read_rows<Real>(in, count, mesh.position);
+void read_vertices(Inflater& in, std::uint32_t flags, std::uint64_t count, PlacedMesh& mesh) {
+  std::vector<Vec3> positions;
+  read_rows<Real>(in, count, positions);
+  set_positions(mesh, positions, sizeof(Real) == sizeof(double) ? FilePrecision::full : FilePrecision::single);
   if (flags & has_normals) read_rows<Real>(in, count, mesh.normal);
   if (flags & has_texcoords) read_rows<Real>(in, count, mesh.texcoord);
   std::vector<std::array<float, 3>> colours;  // nothing here uses them
@@ -124,7 +126,7 @@ int read_version(const std::string& bytes, const std::string& file, std::size_t 
 
 }  // namespace
 
-Mesh read_serialized(const std::string& file, long index) {
+PlacedMesh read_serialized(const std::string& file, long index) {
   const std::string bytes = read_file(file);
   const std::size_t begin = find_mesh(bytes, file, index, read_version(bytes, file, 0));
   const int version = read_version(bytes, file, begin);
@@ -140,7 +142,7 @@ Mesh read_serialized(const std::string& file, long index) {
   const std::uint64_t numbers =
       3 + (flags & has_normals ? 3 : 0) + (flags & has_texcoords ? 2 : 0) + (flags & has_colours ? 3 : 0);
   in.expect(vertices * numbers * (flags & double_precision ? 8 : 4) + triangles * 12, vertices, triangles);
-  Mesh mesh;
+  PlacedMesh mesh;
   if (flags & double_precision)
     read_vertices<double>(in, flags, vertices, mesh);
   else

@@ -1,5 +1,7 @@
 #include "runtime/scene/xml/builder.h"
 
+#include <utility>
+
 #include "runtime/scene/xml/message.h"
 
 namespace itn {
@@ -42,6 +44,14 @@ void examine(Builder& builder, const Element& element) {
 }
 
 }  // namespace
+
+std::shared_ptr<const Mesh> Builder::keep(PlacedMesh&& mesh) {
+  const Vec3 origin = mesh.origin;
+  auto kept = std::make_shared<const Mesh>(std::move(mesh));
+  mesh_origins.erase(kept.get());  // of one that is gone
+  if (origin != Vec3{}) mesh_origins[kept.get()] = origin;
+  return kept;
+}
 
 void fail_type(const Element& element, const std::vector<std::string>& allowed) {
   const std::string& type = element.attribute("type");

@@ -8,7 +8,9 @@
 #include <string>
 
 #include "runtime/scene/load.h"
+#include "runtime/scene/mesh/placed_mesh.h"
 #include "runtime/scene/scene.h"
+#include "runtime/scene/scene_middle.h"
 #include "runtime/scene/volume_file.h"
 #include "runtime/scene/xml/document.h"
 #include "runtime/scene/xml/properties.h"
@@ -29,12 +31,14 @@ class Builder {
   std::map<int, const Element*> twosided_of;                            // those inside of a twosided alone
   std::map<const Element*, std::vector<Shape>> shapes_of_group;         // of each <shape type="shapegroup">
   std::size_t copied_triangles = 0;                                     // of instances
+  MeshOrigins mesh_origins;                                             // of the scene's meshes
   std::map<std::string, std::shared_ptr<const Bitmap>> bitmap_of_file;  // key: path, and "raw" or "srgb"
   std::map<std::pair<std::string, int>, std::shared_ptr<const VoxelGrid>> grid_of_file;  // and the bits asked for
   std::map<std::string, std::shared_ptr<const MeasuredBrdf>> measured_of_file;
 
   Properties properties(const Element& element) { return Properties(document, element, report); }
   void warn(const Location& where, const std::string& what) { report.warn(where, what); }
+  std::shared_ptr<const Mesh> keep(PlacedMesh&& mesh);
 };
 
 // Every build_ reports what is wrong with its element and with what the element contains, and returns a stand-in then,
@@ -48,7 +52,7 @@ Shape make_shape(Builder& builder, const Element& element);  // no group, no ins
 const std::vector<Shape>& shapes_of_group(Builder& builder, const Element& element);
 void build_instance(Builder& builder, const Element& element);
 // Refuses a shape whose to_world leads beyond single precision.
-void check_single_precision(const Properties& properties, const Shape& shape);
+void check_single_precision(const Builder& builder, const Properties& properties, const Shape& shape);
 void build_sensor(Builder& builder, const Element& element, const Shape* on = nullptr);  // on: the shape that has it
 void build_integrator(Builder& builder, const Element& element);
 Texture build_texture(Builder& builder, const Element& element);  // <texture>
@@ -71,7 +75,7 @@ void read_integrator(Builder& builder, const Element& element);
 Texture read_texture(Builder& builder, const Element& element);
 Volume read_volume(Builder& builder, const Element& element, VoxelValues allowed);
 // The mesh of a shape that is nothing else: inside of a volume. It has texture coordinates.
-Mesh read_surface(Builder& builder, const Element& element);
+PlacedMesh read_surface(Builder& builder, const Element& element);
 PhaseFunction read_phase(Builder& builder, const Element& element);
 void read_film(Builder& builder, const Element& element, Sensor& sensor);
 void read_filter(Builder& builder, const Element& element, Sensor& sensor);

@@ -46,17 +46,28 @@ void check_single_precision(const Properties& properties, const Vec3& position) 
                                      v, largest_extent));
 }
 
-void check_single_precision(const Properties& properties, const Mesh& mesh) {
-  for (const auto& p : mesh.position) check_single_precision(properties, Vec3{p[0], p[1], p[2]});
+void check_single_precision(const Properties& properties, const Mesh& mesh, const Vec3& origin) {
+  for (const auto& p : mesh.position) check_single_precision(properties, Vec3{p[0], p[1], p[2]} + origin);
 }
 
 // A mesh in world space and what is left to do once it is closed.
 struct LoadedMesh {
-  Mesh mesh;
+  PlacedMesh mesh;
   bool lacks_normals = false, flip = false;
 };
 
-LoadedMesh load_mesh(Properties& properties) {
+// Of a file whose mesh is so far from its origin that single precision has lost its shape.
+void check_rounding(Builder& builder, Properties& properties, const std::string& file, const PlacedMesh& mesh) {
+  if (mesh.rounding < loss_said_from) return;
+  const std::string what = fmt::format(
+      "{}: vertices are stored in single precision and so far from the file's origin that they are rounded to {:.2g} % "
+      "of the mesh's size; export the mesh about its middle, or with vertices of type double",
+      file, 100 * mesh.rounding);
+  if (mesh.rounding >= loss_refused_from) properties.fail_at("filename", what);
+  builder.warn(properties.element().where, what);
+}
+
+LoadedMesh load_mesh(Builder& builder, Properties& properties) {
   const bool is_serialized = properties.type() == "serialized";
   const std::string file = properties.file("filename");
   const long index = is_serialized ? properties.integer("shape_index", 0) : 0;
@@ -65,26 +76,28 @@ LoadedMesh load_mesh(Properties& properties) {
   const bool flip_texcoords = properties.boolean("flip_tex_coords", properties.type() == "obj");
   const bool flip_normals = properties.boolean("flip_normals", false);
   const Transform to_world = properties.transform("to_world");
-  Mesh mesh;
+  PlacedMesh mesh;
   try {
     mesh = is_serialized ? read_serialized(file, index) : read_mesh(file);
   } catch (const InputError& error) {
     properties.fail_at("filename", error.what());
   }
+  check_rounding(builder, properties, file, mesh);
   if (face_normals) mesh.normal.clear();
   if (flip_texcoords)
     for (auto& uv : mesh.texcoord) uv[1] = 1 - uv[1];
   transform_mesh(to_world, mesh, !mesh.normal.empty());
-  check_single_precision(properties, mesh);
+  check_single_precision(properties, mesh, mesh.origin);
   const bool lacks_normals = !face_normals && mesh.normal.empty();
   return {std::move(mesh), lacks_normals, flip_normals};
 }
 
-LoadedMesh load_flat(Properties& properties, Mesh mesh) {
+LoadedMesh load_flat(Properties& properties, Mesh flat) {
+  PlacedMesh mesh{std::move(flat)};
   const bool flip_normals = properties.boolean("flip_normals", false);
   properties.boolean("face_normals", false);  // they are flat either way
   transform_mesh(properties.transform("to_world"), mesh, true);
-  check_single_precision(properties, mesh);
+  check_single_precision(properties, mesh, mesh.origin);
   return {std::move(mesh), false, flip_normals};
 }
 
@@ -99,10 +112,17 @@ LoadedMesh load_curves(Properties& properties) {
   } catch (const InputError& error) {
     properties.fail_at("filename", error.what());
   }
+  Extent box = Extent::empty();
   for (Curve& curve : curves)
-    for (ControlPoint& point : curve) point.position = transform_point(to_world, point.position);
-  Mesh mesh = is_spline ? bspline_curve_mesh(curves) : linear_curve_mesh(curves);
-  check_single_precision(properties, mesh);
+    for (ControlPoint& point : curve) {
+      point.position = transform_point(to_world, point.position);
+      box.add(point.position);
+    }
+  const Vec3 origin = own_origin(box);
+  for (Curve& curve : curves)
+    for (ControlPoint& point : curve) point.position = point.position - origin;
+  PlacedMesh mesh{is_spline ? bspline_curve_mesh(curves) : linear_curve_mesh(curves), origin};
+  check_single_precision(properties, mesh, origin);
   return {std::move(mesh), false, false};
 }
 
@@ -123,12 +143,17 @@ LoadedMesh load_level_set(Properties& properties) {
   } catch (const InputError& error) {
     properties.fail_at("filename", error.what());
   }
-  Mesh mesh = level_set_mesh(field, smooth ? LevelSetNormals::smooth : LevelSetNormals::analytic);
+  PlacedMesh mesh;
+  try {
+    mesh = {level_set_mesh(field, smooth ? LevelSetNormals::smooth : LevelSetNormals::analytic)};
+  } catch (const InputError& error) {
+    properties.fail_at("filename", file + ": " + error.what());
+  }
   if (mesh.triangle.empty())
     properties.fail_at("filename", file + ": the values have one sign; need a surface where they are 0");
   mesh.texcoord.assign(mesh.position.size(), {0, 0});  // the same everywhere, as in Mitsuba
   transform_mesh(to_world, mesh, true);
-  check_single_precision(properties, mesh);
+  check_single_precision(properties, mesh, mesh.origin);
   return {std::move(mesh), false, false};
 }
 
@@ -146,9 +171,14 @@ double radius_of(Properties& properties) {
   return radius;
 }
 
+void check_round(const Properties& properties, const Shape& shape) {
+  for (const Vec3& v : {shape.center, shape.edge_u, shape.edge_v, shape.axis, Vec3{shape.radius, 0, 0}})
+    check_single_precision(properties, v);
+}
+
 void move(Properties& properties, Shape& shape, const Transform& to_world, const std::string& fault) {
   if (!transform_round(to_world, shape)) properties.fail_at("to_world", fault);
-  check_single_precision(properties, shape);
+  check_round(properties, shape);
 }
 
 void build_sphere(Properties& properties, Shape& shape) {
@@ -180,28 +210,29 @@ void build_cylinder(Properties& properties, Shape& shape) {
        "to_world makes an elliptic or oblique cylinder; need the same scale across the axis and no shear, or a mesh");
 }
 
-std::string at(const EdgePlace& place) {
-  const Vec3& p = place.middle;
+// origin: of the mesh
+std::string at(const EdgePlace& place, const Vec3& origin) {
+  const Vec3 p = origin + place.middle;
   return fmt::format("({:.6g}, {:.6g}, {:.6g}), of triangle {}", p[0], p[1], p[2], place.triangle);
 }
 
 // Why the inside and the outside of a mesh cannot be told apart, and what to do about it; empty when they can.
-std::string fault_of(const Topology& t) {
+std::string fault_of(const Topology& t, const Vec3& origin) {
   if (t.open_edges > 0)
     return fmt::format(
         "has holes: {} open edges, one at {}; need a closed mesh: close it in a modeller (only holes of up to {:.0f} % "
         "of the area are closed by themselves)",
-        t.open_edges, at(t.open_at), 100 * small_area);
+        t.open_edges, at(t.open_at, origin), 100 * small_area);
   if (t.non_manifold_edges > 0)
     return fmt::format(
         "has {} non-manifold edges, of more than two triangles that do not wind as often one way as the other, one at "
         "{}; need a closed surface: remove the inner walls in a modeller",
-        t.non_manifold_edges, at(t.non_manifold_at));
+        t.non_manifold_edges, at(t.non_manifold_at, origin));
   if (t.turned_edges > 0)
     return fmt::format(
         "has {} edges whose two triangles wind against each other, one at {}; need a consistent orientation: let a "
         "modeller recalculate it",
-        t.turned_edges, at(t.turned_at));
+        t.turned_edges, at(t.turned_at, origin));
   if (t.volume <= 0)
     return fmt::format(
         "is turned inside out (signed volume {:.6g}); need normals that point out: set flip_normals, or mend the mesh",
@@ -225,14 +256,15 @@ void check_boundary(Builder& builder, const Shape& shape, LoadedMesh& loaded, co
     if (!bsdf || !(bsdf->traits & BSDF_TRANSMITS) || (bsdf->traits & BSDF_THIN)) return;
     Topology found = is_mesh ? topology(loaded.mesh) : Topology{};
     if (loaded.flip) found.volume = -found.volume;
-    if (const std::string fault = is_mesh ? fault_of(found) : fault_of(shape); !fault.empty())
+    if (const std::string fault = is_mesh ? fault_of(found, loaded.mesh.origin) : fault_of(shape); !fault.empty())
       builder.warn(shape.where, title + " bounds a dielectric but " + fault);
     return;
   }
   Closing closing;
   if (is_mesh) closing = close_mesh(loaded.mesh);
   if (loaded.flip) closing.left.volume = -closing.left.volume;
-  if (const std::string fault = is_mesh ? fault_of(closing.left) : fault_of(shape); !fault.empty()) {
+  if (const std::string fault = is_mesh ? fault_of(closing.left, loaded.mesh.origin) : fault_of(shape);
+      !fault.empty()) {
     const std::string what = title + " bounds a medium but " + fault;
     if (!builder.open) fail(shape.where, what + "; or render it as it is with --open");
     builder.warn(shape.where, what + "; rendered as it is (--open)");
@@ -241,7 +273,7 @@ void check_boundary(Builder& builder, const Shape& shape, LoadedMesh& loaded, co
   }
 }
 
-Mesh finish_mesh(Builder& builder, Properties& properties, LoadedMesh loaded) {
+PlacedMesh finish_mesh(Builder& builder, Properties& properties, LoadedMesh loaded) {
   if (loaded.lacks_normals) compute_normals(loaded.mesh);
   replace_zero_normals(builder, properties, loaded.mesh);
   if (loaded.flip) flip(loaded.mesh);
@@ -322,6 +354,8 @@ void place_beam(Builder& builder, Shape& shape, const std::string& type) {
     };
     const auto& t = shape.mesh->triangle[0];
     center = 0.5 * (at(0) + at(2));
+    if (const auto own = builder.mesh_origins.find(shape.mesh.get()); own != builder.mesh_origins.end())
+      center = center + own->second;
     u = 0.5 * (at(1) - at(0));
     v = 0.5 * (at(3) - at(0));
     normal = cross(at(t[1]) - at(t[0]), at(t[2]) - at(t[0]));
@@ -342,20 +376,20 @@ void place_beam(Builder& builder, Shape& shape, const std::string& type) {
 
 }  // namespace
 
-void check_single_precision(const Properties& properties, const Shape& shape) {
-  if (shape.mesh) return check_single_precision(properties, *shape.mesh);
-  for (const Vec3& v : {shape.center, shape.edge_u, shape.edge_v, shape.axis, Vec3{shape.radius, 0, 0}})
-    check_single_precision(properties, v);
+void check_single_precision(const Builder& builder, const Properties& properties, const Shape& shape) {
+  if (!shape.mesh) return check_round(properties, shape);
+  const auto own = builder.mesh_origins.find(shape.mesh.get());
+  check_single_precision(properties, *shape.mesh, own == builder.mesh_origins.end() ? Vec3{} : own->second);
 }
 
 namespace {
 
 // Where a shape is. Returns the mesh of those that are one.
-LoadedMesh read_geometry(Properties& properties, Shape& shape) {
+LoadedMesh read_geometry(Builder& builder, Properties& properties, Shape& shape) {
   LoadedMesh loaded;
   const std::string& type = properties.type();
   if (type == "obj" || type == "ply" || type == "serialized" || type == "mesh") {
-    loaded = load_mesh(properties);
+    loaded = load_mesh(builder, properties);
   } else if (type == "rectangle") {
     loaded = load_flat(properties, rectangle_mesh());
   } else if (type == "cube") {
@@ -378,15 +412,15 @@ LoadedMesh read_geometry(Properties& properties, Shape& shape) {
 
 }  // namespace
 
-Mesh read_surface(Builder& builder, const Element& element) {
+PlacedMesh read_surface(Builder& builder, const Element& element) {
   Properties properties = builder.properties(element);
   Shape shape;
-  LoadedMesh loaded = read_geometry(properties, shape);
+  LoadedMesh loaded = read_geometry(builder, properties, shape);
   properties.finish();
   if (shape.kind != Shape::Kind::mesh)
     fail(element.where,
          "a " + quote(properties.type()) + " has no mesh; need a shape that has: export it as PLY or OBJ");
-  Mesh mesh = finish_mesh(builder, properties, std::move(loaded));
+  PlacedMesh mesh = finish_mesh(builder, properties, std::move(loaded));
   if (mesh.texcoord.empty())
     fail(element.where, properties.title() + " has no texture coordinates; export the mesh with them");
   return mesh;
@@ -397,7 +431,7 @@ Shape make_shape(Builder& builder, const Element& element) {
   Shape shape;
   shape.id = element.id;
   shape.where = element.where;
-  LoadedMesh loaded = read_geometry(properties, shape);
+  LoadedMesh loaded = read_geometry(builder, properties, shape);
   if (const Element* emitter = properties.object("emitter")) shape.light = build_shape_light(builder, *emitter);
   if (const Element* bsdf = properties.object("bsdf"))
     shape.bsdf = build_bsdf(builder, *bsdf);
@@ -412,8 +446,7 @@ Shape make_shape(Builder& builder, const Element& element) {
   if (shape.light >= 0)
     check_texture(builder.scene.lights[static_cast<std::size_t>(shape.light)], shape, loaded.mesh, properties.title());
   check_boundary(builder, shape, loaded, properties.title());
-  if (shape.kind == Shape::Kind::mesh)
-    shape.mesh = std::make_shared<const Mesh>(finish_mesh(builder, properties, std::move(loaded)));
+  if (shape.kind == Shape::Kind::mesh) shape.mesh = builder.keep(finish_mesh(builder, properties, std::move(loaded)));
   if (sensor) build_sensor(builder, *sensor, &shape);
   return shape;
 }

@@ -106,13 +106,15 @@ void load_surface(Builder& builder, Properties& properties, VoxelValues allowed,
   const Texture texture = nested_picture(builder, properties, allowed);
   const Element* shape = properties.object("shape");
   if (!shape) properties.fail_at("", "no <shape>; need the mesh on which the picture lies");
-  const Mesh mesh = read_surface(builder, *shape);
+  const PlacedMesh mesh = read_surface(builder, *shape);
   constexpr long most = 512;
   const long resolution = properties.integer("resolution", 64);
   if (resolution < 1 || resolution > most)
     properties.fail_at("resolution",
                        fmt::format("resolution = {}; need 1 to {} voxels along the longest side", resolution, most));
-  if (texture.model) volume = surface_volume(mesh, texture, static_cast<int>(resolution));
+  if (!texture.model) return;
+  volume = surface_volume(mesh, texture, static_cast<int>(resolution));
+  volume.to_world = translate(mesh.origin) * volume.to_world;
 }
 
 // How places between voxels are interpolated, and beyond them.
