@@ -10,6 +10,9 @@ typedef struct {
 #if HAS_ATTRIBUTES
   Lanes b1, b2, primitive;
 #endif
+#if HAS_VOLUME_TEXTURES
+  Lanes x, y, z;
+#endif
 } TexturePlaces;
 
 INLINE TexturePlaces texture_places(const REAL texture[]) {
@@ -21,6 +24,11 @@ INLINE TexturePlaces texture_places(const REAL texture[]) {
   p.b2.real = texture[3];
   p.primitive.real = texture[4];
 #endif
+#if HAS_VOLUME_TEXTURES
+  p.x.real = texture[TEXTURE_AT_POSITION];
+  p.y.real = texture[TEXTURE_AT_POSITION + 1];
+  p.z.real = texture[TEXTURE_AT_POSITION + 2];
+#endif
   return p;
 }
 
@@ -31,6 +39,11 @@ INLINE TexturePlace texture_place_of(const Launch* launch, const TexturePlaces* 
   place.b2 = p->b2.f[lane];
   place.primitive = p->primitive.i[lane];
   place.shape = launch->primitives[place.primitive].shape;
+#endif
+#if HAS_VOLUME_TEXTURES
+  place.x = p->x.f[lane];
+  place.y = p->y.f[lane];
+  place.z = p->z.f[lane];
 #endif
   return place;
 }

@@ -51,7 +51,7 @@ INLINE void score_reflection(int model, int variant, const Launch* launch, __glo
 INLINE void opaque_stage(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
                          INT slots, MASK valid) {
   const int traits = bsdf_traits(model);
-  const Surface s = load_surface(launch, job, pool, slots, valid);
+  const Surface s = load_surface(launch, job, pool, slots, valid, (traits & BSDF_PASSES) == 0);
   gather_emission(launch, job, pool, slots, valid, &s);
   const Random random = load_random(job, pool, slots);
   REAL u[4];

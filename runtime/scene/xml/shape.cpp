@@ -9,6 +9,7 @@
 #include "runtime/scene/mesh/mesh_close.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/mesh/mesh_repair.h"
+#include "runtime/scene/mesh/round_mesh.h"
 #include "runtime/scene/mesh/shape_meshes.h"
 #include "runtime/scene/shape_transform.h"
 #include "runtime/scene/transform.h"
@@ -146,27 +147,39 @@ double radius_of(Properties& properties) {
   return radius;
 }
 
-void move(Properties& properties, Shape& shape, const Transform& to_world, const std::string& fault) {
-  if (!transform_round(to_world, shape)) properties.fail_at("to_world", fault);
-  check_single_precision(properties, shape);
+// As in Mitsuba: a sphere stays one where to_world would make an ellipsoid of it.
+void move_sphere(Builder& builder, const Properties& properties, const Transform& to_world, Shape& shape) {
+  const double radius = shape.radius;
+  if (transform_round(to_world, shape)) return;
+  shape.radius = radius * length(transform_vector(to_world, {1, 0, 0}));
+  const Vec3 along = normalize(shape.edge_u);
+  shape.edge_v = normalize(shape.edge_v - dot(shape.edge_v, along) * along);
+  shape.edge_u = along;
+  shape.axis = (dot(cross(along, shape.edge_v), shape.axis) < 0 ? -1.0 : 1.0) * cross(along, shape.edge_v);
+  builder.warn(shape.where, fmt::format("{}: to_world would make an ellipsoid of it; it stays a sphere, of the radius "
+                                        "along x, {:.6g}, as in Mitsuba; an ellipsoid is an instance that is scaled",
+                                        properties.title(), shape.radius));
 }
 
-void build_sphere(Properties& properties, Shape& shape) {
+void build_sphere(Builder& builder, Properties& properties, Shape& shape) {
   shape.kind = Shape::Kind::sphere;
   shape.center = properties.vector("center", {0, 0, 0});
   shape.radius = radius_of(properties);
   const Transform to_world = properties.transform("to_world");
-  move(properties, shape, to_world, "to_world makes an ellipsoid; need a uniform scale, or a mesh");
+  move_sphere(builder, properties, to_world, shape);
+  check_single_precision(properties, shape);
   shape.flip_normals = properties.boolean("flip_normals", false) != (determinant(to_world) < 0);  // as in Mitsuba 3.9
 }
 
 void build_disk(Properties& properties, Shape& shape) {
   shape.kind = Shape::Kind::disk;
   shape.flip_normals = properties.boolean("flip_normals", false);
-  move(properties, shape, properties.transform("to_world"), "");
+  transform_round(properties.transform("to_world"), shape);
+  check_single_precision(properties, shape);
 }
 
-void build_cylinder(Properties& properties, Shape& shape) {
+// The mesh where to_world makes an elliptic or an oblique cylinder.
+LoadedMesh build_cylinder(Builder& builder, Properties& properties, Shape& shape) {
   shape.kind = Shape::Kind::cylinder;
   shape.center = properties.vector("p0", {0, 0, 0});
   shape.axis = properties.vector("p1", {0, 0, 1}) - shape.center;
@@ -176,8 +189,18 @@ void build_cylinder(Properties& properties, Shape& shape) {
   shape.edge_u = shape.radius * across;
   shape.edge_v = shape.radius * cross(along, across);
   shape.flip_normals = properties.boolean("flip_normals", false);
-  move(properties, shape, properties.transform("to_world"),
-       "to_world makes an elliptic or oblique cylinder; need the same scale across the axis and no shear, or a mesh");
+  const Transform to_world = properties.transform("to_world");
+  LoadedMesh bent;
+  if (Shape moved = shape; transform_round(to_world, moved)) {
+    shape = moved;
+    check_single_precision(properties, shape);
+  } else {
+    bent.mesh = bent_round_mesh(builder, shape, to_world, properties.title());
+    shape.kind = Shape::Kind::mesh;
+    shape.flip_normals = false;
+    check_single_precision(properties, bent.mesh);
+  }
+  return bent;
 }
 
 std::string at(const EdgePlace& place) {
@@ -216,9 +239,44 @@ std::string fault_of(const Shape& shape) {
                             : "";
 }
 
+// Does the mesh wind against most of its own normals?
+bool winds_against_normals(const Mesh& mesh) {
+  double sum = 0;
+  for (const auto& t : mesh.triangle) {
+    const Vec3 area = area_normal(mesh, t);
+    for (const std::uint32_t corner : t) {
+      const auto& n = mesh.normal[corner];
+      sum += dot(area, Vec3{n[0], n[1], n[2]});
+    }
+  }
+  return sum < 0;
+}
+
+// A closed surface with its normals inside, and a medium that would be outside of it, is turned around.
+void turn_out(Builder& builder, Shape& shape, LoadedMesh& loaded, Topology& found, const std::string& title) {
+  if (shape.interior < 0) return;  // as in Mitsuba: the exterior is where the normals point
+  if (shape.kind == Shape::Kind::sphere && shape.flip_normals) {
+    shape.flip_normals = false;
+  } else if (shape.kind == Shape::Kind::mesh && found.closed() && found.volume < 0) {
+    found.volume = -found.volume;
+    loaded.flip = !loaded.flip;
+    if (!loaded.mesh.normal.empty() && winds_against_normals(loaded.mesh))
+      for (auto& n : loaded.mesh.normal) n = {-n[0], -n[1], -n[2]};
+  } else {
+    return;
+  }
+  builder.warn(shape.where, title + " bounds a medium but is turned inside out: its normals are turned to point out");
+}
+
+// Light never passes it: paths stay in the medium on their side, whether it is closed or not.
+bool is_opaque(const Builder& builder, const Shape& shape) {
+  const Model* bsdf = builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)].model;
+  return bsdf && (bsdf->traits & (BSDF_TRANSMITS | BSDF_PASSES)) == 0;
+}
+
 // A medium must not leak: small faults are mended, others refused. Glass alone refracts at each hit by itself, so that
 // a pane of it is no more than suspicious.
-void check_boundary(Builder& builder, const Shape& shape, LoadedMesh& loaded, const std::string& title) {
+void check_boundary(Builder& builder, Shape& shape, LoadedMesh& loaded, const std::string& title) {
   const bool is_mesh = shape.kind == Shape::Kind::mesh;
   if (shape.interior == shape.exterior) {
     const Model* bsdf = builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)].model;
@@ -229,9 +287,14 @@ void check_boundary(Builder& builder, const Shape& shape, LoadedMesh& loaded, co
       builder.warn(shape.where, title + " bounds a dielectric but " + fault);
     return;
   }
+  if (shape.exterior >= 0 && is_opaque(builder, shape)) return;
   Closing closing;
   if (is_mesh) closing = close_mesh(loaded.mesh);
   if (loaded.flip) closing.left.volume = -closing.left.volume;
+  turn_out(builder, shape, loaded, closing.left, title);
+  const bool faces_in = shape.interior < 0 && (is_mesh ? closing.left.closed() && closing.left.volume < 0
+                                                       : shape.kind == Shape::Kind::sphere);
+  if (faces_in) return;
   if (const std::string fault = is_mesh ? fault_of(closing.left) : fault_of(shape); !fault.empty()) {
     const std::string what = title + " bounds a medium but " + fault;
     if (!builder.open) fail(shape.where, what + "; or render it as it is with --open");
@@ -279,8 +342,9 @@ void check_texture(const Bsdf& bsdf, const Shape& shape, const Mesh& mesh, const
   for (std::size_t i = 0; i < bsdf.values.size(); ++i)
     if (!bsdf.values[i].attribute.empty())
       check_attribute(bsdf.values[i], bsdf.model->parameters[i], shape, mesh, title);
-  const bool textured = std::any_of(bsdf.values.begin(), bsdf.values.end(),
-                                    [](const Texture& v) { return !v.is_constant() && v.attribute.empty(); });
+  const bool textured = std::any_of(bsdf.values.begin(), bsdf.values.end(), [](const Texture& v) {
+    return !v.is_constant() && v.attribute.empty() && !v.shown_volume;
+  });
   if (textured && shape.kind == Shape::Kind::mesh && mesh.texcoord.empty())
     fail(shape.where, title + " has a texture on its surface but no texture coordinates; export the mesh with them");
   if (bsdf.model && (bsdf.model->traits & BSDF_BUMPED) && shape.kind == Shape::Kind::disk)
@@ -342,6 +406,20 @@ void place_beam(Builder& builder, Shape& shape, const std::string& type) {
 
 }  // namespace
 
+Mesh bent_round_mesh(Builder& builder, const Shape& shape, const Transform& to_world, const std::string& title) {
+  // The surface lies within 4e-5 of the radius; many such shapes are coarser, within 6e-4, to take less memory.
+  constexpr std::size_t many = std::size_t{1} << 22;
+  const int turn = builder.copied_triangles < many ? 256 : 64;
+  Mesh mesh = round_mesh(shape, turn);
+  transform_mesh(to_world, mesh, true);
+  builder.copied_triangles += mesh.triangle.size();
+  builder.warn(shape.where,
+               fmt::format("{}: to_world makes {} of it, which is rendered as a mesh of {} triangles", title,
+                           shape.kind == Shape::Kind::sphere ? "an ellipsoid" : "an elliptic or oblique cylinder",
+                           mesh.triangle.size()));
+  return mesh;
+}
+
 void check_single_precision(const Properties& properties, const Shape& shape) {
   if (shape.mesh) return check_single_precision(properties, *shape.mesh);
   for (const Vec3& v : {shape.center, shape.edge_u, shape.edge_v, shape.axis, Vec3{shape.radius, 0, 0}})
@@ -351,7 +429,7 @@ void check_single_precision(const Properties& properties, const Shape& shape) {
 namespace {
 
 // Where a shape is. Returns the mesh of those that are one.
-LoadedMesh read_geometry(Properties& properties, Shape& shape) {
+LoadedMesh read_geometry(Builder& builder, Properties& properties, Shape& shape) {
   LoadedMesh loaded;
   const std::string& type = properties.type();
   if (type == "obj" || type == "ply" || type == "serialized" || type == "mesh") {
@@ -365,11 +443,11 @@ LoadedMesh read_geometry(Properties& properties, Shape& shape) {
   } else if (type == "sdfgrid") {
     loaded = load_level_set(properties);
   } else if (type == "sphere") {
-    build_sphere(properties, shape);
+    build_sphere(builder, properties, shape);
   } else if (type == "disk") {
     build_disk(properties, shape);
   } else if (type == "cylinder") {
-    build_cylinder(properties, shape);
+    loaded = build_cylinder(builder, properties, shape);
   } else {
     fail_type(properties.element(), shape_types);
   }
@@ -381,7 +459,7 @@ LoadedMesh read_geometry(Properties& properties, Shape& shape) {
 Mesh read_surface(Builder& builder, const Element& element) {
   Properties properties = builder.properties(element);
   Shape shape;
-  LoadedMesh loaded = read_geometry(properties, shape);
+  LoadedMesh loaded = read_geometry(builder, properties, shape);
   properties.finish();
   if (shape.kind != Shape::Kind::mesh)
     fail(element.where,
@@ -397,7 +475,7 @@ Shape make_shape(Builder& builder, const Element& element) {
   Shape shape;
   shape.id = element.id;
   shape.where = element.where;
-  LoadedMesh loaded = read_geometry(properties, shape);
+  LoadedMesh loaded = read_geometry(builder, properties, shape);
   if (const Element* emitter = properties.object("emitter")) shape.light = build_shape_light(builder, *emitter);
   if (const Element* bsdf = properties.object("bsdf"))
     shape.bsdf = build_bsdf(builder, *bsdf);

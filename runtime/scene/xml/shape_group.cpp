@@ -11,7 +11,7 @@ namespace {
 // Copies take memory as if they stood in the file: 400 bytes a triangle while the hierarchy is built, 170 afterwards.
 constexpr std::size_t most_copied_triangles = std::size_t{1} << 25;
 
-Shape moved(const Shape& shape, const Transform& to_world, const Properties& instance) {
+Shape moved(Builder& builder, const Shape& shape, const Transform& to_world, const Properties& instance) {
   Shape copy = shape;
   copy.where = instance.element().where;
   if (shape.kind == Shape::Kind::mesh) {
@@ -19,8 +19,12 @@ Shape moved(const Shape& shape, const Transform& to_world, const Properties& ins
     transform_mesh(to_world, mesh, true);
     copy.mesh = std::make_shared<const Mesh>(std::move(mesh));
   } else if (!transform_round(to_world, copy)) {
-    fail(copy.where, instance.title() + ": to_world makes an ellipsoid of a sphere, or bends a cylinder, at " +
-                         to_string(shape.where) + "; need a uniform scale, or a mesh in the group");
+    copy = shape;
+    copy.where = instance.element().where;
+    Mesh mesh = bent_round_mesh(builder, shape, to_world, "shape " + quote(shape.id) + " in an instance");
+    copy.mesh = std::make_shared<const Mesh>(std::move(mesh));
+    copy.kind = Shape::Kind::mesh;
+    copy.flip_normals = false;
   }
   check_single_precision(instance, copy);
   return copy;
@@ -65,7 +69,7 @@ void build_instance(Builder& builder, const Element& element) {
           fmt::format("{}: instances are copies here, and those up to this one have {} triangles; need at most {}: use "
                       "fewer instances or smaller meshes",
                       properties.title(), builder.copied_triangles, most_copied_triangles));
-    builder.scene.shapes.push_back(moved(shape, to_world, properties));
+    builder.scene.shapes.push_back(moved(builder, shape, to_world, properties));
   }
 }
 
