@@ -2,6 +2,7 @@
 #ifndef ITN_TEXTURE_PLACES_H
 #define ITN_TEXTURE_PLACES_H
 #include "lib/launch.h"
+#include "lib/surface_frame.h"
 #include "lib/texture.h"
 
 /* A lane each, as surface_frame() tells it. */

@@ -33,7 +33,8 @@ INLINE void connect_reflector(int model, int variant, const Launch* launch, __gl
   start.surface = &step;
   add_connection(launch, job, pool, slots, random, mask & lit,
                  beside_surface(launch->primitives, s->primitive, s->position, s->normal, to_light), &light,
-                 s->primitive, LOAD_INT(pool, MEDIUM, slots), connection_weight, &scores, &start);
+                 s->primitive, medium_behind(pool, slots, s, dot3(to_light, s->normal) > 0.0f), connection_weight,
+                 &scores, &start);
 }
 #endif
 

@@ -60,9 +60,9 @@ int append_texture(const Texture& texture, const Model& model, const DeclaredNum
     append_bitmap(texture, r, data);
     data.coloured |= texture.bitmap->channels > 1 && !is_direction(number);
   }
-  if (texture.shown_volume) {
-    append_shown_volume(*texture.shown_volume, r, data);
-    data.coloured |= texture.shown_volume->grid->channels > 1;
+  if (texture.volume) {
+    append_shown_volume(*texture.volume, r, data);
+    data.coloured |= texture.volume->grid->channels > 1;
   }
   for (const Rgb& colour : texture.colours) data.coloured |= !grey(colour);
   data.textures.push_back(r);

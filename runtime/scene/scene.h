@@ -96,8 +96,6 @@ struct Texture {
   // Of the model `mesh_attribute`: which attribute of the shapes' meshes, and a factor on it.
   std::string attribute;
   double scale = 1;
-  // Of the model `volume`: what it shows at each place of the world; never packed.
-  std::shared_ptr<const Volume> shown_volume;
 
   // Of a medium's parameters that may have one; null: the same in all space. The value of a grid is 1. Of a phase
   // function's a grid stands for the number; the value is its mean.

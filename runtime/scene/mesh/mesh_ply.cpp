@@ -63,13 +63,12 @@ double half_value(std::uint16_t bits) {
   return bits & 0x8000 ? -magnitude : magnitude;
 }
 
-// The greatest value of an integer type; 0: it is none.
+// Of the integers that Mitsuba takes for colours of sRGB the greatest value; 0: of other numbers, and of unsigned
+// bytes, which it takes as they are.
 double greatest(Number type) {
   switch (type) {
     case Number::int8:
       return 127;
-    case Number::uint8:
-      return 255;
     case Number::int16:
       return 32767;
     case Number::uint16:
@@ -87,7 +86,7 @@ double greatest(Number type) {
   }
 }
 
-// As Mitsuba takes attributes: integers are colours of sRGB, the greatest of which is 1.
+// As Mitsuba 3.9 takes attributes.
 float attribute_value(Number type, double stored) {
   const double most = greatest(type);
   return static_cast<float>(most > 0 ? srgb_decode(stored / most) : stored);

@@ -86,7 +86,7 @@ Texture light_texture(Builder& builder, Properties& properties, const std::strin
     Texture read = build_texture(builder, *element);
     if (!read.attribute.empty())
       properties.fail_at(name, quote(name) + " of a light is an attribute of a mesh; need a bitmap or a checkerboard");
-    if (read.shown_volume)
+    if (read.volume)
       properties.fail_at(name, quote(name) + " of a light is a volume; need a bitmap or a checkerboard");
     return read;
   }
@@ -118,8 +118,8 @@ void make_numbers(Texture& texture, double least) {
   for (Rgb& colour : texture.colours) colour.fill(std::max((colour[0] + colour[1] + colour[2]) / 3, least));
   // Mitsuba 3.9.1 exchanges a checkerboard's two colours where it takes numbers from it, not colours: half a unit of u.
   if (texture.model->type == "checkerboard") texture.to_uv[2] += 0.5;
-  if (texture.shown_volume) {
-    Volume volume = *texture.shown_volume;
+  if (texture.volume) {
+    Volume volume = *texture.volume;
     VoxelGrid grey = *volume.grid;
     for (std::size_t i = 0; grey.channels == 3 && i < grey.data.size() / 3; ++i)
       grey.data[i] = static_cast<float>(
@@ -129,7 +129,7 @@ void make_numbers(Texture& texture, double least) {
     grey.channels = 1;
     for (float& v : grey.data) v = std::max(v, static_cast<float>(least));
     volume.grid = std::make_shared<const VoxelGrid>(std::move(grey));
-    texture.shown_volume = std::make_shared<const Volume>(std::move(volume));
+    texture.volume = std::make_shared<const Volume>(std::move(volume));
   }
   if (!texture.bitmap) return;
   auto grey = std::make_shared<Bitmap>(*texture.bitmap);
@@ -217,8 +217,8 @@ Texture number_texture(Builder& builder, Properties& properties, const DeclaredP
     if (value.bitmap)
       for (const float texel : value.bitmap->data) check_in_range(properties, p, static_cast<double>(texel));
     for (const Rgb& colour : value.colours) check_in_range(properties, p, colour[0]);
-    if (value.shown_volume)
-      for (const float voxel : value.shown_volume->grid->data)
+    if (value.volume)
+      for (const float voxel : value.volume->grid->data)
         check_in_range(properties, p, static_cast<double>(voxel));
     value.value.fill(p.fallback);
     return value;

@@ -314,8 +314,8 @@ Mesh finish_mesh(Builder& builder, Properties& properties, LoadedMesh loaded) {
 }
 
 // What a texture shows of a mesh must be there, with as many channels as the parameter, within its range.
-void check_attribute(const Texture& texture, const DeclaredParameter& p, const Shape& shape, const Mesh& mesh,
-                     const std::string& title) {
+void check_attribute(Builder& builder, const Texture& texture, const DeclaredParameter& p, const Shape& shape,
+                     const Mesh& mesh, const std::string& title) {
   const MeshAttribute* attribute = mesh.attribute(texture.attribute);
   if (!attribute) {
     std::vector<std::string> names;
@@ -327,8 +327,21 @@ void check_attribute(const Texture& texture, const DeclaredParameter& p, const S
   if (p.kind.channels == 1 && attribute->channels != 1)
     fail(shape.where, fmt::format("{}: the attribute {} has {} channels, and {} is one number; need one channel", title,
                                   quote(texture.attribute), attribute->channels, quote(p.name)));
+  // Bytes are up to 255 where nothing scales them: as in Mitsuba they are rendered as they are.
+  const float greatest =
+      attribute->values.empty() ? 0 : *std::max_element(attribute->values.begin(), attribute->values.end());
+  const bool is_bright = p.kind.channels == 3 && texture.scale * static_cast<double>(greatest) > p.kind.high;
+  if (is_bright)
+    builder.warn(
+        shape.where,
+        fmt::format("{}: the attribute {} has the value {}{}, and {} goes to {}: rendered as it is, as in Mitsuba; "
+                    "bytes need the texture's scale = {:.9f}",
+                    title, quote(texture.attribute), greatest,
+                    texture.scale == 1 ? "" : fmt::format(" times {}", texture.scale), quote(p.name), p.kind.high,
+                    1.0 / 255));
   for (const float v : attribute->values) {
     const double value = texture.scale * static_cast<double>(v);
+    if (is_bright && value > p.kind.high) continue;
     if (value < p.kind.low || value > p.kind.high || (value == p.kind.low && !p.kind.low_included))
       fail(shape.where,
            fmt::format("{}: the attribute {} has the value {}{}, and {} goes from {} to {}: set the texture's scale",
@@ -338,12 +351,12 @@ void check_attribute(const Texture& texture, const DeclaredParameter& p, const S
   }
 }
 
-void check_texture(const Bsdf& bsdf, const Shape& shape, const Mesh& mesh, const std::string& title) {
+void check_texture(Builder& builder, const Bsdf& bsdf, const Shape& shape, const Mesh& mesh, const std::string& title) {
   for (std::size_t i = 0; i < bsdf.values.size(); ++i)
     if (!bsdf.values[i].attribute.empty())
-      check_attribute(bsdf.values[i], bsdf.model->parameters[i], shape, mesh, title);
+      check_attribute(builder, bsdf.values[i], bsdf.model->parameters[i], shape, mesh, title);
   const bool textured = std::any_of(bsdf.values.begin(), bsdf.values.end(), [](const Texture& v) {
-    return !v.is_constant() && v.attribute.empty() && !v.shown_volume;
+    return !v.is_constant() && v.attribute.empty() && !v.volume;
   });
   if (textured && shape.kind == Shape::Kind::mesh && mesh.texcoord.empty())
     fail(shape.where, title + " has a texture on its surface but no texture coordinates; export the mesh with them");
@@ -486,7 +499,8 @@ Shape make_shape(Builder& builder, const Element& element) {
   properties.number("silhouette_sampling_weight", 1);  // how Mitsuba samples edges: not used here
   const Element* sensor = properties.object("sensor");
   properties.finish();
-  check_texture(builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)], shape, loaded.mesh, properties.title());
+  check_texture(builder, builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)], shape, loaded.mesh,
+                properties.title());
   if (shape.light >= 0)
     check_texture(builder.scene.lights[static_cast<std::size_t>(shape.light)], shape, loaded.mesh, properties.title());
   check_boundary(builder, shape, loaded, properties.title());

@@ -91,7 +91,7 @@ void read_shown_volume(Builder& builder, Properties& properties, Texture& textur
     grid = *volume.grid;
   }
   volume.grid = std::make_shared<const VoxelGrid>(std::move(grid));
-  texture.shown_volume = std::make_shared<const Volume>(std::move(volume));
+  texture.volume = std::make_shared<const Volume>(std::move(volume));
 }
 
 Rgb read_colour(Properties& properties, const DeclaredColour& colour) {
@@ -121,8 +121,8 @@ void check_range(Properties& owner, const std::string& name, const Texture& text
       if (v > most)
         owner.fail_at(name, fmt::format("{} = {} is outside [0, {}], the range of {}",
                                         quote(texture.model->colours[k].name), to_text(v), most, quote(name)));
-  if (texture.shown_volume) {
-    const auto [least, greatest] = range_of(*texture.shown_volume->grid);
+  if (texture.volume) {
+    const auto [least, greatest] = range_of(*texture.volume->grid);
     if (least < 0 || static_cast<double>(greatest) > most)
       owner.fail_at(name, fmt::format("{}: the values of the volume go from {} to {}; need [0, {}]", quote(name), least,
                                       greatest, most));

@@ -66,9 +66,7 @@ Transform parse_step(const Element& step) {
     const std::vector<double> v = parse_numbers(step.attribute("value"), step.where, "<matrix>");
     Transform out;
     if (v.size() == 16) {
-      for (std::size_t i = 0; i < 16; ++i) out.m[i] = v[i];
-      if (v[12] != 0 || v[13] != 0 || v[14] != 0 || v[15] != 1)
-        fail(step.where, "<matrix>: last row is not 0 0 0 1; need an affine transform, row by row");
+      for (std::size_t i = 0; i < 12; ++i) out.m[i] = v[i];  // the last row is left out, as in Mitsuba
     } else if (v.size() == 9) {
       for (std::size_t row = 0; row < 3; ++row)
         for (std::size_t column = 0; column < 3; ++column) out.m[4 * row + column] = v[3 * row + column];
@@ -83,14 +81,20 @@ Transform parse_step(const Element& step) {
 
 }  // namespace
 
-void warn_of_shears(const Element& element, std::vector<std::string>& warnings) {
+void warn_of_transforms(const Element& element, std::vector<std::string>& warnings) {
   if (element.tag == "rotate") {
     const double size = length(step_vector(element, 0));
     if (std::abs(size - 1) > 1e-3)
       warnings.push_back(to_string(element.where) + ": <rotate>: the axis has length " + to_text(size) +
                          ", so that it shears, as in Mitsuba; a turn needs a unit vector");
   }
-  for (const auto& child : element.children) warn_of_shears(*child, warnings);
+  if (element.tag == "matrix") {
+    const std::vector<double> v = parse_numbers(element.attribute("value"), element.where, "<matrix>");
+    if (v.size() == 16 && !(v[12] == 0 && v[13] == 0 && v[14] == 0 && v[15] == 1))
+      warnings.push_back(to_string(element.where) +
+                         ": <matrix>: the last row is not 0 0 0 1; it is left out, as in Mitsuba: transforms are affine");
+  }
+  for (const auto& child : element.children) warn_of_transforms(*child, warnings);
 }
 
 Transform parse_transform(const Element& element) {
