@@ -61,6 +61,22 @@ std::vector<double> difference_image(const Scene& scene, const DerivativeCheck::
   return difference;
 }
 
+// Those of a parameter, or of a colour's components, by which images can be differentiated. The others of a colour,
+// such as a channel that is 0, go to `not_differentiable`. given: the name that stands for them.
+std::vector<Parameter> differentiable_of(const std::vector<Parameter>& all, const std::vector<std::string>& names,
+                                         const std::string& given, std::vector<Parameter>& not_differentiable) {
+  std::vector<Parameter> possible, others;
+  for (const std::string& name : names) {
+    const Parameter p = find_parameter(all, name);
+    (p.not_differentiable.empty() ? possible : others).push_back(p);
+  }
+  if (possible.empty())
+    throw UsageError(
+        fmt::format("parameter {} cannot be differentiated by: {}", given, others.at(0).not_differentiable));
+  not_differentiable.insert(not_differentiable.end(), others.begin(), others.end());
+  return possible;
+}
+
 }  // namespace
 
 bool DerivativeCheck::passed() const {
@@ -71,14 +87,15 @@ DerivativeCheck plan_check(const Scene& scene, const std::vector<std::string>& p
   DerivativeCheck plan;
   const std::vector<Parameter> all = list_parameters(scene);
   std::string reasons;
-  for (const std::string& name : by_component(all, parameters)) {
-    const Parameter p = find_parameter(all, name);
-    if (!p.not_differentiable.empty())
-      throw UsageError(fmt::format("parameter {} cannot be differentiated by: {}", name, p.not_differentiable));
-    const auto same = [&](const DerivativeCheck::OfParameter& c) { return c.parameter.name == name; };
-    if (std::any_of(plan.checks.begin(), plan.checks.end(), same))
-      throw UsageError(fmt::format("parameter {}: named twice", name));
-    plan.checks.push_back({p, difference_stencil(scene, p), {}, false});
+  for (const std::string& given : parameters) {
+    const std::vector<std::string> names = by_component(all, {given});
+    const std::vector<Parameter> possible = differentiable_of(all, names, given, plan.not_differentiable);
+    for (const Parameter& p : possible) {
+      const auto same = [&](const DerivativeCheck::OfParameter& c) { return c.parameter.name == p.name; };
+      if (std::any_of(plan.checks.begin(), plan.checks.end(), same))
+        throw UsageError(fmt::format("parameter {}: named twice", p.name));
+      plan.checks.push_back({p, difference_stencil(scene, p), {}, false});
+    }
   }
   if (parameters.empty())
     for (const Parameter& p : all) {

@@ -15,6 +15,7 @@
 #include "runtime/image/png.h"
 #include "runtime/image/preview.h"
 #include "runtime/renderer.h"
+#include "runtime/rendering_warnings.h"
 #include "runtime/scene/load.h"
 #include "runtime/scene/parameters.h"
 #include "tools/common.h"
@@ -163,26 +164,7 @@ void run(RenderArguments options) {
   render_options.ranks = &world();
   const Rendering image = render(device, scene, render_options);
   progress.clear();
-  constexpr double few = 1e-5;  // rounding alone stays far below
-  if (static_cast<double>(image.misplaced) > few * static_cast<double>(image.paths))
-    warn(common,
-         fmt::format("{}: {} paths met {} surfaces from the side where they cannot be: shapes that overlap or are "
-                     "not closed, or a camera inside of a shape without its medium; the image is wrong there",
-                     options.scene, image.paths, image.misplaced));
-  if (image.endless > 0)
-    warn(common,
-         fmt::format("{}: {} of {} paths found no end and were stopped: the image is too dark, which its standard "
-                     "error does not say; let the medium absorb or be less dense, or set max_depth",
-                     options.scene, image.endless, image.paths));
-
-  const auto is_zero = [](const std::vector<float>& values) {
-    return std::all_of(values.begin(), values.end(), [](float v) { return v == 0; });
-  };
-  const bool has_light = scene.environment || !scene.lights.empty();
-  if (has_light && is_zero(image.mean) && is_zero(image.stderr_))
-    warn(common, fmt::format("{}: none of {} paths found light: the standard error of 0 says nothing about what the "
-                             "image should be; light may be hidden, or so deep in a medium that paths end before it",
-                             options.scene, image.paths));
+  for (const std::string& text : warnings_of(image, scene)) warn(common, text);
 
   const Stopwatch writing;
   write_exr(options.output,

@@ -109,14 +109,19 @@ INLINE REAL3 surface_tangent(__global const PrimitiveRecord* primitives, INT pri
   return tangent;
 }
 
-/* texture: coordinates, and where there are attributes of meshes u, v and the primitive. */
+/* texture: coordinates; where there are attributes of meshes u, v and the primitive; and where there are volumes the position. */
 #if HAS_ATTRIBUTES
-#define TEXTURE_PLACE 5
+#define TEXTURE_AT_POSITION 5
 #else
-#define TEXTURE_PLACE 2
+#define TEXTURE_AT_POSITION 2
+#endif
+#if HAS_VOLUME_TEXTURES
+#define TEXTURE_PLACE (TEXTURE_AT_POSITION + 3)
+#else
+#define TEXTURE_PLACE TEXTURE_AT_POSITION
 #endif
 
-/* u, v: as trace() returned them. position is used for round primitives only. Definitions HAS_SMOOTH (some mesh has
+/* u, v: as trace() returned them. position is used for round primitives and volumes only. Definitions HAS_SMOOTH (some mesh has
  * vertex normals), HAS_ROUND (spheres, disks or cylinders) and HAS_TEXTURE leave out what a scene does not need. */
 INLINE void surface_frame(__global const PrimitiveRecord* primitives, INT primitive, REAL u, REAL v, REAL3 position,
                           REAL3* normal, REAL3* shading, REAL texture[]) {
@@ -136,6 +141,11 @@ INLINE void surface_frame(__global const PrimitiveRecord* primitives, INT primit
   texture[2] = u;
   texture[3] = v;
   texture[4] = AS_REAL(primitive);
+#endif
+#if HAS_VOLUME_TEXTURES
+  texture[TEXTURE_AT_POSITION] = position.x;
+  texture[TEXTURE_AT_POSITION + 1] = position.y;
+  texture[TEXTURE_AT_POSITION + 2] = position.z;
 #endif
 #if HAS_TEXTURE
   flat_coordinates(record, at, u, v, texture);

@@ -2,6 +2,7 @@
 #ifndef ITN_TEXTURE_PLACES_H
 #define ITN_TEXTURE_PLACES_H
 #include "lib/launch.h"
+#include "lib/surface_frame.h"
 #include "lib/texture.h"
 
 /* A lane each, as surface_frame() tells it. */
@@ -9,6 +10,9 @@ typedef struct {
   Lanes u, v;
 #if HAS_ATTRIBUTES
   Lanes b1, b2, primitive;
+#endif
+#if HAS_VOLUME_TEXTURES
+  Lanes x, y, z;
 #endif
 } TexturePlaces;
 
@@ -21,6 +25,11 @@ INLINE TexturePlaces texture_places(const REAL texture[]) {
   p.b2.real = texture[3];
   p.primitive.real = texture[4];
 #endif
+#if HAS_VOLUME_TEXTURES
+  p.x.real = texture[TEXTURE_AT_POSITION];
+  p.y.real = texture[TEXTURE_AT_POSITION + 1];
+  p.z.real = texture[TEXTURE_AT_POSITION + 2];
+#endif
   return p;
 }
 
@@ -31,6 +40,11 @@ INLINE TexturePlace texture_place_of(const Launch* launch, const TexturePlaces* 
   place.b2 = p->b2.f[lane];
   place.primitive = p->primitive.i[lane];
   place.shape = launch->primitives[place.primitive].shape;
+#endif
+#if HAS_VOLUME_TEXTURES
+  place.x = p->x.f[lane];
+  place.y = p->y.f[lane];
+  place.z = p->z.f[lane];
 #endif
   return place;
 }

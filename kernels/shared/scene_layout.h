@@ -64,7 +64,7 @@ typedef struct {
   int kind; /* TEXTURE_* of model/texture/list.h */
   float to_uv[6];
   int numbers;               /* of the model */
-  int offset, width, height; /* bitmap, mesh_attribute: see there */
+  int offset, width, height; /* bitmap, mesh_attribute, volume: see there */
   int wrap;                  /* TEXTURE_REPEAT ... */
   int nearest;               /* else bilinear */
   int gradient;              /* where the sums by its texels begin (lib/adjoint.h); -1: nobody asks for them */

@@ -213,7 +213,7 @@ INLINE void decide_at_boundary(int model, int variant, const Launch* launch, __g
 INLINE void boundary_stage(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
                            INT slots, MASK valid) {
   const bool smooth = (bsdf_traits(model) & BSDF_SMOOTH) != 0;
-  const Surface s = load_surface(launch, job, pool, slots, valid);
+  const Surface s = load_surface(launch, job, pool, slots, valid, false);
   gather_emission(launch, job, pool, slots, valid, &s);
   const Random random = load_random(job, pool, slots);
   REAL u[4];

@@ -33,7 +33,8 @@ INLINE void connect_reflector(int model, int variant, const Launch* launch, __gl
   start.surface = &step;
   add_connection(launch, job, pool, slots, random, mask & lit,
                  beside_surface(launch->primitives, s->primitive, s->position, s->normal, to_light), &light,
-                 s->primitive, LOAD_INT(pool, MEDIUM, slots), connection_weight, &scores, &start);
+                 s->primitive, medium_behind(pool, slots, s, dot3(to_light, s->normal) > 0.0f), connection_weight,
+                 &scores, &start);
 }
 #endif
 
@@ -51,7 +52,7 @@ INLINE void score_reflection(int model, int variant, const Launch* launch, __glo
 INLINE void opaque_stage(int model, int variant, const Launch* launch, __global const JobRecord* job, Pool* pool,
                          INT slots, MASK valid) {
   const int traits = bsdf_traits(model);
-  const Surface s = load_surface(launch, job, pool, slots, valid);
+  const Surface s = load_surface(launch, job, pool, slots, valid, (traits & BSDF_PASSES) == 0);
   gather_emission(launch, job, pool, slots, valid, &s);
   const Random random = load_random(job, pool, slots);
   REAL u[4];

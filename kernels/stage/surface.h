@@ -22,8 +22,10 @@ typedef struct {
                      boundary is passed as if it were not there, and the path is on its logical side again */
 } Surface;
 
+/* opaque: light never passes it. Then what arrives from behind tells no fault: a floor in a fog is there for both sides,
+ * and names the medium of one. */
 INLINE Surface load_surface(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
-                            MASK valid) {
+                            MASK valid, bool opaque) {
   Surface s;
   s.position = load3(pool, POSITION, slots);
   s.direction = load3(pool, DIRECTION, slots);
@@ -54,7 +56,7 @@ INLINE Surface load_surface(const Launch* launch, __global const JobRecord* job,
   INT medium = LOAD_INT(pool, MEDIUM, slots);
   s.misplaced = valid & (interior.integer != exterior.integer) &
                 (medium == SELECT_INT(s.front, interior.integer, exterior.integer));
-  const uint strays = lane_bits(s.misplaced);
+  const uint strays = lane_bits(opaque ? s.misplaced & s.front : s.misplaced);
   if (strays) atomic_add(launch->misplaced, popcount(strays));
   return s;
 }

@@ -30,16 +30,17 @@ finally:
     if _given is None:
         del _os.environ["OMP_WAIT_POLICY"]
 
-from ._itn import DeviceError, Error, InputError, ResultError, UsageError, __version__, device, devices, set_device
+from ._itn import DeviceError, Error, InputError, ResultError, UsageError, Warning, __version__, device, devices, set_device
 from .exr import read_exr, write_exr
 from .gradient import Gradcheck, Gradient, gradcheck, gradient, photo
 from .invert import Interval, Inversion, invert
 from .learn import DataSet, Prediction, Shape, Training, dataset, evaluate, predict, shapes, train
 from .rendering import Rendering, render
 from .scene import Parameter, Parameters, Scene, load
-from .scene_dict import Transform, load_dict
+from .scene_dict import load_dict
+from .transform import Transform
 
 __all__ = ["DataSet", "DeviceError", "Error", "Gradcheck", "Gradient", "InputError", "Interval", "Inversion",
-           "Parameter", "Parameters", "Prediction", "Rendering", "ResultError", "Scene", "Shape", "Training", "Transform", "UsageError",
+           "Parameter", "Parameters", "Prediction", "Rendering", "ResultError", "Scene", "Shape", "Training", "Transform", "UsageError", "Warning",
            "__version__", "dataset", "device", "devices", "evaluate", "gradcheck", "gradient", "invert", "load", "load_dict", "photo", "predict",
            "read_exr", "render", "set_device", "shapes", "train", "write_exr"]

@@ -5,7 +5,7 @@ import html
 import json
 import os
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Union
 
@@ -16,6 +16,7 @@ from .exr import as_file, float_array
 from .progress import shown
 from .rendering import Rendering, operator_flag, samples, seed_number
 from .scene import Scene
+from .scene_dict import seen_by
 
 Image = Union[np.ndarray, Rendering, str, os.PathLike]
 
@@ -29,7 +30,10 @@ def make_target(scene: Scene, sensor: int, target: Any, mask: Any = None) -> _it
     if isinstance(mask, (str, os.PathLike)):
         raise _itn.UsageError(f"mask: the file {os.fspath(mask)} for a target that is an array; need an array, too (itn.read_exr)")
     error = target.stderr if isinstance(target, Rendering) else None
-    image = float_array(target.image if isinstance(target, Rendering) else target)
+    try:
+        image = float_array(target.image if isinstance(target, Rendering) else target)
+    except (TypeError, ValueError):
+        raise _itn.UsageError(f"target: got {type(target).__name__}, need an array of the film's size, a Rendering, or a file") from None
     if image.ndim == 2:
         image = image[..., None]
     return _itn.target_from_arrays(scene._scene, sensor, image, None if mask is None else float_array(mask), error)
@@ -57,7 +61,7 @@ def make_targets(scene: Scene, target: Any, mask: Any, sensor: int | Sequence[in
     """One target, or a list of them, one a sensor, with masks likewise."""
     several = isinstance(target, (list, tuple))
     targets = list(target) if several else [target]
-    masks = [None] * len(targets) if mask is None else list(mask) if several else [mask]
+    masks = [None] * len(targets) if mask is None else list(mask) if isinstance(mask, (list, tuple)) else [mask]
     if sensor is None:
         sensors = list(range(len(targets)))
     else:
@@ -101,7 +105,7 @@ class Gradient:
 
 
 def gradient(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[str], spp: int = 0, seed: int = 0, *,
-             mask: Any = None, sensor: int | Sequence[int] | None = None, exposure: bool = False,
+             mask: Any = None, sensor: int | Sequence[int] | Mapping[str, Any] | None = None, exposure: bool = False,
              mode: str = "automatic", operator: str = "full",
              progress: bool | Callable[[float], object] | None = None) -> Gradient:
     """The mean squared difference of the scene's image from the target, and its gradient: `itn gradient`.
@@ -111,6 +115,7 @@ def gradient(scene: Scene, target: Image | Sequence[Image], parameters: Sequence
     of the film's size, a Rendering, or a file (OpenEXR, or a photo, see `itn.photo`); several, one a sensor. mask: weights of
     the pixels. exposure: the target is known up to a factor. mode: "images" (derivative images), "adjoint" (replayed paths), "automatic".
     """
+    scene, sensor = seen_by(scene, sensor)
     targets, sensors = make_targets(scene, target, mask, sensor)
     if mode not in ("automatic", "images", "adjoint"):
         raise _itn.UsageError(f"mode: got {mode!r}, need 'automatic', 'images' or 'adjoint'")
@@ -148,11 +153,12 @@ class Gradcheck:
         return f"<pre>{html.escape(repr(self))}</pre>"
 
 
-def gradcheck(scene: Scene, parameters: Sequence[str] = (), spp: int = 0, seed: int = 0, *, sensor: int = 0,
-              operator: str = "full", progress: bool | Callable[[float], object] | None = None) -> Gradcheck:
+def gradcheck(scene: Scene, parameters: Sequence[str] = (), spp: int = 0, seed: int = 0, *,
+              sensor: int | Mapping[str, Any] = 0, operator: str = "full", progress: bool | Callable[[float], object] | None = None) -> Gradcheck:
     """Each derivative of the image against a central difference with common random numbers: `itn gradcheck`.
 
     parameters: default all by which the image can be differentiated. The result is true where all agree."""
+    scene, sensor = seen_by(scene, sensor)
     spp = samples(scene, spp, sensor)
     with shown(progress, "gradcheck") as tell:
         text = _itn.gradcheck(scene._scene, list(parameters), spp, seed_number(seed), sensor, operator_flag(operator), tell)

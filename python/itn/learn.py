@@ -5,7 +5,6 @@ import html
 import json
 import os
 import tempfile
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +18,7 @@ from .picture import as_html
 from .progress import shown
 from .rendering import seed_number
 from .scene import Scene
+from .warning import tell
 
 Progress = "bool | Callable[[float], object] | None"
 
@@ -155,7 +155,7 @@ def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene
     object alone (`cut_out`) need not be square: they see the square around the mask. judge: a network that training with "judge"
     made, which says how much it doubts that images are like those that the network learnt from; the networks that ship have
     their own."""
-    with tempfile.TemporaryDirectory() as temporary, shown(progress, "predict") as tell:
+    with tempfile.TemporaryDirectory() as temporary, shown(progress, "predict") as done:
         def as_files(images: Any, kind: str) -> list[str]:
             several = images if isinstance(images, (list, tuple)) else [images]
             return [as_file(image, temporary, f"{kind}{k}") for k, image in enumerate(several)]
@@ -164,9 +164,8 @@ def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene
         result = _itn.predict(files, os.fspath(network), scene._scene if scene else None, sensor,
                               os.fspath(dataset or ""), os.fspath(shape_buffers or ""), list(map(float, light)),
                               as_files(mask, "mask"), as_files(flash, "flash"), exemplars, spp, longest_side,
-                              os.fspath(judge), seed_number(seed), tell)
-    for text in result["warnings"]:
-        warnings.warn(text, stacklevel=2)
+                              os.fspath(judge), seed_number(seed), done)
+    tell(result["warnings"])
     names = [output[0] for output in result["network"]["outputs"]]
     numbers = np.array(result["parameters"]).reshape(len(files), len(names), 3)
     intervals = {name: numbers[:, k, 1:] for k, name in enumerate(names)} if result["intervals"] else {}

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from . import _itn
+from .transform import attribute, numbers
+from .warning import tell
 
 
 @dataclass(frozen=True)
@@ -26,10 +28,6 @@ class Parameter:
     reason: str                     # why not
     belongs_to: str                 # medium, phase, bsdf, texture, light or environment
     shape: tuple[int, ...] | None   # of a texture (height, width, channels), of a grid (depth, height, width, channels)
-
-
-def _is_colour(value: Any) -> bool:
-    return np.ndim(value) == 1 and len(value) == 3
 
 
 class Parameters(MutableMapping):
@@ -57,13 +55,13 @@ class Parameters(MutableMapping):
 
     def __setitem__(self, name: str, value: Any) -> None:
         if parts := self._components(name):
-            for part, number in zip(parts, np.broadcast_to(_to_numpy(value), len(parts))):
+            for part, number in zip(parts, _values(name, value, (len(parts),))):
                 self._scene.set_number(part, float(number))
         elif self._scene.has_values(name):
             shape = self._scene.describe(name)["shape"]
-            self._scene.set_values(name, np.ascontiguousarray(np.broadcast_to(_to_numpy(value), shape), np.float32))
+            self._scene.set_values(name, np.ascontiguousarray(_values(name, value, shape), np.float32))
         else:
-            self._scene.set_number(name, float(value))
+            self._scene.set_number(name, float(_values(name, value, ())))
 
     def __delitem__(self, name: str) -> None:
         raise TypeError("parameters of a scene cannot be deleted")
@@ -111,11 +109,18 @@ class Parameters(MutableMapping):
         return f"<table><tr>{cells(self._head, 'th')}</tr>{body}</table>"
 
 
-def _to_numpy(value: Any) -> np.ndarray:
-    """Of numpy, torch, or whatever has __array__ or DLPack."""
-    if hasattr(value, "detach"):
-        value = value.detach().cpu()
-    return np.asarray(value, dtype=np.float64 if np.ndim(value) < 2 else np.float32)
+def _values(name: str, value: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """An array of this shape, of one, or of a number for all. Of numpy, torch, or whatever has __array__ or DLPack."""
+    try:
+        found = numbers(value)
+    except (TypeError, ValueError):
+        raise _itn.UsageError(f"parameter {name}: got {type(value).__name__}, need {'an array' if shape else 'a number'}") from None
+    if found.size == 1:
+        return np.broadcast_to(found.reshape(()), shape)
+    if found.shape != tuple(shape):
+        need = f"an array of shape {tuple(shape)}, or one number" if shape else "one number"
+        raise _itn.UsageError(f"parameter {name}: got an array of shape {found.shape}, need {need}")
+    return found
 
 
 class Scene:
@@ -157,18 +162,38 @@ class Scene:
         return f"<p>{html.escape(repr(self)[1:-1])}</p>{self.parameters._repr_html_()}"
 
 
+def _definition(name: str, value: Any) -> str:
+    """What stands for $name in the file."""
+    if isinstance(value, (bool, np.bool_)):
+        return str(bool(value)).lower()
+    if isinstance(value, (str, os.PathLike)):
+        return os.fspath(value)
+    if isinstance(value, (int, float, np.number)):
+        return str(value)
+    try:
+        found = numbers(value)
+    except (TypeError, ValueError):
+        found = np.empty((0, 0))
+    if found.ndim > 1 or found.size == 0:
+        shape = attribute(value, "shape")
+        got = f"an array of shape {tuple(shape)}" if shape is not None else type(value).__name__
+        raise _itn.UsageError(f"{name}: got {got}; need a number, a text or a list of numbers")
+    return ", ".join(repr(float(v)) for v in found.ravel())
+
+
 def load(file: str | os.PathLike, *, size: tuple[int, int] | None = None, open: bool = False,
          defines: Mapping[str, Any] | None = None, **more: Any) -> Scene:
-    """Reads a Mitsuba 3 scene file.
+    """Reads a Mitsuba 3 scene file. What it has that is suspicious becomes warnings (`itn.Warning`).
 
-    Further keywords fill `$name` in the file, as Mitsuba's `load_file` does: `load("scene.xml", sigma_t=25)`. `defines`
-    takes them as a dictionary, names that are no Python names, too.
+    Further keywords fill `$name` in the file, as Mitsuba's `load_file` does: `load("scene.xml", sigma_t=25)`; a list fills it
+    with its numbers, as of a colour. `defines` takes them as a dictionary, names that are no Python names, too.
 
     size: (width, height) of every film, instead of the file's. open: take shapes that bound a medium though they are not
     closed. Raises InputError with every problem and where it is; UsageError for a name that the scene does not use.
     """
     if size is not None and (isinstance(size, str) or np.shape(size) != (2,)):
         raise _itn.UsageError(f"size: got {size!r}, need (width, height) of the films; $size of the file: defines={{'size': ...}}")
-    text = {name: str(value).lower() if isinstance(value, bool) else str(value)
-            for name, value in {**(defines or {}), **more}.items()}
-    return Scene(_itn.load(os.fspath(file), text, size, open))
+    text = {name: _definition(name, value) for name, value in {**(defines or {}), **more}.items()}
+    scene = Scene(_itn.load(os.fspath(file), text, size, open))
+    tell(scene.warnings)
+    return scene

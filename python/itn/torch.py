@@ -26,6 +26,8 @@ from .exr import float_array
 from .gradient import make_target
 from .rendering import operator_flag, samples, seed_number
 from .scene import Scene
+from .scene_dict import seen_by
+from .warning import tell
 
 
 @dataclass(frozen=True)
@@ -118,6 +120,9 @@ def _call(scene: Scene, parameters: Mapping[str, torch.Tensor], spp: int, seed: 
         inputs.append(_Input(names, is_array))
         tensors.append(tensor)
         if is_array:
+            need = scene._scene.describe(names[0])["shape"]
+            if tuple(tensor.shape) != tuple(need):
+                raise _itn.UsageError(f"parameter {name}: got a tensor of shape {tuple(tensor.shape)}, need {tuple(need)}")
             continue
         own = 0 if len(names) == 1 else 1
         shape = tuple(tensor.shape)
@@ -152,8 +157,9 @@ class _Render(torch.autograd.Function):
             return torch.from_numpy(_itn.render_batch(scene, call.numbers, call.matrix(tensors), call.spp, call.seeds, 0,
                                                       call.sensor, call.single, None))
         variant = call.variant(tensors)
-        image = _itn.render(scene, variant, [], call.spp, call.seeds[0], call.sensor, call.single, 0, None)["image"]
-        return torch.from_numpy(image)
+        result = _itn.render(scene, variant, [], call.spp, call.seeds[0], call.sensor, call.single, 0, None)
+        tell(result["warnings"], stacklevel=3)
+        return torch.from_numpy(result["image"])
 
     @staticmethod
     def backward(ctx, grad: torch.Tensor):
@@ -205,6 +211,7 @@ def render(scene: Scene, parameters: Mapping[str, torch.Tensor], spp: int = 0, s
     the product of the means. A loss that is not linear has a biased value all the same (E f(image) is not f(E image)):
     for squared differences use `image_loss`, which has neither.
     """
+    scene, sensor = seen_by(scene, sensor)
     call, tensors = _call(scene, parameters, spp, seed, sensor, operator, 1, independent=independent)
     return _Render.apply(call, *tensors)
 
@@ -249,17 +256,29 @@ def image_loss(scene: Scene, parameters: Mapping[str, torch.Tensor], target: Any
     `target()` made of those, which is quicker in a loop. mask: weights of the pixels. exposure: known up to a factor.
     Give every step another seed.
     """
+    if mode not in ("automatic", "images", "adjoint"):
+        raise _itn.UsageError(f"mode: got {mode!r}, need 'automatic', 'images' or 'adjoint'")
+    scene, sensor = seen_by(scene, sensor)
     call, tensors = _call(scene, parameters, spp, seed, sensor, operator, 2, exposure=exposure, mode=mode)
     if call.batch is None:
         targets = (make_target(scene, sensor, target, mask),)
     else:
         if exposure:
             raise _itn.UsageError("exposure: of single images, not of a batch")
-        masks = [mask] * call.batch if mask is None or np.ndim(mask) == 2 else list(mask)
+        target = _one_each("target", target, call.batch)
+        same = mask is None or isinstance(mask, (str, os.PathLike)) or getattr(mask, "ndim", 0) == 2
+        masks = [mask] * call.batch if same else _one_each("mask", mask, call.batch)
         targets = tuple(make_target(scene, sensor, t, m) for t, m in zip(target, masks))
-        if len(targets) != call.batch:
-            raise _itn.UsageError(f"target: got {len(targets)}, need {call.batch}, one an image of the batch")
     return _ImageLoss.apply(_Call(**{**call.__dict__, "targets": targets}), *tensors)
+
+
+def _one_each(what: str, given: Any, batch: int) -> list:
+    """One an image of a batch, as a list."""
+    if isinstance(given, (str, os.PathLike, _itn.Target)) or not hasattr(given, "__len__") or getattr(given, "ndim", 1) == 0:
+        raise _itn.UsageError(f"{what}: got one, need {batch}, one an image of the batch")
+    if len(given) != batch:
+        raise _itn.UsageError(f"{what}: got {len(given)}, need {batch}, one an image of the batch")
+    return list(given)
 
 
 def target(scene: Scene, image: Any, mask: Any = None, sensor: int = 0) -> _itn.Target:
@@ -297,6 +316,12 @@ class Network(torch.nn.Module):
         flash adds, like the image; mask, nearness and light (..., size, size); normal (..., 3, size, size)."""
         colours = "rgb" in self.description["inputs"]
         over = (-3, -2, -1) if colours else (-2, -1)
+        for name, values in {"image": image, **others}.items():
+            in_colours = name == "normal" or (colours and name in ("image", "flash"))
+            need = (*image.shape[:-3 if colours else -2], *((3,) if in_colours else ()), *image.shape[-2:])
+            if image.ndim < (3 if colours else 2) or tuple(values.shape) != need:
+                raise _itn.UsageError(f"{name}: got a tensor of shape {tuple(values.shape)}, need "
+                                      f"{need if name != 'image' else '(..., 3, height, width)' if colours else '(..., height, width)'}")
         object = torch.ones_like(image)
         if self.description["cut_out"]:  # sees nothing else
             if "mask" not in others:
@@ -339,8 +364,13 @@ class Network(torch.nn.Module):
                 images = torch.nn.functional.max_pool2d(images, 2)
         return self.last(images.flatten(1))
 
+    def _check_raw(self, raw: torch.Tensor) -> None:
+        if raw.ndim != 2 or raw.shape[1] != self.last.out_features:
+            raise _itn.UsageError(f"raw: got a tensor of shape {tuple(raw.shape)}, need (images, {self.last.out_features})")
+
     def values(self, raw: torch.Tensor) -> dict[str, torch.Tensor]:
         """Parameters by name, from raw outputs (images, outputs); sigma_t in 1/mm."""
+        self._check_raw(raw)
         return self._of_shares(torch.sigmoid(raw[:, :len(self.outputs)]))
 
     def shares(self, raw: torch.Tensor) -> torch.distributions.MultivariateNormal:
@@ -348,6 +378,7 @@ class Network(torch.nn.Module):
         (of sigma_t by its logarithm)."""
         if not self.description["distribution"]:
             raise _itn.UsageError("this network says parameters, and no distribution of them")
+        self._check_raw(raw)
         n = len(self.outputs)
         deviation = torch.exp(raw[:, n:2 * n]) * torch.tensor(self.description["spread"]).to(raw) / 12 ** 0.5
         factor = torch.eye(n).to(raw).repeat(len(raw), 1, 1)

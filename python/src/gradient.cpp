@@ -10,9 +10,11 @@
 #include "python/src/arrays.h"
 #include "python/src/renderers.h"
 #include "python/src/target.h"
+#include "python/src/warning.h"
 #include "runtime/base/error.h"
 #include "runtime/derivative_check.h"
 #include "runtime/inversion/measured_loss.h"
+#include "runtime/rendering_warnings.h"
 
 namespace itn::python {
 namespace {
@@ -174,6 +176,8 @@ nb::object render_batch(const SceneObject& object, const std::vector<std::string
       return kept.renderer->render(batch, spp);
     });
   });
+  for (std::size_t i = 0; i < images.size(); ++i)
+    for (const std::string& text : warnings_of(images[i], scenes[i])) warn(text, 2);
   std::vector<float> all;
   for (const Rendering& image : images) all.insert(all.end(), image.mean.begin(), image.mean.end());
   const Rendering& first = images.front();
@@ -223,6 +227,9 @@ nb::dict batch_loss(const SceneObject& object, const std::vector<std::string>& n
                     const Targets& targets, int spp, const std::vector<std::uint64_t>& seeds, int first_sample,
                     int sensor, bool single, const nb::object& progress) {
   const std::size_t groups = batch_groups(spp);
+  if (targets.size() != values.shape(0) || seeds.size() != values.shape(0))
+    throw UsageError(fmt::format("a batch of {} images with {} targets and {} seeds; need one each", values.shape(0),
+                                 targets.size(), seeds.size()));
   const std::vector<Scene> scenes = with_values(object, names, values);
   const RendererKey key{sensor, operator_of(single), names};
   std::vector<double> losses, gradient;

@@ -15,6 +15,7 @@
 #include "python/src/running.h"
 #include "python/src/scene.h"
 #include "python/src/target.h"
+#include "python/src/warning.h"
 #include "runtime/base/error.h"
 #include "runtime/inversion/forward_model.h"
 #include "runtime/inversion/numbers_inversion.h"
@@ -83,9 +84,7 @@ nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string
     guess = interruptible(progress, [&](Running&) {
       return set_network_start(scene, names, given, init, init_image, sensors.front(), {});
     });
-    // Of the line that calls itn.invert(). Fails where the user makes warnings errors.
-    if (!guess.warning.empty() && PyErr_WarnEx(PyExc_UserWarning, guess.warning.c_str(), 2) != 0)
-      throw nb::python_error();
+    if (!guess.warning.empty()) warn(guess.warning, 2);  // of the line that calls itn.invert()
   }
   for (const auto& [name, value] : start) {
     if (std::find(names.begin(), names.end(), name) == names.end())

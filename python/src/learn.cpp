@@ -16,6 +16,7 @@
 #include "python/src/device.h"
 #include "python/src/running.h"
 #include "python/src/scene.h"
+#include "python/src/warning.h"
 #include "runtime/base/error.h"
 #include "runtime/base/folder_lock.h"
 #include "runtime/base/seconds_since.h"
@@ -222,6 +223,11 @@ std::string bind_train(const std::vector<std::string>& data, const std::string& 
 std::string evaluate(const EvaluationOptions& options, Running& running) {
   const auto start = std::chrono::steady_clock::now();
   Evaluation e = begin_evaluation(options);
+  for (const EvaluatedRun& run : e.runs)
+    for (const std::string& text : run.warnings) {
+      const nb::gil_scoped_acquire acquire;
+      warn(text, 2);
+    }
   const FolderLock lock(options.report);
   const EvaluationProgress progress{[](const std::string&, double, const std::string&, double, bool) {},
                                     [&](double fraction) { running.update(fraction); }, [] {}};

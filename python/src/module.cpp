@@ -31,6 +31,10 @@ void bind_errors(nb::module_& module) {
       "Something fails after good input: a folder that takes no files, numbers that are not finite.";
   for (const char* name : {"Error", "InputError", "UsageError", "DeviceError", "ResultError"})
     module.attr(name).attr("__module__") = "itn";
+  const nb::object warning = nb::steal(PyErr_NewExceptionWithDoc(
+      "itn.Warning", "What the commands warn of on standard error: a result that may not be what it seems.",
+      PyExc_UserWarning, nullptr));
+  module.attr("Warning") = warning;
   nb::register_exception_translator([](const std::exception_ptr& thrown, void*) {
     try {
       std::rethrow_exception(thrown);

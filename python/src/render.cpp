@@ -8,16 +8,18 @@
 #include "python/src/renderers.h"
 #include "runtime/base/error.h"
 #include "runtime/image/preview.h"
+#include "runtime/rendering_warnings.h"
 
 namespace itn::python {
 namespace {
 
 using namespace nb::literals;
 
-nb::dict as_dict(Rendering&& image, const RendererKey& key) {
+nb::dict as_dict(Rendering&& image, const RendererKey& key, const Scene& scene) {
   const std::vector<std::size_t> shape{static_cast<std::size_t>(image.height), static_cast<std::size_t>(image.width),
                                        static_cast<std::size_t>(image.channels)};
   nb::dict result;
+  result["warnings"] = warnings_of(image, scene);
   result["image"] = numpy_array(std::move(image.mean), shape);
   result["stderr"] = numpy_array(std::move(image.stderr_), shape);
   result["mean"] = image.mean_of_image;
@@ -47,7 +49,7 @@ nb::dict render_image(const SceneObject& object, const Variant* variant, const R
       return kept.renderer->render(first_sample, spp);
     });
   });
-  return as_dict(std::move(image), key);
+  return as_dict(std::move(image), key, *scene);
 }
 
 nb::object picture(const FloatArray& image, bool is_signed) {

@@ -12,6 +12,8 @@
 #include "python/src/renderers.h"
 #include "runtime/base/error.h"
 #include "runtime/scene/load.h"
+#include "runtime/scene/model.h"
+#include "runtime/scene/texture_model.h"
 
 namespace itn::python {
 namespace {
@@ -89,9 +91,12 @@ nb::object get_values(const SceneObject& object, const std::string& name) {
 
 void put(Scene& scene, const Parameter& p, const FloatArray& array) {
   VoxelGrid values = values_of(scene, p);
-  if (array.size() != values.data.size())
-    throw UsageError(fmt::format("parameter {}: got {} values, need {}: an array of shape ({})", p.name, array.size(),
-                                 values.data.size(), fmt::join(shape_of(p, values), ", ")));
+  const std::vector<std::size_t> shape = shape_of(p, values);
+  std::vector<std::size_t> given;
+  for (std::size_t i = 0; i < array.ndim(); ++i) given.push_back(array.shape(i));
+  if (given != shape)
+    throw UsageError(fmt::format("parameter {}: got an array of shape ({}), need ({})", p.name, fmt::join(given, ", "),
+                                 fmt::join(shape, ", ")));
   values.data = as_vector(array);
   for (const float v : values.data)
     if (!p.contains(static_cast<double>(v)))
@@ -111,6 +116,40 @@ std::unique_ptr<Variant> variant(const SceneObject& object, const std::map<std::
   for (const auto& [name, value] : numbers) itn::set_parameter(scene, object.parameter(name), value);
   for (const auto& [name, values] : arrays) put(scene, object.parameter(name), values);
   return std::make_unique<Variant>(Variant{std::make_shared<const Scene>(std::move(scene))});
+}
+
+// The scene as the first sensor of the other one sees it. medium: the id of that in which the sensor stands; "": none
+std::unique_ptr<SceneObject> seen_by(const SceneObject& object, const SceneObject& other, const std::string& medium) {
+  Scene scene = *object.scene();
+  Sensor sensor = other.scene()->sensors.front();
+  sensor.medium = -1;
+  if (other.scene()->media.size() > 0)
+    throw UsageError("sensor: has a medium of its own; need {'type': 'ref', 'id': ...} to one of the scene");
+  std::vector<std::string> ids;
+  for (std::size_t i = 0; i < scene.media.size(); ++i) {
+    ids.push_back(scene.media[i].id);
+    if (scene.media[i].id == medium) sensor.medium = static_cast<int>(i);
+  }
+  if (!medium.empty() && sensor.medium < 0)
+    throw UsageError(fmt::format("sensor: refers to {}, and no medium of the scene has this id; need one of: {}",
+                                 medium, ids.empty() ? "none" : fmt::format("{}", fmt::join(ids, ", "))));
+  scene.sensors = {sensor};
+  return std::make_unique<SceneObject>(std::move(scene));
+}
+
+// The tag of the element of each type that the program declares.
+std::map<std::string, std::string> model_tags() {
+  std::map<std::string, std::string> tags;
+  const auto add = [&](const auto& models, const char* tag) {
+    for (const auto& model : models) tags.emplace(model.type, tag);
+  };
+  add(bsdf_models(), "bsdf");
+  add(medium_models(), "medium");
+  add(phase_models(), "phase");
+  add(light_models(), "emitter");
+  add(environment_models(), "emitter");
+  add(texture_models(), "texture");
+  return tags;
 }
 
 nb::list sensors(const SceneObject& object) {
@@ -153,6 +192,7 @@ void bind_scene(nb::module_& module) {
       .def_prop_ro("warnings", [](const SceneObject& o) { return o.scene()->warnings; })
       .def_prop_ro("sensors", &sensors)
       .def("copy", [](const SceneObject& o) { return std::make_unique<SceneObject>(o); })
+      .def("seen_by", &seen_by, "other"_a, "medium"_a, "The scene as the first sensor of another one sees it.")
       .def("names",
            [](const SceneObject& o) {
              std::vector<std::string> names;
@@ -177,6 +217,7 @@ void bind_scene(nb::module_& module) {
       .def("set_number", &set_number, "name"_a, "value"_a)
       .def("values", &get_values, "name"_a)
       .def("set_values", &set_array, "name"_a, "values"_a);
+  module.def("model_tags", &model_tags, "Of each type that the program declares the tag of its element.");
   module.def("load", &load, "file"_a, "definitions"_a, "size"_a.none(), "open"_a);
 }
 

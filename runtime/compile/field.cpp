@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "runtime/base/error.h"
 #include "runtime/base/parallel.h"
 #include "runtime/scene/packed_voxels.h"
 #include "runtime/scene/transform.h"
@@ -51,6 +52,12 @@ Affine to_voxels(const Transform& to_world, const std::array<int, 3>& size) {
       affine.shift[i] -= affine.linear[3 * i + k] * origin[k];
     }
   return affine;
+}
+
+int wrap_of(const Volume& volume) {
+  return volume.wrap == Volume::Wrap::repeat   ? TEXTURE_REPEAT
+         : volume.wrap == Volume::Wrap::mirror ? TEXTURE_MIRROR
+                                               : TEXTURE_CLAMP;
 }
 
 int wrapped(int wrap, long i, int n) {
@@ -251,9 +258,7 @@ int append_field(const Volume& volume, double density, LaunchData& data) {
     beside = -margin;
   }
   r.channels = grid.channels;
-  r.wrap = volume.wrap == Volume::Wrap::repeat   ? TEXTURE_REPEAT
-           : volume.wrap == Volume::Wrap::mirror ? TEXTURE_MIRROR
-                                                 : TEXTURE_CLAMP;
+  r.wrap = wrap_of(volume);
   r.nearest = volume.nearest;
   r.gradient = r.sum = -1;
   r.mean = static_cast<float>(mean_of(grid));
@@ -277,6 +282,27 @@ int append_field(const Volume& volume, double density, LaunchData& data) {
   append_cells(grid, map, beside, r, data);
   data.fields.push_back(r);
   return static_cast<int>(data.fields.size()) - 1;
+}
+
+void append_shown_volume(const Volume& volume, TextureRecord& r, LaunchData& data) {
+  const VoxelGrid& grid = *volume.grid;
+  r.offset = static_cast<int>(data.texels.size());
+  r.width = grid.width;
+  r.height = grid.height;
+  r.nearest = volume.nearest;
+  r.wrap = wrap_of(volume);
+  const Affine map = to_voxels(volume.to_world, {grid.width, grid.height, grid.depth});
+  for (std::size_t a = 0; a < 3; ++a) {
+    for (std::size_t k = 0; k < 3; ++k) data.texels.push_back(static_cast<float>(map.linear[3 * a + k]));
+    data.texels.push_back(static_cast<float>(map.shift[a]));
+  }
+  data.texels.push_back(std::bit_cast<float>(static_cast<std::int32_t>(grid.depth)));
+  const auto channels = static_cast<std::size_t>(grid.channels);
+  if (data.texels.size() + 3 * (grid.data.size() / channels) >
+      static_cast<std::size_t>(std::numeric_limits<int>::max()))
+    throw InputError("the textures of the scene need more than 2^31 numbers; need smaller volumes");
+  for (std::size_t i = 0; i < grid.data.size(); i += channels)
+    for (std::size_t c = 0; c < 3; ++c) data.texels.push_back(grid.data[i + std::min(c, channels - 1)]);
 }
 
 }  // namespace itn

@@ -60,6 +60,10 @@ int append_texture(const Texture& texture, const Model& model, const DeclaredNum
     append_bitmap(texture, r, data);
     data.coloured |= texture.bitmap->channels > 1 && !is_direction(number);
   }
+  if (texture.volume) {
+    append_shown_volume(*texture.volume, r, data);
+    data.coloured |= texture.volume->grid->channels > 1;
+  }
   for (const Rgb& colour : texture.colours) data.coloured |= !grey(colour);
   data.textures.push_back(r);
   return static_cast<int>(data.textures.size()) - 1;
@@ -502,6 +506,8 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   set("HAS_TEXTURE", !data.textures.empty());
   set("HAS_ATTRIBUTES", std::any_of(data.textures.begin(), data.textures.end(),
                                     [](const TextureRecord& t) { return texture_has(t.kind, TEXTURE_ON_MESH); }));
+  set("HAS_VOLUME_TEXTURES", std::any_of(data.textures.begin(), data.textures.end(),
+                                         [](const TextureRecord& t) { return texture_has(t.kind, TEXTURE_IN_SPACE); }));
   set("HAS_SMOOTH", smooth);
   set("HAS_ROUND", round || data.round_zone);
   set("HAS_LENS", std::any_of(data.cameras.begin(), data.cameras.end(), [](const CameraRecord& c) {

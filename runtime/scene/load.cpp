@@ -175,7 +175,7 @@ Scene scene_of(const std::string& file, const Document& document, const LoadOpti
   builder.scene.file = file;
   builder.film_size = options.size;
   builder.open = options.open;
-  warn_of_shears(*document.root, builder.scene.warnings);
+  report.attempt([&] { warn_of_transforms(*document.root, builder.scene.warnings); });
   report.attempt([&] { build_scene(builder); });
   report.raise();
   check_lights(builder.scene);

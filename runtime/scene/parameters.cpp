@@ -175,7 +175,7 @@ class List {
       const Range range{p.kind.low, p.kind.high, p.kind.low_included, p.kind.high_included};
       const auto value = [&](int c) { return slots[static_cast<std::size_t>(p.slot + c)]; };
       const auto why_not = [&](double, int c) { return model.obstacle(slots.data(), p.slot + c); };
-      if (of.is_grid())
+      if (of.is_grid() && of.is_constant())
         grid(instance, p, of, range);
       else if (has_texels)
         texels(instance, p, of, range);
@@ -257,7 +257,8 @@ void set_colour(Rgb& colour, const Parameter& p, double value) {
 void set_instance(Instance& instance, const Parameter& p, double value) {
   for (const std::size_t i : instance.values_called(p.id, p.member)) {
     Texture& of = instance.values[i];
-    if (of.is_grid()) throw UsageError(fmt::format("parameter {}: cannot be set: {}", p.name, voxels_value));
+    if (of.is_grid() && of.is_constant())
+      throw UsageError(fmt::format("parameter {}: cannot be set: {}", p.name, voxels_value));
     if (!of.is_constant()) throw UsageError(fmt::format("parameter {}: cannot be set: {}", p.name, textured_value));
     set_colour(of.value, p, value);
   }

@@ -67,11 +67,19 @@ TEST_CASE("missing scene and include files are named") {
   SceneFolder().check_error("\n<include filename=\"gone.xml\"/>", 3, {"gone.xml", "no such file"});
 }
 
+TEST_CASE("text between elements is left out, and told but for spaces") {
+  SceneFolder folder;
+  CHECK(folder.load("<![CDATA[ \n ]]><!-- a comment -->").warnings.empty());
+  const Scene scene = folder.load("<shape type=\"cube\">0.5</shape>\n<![CDATA[words]]>");
+  REQUIRE(scene.warnings.size() == 2);
+  CHECK_THAT(scene.warnings[0], Catch::Contains("scene.xml:2:20: <shape>") && Catch::Contains("\"0.5\" is left out"));
+  CHECK_THAT(scene.warnings[1], Catch::Contains("scene.xml:3:") && Catch::Contains("\"words\" is left out"));
+}
+
 TEST_CASE("malformed XML is reported where it breaks") {
   SceneFolder folder;
   folder.check_error("<shape type=\"sphere\">\n</shap>", 3, {"malformed XML"});
   folder.check_error("<shape type=\"sphere\" type=\"cube\"/>", 2, {"\"type\" given twice"});
-  folder.check_error("words", 2, {"\"words", "between elements"});
   folder.write("empty.xml", "");
   CHECK_THROWS_WITH(load_scene(folder.path("empty.xml")), Catch::Contains("malformed XML"));
   folder.write("other.xml", "\n<html></html>");
@@ -261,6 +269,12 @@ TEST_CASE("the integrator gives the depths, and every type selects this renderer
                             {"-2"});
   SceneFolder().check_error("<integrator type=\"path\">\n<integer name=\"rr_depth\" value=\"0\"/></integrator>", 3,
                             {"rr_depth"});
+  // Deeper than any path goes.
+  const Scene deep = SceneFolder().load(
+      "<integrator type=\"path\"><integer name=\"max_depth\" value=\"1000000000\"/>"
+      "<integer name=\"rr_depth\" value=\"2000000000\"/></integrator>");
+  CHECK(deep.integrator.max_depth == -1);
+  CHECK(deep.integrator.rr_depth == 1'000'000);
   SceneFolder().check_error("<integrator type=\"path\"/>\n<integrator type=\"path\"/>", 3,
                             {"more than one <integrator>"});
 }

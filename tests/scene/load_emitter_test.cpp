@@ -37,9 +37,24 @@ TEST_CASE("an envmap brings its image, scale and rotation") {
           .environment.value();
   CHECK(e.type() == "envmap");
   REQUIRE(e.bitmap);
-  CHECK(e.bitmap->data == std::vector<float>{1, 2, 3, 4, 5, 6});
+  // Mitsuba pads smaller ones to 2 x 3.
+  CHECK((e.bitmap->width == 2 && e.bitmap->height == 3));
+  CHECK(e.bitmap->data == std::vector<float>{1, 2, 3, 4, 5, 6, 1, 2, 3, 4, 5, 6, 1, 2, 3, 4, 5, 6});
   CHECK(e.number("scale") == 2);
   CHECK(e.to_world.m[6] == Approx(-1));
+}
+
+TEST_CASE("an envmap below 2 x 3 pixels repeats its last column and row, and is told") {
+  SceneFolder folder;
+  const auto load = [&](int width, int height, const std::vector<float>& values) {
+    write_exr(folder.path("e.exr"), {width, height, {"Y"}, values, {}});
+    return folder.load("<emitter type=\"envmap\"><string name=\"filename\" value=\"e.exr\"/></emitter>");
+  };
+  CHECK(load(1, 1, {7}).environment->bitmap->data == std::vector<float>(6, 7));
+  CHECK(load(1, 2, {1, 2}).environment->bitmap->data == std::vector<float>{1, 1, 2, 2, 2, 2});
+  CHECK(load(3, 1, {1, 2, 3}).environment->bitmap->data == std::vector<float>{1, 2, 3, 1, 2, 3, 1, 2, 3});
+  CHECK_THAT(load(1, 1, {7}).warnings.at(0), Catch::Contains("1 x 1") && Catch::Contains("2 x 3"));
+  CHECK(load(2, 3, {1, 2, 3, 4, 5, 6}).warnings.empty());
 }
 
 TEST_CASE("a sunsky that says nothing is Tokyo on 10 July 2010 at 15:00, as in Mitsuba") {

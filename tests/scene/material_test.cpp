@@ -6,6 +6,7 @@
 #include "runtime/image/srgb.h"
 #include "runtime/scene/parameters.h"
 #include "runtime/scene/structure.h"
+#include "runtime/scene/volume_file.h"
 #include "tests/scene/scene_folder.h"
 
 using namespace itn;
@@ -160,6 +161,53 @@ TEST_CASE("metals have Mitsuba's names") {
   CHECK(load_bsdf("<bsdf type=\"conductor\">" + board + "</bsdf>").value("eta").colours[1] == Rgb{1, 2, 3});
   check_bsdf_error("conductor", board + text("material", "Au"), {"\"eta\"", "one or the other"});
   check_bsdf_error("roughplastic", number("int_ior", "1"), {"int_ior", "not above ext_ior"});
+}
+
+TEST_CASE("metals take the magnitude of eta and k, as in Mitsuba, and it is told") {
+  SceneFolder folder;
+  const Scene scene = folder.load(
+      "<bsdf type=\"roughconductor\"><rgb name=\"eta\" value=\"-0.05 0.5 1\"/><rgb name=\"k\" value=\"3 -2 "
+      "1\"/></bsdf>");
+  CHECK(scene.bsdfs[0].value("eta").value == Rgb{0.05, 0.5, 1});
+  CHECK(scene.bsdfs[0].value("k").value == Rgb{3, 2, 1});
+  REQUIRE(scene.warnings.size() == 2);
+  CHECK_THAT(scene.warnings[0], Catch::Contains("eta = -0.05, 0.5, 1") && Catch::Contains("magnitude"));
+  check_bsdf_error("conductor", "<rgb name=\"eta\" value=\"-2000 1 1\"/>", {"eta = 2000", "outside [0, 1000]"});
+}
+
+TEST_CASE("a texture may be a volume, of a constant or a grid") {
+  SceneFolder folder;
+  VoxelGrid grid;
+  grid.width = 2;
+  grid.height = grid.depth = 1;
+  grid.data = {0.25f, 0.75f};
+  write_volume_file(folder.path("g.vol"), grid);
+  const auto load = [&](const std::string& bsdf, const std::string& name, const std::string& volume) {
+    return folder.load("<shape type=\"sphere\"><bsdf type=\"" + bsdf + "\"><texture type=\"volume\" name=\"" + name +
+                       "\"><volume name=\"volume\" " + volume + "</volume></texture></bsdf></shape>");
+  };
+  const std::string file = "type=\"gridvolume\"><string name=\"filename\" value=\"g.vol\"/>";
+  const Scene scene =
+      load("diffuse", "reflectance", file + "<transform name=\"to_world\"><translate x=\"3\"/></transform>");
+  const Texture& shown = scene.bsdfs[0].value("reflectance");
+  REQUIRE(shown.model);
+  CHECK(shown.model->type == "volume");
+  CHECK(shown.volume->grid->data == grid.data);
+  CHECK(shown.volume->to_world.m[3] == 3);
+  const Texture constant =
+      load("diffuse", "reflectance", "type=\"constvolume\"><rgb name=\"value\" value=\"0.1 0.2 0.3\"/>")
+          .bsdfs[0]
+          .value("reflectance");
+  CHECK(constant.volume->grid->data == std::vector<float>{0.1f, 0.2f, 0.3f});
+  // No number, and nothing to be found voxel by voxel.
+  const Parameter p = find_parameter(list_parameters(scene), "diffuse0.reflectance");
+  CHECK((!p.has_values() && !p.not_differentiable.empty()));
+  grid.data = {0.25f, 1.5f};
+  write_volume_file(folder.path("g.vol"), grid);
+  CHECK_THROWS_WITH(load("diffuse", "reflectance", file), Catch::Contains("0.25 to 1.5") && Catch::Contains("[0, 1]"));
+  folder.check_error(
+      "<shape type=\"sphere\"><bsdf type=\"diffuse\">\n<texture type=\"volume\" name=\"reflectance\"/></bsdf></shape>",
+      3, {"no <volume>"});
 }
 
 TEST_CASE("refractive indices have Mitsuba's names") {
@@ -342,7 +390,7 @@ TEST_CASE("faulty textures are refused") {
                      {"\"cubic\"", "\"bilinear\""});
   folder.check_error(diffuse(text("filename", "t.png") + "\n" + text("wrap_mode", "tile")), 4,
                      {"\"tile\"", "\"repeat\""});
-  folder.check_error("<bsdf type=\"diffuse\"><texture type=\"volume\" name=\"reflectance\"/></bsdf>", 2,
+  folder.check_error("<bsdf type=\"diffuse\"><texture type=\"noise\" name=\"reflectance\"/></bsdf>", 2,
                      {"\"volume\"", "\"bitmap\", \"checkerboard\" or \"mesh_attribute\""});
   ExrImage image{1, 1, {"R", "G", "B"}, {0.5f, 2.0f, 0.5f}, {}};
   write_exr(folder.path("t.exr"), image);

@@ -121,7 +121,7 @@ TEST_CASE("damaged PLY files say what is wrong and where") {
   check("ply\nformat ascii 1.0\nelement vertex many\nend_header\n", {"bad.ply:3: ", "\"many\""});
   check("ply\nformat text 1.0\n", {"bad.ply:2: ", "\"text\""});
   check("ply\nelement vertex 0\nend_header\n", {"no format"});
-  check("ply\nformat ascii 1.0\nelement vertex 0\nproperty long x\nend_header\n", {"bad.ply:4: ", "\"long\""});
+  check("ply\nformat ascii 1.0\nelement vertex 0\nproperty quad x\nend_header\n", {"bad.ply:4: ", "\"quad\""});
   check("ply\nformat ascii 1.0\nproperty float x\nend_header\n", {"before any element"});
   check("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n", {"lack x, y or z"});
   check("ply\nformat ascii 1.0\nelements 1\nend_header\n", {"bad.ply:3: ", "\"elements\""});
@@ -360,6 +360,58 @@ TEST_CASE("further properties of a PLY file are attributes, called as Mitsuba ca
   CHECK(m.attribute("vertex_tint_color")->values[2] == 0.9f);
   // both triangles of the square
   CHECK(m.attribute("face_weight")->values == std::vector<float>{0.25f, 0.25f});
+}
+
+TEST_CASE("faces may stand before the vertices of a PLY file") {
+  SceneFolder folder;
+  folder.write("a.ply",
+               "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_indices\nelement vertex 3\n"
+               "property float x\nproperty float y\nproperty float z\nend_header\n3 0 2 1\n0 0 0\n1 0 0\n0 1 0\n");
+  const Mesh m = read_mesh(folder.path("a.ply"));
+  CHECK(m.triangle == std::vector<std::array<std::uint32_t, 3>>{{0, 2, 1}});
+  CHECK(m.position.size() == 3);
+}
+
+TEST_CASE("integers of a PLY file are colours of sRGB, but for unsigned bytes, as in Mitsuba 3.9.1") {
+  SceneFolder folder;
+  const auto colours = [&](const std::string& type, const std::string& row) {
+    folder.write("a.ply",
+                 "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                 "property " +
+                     type + " r\nproperty " + type + " g\nproperty " + type +
+                     " b\nelement face 1\n"
+                     "property list uchar int vertex_indices\nend_header\n"
+                     "0 0 0 " +
+                     row + "\n1 0 0 " + row + "\n0 1 0 " + row + "\n3 0 1 2\n");
+    return read_mesh(folder.path("a.ply")).attribute("vertex_color")->values;
+  };
+  const std::vector<float> bytes = colours("uchar", "255 128 0"), shorts = colours("ushort", "65535 6554 13107");
+  CHECK(bytes[0] == 255);
+  CHECK(bytes[1] == 128);
+  CHECK(colours("char", "127 64 0")[1] == Approx(0.21770316));
+  CHECK(shorts[1] == Approx(0.0100).epsilon(0.01));
+  CHECK(shorts[2] == Approx(0.0331).epsilon(0.001));
+  CHECK(colours("float", "1 0.5 0")[1] == 0.5f);
+}
+
+TEST_CASE("a PLY file may have halves and 64-bit integers") {
+  SceneFolder folder;
+  const auto big = [](auto value) {
+    std::string bytes(sizeof value, ' ');
+    for (std::size_t i = 0; i < sizeof value; ++i) bytes[i] = static_cast<char>(value >> 8 * (sizeof value - 1 - i));
+    return bytes;
+  };
+  std::string bytes =
+      "ply\nformat binary_big_endian 1.0\nelement extra 1\nproperty long id\nelement vertex 3\nproperty half x\n"
+      "property half y\nproperty half z\nelement face 1\nproperty list uchar ulong vertex_index\nend_header\n" +
+      big(std::uint64_t{7});
+  for (const int half : {0, 0, 0, 0x3c00, 0, 0, 0, 0xc180, 0x0001}) bytes += big(static_cast<std::uint16_t>(half));
+  bytes += "\3" + big(std::uint64_t{0}) + big(std::uint64_t{1}) + big(std::uint64_t{2});
+  folder.write("a.ply", bytes);
+  const Mesh m = read_mesh(folder.path("a.ply"));
+  CHECK(m.position[1] == std::array<float, 3>{1, 0, 0});
+  CHECK(m.position[2] == std::array<float, 3>{0, -2.75f, 0x1p-24f});
+  CHECK(m.triangle[0] == std::array<std::uint32_t, 3>{0, 1, 2});
 }
 
 TEST_CASE("inputs know the fingerprint of every file that Assimp has read") {

@@ -57,9 +57,10 @@ TEST_CASE("a scene of version 2 means what it says") {
       Catch::Contains("unknown parameter \"maxDepth\"") && Catch::Contains("did you mean \"max_depth\""));
 }
 
-TEST_CASE("a scene has a version that is no later than 3") {
+TEST_CASE("a scene has a version; one later than 3 is read as 3, and told") {
   SceneFolder folder;
-  for (const std::string version : {"4.0.0", "three", "3.", "-1", "3.0.0.0"})
+  CHECK(load_version(folder, "4.0.0", "").warnings.size() == load_version(folder, "3.0.0", "").warnings.size() + 1);
+  for (const std::string version : {"three", "3.", "-1", "3.0.0.0"})
     CHECK_THROWS_WITH(load_version(folder, version, ""), Catch::Contains("v.xml:1:1: ") && Catch::Contains(version));
   folder.write("v.xml", "<scene/>");
   CHECK_THROWS_WITH(load_scene(folder.path("v.xml")), Catch::Contains("has no version"));

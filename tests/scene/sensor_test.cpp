@@ -126,8 +126,9 @@ TEST_CASE("faulty sensors are refused") {
   check_error(film("<rfilter type=\"gaussian\">" + number("stddev", "-1") + "</rfilter>"), {"stddev = -1"});
   check_error(film("<rfilter type=\"box\">" + number("radius", "1") + "</rfilter>"), {"unknown parameter \"radius\""});
   check_error(perspective("<film type=\"specfilm\"/>"), {"\"specfilm\"", "\"hdrfilm\""});
-  check_error(perspective("<sampler type=\"independent\">" + integer("sample_count", "0") + "</sampler>"),
-              {"sample_count = 0", "need 1"});
+  check_error(perspective("<sampler type=\"independent\">" + integer("sample_count", "-1") + "</sampler>"),
+              {"sample_count = -1", "need 0"});
+  CHECK(load(perspective("<sampler type=\"independent\">" + integer("sample_count", "0") + "</sampler>")).spp == 1);
   check_error(perspective("<sampler type=\"halton\"/>"), {"\"halton\"", "\"independent\""});
   check_error(perspective(number("fov", "0")), {"fov = 0", "(0, 180)"});
   check_error(perspective(number("fov", "180")), {"fov = 180"});

@@ -103,11 +103,28 @@ TEST_CASE("inverse_transpose keeps normals perpendicular to surfaces") {
   CHECK(determinant(t) * determinant(n) == Approx(1));
 }
 
+TEST_CASE("one number stands for x, y and z, as in Mitsuba") {
+  check_equal(parse("<translate value=\"0.5\"/>"), {1, 0, 0, 0.5, 0, 1, 0, 0.5, 0, 0, 1, 0.5, 0, 0, 0, 1});
+  check_equal(parse("<scale value=\"2\"/>"), {2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1});
+}
+
+TEST_CASE("an up of 0 is any, and the last row of a matrix is left out, as in Mitsuba") {
+  CHECK(parse("<lookat origin=\"1,2,3\" target=\"0,0,0\" up=\"0,0,0\"/>").m ==
+        parse("<lookat origin=\"1,2,3\" target=\"0,0,0\"/>").m);
+  check_equal(parse("<matrix value=\"1 0 0 0 0 1 0 0 0 0 1 5 0 0 .1 2\"/>"),
+              {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 5, 0, 0, 0, 1});
+  const itn::Scene scene = SceneFolder().load(
+      "<shape type=\"cube\"><transform name=\"to_world\"><matrix value=\"1 0 0 0 0 1 0 0 0 0 1 5 0 0 .1 "
+      "2\"/></transform>"
+      "</shape>");
+  REQUIRE(scene.warnings.size() == 1);
+  CHECK_THAT(scene.warnings[0], Catch::Contains("last row"));
+}
+
 TEST_CASE("faulty transforms are refused") {
   check_error("<rotate angle=\"3\"/>", {"<rotate>", "axis", "(0, 0, 0)"});
   check_error("<rotate x=\"1\"/>", {"no angle"});
   check_error("<matrix value=\"1 2 3\"/>", {"3 numbers", "16", "9"});
-  check_error("<matrix value=\"1 0 0 0 0 1 0 0 0 0 1 0 0 0 1 1\"/>", {"last row"});
   check_error("<lookat origin=\"1,1,1\" target=\"1,1,1\" up=\"0,1,0\"/>", {"same point"});
   check_error("<lookat origin=\"0,1,0\" target=\"0,0,0\" up=\"0,1,0\"/>", {"parallel"});
   check_error("<lookat origin=\"0,1\" target=\"0,0,0\"/>", {"origin", "2 numbers"});

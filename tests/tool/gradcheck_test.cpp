@@ -47,6 +47,19 @@ TEST_CASE("itn gradcheck passes the derivatives of a scene and says what it comp
   CHECK(albedo["derivative"][0] == 0);
 }
 
+TEST_CASE("itn gradcheck checks a colour by its channels that can move, and lists one that is 0") {
+  const Result result =
+      run_itn(gradcheck({"-D", "green=0", "--parameter", "skin.albedo", "--spp", "64", "--json", "-"}));
+  INFO(result.output << result.error);
+  REQUIRE(result.exit_code == 0);
+  const auto json = nlohmann::json::parse(result.output);
+  CHECK((json["parameters"].size() == 2 && json["parameters"].contains("skin.albedo.B")));
+  CHECK(json["not_differentiable"].contains("skin.albedo.G"));
+  const Result alone = run_itn(gradcheck({"-D", "green=0", "--parameter", "skin.albedo.G"}));
+  CHECK(alone.exit_code == 2);
+  CHECK_THAT(alone.error, Catch::Contains("skin.albedo.G cannot be differentiated by"));
+}
+
 TEST_CASE("without --parameter itn gradcheck takes all, and lists what is not differentiable") {
   const Result result = run_itn({"gradcheck", ITN_SOURCE_DIR "/scenes/test/sphere_dielectric.xml", "--spp", "64"});
   INFO(result.output << result.error);

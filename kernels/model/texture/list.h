@@ -10,7 +10,8 @@
  *   name_texels(t, texels, at, which, weight)
  *                             the texels that the value is a sum of, by their numbers from 0 on, and their weights.
  *                             Returns how many: 0 where it is made of colours
- *   PREFIX_TRAITS             TEXTURE_ON_MESH: it must know the primitive and the place on it
+ *   PREFIX_TRAITS             TEXTURE_ON_MESH: it must know the primitive and the place on it;
+ *                             TEXTURE_IN_SPACE: the position in the world
  *
  * One path at a time: surfaces side by side show different textures. */
 #ifndef ITN_TEXTURE_LIST_H
@@ -19,15 +20,19 @@
 #include "shared/scene_layout.h"
 
 #define TEXTURE_ON_MESH 1
+#define TEXTURE_IN_SPACE 2
 
 #ifdef __OPENCL_VERSION__
 /* Of one path. primitive, shape, b1, b2 (barycentric, of the second and third corner): where there are attributes
- * (HAS_ATTRIBUTES), and on meshes alone */
+ * (HAS_ATTRIBUTES), and on meshes alone; x, y, z: where there are volumes (HAS_VOLUME_TEXTURES) */
 typedef struct {
   float u, v;
 #if HAS_ATTRIBUTES
   float b1, b2;
   int primitive, shape; /* of the launch; of the scene */
+#endif
+#if HAS_VOLUME_TEXTURES
+  float x, y, z;
 #endif
 } TexturePlace;
 #endif
@@ -35,11 +40,13 @@ typedef struct {
 #include "model/texture/bitmap.h"
 #include "model/texture/checkerboard.h"
 #include "model/texture/mesh_attribute.h"
+#include "model/texture/volume.h"
 
-#define TEXTURE_LIST(TEXTURE)                         \
-  TEXTURE(bitmap, BITMAP, "bitmap")                   \
-  TEXTURE(checkerboard, CHECKERBOARD, "checkerboard") \
-  TEXTURE(mesh_attribute, MESH_ATTRIBUTE, "mesh_attribute")
+#define TEXTURE_LIST(TEXTURE)                               \
+  TEXTURE(bitmap, BITMAP, "bitmap")                         \
+  TEXTURE(checkerboard, CHECKERBOARD, "checkerboard")       \
+  TEXTURE(mesh_attribute, MESH_ATTRIBUTE, "mesh_attribute") \
+  TEXTURE(volume, VOLUME, "volume")
 
 #define NUMBER_TEXTURE(name, PREFIX, type) TEXTURE_##name,
 enum { TEXTURE_LIST(NUMBER_TEXTURE) TEXTURES };

@@ -22,7 +22,7 @@ constexpr double pi = std::numbers::pi;
 void envmap_fill(const Environment& environment, EnvironmentRecord& record, std::vector<float>& tables) {
   require(environment.bitmap != nullptr, environment, "bitmap", "an image", "none");
   const Bitmap& bitmap = *environment.bitmap;
-  require(bitmap.width >= 3 && bitmap.height >= 3, environment, "bitmap", "at least 3 x 3 pixels",
+  require(bitmap.width >= 2 && bitmap.height >= 3, environment, "bitmap", "at least 2 x 3 pixels",
           fmt::format("{} x {}", bitmap.width, bitmap.height), "for light of one colour use a constant emitter");
   const double scale = environment.number("scale");
   require(not_negative(scale), environment, "scale", "finite and not negative", scale);

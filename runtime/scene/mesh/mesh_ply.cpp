@@ -6,30 +6,33 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "runtime/base/file.h"
+#include "runtime/image/srgb.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/mesh/mesh_text.h"
 
 namespace itn {
 namespace {
 
-enum class Number { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
+enum class Number { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float16, float32, float64 };
 
 Number parse_number_type(std::string_view word, const TextCursor& cursor) {
   struct Name {
     const char *plain, *sized;
     Number type;
   };
-  static const Name names[] = {{"char", "int8", Number::int8},        {"uchar", "uint8", Number::uint8},
-                               {"short", "int16", Number::int16},     {"ushort", "uint16", Number::uint16},
-                               {"int", "int32", Number::int32},       {"uint", "uint32", Number::uint32},
-                               {"float", "float32", Number::float32}, {"double", "float64", Number::float64}};
+  static const Name names[] = {
+      {"char", "int8", Number::int8},        {"uchar", "uint8", Number::uint8},      {"short", "int16", Number::int16},
+      {"ushort", "uint16", Number::uint16},  {"int", "int32", Number::int32},        {"uint", "uint32", Number::uint32},
+      {"float", "float32", Number::float32}, {"double", "float64", Number::float64}, {"long", "int64", Number::int64},
+      {"ulong", "uint64", Number::uint64},   {"half", "float16", Number::float16}};
   for (const Name& name : names)
     if (word == name.plain || word == name.sized) return name.type;
   cursor.fail(
       fmt::format("unknown number type \"{}\" in the PLY header; need char, uchar, short, ushort, int, uint, "
-                  "float or double",
+                  "long, ulong, half, float or double",
                   word));
 }
 
@@ -40,12 +43,53 @@ std::size_t size_of(Number type) {
       return 1;
     case Number::int16:
     case Number::uint16:
+    case Number::float16:
       return 2;
+    case Number::int64:
+    case Number::uint64:
     case Number::float64:
       return 8;
     default:
       return 4;
   }
+}
+
+// IEEE 754's binary16.
+double half_value(std::uint16_t bits) {
+  const int exponent = (bits >> 10) & 31, mantissa = bits & 1023;
+  const double magnitude = exponent == 31 ? (mantissa ? std::nan("") : HUGE_VAL)
+                           : exponent     ? std::ldexp(1024 + mantissa, exponent - 25)
+                                          : std::ldexp(mantissa, -24);
+  return bits & 0x8000 ? -magnitude : magnitude;
+}
+
+// Of the integers that Mitsuba takes for colours of sRGB the greatest value; 0: of other numbers, and of unsigned
+// bytes, which it takes as they are.
+double greatest(Number type) {
+  switch (type) {
+    case Number::int8:
+      return 127;
+    case Number::int16:
+      return 32767;
+    case Number::uint16:
+      return 65535;
+    case Number::int32:
+      return std::numeric_limits<std::int32_t>::max();
+    case Number::uint32:
+      return std::numeric_limits<std::uint32_t>::max();
+    case Number::int64:
+      return static_cast<double>(std::numeric_limits<std::int64_t>::max());
+    case Number::uint64:
+      return static_cast<double>(std::numeric_limits<std::uint64_t>::max());
+    default:
+      return 0;
+  }
+}
+
+// As Mitsuba 3.9 takes attributes.
+float attribute_value(Number type, double stored) {
+  const double most = greatest(type);
+  return static_cast<float>(most > 0 ? srgb_decode(stored / most) : stored);
 }
 
 struct Property {
@@ -170,6 +214,12 @@ class Body {
         return as<std::int32_t>(bytes);
       case Number::uint32:
         return as<std::uint32_t>(bytes);
+      case Number::int64:
+        return as<std::int64_t>(bytes);
+      case Number::uint64:
+        return as<std::uint64_t>(bytes);
+      case Number::float16:
+        return half_value(static_cast<std::uint16_t>(as<std::uint16_t>(bytes)));
       case Number::float32:
         return as<float>(bytes);
       case Number::float64:
@@ -324,7 +374,7 @@ void read_vertices(Body& body, Header::Format format, const PlyElement& element,
            --n) {
         const double number = body.next(property.type);
         if (columns.target[i] >= 0) value[columns.target[i]] = number;
-        all[i] = static_cast<float>(number);
+        all[i] = attribute_value(property.type, number);
       }
     }
     const auto single = [&](std::size_t k) { return static_cast<float>(value[k]); };
@@ -339,7 +389,8 @@ void read_vertices(Body& body, Header::Format format, const PlyElement& element,
   set_positions(mesh, positions, full ? FilePrecision::full : FilePrecision::single);
 }
 
-void read_faces(Body& body, const PlyElement& element, const std::string& file, Mesh& mesh) {
+// vertices: how many there are, which may stand behind the faces.
+void read_faces(Body& body, const PlyElement& element, const std::string& file, std::size_t vertices, Mesh& mesh) {
   bool has_corners = false;
   for (const Property& p : element.properties)
     has_corners = has_corners || (p.is_list && (p.name == "vertex_indices" || p.name == "vertex_index"));
@@ -359,16 +410,16 @@ void read_faces(Body& body, const PlyElement& element, const std::string& file, 
           property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index");
       std::size_t n = property.is_list ? body.next_index(property.count_type, "the length of a list") : 1;
       if (!is_corners) {
-        for (; n > 0; --n) all[k] = static_cast<float>(body.next(property.type));
+        for (; n > 0; --n) all[k] = attribute_value(property.type, body.next(property.type));
         continue;
       }
       if (n < 3) body.fail(fmt::format("face {} has {} corners; need 3 or more", row, n));
       corners.clear();
       for (; n > 0; --n) {
         const std::size_t corner = body.next_index(property.type, "a vertex index");
-        if (corner >= mesh.position.size())
-          body.fail(fmt::format("face {}: vertex index {} is out of range; the mesh has {} vertices", row, corner,
-                                mesh.position.size()));
+        if (corner >= vertices)
+          body.fail(
+              fmt::format("face {}: vertex index {} is out of range; the mesh has {} vertices", row, corner, vertices));
         corners.push_back(static_cast<std::uint32_t>(corner));
       }
       for (std::size_t i = 2; i < corners.size(); ++i)
@@ -395,12 +446,15 @@ PlacedMesh read_ply(const std::string& file) {
   const Header header = parse_header(cursor);
   Body body(text, cursor, header.format, file);
   PlacedMesh mesh;
+  std::size_t vertices = 0;
+  for (const PlyElement& element : header.elements)
+    if (element.name == "vertex") vertices = element.count;
   for (const PlyElement& element : header.elements) {
     body.begin(element);
     if (element.name == "vertex")
       read_vertices(body, header.format, element, file, mesh);
     else if (element.name == "face")
-      read_faces(body, element, file, mesh);
+      read_faces(body, element, file, vertices, mesh);
     else
       skip(body, element);
   }

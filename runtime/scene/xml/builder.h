@@ -51,6 +51,8 @@ void build_shape(Builder& builder, const Element& element);
 Shape make_shape(Builder& builder, const Element& element);  // no group, no instance; not yet in the scene
 const std::vector<Shape>& shapes_of_group(Builder& builder, const Element& element);
 void build_instance(Builder& builder, const Element& element);
+// A sphere or a cylinder that to_world makes something else of, as a mesh; which it tells.
+PlacedMesh bent_round_mesh(Builder& builder, const Shape& shape, const Transform& to_world, const std::string& title);
 // Refuses a shape whose to_world leads beyond single precision.
 void check_single_precision(const Builder& builder, const Properties& properties, const Shape& shape);
 void build_sensor(Builder& builder, const Element& element, const Shape* on = nullptr);  // on: the shape that has it

@@ -106,13 +106,24 @@ void check_characters(const std::string& text, const LineTable& lines) {
     fail(lines.locate(static_cast<std::ptrdiff_t>(end)), "a character 0; need text in UTF-8: mend the file here");
 }
 
-// One element, and nothing that would be left out.
-void check_outermost(const pugi::xml_document& document, const LineTable& lines) {
+// Text means nothing in a scene file, as in Mitsuba: it is told, but for spaces, and left out. in: where it stands
+void warn_of_text(pugi::xml_node node, const LineTable& lines, const std::string& in, Report& report) {
+  if (node.type() != pugi::node_pcdata && node.type() != pugi::node_cdata) return;
+  const std::string words = node.value();
+  const std::size_t first = words.find_first_not_of(" \t\r\n");
+  if (first == std::string::npos) return;
+  std::string shown = words.substr(first, 20);
+  if (!is_utf8(shown)) shown = "...";
+  report.warn(lines.locate(node.offset_debug() + static_cast<std::ptrdiff_t>(first)),
+              in + ": the text " + quote(shown) + " is left out; values go into attributes");
+}
+
+// One element, and no other that would be left out.
+void check_outermost(const pugi::xml_document& document, const LineTable& lines, Report& report) {
   bool found = false;
   for (const pugi::xml_node node : document.children()) {
-    const bool is_text = node.type() == pugi::node_pcdata || node.type() == pugi::node_cdata;
     const std::ptrdiff_t at = node.offset_debug();
-    if (is_text) fail(lines.locate(at), "text outside of the outermost element; mend the file here");
+    warn_of_text(node, lines, "outside of the outermost element", report);
     if (node.type() != pugi::node_element) continue;
     if (found)
       fail(lines.locate(at - 1),
@@ -159,7 +170,7 @@ class Reader {
         document.load_buffer(text.data(), text.size(), pugi::parse_default | pugi::parse_fragment);
     if (!result)
       fail(lines.locate(result.offset), std::string("malformed XML: ") + result.description() + "; mend the file here");
-    check_outermost(document, lines);
+    check_outermost(document, lines, report_);
     std::error_code status;
     open_files_.push_back(fs::weakly_canonical(fs::absolute(file, status), status).string());
     const pugi::xml_node top = document.document_element();
@@ -167,6 +178,9 @@ class Reader {
     if (top.attribute("version").empty())
       fail(where, std::string("<") + top.name() + "> has no version; need version=\"3.0.0\"");
     versions_.push_back(parse_version(top.attribute("version").value(), where));
+    if (versions_.back().major > 3)
+      report_.warn(where, "version " + quote(top.attribute("version").value()) +
+                              " is later than Mitsuba 3; read as a scene of version 3");
     std::unique_ptr<Element> element = convert(top, lines, 0);
     versions_.pop_back();
     open_files_.pop_back();
@@ -262,13 +276,7 @@ class Reader {
     if (element->tag == "lookAt" && versions_.back().major < 2) element->tag = "lookat";
     read_attributes(node, depth == 0, *element);
     for (pugi::xml_node child : node.children()) {
-      if (child.type() == pugi::node_pcdata || child.type() == pugi::node_cdata) {
-        const std::string words = child.value();
-        const std::size_t first = std::min(words.find_first_not_of(" \t\r\n"), words.size());
-        report_.add(lines.locate(child.offset_debug() + static_cast<std::ptrdiff_t>(first)),
-                    "<" + element->tag + ">: text " + quote(words.substr(first, 20)) +
-                        " between elements; values go into attributes");
-      }
+      warn_of_text(child, lines, "<" + element->tag + ">", report_);
       if (child.type() == pugi::node_element) report_.attempt([&] { convert_child(child, lines, depth, *element); });
     }
     if (is_object_tag(element->tag)) upgrade(*element, versions_.back());

@@ -25,8 +25,34 @@ Transform rotation(Properties& properties) {
 // What of an environment is no number: name_rest, for each of the list.
 void constant_rest(Builder& /*builder*/, Properties& /*properties*/, Environment& /*environment*/) {}
 
+// Mitsuba's least size of an environment map: below it the last column and the last row are repeated.
+std::shared_ptr<const Bitmap> padded(const std::shared_ptr<const Bitmap>& bitmap) {
+  constexpr int least_width = 2, least_height = 3;
+  if (bitmap->width < 1 || bitmap->height < 1 || (bitmap->width >= least_width && bitmap->height >= least_height))
+    return bitmap;
+  Bitmap larger;
+  larger.width = std::max(bitmap->width, least_width);
+  larger.height = std::max(bitmap->height, least_height);
+  larger.channels = bitmap->channels;
+  for (int y = 0; y < larger.height; ++y)
+    for (int x = 0; x < larger.width; ++x)
+      for (int c = 0; c < larger.channels; ++c) {
+        const int pixel = std::min(y, bitmap->height - 1) * bitmap->width + std::min(x, bitmap->width - 1);
+        larger.data.push_back(bitmap->data[static_cast<std::size_t>(pixel * bitmap->channels + c)]);
+      }
+  return std::make_shared<const Bitmap>(std::move(larger));
+}
+
 void envmap_rest(Builder& builder, Properties& properties, Environment& environment) {
-  environment.bitmap = load_bitmap(builder, properties, "filename", false);
+  const std::shared_ptr<const Bitmap> given = load_bitmap(builder, properties, "filename", false);
+  environment.bitmap = padded(given);
+  if (environment.bitmap != given)
+    builder.warn(
+        environment.where,
+        fmt::format("{}: a picture of {} x {} pixels is taken as one of {} x {}, whose last column and row are "
+                    "repeated, as in Mitsuba",
+                    properties.title(), given->width, given->height, environment.bitmap->width,
+                    environment.bitmap->height));
   environment.to_world = rotation(properties);
   properties.boolean("mis_compensation", false);  // how Mitsuba samples: changes no expected value
 }

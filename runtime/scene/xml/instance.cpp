@@ -86,6 +86,7 @@ Texture light_texture(Builder& builder, Properties& properties, const std::strin
     Texture read = build_texture(builder, *element);
     if (!read.attribute.empty())
       properties.fail_at(name, quote(name) + " of a light is an attribute of a mesh; need a bitmap or a checkerboard");
+    if (read.volume) properties.fail_at(name, quote(name) + " of a light is a volume; need a bitmap or a checkerboard");
     return read;
   }
   texture.value = properties.color(name, {{fallback, fallback, fallback}}, Quantity::emission).value;
@@ -116,6 +117,19 @@ void make_numbers(Texture& texture, double least) {
   for (Rgb& colour : texture.colours) colour.fill(std::max((colour[0] + colour[1] + colour[2]) / 3, least));
   // Mitsuba 3.9.1 exchanges a checkerboard's two colours where it takes numbers from it, not colours: half a unit of u.
   if (texture.model->type == "checkerboard") texture.to_uv[2] += 0.5;
+  if (texture.volume) {
+    Volume volume = *texture.volume;
+    VoxelGrid grey = *volume.grid;
+    for (std::size_t i = 0; grey.channels == 3 && i < grey.data.size() / 3; ++i)
+      grey.data[i] = static_cast<float>(
+          luminance({static_cast<double>(grey.data[3 * i]), static_cast<double>(grey.data[3 * i + 1]),
+                     static_cast<double>(grey.data[3 * i + 2])}));
+    if (grey.channels == 3) grey.data.resize(grey.data.size() / 3);
+    grey.channels = 1;
+    for (float& v : grey.data) v = std::max(v, static_cast<float>(least));
+    volume.grid = std::make_shared<const VoxelGrid>(std::move(grey));
+    texture.volume = std::make_shared<const Volume>(std::move(volume));
+  }
   if (!texture.bitmap) return;
   auto grey = std::make_shared<Bitmap>(*texture.bitmap);
   const auto channels = static_cast<std::size_t>(grey->channels);
@@ -202,6 +216,8 @@ Texture number_texture(Builder& builder, Properties& properties, const DeclaredP
     if (value.bitmap)
       for (const float texel : value.bitmap->data) check_in_range(properties, p, static_cast<double>(texel));
     for (const Rgb& colour : value.colours) check_in_range(properties, p, colour[0]);
+    if (value.volume)
+      for (const float voxel : value.volume->grid->data) check_in_range(properties, p, static_cast<double>(voxel));
     value.value.fill(p.fallback);
     return value;
   }
@@ -224,6 +240,16 @@ double index_or_specular(Properties& properties, const DeclaredParameter& p, boo
   if (!(specular >= 0 && specular <= 1))
     properties.fail_at("specular", fmt::format("specular = {} is outside [0, 1]", to_text(specular)));
   return 2 / (1 - std::sqrt(0.08 * (transmits && specular == 0 ? 1e-3 : specular))) - 1;
+}
+
+// Metals reflect by the squares of eta and k, so that a sign says nothing: as in Mitsuba it is left away. Colours of
+// spectra come out a little below 0, and some write k with a minus.
+void take_magnitude(Builder& builder, Properties& properties, const DeclaredParameter& p, Rgb& value) {
+  if (*std::min_element(value.begin(), value.end()) >= 0) return;
+  builder.warn(properties.element().where,
+               fmt::format("{}: {} = {}, {}, {} is below 0; its magnitude is taken, as in Mitsuba", properties.title(),
+                           p.name, to_text(value[0]), to_text(value[1]), to_text(value[2])));
+  for (double& v : value) v = std::fabs(v);
 }
 
 Texture read(Builder& builder, Properties& properties, const Model& model, const DeclaredParameter& p) {
@@ -319,6 +345,7 @@ Texture read(Builder& builder, Properties& properties, const Model& model, const
         break;
       }
       value.value = parse_metal(properties, p.name, p.fallback);
+      take_magnitude(builder, properties, p, value.value);
       for (const double v : value.value) check_in_range(properties, p, v);
       break;
     case ParameterKind::Reader::volume:

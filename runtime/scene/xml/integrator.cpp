@@ -29,13 +29,12 @@ void parse_depth(Properties& properties, Depth depth, Integrator& integrator) {
   }
   const long max_depth = properties.integer("max_depth", depth == Depth::six ? 6 : -1);
   const long rr_depth = properties.integer("rr_depth", 5);
-  if (max_depth < -1 || max_depth > 1'000'000)
-    properties.fail_at("max_depth",
-                       "\"max_depth\" = " + std::to_string(max_depth) + "; need -1 (no limit) or 0 to 1000000");
-  if (rr_depth < 1 || rr_depth > 1'000'000)
-    properties.fail_at("rr_depth", "\"rr_depth\" = " + std::to_string(rr_depth) + "; need 1 to 1000000");
-  integrator.max_depth = static_cast<int>(max_depth);
-  integrator.rr_depth = static_cast<int>(rr_depth);
+  if (max_depth < -1)
+    properties.fail_at("max_depth", "\"max_depth\" = " + std::to_string(max_depth) + "; need -1 (no limit), 0 or more");
+  if (rr_depth < 1) properties.fail_at("rr_depth", "\"rr_depth\" = " + std::to_string(rr_depth) + "; need 1 or more");
+  constexpr long deepest = 1'000'000;  // no path gets there: as good as no limit
+  integrator.max_depth = max_depth > deepest ? -1 : static_cast<int>(max_depth);
+  integrator.rr_depth = static_cast<int>(std::min(rr_depth, deepest));
 }
 
 // How Mitsuba divides its work, and how it samples: changes no expected value.

@@ -9,6 +9,7 @@
 #include "runtime/scene/mesh/mesh_close.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/mesh/mesh_repair.h"
+#include "runtime/scene/mesh/round_mesh.h"
 #include "runtime/scene/mesh/shape_meshes.h"
 #include "runtime/scene/shape_transform.h"
 #include "runtime/scene/transform.h"
@@ -176,27 +177,39 @@ void check_round(const Properties& properties, const Shape& shape) {
     check_single_precision(properties, v);
 }
 
-void move(Properties& properties, Shape& shape, const Transform& to_world, const std::string& fault) {
-  if (!transform_round(to_world, shape)) properties.fail_at("to_world", fault);
-  check_round(properties, shape);
+// As in Mitsuba: a sphere stays one where to_world would make an ellipsoid of it.
+void move_sphere(Builder& builder, const Properties& properties, const Transform& to_world, Shape& shape) {
+  const double radius = shape.radius;
+  if (transform_round(to_world, shape)) return;
+  shape.radius = radius * length(transform_vector(to_world, {1, 0, 0}));
+  const Vec3 along = normalize(shape.edge_u);
+  shape.edge_v = normalize(shape.edge_v - dot(shape.edge_v, along) * along);
+  shape.edge_u = along;
+  shape.axis = (dot(cross(along, shape.edge_v), shape.axis) < 0 ? -1.0 : 1.0) * cross(along, shape.edge_v);
+  builder.warn(shape.where, fmt::format("{}: to_world would make an ellipsoid of it; it stays a sphere, of the radius "
+                                        "along x, {:.6g}, as in Mitsuba; an ellipsoid is an instance that is scaled",
+                                        properties.title(), shape.radius));
 }
 
-void build_sphere(Properties& properties, Shape& shape) {
+void build_sphere(Builder& builder, Properties& properties, Shape& shape) {
   shape.kind = Shape::Kind::sphere;
   shape.center = properties.vector("center", {0, 0, 0});
   shape.radius = radius_of(properties);
   const Transform to_world = properties.transform("to_world");
-  move(properties, shape, to_world, "to_world makes an ellipsoid; need a uniform scale, or a mesh");
+  move_sphere(builder, properties, to_world, shape);
+  check_round(properties, shape);
   shape.flip_normals = properties.boolean("flip_normals", false) != (determinant(to_world) < 0);  // as in Mitsuba 3.9
 }
 
 void build_disk(Properties& properties, Shape& shape) {
   shape.kind = Shape::Kind::disk;
   shape.flip_normals = properties.boolean("flip_normals", false);
-  move(properties, shape, properties.transform("to_world"), "");
+  transform_round(properties.transform("to_world"), shape);
+  check_round(properties, shape);
 }
 
-void build_cylinder(Properties& properties, Shape& shape) {
+// The mesh where to_world makes an elliptic or an oblique cylinder.
+LoadedMesh build_cylinder(Builder& builder, Properties& properties, Shape& shape) {
   shape.kind = Shape::Kind::cylinder;
   shape.center = properties.vector("p0", {0, 0, 0});
   shape.axis = properties.vector("p1", {0, 0, 1}) - shape.center;
@@ -206,8 +219,18 @@ void build_cylinder(Properties& properties, Shape& shape) {
   shape.edge_u = shape.radius * across;
   shape.edge_v = shape.radius * cross(along, across);
   shape.flip_normals = properties.boolean("flip_normals", false);
-  move(properties, shape, properties.transform("to_world"),
-       "to_world makes an elliptic or oblique cylinder; need the same scale across the axis and no shear, or a mesh");
+  const Transform to_world = properties.transform("to_world");
+  LoadedMesh bent;
+  if (Shape moved = shape; transform_round(to_world, moved)) {
+    shape = moved;
+    check_round(properties, shape);
+  } else {
+    bent.mesh = bent_round_mesh(builder, shape, to_world, properties.title());
+    shape.kind = Shape::Kind::mesh;
+    shape.flip_normals = false;
+    check_single_precision(properties, bent.mesh, bent.mesh.origin);
+  }
+  return bent;
 }
 
 // origin: of the mesh
@@ -247,9 +270,44 @@ std::string fault_of(const Shape& shape) {
                             : "";
 }
 
+// Does the mesh wind against most of its own normals?
+bool winds_against_normals(const Mesh& mesh) {
+  double sum = 0;
+  for (const auto& t : mesh.triangle) {
+    const Vec3 area = area_normal(mesh, t);
+    for (const std::uint32_t corner : t) {
+      const auto& n = mesh.normal[corner];
+      sum += dot(area, Vec3{n[0], n[1], n[2]});
+    }
+  }
+  return sum < 0;
+}
+
+// A closed surface with its normals inside, and a medium that would be outside of it, is turned around.
+void turn_out(Builder& builder, Shape& shape, LoadedMesh& loaded, Topology& found, const std::string& title) {
+  if (shape.interior < 0) return;  // as in Mitsuba: the exterior is where the normals point
+  if (shape.kind == Shape::Kind::sphere && shape.flip_normals) {
+    shape.flip_normals = false;
+  } else if (shape.kind == Shape::Kind::mesh && found.closed() && found.volume < 0) {
+    found.volume = -found.volume;
+    loaded.flip = !loaded.flip;
+    if (!loaded.mesh.normal.empty() && winds_against_normals(loaded.mesh))
+      for (auto& n : loaded.mesh.normal) n = {-n[0], -n[1], -n[2]};
+  } else {
+    return;
+  }
+  builder.warn(shape.where, title + " bounds a medium but is turned inside out: its normals are turned to point out");
+}
+
+// Light never passes it: paths stay in the medium on their side, whether it is closed or not.
+bool is_opaque(const Builder& builder, const Shape& shape) {
+  const Model* bsdf = builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)].model;
+  return bsdf && (bsdf->traits & (BSDF_TRANSMITS | BSDF_PASSES)) == 0;
+}
+
 // A medium must not leak: small faults are mended, others refused. Glass alone refracts at each hit by itself, so that
 // a pane of it is no more than suspicious.
-void check_boundary(Builder& builder, const Shape& shape, LoadedMesh& loaded, const std::string& title) {
+void check_boundary(Builder& builder, Shape& shape, LoadedMesh& loaded, const std::string& title) {
   const bool is_mesh = shape.kind == Shape::Kind::mesh;
   if (shape.interior == shape.exterior) {
     const Model* bsdf = builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)].model;
@@ -260,9 +318,14 @@ void check_boundary(Builder& builder, const Shape& shape, LoadedMesh& loaded, co
       builder.warn(shape.where, title + " bounds a dielectric but " + fault);
     return;
   }
+  if (shape.exterior >= 0 && is_opaque(builder, shape)) return;
   Closing closing;
   if (is_mesh) closing = close_mesh(loaded.mesh);
   if (loaded.flip) closing.left.volume = -closing.left.volume;
+  turn_out(builder, shape, loaded, closing.left, title);
+  const bool faces_in = shape.interior < 0 && (is_mesh ? closing.left.closed() && closing.left.volume < 0
+                                                       : shape.kind == Shape::Kind::sphere);
+  if (faces_in) return;
   if (const std::string fault = is_mesh ? fault_of(closing.left, loaded.mesh.origin) : fault_of(shape);
       !fault.empty()) {
     const std::string what = title + " bounds a medium but " + fault;
@@ -283,8 +346,8 @@ PlacedMesh finish_mesh(Builder& builder, Properties& properties, LoadedMesh load
 }
 
 // What a texture shows of a mesh must be there, with as many channels as the parameter, within its range.
-void check_attribute(const Texture& texture, const DeclaredParameter& p, const Shape& shape, const Mesh& mesh,
-                     const std::string& title) {
+void check_attribute(Builder& builder, const Texture& texture, const DeclaredParameter& p, const Shape& shape,
+                     const Mesh& mesh, const std::string& title) {
   const MeshAttribute* attribute = mesh.attribute(texture.attribute);
   if (!attribute) {
     std::vector<std::string> names;
@@ -296,8 +359,21 @@ void check_attribute(const Texture& texture, const DeclaredParameter& p, const S
   if (p.kind.channels == 1 && attribute->channels != 1)
     fail(shape.where, fmt::format("{}: the attribute {} has {} channels, and {} is one number; need one channel", title,
                                   quote(texture.attribute), attribute->channels, quote(p.name)));
+  // Bytes are up to 255 where nothing scales them: as in Mitsuba they are rendered as they are.
+  const float greatest =
+      attribute->values.empty() ? 0 : *std::max_element(attribute->values.begin(), attribute->values.end());
+  const bool is_bright = p.kind.channels == 3 && texture.scale * static_cast<double>(greatest) > p.kind.high;
+  if (is_bright)
+    builder.warn(
+        shape.where,
+        fmt::format("{}: the attribute {} has the value {}{}, and {} goes to {}: rendered as it is, as in Mitsuba; "
+                    "bytes need the texture's scale = {:.9f}",
+                    title, quote(texture.attribute), greatest,
+                    texture.scale == 1 ? "" : fmt::format(" times {}", texture.scale), quote(p.name), p.kind.high,
+                    1.0 / 255));
   for (const float v : attribute->values) {
     const double value = texture.scale * static_cast<double>(v);
+    if (is_bright && value > p.kind.high) continue;
     if (value < p.kind.low || value > p.kind.high || (value == p.kind.low && !p.kind.low_included))
       fail(shape.where,
            fmt::format("{}: the attribute {} has the value {}{}, and {} goes from {} to {}: set the texture's scale",
@@ -307,12 +383,13 @@ void check_attribute(const Texture& texture, const DeclaredParameter& p, const S
   }
 }
 
-void check_texture(const Bsdf& bsdf, const Shape& shape, const Mesh& mesh, const std::string& title) {
+void check_texture(Builder& builder, const Bsdf& bsdf, const Shape& shape, const Mesh& mesh, const std::string& title) {
   for (std::size_t i = 0; i < bsdf.values.size(); ++i)
     if (!bsdf.values[i].attribute.empty())
-      check_attribute(bsdf.values[i], bsdf.model->parameters[i], shape, mesh, title);
-  const bool textured = std::any_of(bsdf.values.begin(), bsdf.values.end(),
-                                    [](const Texture& v) { return !v.is_constant() && v.attribute.empty(); });
+      check_attribute(builder, bsdf.values[i], bsdf.model->parameters[i], shape, mesh, title);
+  const bool textured = std::any_of(bsdf.values.begin(), bsdf.values.end(), [](const Texture& v) {
+    return !v.is_constant() && v.attribute.empty() && !v.volume;
+  });
   if (textured && shape.kind == Shape::Kind::mesh && mesh.texcoord.empty())
     fail(shape.where, title + " has a texture on its surface but no texture coordinates; export the mesh with them");
   if (bsdf.model && (bsdf.model->traits & BSDF_BUMPED) && shape.kind == Shape::Kind::disk)
@@ -382,6 +459,20 @@ void check_single_precision(const Builder& builder, const Properties& properties
   check_single_precision(properties, *shape.mesh, own == builder.mesh_origins.end() ? Vec3{} : own->second);
 }
 
+PlacedMesh bent_round_mesh(Builder& builder, const Shape& shape, const Transform& to_world, const std::string& title) {
+  // The surface lies within 4e-5 of the radius; many such shapes are coarser, within 6e-4, to take less memory.
+  constexpr std::size_t many = std::size_t{1} << 22;
+  const int turn = builder.copied_triangles < many ? 256 : 64;
+  PlacedMesh mesh = round_mesh(shape, turn);
+  transform_mesh(to_world, mesh, true);
+  builder.copied_triangles += mesh.triangle.size();
+  builder.warn(shape.where,
+               fmt::format("{}: to_world makes {} of it, which is rendered as a mesh of {} triangles", title,
+                           shape.kind == Shape::Kind::sphere ? "an ellipsoid" : "an elliptic or oblique cylinder",
+                           mesh.triangle.size()));
+  return mesh;
+}
+
 namespace {
 
 // Where a shape is. Returns the mesh of those that are one.
@@ -399,11 +490,11 @@ LoadedMesh read_geometry(Builder& builder, Properties& properties, Shape& shape)
   } else if (type == "sdfgrid") {
     loaded = load_level_set(properties);
   } else if (type == "sphere") {
-    build_sphere(properties, shape);
+    build_sphere(builder, properties, shape);
   } else if (type == "disk") {
     build_disk(properties, shape);
   } else if (type == "cylinder") {
-    build_cylinder(properties, shape);
+    loaded = build_cylinder(builder, properties, shape);
   } else {
     fail_type(properties.element(), shape_types);
   }
@@ -442,7 +533,8 @@ Shape make_shape(Builder& builder, const Element& element) {
   properties.number("silhouette_sampling_weight", 1);  // how Mitsuba samples edges: not used here
   const Element* sensor = properties.object("sensor");
   properties.finish();
-  check_texture(builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)], shape, loaded.mesh, properties.title());
+  check_texture(builder, builder.scene.bsdfs[static_cast<std::size_t>(shape.bsdf)], shape, loaded.mesh,
+                properties.title());
   if (shape.light >= 0)
     check_texture(builder.scene.lights[static_cast<std::size_t>(shape.light)], shape, loaded.mesh, properties.title());
   check_boundary(builder, shape, loaded, properties.title());

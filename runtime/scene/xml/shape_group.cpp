@@ -21,8 +21,11 @@ Shape moved(Builder& builder, const Shape& shape, const Transform& to_world, con
     transform_mesh(to_world, mesh, true);
     copy.mesh = builder.keep(std::move(mesh));
   } else if (!transform_round(to_world, copy)) {
-    fail(copy.where, instance.title() + ": to_world makes an ellipsoid of a sphere, or bends a cylinder, at " +
-                         to_string(shape.where) + "; need a uniform scale, or a mesh in the group");
+    copy = shape;
+    copy.where = instance.element().where;
+    copy.mesh = builder.keep(bent_round_mesh(builder, shape, to_world, "shape " + quote(shape.id) + " in an instance"));
+    copy.kind = Shape::Kind::mesh;
+    copy.flip_normals = false;
   }
   check_single_precision(builder, instance, copy);
   return copy;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "runtime/image/bitmap.h"
+#include "runtime/scene/packed_voxels.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
 
@@ -67,6 +68,32 @@ void read_mesh_attribute(Properties& properties, Texture& texture) {
   texture.scale = properties.number("scale", 1);
 }
 
+// What a grid has at each place of the surface. Of a constant it is a grid of one voxel.
+void read_shown_volume(Builder& builder, Properties& properties, Texture& texture) {
+  const Element* element = properties.object("volume");
+  if (!element) properties.fail_at("volume", "no <volume>; need one nested <volume name=\"volume\">");
+  Volume volume;
+  VoxelGrid grid;
+  if (is_spectrum_type(element->attribute("type"))) {
+    const Rgb value = spectrum_plugin(builder.document, *element, Quantity::reflectance, builder.report);
+    grid.width = grid.height = grid.depth = 1;
+    grid.channels = value[0] == value[1] && value[1] == value[2] ? 1 : 3;
+    for (std::size_t c = 0; c < static_cast<std::size_t>(grid.channels); ++c)
+      grid.data.push_back(static_cast<float>(value[c]));
+  } else {
+    volume = build_volume(builder, *element, VoxelValues::from_zero);
+    if (!volume.grid) {  // reported
+      texture.model = nullptr;
+      return;
+    }
+    if (volume.grid->packed)
+      properties.fail_at("volume", "the voxels are packed (bits), which is not rendered on surfaces; take bits away");
+    grid = *volume.grid;
+  }
+  volume.grid = std::make_shared<const VoxelGrid>(std::move(grid));
+  texture.volume = std::make_shared<const Volume>(std::move(volume));
+}
+
 Rgb read_colour(Properties& properties, const DeclaredColour& colour) {
   if (properties.is_object(colour.name))
     properties.fail_at(colour.name, quote(colour.name) +
@@ -94,6 +121,12 @@ void check_range(Properties& owner, const std::string& name, const Texture& text
       if (v > most)
         owner.fail_at(name, fmt::format("{} = {} is outside [0, {}], the range of {}",
                                         quote(texture.model->colours[k].name), to_text(v), most, quote(name)));
+  if (texture.volume) {
+    const auto [least, greatest] = range_of(*texture.volume->grid);
+    if (least < 0 || static_cast<double>(greatest) > most)
+      owner.fail_at(name, fmt::format("{}: the values of the volume go from {} to {}; need [0, {}]", quote(name), least,
+                                      greatest, most));
+  }
   if (!texture.bitmap) return;
   const auto [low, high] = std::minmax_element(texture.bitmap->data.begin(), texture.bitmap->data.end());
   if (*low < 0 || static_cast<double>(*high) > most)
@@ -113,6 +146,11 @@ Texture read_texture(Builder& builder, const Element& element) {
   if (model->type == "bitmap") read_bitmap_texture(builder, properties, texture);
   if (model->type == "mesh_attribute") {
     read_mesh_attribute(properties, texture);
+    properties.finish();
+    return texture;
+  }
+  if (model->type == "volume") {
+    read_shown_volume(builder, properties, texture);
     properties.finish();
     return texture;
   }

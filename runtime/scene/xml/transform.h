@@ -12,7 +12,7 @@ namespace itn {
 // and for a transform that is not finite, or flattens space.
 Transform parse_transform(const Element& element);
 
-// A warning for each <rotate> in the element whose axis is not a unit vector.
-void warn_of_shears(const Element& element, std::vector<std::string>& warnings);
+// A warning for each <rotate> in the element whose axis is not a unit vector, and each <matrix> that is not affine.
+void warn_of_transforms(const Element& element, std::vector<std::string>& warnings);
 
 }  // namespace itn

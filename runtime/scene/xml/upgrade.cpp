@@ -72,7 +72,6 @@ Version parse_version(const std::string& text, const Location& where) {
     if (is_version && at != end) is_version = *at++ == '.' && at != end;
   }
   if (!is_version || at != end) fail(where, "version " + quote(text) + "; need numbers with points, such as \"3.0.0\"");
-  if (number[0] > 3) fail(where, "version " + quote(text) + " is later than Mitsuba 3; need 0.x to 3.x");
   return {number[0], number[1], number[2]};
 }
 
