@@ -5,10 +5,13 @@
     tools/mitsuba_plugins.py --check   exit code 1 where the page is not what the program does
 
 For each plugin a small scene is written and given to `itn parameters`: what is refused is asked of the program, not
-remembered. In what way a plugin differs stands in the list below.
+remembered, and so is which parameters a plugin has. Those of a plugin that works, but for the ones named below, must each have
+a scene in mitsuba_scenes.py, whose image mitsuba_parameters.py compares with Mitsuba's; one without ends this with exit code 1.
+In what way a plugin differs stands in the list below.
 """
 import argparse
 import os
+import re
 import struct
 import subprocess
 import sys
@@ -37,6 +40,11 @@ AROUND = {
     'emitter': ('Emitters', '%s'),
 }
 LIGHT = '<emitter type="constant"/>'
+
+# Parameters without a scene: how Mitsuba divides its work and what it keeps in memory, and those that are this program's alone.
+NOT_COMPARED = {'timeout', 'block_size', 'samples_per_pass', 'shutter_open', 'shutter_close', 'seed', 'sample_count', 'accel', 'format',
+                'silhouette_sampling_weight', 'sigma_s', 'sigma_s_prime', 'sigma_a', 'bits'}
+OURS = {('bsdf', 'principled'): {'alpha_u'}, ('shape', 'serialized'): {'flip_tex_coords'}}
 
 
 def rgb(name, value='0.5'):
@@ -71,7 +79,7 @@ PLUGINS = [
     ('sensor', 'orthographic', '', '', ''),
     ('sensor', 'thinlens', number('aperture_radius', 1), '', ''),
     ('sensor', 'radiancemeter', ONE_PIXEL, '', ''),
-    ('sensor', 'irradiancemeter', ONE_PIXEL, 'with more than one pixel, each measures the whole shape', ''),
+    ('sensor', 'irradiancemeter', ONE_PIXEL, 'with more than one pixel, each measures the whole shape; lights without extent shine straight on it, in Mitsuba not at all', ''),
     ('sensor', 'distant', ONE_PIXEL, '', ''),
     ('sensor', 'batch', '<sensor type="perspective"/>', '', 'a scene may have several sensors; --sensor chooses'),
     ('film', 'hdrfilm', '', 'always written as float32 OpenEXR; no alpha, no XYZ (with a warning)', ''),
@@ -81,7 +89,7 @@ PLUGINS = [
     *rows('sampler', 'independent'),
     *rows('sampler', 'stratified multijitter orthogonal ldsampler', 'gives the number of samples, which are independent'),
     *rows('integrator', 'path', MEDIA_TOO),
-    *rows('integrator', 'direct', 'max_depth 2; ' + MEDIA_TOO),
+    *rows('integrator', 'direct', 'max_depth 2; bsdf_samples 0 is 1; ' + MEDIA_TOO),
     *rows('integrator', 'direct_projective', 'max_depth 2; ' + MEDIA_TOO + '; no derivatives by visibility'),
     *rows('integrator', 'volpath volpathmis'),
     *rows('integrator', 'ptracer', 'paths start at the camera; ' + MEDIA_TOO),
@@ -125,7 +133,7 @@ PLUGINS = [
      'heights are a bitmap; not on disks, nor inside of normalmap and bumpmap', SURFACES),
     ('bsdf', 'normalmap',
      DIFFUSE + '<texture type="bitmap" name="normalmap">' + text('filename', 't.ppm') + '</texture>', '', SURFACES),
-    ('bsdf', 'null', '', '', SURFACES),
+    ('bsdf', 'null', '', 'what passes it does not count in max_depth, as in volpath; in path it does', SURFACES),
     ('bsdf', 'measured', text('filename', 't.bsdf'), '', 'no measured surfaces of this format yet'),
     ('bsdf', 'hair', '', '', 'not planned: fibres'),
     ('bsdf', 'polarizer', '', 'as in variants without polarisation: half of the light passes', ''),
@@ -188,11 +196,24 @@ def write_files(folder):
     with open(os.path.join(folder, 't.ppm'), 'wb') as file:
         file.write(b'P6\n2 2\n255\n' + bytes(range(100, 112)))
     for name, values in ('t.vol', [0.5] * 8), ('d.vol', [-0.5] * 4 + [0.5] * 4):
-        with open(os.path.join(folder, name), 'wb') as file:
-            file.write(b'VOL\x03' + struct.pack('<5i6f8f', 1, 2, 2, 2, 1, 0, 0, 0, 1, 1, 1, *values))
+        write_grid(os.path.join(folder, name), values)
+
+
+def write_grid(file, values):
+    """2 x 2 x 2 voxels over the unit cube."""
+    with open(file, 'wb') as grid:
+        grid.write(b'VOL\x03' + struct.pack('<5i6f8f', 1, 2, 2, 2, 1, 0, 0, 0, 1, 1, 1, *values))
+
+
+def parameters_of(itn, folder, tag, kind, content, name):
+    """Those that the program takes: it lists them where it is given another one."""
+    message = opens(itn, folder, tag, kind, content + number('no_such_parameter', 1), name)[1]
+    found = re.search(r'unknown parameter "no_such_parameter"; need ([^;]*)', message)
+    return set(re.findall('"([^"]+)"', found.group(1))) if found else set()
 
 
 def opens(itn, folder, tag, kind, content, name):
+    """Whether a scene with the plugin opens, and the message if not."""
     element = f'<{tag} type="{kind}"' + (f' name="{name}"' if name else '') + f'>{content}</{tag}>'
     if (tag, kind) in (('emitter', 'area'), ('emitter', 'directionalarea'), ('sensor', 'irradiancemeter')):
         element = f'<shape type="rectangle">{element}</shape>'
@@ -207,26 +228,41 @@ def opens(itn, folder, tag, kind, content, name):
     run = subprocess.run([itn, 'parameters', file, '--quiet'], capture_output=True, text=True)
     if run.returncode not in (0, 3):
         sys.exit(f'itn parameters {file}: exit code {run.returncode}\n{run.stderr}')
-    return run.returncode == 0
+    return run.returncode == 0, run.stderr
+
+
+def compared_parameters(tag, kind):
+    import mitsuba_scenes  # which imports this
+    begin = f'{tag}.{kind}.'
+    return {name[len(begin):].split(' ')[0] for name in mitsuba_scenes.ROWS if name.startswith(begin)}
 
 
 def page(itn):
-    rows, counts = {}, {'works': 0, 'differs': 0, 'refused': 0}
+    rows, counts, missing = {}, {'works': 0, 'differs': 0, 'refused': 0}, []
     with tempfile.TemporaryDirectory() as folder:
         write_files(folder)
         for tag, kind, content, differs, reason, *name in PLUGINS:
-            verdict = 'refused' if not opens(itn, folder, tag, kind, content, *(name or [''])) else \
+            verdict = 'refused' if not opens(itn, folder, tag, kind, content, *(name or ['']))[0] else \
                 'differs' if differs else 'works'
+            compared = compared_parameters(tag, kind) if verdict != 'refused' else set()
+            if verdict == 'works':
+                taken = parameters_of(itn, folder, tag, kind, content, *(name or ['']))
+                missing += [f'{tag} {kind}: {parameter}' for parameter in
+                            sorted(taken - compared - NOT_COMPARED - OURS.get((tag, kind), set()))]
             counts[verdict] += 1
             remark = reason if verdict == 'refused' else differs
-            rows.setdefault(tag, []).append(f'| `{kind}` | {verdict} | {remark} |')
+            names = ', '.join(f'`{parameter}`' for parameter in sorted(compared))
+            rows.setdefault(tag, []).append(f'| `{kind}` | {verdict} | {remark} | {names} |')
+    if missing:
+        sys.exit('parameters that no scene of tools/mitsuba_scenes.py compares with Mitsuba: ' + '; '.join(missing))
     text = (f'# Plugins of Mitsuba 3.9\n\nOf {sum(counts.values())} plugins {counts["works"]} work, {counts["differs"]} '
             f'work and differ in what the table says, and {counts["refused"]} are refused:\na scene that uses these ends '
             'in an error that names all of them. "Works" means that the scene opens and renders what\nMitsuba\'s rgb '
-            'variants render, with Mitsuba\'s parameter names and defaults.\n\n`tools/mitsuba_plugins.py` writes this '
-            'page; `tools/lab/open_scenes.py FOLDER` says which scenes of a folder open, and what the\nothers lack.\n')
+            'variants render, with Mitsuba\'s parameter names and defaults. What is compared has a scene in which two values of the\nparameter give the images that '
+             'Mitsuba gives, and the same where it does (`tools/mitsuba_parameters.py`).\n\n`tools/mitsuba_plugins.py` writes this '
+             'page; `tools/lab/open_scenes.py FOLDER` says which scenes of a folder open, and what the\nothers lack.\n')
     for tag, (title, _) in AROUND.items():
-        text += f'\n## {title}\n\n| plugin | here | remark |\n|---|---|---|\n' + '\n'.join(rows[tag]) + '\n'
+        text += f'\n## {title}\n\n| plugin | here | remark | compared |\n|---|---|---|---|\n' + '\n'.join(rows[tag]) + '\n'
     return text
 
 

@@ -137,6 +137,13 @@ INLINE REAL brightest(const REAL throughput[], const REAL weight[3]) {
 #endif
 }
 
+#if HAS_HIDDEN_LIGHTS
+/* Does a path that has scattered `depth` times go straight on through the shape, as if it were not there? */
+INLINE bool is_hidden(const Launch* launch, __global const JobRecord* job, int shape, int depth) {
+  return job->hide_emitters && launch->shapes[shape].light != -1 && depth == 0;
+}
+#endif
+
 /* Paths that have arrived at primitives wait for the stage of their boundary. */
 INLINE void push_surface(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK mask,
                          INT primitive) {
@@ -147,6 +154,10 @@ INLINE void push_surface(const Launch* launch, __global const JobRecord* job, Po
   FOR_EACH_LANE(l, bits) {
     int shape = job->first_shape + launch->primitives[hit.i[l]].shape;
     int queue = QUEUE_SURFACE + launch->bsdfs[launch->shapes[shape].bsdf].surface;
+#if HAS_HIDDEN_LIGHTS
+    const int depth = ((__global const int*)pool->fields)[DEPTH * pool->stride + slot.i[l]];
+    if (is_hidden(launch, job, shape, depth)) queue = QUEUE_SURFACE;
+#endif
 #if FUSED
     pool->items[queue * pool->stride + pool->length[queue]++] = slot.i[l];
 #else

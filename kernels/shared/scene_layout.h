@@ -9,19 +9,24 @@
  * HAS_LENS: and l, uniform over the disk with the half axes lens_a and lens_b, moves it:
  *   origin += lens_start l, direction -= lens_turn l.
  * HAS_ZONE: or rays begin on a surface, uniform over its area, and leave its front in proportion to the cosine; or they go
- *   along direction_0, through points of the surface, from `before` in front of it. */
+ *   along direction_0, through points of the surface, from `before` in front of it.
+ * HAS_FAR_CLIP: it sees what is nearer than 1 / dot(clip, unit direction) and, where that is nothing, the light around. */
 typedef struct {
   float origin_0[3], origin_a[3], origin_b[3];
   float direction_0[3], direction_a[3], direction_b[3];
   float lens_a[3], lens_b[3], lens_start, lens_turn;
+  float clip[3]; /* 0: all of the scene is nearer */
   float before[3];
   int table, surfaces; /* of the surface (shared/light_layout.h); 0: there is none */
   int measures;        /* 1: irradiance; the cosine is in the density, and what is left of the integral is pi */
   float inverse_width, inverse_height; /* of the whole film [1/pixel] */
   int crop_x, crop_y, crop_width;      /* pixel i of a job is (crop_x + i % crop_width, crop_y + i / crop_width) */
-  int filter;                          /* FILTER_* */
-  float filter_size;                   /* tent: radius, gaussian: standard deviation [pixel] */
-  int medium;                          /* -1: vacuum */
+  int crop_height;
+  float
+      filter_reach; /* HAS_FILM_EDGES: of the filter, beyond which no position lies [pixel]; 0: it may reach beyond the film */
+  int filter;        /* FILTER_* */
+  float filter_size; /* tent: radius, gaussian: standard deviation [pixel] */
+  int medium;        /* -1: vacuum */
 } CameraRecord;
 
 enum { FILTER_BOX, FILTER_TENT, FILTER_GAUSSIAN };
@@ -39,12 +44,13 @@ typedef struct {
   int first_cell;                      /* of the table of expected futures (lib/baseline.h) */
   int field, albedo_field;             /* what sigma_t and albedo are times, -1: the same everywhere */
   int first_phase_field, phase_fields; /* what stands for numbers of the phase function: so many, one after the other */
+  int sample_emitters; /* 0: lights without extent do not shine on its scattering vertices, as in Mitsuba */
 } MediumRecord;
 
 typedef struct {
   int bsdf;
   int interior, exterior; /* media, -1: vacuum */
-  int light;              /* of the launch, -1: it does not shine */
+  int light;              /* of the launch, -1: it does not shine, -2: a beam leaves it, which paths do not find */
 } ShapeRecord;
 
 typedef struct {
@@ -149,11 +155,11 @@ typedef struct {
   int is_endless; /* 1: the scene sets none, and paths that max_depth ends are counted */
   int is_stuck;   /* 1: positions are too coarse for a medium's flights, so that paths go nowhere */
   int rr_depth;
-  int hide_emitters; /* 1: a path that has not scattered sees no light, as in Mitsuba */
-  int first_pixel;   /* of this launch */
-  int pixel_step;    /* from a pixel of this launch to the next */
-  int first_sample;  /* of this launch */
-  int samples;       /* a pixel in this launch */
+  int hide_emitters; /* 1: a path that has not scattered sees no light, and goes through shapes that shine, as in Mitsuba */
+  int first_pixel;  /* of this launch */
+  int pixel_step;   /* from a pixel of this launch to the next */
+  int first_sample; /* of this launch */
+  int samples;      /* a pixel in this launch */
   /* Sample s of pixel p is written at first_output + (p - first_pixel) / pixel_step * samples + s - first_sample. */
   int first_output;
   unsigned int seed_low, seed_high;

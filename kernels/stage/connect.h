@@ -240,6 +240,11 @@ INLINE void connect_stage(const Launch* launch, __global const JobRecord* job, P
   }
 #endif
 #endif
+#if HAS_UNLIT_MEDIA
+  const INT lit_by_all = GATHER_INT(((__global const int*)launch->media + FIELD_OF(MediumRecord, sample_emitters)),
+                                    x.medium * (int)(sizeof(MediumRecord) / sizeof(float)));
+  straight = straight & ((lit_by_all != 0) | (light.by_chance > 0.0f));
+#endif
   if (ANY(straight)) connect_straight(launch, job, pool, slots, &random, straight, &x, &light, &scores);
   Scores onward = load_scores(job, pool, slots);
   const REAL turned = dot3(x.arrival, load3(pool, DIRECTION, slots));

@@ -4,37 +4,22 @@
 #ifndef ITN_STAGE_GENERATE_H
 #define ITN_STAGE_GENERATE_H
 #include "lib/adjoint.h"
+#include "lib/connection.h"
+#include "lib/film_filter.h"
 #include "lib/frame.h"
 #include "lib/launch.h"
 #include "lib/surface_point.h"
 #include "lib/trace_coherent.h"
 #include "stage/ray.h"
 
-/* Offset from the pixel's centre [pixel]. */
-INLINE void sample_filter(int filter, float size, REAL u, REAL v, REAL* x, REAL* y) {
-  if (filter == FILTER_GAUSSIAN) { /* cut at four standard deviations: exp(-8) */
-    REAL radius = size * SQRT(-2.0f * LOG((REAL)3.3546e-4f + (REAL)0.99966454f * u));
-    REAL s, c;
-    sin_cos_2pi(v, &s, &c);
-    *x = radius * c;
-    *y = radius * s;
-  } else if (filter == FILTER_TENT) {
-    *x = size * SELECT(u < 0.5f, SQRT(2.0f * u) - 1.0f, 1.0f - SQRT(MAX((REAL)0.0f, 2.0f - 2.0f * u)));
-    *y = size * SELECT(v < 0.5f, SQRT(2.0f * v) - 1.0f, 1.0f - SQRT(MAX((REAL)0.0f, 2.0f - 2.0f * v)));
-  } else {
-    *x = u - 0.5f;
-    *y = v - 0.5f;
-  }
-}
-
 /* v0 + a va + b vb: see CameraRecord. */
 INLINE REAL3 on_camera(__global const float* v0, __global const float* va, __global const float* vb, REAL a, REAL b) {
   return make3(v0[0] + a * va[0] + b * vb[0], v0[1] + a * va[1] + b * vb[1], v0[2] + a * va[2] + b * vb[2]);
 }
 
-/* The ray of a film position; *weight: what its radiance counts. */
+/* The ray of a film position; *weight: what its radiance counts; *normal: of the surface on which the sensor lies. */
 INLINE void camera_ray(const Launch* launch, __global const CameraRecord* camera, const Random* random, REAL a, REAL b,
-                       REAL3* origin, REAL3* direction, REAL* weight) {
+                       REAL3* origin, REAL3* direction, REAL* weight, REAL3* normal) {
   *origin = on_camera(camera->origin_0, camera->origin_a, camera->origin_b, a, b);
   *direction = on_camera(camera->direction_0, camera->direction_a, camera->direction_b, a, b);
   *weight = (REAL)(1.0f);
@@ -54,13 +39,11 @@ INLINE void camera_ray(const Launch* launch, __global const CameraRecord* camera
 #endif
 #if HAS_ZONE
   if (camera->surfaces == 0) return;
-  REAL3 normal;
-  sample_surface(launch->light_tables, (INT)(camera->table), (INT)(camera->surfaces), u[0], u[1], u[2], origin,
-                 &normal);
+  sample_surface(launch->light_tables, (INT)(camera->table), (INT)(camera->surfaces), u[0], u[1], u[2], origin, normal);
   if (camera->measures) {
     REAL v[4];
     draw(random, 2, v);
-    const Frame frame = make_frame(normal);
+    const Frame frame = make_frame(*normal);
     const REAL across = SQRT(v[0]);
     REAL sine_across, cosine_across;
     sin_cos_2pi(v[1], &sine_across, &cosine_across);
@@ -72,6 +55,26 @@ INLINE void camera_ray(const Launch* launch, __global const CameraRecord* camera
   }
 #endif
 }
+
+#if HAS_METERED_LIGHTS
+/* Lights without extent, which no path meets, shine on a sensor that measures irradiance straight, through index-matched
+ * boundaries and media. Other light the sensor's paths find. */
+INLINE void connect_meter(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
+                          const Random* random, INT medium, REAL3 from, REAL3 normal) {
+  if (job->lights == 0 || job->hide_emitters || job->max_depth == 0) return;
+  REAL u[4], weight[RADIANCE_CHANNELS];
+  draw(random, 3, u);
+  LightSample light;
+  const MASK found = valid & sample_light_of_scene(launch, job, 1.0f, from, u, u[2], &light);
+  const REAL cosine = dot3(normal, light.source.direction);
+  const MASK lit = found & (light.by_chance == 0.0f) & (cosine > 0.0f);
+  if (!ANY(lit)) return;
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) weight[c] = cosine / SELECT(lit, light.pdf, 1.0f);
+  const Scores scores = load_scores(job, pool, slots);
+  const ConnectionStart start = connection_start(lit);
+  add_connection(launch, job, pool, slots, random, lit, from, &light, (INT)(-1), medium, weight, &scores, &start);
+}
+#endif
 
 /* Paths that are traced again for their probes (lib/probe.h): those without one are done. Returns the others. */
 INLINE MASK keep_probes(__global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
@@ -105,18 +108,23 @@ INLINE void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
   }
   REAL dx, dy;
   sample_filter(camera->filter, camera->filter_size, u[0], u[1], &dx, &dy);
+#if HAS_FILM_EDGES
+  stay_on_film(camera, column.integer, row.integer, u[0], u[1], &dx, &dy);
+#endif
   REAL x = CAST_REAL(column.integer + camera->crop_x) + 0.5f + dx;
   REAL y = CAST_REAL(row.integer + camera->crop_y) + 0.5f + dy;
   REAL a = 1.0f - 2.0f * x * camera->inverse_width, b = 1.0f - 2.0f * y * camera->inverse_height;
   REAL3 o, d;
+  REAL3 normal = make3((REAL)(0.0f), (REAL)(0.0f), (REAL)(1.0f));
   REAL weight;
-  camera_ray(launch, camera, &random, a, b, &o, &d, &weight);
+  camera_ray(launch, camera, &random, a, b, &o, &d, &weight, &normal);
   store3(pool, POSITION, slots, o);
   d = scale3(d, 1.0f / SQRT(dot3(d, d)));
   store3(pool, DIRECTION, slots, d);
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, 1.0f);
   UNROLL_FOR(int c = RADIANCE; c < REFRACTION_SCALE; ++c) STORE(pool, c, slots, 0.0f); /* derivatives and scores too */
-  STORE(pool, REFRACTION_SCALE, slots, weight);                                        /* roulette does not see it */
+  if (job->max_depth == 0) weight = (REAL)(0.0f); /* emitters are not shown either, as in Mitsuba */
+  STORE(pool, REFRACTION_SCALE, slots, weight);   /* roulette does not see it */
   STORE_INT(pool, PIXEL, slots, pixel);
   STORE_INT(pool, SAMPLE, slots, sample);
   STORE_INT(pool, EVENT, slots, 1);
@@ -133,6 +141,9 @@ INLINE void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
   begin_segment(pool, slots, o, (REAL)(1.0f), (MASK)(-1));
   begin_replay(launch, job, pool, slots, valid, pixel, sample);
   valid = keep_probes(job, pool, slots, valid);
+#if HAS_METERED_LIGHTS && !OPERATOR_SINGLE
+  if (camera->measures) connect_meter(launch, job, pool, slots, valid, &random, (INT)(camera->medium), o, normal);
+#endif
 #if FUSED && WIDTH == BOX_WIDTH && !HAS_ROUND
   /* Samples of a pixel come together here. */
   LaneHits hits;

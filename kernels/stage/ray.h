@@ -13,10 +13,24 @@ INLINE void begin_segment(Pool* pool, INT slots, REAL3 position, REAL rival, MAS
 #endif
 }
 
+#if HAS_FAR_CLIP
+/* How far a ray sees that has just left the camera; others see without end. */
+INLINE REAL ray_end(const Launch* launch, __global const JobRecord* job, REAL3 direction, MASK first) {
+  __global const float* clip = launch->cameras[job->camera].clip;
+  return SELECT(first,
+                1.0f / MAX(direction.x * clip[0] + direction.y * clip[1] + direction.z * clip[2], (REAL)(1e-30f)),
+                INFINITY);
+}
+#endif
+
 /* Where the rays have led. */
 INLINE void arrive(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                    const LaneHits* hits) {
-  const MASK hit = valid & (hits->primitive.integer >= 0);
+  MASK hit = valid & (hits->primitive.integer >= 0);
+#if HAS_FAR_CLIP
+  const MASK first = LOAD_INT(pool, SKIP, slots) < 0;
+  hit = hit & !(hits->distance.real > ray_end(launch, job, load3(pool, DIRECTION, slots), first));
+#endif
   store3(pool, POSITION, slots, make3(hits->x.real, hits->y.real, hits->z.real));
   STORE_INT(pool, HIT, slots, hits->primitive.integer);
   STORE(pool, HIT_PLACE, slots, hits->u.real);

@@ -34,6 +34,10 @@ INLINE Surface load_surface(const Launch* launch, __global const JobRecord* job,
                 s.position, &s.normal, &s.frame, s.texture);
   Lanes primitive, first_number, first_cell, twosided, interior, exterior, light;
   primitive.integer = s.primitive;
+#if HAS_HIDDEN_LIGHTS
+  Lanes depth;
+  depth.integer = LOAD_INT(pool, DEPTH, slots);
+#endif
   UNROLL_FOR(int l = 0; l < WIDTH; ++l) {
     __global const ShapeRecord* shape = launch->shapes + job->first_shape + launch->primitives[primitive.i[l]].shape;
     __global const BsdfRecord* bsdf = launch->bsdfs + shape->bsdf;
@@ -43,6 +47,10 @@ INLINE Surface load_surface(const Launch* launch, __global const JobRecord* job,
     interior.i[l] = shape->interior;
     exterior.i[l] = shape->exterior;
     light.i[l] = shape->light;
+#if HAS_HIDDEN_LIGHTS
+    if (is_hidden(launch, job, job->first_shape + launch->primitives[primitive.i[l]].shape, depth.i[l]))
+      interior.i[l] = exterior.i[l] = -1; /* the medium around goes on */
+#endif
   }
   s.first_number = first_number.integer;
   s.first_cell = first_cell.integer;

@@ -37,7 +37,9 @@ double start_of_rays(const Sensor& sensor, const GeometryRecord& shapes) {
     for (std::size_t k = 0; k < 3; ++k) p[k] = static_cast<double>((corner >> k & 1 ? shapes.high : shapes.low)[k]);
     nearest = std::min(nearest, dot(p - from, along));
   }
-  return nearest > far_away * size ? std::max(nearest - size, sensor.near_clip) : sensor.near_clip;
+  if (!(nearest > far_away * size)) return sensor.near_clip;
+  const double latest = 0.5 * (sensor.near_clip + sensor.far_clip);  // where all lies beyond far_clip nothing is seen
+  return std::clamp(nearest - size, sensor.near_clip, std::max(latest, sensor.near_clip));
 }
 
 // See CameraRecord. Mitsuba's sensors look along local +z with +y up and +x to the left; rays start on the near plane.
@@ -47,7 +49,8 @@ void set_projection(const Sensor& sensor, double near, CameraRecord& r) {
   const double x = parallel ? 1 : std::tan(sensor.fov_x / 2 * std::numbers::pi / 180), y = x * aspect;
   const Vec3 along = apply(sensor.to_world, {0, 0, 1}, 0);
   const Vec3 right = apply(sensor.to_world, {x, 0, 0}, 0), up = apply(sensor.to_world, {0, y, 0}, 0);
-  const double shift_a = 2 * sensor.principal_x, shift_b = 2 * sensor.principal_y;
+  // A pixel sees what lies the offset further to the right and below (as Mitsuba's images, not its manual, have it).
+  const double shift_a = -2 * sensor.principal_x, shift_b = -2 * sensor.principal_y;
   Vec3 start = apply(sensor.to_world, {0, 0, near}, 1);
   const double spread = parallel ? 1 : near;
   Vec3 centre = along;
@@ -60,6 +63,9 @@ void set_projection(const Sensor& sensor, double near, CameraRecord& r) {
   store({spread * right[0], spread * right[1], spread * right[2]}, r.origin_a);
   store({spread * up[0], spread * up[1], spread * up[2]}, r.origin_b);
   store(centre, r.direction_0);
+  // The direction's part along the axis is that of `along` before it is made a unit vector.
+  const double depth = sensor.far_clip - near;
+  if (sensor.near_clip > 0) store((1 / (depth * length(along))) * along, r.clip);
   if (parallel) return;
   store(right, r.direction_a);
   store(up, r.direction_b);
@@ -88,6 +94,18 @@ void set_distant(const Scene& scene, const Sensor& sensor, CameraRecord& r) {
 
 }  // namespace
 
+void see_to_the_end(const GeometryRecord& geometry, CameraRecord& r) {
+  for (int corner = 0; corner < 8; ++corner) {
+    double depth = 0;
+    for (int k = 0; k < 3; ++k) {
+      const float place = (corner >> k & 1) != 0 ? geometry.high[k] : geometry.low[k];
+      depth += (static_cast<double>(place) - static_cast<double>(r.origin_0[k])) * static_cast<double>(r.clip[k]);
+    }
+    if (depth > 0.999) return;
+  }
+  std::fill_n(r.clip, 3, 0.0F);
+}
+
 CameraRecord camera_record(const Scene& scene, const Sensor& sensor, const GeometryRecord& shapes, double in_front,
                            int first_medium, LaunchData& data) {
   CameraRecord r{};
@@ -108,10 +126,13 @@ CameraRecord camera_record(const Scene& scene, const Sensor& sensor, const Geome
   r.crop_x = sensor.crop_x;
   r.crop_y = sensor.crop_y;
   r.crop_width = sensor.crop_width;
+  r.crop_height = sensor.crop_height;
   r.filter = sensor.filter == FilterKind::box    ? FILTER_BOX
              : sensor.filter == FilterKind::tent ? FILTER_TENT
                                                  : FILTER_GAUSSIAN;
   r.filter_size = static_cast<float>(sensor.filter == FilterKind::tent ? sensor.filter_radius : sensor.filter_stddev);
+  if (!sensor.sample_border && r.filter != FILTER_BOX)
+    r.filter_reach = r.filter_size * (r.filter == FILTER_GAUSSIAN ? 4.0f : 1.0f);
   r.medium = sensor.medium < 0 ? -1 : first_medium + sensor.medium;
   return r;
 }

@@ -10,4 +10,7 @@ namespace itn {
 CameraRecord camera_record(const Scene& scene, const Sensor& sensor, const GeometryRecord& shapes, double in_front,
                            int first_medium, LaunchData& data);
 
+// A camera whose far plane lies behind the whole scene sees all of it.
+void see_to_the_end(const GeometryRecord& geometry, CameraRecord& camera);
+
 }  // namespace itn

@@ -197,6 +197,7 @@ MediumRecord medium_record(const Scene& scene, int index, LaunchData& data) {
   r.model = medium.model->id;
   r.first_number = append_numbers(*medium.model, medium.variant, medium.slots(), data);
   r.phase = medium.phase.model->id;
+  r.sample_emitters = medium.sample_emitters;
   data.phases[r.phase] = medium.phase.model;
   r.first_phase_number = append_numbers(*medium.phase.model, medium.phase.variant, medium.phase.slots(), data);
   for (const Shape& shape : scene.shapes) {
@@ -417,7 +418,8 @@ JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData&
   for (int m = 0; m < static_cast<int>(scene.media.size()); ++m) data.media.push_back(medium_record(scene, m, data));
   for (const Bsdf& bsdf : scene.bsdfs) data.bsdfs.push_back(bsdf_record(bsdf, data));
   for (const Shape& shape : scene.shapes)
-    data.shapes.push_back({first_bsdf + shape.bsdf, medium_index(shape.interior), medium_index(shape.exterior), -1});
+    data.shapes.push_back({first_bsdf + shape.bsdf, medium_index(shape.interior), medium_index(shape.exterior),
+                           shape.sends_beam ? -2 : -1});
 
   job.camera = static_cast<int>(data.cameras.size());
   const Sensor& camera = scene.sensors[static_cast<std::size_t>(sensor)];
@@ -425,6 +427,7 @@ JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData&
   // Only such a sensor asks, and it goes through all surfaces.
   const double in_front = camera.zone ? distance_in_front(data.geometry, shapes) : 0;
   data.cameras.push_back(camera_record(scene, camera, shapes, in_front, first_medium, data));
+  see_to_the_end(shapes, data.cameras.back());
   data.pixels.push_back(camera.crop_width * camera.crop_height);
 
   job.environment = scene.environment ? append_light(*scene.environment, data) : append_record({}, data);
@@ -438,6 +441,9 @@ JobRecord append_scene(const Scene& scene, int sensor, int geometry, LaunchData&
   if (job.is_endless) job.max_depth = job.is_stuck ? STUCK_DEPTH : MOST_DEPTH;
   job.rr_depth = scene.integrator.rr_depth;
   job.hide_emitters = scene.integrator.hide_emitters;
+  data.hidden_lights |=
+      scene.integrator.hide_emitters && std::any_of(scene.shapes.begin(), scene.shapes.end(),
+                                                    [](const Shape& s) { return s.light >= 0 || s.sends_beam; });
   std::fill_n(job.future_tint, 3, 1.0F);
   return job;
 }
@@ -492,7 +498,15 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
     round |= (primitive.flags & PRIMITIVE_ROUND) != 0;
   }
   const bool uneven_light = std::any_of(data.environments.begin(), data.environments.end(), is_uneven);
-  set("HAS_NULL", null);
+  set("HAS_NULL", null || data.hidden_lights);  // through hidden ones paths go straight on
+  set("HAS_HIDDEN_LIGHTS", data.hidden_lights);
+  set("HAS_UNLIT_MEDIA", std::any_of(data.media.begin(), data.media.end(),
+                                     [](const MediumRecord& medium) { return medium.sample_emitters == 0; }));
+  set("HAS_FAR_CLIP", std::any_of(data.cameras.begin(), data.cameras.end(), [](const CameraRecord& c) {
+        return std::any_of(c.clip, c.clip + 3, [](float x) { return x != 0; });
+      }));
+  set("HAS_FILM_EDGES",
+      std::any_of(data.cameras.begin(), data.cameras.end(), [](const CameraRecord& c) { return c.filter_reach > 0; }));
   set("HAS_PASSAGES", has(BSDF_PASSES, BSDF_PASSES));
   set("HAS_MEDIUM", !data.media.empty());
   set("HAS_FIELDS", !data.fields.empty());
@@ -531,6 +545,9 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
            });
   };
   const bool aimed = aimed_at(false);
+  const bool metered =
+      std::any_of(data.cameras.begin(), data.cameras.end(), [](const CameraRecord& c) { return c.measures != 0; }) &&
+      std::any_of(data.lights.begin(), data.lights.end(), [](const LightRecord& light) { return light.surfaces == 0; });
   const bool medium_light = ((uneven_light || lights) && matched) || ((sun || peaks || aimed) && refracted) ||
                             (data.inner_lights && !data.media.empty());
   set("HAS_LIGHTS", lights);
@@ -545,7 +562,8 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
       }));
   set("ROUGH_LIGHT_SAMPLING", rough_light);
   set("MEDIUM_LIGHT_SAMPLING", medium_light);
-  set("LIGHT_SAMPLING", medium_light || rough_light || ((uneven_light || lights) && reflecting));
+  set("LIGHT_SAMPLING", medium_light || rough_light || metered || ((uneven_light || lights) && reflecting));
+  set("HAS_METERED_LIGHTS", metered);
   d["MOST_SLOTS"] = std::to_string(most_slots(data));
   d["THROUGHPUT_CHANNELS"] = std::to_string(data.coloured ? 3 : 1);
   d["RADIANCE_CHANNELS"] = std::to_string(data.coloured || data.coloured_light ? 3 : 1);

@@ -16,7 +16,7 @@
 
 namespace itn {
 
-static_assert(sizeof(CameraRecord) == 160 && sizeof(MediumRecord) == 52 && sizeof(FieldRecord) == 168 &&
+static_assert(sizeof(CameraRecord) == 180 && sizeof(MediumRecord) == 56 && sizeof(FieldRecord) == 168 &&
               sizeof(ShapeRecord) == 16 && sizeof(BsdfRecord) == 16 && sizeof(TextureRecord) == 56 &&
               sizeof(JobRecord) == 152 && sizeof(ChunkRecord) == 16);
 
@@ -46,6 +46,7 @@ struct LaunchData {
   std::vector<float> light_tables;  // of both, and of surfaces on which sensors lie
   bool inner_lights = false;        // some may stand inside of a body that refracts, or behind a pane
   bool round_zone = false;          // some such surface is round
+  bool hidden_lights = false;       // some shape that shines is not seen (hide_emitters)
   // Pictures are large, and scenes may share them: records by bitmap, values and to_world.
   std::map<std::tuple<const Bitmap*, std::vector<double>, std::array<double, 16>>, int> environment_of;
   std::vector<TextureRecord> textures;

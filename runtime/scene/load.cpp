@@ -147,6 +147,29 @@ void warn_of_coinciding(Builder& builder) {
   }
 }
 
+// A sensor that lies on a surface is joined with lights without extent in a straight line: a mirror or smooth glass on
+// the way turns them off it, since no path that it begins meets such a light.
+void warn_of_unseen_lights(Builder& builder) {
+  const Scene& scene = builder.scene;
+  const auto smooth = std::find_if(scene.shapes.begin(), scene.shapes.end(), [&](const Shape& shape) {
+    const Model* bsdf = scene.bsdfs[static_cast<std::size_t>(shape.bsdf)].model;
+    return bsdf && (bsdf->traits & (BSDF_SMOOTH | BSDF_PARTLY_SMOOTH)) != 0;
+  });
+  const auto light = std::find_if(scene.lights.begin(), scene.lights.end(),
+                                  [](const Light& l) { return !(l.model->traits & LIGHT_ON_SHAPE); });
+  if (smooth == scene.shapes.end() || light == scene.lights.end()) return;
+  for (const Sensor& sensor : scene.sensors)
+    if (sensor.kind == Sensor::Kind::irradiance)
+      builder.warn(
+          sensor.where,
+          "sensor \"irradiancemeter\": light of " + quote(light->type()) + " at " + to_string(light->where) +
+              " that smooth surfaces refract or mirror, as that of shape " + quote(smooth->id) + " at " +
+              to_string(smooth->where) +
+              ", is missing: no path finds a light without extent behind them; give them a roughness "
+              "(roughdielectric, roughconductor with a small alpha), or the light an extent (a small area lamp, or "
+              "an envmap or sunsky instead of parallel light)");
+}
+
 // BSDFs that only stand inside of structures, which have copies of them, are no surfaces.
 void drop_nested(Builder& builder) {
   Scene& scene = builder.scene;
@@ -170,6 +193,24 @@ void drop_nested(Builder& builder) {
   scene.bsdfs = std::move(kept);
 }
 
+// Emitters that are put out are no lights of the scene.
+void drop_put_out(const Builder& builder, Scene& scene) {
+  const auto same = [](const Location& a, const Location& b) {
+    return a.line == b.line && a.column == b.column && a.file == b.file;
+  };
+  std::vector<Light> kept;
+  std::vector<int> place;
+  for (const Light& light : scene.lights) {
+    place.push_back(static_cast<int>(kept.size()));
+    if (std::none_of(builder.put_out.begin(), builder.put_out.end(),
+                     [&](const Location& out) { return same(out, light.where); }))
+      kept.push_back(light);
+  }
+  for (Shape& shape : scene.shapes)
+    if (shape.light >= 0) shape.light = place[static_cast<std::size_t>(shape.light)];
+  scene.lights = std::move(kept);
+}
+
 Scene scene_of(const std::string& file, const Document& document, const LoadOptions& options, Report& report) {
   Builder builder(document, report);
   builder.scene.file = file;
@@ -183,6 +224,9 @@ Scene scene_of(const std::string& file, const Document& document, const LoadOpti
   drop_repeated(builder);
   warn_of_coinciding(builder);
   drop_nested(builder);
+  if (!builder.put_out.empty()) drop_put_out(builder, builder.scene);
+  warn_of_unseen_lights(builder);
+  warn_of_far_scenes(builder);
 
   if (builder.scene.sensors.empty()) {
     builder.scene.sensors.push_back(sensor_of_all(builder));

@@ -46,6 +46,7 @@ struct Sensor {
   double fov_x = 0;  // [degree], horizontal (already converted from fov_axis and focal_length); perspective only
   double principal_x = 0, principal_y = 0;  // principal_point_offset_x, _y
   double near_clip = 1e-2, far_clip = 1e4;
+  bool sample_border = false;  // may positions of a pixel's filter lie beyond the border of the film?
   Transform to_world;  // Mitsuba: camera looks along local +z, +y up, +x left; orthographic covers [-1,1] in x scaled
                        // by to_world
   int width = 768, height = 576;
@@ -151,6 +152,7 @@ using PhaseFunction = Instance;
 // Its id: "homogeneous0" when the file gives none; that of the phase function likewise.
 struct Medium : Instance {
   PhaseFunction phase;
+  bool sample_emitters = true;  // false: lights without extent do not shine on its scattering vertices
 
   bool has_grid() const;  // of any parameter, or of its phase function's
   // As of any instance, with the mean cosine of the phase function where the model asks for it.
@@ -192,6 +194,7 @@ struct Shape {
   int bsdf = -1;                     // index into Scene::bsdfs; always valid after loading
   int interior = -1, exterior = -1;  // index into Scene::media, -1: vacuum
   int light = -1;                    // index into Scene::lights, -1: it does not shine
+  bool sends_beam = false;           // a light without extent shines from it
 };
 
 // With a place in the scene: by itself, or the surface of the shapes that name it.

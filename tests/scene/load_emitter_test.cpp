@@ -158,3 +158,43 @@ TEST_CASE("spherical harmonics have the order of their highest coefficient, and 
   check_error("\n" + light(rgb("c_31_0", "1 1 1")), {"no coefficient"});
   check_error(light(rgb("c_0_0", "1 1 1") + rgb("c_1_2", "1 1 1")), {"\"c_1_2\""});
 }
+
+TEST_CASE("sampling_weight 0 puts out lights without extent, whose line says so, and no others") {
+  const std::string none = "<float name=\"sampling_weight\" value=\"0\"/>";
+  const std::string point = "<emitter type=\"point\">" + none + "</emitter>\n";
+  const std::string lamp = "<shape type=\"sphere\"><emitter type=\"area\">" + none + "</emitter></shape>\n";
+  const std::string beam = "<shape type=\"disk\"><emitter type=\"directionalarea\">" + none + "</emitter></shape>\n";
+  const std::string last = "<emitter type=\"spot\" id=\"kept\"/>\n";
+  const Scene scene =
+      SceneFolder().load(point + beam + lamp + last + "<emitter type=\"constant\">" + none + "</emitter>");
+  REQUIRE(scene.lights.size() == 2);
+  CHECK(scene.environment);
+  CHECK(scene.lights[0].id == "kept");
+  CHECK(scene.lights[1].type() == "area");
+  CHECK(scene.shapes.at(0).light == -1);
+  CHECK(scene.shapes.at(1).light == 1);
+  REQUIRE(scene.warnings.size() == 2);
+  for (const std::string& warning : scene.warnings)
+    CHECK_THAT(warning, Catch::Contains("sampling_weight 0 puts it out"));
+  SceneFolder().check_error("<emitter type=\"constant\"><float name=\"sampling_weight\" value=\"-1\"/></emitter>", 2,
+                            {"sampling_weight = -1", "need 0 or more"});
+}
+
+TEST_CASE("a sensor on a surface says which light it cannot see behind smooth surfaces") {
+  const std::string meter =
+      "<shape type=\"disk\"><sensor type=\"irradiancemeter\"><film type=\"hdrfilm\"><integer name=\"width\" "
+      "value=\"1\"/>"
+      "<integer name=\"height\" value=\"1\"/></film></sensor></shape>\n";
+  const std::string laser = "<emitter type=\"spot\" id=\"laser\"/>\n", lamp = "<emitter type=\"constant\"/>\n";
+  const auto slab = [](const std::string& bsdf) {
+    return "<shape type=\"cube\" id=\"slab\"><bsdf type=\"" + bsdf + "\"/></shape>\n";
+  };
+  const Scene scene = SceneFolder().load(meter + slab("dielectric") + laser);
+  REQUIRE(scene.warnings.size() == 1);
+  for (const char* word : {"\"spot\"", "\"slab\"", "is missing", "roughdielectric", "area lamp"})
+    CHECK_THAT(scene.warnings[0], Catch::Contains(word));
+  CHECK(SceneFolder().load(meter + slab("roughdielectric") + laser).warnings.empty());
+  CHECK(SceneFolder().load(meter + slab("null") + laser).warnings.empty());
+  CHECK(SceneFolder().load(meter + slab("dielectric") + lamp).warnings.empty());
+  CHECK(SceneFolder().load(slab("dielectric") + laser).warnings.empty());
+}

@@ -429,6 +429,8 @@ TEST_CASE("every parameter of a medium arrives") {
   CHECK(!m.value("albedo").by_component);
   CHECK(m.number("scale") == 10);
   CHECK(m.phase.number("g") == -0.5);
+  CHECK(!m.sample_emitters);
+  CHECK(load_medium("").sample_emitters);
   CHECK(load_medium("<integer name=\"sigma_t\" value=\"4\"/>").colour("sigma_t") == Rgb{4, 4, 4});
 }
 

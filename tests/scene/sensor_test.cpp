@@ -33,7 +33,7 @@ TEST_CASE("a sensor that says nothing is Mitsuba's default") {
   CHECK(s.height == 576);
   CHECK(s.fov_x == Approx(38.1848).epsilon(1e-5));  // 50 mm
   CHECK(s.near_clip == 0.01);
-  CHECK(s.far_clip == 1e4);
+  CHECK(std::isinf(s.far_clip));
   CHECK(s.filter == FilterKind::gaussian);
   CHECK(s.filter_stddev == 0.5);
   CHECK(s.spp == 4);
@@ -103,6 +103,8 @@ TEST_CASE("every parameter of a sensor and its film arrives") {
   CHECK(s.luminance);
   CHECK(s.filter == FilterKind::tent);
   CHECK(s.filter_radius == 1.5);
+  CHECK(s.sample_border);
+  CHECK(!scene.sensors[1].sample_border);
   CHECK(scene.sensors[1].kind == Sensor::Kind::orthographic);
   CHECK(scene.sensors[1].id == "orthographic0");
   CHECK(scene.sensors[1].filter == FilterKind::box);
@@ -246,4 +248,15 @@ TEST_CASE("a distant sensor looks along a direction at all, a point or a shape")
   check_error(distant(direction + "<transform name=\"to_world\"/>"), {"both direction and to_world"});
   check_error(distant("<vector name=\"direction\" value=\"0, 0, 0\"/>"), {"need a direction"});
   SceneFolder().check_error("\n<sensor type=\"distant\"/>", 3, {"768 x 576", "need 1 x 1"});
+}
+
+TEST_CASE("a scene that goes beyond Mitsuba's far_clip is seen, with a line that says so, unless the file gives one") {
+  const auto warnings = [](const std::string& clip, const std::string& radius) {
+    const std::string far_ball = "<shape type=\"sphere\">" + number("radius", radius) + "</shape>";
+    return SceneFolder().load(far_ball + "<sensor type=\"perspective\" id=\"eye\">" + clip + "</sensor>").warnings;
+  };
+  REQUIRE(warnings("", "20000").size() == 1);
+  CHECK_THAT(warnings("", "20000")[0], Catch::Contains("the scene reaches 20000 from sensor \"eye\""));
+  CHECK(warnings("", "9999").empty());
+  CHECK(warnings(number("far_clip", "50"), "20000").empty());
 }

@@ -27,6 +27,7 @@ Scene camera_scene(FilterKind filter, bool orthographic) {
   sensor.filter = filter;
   sensor.filter_radius = 1.5;
   sensor.filter_stddev = 0.7;
+  sensor.sample_border = true;
   // columns: +x of the camera (left on the film), +y (up), +z (the view), where it stands; scaled by 2
   sensor.to_world.m = {0, 2, 0, 5, 0, 0, 2, 6, 2, 0, 0, 7, 0, 0, 0, 1};
   return scene;
@@ -112,6 +113,38 @@ TEST_CASE("camera rays pass through their pixel's part of the film") {
         }
         CHECK(std::abs(product) / std::sqrt(square_x * square_y) < 4.9 / std::sqrt(double(across.size())));
       }
+}
+
+TEST_CASE("positions of pixels at the film's edges stay on the film, spread as the filter that is cut there") {
+  for (const int width : widths())
+    for (const FilterKind filter : {FilterKind::tent, FilterKind::gaussian}) {
+      Scene scene = camera_scene(filter, true);
+      scene.sensors[0].sample_border = false;
+      PathBench bench(device(), scene, {.width = width});
+      constexpr int samples = 2000;
+      // columns and rows of the crop of 7 x 5 pixels, which begins at (3, 2)
+      std::array<std::vector<double>, 7> across;
+      std::array<std::vector<double>, 5> down;
+      double outside = 0;
+      for (const Path& p : bench.generate(35, samples)) {
+        const Vec2 film = film_position(scene.sensors[0], p);
+        outside = std::max({outside, 3 - film[0], film[0] - 10, 2 - film[1], film[1] - 7});
+        const auto column = static_cast<std::size_t>(p.pixel % 7), row = static_cast<std::size_t>(p.pixel / 7);
+        across[column].push_back(film[0] - (3.5 + static_cast<double>(column)));
+        down[row].push_back(film[1] - (2.5 + static_cast<double>(row)));
+      }
+      CAPTURE(width, filter);
+      CHECK(outside < 2e-5);
+      const auto check = [&](const std::vector<double>& offsets, double low, double high) {
+        const double least = filter_cdf(filter, low), all = filter_cdf(filter, high) - least;
+        const double d = largest_gap(offsets, [&](double x) { return (filter_cdf(filter, x) - least) / all; });
+        CHECK(d < kolmogorov_bound(offsets.size()));
+      };
+      for (std::size_t column = 0; column < 7; ++column)
+        check(across[column], -0.5 - static_cast<double>(column), 6.5 - static_cast<double>(column));
+      for (std::size_t row = 0; row < 5; ++row)
+        check(down[row], -0.5 - static_cast<double>(row), 4.5 - static_cast<double>(row));
+    }
 }
 
 TEST_CASE("a camera in a medium starts its paths there") {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "runtime/scene/load.h"
 #include "runtime/scene/mesh/placed_mesh.h"
@@ -28,6 +29,8 @@ class Builder {
   bool open = false;                                                    // LoadOptions
   std::map<const Element*, int> bsdf_of, medium_of, light_of;           // indices of what is built already
   std::set<int> nested;                                                 // BSDFs that are inside of structures
+  std::vector<Location> put_out;                                        // emitters that do not shine
+  bool samples_emitters = true;                                         // the integrator does
   std::map<int, const Element*> twosided_of;                            // those inside of a twosided alone
   std::map<const Element*, std::vector<Shape>> shapes_of_group;         // of each <shape type="shapegroup">
   std::size_t copied_triangles = 0;                                     // of instances
@@ -100,6 +103,9 @@ Texture build_texture(Builder& builder, Properties& owner, const std::string& na
 
 // What earlier versions of Mitsuba 3 saw a scene with that has no sensor: from below its least z, along z, all of it.
 Sensor sensor_of_all(const Builder& builder);
+
+// Cameras without far_clip of scenes that go beyond Mitsuba's.
+void warn_of_far_scenes(Builder& builder);
 
 // Horizontal field of view [degree] from fov, fov_axis and focal_length, as of Mitsuba's cameras; aspect: width over
 // height.

@@ -159,6 +159,14 @@ bool shows_texture(const Model& model) {
   return (model.traits & LIGHT_ON_SHAPE) != 0 && (model.traits & LIGHT_TINTED) != 0;
 }
 
+// How often Mitsuba samples an emitter, over others.
+double sampling_weight(Properties& properties) {
+  const double weight = properties.number("sampling_weight", 1);
+  if (!(weight >= 0))
+    properties.fail_at("sampling_weight", "sampling_weight = " + to_text(weight) + "; need 0 or more");
+  return weight;
+}
+
 int read_light(Builder& builder, const Element& element, const Model& model) {
   Properties properties = builder.properties(element);
   Light light;
@@ -168,7 +176,13 @@ int read_light(Builder& builder, const Element& element, const Model& model) {
   read_parameters(builder, properties, light);
   if (Texture* texture = shows_texture(model) ? &light.value("radiance") : nullptr; texture && texture->model)
     texture->value = mean_of(*texture);
-  properties.number("sampling_weight", 1);  // how often Mitsuba samples it: changes no expected value
+  // Paths find a light with extent by themselves; one without is never sampled then.
+  const bool sampled = sampling_weight(properties) > 0;
+  if (!(sampled && builder.samples_emitters) && !(model.traits & LIGHT_ON_SHAPE)) {
+    builder.put_out.push_back(element.where);
+    builder.warn(element.where, fmt::format("{}: {} 0 puts it out, as in Mitsuba: no path finds it", properties.title(),
+                                            sampled ? "the integrator's emitter_samples" : "sampling_weight"));
+  }
   properties.finish();
   builder.scene.lights.push_back(light);
   return static_cast<int>(builder.scene.lights.size()) - 1;
@@ -211,7 +225,7 @@ void read_emitter(Builder& builder, const Element& element) {
   environment.where = element.where;
   read_parameters(builder, properties, environment);
   read_rest(builder, properties, environment);
-  properties.number("sampling_weight", 1);  // how often Mitsuba samples it: changes no expected value
+  sampling_weight(properties);  // paths find its light by themselves: it changes no expected value
   properties.finish();
   if (builder.scene.environment)
     fail(element.where, "second environment emitter, the first is at " + to_string(builder.scene.environment->where) +

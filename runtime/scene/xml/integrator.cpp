@@ -21,11 +21,26 @@ const std::map<std::string, Depth> of_radiance = {
 // These compute something else, of which this renderer knows nothing, and may contain integrators of radiance.
 const std::vector<std::string> of_something_else = {"aov", "depth", "moment", "stokes"};
 
-void parse_depth(Properties& properties, Depth depth, Integrator& integrator) {
+// How many directions are sampled changes no expected value, but for none.
+void parse_samples(Builder& builder, Properties& properties) {
+  const long usual = properties.integer("shading_samples", 1);
+  const long of_emitters = properties.integer("emitter_samples", usual);
+  const long of_bsdfs = properties.integer("bsdf_samples", usual);
+  if (std::min(of_emitters, of_bsdfs) < 0 || of_emitters + of_bsdfs == 0)
+    properties.fail_at(properties.has("emitter_samples") ? "emitter_samples" : "shading_samples",
+                       "\"emitter_samples\" = " + std::to_string(of_emitters) + " and \"bsdf_samples\" = " +
+                           std::to_string(of_bsdfs) + "; need 0 or more, and more than 0 of one");
+  builder.samples_emitters = of_emitters > 0;
+  if (of_bsdfs == 0)
+    builder.warn(
+        properties.element().where,
+        properties.title() + ": bsdf_samples 0 is taken as 1: in Mitsuba smooth surfaces would reflect nothing");
+}
+
+void parse_depth(Builder& builder, Properties& properties, Depth depth, Integrator& integrator) {
   if (depth == Depth::direct) {
     integrator.max_depth = 2;
-    for (const char* name : {"shading_samples", "emitter_samples", "bsdf_samples"}) properties.integer(name, 1);
-    return;
+    return parse_samples(builder, properties);
   }
   const long max_depth = properties.integer("max_depth", depth == Depth::six ? 6 : -1);
   const long rr_depth = properties.integer("rr_depth", 5);
@@ -33,7 +48,10 @@ void parse_depth(Properties& properties, Depth depth, Integrator& integrator) {
     properties.fail_at("max_depth", "\"max_depth\" = " + std::to_string(max_depth) + "; need -1 (no limit), 0 or more");
   if (rr_depth < 1) properties.fail_at("rr_depth", "\"rr_depth\" = " + std::to_string(rr_depth) + "; need 1 or more");
   constexpr long deepest = 1'000'000;  // no path gets there: as good as no limit
-  integrator.max_depth = max_depth > deepest ? -1 : static_cast<int>(max_depth);
+  // Mitsuba's prb, prb_basic and prb_projective show emitters with max_depth 0, too; its other integrators show
+  // nothing.
+  const bool shows_emitters = properties.type().rfind("prb", 0) == 0 && properties.type() != "prbvolpath";
+  integrator.max_depth = max_depth > deepest ? -1 : max_depth == 0 && shows_emitters ? 1 : static_cast<int>(max_depth);
   integrator.rr_depth = static_cast<int>(std::min(rr_depth, deepest));
 }
 
@@ -74,7 +92,7 @@ void read_integrator(Builder& builder, const Element& element) {
   const bool is_else =
       std::find(of_something_else.begin(), of_something_else.end(), properties.type()) != of_something_else.end();
   if (depth != of_radiance.end()) {
-    parse_depth(properties, depth->second, integrator);
+    parse_depth(builder, properties, depth->second, integrator);
   } else if (is_else) {
     make_something_else(builder, properties);
   } else {

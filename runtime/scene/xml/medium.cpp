@@ -140,9 +140,8 @@ int read_medium(Builder& builder, const Element& element) {
   medium.phase.id = element.id;
   medium.where = element.where;
   read_parameters(builder, properties, medium);
-  // Hints on how Mitsuba samples: they change no expected value.
-  properties.boolean("sample_emitters", true);
-  properties.boolean("has_spectral_extinction", true);
+  medium.sample_emitters = properties.boolean("sample_emitters", true);
+  properties.boolean("has_spectral_extinction", true);  // how Mitsuba samples: changes no expected value
   if (const Element* phase = properties.object("phase")) medium.phase = build_phase(builder, *phase);
   if (medium.model->mean_cosine_slot() >= 0 && medium.phase.has_grid())
     properties.fail_at(

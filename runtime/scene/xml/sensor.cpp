@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "runtime/scene/box.h"
 #include "runtime/scene/transform.h"
@@ -122,10 +123,10 @@ void read_film(Builder& builder, const Element& element, Sensor& sensor) {
   sensor.crop_height =
       dimension(properties, "crop_height", sensor.height - sensor.crop_y, 1, sensor.height - sensor.crop_y);
   parse_pixel_format(builder, properties, sensor);
-  // The output is always float32 OpenEXR; the filter reads samples beyond the border by itself.
+  // The output is always float32 OpenEXR.
   properties.choice("component_format", {"float16", "float32", "uint32"});
   properties.choice("file_format", {"openexr", "exr", "rgbe", "pfm"});
-  properties.boolean("sample_border", false);
+  sensor.sample_border = properties.boolean("sample_border", false);
   properties.boolean("compensate", false);
   properties.boolean("banner", false);  // of Mitsuba 0.6
   if (const Element* filter = properties.object("rfilter")) build_filter(builder, *filter, sensor);
@@ -150,21 +151,28 @@ void read_sampler(Builder& builder, const Element& element, Sensor& sensor) {
 
 namespace {
 
+constexpr double usual_far_clip = 1e4;  // Mitsuba's
+
 const std::vector<std::string> sensor_types = {"perspective",   "thinlens",        "orthographic",
                                                "radiancemeter", "irradiancemeter", "distant"};
 
 void parse_perspective(Properties& properties, Sensor& sensor) {
   sensor.fov_x = parse_fov(properties, static_cast<double>(sensor.width) / sensor.height);
-  sensor.principal_x = properties.number("principal_point_offset_x", 0);
-  sensor.principal_y = properties.number("principal_point_offset_y", 0);
+  if (properties.type() == "perspective") {  // Mitsuba's thinlens has none
+    sensor.principal_x = properties.number("principal_point_offset_x", 0);
+    sensor.principal_y = properties.number("principal_point_offset_y", 0);
+  }
   if (!is_rigid(sensor.to_world))
     properties.fail_at("to_world", "to_world scales or shears; a perspective sensor can only be moved and turned");
 }
 
 void parse_clips(Properties& properties, Sensor& sensor) {
   sensor.near_clip = properties.number("near_clip", 1e-2);
-  sensor.far_clip = properties.number("far_clip", 1e4);
-  sensor.focus_distance = properties.number("focus_distance", sensor.far_clip);
+  // Mitsuba's own far plane would cut scenes off that are larger than its unit, so that only one that is asked for
+  // counts.
+  const double far_plane = properties.number("far_clip", usual_far_clip);
+  sensor.far_clip = properties.has("far_clip") ? far_plane : std::numeric_limits<double>::infinity();
+  sensor.focus_distance = properties.number("focus_distance", far_plane);
   if (!(sensor.near_clip > 0))
     properties.fail_at("near_clip", "near_clip = " + to_text(sensor.near_clip) + "; need more than 0");
   if (!(sensor.far_clip > sensor.near_clip))
@@ -262,6 +270,30 @@ void read_sensor(Builder& builder, const Element& element, const Shape* on) {
   }
   properties.finish();
   builder.scene.sensors.push_back(sensor);
+}
+
+void warn_of_far_scenes(Builder& builder) {
+  Box box;
+  for (const Shape& shape : builder.scene.shapes) box.add(box_of(shape));
+  if (box.longest_side() < 0) return;
+  for (const Sensor& sensor : builder.scene.sensors) {
+    const bool is_camera =
+        (sensor.kind == Sensor::Kind::perspective || sensor.kind == Sensor::Kind::orthographic) && sensor.near_clip > 0;
+    if (!is_camera || std::isfinite(sensor.far_clip)) continue;
+    const Vec3 along = normalize(transform_vector(sensor.to_world, {0, 0, 1}));
+    double furthest = 0;
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+      Vec3 place{};
+      for (std::size_t k = 0; k < 3; ++k)
+        place[k] =
+            static_cast<double>((corner >> k & 1) != 0 ? box.high[k] : box.low[k]) - sensor.to_world.m[4 * k + 3];
+      furthest = std::max(furthest, dot(place, along));
+    }
+    if (furthest > usual_far_clip)
+      builder.warn(sensor.where, "the scene reaches " + to_text(furthest) + " from sensor " + quote(sensor.id) +
+                                     ", and Mitsuba shows only what is nearer than its far_clip of " +
+                                     to_text(usual_far_clip) + ": here all is seen; give far_clip to say how far");
+  }
 }
 
 Sensor sensor_of_all(const Builder& builder) {

@@ -449,6 +449,7 @@ void place_beam(Builder& builder, Shape& shape, const std::string& type) {
   light.value("to_v").value = (1 / dot(v, cross(normal, u))) * cross(normal, u);
   light.set("round", round ? 1 : 0);
   shape.light = -1;
+  shape.sends_beam = true;
 }
 
 }  // namespace
