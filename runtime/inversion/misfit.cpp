@@ -131,6 +131,28 @@ Eigen::MatrixXd products(const ComparedImage& of, const FoundImage& model, bool 
   return result;
 }
 
+// How much of the squares such a fault explains beyond what as many numbers explain of noise, and its numbers.
+struct Explanation {
+  const char* kind;
+  double explained = 0;
+  Eigen::VectorXd number;
+};
+
+// sums: of products().
+Explanation explanation(const Fault& fault, const Eigen::MatrixXd& sums, double noise) {
+  const auto n = static_cast<Eigen::Index>(fault.of.size());
+  Eigen::MatrixXd normal(n, n);
+  Eigen::VectorXd right(n);
+  for (Eigen::Index a = 0; a < n; ++a) {
+    const Pattern of_a = fault.of[static_cast<std::size_t>(a)];
+    for (Eigen::Index b = 0; b < n; ++b) normal(a, b) = sums(of_a, fault.of[static_cast<std::size_t>(b)]);
+    right[a] = sums(of_a, patterns);
+    if (!(normal(a, a) > 0)) return {fault.kind, 0, {}};
+  }
+  const Eigen::VectorXd number = Eigen::LDLT<Eigen::MatrixXd>(normal).solve(right);
+  return {fault.kind, number.dot(right) - noise * static_cast<double>(n), number};
+}
+
 double square_of(const WhiteResidual& white) {
   double sum = 0;
   for (const double v : white.value) sum += v * v;
@@ -295,31 +317,24 @@ Misfit misfit_of(const std::vector<ComparedImage>& images, const ImageFit& fit, 
   for (const double v : worst.white.value) values += v != 0;
   const double noise = fit.noise_known ? 1 : middle_square(worst.white);
   const Eigen::MatrixXd sums = products(worst, model, exposure, white_balance);
-  const double left = std::max(1e-300, sums(patterns, patterns));
-  const double beyond = std::max(left - noise * values, left / 4);
-  Eigen::VectorXd number;
+  std::vector<Explanation> explanations;
+  double beyond = sums(patterns, patterns) - noise * values;
   for (const Fault& fault : faults()) {
     if (fault.kind == std::string("colour") && model.channels != 3) continue;
-    const auto n = static_cast<Eigen::Index>(fault.of.size());
-    Eigen::MatrixXd normal(n, n);
-    Eigen::VectorXd right(n);
-    bool told = true;
-    for (Eigen::Index a = 0; a < n; ++a) {
-      const Pattern of_a = fault.of[static_cast<std::size_t>(a)];
-      for (Eigen::Index b = 0; b < n; ++b) normal(a, b) = sums(of_a, fault.of[static_cast<std::size_t>(b)]);
-      right[a] = sums(of_a, patterns);
-      told = told && normal(a, a) > 0;
-    }
-    if (!told) continue;
-    const Eigen::VectorXd solution = Eigen::LDLT<Eigen::MatrixXd>(normal).solve(right);
-    const double explained = solution.dot(right) - noise * static_cast<double>(n);
-    const double share = std::min(1.0, explained / beyond);
-    if (!(explained > sure * sure * noise) || share < least_share || share < result.share + worth_a_number) continue;
-    result.kind = fault.kind;
-    result.share = share;
-    number = solution;
+    if (const auto e = explanation(fault, sums, noise); e.explained > sure * sure * noise) explanations.push_back(e);
+    if (!explanations.empty()) beyond = std::max(beyond, explanations.back().explained);
   }
-  if (const double cut = share_cut_off(worst); cut > std::max(0.5, result.share)) {
+  Eigen::VectorXd number;
+  for (const Explanation& e : explanations) {
+    const double share = e.explained / beyond;
+    // Of faults with as many numbers the better, of those with more what is better by far.
+    const double needed = e.number.size() > number.size() ? result.share + worth_a_number : result.share;
+    if (share < least_share || share < needed) continue;
+    result.kind = e.kind;
+    result.share = share;
+    number = e.number;
+  }
+  if (const double cut = share_cut_off(worst); cut > std::max(0.5, result.share - worth_a_number)) {
     result.kind = "saturation";
     result.share = cut;
   }
