@@ -150,9 +150,10 @@ void print(const Outcome& outcome, const std::vector<std::string>& sentences,
   for (const std::string& sentence : sentences) fmt::print("{}\n", sentence);
   for (const auto* list : {&outcome.parameters, &outcome.coefficients, &outcome.exposures})
     for (const Interval& i : *list)
-      fmt::print("{:<24} {:>10.5g}   95 %: {:.5g} to {:.5g}\n", i.name, i.value, i.low, i.high);
+      fmt::print("{:<24} {:>10.5g}   95 %: {:.5g} to {:.5g}{}\n", i.name, i.value, i.low, i.high, mark(i));
   for (const std::string& sentence : ambiguity_words(outcome, coordinates)) fmt::print("{}\n", sentence);
   fmt::print("{}/report.html: {:.1f} s\n", outcome.question.folder, outcome.seconds);
+  if (const std::string wrong = failure(outcome); !wrong.empty()) fmt::print("NOT converged: {}\n", wrong);
 }
 
 void find_textures(const InvertArguments& options, const Scene& scene, const std::vector<TargetImage>& targets,
@@ -168,6 +169,7 @@ void find_textures(const InvertArguments& options, const Scene& scene, const std
   how.exposure = options.exposure;
   how.repeats = options.repeats;
   how.relative_noise = noise.relative;
+  how.noise_known = noise.known;
   RenderOptions render_options;
   render_options.seed = options.common.seed;
   render_options.op = options.op;
@@ -266,19 +268,20 @@ void run(InvertArguments options) {
     print(*answer.inversion, verdict(*answer.inversion, coordinates), coordinates);
   write_json(common, to_json(answer, coordinates));
   if (!answer.converged())
-    throw ResultError("invert: not converged; " + answer.folder() + "/report.html shows how far");
+    throw ResultError(
+        fmt::format("invert: not converged: {} {}/report.html shows how far", failure(answer), answer.folder()));
 }
 
 }  // namespace
 
 void add_invert(CLI::App& app) {
   auto options = std::make_shared<InvertArguments>();
-  CLI::App* command =
-      app.add_subcommand("invert",
-                         "from images of a scene to its parameters, with 95 % intervals (analysis by synthesis)\n\n"
-                         "Starts from the scene's values, or from a network's guess. Stopped at any moment, the same "
-                         "command goes on where it was. Exit code 1 if it "
-                         "does not converge.");
+  CLI::App* command = app.add_subcommand(
+      "invert",
+      "from images of a scene to its parameters, with 95 % intervals (analysis by synthesis)\n\n"
+      "Starts from the scene's values, or from a network's guess. Stopped at any moment, the same "
+      "command goes on where it was. Exit code 1, with intervals that are marked, if it has not settled or "
+      "the image found does not fit: then it says what the misfit looks like.");
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
   add_target_options(*command, options->images);
   command
@@ -290,12 +293,14 @@ void add_invert(CLI::App& app) {
   command->add_option("-o,--output", options->folder, "folder for the result: report.html, result.json, images")
       ->required();
   command
-      ->add_option("--method", options->method,
-                   "gauss-newton: steps of weighted least squares; adam: 200 iterations of stochastic gradients; "
-                   "posterior: no start, renderings all over the range, an emulator of the image and samples of all "
-                   "materials that fit. Default: gauss-newton, and where it does not converge to one material that "
-                   "fits (up to 8 numbers), or --range or --renderings is given, posterior after it, which begins "
-                   "where it ended; not with --start, --starts, --init or --white-balance")
+      ->add_option(
+          "--method", options->method,
+          "gauss-newton: steps of weighted least squares; adam: 200 iterations of stochastic gradients; "
+          "posterior: no start, renderings all over the range, an emulator of the image and samples of all "
+          "materials that fit. Default: gauss-newton, and where it does not converge to one material that "
+          "fits (it has not settled, its image does not fit, or another material fits as well; up to 8 numbers), "
+          "or --range or --renderings is given, posterior after it, which begins where it ended and whose answer "
+          "counts; not with --method, --start, --starts, --init or --white-balance")
       ->check(CLI::IsMember({"adam", "gauss-newton", "posterior"}));
   command->add_option("--iterations", options->iterations, "at most; default 50, adam 200, posterior 8 (rounds)")
       ->check(CLI::Range(1, 1000000));

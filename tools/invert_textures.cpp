@@ -93,13 +93,15 @@ Json write_uncertainty(const std::string& file, const VoxelGrid& errors, const T
 }
 
 // As of an inversion of numbers.
-Json number_found(const TextureInversion& inversion, const TextureInversionState& state, std::size_t p, bool known) {
+Json number_found(const TextureInversion& inversion, const TextureInversionState& state, std::size_t p, bool known,
+                  bool holds) {
   Json result{{"value", inversion.number(state, p)}};
   if (!known) return result;
   const double low = inversion.number(state, p, -1.96), high = inversion.number(state, p, 1.96);
   result["low"] = low;
   result["high"] = high;
   result["stderr"] = (high - low) / (2 * 1.96);
+  result["holds"] = holds;
   return result;
 }
 
@@ -153,16 +155,16 @@ void invert_textures(const TextureQuestion& question, const Scene& scene, const 
   }
   progress.clear();
 
-  LossGradient loss;
-  const std::vector<Rendering> images = inversion.render(stored.state(), &loss);
+  const TextureImages seen = inversion.render(stored.state());
+  const LossGradient& loss = seen.loss;
   for (std::size_t t = 0; t < targets.size(); ++t)
-    write_images(stored, targets.size() == 1 ? "" : "_" + std::to_string(t), images[t], targets[t]);
+    write_images(stored, targets.size() == 1 ? "" : "_" + std::to_string(t), seen.images[t], targets[t]);
   Json textures = Json::object(), numbers = Json::object();
   const std::vector<Parameter> parameters = inversion.parameters();
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     const Parameter& parameter = parameters[p];
     if (!parameter.has_values()) {
-      numbers[parameter.name] = number_found(inversion, stored.state(), p, how.repeats > 0);
+      numbers[parameter.name] = number_found(inversion, stored.state(), p, how.repeats > 0, seen.fit());
       continue;
     }
     const std::string file = stored.file(parameter.name);
@@ -172,18 +174,23 @@ void invert_textures(const TextureQuestion& question, const Scene& scene, const 
       texture = write_grid(file, values);
       if (how.repeats > 0) {
         write_volume_file(file + ".uncertainty.vol", inversion.uncertainty(stored.state(), p));
-        texture["uncertainty"] = {{"file", file + ".uncertainty.vol"}};
+        texture["uncertainty"] = {{"file", file + ".uncertainty.vol"}, {"holds", seen.fit()}};
       }
       continue;
     }
     texture = write_texture(file, values, question, parameter);
-    if (how.repeats > 0)
-      texture["uncertainty"] =
-          write_uncertainty(file + ".uncertainty", inversion.uncertainty(stored.state(), p), question, parameter);
+    if (how.repeats == 0) continue;
+    texture["uncertainty"] =
+        write_uncertainty(file + ".uncertainty", inversion.uncertainty(stored.state(), p), question, parameter);
+    texture["uncertainty"]["holds"] = seen.fit();
   }
+  const std::string wrong = words(seen);
   const Json result{{"schema", "itn.invert/1"},
                     {"scene", question.scene},
                     {"method", "adam"},
+                    {"converged", seen.fit()},
+                    {"fit", to_json(seen.comparison.fit)},
+                    {"misfit", to_json(seen.comparison.misfit)},
                     {"parameters", numbers},
                     {"textures", textures},
                     {"ambiguity", Json::array()},
@@ -192,6 +199,7 @@ void invert_textures(const TextureQuestion& question, const Scene& scene, const 
                     {"loss_at_start", stored.steps().front().loss},
                     {"iterations", how.iterations},
                     {"repeats", how.repeats},
+                    {"verdict", {wrong}},
                     {"time", {{"total_s", seconds()}}}};
   write_file(stored.file("result.json"), result.dump(2) + "\n");
   if (common.talkative()) {
@@ -199,13 +207,17 @@ void invert_textures(const TextureQuestion& question, const Scene& scene, const 
                stored.steps().front().loss);
     for (const auto& [name, number] : numbers.items())
       fmt::print("{:<24} {:>10.5g}{}\n", name, number["value"].get<double>(),
-                 number.contains("low") ? fmt::format("   95 %: {:.5g} to {:.5g}", number["low"].get<double>(),
-                                                      number["high"].get<double>())
-                                        : "");
+                 number.contains("low")
+                     ? fmt::format("   95 %: {:.5g} to {:.5g}{}", number["low"].get<double>(),
+                                   number["high"].get<double>(), seen.fit() ? "" : " (does not hold)")
+                     : "");
     for (const auto& [name, texture] : textures.items())
       fmt::print("{}: {}\n", name, texture["file"].get<std::string>());
+    fmt::print("{}{}\n", seen.fit() ? "" : "NOT converged: ", wrong);
   }
   write_json(common, result);
+  if (!seen.fit())
+    throw ResultError(fmt::format("invert: not converged: {} {} shows how far", wrong, stored.file("result.json")));
 }
 
 }  // namespace itn::tools

@@ -122,6 +122,7 @@ void run(PredictArguments options) {
     for (std::size_t i = 0; i < image.parameters.size(); ++i) {
       const ParameterEstimate& estimate = image.parameters[i];
       line[network.outputs[i].name] = {{"value", estimate.value}, {"low", estimate.low}, {"high", estimate.high}};
+      if (image.verdict) line[network.outputs[i].name]["holds"] = !image.verdict->doubted;
       text += fmt::format("  {} {:.4g}", network.outputs[i].name, estimate.value);
       if (std::isfinite(estimate.low)) text += fmt::format(" ({:.4g} to {:.4g})", estimate.low, estimate.high);
     }
@@ -129,6 +130,7 @@ void run(PredictArguments options) {
       line["doubt"] = image.verdict->doubt;
       line["doubted"] = image.verdict->doubted;
       doubted += image.verdict->doubted;
+      if (image.verdict->doubted) text += "  (doubted: does not hold)";
     }
     images.push_back(std::move(line));
     if (!tested)
@@ -148,7 +150,15 @@ void run(PredictArguments options) {
   if (tested) result["errors"] = report_errors(options.common, *tested, predicted);
   if (tested && predicted.doubt_limit && options.common.talkative())
     fmt::print("{} of {} images are doubted\n", doubted, predicted.images.size());
+  // Shown the scene, it knows whether an image is of it, as an inversion does.
+  std::string unlike;
+  if (options.exemplars > 0 && !tested && doubted > 0)
+    unlike = fmt::format("{} of {} images are like no material in the scene: what is said of them does not hold",
+                         doubted, images.size());
+  if (!unlike.empty() && options.common.talkative()) fmt::print("{}\n", unlike);
   write_json(options.common, result);
+  if (!unlike.empty())
+    throw ResultError("predict: " + unlike + "; check light, shape, surface and camera of the scene");
 }
 
 // Without a RUN before the images it is a shipped one: with photos by flash the one for those.

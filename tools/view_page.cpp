@@ -92,7 +92,7 @@ Json to_json(const ViewStep& step) {
   Json values = Json::object();
   for (std::size_t i = 0; i < step.parameters.size(); ++i)
     values[step.parameters[i]] = {{"from", step.from[i]}, {"to", step.to[i]}};
-  return {{"values", values}, {"distance", step.distance}, {"settled", step.settled}};
+  return {{"values", values}, {"distance", step.distance}, {"settled", step.settled}, {"misfit", step.misfit}};
 }
 
 Json describe(const Parameter& p) {

@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import tempfile
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -23,11 +24,12 @@ from .scene import Scene
 
 @dataclass(frozen=True)
 class Interval:
-    """A value that was found, and where it lies with 95 %."""
+    """A value that was found, and where it lies with 95 %; not where `holds` is False: the verdict says why."""
 
     value: float
     low: float
     high: float
+    holds: bool = True
 
     def __float__(self) -> float:
         return self.value
@@ -40,7 +42,8 @@ class Interval:
 class Inversion:
     """What an inversion found. `parameters` are the numbers with 95 % intervals, `coefficients` what follows for diffuse
     light (reduced scattering and absorption), `textures` and `textures_stderr` arrays of textures and grids; `images` are
-    the scene's with what was found. `verdict` and `ambiguity` say in words what to think of it."""
+    the scene's with what was found. `verdict` and `ambiguity` say in words what to think of it. Where it is not `converged`
+    (it has not settled, or the image found does not fit) there was a warning, and intervals that do not hold say so (`holds`)."""
 
     parameters: dict[str, Interval]
     coefficients: dict[str, Interval]
@@ -64,7 +67,7 @@ class Inversion:
             scene.parameters[name] = found.value if isinstance(found, Interval) else found
 
     def _rows(self) -> list[tuple[str, str, str]]:
-        rows = [(name, f"{p.value:.5g}", f"{p.low:.5g} to {p.high:.5g}")
+        rows = [(name, f"{p.value:.5g}", f"{p.low:.5g} to {p.high:.5g}" + ("" if p.holds else " (does not hold)"))
                 for name, p in {**self.parameters, **self.coefficients}.items()]
         return rows + [(name, " x ".join(map(str, t.shape)), "") for name, t in self.textures.items()]
 
@@ -124,6 +127,9 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
     a file; how sure the network is is Gauss-Newton's prior, unless `prior` gives one, and where the shipped network's judge
     doubts the target, a warning and the verdict say so. The scene is left as it is: `result.apply(scene)` changes it.
 
+    Where it has not settled, or the image found does not fit, `converged` is False, a warning says so and what the misfit looks
+    like, and the intervals are marked (`holds`).
+
     method: "gauss-newton", "adam", or "posterior", which needs no start: renderings all over the range, and all materials that
     fit. Default: gauss-newton, and where it does not converge to one material that fits, or range or renderings is given, the
     posterior after it (up to eight numbers; not with start, starts, init or white_balance). range: {name: (low, high)} that
@@ -165,7 +171,10 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
         with shown(progress, "invert") as tell:
             if textures:
                 found = _itn.invert_values(*common, iterations, noise, learning_rate, exposure, smoothness, repeats, tell)
-                return _of_values(found, repeats, folder if output is not None else None)
+                result = _of_values(found, repeats, folder if output is not None else None)
+                if not result.converged:
+                    warnings.warn(f"not converged: {found['verdict']}", UserWarning, stacklevel=2)
+                return result
             intervals = lambda known: {k: (float(v[0]), float(v[1])) for k, v in known.items()}
             of_scene = _request(scene, [], without=names, parameters=names, sensors=sensors, seed=seed, operator=operator)
             found = _itn.invert_numbers(*common, method or "", iterations, noise, learning_rate, exposure, white_balance,
@@ -176,7 +185,9 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
         if output is None:
             shutil.rmtree(folder, ignore_errors=True)
     result = json.loads(found["json"])
-    interval = lambda p: Interval(p["value"], p["low"], p["high"])
+    if not result["converged"]:
+        warnings.warn(f"not converged: {found['failure']}", UserWarning, stacklevel=2)
+    interval = lambda p: Interval(p["value"], p["low"], p["high"], p["holds"])
     return Inversion({n: interval(p) for n, p in result["parameters"].items()},
                      {n: interval(p) for n, p in result.get("coefficients", {}).items()}, {}, {}, result["converged"],
                      result["loss"], result["loss_stderr"], found["verdict"], found["ambiguity"], found["images"],
@@ -184,9 +195,11 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
 
 
 def _of_values(found: dict, repeats: int, folder: str | None) -> Inversion:
-    numbers = {name: Interval(value, low if repeats else float("nan"), high if repeats else float("nan"))
+    numbers = {name: Interval(value, low if repeats else float("nan"), high if repeats else float("nan"), found["converged"])
                for name, (value, low, high) in found["numbers"].items()}
-    words = [f"The loss was {found['loss_at_start']:.4g} at the start and is {found['loss']:.4g} +- {found['loss_stderr']:.2g}."]
-    result = {key: found[key] for key in ("loss", "loss_stderr", "loss_at_start")}
-    return Inversion(numbers, {}, found["values"], found["stderr"], True, found["loss"], found["loss_stderr"], words, [],
+    words = [("" if found["converged"] else "NOT converged: ") + found["verdict"],
+             f"The loss was {found['loss_at_start']:.4g} at the start and is {found['loss']:.4g} +- {found['loss_stderr']:.2g}."]
+    result = {key: found[key] for key in ("converged", "loss", "loss_stderr", "loss_at_start")}
+    result.update({key: json.loads(found[key]) for key in ("fit", "misfit")})
+    return Inversion(numbers, {}, found["values"], found["stderr"], found["converged"], found["loss"], found["loss_stderr"], words, [],
                      found["images"], folder, result)

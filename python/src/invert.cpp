@@ -66,6 +66,7 @@ using Numbers = std::map<std::string, double>;
 struct NumbersFound {
   std::string json;
   std::vector<std::string> verdict, ambiguity;
+  std::string failure;
   std::vector<Rendering> images;
 };
 
@@ -128,12 +129,13 @@ nb::dict invert_numbers(const SceneObject& object, const std::vector<std::string
     const NumbersAnswer answer = itn::invert_numbers(
         asked, {guess.prior(model.coordinates()), guess.words(), guess.warning}, *question.scene, images, model, watch);
     return NumbersFound{to_json(answer, model.coordinates()).dump(), verdict(answer, model.coordinates()),
-                        ambiguity_words(answer, model.coordinates()), answer.images()};
+                        ambiguity_words(answer, model.coordinates()), failure(answer), answer.images()};
   });
   nb::dict result;
   result["json"] = found.json;
   result["verdict"] = found.verdict;
   result["ambiguity"] = found.ambiguity;
+  result["failure"] = found.failure;
   result["images"] = image_arrays(found.images);
   return result;
 }
@@ -142,8 +144,7 @@ struct ValuesFound {
   std::vector<Parameter> parameters;
   std::vector<VoxelGrid> values, errors;       // of numbers: empty
   std::vector<std::array<double, 3>> numbers;  // value, low, high; of others: not looked at
-  std::vector<Rendering> images;
-  LossGradient loss;
+  TextureImages seen;
   double loss_at_start = 0;
 };
 
@@ -170,7 +171,7 @@ ValuesFound find_values(const Question& question, const std::vector<TargetImage>
       found.numbers.push_back({inversion.number(stored.state(), p), inversion.number(stored.state(), p, -1.96),
                                inversion.number(stored.state(), p, 1.96)});
   }
-  found.images = inversion.render(stored.state(), &found.loss);
+  found.seen = inversion.render(stored.state());
   found.loss_at_start = stored.steps().front().loss;
   return found;
 }
@@ -188,7 +189,9 @@ nb::dict invert_values(const SceneObject& object, const std::vector<std::string>
   how.exposure = exposure;
   how.repeats = repeats;
   std::vector<TargetImage> images = images_of(targets);
-  how.relative_noise = settle_noise(images, relative_noise).relative;
+  const TargetNoise noise = settle_noise(images, relative_noise);
+  how.relative_noise = noise.relative;
+  how.noise_known = noise.known;
   if (how.spp < 2) throw UsageError("spp 1: a loss compares different samples of a pixel; need 2 or more");
   const Question question{object.scene(), names, targets, sensors, folder, request, seed, single};
   ValuesFound found =
@@ -211,10 +214,14 @@ nb::dict invert_values(const SceneObject& object, const std::vector<std::string>
   result["values"] = values;
   result["stderr"] = errors;
   result["numbers"] = numbers;
-  result["loss"] = found.loss.loss;
-  result["loss_stderr"] = found.loss.loss_stderr;
+  result["loss"] = found.seen.loss.loss;
+  result["loss_stderr"] = found.seen.loss.loss_stderr;
   result["loss_at_start"] = found.loss_at_start;
-  result["images"] = image_arrays(found.images);
+  result["verdict"] = words(found.seen);
+  result["converged"] = found.seen.fit();
+  result["fit"] = to_json(found.seen.comparison.fit).dump();
+  result["misfit"] = to_json(found.seen.comparison.misfit).dump();
+  result["images"] = image_arrays(found.seen.images);
   return result;
 }
 

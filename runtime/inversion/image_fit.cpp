@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::array<int, 3> radii{1, 3, 8};
 constexpr std::size_t throws = 399;   // of signs
-constexpr double rare = 0.01;         // such structure is not by chance
+constexpr double rare = 0.0025;       // such structure is not by chance: of 400 right scenes one is called wrong
 constexpr double tolerance = 0.15;    // of chi-square: noise is known no better
 constexpr double sure = 3;            // standard errors
 constexpr double heaviest_tails = 3;  // standard error of chi-square, over that of normal noise
@@ -134,13 +134,9 @@ std::string words(const ImageFit& fit) {
         "({:.0f} standard deviations more than noise is; {}). Shape, light, boundary, camera or another assumption is "
         "not that of the targets, or the parameters are wrong: their intervals do not hold.",
         fit.structure, size);
-  if (fit.size() > 0)
-    return fmt::format(
-        "The targets have more noise than they say: what is left of them looks like noise, of {}. The intervals count "
-        "in what is left.",
-        size);
+  if (fit.size() > 0) return fmt::format("NOT a fit: what is left of the targets looks like noise, but has {}.", size);
   if (fit.size() < 0)
-    return fmt::format("The targets have less noise than they say: what is left of them looks like noise, of {}.",
+    return fmt::format("NOT a fit: what is left of the targets is less than the noise that was said of them, {}.",
                        size);
   return fit.noise_known ? fmt::format("The image found fits: what is left of the targets is their noise ({}).", size)
                          : "The image found fits: what is left of the targets looks like noise.";

@@ -13,7 +13,8 @@ namespace itn {
 // Rendered minus target, in standard deviations of the noise of both.
 struct WhiteResidual {
   int width = 0, height = 0, channels = 1;
-  std::vector<double> value;  // as TargetImage::value; 0: not compared
+  std::vector<double> value;           // as TargetImage::value; 0: not compared
+  std::vector<double> deviation = {};  // of that noise
 };
 
 struct ImageFit {

@@ -113,8 +113,7 @@ bool Agreement::sure(const Inversion::Conclusion& best_end) const {
 
 bool InversionOutcome::converged() const {
   const Inversion::Conclusion& end = found().end;
-  if (!gauss_newton(*this)) return end.converged;
-  return end.converged && agreement.rivals.empty() && (end.fit.looks_alike() || agreement.same > 1);
+  return end.converged && end.fit.fits() && agreement.rivals.empty();
 }
 
 InversionOutcome invert(const InversionQuestion& question, Inversion& inversion,
@@ -153,6 +152,10 @@ InversionOutcome invert(const InversionQuestion& question, Inversion& inversion,
   outcome.coefficients = transport_coefficients(scene, coordinates, end.x, end.covariance);
   outcome.directions = ambiguity(coordinates, end.x, end.covariance);
   outcome.exposures = exposures(coordinates, end.x, end.covariance, inversion.names());
+  for (auto* list : {&outcome.parameters, &outcome.coefficients, &outcome.exposures})
+    for (Interval& i : *list) i.holds = outcome.converged();
+  for (std::size_t p = 0; p < coordinates.size(); ++p)
+    if (coordinates[p].at_edge(end.x[p])) outcome.parameters[p].holds = false;
   return outcome;
 }
 
@@ -186,6 +189,7 @@ nlohmann::ordered_json to_json(const InversionOutcome& outcome, const std::vecto
           {"method", outcome.question.method},
           {"converged", outcome.converged()},
           {"fit", to_json(end.fit)},
+          {"misfit", to_json(outcome.misfit)},
           {"parameters", to_json(outcome.parameters)},
           {"coefficients", to_json(outcome.coefficients)},
           {"exposures", to_json(outcome.exposures)},
@@ -208,6 +212,11 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
   const std::size_t iterations = outcome.found().steps.size();
   if (outcome.converged())
     text.push_back(fmt::format("Converged after {} iterations.", iterations));
+  else if (end.converged && !end.fit.fits())
+    text.push_back(
+        fmt::format("NOT converged: it has settled after {} iterations, but the image found does not fit: "
+                    "the intervals do not hold.",
+                    iterations));
   else if (!end.determined)
     text.push_back(fmt::format("NOT converged after {} iterations.", iterations));
   else if (!end.converged)
@@ -215,15 +224,11 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
         fmt::format("NOT converged after {} iterations: the least-squares solution is about {:.1f} standard errors "
                     "away; the intervals do not hold. Give it more iterations, or start nearer.",
                     iterations, end.distance));
-  else if (!agreement.rivals.empty())
+  else
     text.push_back(
         fmt::format("NOT converged: the images fit {} separate materials as well as the noise can tell, and the "
                     "intervals are those of one of them. Method posterior shows all that fits.",
                     1 + agreement.rivals.size()));
-  else
-    text.emplace_back(
-        "NOT converged: the image found does not fit, and no other start ended there; the intervals do not hold. Start "
-        "nearer (start, init), from more places (starts), or use method posterior.");
   for (const std::size_t k : agreement.rivals) {
     std::vector<std::string> values;
     for (std::size_t p = 0; p < coordinates.size(); ++p)
@@ -250,6 +255,7 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
   if (!outcome.question.noise_known) text.push_back(measured_noise_words());
   if (!outcome.question.doubt.empty()) text.push_back("Of the start: " + outcome.question.doubt + ".");
   text.push_back(words(end.fit));
+  if (!outcome.misfit.words.empty()) text.push_back(outcome.misfit.words);
   if (outcome.runs.size() > 1) {
     std::size_t same = agreement.same;
     if (!gauss_newton(outcome))
@@ -257,6 +263,10 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
         return run.end.converged && same_end(run.end, end);
       }));
     text.push_back(fmt::format("{} of {} starts end at the same parameters.", same, outcome.runs.size()));
+    if (!end.fit.fits())
+      text.emplace_back(same > 1 ? "Another start ends where this one does: it is not the start that is wrong."
+                                 : "No other start ended there: more places to start from (starts, range) or method "
+                                   "posterior may find a material that fits.");
   }
   return text;
 }
@@ -290,8 +300,19 @@ nlohmann::ordered_json to_json(const std::vector<Direction>& directions, const s
 nlohmann::ordered_json to_json(const std::vector<Interval>& intervals) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
   for (const Interval& i : intervals)
-    json[i.name] = {{"value", i.value}, {"low", i.low}, {"high", i.high}, {"stderr", i.stderr_}};
+    json[i.name] = {{"value", i.value}, {"low", i.low}, {"high", i.high}, {"stderr", i.stderr_}, {"holds", i.holds}};
   return json;
+}
+
+std::string mark(const Interval& interval) { return interval.holds ? "" : " (does not hold)"; }
+
+std::string failure(const InversionOutcome& outcome) {
+  if (outcome.converged()) return "";
+  const Inversion::Conclusion& end = outcome.found().end;
+  if (!end.fit.fits()) return misfit_words({end.fit, outcome.misfit});
+  if (!outcome.agreement.rivals.empty())
+    return "separate materials fit as well, the intervals are those of one of them.";
+  return "it has not settled, the intervals do not hold.";
 }
 
 }  // namespace itn

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/inversion/misfit.h"
 #include "runtime/inversion/stored_inversion.h"
 #include "runtime/inversion/uncertainty.h"
 
@@ -50,10 +51,12 @@ struct InversionOutcome {
   Agreement agreement;             // of Gauss-Newton's
   std::vector<Interval> parameters, coefficients, exposures;
   std::vector<Direction> directions;
+  Misfit misfit;
   double seconds = 0;
 
   const InversionRun& found() const { return runs[agreement.best]; }
-  // Gauss-Newton: it stands still, no other end fits as well, and the image fits or another start ended there, too.
+  // It stands still, its image fits, and of Gauss-Newton's other starts none has ended elsewhere and fits as well. Ends
+  // that fit worse say nothing against it. Else the intervals do not hold.
   bool converged() const;
 };
 
@@ -81,5 +84,9 @@ std::vector<std::string> ambiguity_words(const std::vector<Direction>& direction
 nlohmann::ordered_json to_json(const std::vector<Direction>& directions, const std::vector<Coordinate>& coordinates,
                                const std::string& deviation);
 nlohmann::ordered_json to_json(const std::vector<Interval>& intervals);
+// " (does not hold)" of an interval that does not, else nothing.
+std::string mark(const Interval& interval);
+// One sentence of a result that failed: what is wrong, and what it looks like. Empty: nothing is.
+std::string failure(const InversionOutcome& outcome);
 
 }  // namespace itn

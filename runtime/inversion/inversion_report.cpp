@@ -51,7 +51,7 @@ void write_images(const std::string& path, const Residual& r, const TargetImage&
 }
 
 std::vector<std::string> row(const Interval& i) {
-  return {i.name, fmt::format("{:.5g}", i.value), fmt::format("{:.5g} to {:.5g}", i.low, i.high),
+  return {i.name, fmt::format("{:.5g}", i.value), fmt::format("{:.5g} to {:.5g}{}", i.low, i.high, mark(i)),
           fmt::format("{:.2g} %", 100 * i.stderr_ / std::fabs(i.value))};
 }
 

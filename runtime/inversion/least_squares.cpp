@@ -207,6 +207,7 @@ WhiteResidual white_residual(const Rendering& rendering, const TargetImage& targ
     const double left = model - static_cast<double>(target.value[i]);
     const double variance = std::max(floor, noise.target[i] + noise.sample[i] / rendering.spp);
     result.value.push_back(compared ? left / std::sqrt(variance) : 0);
+    result.deviation.push_back(std::sqrt(variance));
   }
   return result;
 }

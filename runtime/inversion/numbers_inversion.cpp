@@ -105,6 +105,11 @@ InversionOutcome find_values(const NumbersQuestion& question, const std::string&
       invert(words, inversion, coordinates, scene, stored, until_sure, [&](const InversionStep& step) {
         if (watch.on_step) watch.on_step(stored, step, how.iteration_limit());
       });
+  const Inversion::Conclusion& end = outcome.found().end;
+  std::vector<ComparedImage> compared;
+  for (std::size_t t = 0; t < targets.size(); ++t)
+    compared.push_back({end.images[t], end.factors[t], targets[t], end.white[t]});
+  outcome.misfit = misfit_of(compared, end.fit, question.exposure, question.white_balance);
   outcome.seconds = seconds_since(question.begun);
   write_inversion(outcome, coordinates, targets);
   return outcome;
@@ -240,6 +245,10 @@ nlohmann::ordered_json to_json(const NumbersAnswer& answer, const std::vector<Co
 
 std::vector<std::string> verdict(const NumbersAnswer& answer, const std::vector<Coordinate>& coordinates) {
   return answer.posterior ? verdict(*answer.posterior) : verdict(*answer.inversion, coordinates);
+}
+
+std::string failure(const NumbersAnswer& answer) {
+  return answer.posterior ? failure(*answer.posterior) : failure(*answer.inversion);
 }
 
 std::vector<std::string> ambiguity_words(const NumbersAnswer& answer, const std::vector<Coordinate>& coordinates) {

@@ -68,6 +68,7 @@ NumbersAnswer invert_numbers(const NumbersQuestion& question, const NetworkPrior
 
 nlohmann::ordered_json to_json(const NumbersAnswer& answer, const std::vector<Coordinate>& coordinates);
 std::vector<std::string> verdict(const NumbersAnswer& answer, const std::vector<Coordinate>& coordinates);
+std::string failure(const NumbersAnswer& answer);
 std::vector<std::string> ambiguity_words(const NumbersAnswer& answer, const std::vector<Coordinate>& coordinates);
 
 }  // namespace itn

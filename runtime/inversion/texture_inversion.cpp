@@ -7,6 +7,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/random.h"
+#include "runtime/image/accumulation.h"
 #include "runtime/scene/parameter_kind.h"
 
 namespace itn {
@@ -38,20 +39,11 @@ int final_samples(const TextureInversionOptions& options) { return std::max(leas
 // Of the streams of the repetitions' noise: none of the seeds of rendering, which count from the same one.
 std::uint64_t noise_seed(std::uint64_t seed) { return mixed_bits(seed ^ 0x6e6f697379ULL); }
 
-// Renderings of different samples as one.
-Rendering joined(const std::vector<Rendering>& groups) {
-  Rendering all = groups.front();
-  all.spp = 0;
-  for (const Rendering& group : groups) all.spp += group.spp;
-  for (std::size_t i = 0; i < all.mean.size(); ++i) {
-    double sum = 0;
-    for (const Rendering& group : groups) sum += group.spp * static_cast<double>(group.mean[i]);
-    all.mean[i] = static_cast<float>(sum / all.spp);
-  }
-  return all;
-}
-
 }  // namespace
+
+std::string words(const TextureImages& seen) {
+  return seen.fit() ? words(seen.comparison.fit) : misfit_words(seen.comparison);
+}
 
 double roughness_of(const VoxelGrid& values, bool all_around, double weight, double* gradient) {
   const auto width = static_cast<std::size_t>(values.width), height = static_cast<std::size_t>(values.height),
@@ -272,28 +264,32 @@ void TextureInversion::end_repeat(TextureInversionState& state) const {
   state.moments = {};
 }
 
-std::vector<Rendering> TextureInversion::render(const TextureInversionState& state, LossGradient* loss) const {
+TextureImages TextureInversion::render(const TextureInversionState& state) const {
   const Scene scene = scene_with(state.x);
-  std::vector<Rendering> images;
+  TextureImages result;
   std::vector<LossGradient> losses;
+  std::vector<std::vector<Rendering>> groups(targets_.size());
+  std::vector<double> exposures;
   for (std::size_t t = 0; t < targets_.size(); ++t) {
     RenderOptions of_image = render_options_;
     of_image.sensor = sensors_[t];
     of_image.seed = render_options_.seed + t;
     Renderer renderer(device_, scene, of_image);
-    std::vector<Rendering> groups;
+    Rendering& all = result.images.emplace_back();
     int sample = options_.iterations * options_.spp;
     for (const int samples : split_samples(final_samples(options_))) {
-      groups.push_back(renderer.render(sample, samples));
+      groups[t].push_back(renderer.render(sample, samples));
+      accumulate(all, groups[t].back());
       sample += samples;
     }
-    const double exposure = options_.exposure ? best_exposure(groups, targets_[t]) : 1;
-    losses.push_back(loss_gradient(groups, targets_[t], exposure));
-    images.push_back(joined(groups));
-    for (float& v : images.back().mean) v = static_cast<float>(exposure * static_cast<double>(v));
+    exposures.push_back(options_.exposure ? best_exposure(groups[t], targets_[t]) : 1);
+    losses.push_back(loss_gradient(groups[t], targets_[t], exposures[t]));
+    for (float& v : all.mean) v = static_cast<float>(exposures[t] * static_cast<double>(v));
   }
-  *loss = mean_of(losses);
-  return images;
+  result.loss = mean_of(losses);
+  result.comparison =
+      compare_images(groups, targets_, exposures, options_.exposure, options_.relative_noise, options_.noise_known);
+  return result;
 }
 
 }  // namespace itn

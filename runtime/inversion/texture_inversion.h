@@ -17,6 +17,7 @@
 #include "runtime/inversion/adam_step.h"
 #include "runtime/inversion/coordinate.h"
 #include "runtime/inversion/image_loss.h"
+#include "runtime/inversion/misfit.h"
 #include "runtime/scene/parameters.h"
 
 namespace itn {
@@ -28,6 +29,7 @@ struct TextureInversionOptions {
   bool exposure = false;      // each target is known up to a factor only
   int repeats = 0;            // repetitions that tell the uncertainty
   double relative_noise = 0;  // of the targets, over their radiance, beside their standard errors
+  bool noise_known = true;    // TargetNoise::known
 };
 
 struct TextureInversionState {
@@ -43,6 +45,15 @@ struct TextureInversionStep {
   int repeat = 0, iteration = 0;
   double loss = 0, loss_stderr = 0;  // of the images, before the step
   double roughness = 0;              // mean squared difference of neighbouring texels, added up over textures
+};
+
+// What the sensors see of what was found, times the exposure, with samples that no iteration took.
+struct TextureImages {
+  std::vector<Rendering> images;
+  LossGradient loss;
+  ImageComparison comparison;
+
+  bool fit() const { return comparison.fit.fits(); }
 };
 
 class TextureInversion {
@@ -67,8 +78,7 @@ class TextureInversion {
   // Of a number: its value, and where it lies but for so many standard errors.
   double number(const TextureInversionState& state, std::size_t parameter, double standard_errors = 0) const;
 
-  // What the sensors see of it, times the exposure, with samples that no iteration took; and the loss.
-  std::vector<Rendering> render(const TextureInversionState& state, LossGradient* loss) const;
+  TextureImages render(const TextureInversionState& state) const;
 
  private:
   struct Unknown {
@@ -98,6 +108,9 @@ class TextureInversion {
   TextureInversionOptions options_;
   std::vector<std::unique_ptr<GradientRenderer>> renderers_;  // one a target
 };
+
+// How it ended, for people.
+std::string words(const TextureImages& seen);
 
 // Mean squared difference of texels or voxels beside each other, where it goes all around of the last and the first
 // column, too; adds `weight` times its gradient.

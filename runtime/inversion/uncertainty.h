@@ -14,6 +14,7 @@ struct Interval {
   std::string name;
   double value = 0, low = 0, high = 0;  // low to high: 95 %
   double stderr_ = 0;
+  bool holds = true;  // false: what it rests on is not so; the verdict says what
 };
 
 // 95 % intervals of the parameters: even in the coordinates, so always within the parameters' ranges. x, covariance: of

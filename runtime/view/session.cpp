@@ -16,6 +16,7 @@ namespace {
 
 constexpr double part_s = 0.03;         // of rendering between two looks at what is wanted
 constexpr double step_s = 0.5;          // of rendering for the first step of Gauss-Newton
+constexpr double best_there_is = 0.4;   // standard errors: a step that is shorter leads nowhere
 constexpr std::size_t loss_groups = 4;  // of independent samples, for the loss and its error
 // Who still moves sliders does not ask for a step: samples a pixel, and seconds since the last move.
 constexpr int before_step = 32;
@@ -383,6 +384,7 @@ bool ViewSession::look_for_step() {
     constexpr int most_tries = 6;
     step_done_ = step.distance > far || inversion_state_.spp == spp || ++step_tries_ == most_tries;
     ViewStep result{now_.fit, {}, {}, step.distance, step_done_};
+    if (step_done_ && step.distance < best_there_is) result.misfit = misfit();
     for (std::size_t p = 0; p < now_.fit.size(); ++p) {
       result.from.push_back(model.coordinates()[p].value(step.x[p]));
       result.to.push_back(model.coordinates()[p].value(inversion_state_.x[p]));
@@ -400,6 +402,14 @@ bool ViewSession::look_for_step() {
   }
   publish();
   return true;
+}
+
+// Of the image that is seen.
+std::string ViewSession::misfit() const {
+  const double exposure = options_.exposure ? best_exposure(groups_, *options_.target) : 1;
+  const ImageComparison comparison =
+      compare_images({groups_}, targets_, {exposure}, options_.exposure, options_.noise.relative, options_.noise.known);
+  return comparison.fit.fits() ? "" : misfit_words(comparison);
 }
 
 void ViewSession::look_at_loss() {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "runtime/inversion/inversion.h"
+#include "runtime/inversion/misfit.h"
 #include "runtime/renderer.h"
 #include "runtime/scene/parameters.h"
 #include "runtime/view/program_builder.h"
@@ -37,6 +38,7 @@ struct ViewStep {
   std::vector<double> from, to;  // values
   double distance = 0;           // InversionStep::distance
   bool settled = false;          // more samples would not change it much
+  std::string misfit = {};  // of values that are the best: why they are not those of the target; empty: they may be
 };
 
 // What is there to be seen at a moment; never changed afterwards.
@@ -124,6 +126,7 @@ class ViewSession {
   ForwardModel& forward_model();
   bool explain(const std::runtime_error& error);
   void publish();
+  std::string misfit() const;
   void look_at_loss();
   void change(const std::function<void(Wanted&)>& what);
 

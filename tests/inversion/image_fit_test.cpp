@@ -28,7 +28,7 @@ WhiteResidual sloped(WhiteResidual residual, double most) {
 
 }  // namespace
 
-TEST_CASE("noise fits: an alarm in one of a hundred images") {
+TEST_CASE("noise fits: a false alarm is rare, since the exit code hangs on it") {
   std::mt19937_64 random(1);
   int alarms = 0, high = 0;
   constexpr int images = 300;
@@ -37,7 +37,7 @@ TEST_CASE("noise fits: an alarm in one of a hundred images") {
     alarms += !fit.fits();
     high += fit.chance > 0.5;
   }
-  CHECK(alarms <= 9);  // more in one of 1500 series
+  CHECK(alarms <= 5);  // one in 400 by structure, fewer by size: more in one of 300 series
   CHECK(std::abs(high - images / 2) < 30);
 }
 

@@ -78,10 +78,9 @@ TEST_CASE("a texture is found from one image of the surface that has it") {
   CHECK(before > 0.2);
   while (state.iteration < options.iterations) inversion.advance(state);
   CHECK(rms(inversion.values(state, 0).data, truth->data) < 0.02);
-  LossGradient loss;
-  const std::vector<Rendering> images = inversion.render(state, &loss);
-  CHECK(images.size() == 1);
-  CHECK(loss.loss < 1e-3);
+  const TextureImages seen = inversion.render(state);
+  CHECK(seen.images.size() == 1);
+  CHECK(seen.loss.loss < 1e-3);
 }
 
 TEST_CASE("a texture's standard errors cover the truth as often as they say, and unseen texels have none") {

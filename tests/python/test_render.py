@@ -183,6 +183,15 @@ def test_an_inversion_finds_what_the_photo_was_made_with(ball, photo, tmp_path):
         itn.invert(ball, photo, BY, spp=32, output=tmp_path)
 
 
+def test_a_photo_of_another_scene_gives_a_warning_and_marked_intervals(ball, photo):
+    moved = np.roll(photo.image, 1, axis=1)
+    with pytest.warns(UserWarning, match="not converged: .*do not hold"):
+        found = itn.invert(ball, moved, ["skin.sigma_t", "haze.g"], spp=32, method="gauss-newton", starts=1, iterations=8)
+    assert not found.converged and not found["skin.sigma_t"].holds and not found.json["fit"]["fits"]
+    assert found.json["misfit"]["looks_like"] == "shift" and found.json["misfit"]["x"] == pytest.approx(1, abs=0.4)
+    assert "(does not hold)" in repr(found) and "(does not hold)" in found._repr_html_()
+
+
 def test_a_posterior_needs_no_start_and_keeps_its_renderings(ball, photo, tmp_path):
     ask = dict(method="posterior", iterations=2, spp=16, range={"skin.sigma_t": (3, 20)}, renderings=tmp_path)
     found = itn.invert(ball, photo, ["skin.sigma_t"], **ask)

@@ -79,17 +79,78 @@ TEST_CASE("itn invert says that a photo of another scene does not fit, with ever
                                 "--quiet", "-o", folder / "target.exr"});
   INFO(photo.error);
   REQUIRE(photo.exit_code == 0);
-  const Result newton = run_itn(invert(folder, {"--json", "-"}));
-  INFO(newton.error);
-  CHECK(nlohmann::json::parse(newton.output)["fit"]["fits"] == false);
-  CHECK(newton.output.find("NOT a fit") != std::string::npos);
+  const auto check_marks = [](const nlohmann::json& json) {
+    CHECK(json["fit"]["fits"] == false);
+    CHECK(json["converged"] == false);
+    CHECK(json["misfit"]["words"].is_string());
+    for (const char* kind : {"parameters", "coefficients"})
+      for (const auto& interval : json[kind]) CHECK(interval["holds"] == false);
+  };
+  // The second call finds that it has ended, and says the same.
+  for (int call = 0; call < 2; ++call) {
+    const Result newton = run_itn(invert(folder, {"--json", folder / "newton.json"}));
+    INFO(newton.error);
+    CHECK(newton.exit_code == 1);
+    CHECK_THAT(newton.error, Catch::Contains("not converged: the image found does not fit") &&
+                                 Catch::Contains("the intervals do not hold"));
+    CHECK(newton.output.find("NOT a fit") != std::string::npos);
+    CHECK(newton.output.find(" (does not hold)\n") != std::string::npos);
+    const std::string last = newton.output.substr(newton.output.rfind('\n', newton.output.size() - 2) + 1);
+    CHECK(last.starts_with("NOT converged: the image found does not fit"));
+    check_marks(nlohmann::json::parse(itn::read_file(folder / "newton.json")));
+    check_marks(nlohmann::json::parse(itn::read_file(folder / "fit/result.json")));
+    CHECK(itn::read_file(folder / "fit/report.html").find(" (does not hold)</td>") != std::string::npos);
+  }
   const Result posterior =
       run_itn({"invert", ball, "--target", folder / "target.exr", "--parameter", "skin.albedo.G", "--method",
                "posterior", "--spp", "64", "--iterations", "2", "-o", folder / "posterior", "--json", "-"});
   INFO(posterior.error);
   CHECK(posterior.exit_code == 1);
-  CHECK(nlohmann::json::parse(posterior.output)["fit"]["fits"] == false);
-  CHECK(nlohmann::json::parse(posterior.output)["converged"] == false);
+  check_marks(nlohmann::json::parse(posterior.output));
+  const std::string samples = itn::read_file(folder / "posterior/samples.csv");
+  CHECK(samples.rfind("skin.albedo.G,log_density,peak,holds\n", 0) == 0);
+  CHECK(samples.substr(samples.size() - 3) == ",0\n");
+  const Result adam =
+      run_itn({"invert", ball, "--target", folder / "target.exr", "--parameter", "skin.albedo.G", "--method", "adam",
+               "--spp", "8", "--iterations", "10", "-o", folder / "adam", "--json", "-"});
+  CHECK(adam.exit_code == 1);
+  check_marks(nlohmann::json::parse(adam.output));
+}
+
+TEST_CASE("itn invert says what a misfit looks like: a camera that stood beside, a larger ball, noise that is none") {
+  const TemporaryFolder folder;
+  const std::string as_it_is = itn::read_file(ball);
+  const auto photo_of = [&](const std::string& what, const std::string& instead) {
+    std::string other = as_it_is;
+    REQUIRE(other.find(what) != std::string::npos);
+    itn::write_file(folder / "other.xml", other.replace(other.find(what), what.size(), instead));
+    const Result photo = run_itn({"render", folder / "other.xml", "-D", "green=0.6", "--spp", "256", "--seed", "3",
+                                  "--quiet", "-o", folder / "target.exr"});
+    INFO(photo.error);
+    REQUIRE(photo.exit_code == 0);
+  };
+  const auto misfit = [&](const std::vector<std::string>& more = {}) {
+    std::filesystem::remove_all(folder / "fit");
+    std::vector<std::string> with{"--starts", "1", "--json", "-"};
+    with.insert(with.end(), more.begin(), more.end());
+    const Result result = run_itn(invert(folder, with));
+    CHECK(result.exit_code == 1);
+    return nlohmann::json::parse(result.output)["misfit"];
+  };
+  // A pixel is 0.112 wide where the ball is.
+  photo_of(R"(origin="0, 0, 5" target="0, 0, 0")", R"(origin="0.04, 0, 5" target="0.04, 0, 0")");
+  const auto beside = misfit();
+  CAPTURE(beside.dump());
+  CHECK(beside["looks_like"] == "shift");
+  CHECK(std::fabs(beside["x"].get<double>()) == Approx(0.36).margin(0.1));
+  CHECK(std::fabs(beside["y"].get<double>()) < 0.1);
+  const auto loud = misfit({"--noise", "10"});
+  CHECK(loud["looks_like"] == "noise_too_large");
+  photo_of(R"(<shape type="sphere">)", R"(<shape type="sphere"><float name="radius" value="1.04"/>)");
+  const auto larger = misfit();
+  CAPTURE(larger.dump());
+  CHECK(larger["looks_like"] == "size");
+  CHECK(larger["change"].get<double>() == Approx(0.04).margin(0.012));
 }
 
 TEST_CASE("itn invert goes on to the posterior where Gauss-Newton does not converge or a range asks for it") {
@@ -399,7 +460,7 @@ TEST_CASE("itn invert --method posterior needs no start, always answers, and kee
   CHECK(json["renderings"]["found"] == 0);
   CHECK(json["peaks"].size() == 1);
   const std::string samples = itn::read_file(folder / "one/samples.csv");
-  CHECK(samples.rfind("skin.albedo.G,log_density,peak\n", 0) == 0);
+  CHECK(samples.rfind("skin.albedo.G,log_density,peak,holds\n", 0) == 0);
   CHECK(std::count(samples.begin(), samples.end(), '\n') == 2001);
   CHECK(itn::read_file(folder / "one/report.html").find("samples of the posterior") != std::string::npos);
   for (const char* name : {"target.png", "rerender.png", "residual.png", "rerender.exr"})

@@ -81,13 +81,15 @@ TEST_CASE(
   more.insert(more.end(), photos, photo);
   const Result result = run_itn(predict(scene_file, more));
   INFO(result.error);
-  REQUIRE(result.exit_code == 0);
+  REQUIRE(result.exit_code == 1);
+  CHECK(result.error.find("25 of 26 images are like no material in the scene") != std::string::npos);
   const auto json = nlohmann::json::parse(result.output);
   REQUIRE(json["images"].size() == 1 + photos);
   CHECK_FALSE(json["images"][0].contains("doubt"));
   for (std::size_t k = 1; k <= photos; ++k) {
     CHECK(json["images"][k]["file"] == photo);
     CHECK(json["images"][k]["doubted"] == true);
+    CHECK(json["images"][k]["sigma_t"]["holds"] == false);
     CHECK(json["images"][k]["doubt"].get<double>() > json["doubt_limit"].get<double>());
   }
   CHECK(result.error.find("photo.exr: is unlike the scene") != std::string::npos);

@@ -217,6 +217,23 @@ TEST_CASE("with a target there are the loss, its gradient and the step of Gauss-
   CHECK(session.values()[0] == Approx(3).epsilon(0.1));
   CHECK(session.values()[1] == Approx(0.7).epsilon(0.05));
   CHECK(std::abs(frame->loss->loss) < 0.05 * begin);
+  CHECK((frame->step && frame->step->misfit.empty()));
+}
+
+TEST_CASE("where no step is left and the photo is that of another scene, that is said") {
+  ViewOptions how = options(256);
+  how.target = rendered_target(device(), fog_ball(3, 0.8, 0.3), 256, 99);
+  std::rotate(how.target->value.begin(), how.target->value.begin() + 1, how.target->value.end());  // by a pixel
+  ViewSession session(fog_ball(2.5, 0.8, 0.3), how);
+  session.fit({"fog.sigma_t"});
+  auto frame = settle(session);
+  for (int i = 0; i < 10 && frame->step && frame->step->distance >= 0.4; ++i) {
+    CHECK(frame->step->misfit.empty());
+    REQUIRE(session.take_step());
+    frame = settle(session);
+  }
+  REQUIRE(frame->step);
+  CHECK_THAT(frame->step->misfit, Catch::Contains("does not fit") && Catch::Contains("shifted by"));
 }
 
 TEST_CASE("a step of values that are no longer those seen is not taken") {

@@ -91,7 +91,10 @@ def scene(grid):
 
 def itn(*arguments):
     command = [options.itn, *map(str, arguments)]
-    return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout or '{}')
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode not in (0, 1):  # 1: what was found does not fit within the noise
+        done.check_returncode()
+    return json.loads(done.stdout or '{}')
 
 
 def rms(a, b):

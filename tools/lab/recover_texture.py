@@ -102,7 +102,9 @@ def write_scene(images):
 
 
 def itn(*arguments):
-    subprocess.run([options.itn, *map(str, arguments), '--quiet'], check=True)
+    done = subprocess.run([options.itn, *map(str, arguments), '--quiet'])
+    if done.returncode not in (0, 1):  # 1: what was found does not fit within the noise
+        done.check_returncode()
 
 
 def read(path):

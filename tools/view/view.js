@@ -275,6 +275,7 @@ function describeFit() {
   if (!note && step) {
     note = `The step is ${text(step.distance, 2)} standard errors long`;
     if (!step.settled) note += "; more samples will tell.";
+    else if (step.misfit) note += `: there are no better values near these, but this is NOT a fit: ${step.misfit}`;
     else note += step.distance < 0.4 ? ": these are the best values that this photo can tell." : ".";
   } else if (!note) {
     note = frame.fit.length === 0 ? "Tick the parameters to fit." : "It waits for a quieter image.";

@@ -121,6 +121,10 @@ void compare(const std::vector<TargetImage>& targets, ForwardModel& model, const
     outcome.images.push_back(std::move(mean));
   }
   outcome.fit = image_fit(outcome.white, outcome.question.noise_known);
+  std::vector<ComparedImage> compared;
+  for (std::size_t t = 0; t < targets.size(); ++t)
+    compared.push_back({outcome.images[t], {1, 1, 1}, targets[t], outcome.white[t]});
+  outcome.misfit = misfit_of(compared, outcome.fit, options.exposure, false);
   const LossGradient loss = mean_of(losses);
   outcome.loss = loss.loss;
   outcome.loss_stderr = loss.loss_stderr;
@@ -183,6 +187,10 @@ PosteriorOutcome conclude(const InversionQuestion& question, const StoredPosteri
   Eigen::Index likeliest = 0;
   samples.log_likelihood.maxCoeff(&likeliest);
   compare(targets, model, options, static_cast<std::size_t>(likeliest), outcome);
+  std::vector<std::vector<Interval>*> lists{&outcome.parameters, &outcome.coefficients, &outcome.exposures};
+  for (PosteriorOutcome::PeakValues& peak : outcome.peaks) lists.push_back(&peak.parameters);
+  for (auto* list : lists)
+    for (Interval& i : *list) i.holds = outcome.intervals_hold();
   return outcome;
 }
 
@@ -194,13 +202,16 @@ std::vector<std::string> verdict(const PosteriorOutcome& outcome) {
   if (outcome.converged())
     text.push_back("Settled after " + effort + ".");
   else if (outcome.settled())
-    text.push_back("NOT converged: it settled after " + effort + ", but no material that was looked at fits.");
+    text.push_back("NOT converged: it settled after " + effort +
+                   ", but no material that was looked at fits: the intervals do not hold.");
   else
     text.push_back(fmt::format(
         "NOT settled after {}: in the last one a mean still moved by {:.2g} standard deviations, and the emulator "
-        "makes {:.2g} % of the variance. The intervals count in what it does not know; more rounds (iterations) may "
-        "narrow them.",
-        effort, last.shift, 100 * last.emulator_share));
+        "makes {:.2g} % of the variance. {}",
+        effort, last.shift, 100 * last.emulator_share,
+        outcome.intervals_hold()
+            ? "The intervals count in what it does not know; more rounds (iterations) may narrow them."
+            : "Nor does a material that was looked at fit: the intervals do not hold."));
   if (outcome.peaks.size() > 1) {
     text.push_back(
         fmt::format("The images fit {} separate groups of materials; mean and interval are over all of them:",
@@ -228,7 +239,15 @@ std::vector<std::string> verdict(const PosteriorOutcome& outcome) {
                                fmt::join(outcome.question.prior, "; ")));
   if (!outcome.question.noise_known) text.push_back(measured_noise_words());
   text.push_back(words(outcome.fit));
+  if (!outcome.misfit.words.empty()) text.push_back(outcome.misfit.words);
   return text;
+}
+
+std::string failure(const PosteriorOutcome& outcome) {
+  if (outcome.converged()) return "";
+  if (!outcome.fit.fits()) return misfit_words({outcome.fit, outcome.misfit});
+  return "its rounds have not settled; the intervals count in what it does not know, and more rounds (iterations) may "
+         "narrow them.";
 }
 
 std::vector<std::string> ambiguity_words(const PosteriorOutcome& outcome, const std::vector<Coordinate>& coordinates) {
@@ -260,6 +279,7 @@ nlohmann::ordered_json to_json(const PosteriorOutcome& outcome, const std::vecto
             {"method", outcome.question.method},
             {"converged", outcome.converged()},
             {"fit", to_json(outcome.fit)},
+            {"misfit", to_json(outcome.misfit)},
             {"parameters", to_json(outcome.parameters)},
             {"coefficients", to_json(outcome.coefficients)},
             {"exposures", to_json(outcome.exposures)},

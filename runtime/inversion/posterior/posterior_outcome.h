@@ -30,12 +30,15 @@ struct PosteriorOutcome {
   std::vector<Rendering> images;  // of the likeliest sample
   std::vector<WhiteResidual> white;
   ImageFit fit;
+  Misfit misfit;
   double seconds = 0;
   nlohmann::ordered_json gauss_newton;  // what it had found before; null: nothing
 
   bool settled() const { return rounds.back().settled; }
-  // The rounds have settled, and what is left of the likeliest image is noise: else the intervals do not hold.
-  bool converged() const { return settled() && fit.looks_alike(); }
+  // What is left of the likeliest image is noise as large as was said. Before it has settled intervals are wider, not
+  // wrong: they count in what the emulator does not know.
+  bool intervals_hold() const { return fit.fits(); }
+  bool converged() const { return settled() && fit.fits(); }
 };
 
 // Renders the likeliest sample. scene: what was inverted. Throws Interrupted.
@@ -45,6 +48,7 @@ PosteriorOutcome conclude(const InversionQuestion& question, const StoredPosteri
 
 nlohmann::ordered_json to_json(const PosteriorOutcome& outcome, const std::vector<Coordinate>& coordinates);
 std::vector<std::string> verdict(const PosteriorOutcome& outcome);
+std::string failure(const PosteriorOutcome& outcome);
 std::vector<std::string> ambiguity_words(const PosteriorOutcome& outcome, const std::vector<Coordinate>& coordinates);
 
 // result.json, samples.csv, rerender.exr, pictures and report.html in question.folder. Throws ResultError.

@@ -17,10 +17,10 @@ namespace {
 std::string samples_table(const PosteriorOutcome& outcome) {
   std::string text;
   for (const std::string& name : outcome.names) text += name + ",";
-  text += "log_density,peak\n";
+  text += "log_density,peak,holds\n";  // holds: 0 where the intervals do not
   for (std::size_t s = 0; s < outcome.log_density.size(); ++s) {
     for (const auto& values : outcome.samples) text += fmt::format("{:.9g},", values[s]);
-    text += fmt::format("{:.6g},{}\n", outcome.log_density[s], outcome.peak_of[s]);
+    text += fmt::format("{:.6g},{},{:d}\n", outcome.log_density[s], outcome.peak_of[s], outcome.intervals_hold());
   }
   return text;
 }
@@ -64,7 +64,7 @@ std::string images(const PosteriorOutcome& outcome, std::size_t t, const TargetI
 }
 
 std::vector<std::string> row(const Interval& i) {
-  return {i.name, fmt::format("{:.5g}", i.value), fmt::format("{:.5g} to {:.5g}", i.low, i.high),
+  return {i.name, fmt::format("{:.5g}", i.value), fmt::format("{:.5g} to {:.5g}{}", i.low, i.high, mark(i)),
           fmt::format("{:.3g}", i.stderr_)};
 }
 
