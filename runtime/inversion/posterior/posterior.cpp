@@ -194,13 +194,14 @@ const PosteriorRound& Posterior::advance(std::vector<Exemplar> rendered) {
     for (const EmulatedView& view : views_) sum += view.log_likelihood(point);
     return sum;
   };
-  const auto sample = [&](int count) {
+  const auto how_many = [&](int count) {
     SamplerOptions how;
     how.samples = count;
     how.seed = options_.seed + rounds_.size();
-    return sample_posterior(regions_.local, log_prior_, log_likelihood, how);
+    return how;
   };
-  samples_ = sample(std::min(working_samples, options_.samples));
+  samples_ = sample_posterior(regions_.local, log_prior_, log_likelihood,
+                              how_many(std::min(working_samples, options_.samples)));
 
   PosteriorRound round;
   round.exemplars = static_cast<int>(exemplars_.size());
@@ -234,7 +235,10 @@ const PosteriorRound& Posterior::advance(std::vector<Exemplar> rendered) {
   rounds_.push_back(round);
   done_ = round.settled || static_cast<int>(rounds_.size()) >= options_.rounds;
   if (done_) {
-    samples_ = sample(options_.samples);
+    // How the samples are shared out among peaks is known the better the more there are from the beginning.
+    const SamplerOptions how = how_many(options_.samples);
+    samples_ = round.peaks > 1 ? sample_posterior(regions_.local, log_prior_, log_likelihood, how)
+                               : more_samples(regions_.local, log_prior_, log_likelihood, how, samples_);
     peaks_ = peaks_of(samples_.at, samples_.log_prior + samples_.log_likelihood);
     return rounds_.back();
   }
