@@ -56,8 +56,8 @@ struct View {
       return std::fabs(factor(rendering, i) * slope[k]) * static_cast<double>(rendering.derivatives[k].stderr_[i]);
     const auto row = static_cast<Eigen::Index>(k);
     const std::size_t channel = i % static_cast<std::size_t>(rendering.channels);
-    const bool depends = row == own_exposure || (red >= 0 && row == red && channel == 0) ||
-                         (red >= 0 && row == red + 1 && channel == 2);
+    const bool depends =
+        row == own_exposure || (red >= 0 && row == red && channel == 0) || (red >= 0 && row == red + 1 && channel == 2);
     return depends ? std::sqrt(variance(rendering, i)) : 0;
   }
   // Variance of the mean of s b T.
@@ -199,8 +199,7 @@ void add(const Rendering& rendering, const TargetImage& target, const Reference&
       random += weight * std::sqrt(variance) * instrument;
       sum.information.noalias() += weight * instrument * jacobian.transpose();
       for (Eigen::Index k = 0; k < view.unknowns; ++k)
-        of_information.col(k) +=
-            weight * view.jacobian_error(rendering, i, static_cast<std::size_t>(k)) * instrument;
+        of_information.col(k) += weight * view.jacobian_error(rendering, i, static_cast<std::size_t>(k)) * instrument;
       leverage += weight * instrument.dot(inverse_scale * instrument);
       sum.loss += loss_weight * of_pixel * (r * r - variance);
       // the standard deviation of a squared mean whose noise is normal
@@ -312,8 +311,7 @@ LeastSquares least_squares(const std::vector<Rendering>& images, const std::vect
     double weights = 0;
     for (const float weight : targets[t].weight) weights += static_cast<double>(weight);
     const double all = weights * targets[t].channels * static_cast<double>(targets.size());
-    add(images[t], targets[t], references[t], View(coordinates, x, t, white_balance), inverse_scale,
-        1 / all, sum);
+    add(images[t], targets[t], references[t], View(coordinates, x, t, white_balance), inverse_scale, 1 / all, sum);
   }
   sum.cost /= sum.residuals;
   sum.loss_stderr = std::sqrt(sum.loss_stderr);

@@ -65,7 +65,7 @@ struct LeastSquares {
   // The rendering's noise in it, one matrix an unknown, D: that of u^T information v has the variance sum of v_k^2 u^T
   // D_k u. Derivatives by different unknowns have independent noise here, the channels of a pixel the same.
   std::vector<Eigen::MatrixXd> information_noise;
-  Eigen::MatrixXd scale;        // sum of w Z Z^T: what the spread is where the noise is as it is said
+  Eigen::MatrixXd scale;  // sum of w Z Z^T: what the spread is where the noise is as it is said
   // Of the gradient, from its parts, one a pixel: all noise that there is, known or not. As if the unknowns had not
   // been fitted to these pixels.
   Eigen::MatrixXd spread;

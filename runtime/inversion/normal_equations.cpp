@@ -98,8 +98,7 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
   const Eigen::MatrixXd right_axes = product(l_inverse.transpose(), svd.matrixV());
   Eigen::ArrayXd noise = Eigen::ArrayXd::Zero(value.size());
   for (std::size_t k = 0; k < information_noise_.size(); ++k) {
-    const Eigen::MatrixXd along =
-        product(svd.matrixU().transpose(), relative(information_noise_[k]), svd.matrixU());
+    const Eigen::MatrixXd along = product(svd.matrixU().transpose(), relative(information_noise_[k]), svd.matrixU());
     noise += along.diagonal().array() * right_axes.row(static_cast<Eigen::Index>(k)).transpose().array().square();
   }
   const Eigen::ArrayXd least = sure * noise.sqrt();
@@ -136,8 +135,7 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> positive(from_target);
   const Eigen::MatrixXd& axes = positive.eigenvectors();
   const Eigen::ArrayXd along_axes = positive.eigenvalues().cwiseMax(0.0);
-  solution.covariance =
-      product(scaled(axes, along_axes), axes.transpose()) + from_rendering + sandwich(open);
+  solution.covariance = product(scaled(axes, along_axes), axes.transpose()) + from_rendering + sandwich(open);
   solution.monte_carlo_share =
       Eigen::LDLT<Eigen::MatrixXd>(solution.covariance).solve(from_rendering).trace() / unknowns;
   return solution;

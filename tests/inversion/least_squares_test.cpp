@@ -131,7 +131,8 @@ TEST_CASE("as many values as unknowns tell them, with the noise that the values 
     CHECK(solution.determined);
     CHECK_FALSE(solution.hidden);
     for (Eigen::Index i = 0; i < 2; ++i)
-      square[i] += std::pow(solution.x[i] - truth[static_cast<std::size_t>(i)], 2) / solution.covariance(i, i) / repeats;
+      square[i] +=
+          std::pow(solution.x[i] - truth[static_cast<std::size_t>(i)], 2) / solution.covariance(i, i) / repeats;
   }
   for (const double s : square) CHECK(s == Approx(1).margin(3.5 * std::sqrt(2.0 / repeats)));
 }

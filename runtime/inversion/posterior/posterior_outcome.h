@@ -31,7 +31,6 @@ struct PosteriorOutcome {
   std::vector<WhiteResidual> white;
   ImageFit fit;
   double seconds = 0;
-  nlohmann::ordered_json gauss_newton;  // what it had found before; null: nothing
 
   bool settled() const { return rounds.back().settled; }
   // The rounds have settled, and what is left of the likeliest image is noise: else the intervals do not hold.
