@@ -200,7 +200,7 @@ NumbersQuestion question_of(const InvertArguments& options, const TargetNoise& n
   question.range = named_intervals(options.range);
   question.renderings = options.renderings;
   question.seed = options.common.seed;
-  question.may_follow = world().alone();
+  question.alone = world().alone();
   return question;
 }
 
@@ -247,12 +247,6 @@ void run(InvertArguments options) {
     if (common.talkative()) print_step(stored.current(), step, coordinates);
     progress->update(stored.fraction(most));
   };
-  watch.on_posterior = [&](const InversionOutcome& found) {
-    progress.reset();
-    if (!common.talkative()) return;
-    print(found, verdict(found, coordinates), coordinates);
-    fmt::print("\nThe posterior of all materials follows:\n");
-  };
   watch.on_rendering = [&](const StoredPosterior& stored, const std::vector<NaturalRange>& ranges) {
     if (!progress) progress.emplace(options.scene, stored.most_rounds(), "rounds at most", !common.quiet);
     progress->clear();
@@ -279,9 +273,10 @@ void add_invert(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "invert",
       "from images of a scene to its parameters, with 95 % intervals (analysis by synthesis)\n\n"
-      "Starts from the scene's values, or from a network's guess. Stopped at any moment, the same "
-      "command goes on where it was. Exit code 1, with intervals that are marked, if it has not settled or "
-      "the image found does not fit: then it says what the misfit looks like.");
+      "Of up to eight numbers it needs no start; Gauss-Newton and Adam start from the scene's values, or from "
+      "a network's guess. Stopped at any moment, the same command goes on where it was. Exit code 1, with "
+      "intervals that are marked, if it has not settled or the image found does not fit: then it says what the "
+      "misfit looks like.");
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
   add_target_options(*command, options->images);
   command
@@ -297,10 +292,9 @@ void add_invert(CLI::App& app) {
           "--method", options->method,
           "gauss-newton: steps of weighted least squares; adam: 200 iterations of stochastic gradients; "
           "posterior: no start, renderings all over the range, an emulator of the image and samples of all "
-          "materials that fit. Default: gauss-newton, and where it does not converge to one material that "
-          "fits (it has not settled, its image does not fit, or another material fits as well; up to 8 numbers), "
-          "or --range or --renderings is given, posterior after it, which begins where it ended and whose answer "
-          "counts; not with --method, --start, --starts, --init or --white-balance")
+          "materials that fit. Default: posterior of up to 8 numbers, or where --range or --renderings is "
+          "given; gauss-newton of more, with --start, --starts, --init or --white-balance, of a number without "
+          "a range to look at, and on several ranks")
       ->check(CLI::IsMember({"adam", "gauss-newton", "posterior"}));
   command->add_option("--iterations", options->iterations, "at most; default 50, adam 200, posterior 8 (rounds)")
       ->check(CLI::Range(1, 1000000));
@@ -334,13 +328,13 @@ void add_invert(CLI::App& app) {
       ->add_option(
           "--range", options->range,
           "NAME=LOW,HIGH: posterior: look for it between these, evenly (numbers above 0 without an upper bound "
-          "in their logarithm), and start from there before it; default: all of a range with two bounds, else a tenth "
+          "in their logarithm); default: all of a range with two bounds, else a tenth "
           "to ten times the scene's value; may be repeated")
       ->check(gives_numbers(2, "NAME=LOW,HIGH"))
       ->take_all();
   command->add_option("--renderings", options->renderings,
                       "posterior: the folder where renderings of the scene are kept for the next photo of it; default: "
-                      "renderings in that of --output, after gauss-newton posterior/renderings");
+                      "renderings in that of --output");
   command->add_option("--learning-rate", options->learning_rate, "adam: of the first iterations")
       ->check(CLI::Range(1e-6, 10.0))
       ->capture_default_str();
@@ -358,8 +352,9 @@ void add_invert(CLI::App& app) {
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   add_operator_option(*command, options->op);
-  add_common_options(*command, options->common,
-                     "1024 at most (Gauss-Newton), 16 (Adam), as the targets' noise asks for (posterior)");
+  add_common_options(
+      *command, options->common,
+      "1024 at most (Gauss-Newton; more of few pixels), 16 (Adam), as the targets' noise asks for (posterior)");
   add_open_option(*command, options->common);
   command->callback([options, command] {
     for (const char* name : {"--init", "--start", "--starts", "--prior", "--white-balance", "--range", "--renderings"})

@@ -123,7 +123,7 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
     target: an array of the film's size, a Rendering (with its standard errors), an OpenEXR file, a photo (a PNG, JPEG or TIFF
     file; `itn.photo` says more about it); several, one a sensor.
     parameters: names of numbers; of textures and grids, too, texel by texel and voxel by voxel, by Adam. The scene's own
-    values are the start; `start` gives others, `init` a network's guess ("shipped", or a run's folder) from a target that is
+    values are the start of Gauss-Newton and Adam; `start` gives others, `init` a network's guess ("shipped", or a run's folder) from a target that is
     a file; how sure the network is is Gauss-Newton's prior, unless `prior` gives one, and where the shipped network's judge
     doubts the target, a warning and the verdict say so. The scene is left as it is: `result.apply(scene)` changes it.
 
@@ -131,11 +131,11 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
     like, and the intervals are marked (`holds`).
 
     method: "gauss-newton", "adam", or "posterior", which needs no start: renderings all over the range, and all materials that
-    fit. Default: gauss-newton, and where it does not converge to one material that fits, or range or renderings is given, the
-    posterior after it (up to eight numbers; not with start, starts, init or white_balance). range: {name: (low, high)} that
-    it looks at (default: all of a range with two bounds, else a tenth to ten times the scene's value), and where
-    Gauss-Newton starts before it; renderings: the folder where it keeps them for the next target of the same scene.
-    spp: samples a pixel, at most 1024 (Gauss-Newton), 16 (Adam), as the target's noise asks for (posterior). noise: standard
+    fit. Default: posterior of up to eight numbers, or where range or renderings is given; gauss-newton of more, with start,
+    starts, init or white_balance, and of a number without a range to look at. range: {name: (low, high)} that the posterior looks
+    at (default: all of a range with two bounds, else a tenth to ten times the scene's value); renderings: the folder where it
+    keeps them for the next target of the same scene.
+    spp: samples a pixel, at most 1024 (Gauss-Newton; more of few pixels), 16 (Adam), as the target's noise asks for (posterior). noise: standard
     deviation of the target's noise over its radiance; default what it says itself, else as it shows. exposure: the target is
     known up to a factor. white_balance: red and blue of all targets are known up to a factor each (Gauss-Newton). starts:
     of so many places, the best end; 0: 1 with Adam, with Gauss-Newton 4, and up to 8 until two agree in an image that fits.
@@ -158,7 +158,7 @@ def invert(scene: Scene, target: Image | Sequence[Image], parameters: Sequence[s
         raise _itn.UsageError(f"{textures[0]}: textures and grids are found without white_balance")
     if init and not isinstance(target, (str, os.PathLike)):
         raise _itn.UsageError("init: a network looks at a target that is a file; itn.predict takes arrays")
-    asked = {"parameters": names, "sensors": sensors, "method": method or ("adam" if textures else "gauss-newton"),
+    asked = {"parameters": names, "sensors": sensors, "method": method or ("adam" if textures else ""),
              "spp": spp, "seed": seed, "iterations": iterations, "noise": noise, "exposure": exposure,
              "white_balance": white_balance, "learning_rate": learning_rate, "operator": operator, "masks": _fingerprint(mask) if not isinstance(mask, list)
              else [_fingerprint(m) for m in mask], "start": start, "starts": starts, "prior": prior, "range": range, "init": init,

@@ -25,8 +25,11 @@ std::vector<double> ForwardModel::start() const {
 }
 
 void ForwardModel::set_values(const std::vector<double>& values) {
+  if (values == values_) return;
+  values_.clear();
   for (std::size_t p = 0; p < coordinates_.size(); ++p) set_parameter(scene_, coordinates_[p].parameter(), values[p]);
   for (const auto& renderer : renderers_) renderer->replace(scene_);
+  values_ = values;
 }
 
 void ForwardModel::set(const std::vector<double>& x) {

@@ -32,6 +32,7 @@ class ForwardModel {
   void set_values(const std::vector<double>& values);
 
   Scene scene_;
+  std::vector<double> values_;  // that the renderers have
   std::vector<Coordinate> coordinates_;
   std::vector<std::unique_ptr<Renderer>> renderers_;
 };

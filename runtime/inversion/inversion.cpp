@@ -9,18 +9,33 @@
 namespace itn {
 namespace {
 
-constexpr int pilot_spp = 16;                // for the noise, before the first iteration
-constexpr int concluding_spp = 256;          // at least
-constexpr double enough_share = 0.2;         // of the rendering in the variance of the unknowns
-constexpr double settled = 0.4;              // steps shorter than this many standard errors end the search
-constexpr double renderings_for_hidden = 8;  // pooled, with most samples, before what noise hides is given up
-constexpr double in_linear_range = 1;  // renderings from farther away than this many standard errors are not pooled
-constexpr double lost_in_noise = 1.5;  // steps shorter than this many standard errors of the rendering say nothing
-constexpr double much_worse = 1.5;     // a loss that much higher takes the step back
-constexpr double largest_step = 1;     // of a coordinate in one iteration
+constexpr int pilot_spp = 16;            // for the noise, before the first iteration: at least
+constexpr int concluding_spp = 256;      // at least
+constexpr double enough_share = 0.2;     // of the rendering in the variance of the unknowns
+constexpr double settled = 0.4;          // steps shorter than this many standard errors end the search
+constexpr double enough_renderings = 8;  // pooled, with most samples: more are not waited for
+constexpr double in_linear_range = 1;    // renderings from farther away than this many standard errors are not pooled
+constexpr double lost_in_noise = 1.5;    // steps shorter than this many standard errors of the rendering say nothing
+constexpr double much_worse = 1.5;       // a loss that much higher takes the step back
+constexpr double largest_step = 1;       // of a coordinate in one iteration
 constexpr double least_damping = 1e-6, most_damping = 1e3;
 
+// Of a pixel, as many as `all` pixels have: of few pixels those cost nothing.
+int shared_out(double all, const std::vector<TargetImage>& targets) {
+  double pixels = 0;
+  for (const TargetImage& target : targets) pixels += double(target.width) * target.height;
+  return static_cast<int>(all / pixels);
+}
+
+// The derivatives of a few pixels by sixteen samples are noise.
+int first_spp(const std::vector<TargetImage>& targets) { return std::max(pilot_spp, shared_out(1 << 12, targets)); }
+
 }  // namespace
+
+int InversionOptions::sample_limit(const std::vector<TargetImage>& targets) const {
+  if (spp > 0) return spp;
+  return method == Method::adam ? 16 : std::max(1024, shared_out(1 << 18, targets));
+}
 
 Inversion::Inversion(ForwardModel& model, const std::vector<TargetImage>& targets, const InversionOptions& options)
     : model_(model), targets_(targets), options_(options) {}
@@ -58,10 +73,10 @@ void Inversion::take_reference(const std::vector<double>& x, int first, int spp)
 InversionState Inversion::start(const std::vector<double>& x) {
   InversionState state;
   state.x = clamped(x);
-  state.spp = options_.method == InversionOptions::Method::adam ? options_.sample_limit()
-                                                                : std::min(pilot_spp, options_.sample_limit());
+  const int most = options_.sample_limit(targets_);
+  state.spp = options_.method == InversionOptions::Method::adam ? most : std::min(first_spp(targets_), most);
   if (options_.exposure || options_.white_balance) {
-    const auto images = model_.render_groups(state.x, 0, pilot_spp);
+    const auto images = model_.render_groups(state.x, 0, first_spp(targets_));
     const auto factor = [&](std::size_t i, int channel) {
       return std::log(best_exposure(images[i], targets_[i], channel));
     };
@@ -75,8 +90,7 @@ InversionState Inversion::start(const std::vector<double>& x) {
     }
   }
   state.reference_x = state.x;
-  state.reference_spp = pilot_spp;
-  state.next_sample = pilot_spp;
+  state.reference_spp = state.next_sample = first_spp(targets_);
   return state;
 }
 
@@ -130,16 +144,18 @@ bool Inversion::gauss_newton(const LeastSquares& equations, InversionState& stat
   const NormalEquations::Solution solution = pool.solve(state.x, names(), options_.prior);
   step.distance = solution.distance(state.x);
   const double share = solution.monte_carlo_share;
-  const bool most = state.spp >= options_.sample_limit();
-  const bool tried = most && pool.count() >= renderings_for_hidden;
+  const int limit = options_.sample_limit(targets_);
+  const bool most = state.spp >= limit;
+  // The intervals count in the rendering's noise, so they hold with more of it, too.
+  const bool tried = most && pool.count() >= enough_renderings;
   state.converged =
-      solution.determined && (tried || !solution.hidden) && step.distance <= settled && share <= enough_share;
+      solution.determined && step.distance <= settled && (tried || (!solution.hidden && share <= enough_share));
   state.done = state.converged || (tried && !solution.determined && step.distance <= settled);
   const bool more = !state.converged && !most &&
                     (step.distance * step.distance <= lost_in_noise * lost_in_noise * share || solution.hidden);
   if (more) {
     const double wanted = solution.hidden ? 4 : share / std::max(1e-3, 1 - share) / enough_share;
-    state.spp = static_cast<int>(std::min<double>(options_.sample_limit(), state.spp * std::clamp(wanted, 2.0, 16.0)));
+    state.spp = static_cast<int>(std::min<double>(limit, state.spp * std::clamp(wanted, 2.0, 16.0)));
   }
   state.pool = pool.numbers();
 

@@ -24,7 +24,7 @@ namespace itn {
 struct InversionOptions {
   enum class Method { adam, gauss_newton } method = Method::gauss_newton;
   int iterations = 0;  // at most; 0: 200 for Adam, 50 for Gauss-Newton
-  int spp = 0;         // Adam: of every iteration, 0: 16. Gauss-Newton: at most, 0: 1024
+  int spp = 0;         // Adam: of every iteration, 0: 16. Gauss-Newton: at most, 0: 1024, more of few pixels
   TargetNoise noise;
   double learning_rate = 0.05;  // Adam
   bool exposure = false;        // each target is known up to a factor only
@@ -32,7 +32,7 @@ struct InversionOptions {
   Prior prior;                  // of the coordinates; Gauss-Newton
 
   int iteration_limit() const { return iterations > 0 ? iterations : method == Method::adam ? 200 : 50; }
-  int sample_limit() const { return spp > 0 ? spp : method == Method::adam ? 16 : 1024; }
+  int sample_limit(const std::vector<TargetImage>& targets) const;
 };
 
 struct InversionState {

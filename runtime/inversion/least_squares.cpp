@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numeric>
 
@@ -50,6 +49,16 @@ struct View {
     if (own_exposure >= 0) result[own_exposure] = model(rendering, i);
     const std::size_t channel = i % static_cast<std::size_t>(rendering.channels);
     if (red >= 0 && channel != 1) result[channel == 0 ? red : red + 1] = model(rendering, i);
+  }
+  // Standard deviation of an entry of the Jacobian, by the rendering's noise.
+  double jacobian_error(const Rendering& rendering, std::size_t i, std::size_t k) const {
+    if (k < slope.size())
+      return std::fabs(factor(rendering, i) * slope[k]) * static_cast<double>(rendering.derivatives[k].stderr_[i]);
+    const auto row = static_cast<Eigen::Index>(k);
+    const std::size_t channel = i % static_cast<std::size_t>(rendering.channels);
+    const bool depends =
+        row == own_exposure || (red >= 0 && row == red && channel == 0) || (red >= 0 && row == red + 1 && channel == 2);
+    return depends ? std::sqrt(variance(rendering, i)) : 0;
   }
   // Variance of the mean of s b T.
   double variance(const Rendering& rendering, std::size_t i) const {
@@ -122,40 +131,91 @@ Columns instruments_of(const Columns& jacobian, const std::vector<double>& weigh
   return std::isfinite(most) ? best : smoothed(jacobian, shape, instrument_radii.back());
 }
 
+// Over the variance of a pixel and channel, as the reference says it; 0: not compared.
+class Weights {
+ public:
+  Weights(const Rendering& rendering, const TargetImage& target, const Reference& reference)
+      : target_(target), noise_(reference.noise), spp_(rendering.spp), floor_(variance_floor(noise_, spp_)) {}
+  double operator[](std::size_t i) const {
+    return target_.weight[i / static_cast<std::size_t>(target_.channels)] / std::max(floor_, known(i));
+  }
+  bool has_noise(std::size_t i) const { return known(i) > floor_; }
+
+ private:
+  double known(std::size_t i) const { return noise_.target[i] + noise_.sample[i] / spp_; }
+
+  const TargetImage& target_;
+  const PixelNoise& noise_;
+  double spp_, floor_;
+};
+
+Eigen::VectorXd instrument_at(const Reference& reference, std::size_t i) {
+  return reference.instruments.col(static_cast<Eigen::Index>(i)).cast<double>();
+}
+
+Eigen::MatrixXd scale_of(const Rendering& rendering, const TargetImage& target, const Reference& reference) {
+  const Weights weights(rendering, target, reference);
+  const Eigen::Index unknowns = reference.instruments.rows();
+  Eigen::MatrixXd scale = Eigen::MatrixXd::Zero(unknowns, unknowns);
+  for (std::size_t i = 0; i < target.value.size(); ++i) {
+    if (weights[i] == 0) continue;
+    const Eigen::VectorXd instrument = instrument_at(reference, i);
+    scale.noalias() += weights[i] * instrument * instrument.transpose();
+  }
+  return scale;
+}
+
+// Of the sum of w Z Z^T, which is singular where an unknown does not show.
+Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& scale) {
+  const Eigen::VectorXd unit = scale.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
+  Eigen::MatrixXd relative = unit.asDiagonal() * scale * unit.asDiagonal();
+  relative.diagonal().array() += 1e-9;
+  return unit.asDiagonal() * Eigen::MatrixXd(relative.inverse()) * unit.asDiagonal();
+}
+
+// A fit bends towards a pixel by the share `leverage` of its noise, so that its residual's variance is smaller by it.
+constexpr double most_leverage = 0.99;
+
 void add(const Rendering& rendering, const TargetImage& target, const Reference& reference, const View& view,
-         double loss_weight, LeastSquares& sum) {
+         const Eigen::MatrixXd& inverse_scale, double loss_weight, LeastSquares& sum) {
   const auto channels = static_cast<std::size_t>(target.channels);
-  const double floor = variance_floor(reference.noise, rendering.spp);
+  const Weights weights(rendering, target, reference);
   Eigen::VectorXd jacobian, part(view.unknowns), random(view.unknowns);
+  Eigen::MatrixXd of_information(view.unknowns, view.unknowns);  // a column an unknown
   for (std::size_t pixel = 0; pixel < target.weight.size(); ++pixel) {
     const double of_pixel = target.weight[pixel];
     if (of_pixel == 0) continue;
-    Eigen::MatrixXd& information = sum.information[(static_cast<std::uint32_t>(pixel) * 2654435769U) >> 27];
     part.setZero();
     random.setZero();
-    double loss_noise = 0;
+    of_information.setZero();
+    double loss_noise = 0, leverage = 0;
     for (std::size_t c = 0; c < channels; ++c) {
       const std::size_t i = pixel * channels + c;
-      const double known = reference.noise.target[i] + reference.noise.sample[i] / rendering.spp;
-      const double weight = of_pixel / std::max(floor, known), variance = view.variance(rendering, i);
+      const double weight = weights[i], variance = view.variance(rendering, i);
       const double r = view.model(rendering, i) - static_cast<double>(target.value[i]);
-      const Eigen::VectorXd instrument = reference.instruments.col(static_cast<Eigen::Index>(i)).cast<double>();
+      const Eigen::VectorXd instrument = instrument_at(reference, i);
       view.jacobian(rendering, i, jacobian);
       part += weight * r * instrument;
       random += weight * std::sqrt(variance) * instrument;
-      information.noalias() += weight * instrument * jacobian.transpose();
-      sum.scale.noalias() += weight * instrument * instrument.transpose();
+      sum.information.noalias() += weight * instrument * jacobian.transpose();
+      for (Eigen::Index k = 0; k < view.unknowns; ++k)
+        of_information.col(k) += weight * view.jacobian_error(rendering, i, static_cast<std::size_t>(k)) * instrument;
+      leverage += weight * instrument.dot(inverse_scale * instrument);
       sum.loss += loss_weight * of_pixel * (r * r - variance);
       // the standard deviation of a squared mean whose noise is normal
       const double spread = std::sqrt(4 * r * r * variance + 2 * variance * variance);
       loss_noise += loss_weight * of_pixel * spread;
-      if (known <= floor) continue;
+      if (!weights.has_noise(i)) continue;
       sum.cost += weight * r * r;
       sum.residuals += 1;
     }
     sum.gradient += part;
-    sum.spread.noalias() += part * part.transpose();
+    leverage = std::min(leverage / static_cast<double>(channels), most_leverage);
+    sum.spread.noalias() += part * part.transpose() / (1 - leverage);
     sum.monte_carlo.noalias() += random * random.transpose();
+    for (Eigen::Index k = 0; k < view.unknowns; ++k)
+      sum.information_noise[static_cast<std::size_t>(k)].noalias() +=
+          of_information.col(k) * of_information.col(k).transpose();
     sum.loss_stderr += loss_noise * loss_noise;
   }
 }
@@ -220,12 +280,11 @@ Reference reference_of(const Rendering& rendering, const TargetImage& target, st
   Columns jacobians(x.size(), std::vector<double>(size));
   std::vector<double> weight(size);
   Eigen::VectorXd jacobian;
-  const double floor = variance_floor(reference.noise, rendering.spp);
+  const Weights weights(rendering, target, reference);
   for (std::size_t i = 0; i < size; ++i) {
     view.jacobian(rendering, i, jacobian);
     for (std::size_t k = 0; k < x.size(); ++k) jacobians[k][i] = jacobian[static_cast<Eigen::Index>(k)];
-    weight[i] = target.weight[i / static_cast<std::size_t>(target.channels)] /
-                std::max(floor, reference.noise.target[i] + reference.noise.sample[i] / rendering.spp);
+    weight[i] = weights[i];
   }
   // This image knows nothing about another one's exposure, which stays out of the choice.
   const std::vector<Eigen::Index> rows = view.own();
@@ -245,13 +304,15 @@ LeastSquares least_squares(const std::vector<Rendering>& images, const std::vect
   LeastSquares sum;
   const auto n = static_cast<Eigen::Index>(x.size());
   sum.gradient = Eigen::VectorXd::Zero(n);
-  sum.scale = sum.spread = sum.monte_carlo = Eigen::MatrixXd::Zero(n, n);
-  sum.information.assign(information_parts, sum.scale);
+  sum.information = sum.scale = sum.spread = sum.monte_carlo = Eigen::MatrixXd::Zero(n, n);
+  sum.information_noise.assign(x.size(), sum.scale);
+  for (std::size_t t = 0; t < targets.size(); ++t) sum.scale += scale_of(images[t], targets[t], references[t]);
+  const Eigen::MatrixXd inverse_scale = inverse_of(sum.scale);
   for (std::size_t t = 0; t < targets.size(); ++t) {
     double weights = 0;
     for (const float weight : targets[t].weight) weights += static_cast<double>(weight);
     const double all = weights * targets[t].channels * static_cast<double>(targets.size());
-    add(images[t], targets[t], references[t], View(coordinates, x, t, white_balance), 1 / all, sum);
+    add(images[t], targets[t], references[t], View(coordinates, x, t, white_balance), inverse_scale, 1 / all, sum);
   }
   sum.cost /= sum.residuals;
   sum.loss_stderr = std::sqrt(sum.loss_stderr);

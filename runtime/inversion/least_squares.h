@@ -55,18 +55,20 @@ Reference reference_of(const Rendering& rendering, const TargetImage& target, st
                        const std::vector<Coordinate>& coordinates, const std::vector<double>& x,
                        bool white_balance = false);
 
-constexpr std::size_t information_parts = 32;
-
 // The equations of one rendering, at the unknowns that it was made with.
 struct LeastSquares {
   double loss = 0, loss_stderr = 0;  // mean squared difference without the rendering's noise (as image_loss.h)
   double cost = 0;                   // mean of r^2 / variance; 1: what the noise explains
   double residuals = 0;              // pixels with weight and noise, times channels
   Eigen::VectorXd gradient;          // sum of w Z r
-  // Sum of w Z J^T, of 32 interleaved sets of pixels: their differences are its noise.
-  std::vector<Eigen::MatrixXd> information;
-  Eigen::MatrixXd scale;        // sum of w Z Z^T
-  Eigen::MatrixXd spread;       // of the gradient, from its parts, one a pixel: all noise that there is, known or not
+  Eigen::MatrixXd information;       // sum of w Z J^T
+  // The rendering's noise in it, one matrix an unknown, D: that of u^T information v has the variance sum of v_k^2 u^T
+  // D_k u. Derivatives by different unknowns have independent noise here, the channels of a pixel the same.
+  std::vector<Eigen::MatrixXd> information_noise;
+  Eigen::MatrixXd scale;  // sum of w Z Z^T: what the spread is where the noise is as it is said
+  // Of the gradient, from its parts, one a pixel: all noise that there is, known or not. As if the unknowns had not
+  // been fitted to these pixels.
+  Eigen::MatrixXd spread;
   Eigen::MatrixXd monte_carlo;  // what the rendering has in it
 };
 

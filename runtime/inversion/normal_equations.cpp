@@ -15,7 +15,8 @@
 namespace itn {
 namespace {
 
-constexpr double sure = 3;  // standard errors
+constexpr double sure = 3;      // standard errors
+constexpr double as_said = 10;  // values: what is left of few says little of their noise, which is then as it is said
 
 // Compiled once: each product of another expression costs the compiler half a second and more.
 Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) { return a * b; }
@@ -31,19 +32,16 @@ Eigen::MatrixXd scaled(const Eigen::MatrixXd& columns, const Eigen::ArrayXd& by)
 NormalEquations::NormalEquations(std::size_t unknowns) {
   const auto n = static_cast<Eigen::Index>(unknowns);
   right_ = Eigen::VectorXd::Zero(n);
-  scale_ = spread_ = monte_carlo_ = Eigen::MatrixXd::Zero(n, n);
-  parts_.assign(information_parts, scale_);
+  information_ = scale_ = spread_ = monte_carlo_ = Eigen::MatrixXd::Zero(n, n);
+  information_noise_.assign(unknowns, scale_);
 }
 
 void NormalEquations::add(const LeastSquares& equations, const std::vector<double>& x) {
   count_ += 1;
   residuals_ = equations.residuals;
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(scale_.rows(), scale_.cols());
-  for (std::size_t k = 0; k < parts_.size(); ++k) {
-    parts_[k] += equations.information[k];
-    information += equations.information[k];
-  }
-  right_ += information * Eigen::Map<const Eigen::VectorXd>(x.data(), right_.size()) - equations.gradient;
+  information_ += equations.information;
+  for (std::size_t k = 0; k < information_noise_.size(); ++k) information_noise_[k] += equations.information_noise[k];
+  right_ += equations.information * Eigen::Map<const Eigen::VectorXd>(x.data(), right_.size()) - equations.gradient;
   scale_ += equations.scale;
   spread_ += equations.spread;
   monte_carlo_ += equations.monte_carlo;
@@ -77,12 +75,13 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
     const Eigen::MatrixXd half = root.matrixL().solve(in_units(m));
     return Eigen::MatrixXd(root.matrixL().solve(Eigen::MatrixXd(half.transpose())).transpose());
   };
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(unit.size(), unit.size());
-  for (const Eigen::MatrixXd& part : parts_) sum += part;
 
   // The targets' noise is the same in all equations, the rendering's is not.
   const auto unknowns = static_cast<double>(right_.size());
-  const Eigen::MatrixXd mean_monte_carlo = monte_carlo_ / count_, target_noise = spread_ / count_ - mean_monte_carlo;
+  const double free = std::max(0.0, residuals_ - unknowns);
+  const Eigen::MatrixXd mean_monte_carlo = monte_carlo_ / count_;
+  const Eigen::MatrixXd target_noise =
+      (free * spread_ + as_said * scale_) / ((free + as_said) * count_) - mean_monte_carlo;
   // The mean gradient's variance over what the weights take it for.
   const double noise_ratio = count_ * relative(target_noise + mean_monte_carlo / count_).trace() / unknowns;
   Eigen::VectorXd expected = Eigen::VectorXd::Zero(right_.size());
@@ -92,15 +91,16 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
   expected.head(parameters) = Eigen::Map<const Eigen::VectorXd>(prior.mean.data(), parameters);
   const Eigen::MatrixXd open = count_ * noise_ratio * known;  // known times the prior's covariance times known
 
-  const Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::NoQRPreconditioner> svd(relative(sum),
+  const Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::NoQRPreconditioner> svd(relative(information_),
                                                                          Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const auto along = [&](const Eigen::MatrixXd& m) {
-    return Eigen::ArrayXd(product(svd.matrixU().transpose(), relative(m), svd.matrixV()).diagonal());
-  };
   const Eigen::ArrayXd value = svd.singularValues();
+  const Eigen::MatrixXd l_inverse = l.inverse();
+  const Eigen::MatrixXd right_axes = product(l_inverse.transpose(), svd.matrixV());
   Eigen::ArrayXd noise = Eigen::ArrayXd::Zero(value.size());
-  for (const Eigen::MatrixXd& part : parts_)
-    noise += (along(part) - value / static_cast<double>(parts_.size())).square();
+  for (std::size_t k = 0; k < information_noise_.size(); ++k) {
+    const Eigen::MatrixXd along = product(svd.matrixU().transpose(), relative(information_noise_[k]), svd.matrixU());
+    noise += along.diagonal().array() * right_axes.row(static_cast<Eigen::Index>(k)).transpose().array().square();
+  }
   const Eigen::ArrayXd least = sure * noise.sqrt();
   // Along a direction that noise hides only the prior moves x: many steps by noise would be a random walk. Without a
   // prior they are at least short.
@@ -110,7 +110,6 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
   const Mask told = value > least, by_prior = !told && by_known > something * value.maxCoeff();
   solution.hidden = !told.all();
   solution.determined = (told || by_prior).all();
-  const Eigen::MatrixXd l_inverse = l.inverse();
   const auto filter = [&](const Mask& kept) {
     return product(scaled(product(l, svd.matrixU()), kept.cast<double>()), svd.matrixU().transpose(), l_inverse);
   };
@@ -121,7 +120,7 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
   const Eigen::PartialPivLU<Eigen::MatrixXd> solver(solution.information);
   const Eigen::VectorXd at = Eigen::Map<const Eigen::VectorXd>(from.data(), right_.size());
   const Eigen::MatrixXd not_by_prior = filter(!by_prior);
-  solution.x = at + solver.solve(not_by_prior * (right_ - sum * at) + known * (expected - at));
+  solution.x = at + solver.solve(not_by_prior * (right_ - information_ * at) + known * (expected - at));
   const auto sandwich = [&](const Eigen::MatrixXd& m) {
     const Eigen::MatrixXd half = solver.solve(m);
     const Eigen::MatrixXd whole = solver.solve(Eigen::MatrixXd(half.transpose()));
@@ -130,18 +129,15 @@ NormalEquations::Solution NormalEquations::solve(const std::vector<double>& from
   const auto noise_of = [&](const Eigen::MatrixXd& m) {
     return sandwich(product(not_by_prior, m, not_by_prior.transpose()));
   };
-  // Residuals of fitted unknowns are a little too small.
-  const double fitted = residuals_ / std::max(1.0, residuals_ - unknowns);
   const Eigen::MatrixXd from_rendering = count_ * noise_of(mean_monte_carlo);
   const Eigen::MatrixXd from_target = count_ * count_ * noise_of(target_noise);
   // A small difference of two estimates may come out negative in some directions, which a covariance is not.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> positive(from_target);
   const Eigen::MatrixXd& axes = positive.eigenvectors();
   const Eigen::ArrayXd along_axes = positive.eigenvalues().cwiseMax(0.0);
-  solution.covariance =
-      fitted * (product(scaled(axes, along_axes), axes.transpose()) + from_rendering) + sandwich(open);
+  solution.covariance = product(scaled(axes, along_axes), axes.transpose()) + from_rendering + sandwich(open);
   solution.monte_carlo_share =
-      fitted * Eigen::LDLT<Eigen::MatrixXd>(solution.covariance).solve(from_rendering).trace() / unknowns;
+      Eigen::LDLT<Eigen::MatrixXd>(solution.covariance).solve(from_rendering).trace() / unknowns;
   return solution;
 }
 
@@ -149,10 +145,11 @@ std::vector<double> NormalEquations::numbers() const {
   std::vector<double> result{count_, residuals_};
   const auto append = [&](const auto& m) { result.insert(result.end(), m.data(), m.data() + m.size()); };
   append(right_);
+  append(information_);
   append(scale_);
   append(spread_);
   append(monte_carlo_);
-  for (const Eigen::MatrixXd& part : parts_) append(part);
+  for (const Eigen::MatrixXd& each : information_noise_) append(each);
   return result;
 }
 
@@ -167,10 +164,11 @@ NormalEquations NormalEquations::from_numbers(std::size_t unknowns, const std::v
     next += m.size();
   };
   take(result.right_);
+  take(result.information_);
   take(result.scale_);
   take(result.spread_);
   take(result.monte_carlo_);
-  for (Eigen::MatrixXd& part : result.parts_) take(part);
+  for (Eigen::MatrixXd& each : result.information_noise_) take(each);
   return result;
 }
 

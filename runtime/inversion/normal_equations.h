@@ -40,15 +40,15 @@ class NormalEquations {
   std::vector<double> numbers() const;
   // Are so many numbers those of equations for so many unknowns, or none?
   static bool fits(std::size_t unknowns, std::size_t numbers) {
-    return numbers == 0 || numbers == 2 + unknowns + (3 + information_parts) * unknowns * unknowns;
+    return numbers == 0 || numbers == 2 + unknowns + (4 + unknowns) * unknowns * unknowns;
   }
   static NormalEquations from_numbers(std::size_t unknowns, const std::vector<double>& numbers);
 
  private:
   double count_ = 0, residuals_ = 0;
   Eigen::VectorXd right_;  // sum of information x - gradient
-  std::vector<Eigen::MatrixXd> parts_;
-  Eigen::MatrixXd scale_, spread_, monte_carlo_;
+  Eigen::MatrixXd information_, scale_, spread_, monte_carlo_;
+  std::vector<Eigen::MatrixXd> information_noise_;
 };
 
 }  // namespace itn

@@ -11,17 +11,14 @@
 namespace itn {
 namespace {
 
-constexpr std::size_t most_unknowns = 8;  // of a posterior that nobody asked for
+constexpr std::size_t most_unknowns = 8;  // of a posterior that nobody asks for
 constexpr double most_samples = 1 << 29;  // that a pixel has, over all iterations
 
 bool is_adam(const NumbersQuestion& question) { return question.method == "adam"; }
 
-std::string method_of(const NumbersQuestion& question) {
-  return question.method.empty() ? "gauss-newton" : question.method;
-}
-
-bool may_follow(const NumbersQuestion& question) {
-  return question.method.empty() && question.may_follow && !question.started && question.starts == 0 &&
+// Has nobody named a method, and asked for nothing that the posterior does not have?
+bool may_be_posterior(const NumbersQuestion& question) {
+  return question.method.empty() && question.alone && !question.started && question.starts == 0 &&
          !question.white_balance;
 }
 
@@ -115,50 +112,23 @@ InversionOutcome find_values(const NumbersQuestion& question, const std::string&
   return outcome;
 }
 
-// Where Gauss-Newton ended, with its standard errors, but for places where clearly more is left of the targets than in
-// the best.
-std::vector<FoundEnd> ends_of(const InversionOutcome& found, const std::vector<Coordinate>& coordinates,
-                              const std::vector<NaturalRange>& ranges) {
-  constexpr double clearly_worse = 50;  // of the sum of squares over their variances
-  const Inversion::Conclusion& best = found.found().end;
-  std::vector<FoundEnd> ends;
-  for (const InversionRun& run : found.runs) {
-    const Inversion::Conclusion& end = run.end;
-    if (run.joined >= 0 || !end.converged || (end.residual - best.residual) * end.residuals > clearly_worse) continue;
-    const auto n = static_cast<Eigen::Index>(coordinates.size());
-    FoundEnd& there = ends.emplace_back(FoundEnd{Eigen::VectorXd(n), end.covariance.topLeftCorner(n, n)});
-    Eigen::VectorXd slope(n);
-    for (std::size_t p = 0; p < coordinates.size(); ++p) {
-      const auto i = static_cast<Eigen::Index>(p);
-      there.at[i] = ranges[p].of(coordinates[p].value(end.x[p]));
-      slope[i] = coordinates[p].slope(end.x[p]) / ranges[p].slope(there.at[i]);
-    }
-    there.covariance = slope.asDiagonal() * there.covariance * slope.asDiagonal();
-  }
-  return ends;
-}
-
-// found: by Gauss-Newton before; null: nothing. Its folder is then the one for reports, and one inside of it for what
-// the posterior goes on from.
-PosteriorOutcome find_posterior(const NumbersQuestion& question, const InversionOutcome* found, const Scene& scene,
+PosteriorOutcome find_posterior(const NumbersQuestion& question, const Scene& scene,
                                 const std::vector<TargetImage>& targets, ForwardModel& model,
                                 const NumbersWatch& watch) {
-  const std::string folder = found ? question.folder + "/posterior" : question.folder;
+  const std::string& folder = question.folder;
   const std::vector<Coordinate>& coordinates = model.coordinates();
   const std::vector<NaturalRange> ranges =
       natural_ranges(coordinates, prior_of(question.prior, coordinates), question.range);
   RenderingStore store(question.renderings.empty() ? folder + "/renderings" : question.renderings, question.of_scene,
                        coordinates.size());
-  PosteriorOptions how = posterior_options(question);
-  if (found) how.ends = ends_of(*found, coordinates, ranges);
+  const PosteriorOptions how = posterior_options(question);
   StoredPosterior stored(folder, request_of(question, "posterior"), store, model, ranges, targets, how);
   while (!stored.done()) {
     stored.advance();
     if (watch.on_rendering) watch.on_rendering(stored, ranges);
   }
   PosteriorOutcome outcome =
-      conclude(for_reports(question, "posterior", question.folder), stored, model, ranges, scene, targets, how);
-  if (found) outcome.gauss_newton = to_json(*found, coordinates);
+      conclude(for_reports(question, "posterior", folder), stored, model, ranges, scene, targets, how);
   outcome.seconds = seconds_since(question.begun);
   write_posterior(outcome, coordinates, targets);
   return outcome;
@@ -168,18 +138,19 @@ bool asks_for_posterior(const NumbersQuestion& question) {
   return !question.range.empty() || !question.renderings.empty();
 }
 
-// May the posterior of all materials follow Gauss-Newton, where nobody has asked for the one? Throws UsageError: what
-// is wrong with a range.
-bool posterior_may_follow(const NumbersQuestion& question, const std::vector<Coordinate>& coordinates) {
+// What was named, else the posterior of up to eight numbers, whose intervals hold more often and which needs no start,
+// else Gauss-Newton. Throws UsageError: what is wrong with a range.
+std::string method_of(const NumbersQuestion& question, const std::vector<Coordinate>& coordinates) {
+  if (!question.method.empty()) return question.method;
   const bool asked_for = asks_for_posterior(question);
-  if (!may_follow(question) || (coordinates.size() > most_unknowns && !asked_for)) return false;
+  if (!may_be_posterior(question) || (coordinates.size() > most_unknowns && !asked_for)) return "gauss-newton";
   try {
     natural_ranges(coordinates, prior_of(question.prior, coordinates), question.range);
   } catch (const UsageError&) {
     if (asked_for) throw;
-    return false;  // no range to look at
+    return "gauss-newton";  // no range to look at
   }
-  return true;
+  return "posterior";
 }
 
 }  // namespace
@@ -195,18 +166,17 @@ const std::string& NumbersAnswer::folder() const {
 }
 
 void check(const NumbersQuestion& question, const std::vector<TargetImage>& targets) {
-  const std::string method = method_of(question);
-  if (method == "posterior") {
+  if (question.method == "posterior") {
     if (question.started || question.starts > 0)
       throw UsageError("start, starts, init: mean nothing to method posterior, which needs no start");
     if (question.white_balance) throw UsageError("white balance: of method gauss-newton alone");
     if (question.spp == 1) throw UsageError("spp 1: a rendering has two halves; need 2 or more");
     return;
   }
-  if (asks_for_posterior(question) && !may_follow(question))
-    throw UsageError(
-        fmt::format("range, renderings: mean nothing {}; they are the posterior's",
-                    question.method.empty() ? "with start, starts, init or white balance" : "to method " + method));
+  if (asks_for_posterior(question) && !may_be_posterior(question))
+    throw UsageError(fmt::format(
+        "range, renderings: mean nothing {}; they are the posterior's",
+        question.method.empty() ? "with start, starts, init or white balance" : "to method " + question.method));
   if (is_adam(question) && !question.prior.empty())
     throw UsageError("prior: adam minimises the image loss alone; use method gauss-newton");
   if (question.white_balance && is_adam(question))
@@ -215,27 +185,22 @@ void check(const NumbersQuestion& question, const std::vector<TargetImage>& targ
       std::any_of(targets.begin(), targets.end(), [](const TargetImage& t) { return t.channels == 1; }))
     throw UsageError("white balance: the sensor's film has luminance alone; need one with colours");
   const InversionOptions how = inversion_options(question);
-  if (how.sample_limit() < 2) throw UsageError("spp 1: a loss compares different samples of a pixel; need 2 or more");
-  if (double(how.iteration_limit()) * how.sample_limit() > most_samples)
+  const int samples = how.sample_limit(targets);
+  if (samples < 2) throw UsageError("spp 1: a loss compares different samples of a pixel; need 2 or more");
+  if (double(how.iteration_limit()) * samples > most_samples)
     throw UsageError(fmt::format("{} iterations with {} samples a pixel: need at most {} samples in all",
-                                 how.iteration_limit(), how.sample_limit(), most_samples));
+                                 how.iteration_limit(), samples, most_samples));
 }
 
 NumbersAnswer invert_numbers(const NumbersQuestion& question, const NetworkPrior& network, const Scene& scene,
                              const std::vector<TargetImage>& targets, ForwardModel& model, const NumbersWatch& watch) {
   check(question, targets);
-  const std::string method = method_of(question);
+  const std::string method = method_of(question, model.coordinates());
   NumbersAnswer answer;
-  if (method == "posterior") {
-    answer.posterior = find_posterior(question, nullptr, scene, targets, model, watch);
-    return answer;
-  }
-  const bool may = posterior_may_follow(question, model.coordinates());
-  answer.inversion = find_values(question, method, network, scene, targets, model, watch);
-  if (may && (asks_for_posterior(question) || !answer.inversion->converged())) {
-    if (watch.on_posterior) watch.on_posterior(*answer.inversion);
-    answer.posterior = find_posterior(question, &*answer.inversion, scene, targets, model, watch);
-  }
+  if (method == "posterior")
+    answer.posterior = find_posterior(question, scene, targets, model, watch);
+  else
+    answer.inversion = find_values(question, method, network, scene, targets, model, watch);
   return answer;
 }
 

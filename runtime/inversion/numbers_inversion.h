@@ -19,10 +19,10 @@ using NamedIntervals = std::map<std::string, std::pair<double, double>>;  // of 
 struct NumbersQuestion {
   std::string scene, folder;
   std::vector<std::string> targets;  // what they are called in reports
-  std::string method;                // "gauss-newton", "adam", "posterior"; empty: as the rules say
-  int spp = 0, iterations = 0;       // 0: the method's own
-  int starts = 0;                    // 0: one with Adam, as many as it takes with Gauss-Newton
-  bool started = false;              // the first start was chosen: by values, or by a network
+  std::string method;  // "gauss-newton", "adam", "posterior"; empty: posterior where it can be, else gauss-newton
+  int spp = 0, iterations = 0;  // 0: the method's own
+  int starts = 0;               // 0: one with Adam, as many as it takes with Gauss-Newton
+  bool started = false;         // the first start was chosen: by values, or by a network
   TargetNoise noise;
   double learning_rate = 0.05;  // of Adam
   bool exposure = false, white_balance = false;
@@ -32,7 +32,7 @@ struct NumbersQuestion {
   std::uint64_t seed = 0;
   StoredRun::Json request;   // all that the numbers depend on, but for the method
   StoredRun::Json of_scene;  // all that a rendering depends on, but for its samples and the parameters' values
-  bool may_follow = true;    // one method may follow another where none was named
+  bool alone = true;         // no other ranks share the renderings, which is not for a posterior
   std::chrono::steady_clock::time_point begun = std::chrono::steady_clock::now();
 };
 
@@ -46,12 +46,11 @@ struct NetworkPrior {
 struct NumbersWatch {  // any may be empty
   std::function<void(const StoredInversion&, const InversionStep&, int most_iterations)> on_step;
   std::function<void(const StoredPosterior&, const std::vector<NaturalRange>&)> on_rendering;  // and after each round
-  std::function<void(const InversionOutcome&)> on_posterior;  // it follows what has been found
 };
 
-struct NumbersAnswer {
+struct NumbersAnswer {                        // one of the two
   std::optional<InversionOutcome> inversion;  // of Gauss-Newton or Adam
-  std::optional<PosteriorOutcome> posterior;  // where there is one, it is the answer
+  std::optional<PosteriorOutcome> posterior;
 
   bool converged() const;
   const std::vector<Rendering>& images() const;

@@ -34,7 +34,7 @@ std::vector<std::vector<double>> inversion_starts(const std::vector<Coordinate>&
 StoredInversion::StoredInversion(const std::string& folder, const StoredRun::Json& request, Inversion& inversion,
                                  const std::vector<Coordinate>& coordinates, std::vector<std::vector<double>> starts,
                                  std::size_t wanted)
-    : folder_(folder, "state.json", "itn.invert.state/3", "an inversion"),
+    : folder_(folder, "state.json", "itn.invert.state/4", "an inversion"),
       request_(request),
       inversion_(inversion),
       coordinates_(coordinates),

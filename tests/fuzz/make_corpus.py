@@ -241,10 +241,10 @@ def states():
     state = {"iteration": 1, "spp": 16, "next_sample": 16, "x": x, "done": False, "converged": False, "joined": -1, "reference_x": [],
              "accepted_x": x, "reference_spp": 0, "reference_sample": 0, "accepted_loss": 1, "accepted_loss_stderr": 0.1,
              "damping": 0.01, "accepted": True, "pool": [], "moments": {"first": x, "second": []}}
-    pooled = dict(state, pool=[0.5] * (2 + 3 + 35 * 9), done=True)
+    pooled = dict(state, pool=[0.5] * (2 + 3 + 7 * 9), done=True)
     steps = [[16, x, 1.5, None, True, 0.5], [16, x, 1, 0.5, False, 0]]
     for name, runs in (("adam.json", [(state, 1)]), ("pool.json", [(pooled, 2), (state, 1)])):
-        write("inversion", name, json.dumps({"schema": "itn.invert.state/3", "request": {"seed": 5},
+        write("inversion", name, json.dumps({"schema": "itn.invert.state/4", "request": {"seed": 5},
                                              "runs": [{"start": x[:2], "state": s, "steps": steps[:n]} for s, n in runs]}))
     # A network for images of one pixel, of whose kernels the middles are stored.
     channels, tensors = [1] + [1 << stage for stage in range(7)], []

@@ -118,7 +118,7 @@ void read_checkpoint(std::string_view bytes) {
 
 void read_inversion(std::string_view bytes) {
   read_file_or_refuse(bytes, [](const std::string& file) {
-    const StoredRun run(file, "itn.invert.state/3", "an inversion");
+    const StoredRun run(file, "itn.invert.state/4", "an inversion");
     const StoredRun::Json request{{"seed", 5}};
     try {
       run.require_same(request);

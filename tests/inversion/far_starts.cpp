@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <ostream>
 
 #include "runtime/inversion/numbers_inversion.h"
@@ -53,8 +54,8 @@ std::ostream& operator<<(std::ostream& to, const Inside& i) {
   return to << i.photos << " converged, " << i.covered << " of " << i.intervals << " intervals hold";
 }
 
-// As `itn invert` with --range: Gauss-Newton from a start that is drawn like the photo's material and from random ones,
-// then the posterior.
+// As `itn invert` with --range, which is the posterior, and beside it Gauss-Newton from a start that is drawn like the
+// photo's material and from random ones.
 struct Counts {
   int photos = 0, starts = 0;
   Inside first, newton, posterior;  // those that converged: the first of the starts alone, all of them, the posterior
@@ -80,20 +81,20 @@ Counts far_starts(const Kind& kind, int photos, std::uint64_t seed) {
     question.range = {{names[0], {1, 6}}, {names[1], {0.4, 0.95}}, {names[2], {-0.2, 0.8}}};
     question.request = {{"photo", k}};
     question.of_scene = {{"ball", kind.name}};
-    double newton_seconds = 0;
-    std::vector<Interval> first;
-    NumbersWatch watch;
-    watch.on_posterior = [&](const InversionOutcome& found) {
-      newton_seconds = found.seconds;
-      counts.starts += static_cast<int>(found.runs.size());
-      if (found.converged()) counts.newton.add(found.parameters, truth);
-      const Inversion::Conclusion& of_first = found.runs[0].end;
-      if (of_first.converged) counts.first.add(intervals(model.coordinates(), of_first.x, of_first.covariance), truth);
-    };
-    const NumbersAnswer answer = invert_numbers(question, {}, scene, targets, model, watch);
+    const NumbersAnswer answer = invert_numbers(question, {}, scene, targets, model, {});
     if (answer.converged()) counts.posterior.add(answer.posterior->parameters, truth);
-    counts.newton_seconds += newton_seconds;
-    counts.seconds += answer.posterior->seconds - newton_seconds;
+    counts.seconds += answer.posterior->seconds;
+
+    question.method = "gauss-newton";
+    question.folder += "_newton";
+    question.range.clear();
+    question.begun = std::chrono::steady_clock::now();
+    const InversionOutcome found = *invert_numbers(question, {}, scene, targets, model, {}).inversion;
+    counts.newton_seconds += found.seconds;
+    counts.starts += static_cast<int>(found.runs.size());
+    if (found.converged()) counts.newton.add(found.parameters, truth);
+    const Inversion::Conclusion& of_first = found.runs[0].end;
+    if (of_first.converged) counts.first.add(intervals(model.coordinates(), of_first.x, of_first.covariance), truth);
     ++counts.photos;
   }
   return counts;
@@ -169,7 +170,7 @@ int found_wrong(const Wrong& wrong, int photos, std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("what Gauss-Newton and the posterior after it find from far starts holds the truth", "[.far_starts]") {
+TEST_CASE("what the posterior finds holds the truth where Gauss-Newton would start far away", "[.far_starts]") {
   const std::vector<Kind> kinds{
       {"sun, matched, 14 x 14", true, false, 14},       {"sun, rough, 14 x 14", true, true, 14},
       {"constant, matched, 14 x 14", false, false, 14}, {"constant, rough, 14 x 14", false, true, 14},
@@ -181,7 +182,7 @@ TEST_CASE("what Gauss-Newton and the posterior after it find from far starts hol
     const Counts c = far_starts(kinds[k], photos, 40 + k);
     WARN(kinds[k].name << ", of " << c.photos << " photos: the first start alone " << c.first << "; "
                        << c.starts / double(c.photos) << " starts " << c.newton << " in " << c.newton_seconds / c.photos
-                       << " s; posterior " << c.posterior << " in " << c.seconds / c.photos << " s more");
+                       << " s; posterior " << c.posterior << " in " << c.seconds / c.photos << " s");
     asked += c.photos;
     all.photos += c.posterior.photos;
     all.intervals += c.posterior.intervals;

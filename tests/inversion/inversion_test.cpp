@@ -45,6 +45,24 @@ TEST_CASE("Gauss-Newton finds the material from far away", "[stat]") {
   CHECK(found[1].high - found[1].low < 0.1);
 }
 
+// A pixel that is lit and one in the dark: what tells a number are two values, whose difference is no noise.
+TEST_CASE("Gauss-Newton finds two numbers from two values in a few steps", "[stat]") {
+  std::vector<TargetImage> targets{rendered_target(test::device(), fog_ball(4, 0.5, 0.5), 1024, 7)};
+  std::fill(targets[0].weight.begin(), targets[0].weight.end(), 0.0F);
+  for (const std::size_t x : {4U, 9U}) targets[0].weight[7 * 14 + x] = 1;
+  ForwardModel model = model_of(fog_ball(3, 0.6, 0.5), two);
+  Inversion inversion(model, targets, samples(4096));
+  InversionState state = inversion.start(model.start());
+  while (!state.done) inversion.advance(state);
+  const Inversion::Conclusion end = inversion.conclude(state);
+  CAPTURE(state.iteration, end.distance, end.hidden, end.x[0], end.x[1]);
+  CHECK(end.converged);
+  CHECK(state.iteration <= 15);
+  CHECK(error(model, end, 0, 4) < 4);
+  CHECK(error(model, end, 1, 0.5) < 4);
+  CHECK(std::sqrt(end.covariance(0, 0)) < 1);  // and it knows something
+}
+
 TEST_CASE("Adam goes to the same place", "[stat]") {
   const std::vector<TargetImage> targets{rendered_target(test::device(), fog_ball(4, 0.5, 0.5), 4096, 7)};
   ForwardModel model = model_of(fog_ball(2, 0.7, 0.5), two);

@@ -94,6 +94,49 @@ TEST_CASE("solutions of pooled equations are unbiased and as far off as their co
   CHECK(share == Approx(0.2).margin(0.03));
 }
 
+TEST_CASE("the information of repeated renderings varies as its noise says", "[stat]") {
+  Made made;
+  const std::vector<TargetImage> targets{made.target(0.05)};
+  const std::vector<Reference> references{reference_of(made.render(truth, 64), targets[0], 0, 0, coordinates(), truth)};
+  const Eigen::Vector2d u(0.6, -0.3), v(0.2, 0.9);
+  const int repeats = 400;
+  double sum = 0, square = 0, said = 0;
+  for (int k = 0; k < repeats; ++k) {
+    const LeastSquares e = least_squares({made.render(truth, 64)}, targets, references, coordinates(), truth);
+    const double told = u.dot(e.information * v);
+    sum += told / repeats;
+    square += told * told / repeats;
+    for (Eigen::Index i = 0; i < 2; ++i)
+      said += v[i] * v[i] * u.dot(e.information_noise[static_cast<std::size_t>(i)] * u) / repeats;
+  }
+  CHECK((square - sum * sum) / said == Approx(1).margin(3.5 * std::sqrt(2.0 / repeats)));
+}
+
+// A reflectance and a transmittance, say: nothing is left of them, and all pixels of a set are one.
+TEST_CASE("as many values as unknowns tell them, with the noise that the values are said to have", "[stat]") {
+  Made made;
+  const std::vector<double> from{0.31, -0.19};
+  const int repeats = 400;
+  double square[2] = {0, 0};
+  for (int k = 0; k < repeats; ++k) {
+    std::vector<TargetImage> targets{made.target(0.01)};
+    targets[0].weight.assign(pixels, 0.0F);
+    targets[0].weight[30] = targets[0].weight[200] = 1;
+    const std::vector<Reference> references{
+        reference_of(made.render(from, 4096), targets[0], 0, 0, coordinates(), from)};
+    NormalEquations pool(2);
+    for (int m = 0; m < 2; ++m)
+      pool.add(least_squares({made.render(from, 4096)}, targets, references, coordinates(), from), from);
+    const NormalEquations::Solution solution = pool.solve(from, {"first", "second"});
+    CHECK(solution.determined);
+    CHECK_FALSE(solution.hidden);
+    for (Eigen::Index i = 0; i < 2; ++i)
+      square[i] +=
+          std::pow(solution.x[i] - truth[static_cast<std::size_t>(i)], 2) / solution.covariance(i, i) / repeats;
+  }
+  for (const double s : square) CHECK(s == Approx(1).margin(3.5 * std::sqrt(2.0 / repeats)));
+}
+
 TEST_CASE("with a prior that truths are drawn from, solutions are the posterior's means and as far off as it says",
           "[stat]") {
   Made made;

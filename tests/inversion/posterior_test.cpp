@@ -277,27 +277,3 @@ TEST_CASE("an unknown exposure is found along with the posterior") {
   CHECK(std::fabs(e.mean - 2.5) < 0.05);
   CHECK(e.deviation < 0.05);
 }
-
-TEST_CASE("ends of another method are rendered about first, and one that is wrong does no harm") {
-  MadeUpScene scene{spot};
-  const Eigen::VectorXd truth = Eigen::Vector2d(0.3, -0.2), wrong = Eigen::Vector2d(-0.6, 0.7);
-  const std::vector<TargetImage> targets{scene.photo(truth, 64)};
-  const Eigen::MatrixXd covariance = 4e-4 * Eigen::MatrixXd::Identity(2, 2);
-  PosteriorOptions how;
-  how.ends = {{truth, covariance}, {wrong, covariance}, {Eigen::Vector2d(1.5, 0), covariance}};
-  Posterior posterior(2, targets, even, how);
-  std::array<int, 2> near{};
-  for (const Posterior::Wanted& wanted : posterior.wanted()) {
-    CHECK(wanted.at.cwiseAbs().maxCoeff() <= 1);
-    near[0] += (wanted.at - truth).norm() < 0.15;
-    near[1] += (wanted.at - wrong).norm() < 0.15;
-  }
-  CHECK(near[0] >= 6);
-  CHECK(near[1] >= 6);
-  scene.run(posterior);
-  CHECK(posterior.rounds().back().settled);
-  CHECK(posterior.peaks().size() == 1);
-  const Eigen::MatrixXd& samples = posterior.samples().at;
-  for (Eigen::Index p = 0; p < 2; ++p)
-    CHECK(std::fabs(samples.row(p).mean() - truth[p]) < 4 * std::sqrt(covariance_of(samples)(p, p)));
-}

@@ -169,8 +169,8 @@ def test_derivatives_agree_with_differences(ball):
 
 def test_an_inversion_finds_what_the_photo_was_made_with(ball, photo, tmp_path):
     told = []
-    found = itn.invert(ball, photo, ["skin.sigma_t", "haze.g"], spp=32, prior={"haze.g": (0.45, 0.55)}, output=tmp_path,
-                       progress=told.append)
+    found = itn.invert(ball, photo, ["skin.sigma_t", "haze.g"], method="gauss-newton", spp=32, prior={"haze.g": (0.45, 0.55)},
+                       output=tmp_path, progress=told.append)
     assert found.converged and told[-1] <= 1
     assert 6.3 < found["skin.sigma_t"].value < 7.7 and found["skin.sigma_t"].low < found["skin.sigma_t"].value
     assert (tmp_path / "report.html").exists() and found.images[0].shape == (24, 32, 3)
@@ -180,7 +180,7 @@ def test_an_inversion_finds_what_the_photo_was_made_with(ball, photo, tmp_path):
     assert ball.parameters["skin.sigma_t"] == found["skin.sigma_t"].value
     ball.parameters["skin.sigma_t"] = 9
     with pytest.raises(itn.UsageError):  # the folder holds another inversion
-        itn.invert(ball, photo, BY, spp=32, output=tmp_path)
+        itn.invert(ball, photo, BY, method="gauss-newton", spp=32, output=tmp_path)
 
 
 def test_a_photo_of_another_scene_gives_a_warning_and_marked_intervals(ball, photo):
@@ -197,7 +197,8 @@ def test_a_posterior_needs_no_start_and_keeps_its_renderings(ball, photo, tmp_pa
     found = itn.invert(ball, photo, ["skin.sigma_t"], **ask)
     assert found["skin.sigma_t"].low < 7 < found["skin.sigma_t"].high and found.json["fit"]["fits"]
     ball.parameters["skin.sigma_t"] = 12  # is looked for, so the renderings are those of the same scene
-    assert itn.invert(ball, photo, ["skin.sigma_t"], **ask).json["renderings"]["found"] > 0
+    again = itn.invert(ball, photo, ["skin.sigma_t"], **{**ask, "method": None})  # is the default of a few numbers
+    assert again.json["method"] == "posterior" and again.json["renderings"]["found"] > 0
     for wrong in ({"start": {"skin.sigma_t": 9}}, {"starts": 2}, {"range": {"haze.g": (0, 0.5)}}):
         with pytest.raises(itn.UsageError):
             itn.invert(ball, photo, ["skin.sigma_t"], **{**ask, **wrong})

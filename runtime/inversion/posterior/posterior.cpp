@@ -1,14 +1,11 @@
 #include "runtime/inversion/posterior/posterior.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "runtime/base/parallel.h"
-#include "runtime/base/random.h"
-#include "runtime/base/statistics.h"
 #include "runtime/inversion/posterior/low_discrepancy.h"
 
 namespace itn {
@@ -28,9 +25,6 @@ constexpr double samples_for_peaks = 8;
 constexpr int rounds_for_peaks = 3;
 constexpr int working_samples = 600;  // of the posterior, before the last round
 constexpr Eigen::Index most_polynomials = 130;
-
-constexpr double about_ends = 2;           // their standard deviations
-constexpr std::size_t rounds_of_ends = 2;  // in which they are in question, whatever an emulator of little says
 
 // Of a half, so that the errors of a sum of few pixels are known: those of a few samples with heavy tails, as
 // derivatives have, seem small where the samples are, and pull what is fitted there. No more than a rendering can have
@@ -66,27 +60,7 @@ Posterior::Posterior(Eigen::Index dimensions, const std::vector<TargetImage>& ta
   regions_.samples.resize(dimensions, 256);
   for (Eigen::Index i = 0; i < regions_.samples.cols(); ++i)
     regions_.samples.col(i) = low_discrepancy_point(dimensions, static_cast<int>(i));
-  std::vector<FoundEnd>& ends = options_.ends;
-  ends.erase(std::remove_if(ends.begin(), ends.end(),
-                            [](const FoundEnd& end) { return !(end.at.cwiseAbs().maxCoeff() <= 1); }),
-             ends.end());
   want_design();
-}
-
-// Materials about the ends, by normal distributions wider than their own: a column each.
-Eigen::MatrixXd Posterior::near_ends(Eigen::Index count) const {
-  constexpr std::uint64_t stream = 0xe4d;
-  Eigen::MatrixXd points(dimensions_, options_.ends.empty() ? 0 : count);
-  for (Eigen::Index i = 0; i < points.cols(); ++i) {
-    const FoundEnd& end = options_.ends[static_cast<std::size_t>(i) % options_.ends.size()];
-    Eigen::VectorXd z(dimensions_);
-    for (Eigen::Index j = 0; j < dimensions_; ++j)
-      z[j] = normal_quantile(random_uniform(options_.seed, stream, static_cast<std::uint64_t>(i * dimensions_ + j)));
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(end.covariance);
-    const Eigen::VectorXd way = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().cwiseProduct(z);
-    points.col(i) = (end.at + about_ends * way).cwiseMax(-1.0).cwiseMin(1.0);
-  }
-  return points;
 }
 
 void Posterior::want_design() {
@@ -98,9 +72,6 @@ void Posterior::want_design() {
                                    [&](const Exemplar& e) { return (e.at - at).cwiseAbs().maxCoeff() < 1e-5; });
     if (!there) wanted_.push_back({at, spp});
   }
-  const auto ends = static_cast<Eigen::Index>(options_.ends.size());
-  const Eigen::MatrixXd near = near_ends(ends * (2 + 2 * dimensions_));
-  for (Eigen::Index i = 0; i < near.cols(); ++i) wanted_.push_back({near.col(i), spp});
 }
 
 // As many samples as the targets have, by the noise of renderings near the posterior; less as long as the emulator's
@@ -194,23 +165,20 @@ const PosteriorRound& Posterior::advance(std::vector<Exemplar> rendered) {
     for (const EmulatedView& view : views_) sum += view.log_likelihood(point);
     return sum;
   };
-  const auto sample = [&](int count) {
+  const auto how_many = [&](int count) {
     SamplerOptions how;
     how.samples = count;
     how.seed = options_.seed + rounds_.size();
-    return sample_posterior(regions_.local, log_prior_, log_likelihood, how);
+    return how;
   };
-  samples_ = sample(std::min(working_samples, options_.samples));
+  samples_ = sample_posterior(regions_.local, log_prior_, log_likelihood,
+                              how_many(std::min(working_samples, options_.samples)));
 
   PosteriorRound round;
   round.exemplars = static_cast<int>(exemplars_.size());
   for (const Exemplar& exemplar : exemplars_) round.local += regions_.local.near(exemplar.at);
   round.mean = samples_.at.rowwise().mean();
   round.deviation = deviations(samples_.at);
-  if (!options_.ends.empty() && rounds_.size() < rounds_of_ends) {
-    const Eigen::Index count = samples_.broad.cols() / 4;
-    samples_.broad.rightCols(count) = near_ends(count);
-  }
   regions_.samples = samples_.broad;
   for (const EmulatedView& view : views_) {
     const auto count = static_cast<double>(views_.size());
@@ -234,7 +202,10 @@ const PosteriorRound& Posterior::advance(std::vector<Exemplar> rendered) {
   rounds_.push_back(round);
   done_ = round.settled || static_cast<int>(rounds_.size()) >= options_.rounds;
   if (done_) {
-    samples_ = sample(options_.samples);
+    // How the samples are shared out among peaks is known the better the more there are from the beginning.
+    const SamplerOptions how = how_many(options_.samples);
+    samples_ = round.peaks > 1 ? sample_posterior(regions_.local, log_prior_, log_likelihood, how)
+                               : more_samples(regions_.local, log_prior_, log_likelihood, how, samples_);
     peaks_ = peaks_of(samples_.at, samples_.log_prior + samples_.log_likelihood);
     return rounds_.back();
   }

@@ -12,12 +12,6 @@
 
 namespace itn {
 
-// Where another method has ended, in natural coordinates: there is rendered from the beginning.
-struct FoundEnd {
-  Eigen::VectorXd at;
-  Eigen::MatrixXd covariance;
-};
-
 struct PosteriorOptions {
   int rounds = 8;      // at most
   int spp = 0;         // of a rendering, both halves; 0: as the targets' noise asks for
@@ -25,7 +19,6 @@ struct PosteriorOptions {
   std::uint64_t seed = 0;
   TargetNoise noise;
   bool exposure = false;
-  std::vector<FoundEnd> ends;  // those outside of the cube are left out
 };
 
 struct PosteriorRound {
@@ -70,7 +63,6 @@ class Posterior {
  private:
   void want_design();
   void want_refinement();
-  Eigen::MatrixXd near_ends(Eigen::Index count) const;
   int refinement_spp() const;
   void emulate();
 

@@ -297,7 +297,6 @@ nlohmann::ordered_json to_json(const PosteriorOutcome& outcome, const std::vecto
             {"renderings", {{"found", outcome.found}, {"made", outcome.made}}},
             {"verdict", verdict(outcome)},
             {"time", {{"total_s", outcome.seconds}}}};
-  if (!outcome.gauss_newton.is_null()) json["gauss_newton"] = outcome.gauss_newton;
   return json;
 }
 

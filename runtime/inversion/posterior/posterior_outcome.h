@@ -32,7 +32,6 @@ struct PosteriorOutcome {
   ImageFit fit;
   Misfit misfit;
   double seconds = 0;
-  nlohmann::ordered_json gauss_newton;  // what it had found before; null: nothing
 
   bool settled() const { return rounds.back().settled; }
   // What is left of the likeliest image is noise as large as was said. Before it has settled intervals are wider, not

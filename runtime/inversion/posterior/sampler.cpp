@@ -69,6 +69,22 @@ class Population {
     });
   }
 
+  // Copies of these in turn.
+  Population(const Frame& frame, const LogDensity& log_prior, const LogDensity& log_likelihood,
+             const SamplerOptions& options, const Samples& from)
+      : state(from), frame_(frame), prior_(log_prior), likelihood_(log_likelihood), options_(options) {
+    const Eigen::Index count = options.samples;
+    state.at.resize(from.at.rows(), count);
+    state.log_prior.resize(count);
+    state.log_likelihood.resize(count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Eigen::Index k = i % from.at.cols();
+      state.at.col(i) = from.at.col(k);
+      state.log_prior[i] = from.log_prior[k];
+      state.log_likelihood[i] = from.log_likelihood[k];
+    }
+  }
+
   // As many samples as before, each as often as its weight says.
   void resample(const Eigen::ArrayXd& log_weight) {
     Eigen::ArrayXd weight = (log_weight - log_weight.maxCoeff()).exp();
@@ -175,6 +191,14 @@ Samples sample_posterior(const Frame& frame, const LogDensity& log_prior, const 
   }
   if (!past_broad) state.broad = state.at;
   return state;
+}
+
+Samples more_samples(const Frame& frame, const LogDensity& log_prior, const LogDensity& log_likelihood,
+                     const SamplerOptions& options, const Samples& from) {
+  constexpr int rounds = 3;  // of moves, so that copies know nothing of each other
+  Population population(frame, log_prior, log_likelihood, options, from);
+  for (int k = 0; k < rounds; ++k) population.move(1);
+  return population.state;
 }
 
 }  // namespace itn

@@ -32,4 +32,9 @@ using LogDensity = std::function<double(const Eigen::VectorXd&)>;
 Samples sample_posterior(const Frame& frame, const LogDensity& log_prior, const LogDensity& log_likelihood,
                          const SamplerOptions& options);
 
+// options.samples of the same density from those that sample_posterior() has drawn: each moved on from one of them. As
+// many as these were from the prior on cost ten times as much; how much each separate peak has stays as it is there.
+Samples more_samples(const Frame& frame, const LogDensity& log_prior, const LogDensity& log_likelihood,
+                     const SamplerOptions& options, const Samples& from);
+
 }  // namespace itn
