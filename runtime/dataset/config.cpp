@@ -303,6 +303,8 @@ DatasetConfig from_json(const Json& json, const std::string& file) {
   const bool several_albedos = config.train.albedos > 1 || config.test.albedos > 1;
   if (several_albedos && config.albedo[0] == config.albedo[1])
     reader.fail("albedo", "a range from which each of several `albedos` can be another");
+  if (config.curvature && config.albedo[1] == 0)
+    reader.fail("albedo", "a range that reaches above 0 where `curvature` is true: at 0 there is no derivative by it");
   if (several_albedos && config.curvature)
     reader.fail("curvature", "false where there are several `albedos`: derivatives are with that of the paths");
   reader.finish();
