@@ -14,6 +14,7 @@
 #include "network/convolution.h"
 #include "network/fully_connected.h"
 #include "network/random.h"
+#include "network/threads.h"
 #include "runtime/base/error.h"
 
 namespace itn {
@@ -217,6 +218,7 @@ std::size_t weight_count(const NetworkDescription& description) {
 
 Network::Network(NetworkDescription description) : description_(std::move(description)) {
   check(description_);
+  limit_threads();
   omp_set_dynamic(0);  // OMP_DYNAMIC: oneDNN waits for ever for threads that OpenMP leaves away
   weights_ = gradients_ = empty_weights(description_);
 }

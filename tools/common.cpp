@@ -14,7 +14,9 @@
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/base/printable.h"
+#include "runtime/base/private_file.h"
 #include "runtime/base/ranks.h"
+#include "tools/private_json.h"
 
 namespace itn::tools {
 namespace {
@@ -115,7 +117,11 @@ void add_size_option(CLI::App& command, std::optional<FilmSize>& size) {
 
 std::string name_of(Operator op) { return op == Operator::single ? "single" : "full"; }
 
-void write_json(const CommonOptions& options, const nlohmann::ordered_json& result) {
+namespace {
+
+// write: of a file.
+template <class Write>
+void write_json(const CommonOptions& options, const nlohmann::ordered_json& result, const Write& write) {
   if (options.json.empty()) return;
   // Names of files may be any bytes.
   nlohmann::ordered_json whole = result;
@@ -123,9 +129,19 @@ void write_json(const CommonOptions& options, const nlohmann::ordered_json& resu
     whole["ranks"] = {
         {"count", ranks.count()}, {"messages", ranks.traffic().messages}, {"bytes", ranks.traffic().bytes}};
   const std::string text = whole.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
-  if (options.json != "-") return write_file(options.json, text);
+  if (options.json != "-") return write(options.json, text);
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
     throw ResultError("standard output: the result cannot be written; is the disk full or the reader gone?");
+}
+
+}  // namespace
+
+void write_json(const CommonOptions& options, const nlohmann::ordered_json& result) {
+  write_json(options, result, [](const std::string& file, const std::string& text) { write_file(file, text); });
+}
+
+void write_private_json(const CommonOptions& options, const nlohmann::ordered_json& result) {
+  write_json(options, result, write_private_file);
 }
 
 void check_outputs(const CommonOptions& options, std::vector<std::string> files, const std::vector<std::string>& own) {

@@ -12,6 +12,7 @@
 #include "network/input.h"
 #include "runtime/base/error.h"
 #include "runtime/base/folder_lock.h"
+#include "runtime/base/folder_owner.h"
 #include "runtime/base/inputs.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/base/version.h"
@@ -100,6 +101,7 @@ void merge(const DatasetArguments& options, const DatasetConfig& config) {
 void run(const DatasetArguments& options, bool seed_given) {
   const CommonOptions& common = options.common;
   check_folder(options.folder);
+  refuse_folder_of_other(options.folder, "manifest.json");
   Inputs inputs;
   DatasetConfig config = read_dataset_config(options.config);
   if (common.spp) config.spp = common.spp;

@@ -6,6 +6,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/device/device.h"
+#include "runtime/device/driver_faults.h"
 #include "tools/common.h"
 
 namespace itn::tools {
@@ -47,10 +48,7 @@ void run(const CommonOptions& options) {
     result["devices"].push_back(to_json(device));
   }
   write_json(options, result);
-  if (devices.empty())
-    throw DeviceError(
-        "no OpenCL device: no installed driver offers one; install one, for instance Debian's pocl-opencl-icd (any "
-        "CPU)");
+  if (devices.empty()) throw DeviceError(no_device_reason());
 }
 
 }  // namespace

@@ -140,7 +140,10 @@ void add_eval(CLI::App& app) {
                    "table 3: Adam's first; falls to 0 as a cosine")
       ->check(CLI::Range(1e-6, 10.0))
       ->capture_default_str();
-  command->add_option("--threads", options->threads, "of the networks; default OMP_NUM_THREADS, else one a core")
+  command
+      ->add_option("--threads", options->threads,
+                   "of the networks; default OMP_NUM_THREADS, else one a core, which is the most unless "
+                   "ITN_FORCE_THREADS=1 is in the environment")
       ->check(CLI::Range(1, 1024));
   add_common_options(*command, options->common, "the data set's");
   command->callback([options] { run(*options); });

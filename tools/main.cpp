@@ -1,4 +1,6 @@
 // itn: one binary, sub-commands; see tools/README.md.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
@@ -6,17 +8,23 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <iostream>
+#include <map>
 #include <memory>
 #include <new>
+#include <oneapi/dnnl/dnnl.hpp>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <thread>
 #include <vector>
 
+#include "network/threads.h"
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/base/input_errors.h"
+#include "runtime/base/limits.h"
+#include "runtime/base/parallel.h"
 #include "runtime/base/printable.h"
 #include "runtime/cluster/local_ranks.h"
 #include "runtime/cluster/mpi_ranks.h"
@@ -106,10 +114,11 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    return report(bad_command_line, printable(describe(app, error, argc > 1 ? argv[1] : "")) + "; see itn --help");
+    if (error.get_exit_code() != 0)
+      return report(bad_command_line, printable(describe(app, error, argc > 1 ? argv[1] : "")) + "; see itn --help");
+    app.exit(error);  // --help, --version
   }
-  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+  if (!std::cout.flush() || std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
     throw itn::ResultError("standard output: cannot be written; is the disk full?");
   return done;
 }
@@ -141,15 +150,31 @@ GivenDevices given_devices(const std::vector<std::string>& arguments) {
   return given;
 }
 
+// Each takes a process, with a compiler and memory of its own.
+void check_number(const std::vector<std::string>& devices) {
+  constexpr std::size_t most = 64;
+  if (devices.size() > most)
+    throw itn::UsageError(fmt::format("--device: got {} devices, need at most {}", devices.size(), most));
+  const std::size_t most_alike = std::max<std::size_t>(4, itn::core_count());
+  std::map<std::string, std::size_t> times;
+  for (const std::string& device : devices) {
+    if (device.empty())
+      throw itn::UsageError("--device: got a comma without a device beside it; need for instance 0,1");
+    if (++times[device] > most_alike)
+      throw itn::UsageError(
+          fmt::format("--device: got {} {} times; one device is no faster in several processes: name "
+                      "it once, at most {} times",
+                      device, std::count(devices.begin(), devices.end(), device), most_alike));
+  }
+}
+
 // Of several devices each process gets one: of those of this command its own, of those that mpirun has started on a
 // node one after the other.
 void take_device(std::vector<std::string>& arguments) {
   const GivenDevices given = given_devices(arguments);
   const std::size_t count = given.list.size();
   if (count < 2) return;
-  for (const std::string& device : given.list)
-    if (device.empty())
-      throw itn::UsageError("--device: got a comma without a device beside it; need for instance 0,1");
+  check_number(given.list);
   if (!ranks) ranks = itn::start_local_ranks(static_cast<int>(count), itn::tools::interrupt_flag());
   const std::string& mine = given.list[static_cast<std::size_t>(itn::rank_on_node(*ranks)) % count];
   if (given.argument > 0)
@@ -158,8 +183,18 @@ void take_device(std::vector<std::string>& arguments) {
     setenv("ITN_DEVICE", mine.c_str(), 1);
 }
 
+// Only the commands that run networks say so: of the others OpenMP computes nothing.
+void limit_threads(std::string_view command) {
+  constexpr std::array<std::string_view, 3> networks{"eval", "predict", "train"};
+  const int asked = itn::limit_threads();
+  if (asked > 0 && std::find(networks.begin(), networks.end(), command) != networks.end())
+    std::fprintf(stderr, "warning: OMP_NUM_THREADS is %d, and this machine has %d cores, for as many threads; %s\n",
+                 asked, itn::threads(), itn::how_to_force_threads);
+}
+
 int run_and_report(int argc, char** argv) {
   try {
+    limit_threads(argc > 1 ? argv[1] : "");
     if (argc > 1 && std::string_view(argv[1]) == "train") itn::tools::wait_asleep(argv);
     std::vector<std::string> arguments(argv, argv + argc);
     ranks = itn::join_ranks(itn::tools::interrupt_flag());
@@ -192,11 +227,16 @@ int run_and_report(int argc, char** argv) {
   } catch (const std::system_error& error) {  // of fmt::print
     if (std::ferror(stdout) != 0)
       return report(failed, "standard output: cannot be written; is the disk full or the reader gone?");
-    return report(failed, std::string("the system refuses: ") + error.what());
+    return report(failed, std::string("the system refuses: ") + error.what() + itn::limits_in_force());
   } catch (const std::bad_alloc&) {
-    return report(failed, "out of memory on the host; use a smaller mesh or image");
+    return report(failed, "out of memory on the host; use a smaller mesh or image" + itn::limits_in_force());
+  } catch (const dnnl::error& error) {
+    return report(failed, std::string("oneDNN, which computes networks, gives up: ") + printable(error.what()) +
+                              "; is there memory left" + itn::limits_in_force() + "?");
   } catch (const std::exception& error) {
-    return report(failed, std::string("internal error, please report it: ") + printable(error.what()));
+    const std::string limits = itn::limits_in_force();
+    return report(failed, (limits.empty() ? "internal error, please report it: " : "a library gives up: ") +
+                              printable(error.what()) + limits);
   }
 }
 

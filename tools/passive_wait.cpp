@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "tools/hold_signals.h"
+
 namespace itn::tools {
 
 void wait_asleep(char** argv) {
@@ -12,6 +14,7 @@ void wait_asleep(char** argv) {
   constexpr const char* itself = "/proc/self/exe";
   if (std::getenv(variable)) return;
   setenv(variable, "passive", 0);
+  hold_signals();
   // By its own path where that can be reached: it is the name that `ps` shows.
   std::error_code error;
   const std::filesystem::path path = std::filesystem::read_symlink(itself, error);

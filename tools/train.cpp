@@ -232,7 +232,8 @@ void add_train(CLI::App& app) {
   command
       ->add_option(
           "--threads", options->request.threads,
-          "of the network; the last digits depend on it; default OMP_NUM_THREADS, else one a core; with --shards 1")
+          "of the network; the last digits depend on it; default OMP_NUM_THREADS, else one a core; at most one a "
+          "core, unless ITN_FORCE_THREADS=1 is in the environment; with --shards 1")
       ->check(CLI::Range(1, 1024));
   command
       ->add_option(

@@ -11,6 +11,7 @@
 #include "runtime/base/inputs.h"
 #include "tools/common.h"
 #include "tools/interrupt.h"
+#include "tools/private_json.h"
 #include "tools/target_options.h"
 #include "tools/view_page.h"
 
@@ -103,11 +104,12 @@ void run(const ViewArguments& options) {
     fmt::print("{}\nOpen this address in a browser on this machine. Ctrl-C ends.\n", server.address());
     std::fflush(stdout);
   }
-  write_json(common, {{"schema", "itn.view/1"},
-                      {"scene", options.scene},
-                      {"target", options.target},
-                      {"address", server.address()},
-                      {"port", server.port()}});
+  // Who reads the address can change what is shown.
+  write_private_json(common, {{"schema", "itn.view/1"},
+                              {"scene", options.scene},
+                              {"target", options.target},
+                              {"address", server.address()},
+                              {"port", server.port()}});
   server.run(painter.ended());
   painter.end();
   painter.raise();

@@ -10,6 +10,7 @@
 #include <set>
 
 #include "runtime/base/error.h"
+#include "runtime/base/json_text.h"
 #include "runtime/image/exr.h"
 #include "runtime/image/png.h"
 #include "runtime/image/preview.h"
@@ -43,6 +44,19 @@ std::uint64_t whole_number(const WebRequest& request, const std::string& name) {
   if (given != request.query.end())
     std::from_chars(given->second.data(), given->second.data() + given->second.size(), value);
   return value;
+}
+
+// Throws InputError or nlohmann's exceptions: no JSON, no object, or a member twice.
+Json object_of(const std::string& body) {
+  Json json = parse_json<Json>(body, "the request");
+  if (!json.is_object()) throw UsageError(std::string("got JSON of type ") + json.type_name() + ", need an object");
+  return json;
+}
+
+// bool would become 0 or 1.
+double number_of(const std::string& name, const Json& value) {
+  if (!value.is_number()) throw UsageError(fmt::format("{}: got {}, need a number", name, dumped(value).substr(0, 80)));
+  return value.get<double>();
 }
 
 // The standard error of a pixel over the mean of the image, root mean square.
@@ -222,24 +236,27 @@ WebResponse ViewPage::frame(const WebRequest& request) {
 
 WebResponse ViewPage::set(const std::string& body) {
   std::map<std::string, double> values;
-  const Json given = Json::parse(body);
-  for (const auto& [name, value] : given.items()) values[name] = value.get<double>();
+  const Json given = object_of(body);
+  for (const auto& [name, value] : given.items()) values[name] = number_of(name, value);
   return as_json({{"revision", session_.set(values)}});
 }
 
 WebResponse ViewPage::look(const std::string& body) {
-  const Json json = Json::parse(body);
-  if (const auto d = json.find("derivative"); d != json.end()) session_.differentiate(d->get<std::string>());
-  if (const auto f = json.find("fit"); f != json.end()) session_.fit(f->get<std::vector<std::string>>());
-  if (const auto e = json.find("exposure"); e != json.end()) {
+  const Json json = object_of(body);
+  for (const auto& [name, value] : json.items())
+    if (name != "derivative" && name != "fit" && name != "exposure")
+      throw UsageError(fmt::format("{}: need derivative, fit or exposure", name));
+  const auto d = json.find("derivative"), f = json.find("fit"), e = json.find("exposure");
+  const bool automatic = e == json.end() || *e == "automatic";
+  const double stops = automatic ? 0 : number_of("exposure", *e);
+  if (d != json.end()) session_.differentiate(d->get<std::string>());
+  if (f != json.end()) session_.fit(f->get<std::vector<std::string>>());
+  if (e != json.end()) {
     const std::shared_ptr<const ViewFrame> shown = session_.frame();
     const std::lock_guard lock(mutex_);
-    if (e->is_string()) {
-      look_.stops = 0;
-      if (shown->image.spp > 0) look_.automatic = automatic_exposure(shown->image.mean, shown->image.channels);
-    } else {
-      look_.stops = std::clamp(e->get<double>(), -most_stops, most_stops);
-    }
+    look_.stops = std::clamp(stops, -most_stops, most_stops);
+    if (automatic && shown->image.spp > 0)
+      look_.automatic = automatic_exposure(shown->image.mean, shown->image.channels);
     ++look_.number;
   }
   return as_json(Json::object());
@@ -295,6 +312,8 @@ WebResponse ViewPage::answer(const WebRequest& request) {
   try {
     return dispatch(request);
   } catch (const UsageError& error) {
+    return failure(400, error.what());
+  } catch (const InputError& error) {
     return failure(400, error.what());
   } catch (const nlohmann::json::exception& error) {
     return failure(400, std::string("this is not the JSON that was expected: ") + error.what());

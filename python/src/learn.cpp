@@ -19,6 +19,7 @@
 #include "python/src/warning.h"
 #include "runtime/base/error.h"
 #include "runtime/base/folder_lock.h"
+#include "runtime/base/folder_owner.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/base/version.h"
 #include "runtime/dataset/config.h"
@@ -153,6 +154,7 @@ nb::dict dataset(const std::string& config_name, const std::string& folder, int 
     const std::lock_guard lock(device->mutex);
     const DeviceInfo& info = device->device.info();
     const DatasetPlan plan = plan_dataset(config, version(), info.name + ", " + info.platform);
+    refuse_folder_of_other(folder, "manifest.json");
     const FolderLock folder_lock(folder);
     const auto report = [&](const DatasetProgress& p) {
       running.update(static_cast<double>(p.done) / static_cast<double>(p.total));

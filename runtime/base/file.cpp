@@ -12,9 +12,11 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <list>
 
 #include "runtime/base/error.h"
 #include "runtime/base/inputs.h"
+#include "runtime/base/private_file.h"
 #include "runtime/base/retried.h"
 
 namespace itn {
@@ -32,6 +34,12 @@ namespace fs = std::filesystem;
     message += "; make room or choose another folder";
   else if (error == ENAMETOOLONG)
     message += "; choose a shorter name";
+  else if (error == EFBIG)
+    message += "; the shell allows no files of this size (ulimit -f): raise it";
+  else if (error == EMFILE)
+    message += "; the shell allows too few (ulimit -n): raise it";
+  else if (error == ENXIO)
+    message += "; nobody reads from it: begin to read first, or give the name of a file";
   throw ResultError(message);
 }
 
@@ -75,16 +83,21 @@ bool is_temporary(const std::string& name) {
          name.find_first_not_of("0123456789abcdef", name.size() - temporary_digits) == std::string::npos;
 }
 
+// Who may read a new file: those whom the umask lets, or its owner alone.
+enum class Readers { many, owner };
+
 // An open file that is removed again unless kept.
 class Output {
  public:
   // A file or device that is there.
   explicit Output(const fs::path& target) : target_(target), written_(target) {
-    descriptor_ = retried([&] { return ::open(written_.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY); });
+    // A pipe would wait for a reader, who may never come; what is then written may wait.
+    descriptor_ = retried([&] { return ::open(written_.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK); });
     if (descriptor_ < 0) fail(target_, errno);
+    if (const int flags = ::fcntl(descriptor_, F_GETFL); flags >= 0) ::fcntl(descriptor_, F_SETFL, flags & ~O_NONBLOCK);
   }
   // A new one beside the target. It is locked as long as its process lives: remove_remains() knows by that.
-  static Output temporary(const fs::path& target) { return Output(target, New{}); }
+  static Output temporary(const fs::path& target, Readers readers = Readers::many) { return Output(target, readers); }
   ~Output() {
     if (descriptor_ >= 0) ::close(descriptor_);
     if (remove_) {
@@ -118,18 +131,17 @@ class Output {
   }
 
  private:
-  struct New {};
-  Output(const fs::path& target, New /*new*/) : target_(target) {
+  Output(const fs::path& target, Readers readers) : target_(target) {
     constexpr int tries = 100;
-    for (int i = 0; i < tries && descriptor_ < 0; ++i) open_new();
+    for (int i = 0; i < tries && descriptor_ < 0; ++i) open_new(readers == Readers::owner ? 0600 : 0666);
     if (descriptor_ < 0) fail(target_, EEXIST);
   }
-  void open_new() {
+  void open_new(mode_t mode) {
     written_ = temporary_name(target_);
     if (written_.native().size() >= sizeof unfinished) fail(target_, ENAMETOOLONG);
     std::strcpy(unfinished, written_.c_str());
     descriptor_ =
-        retried([&] { return ::open(written_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666); });
+        retried([&] { return ::open(written_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode); });
     if (descriptor_ < 0 && errno == EEXIST) return;
     if (descriptor_ < 0) fail(target_, errno);
     remove_ = has_unfinished = true;
@@ -199,7 +211,9 @@ std::string gib(std::uint64_t bytes) { return std::to_string((bytes + (std::uint
 bool set_writing(bool on) { return writing.exchange(on); }
 bool is_writing() { return writing; }
 
-void write_file(const std::string& path, std::string_view bytes, Sync sync) {
+namespace {
+
+void write_for(const std::string& path, std::string_view bytes, Sync sync, Readers readers) {
   if (!writing) return;
   if (is_special(path)) {
     Output output(path);
@@ -207,10 +221,20 @@ void write_file(const std::string& path, std::string_view bytes, Sync sync) {
     output.close();
     return;
   }
-  Output output = Output::temporary(checked_target(path));
+  Output output = Output::temporary(checked_target(path), readers);
   output.write(bytes);
   if (sync == Sync::now) output.sync();
   output.rename();
+}
+
+}  // namespace
+
+void write_file(const std::string& path, std::string_view bytes, Sync sync) {
+  write_for(path, bytes, sync, Readers::many);
+}
+
+void write_private_file(const std::string& path, std::string_view bytes) {
+  write_for(path, bytes, Sync::now, Readers::owner);
 }
 
 void sync_folder(const std::string& folder) {
@@ -225,7 +249,12 @@ void remove_unfinished_file() noexcept {
 void check_writable(const std::string& path) {
   if (!writing) return;
   if (is_special(path)) {
-    const Output output(path);
+    static std::list<Output> pipes;
+    std::error_code error;
+    if (fs::is_fifo(path, error))
+      pipes.emplace_back(path);
+    else
+      const Output output(path);
     return;
   }
   const fs::path target = checked_target(path);

@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <filesystem>
 #include <utility>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/base/fingerprint.h"
+#include "runtime/base/folder_owner.h"
 #include "runtime/base/json_text.h"
 #include "runtime/base/ranks.h"
 
@@ -16,6 +18,20 @@ namespace {
 
 // Whatever the order of an object's members.
 bool same(const StoredRun::Json& a, const StoredRun::Json& b) { return nlohmann::json(a) == nlohmann::json(b); }
+
+// A schema's name without the version of its format.
+std::string kind_of(const std::string& schema) { return schema.substr(0, schema.rfind('/')); }
+
+// The jobs that keep a file of this format, by the names of its schemas.
+struct Kind {
+  const char *name, *job;
+};
+constexpr std::array kinds{Kind{"itn.invert.state", "an inversion by method gauss-newton or adam"},
+                           Kind{"itn.invert.posterior.state", "an inversion by method posterior"},
+                           Kind{"itn.invert.textures.state", "an inversion of textures or grids"},
+                           Kind{"itn.run", "a training"},
+                           Kind{"itn.renderings", "renderings of a posterior"},
+                           Kind{"itn.eval.inversions", "inversions of itn eval"}};
 
 constexpr const char* checksum_name = "checksum";
 
@@ -34,6 +50,13 @@ StoredRun::StoredRun(std::string file, std::string schema, std::string job)
   check_structure(text, file_);
   stored_ = Json::parse(text, nullptr, false);
   const auto has = [&](const char* key) { return stored_.is_object() && stored_.contains(key); };
+  if (has("schema") && stored_["schema"].is_string()) {
+    const std::string kind = kind_of(stored_["schema"].get<std::string>());
+    for (const Kind& other : kinds)
+      if (kind == other.name && kind != kind_of(schema_))
+        throw UsageError(fmt::format("{}: holds {}, not {}; give another folder with -o, or remove this one",
+                                     std::filesystem::path(file_).parent_path().string(), other.job, job_));
+  }
   if (!has("schema") || stored_["schema"] != schema_ || !has("request") || !stored_["request"].is_object()) refuse();
   if (has(checksum_name) && stored_[checksum_name] != checksum_of(stored_))
     throw InputError(file_ +
@@ -74,7 +97,9 @@ void StoredRun::write(const Json& request, const Json& record, int indent) const
 }
 
 RunFolder::RunFolder(std::string folder, const std::string& file, std::string schema, std::string job)
-    : folder_(std::move(folder)), lock_(folder_), run_(this->file(file), std::move(schema), std::move(job)) {}
+    : folder_((refuse_folder_of_other(folder, file), std::move(folder))),
+      lock_(folder_),
+      run_(this->file(file), std::move(schema), std::move(job)) {}
 
 std::string RunFolder::file(const std::string& name) const { return (std::filesystem::path(folder_) / name).string(); }
 

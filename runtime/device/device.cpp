@@ -1,13 +1,20 @@
 #include "runtime/device/device.h"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <chrono>
 #include <cstdlib>
+#include <sstream>
 #include <thread>
 
 #include "runtime/base/error.h"
+#include "runtime/base/limits.h"
+#include "runtime/base/parallel.h"
 #include "runtime/base/ranks.h"
+#include "runtime/device/driver_faults.h"
 #include "runtime/device/kernel_cache.h"
 
 namespace itn {
@@ -126,8 +133,32 @@ struct Candidate {
 // devices.
 void leave_out_vectorisers() { setenv("POCL_WORK_GROUP_METHOD", "loops", 0); }
 
+// PoCL links what it compiles with the system's linker, and ends the process where it finds none.
+void let_linkers_be_found() {
+  std::array<char, 256> usual{};
+  confstr(_CS_PATH, usual.data(), usual.size());
+  const char* path = std::getenv("PATH");
+  const std::string given = path ? path : "", whole = ":" + given + ":";
+  std::string more;
+  std::istringstream folders{std::string(usual.data())};
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (whole.find(":" + folder + ":") == std::string::npos) more += ":" + folder;
+  if (more.empty()) return;
+  setenv("PATH", given.empty() ? more.substr(1).c_str() : (given + more).c_str(), 1);
+}
+
+// More than one a core wait for each other, and thousands end the process.
+void limit_threads() {
+  constexpr const char* variable = "POCL_MAX_PTHREAD_COUNT";
+  const char* given = std::getenv(variable);
+  if (!given || std::getenv("ITN_FORCE_THREADS") || std::strtoull(given, nullptr, 10) <= core_count()) return;
+  setenv(variable, std::to_string(core_count()).c_str(), 1);
+}
+
 std::vector<Candidate> candidates() {
   leave_out_vectorisers();
+  let_linkers_be_found();
+  limit_threads();
   std::vector<cl::Platform> platforms;
   try {
     cl::Platform::get(&platforms);
@@ -186,11 +217,7 @@ const Candidate& choose(const std::vector<Candidate>& all, const std::string& op
   if (const std::string fault = all.empty() ? kernel_cache_fault() : ""; !fault.empty())
     throw DeviceError("no OpenCL device: PoCL, if it is installed, cannot keep compiled programs in " +
                       kernel_cache_folder() + ": " + fault);
-  if (all.empty())
-    throw DeviceError(
-        "no OpenCL device: no installed driver offers one; install one, for instance Debian's pocl-opencl-icd "
-        "(any CPU) or, beside the Python package, pip's pocl-binary-distribution with gcc, and check with 'itn "
-        "devices'");
+  if (all.empty()) throw DeviceError(no_device_reason());
   const char* variable = std::getenv("ITN_DEVICE");
   const std::string spec = !option.empty() ? option : variable ? variable : "";
   if (spec.empty()) {
@@ -283,7 +310,8 @@ cl::Program Device::build(const std::string& entry, const std::map<std::string, 
       throw DeviceError(info_.name + ": building kernels/" + entry + " failed, and its results cannot be kept in " +
                         kernel_cache_folder() + ": " + fault);
     throw DeviceError(info_.name + ": building kernels/" + entry + " failed: " + error_name(error.err()) +
-                      "; options: " + options + "; log:\n" + (log.empty() ? "(the driver gave none)" : log));
+                      "; options: " + options + "; log:\n" + (log.empty() ? "(the driver gave none)" : log) +
+                      limits_in_force());
   } catch (const cl::Error& error) {
     fail(info_, "building kernels/" + entry, error);
   }

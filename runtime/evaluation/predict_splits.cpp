@@ -8,6 +8,7 @@
 #include "network/dataset_examples.h"
 #include "network/loss.h"
 #include "runtime/base/error.h"
+#include "runtime/base/folder_owner.h"
 #include "runtime/base/statistics.h"
 #include "runtime/evaluation/evaluate.h"
 
@@ -128,6 +129,7 @@ ParameterErrors errors_of(const Evaluation& e, const std::string& name, const st
 }  // namespace
 
 Evaluation begin_evaluation(const EvaluationOptions& options) {
+  refuse_folder_of_other(options.report, "result.json");
   Evaluation e;
   e.folder = options.data;
   e.set = read_complete_manifest(options.data);

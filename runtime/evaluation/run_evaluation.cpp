@@ -1,12 +1,27 @@
 #include "runtime/evaluation/run_evaluation.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <utility>
 
 #include "runtime/base/error.h"
 #include "runtime/evaluation/stored_synthesis.h"
 
 namespace itn {
 namespace {
+
+// Tables 2 and 3 differentiate by the true materials.
+void require_derivatives(const EvaluationOptions& options, const Manifest& set) {
+  for (const Manifest::Image& image : set.images)
+    for (const auto& [name, value] : {std::pair{"sigma_t", image.sigma_t}, {"albedo", image.albedo}})
+      if (!(value > 0))
+        throw InputError(
+            fmt::format("{}: image {}: {} is {}, where images have no derivative by it that the information limit and "
+                        "the inversions need; render the set with values above 0, or leave tables 2 and 3 out with "
+                        "--images 0 --inversions 0",
+                        manifest_file(options.data), image.file, name, value));
+}
 
 // Calls run(progress) between its begin and its end.
 template <class Run>
@@ -44,6 +59,7 @@ void synthesise(const EvaluationOptions& how, const Device& device, RenderedLoss
 
 void run_evaluation(const EvaluationOptions& options, const std::string& device, const std::atomic<bool>& cancel,
                     const EvaluationProgress& progress, Evaluation& e) {
+  if (options.images > 0 || options.inversions > 0) require_derivatives(options, e.set);
   const auto predicted = std::count_if(e.set.images.begin(), e.set.images.end(), [](const Manifest::Image& image) {
     return image.split != Manifest::Split::validation;
   });

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cstddef>
 
 #include "runtime/base/error.h"
@@ -25,6 +26,11 @@ void check_runs_of_hdr(const std::string& bytes, int width, int height, const st
   ++at;
   for (int row = 0; row < height; ++row) {
     const bool has_runs = byte_at(bytes, at) == 2 && byte_at(bytes, at + 1) == 2 && byte_at(bytes, at + 2) < 0x80;
+    if (!has_runs && row > 0)
+      throw InputError(
+          fmt::format("{}: image is damaged; row {} at byte {} has no runs, and those before have: copy "
+                      "or save it again",
+                      path, row, at));
     if (!has_runs) return;
     at += 4;
     for (int channel = 0; channel < 4; ++channel)
@@ -39,11 +45,13 @@ void check_runs_of_hdr(const std::string& bytes, int width, int height, const st
   }
 }
 
-void check_pnm(const std::string& bytes, const std::string& path) {
-  if (!bytes.starts_with("P5") && !bytes.starts_with("P6")) return;
+bool is_pnm(const std::string& bytes) { return bytes.starts_with("P5") || bytes.starts_with("P6"); }
+
+int largest_of_pnm(const std::string& bytes, const std::string& path) {
   constexpr int numbers = 3;  // width, height, the largest value
   constexpr std::size_t most_digits = 9;
   std::size_t at = 2;
+  int number = 0;
   for (int i = 0; i < numbers; ++i) {
     at = std::min(bytes.find_first_not_of(" \t\n\v\f\r", at), bytes.size());
     while (at < bytes.size() && bytes[at] == '#') {
@@ -53,8 +61,12 @@ void check_pnm(const std::string& bytes, const std::string& path) {
     const std::size_t end = std::min(bytes.find_first_not_of("0123456789", at), bytes.size());
     if (end - at > most_digits)
       throw InputError(fmt::format("{}: image is damaged; byte {}: a number of {} digits", path, at, end - at));
+    number = 0;
+    std::from_chars(bytes.data() + at, bytes.data() + end, number);
     at = end;
   }
+  if (number == 0) throw InputError(path + ": image is damaged; its largest value is missing or 0");
+  return number;
 }
 
 }  // namespace itn

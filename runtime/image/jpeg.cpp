@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 #include <jpeglib.h>
+// The codes of its messages; behind jpeglib.h.
+#include <jerror.h>
 
 #include <csetjmp>
 #include <cstddef>
@@ -10,6 +12,7 @@
 #include <string_view>
 
 #include "runtime/base/error.h"
+#include "runtime/image/exif.h"
 #include "runtime/image/image_size.h"
 
 namespace itn {
@@ -35,9 +38,10 @@ struct Decoder {
   std::longjmp(decoder->failed, 1);
 }
 
-// Warnings: bytes are missing or wrong, and what is returned is a guess. Below 0; the others are remarks.
+// Warnings, below 0, are about the picture: bytes are missing or wrong, and what is returned is a guess. But for one,
+// about the version in a JFIF marker, which says nothing of it. What is not below 0 is a remark.
 void on_message(j_common_ptr jpeg, int level) {
-  if (level < 0) fail(jpeg);
+  if (level < 0 && jpeg->err->msg_code != JWRN_JFIF_MAJOR) fail(jpeg);
 }
 
 void limit_scans(j_common_ptr jpeg) {
@@ -86,37 +90,12 @@ bool read_pixels(Decoder& decoder, unsigned char* pixels) {
   return true;
 }
 
-// Numbers of an EXIF block, of either byte order; 0 beyond its end.
-class ExifNumbers {
- public:
-  explicit ExifNumbers(std::string_view bytes) : bytes_(bytes), little_(bytes.starts_with('I')) {}
-  std::uint32_t at(std::size_t offset, std::size_t size) const {
-    if (offset > bytes_.size() || size > bytes_.size() - offset) return 0;
-    std::uint32_t value = 0;
-    for (std::size_t i = 0; i < size; ++i)
-      value = value << 8 | static_cast<unsigned char>(bytes_[offset + (little_ ? size - 1 - i : i)]);
-    return value;
-  }
-
- private:
-  std::string_view bytes_;
-  bool little_;
-};
-
-// The tag 0x0112 of the block's first directory; 1 where there is none.
+// 1 where there is no EXIF block.
 int orientation_of(const jpeg_decompress_struct& jpeg) {
-  constexpr std::size_t entry = 12;
-  constexpr std::uint32_t name = 0x0112, last = 8;
-  constexpr std::string_view head("Exif\0\0", 6);
   for (jpeg_saved_marker_ptr marker = jpeg.marker_list; marker; marker = marker->next) {
     const std::string_view bytes(reinterpret_cast<const char*>(marker->data), marker->data_length);
-    if (marker->marker != exif_marker || !bytes.starts_with(head)) continue;
-    const ExifNumbers exif(bytes.substr(head.size()));
-    const std::size_t directory = exif.at(4, 4);
-    for (std::size_t i = 0; i < exif.at(directory, 2); ++i) {
-      const std::uint32_t value = exif.at(directory + 2 + entry * i + 8, 2);
-      if (exif.at(directory + 2 + entry * i, 2) == name && value >= 1 && value <= last) return static_cast<int>(value);
-    }
+    if (marker->marker == exif_marker && bytes.starts_with(std::string_view("Exif\0\0", 6)))
+      return exif_orientation(bytes);
   }
   return 1;
 }

@@ -4,12 +4,14 @@
 #include <tiffio.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdarg>
 #include <cstdio>
 #include <cstring>
 #include <memory>
 
 #include "runtime/base/error.h"
+#include "runtime/base/zlib_check.h"
 #include "runtime/image/image_size.h"
 
 namespace itn {
@@ -19,7 +21,9 @@ namespace {
 struct Memory {
   const std::string& bytes;
   std::uint64_t at = 0;
-  std::string complaint = {};
+  bool decoding = false;       // its pixels; else its tags
+  std::string complaint = {};  // the first error, which says why the library gives up where it does
+  std::string doubt = {};      // the first message, warnings too, by which the pixels are a guess
 };
 
 tmsize_t read(thandle_t handle, void* to, tmsize_t size) {
@@ -39,16 +43,45 @@ toff_t seek(thandle_t handle, toff_t offset, int whence) {
 int close(thandle_t) { return 0; }
 toff_t size(thandle_t handle) { return static_cast<Memory*>(handle)->bytes.size(); }
 
-int on_error(TIFF*, void* data, const char* module, const char* format, va_list arguments) {
-  std::string& complaint = static_cast<Memory*>(data)->complaint;
-  if (complaint.empty()) {
-    char text[256];
-    std::vsnprintf(text, sizeof text, format, arguments);
-    complaint = fmt::format("{}: {}", module ? module : "libtiff", text);
-  }
+// Is it the pixels that a message is about? While they are decoded: unless it says that more is there than is needed,
+// or that their JPEG is of a kind that readers need not take. Before, while tags are read: where it names one without
+// which pixels cannot be placed or decoded. Unknown tags, those in another order, and broken ones that say who made a
+// picture, when, where and with what, are none of these.
+bool is_about_pixels(const std::string& message, bool decoding) {
+  constexpr std::array harmless{"JPEG strip size exceeds expected dimensions", "is encoded with progressive mode"};
+  constexpr std::array tags{"BitsPerSample",       "Compression",     "ExtraSamples",
+                            "FillOrder",           "ImageLength",     "ImageWidth",
+                            "JPEGTables",          "Orientation",     "PhotometricInterpretation",
+                            "PlanarConfiguration", "Predictor",       "RowsPerStrip",
+                            "SampleFormat",        "SamplesPerPixel", "StripByteCounts",
+                            "StripOffsets",        "YCbCrSubsampling"};
+  const auto has = [&](const std::string& text) { return message.find(text) != std::string::npos; };
+  if (decoding) return std::none_of(harmless.begin(), harmless.end(), has);
+  return std::any_of(tags.begin(), tags.end(), [&](const std::string& tag) { return has('"' + tag + '"'); });
+}
+
+std::string words(const char* module, const char* format, va_list arguments) {
+  char text[256];
+  std::vsnprintf(text, sizeof text, format, arguments);
+  return fmt::format("{}: {}", module ? module : "libtiff", text);
+}
+
+// 1: the message goes nowhere else.
+int on_warning(TIFF*, void* data, const char* module, const char* format, va_list arguments) {
+  Memory& memory = *static_cast<Memory*>(data);
+  const std::string message = words(module, format, arguments);
+  if (memory.doubt.empty() && is_about_pixels(message, memory.decoding)) memory.doubt = message;
   return 1;
 }
-int on_warning(TIFF*, void*, const char*, const char*, va_list) { return 1; }
+
+int on_error(TIFF* tiff, void* data, const char* module, const char* format, va_list arguments) {
+  Memory& memory = *static_cast<Memory*>(data);
+  va_list again;
+  va_copy(again, arguments);
+  if (memory.complaint.empty()) memory.complaint = words(module, format, again);
+  va_end(again);
+  return on_warning(tiff, data, module, format, arguments);
+}
 
 class Tiff {
  public:
@@ -58,7 +91,7 @@ class Tiff {
                                                                                TIFFOpenOptionsFree);
     TIFFOpenOptionsSetMaxSingleMemAlloc(options.get(), most_at_once);
     TIFFOpenOptionsSetErrorHandlerExtR(options.get(), on_error, &memory_);
-    TIFFOpenOptionsSetWarningHandlerExtR(options.get(), on_warning, nullptr);
+    TIFFOpenOptionsSetWarningHandlerExtR(options.get(), on_warning, &memory_);
     // m: the file is not mapped
     tiff_.reset(TIFFClientOpenExt(path.c_str(), "rm", &memory_, read, refuse_to_write, seek, itn::close, itn::size,
                                   nullptr, nullptr, options.get()));
@@ -73,7 +106,14 @@ class Tiff {
     return value;
   }
   TIFF* get() const { return tiff_.get(); }
-  [[noreturn]] void damaged() const { throw InputError(path_ + ": TIFF file is damaged; " + memory_.complaint); }
+  // From here on the library decodes pixels.
+  void decode() { memory_.decoding = true; }
+  std::uint64_t file_size() const { return memory_.bytes.size(); }
+  bool doubtful() const { return !memory_.doubt.empty(); }
+  [[noreturn]] void damaged(const std::string& what = "") const {
+    const std::string& why = !what.empty() ? what : memory_.doubt.empty() ? memory_.complaint : memory_.doubt;
+    throw InputError(path_ + ": TIFF file is damaged; " + why + ": copy or save it again");
+  }
   [[noreturn]] void refuse(const std::string& why) const { throw InputError(path_ + ": TIFF file " + why); }
 
  private:
@@ -130,6 +170,24 @@ Samples described(const Tiff& tiff, const std::string& bytes, const std::string&
   return result;
 }
 
+// Deflate's checksums, which the library does not look at where it reads row by row.
+void check_deflated(const Tiff& tiff) {
+  for (std::uint32_t strip = 0; strip < TIFFNumberOfStrips(tiff.get()); ++strip) {
+    const std::uint64_t size = TIFFRawStripSize64(tiff.get(), strip);
+    std::string compressed(std::min(size, tiff.file_size()), '\0');
+    const tmsize_t there =
+        TIFFReadRawStrip(tiff.get(), strip, compressed.data(), static_cast<tmsize_t>(compressed.size()));
+    if (there < 0 || tiff.doubtful()) tiff.damaged();
+    if (tiff.tag<std::uint16_t>(TIFFTAG_FILLORDER) == FILLORDER_LSB2MSB)
+      TIFFReverseBits(reinterpret_cast<std::uint8_t*>(compressed.data()), there);
+    constexpr std::uint64_t padding = 1 << 16;
+    ZlibCheck check(TIFFStripSize64(tiff.get()) + padding);
+    check.add({compressed.data(), static_cast<std::size_t>(there)});
+    if (const std::string fault = check.fault(); !fault.empty())
+      tiff.damaged(fmt::format("strip {}: {}", strip, fault));
+  }
+}
+
 }  // namespace
 
 bool is_tiff(const std::string& bytes) {
@@ -138,15 +196,19 @@ bool is_tiff(const std::string& bytes) {
 }
 
 Samples read_tiff(const std::string& bytes, const std::string& path) {
-  const Tiff tiff(bytes, path);
+  Tiff tiff(bytes, path);
   Samples result = described(tiff, bytes, path);
+  tiff.decode();
+  const auto compression = tiff.tag<std::uint16_t>(TIFFTAG_COMPRESSION);
+  if (compression == COMPRESSION_ADOBE_DEFLATE || compression == COMPRESSION_DEFLATE) check_deflated(tiff);
   const std::size_t row = static_cast<std::size_t>(result.width) * static_cast<std::size_t>(result.channels);
   const std::size_t row_bytes = row * static_cast<std::size_t>(result.bits) / 8;
   if (static_cast<std::uint64_t>(TIFFScanlineSize64(tiff.get())) != row_bytes) tiff.damaged();
   result.data.reserve(row * static_cast<std::size_t>(result.height));
   std::vector<unsigned char> line(row_bytes);
   for (int y = 0; y < result.height; ++y) {
-    if (TIFFReadScanline(tiff.get(), line.data(), static_cast<std::uint32_t>(y), 0) != 1) tiff.damaged();
+    if (TIFFReadScanline(tiff.get(), line.data(), static_cast<std::uint32_t>(y), 0) != 1 || tiff.doubtful())
+      tiff.damaged();
     for (std::size_t i = 0; i < row; ++i) {
       std::uint16_t value = 0;
       if (result.bits == 16)

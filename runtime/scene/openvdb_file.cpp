@@ -38,6 +38,29 @@ Vec3 vector(const openvdb::Coord& c) {
   return {static_cast<double>(c.x()), static_cast<double>(c.y()), static_cast<double>(c.z())};
 }
 
+// Looks at values, and calls voxels what the file calls them.
+class ValueCheck {
+ public:
+  ValueCheck(const std::string& name, VoxelValues allowed)
+      : name_(name), least_(allowed == VoxelValues::from_zero ? 0 : -greatest_voxel) {}
+  void require(float value, const openvdb::Coord& at) const {
+    if (!(value >= least_ && value <= greatest_voxel))
+      throw InputError(fmt::format("{}: voxel ({}, {}, {}) is {}; need numbers from {:g} to {:g}: mend the grid", name_,
+                                   at.x(), at.y(), at.z(), value, least_, greatest_voxel));
+  }
+  // As they lie in `box`, x fastest, channels interleaved.
+  void require(const float* values, const openvdb::CoordBBox& box, int channels) const {
+    for (int z = box.min().z(); z <= box.max().z(); ++z)
+      for (int y = box.min().y(); y <= box.max().y(); ++y)
+        for (int x = box.min().x(); x <= box.max().x(); ++x)
+          for (int c = 0; c < channels; ++c) require(*values++, {x, y, z});
+  }
+
+ private:
+  const std::string& name_;
+  float least_;
+};
+
 // The values in `box`, x fastest, channels interleaved.
 template <class Grid>
 void fill(const Grid& from, const openvdb::CoordBBox& box, float* values) {
@@ -82,27 +105,34 @@ openvdb::GridBase::Ptr read_grid(const std::string& file, const std::string& nam
 // Bricks of our own are leaves of the file's tree where the grid begins at a multiple of their size.
 template <class Grid>
 PackedVoxels packed_from(const Grid& from, const openvdb::Coord& first, const VoxelGrid& size, int bits,
-                         const std::string& name) {
+                         const std::string& name, const ValueCheck& check) {
   using Value = typename Grid::ValueType;
   using Leaf = typename Grid::TreeType::LeafNodeType;
   static_assert(Leaf::DIM == brick_side);
   const auto accessor = from.getConstAccessor();
-  const auto put = [](const Value& value, float*& to) {
+  const openvdb::Coord end = first.offsetBy(size.width, size.height, size.depth);
+  const auto put = [&](const Value& value, const openvdb::Coord& at, float*& to) {
+    const bool inside = at.x() < end.x() && at.y() < end.y() && at.z() < end.z();
+    const auto one = [&](auto number) {
+      if (inside) check.require(static_cast<float>(number), at);
+      *to++ = static_cast<float>(number);
+    };
     if constexpr (openvdb::VecTraits<Value>::IsVec)
-      for (int c = 0; c < 3; ++c) *to++ = static_cast<float>(value[c]);
+      for (int c = 0; c < 3; ++c) one(value[c]);
     else
-      *to++ = static_cast<float>(value);
+      one(value);
   };
   return pack(size, bits, name, [&](const std::array<int, 3>& brick, float* to) {
     const openvdb::Coord corner = first.offsetBy(brick_side * brick[0], brick_side * brick[1], brick_side * brick[2]);
     const Leaf* leaf = accessor.probeConstLeaf(corner);
     if (!leaf) {
-      put(accessor.getValue(corner), to);
+      put(accessor.getValue(corner), corner, to);
       return true;
     }
     for (int z = 0; z < brick_side; ++z)
       for (int y = 0; y < brick_side; ++y)
-        for (int x = 0; x < brick_side; ++x) put(leaf->getValue(Leaf::coordToOffset({x, y, z})), to);
+        for (int x = 0; x < brick_side; ++x)
+          put(leaf->getValue(Leaf::coordToOffset({x, y, z})), corner.offsetBy(x, y, z), to);
     return false;
   });
 }
@@ -168,24 +198,26 @@ void check_worth(const Grid& source, const VoxelGrid& size, const std::string& n
 }
 
 template <class Grid>
-std::string bytes_of(const Grid& source, const openvdb::CoordBBox& box, int channels, int bits,
-                     const std::string& name) {
+std::string bytes_of(const Grid& source, const openvdb::CoordBBox& box, int channels, int bits, const std::string& name,
+                     const ValueCheck& check) {
   const VoxelGrid size = size_of(box, channels);
   if (const std::size_t values = checked_values(size, name, /*packed=*/true); bits != 0 || values > most_dense_values) {
     openvdb::CoordBBox leaves = box;
     leaves.min() = leaves.min() & ~(brick_side - 1);
     const VoxelGrid whole = size_of(leaves, channels);
     check_worth(source, whole, name);
-    const PackedVoxels packed = packed_from(source, leaves.min(), whole, bits == 0 ? 32 : bits, name);
+    const PackedVoxels packed = packed_from(source, leaves.min(), whole, bits == 0 ? 32 : bits, name, check);
     if (bits != 0 || packed.bytes() < values * sizeof(float) / 2)
       return bytes_of(header_of(source, leaves, whole), packed);
   }
   std::string bytes = bytes_of(header_of(source, box, size), checked_values(size, name));
-  fill(source, box, reinterpret_cast<float*>(bytes.data() + sizeof(Header)));
+  auto* values = reinterpret_cast<float*>(bytes.data() + sizeof(Header));
+  fill(source, box, values);
+  check.require(values, box, channels);
   return bytes;
 }
 
-std::string bytes_of(const std::string& name, const openvdb::GridBase& source, int bits) {
+std::string bytes_of(const std::string& name, const openvdb::GridBase& source, VoxelValues allowed, int bits) {
   const std::string grid_name = fmt::format("grid \"{}\"", name);
   if (source.getGridClass() == openvdb::GRID_LEVEL_SET)
     throw InputError(grid_name + " is a level set, distances to a surface; need a fog volume: convert it");
@@ -198,8 +230,9 @@ std::string bytes_of(const std::string& name, const openvdb::GridBase& source, i
   const int channels = source.isType<openvdb::Vec3SGrid>() ? 3 : 1;
   checked_values(size_of(box, channels), grid_name, /*packed=*/true);
   box.expand(1);
+  const ValueCheck check(grid_name, allowed);
   std::string bytes;
-  if (!with_type(source, [&](const auto& typed) { bytes = bytes_of(typed, box, channels, bits, grid_name); }))
+  if (!with_type(source, [&](const auto& typed) { bytes = bytes_of(typed, box, channels, bits, grid_name, check); }))
     throw InputError(
         fmt::format("{} holds values of type {}; need float, double or vec3s", grid_name, source.valueType()));
   return bytes;
@@ -240,7 +273,7 @@ PlacedGrid read_openvdb_file(const std::string& file, const std::string& name, V
     bytes = in_child_process([&] {
       openvdb::initialize();
       try {
-        return bytes_of(name, *read_grid(file, name), bits);
+        return bytes_of(name, *read_grid(file, name), allowed, bits);
       } catch (const openvdb::Exception& error) {
         throw InputError(std::string(error.what()) + "; need a whole OpenVDB file");
       }

@@ -11,6 +11,7 @@
 
 #include "kernels/shared/declaration.h"
 #include "runtime/base/error.h"
+#include "runtime/scene/parameter_refusal.h"
 
 namespace itn {
 namespace {
@@ -305,6 +306,14 @@ std::string Parameter::range() const {
   return fmt::format("{}{}, {}{}", low_included ? '[' : '(', low, high, high_included ? ']' : ')');
 }
 
+std::string refusal(const Parameter& parameter, double value) {
+  constexpr double greatest = 1e30;
+  const bool too_large = std::abs(value) > greatest;
+  if (parameter.contains(value) && !too_large) return "";
+  return fmt::format("got {}, need a number in {}{}", value, parameter.range(),
+                     too_large ? fmt::format(" of at most {:g}, for single precision", greatest) : "");
+}
+
 std::vector<Parameter> list_parameters(const Scene& scene) {
   List list(scene);
   for (std::size_t i = 0; i < scene.media.size(); ++i) add(list, scene.media[i], static_cast<int>(i));
@@ -330,8 +339,8 @@ std::vector<Parameter> list_parameters(const Scene& scene) {
 bool is_of_light(const Parameter& p) { return p.owner == Owner::light || p.owner == Owner::environment; }
 
 void set_parameter(Scene& scene, const Parameter& p, double value) {
-  if (!p.contains(value))
-    throw UsageError(fmt::format("parameter {}: got {}, need a number in {}", p.name, value, p.range()));
+  if (const std::string why = refusal(p, value); !why.empty())
+    throw UsageError(fmt::format("parameter {}: {}", p.name, why));
   for (const int i : p.indices) set_number(scene, p, static_cast<std::size_t>(i), value);
 }
 

@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include "runtime/base/error.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/image/accumulation.h"
 #include "runtime/inversion/forward_model.h"
+#include "runtime/scene/parameter_refusal.h"
 
 namespace itn {
 namespace {
@@ -124,8 +126,8 @@ std::uint64_t ViewSession::set(const std::map<std::string, double>& values) {
     const Parameter& p = find(name);
     if (std::isnan(p.value))
       throw UsageError(fmt::format("{}: a texture or a grid; a number cannot take its place", name));
-    if (!p.contains(value))
-      throw UsageError(fmt::format("parameter {}: got {}, need a number in {}", name, value, p.range()));
+    if (const std::string why = refusal(p, value); !why.empty())
+      throw UsageError(fmt::format("parameter {}: {}", name, why));
   }
   std::uint64_t revision = 0;
   change([&](Wanted& wanted) {
@@ -150,6 +152,8 @@ void ViewSession::differentiate(const std::string& parameter) {
 
 void ViewSession::fit(const std::vector<std::string>& parameters) {
   if (!options_.target) throw UsageError("there is no target to fit parameters to; give one with --target");
+  if (std::set<std::string>(parameters.begin(), parameters.end()).size() != parameters.size())
+    throw UsageError("fit: got a name twice, need each once");
   for (const std::string& name : parameters)
     if (const std::string why_not = find(name).not_differentiable; !why_not.empty())
       throw UsageError(fmt::format("{}: {}", name, why_not));

@@ -6,6 +6,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
+#include "runtime/base/folder_owner.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace itn;
@@ -92,6 +93,43 @@ TEST_CASE("what is no run of this version is refused by name") {
     CHECK_THROWS_AS(open(folder / "run.json"), InputError);
     CHECK_THROWS_WITH(open(folder / "run.json"), Contains("run.json: not a test by this version"));
   }
+}
+
+TEST_CASE("the file of another kind of job is a wrong command line, of whatever version") {
+  const TemporaryFolder folder;
+  const std::vector<std::string> schemas{"itn.invert.state/3", "itn.invert.posterior.state/1",
+                                         "itn.invert.textures.state/3", "itn.run/1"};
+  for (const std::string& there : schemas)
+    for (const std::string& asked : schemas) {
+      CAPTURE(there, asked);
+      StoredRun(folder / "state.json", there, "a test").write(request, Json::object());
+      if (there == asked)
+        CHECK_NOTHROW(StoredRun(folder / "state.json", asked, "a test"));
+      else
+        CHECK_THROWS_AS(StoredRun(folder / "state.json", asked, "a test"), UsageError);
+      std::filesystem::remove(folder / "state.json");
+    }
+  write_file(folder / "state.json", R"({"schema":"itn.invert.posterior.state/9","request":{}})");
+  CHECK_THROWS_WITH(StoredRun(folder / "state.json", "itn.invert.state/3", "an inversion"),
+                    Contains("holds an inversion by method posterior, not an inversion; give another folder"));
+  CHECK_THROWS_AS(StoredRun(folder / "state.json", "itn.invert.posterior.state/1", "a test"), InputError);
+}
+
+TEST_CASE("a folder that another command has filled is refused by each kind of job") {
+  for (const char* there : {"manifest.json", "run.json", "state.json", "renderings.json", "result.json"})
+    for (const char* own : {"manifest.json", "run.json", "state.json", "renderings.json", "result.json"}) {
+      CAPTURE(there, own);
+      const TemporaryFolder folder;
+      write_file(folder / there, "{\n  \"schema\": \"itn.eval/1\"");
+      if (std::string(there) == own)
+        CHECK_NOTHROW(refuse_folder_of_other(folder.path(), own));
+      else
+        CHECK_THROWS_AS(refuse_folder_of_other(folder.path(), own), UsageError);
+      if (std::string(there) != own) CHECK_THROWS_AS(RunFolder(folder.path(), own, "test/1", "a test"), UsageError);
+    }
+  const TemporaryFolder folder;
+  write_file(folder / "result.json", "{\n  \"schema\": \"itn.invert/1\"");  // of an inversion, whose state says so
+  CHECK_NOTHROW(refuse_folder_of_other(folder.path(), "state.json"));
 }
 
 TEST_CASE("a run's folder is made, and has one writer") {

@@ -49,7 +49,7 @@ def serialized():
         data = struct.pack("<HH", 0x041C, 4) + zlib.compress(body, level)
         write("serialized", "level%d.serialized" % level, data + data + struct.pack("<QQI", 0, len(data), 2))
     body = struct.pack("<I", 0x2000 | 1 | 2 | 8) + struct.pack("<QQ", 3, 1) + b"\0" * (8 * 3 * 11) + struct.pack("<3I", 0, 1, 2)
-    write("serialized", "double.serialized", struct.pack("<HH", 0x041C, 3) + zlib.compress(body, 0))
+    write("serialized", "double.serialized", struct.pack("<HH", 0x041C, 3) + zlib.compress(body, 0) + struct.pack("<II", 0, 1))
 
 
 def vol():

@@ -1,6 +1,7 @@
 #include "runtime/image/bitmap.h"
 
 #include <catch2/catch.hpp>
+#include <map>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
@@ -90,6 +91,98 @@ TEST_CASE("an HDR image that ends within its runs is refused and does not hang")
   CHECK(itn::read_bitmap(folder / "a.hdr").data.size() == 24);
   itn::write_file(folder / "a.hdr", head + "\210\1\210\1\210\1");
   CHECK_THROWS_WITH(itn::read_bitmap(folder / "a.hdr"), Catch::Contains("a run of no pixels"));
+}
+
+TEST_CASE("images that stb_image reads are refused wherever they are cut") {
+  const TemporaryFolder folder;
+  const std::string bmp("BM\0\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\4\0\0\0\2\0\0\0\1\0\x18\0", 30);
+  const std::string tga("\4\0\2\0\0\0\0\0\0\0\0\0\4\0\2\0\x18\0name", 22),
+      runs("\0\0\xa\0\0\0\0\0\0\0\0\0\4\0\2\0\x18\0", 18);
+  const std::string palette("\0\1\1\0\0\2\0\x18\0\0\0\0\4\0\2\0\x8\0", 18);
+  const std::string data = "the bytes of 8 pixels...";  // 24
+  const std::map<std::string, std::string> files{
+      {"a.pgm", "P5\n4 2\n255\n" + data.substr(0, 8)},
+      {"b.ppm", "P6 # comment\n4 2\n200\n" + data},
+      {"c.ppm", "P6\n2 2\n65535\n" + data},
+      {"a.bmp", bmp + std::string(24, '\0') + data},
+      {"a.tga", tga + data},
+      {"runs.tga", runs +
+                       "\x83"
+                       "abc"
+                       "\3" +
+                       data.substr(0, 12)},
+      {"palette.tga", palette + "abcdef" + std::string("\0\1\0\1\1\1\0\0", 8)},
+      {"a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 3\n" + data},
+      {"wide.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 9\n" + data + "and more one"}};
+  for (const auto& [name, whole] : files) {
+    CAPTURE(name);
+    itn::write_file(folder / name, whole);
+    REQUIRE(!itn::read_bitmap(folder / name).data.empty());
+    itn::write_file(folder / name, whole + "behind the end");
+    CHECK(!itn::read_bitmap(folder / name).data.empty());
+    for (std::size_t size = 0; size < whole.size(); ++size) {
+      CAPTURE(size);
+      itn::write_file(folder / name, whole.substr(0, size));
+      CHECK_THROWS_WITH(itn::read_bitmap(folder / name), Catch::Contains(name));
+    }
+  }
+}
+
+TEST_CASE("an HDR image with runs in some rows alone is refused") {
+  const TemporaryFolder folder;
+  const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 8\n",
+                    row = std::string("\2\2\0\10", 4) + "\210\1\210\1\210\1\210\1";
+  itn::write_file(folder / "a.hdr", head + row + row);
+  CHECK(itn::read_bitmap(folder / "a.hdr").data.size() == 48);
+  itn::write_file(folder / "a.hdr", head + row + std::string(100, 'a'));
+  CHECK_THROWS_WITH(itn::read_bitmap(folder / "a.hdr"), Catch::Contains("row 1") && Catch::Contains("no runs"));
+}
+
+TEST_CASE("a PNM's samples are shares of its largest value, those of two bytes with the greater first") {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::string& bytes) {
+    itn::write_file(folder / "a.pgm", bytes);
+    return itn::read_bitmap(folder / "a.pgm", true).data;
+  };
+  CHECK(read(std::string("P5\n3 1\n100\n\0\x32\x64", 16))[1] == Approx(0.5).margin(1e-5));
+  CHECK(read("P5\n1 1\n100\n\x64")[0] == 1);
+  const std::vector<float> deep = read(std::string("P5\n3 1\n1000\n\0\0\x01\xf4\x03\xe8", 18));
+  CHECK(deep[0] == 0);
+  CHECK(deep[1] == Approx(0.5).margin(1e-5));
+  CHECK(deep[2] == 1);
+  CHECK(read("P5\n1 1\n65535\n\x80\x01")[0] == Approx(0x8001 / 65535.0).margin(1e-6));
+  CHECK_THROWS_WITH(read("P5\n1 1\n100\n\x65"), Catch::Contains("a sample is 101"));
+  CHECK_THROWS_WITH(read(std::string("P5\n1 1\n0\n\0", 10)), Catch::Contains("largest value"));
+}
+
+TEST_CASE("a BMP's or a TGA's pixel of a colour beyond the palette is an error") {
+  const TemporaryFolder folder;
+  // Two colours; four pixels of eight, four and one bits.
+  const auto bmp = [](int bits, const std::string& row) {
+    std::string header("BM\0\0\0\0\0\0\0\0\x3e\0\0\0\x28\0\0\0\4\0\0\0\1\0\0\0\1\0\0\0", 30);
+    header[28] = static_cast<char>(bits);
+    return header + std::string(24, '\0') + std::string("abc\0def\0", 8) + row;
+  };
+  const auto read = [&](const std::string& name, const std::string& bytes) {
+    itn::write_file(folder / name, bytes);
+    return itn::read_bitmap(folder / name, true).data;
+  };
+  const std::string eight("\0\1\0\1", 4), four("\x01\x01\0\0", 4), one("\x50\0\0\0", 4);
+  for (const auto& [bits, row] : {std::pair{8, eight}, {4, four}, {1, one}}) {
+    CAPTURE(bits);
+    const std::vector<float> values = read("a.bmp", bmp(bits, row));
+    REQUIRE(values.size() == 12);
+    CHECK(values[0] == Approx('c' / 255.0));
+    CHECK(values[3] == Approx('f' / 255.0));
+  }
+  CHECK_THROWS_WITH(read("a.bmp", bmp(8, std::string("\0\1\2\1", 4))), Catch::Contains("of colour 2"));
+  CHECK_THROWS_WITH(read("a.bmp", bmp(4, std::string("\x01\x02\0\0", 4))), Catch::Contains("of colour 2"));
+  const std::string tga("\0\1\1\0\0\2\0\x18\0\0\0\0\4\0\1\0\x8\0", 18),
+      runs("\0\1\x9\0\0\2\0\x18\0\0\0\0\4\0\1\0\x8\0", 18);
+  CHECK(read("a.tga", tga + "abcdef" + eight)[3] == Approx('f' / 255.0));
+  CHECK(read("a.tga", runs + "abcdef" + "\x83\1")[3] == Approx('f' / 255.0));
+  CHECK_THROWS_WITH(read("a.tga", tga + "abcdef" + std::string("\0\1\2\1", 4)), Catch::Contains("of colour 2"));
+  CHECK_THROWS_WITH(read("a.tga", runs + "abcdef" + "\x83\2"), Catch::Contains("of colour 2"));
 }
 
 TEST_CASE("a PNM whose size has too many digits is refused") {

@@ -9,6 +9,9 @@
 #include <stb/stb_image_write.h>
 #pragma GCC diagnostic pop
 
+#include <zlib.h>
+
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
@@ -152,6 +155,50 @@ TEST_CASE("TIFFs of both byte orders, grey or colours, with and without alpha, c
   CHECK(grey.value == std::vector<float>(4, static_cast<float>(srgb_decode(64 / 255.0))));
 }
 
+TEST_CASE("what libtiff warns of is an error where pixels are a guess, and passes where it is about other tags") {
+  Bytes samples;
+  for (int i = 0; i < 32 * 24 * 3; ++i) samples.push_back(static_cast<std::uint8_t>((i * i) % 251));
+  const auto in_jpeg = [](const std::string& strip) { return tiff(32, 24, 3, 8, strip, {{259, 7}, {262, 6}}); };
+  const std::string strip = jpeg(32, 24, 3, samples);
+  REQUIRE(read(in_jpeg(strip)).value == read(strip).value);  // without the tag of its subsampling, of which it warns
+  int cut = 0, changed = 0;
+  for (std::size_t left = 3; left < strip.size() / 2; left += 7, ++cut)
+    CHECK_THAT(refusal(in_jpeg(strip.substr(0, strip.size() - left))), Contains("JPEG"));
+  CHECK(cut > 10);
+  for (std::size_t at = strip.size() - 200; at < strip.size() - 4; at += 3) {
+    std::string wrong = strip;
+    wrong.replace(at, 2, "\xff\xd5");  // a marker in the middle of the data
+    changed += refusal(in_jpeg(wrong)).find("is damaged; JPEGLib: Corrupt JPEG data") != std::string::npos;
+  }
+  CHECK(changed > 50);
+
+  // PackBits: runs that go on in the next row; too few bytes.
+  const std::string packed("\xfd\x40\xfd\x50", 4);
+  CHECK(read(tiff(4, 2, 1, 8, packed, {{259, 32773}})).value.size() == 8);
+  CHECK_THAT(refusal(tiff(2, 4, 1, 8, packed, {{259, 32773}})), Contains("PackBitsDecode: Discarding"));
+  CHECK_THAT(refusal(tiff(4, 2, 1, 8, packed.substr(0, 3), {{259, 32773}})), Contains("PackBitsDecode"));
+
+  // Bytes of strips that do not fit; of a kind that it does not know, as of cameras; in another order; without an end.
+  CHECK_THAT(refusal(tiff(4, 2, 1, 8, "abcdefgh", {{279, 0}})), Contains("StripByteCounts"));
+  const std::string plain = tiff(4, 2, 1, 8, "abcdefgh");
+  for (const Tag tag : {Tag{50000, 7}, Tag{34665, 8}, Tag{33550, 8}, Tag{42113, 8}, Tag{271, 0x64636261}}) {
+    CAPTURE(tag.name);
+    CHECK(read(tiff(4, 2, 1, 8, "abcdefgh", {tag})).value == read(plain).value);
+  }
+  std::string unsorted = plain;
+  const std::size_t directory = 8 + 8 + 2;
+  std::swap_ranges(unsorted.begin() + directory, unsorted.begin() + directory + 12, unsorted.begin() + directory + 12);
+  CHECK(read(unsorted).value == read(plain).value);
+}
+
+TEST_CASE("a TIFF's compressed strip whose checksum is wrong is refused") {
+  const std::string head("\x78\x01\x01\x08\0\xf7\xff", 7), sum("\x0e\x00\x03\x25", 4);  // stored as it is
+  CHECK(read(tiff(4, 2, 1, 8, head + "abcdefgh" + sum, {{259, 8}})).value[7] ==
+        read(tiff(4, 2, 1, 8, "abcdefgh")).value[7]);
+  CHECK_THAT(refusal(tiff(4, 2, 1, 8, head + "abcdefgi" + sum, {{259, 8}})), Contains("strip 0") && Contains("check"));
+  CHECK_THAT(refusal(tiff(4, 2, 1, 8, head + "abcdefgh" + sum.substr(0, 2), {{259, 8}})), Contains("end early"));
+}
+
 TEST_CASE("TIFFs of kinds that are not read are refused, with what to do") {
   const std::string one = words({1, 2, 3});
   CHECK_THAT(refusal(tiff(1, 1, 3, 32, one + one)), Contains("whole numbers of 8 or 16 bits"));
@@ -162,6 +209,72 @@ TEST_CASE("TIFFs of kinds that are not read are refused, with what to do") {
   CHECK_THAT(refusal(tiff(1, 1, 3, 16, one, {{259, 50000}})), Contains("need none, LZW"));
   CHECK_THAT(refusal(tiff(9000, 9000, 3, 8, "abc")), Contains("promises 9000 x 9000 pixels"));
   CHECK_THAT(refusal(tiff(90000, 90000, 3, 8, "abc")), Contains("make it smaller"));
+}
+
+namespace {
+
+std::string chunk(const std::string& type, const std::string& data) {
+  const auto big = [](std::uint32_t value) {
+    std::string bytes;
+    for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift);
+    return bytes;
+  };
+  const std::string both = type + data;
+  const auto sum = crc32(0, reinterpret_cast<const Bytef*>(both.data()), static_cast<uInt>(both.size()));
+  return big(static_cast<std::uint32_t>(data.size())) + both + big(static_cast<std::uint32_t>(sum));
+}
+
+// data: of rows with a filter each, without compression.
+std::string png_of(int width, int height, int bits, int type, const std::string& rows, const std::string& before = "",
+                   int wrong_sum = 0) {
+  const std::string header{0,
+                           0,
+                           0,
+                           static_cast<char>(width),
+                           0,
+                           0,
+                           0,
+                           static_cast<char>(height),
+                           static_cast<char>(bits),
+                           static_cast<char>(type),
+                           0,
+                           0,
+                           0};
+  const auto size = static_cast<unsigned>(rows.size());
+  auto sum = adler32(1, reinterpret_cast<const Bytef*>(rows.data()), size) + static_cast<uLong>(wrong_sum);
+  std::string data("\x78\x01\x01", 3);
+  data += little(size, 2) + little(~size & 0xffffU, 2) + rows;
+  for (int shift = 24; shift >= 0; shift -= 8) data += static_cast<char>(sum >> shift);
+  return "\x89PNG\r\n\x1a\n" + chunk("IHDR", header) + before + chunk("IDAT", data) + chunk("IEND", "");
+}
+
+}  // namespace
+
+TEST_CASE(
+    "a PNG that is not whole is refused wherever it is cut, and one whose compressed data say that they are wrong") {
+  const std::string rows("\0abc\0def", 8), whole = png_of(3, 2, 8, 0, rows);
+  REQUIRE(read(whole).value.size() == 6);
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    CAPTURE(size, whole.size());
+    CHECK_THAT(refusal(whole.substr(0, size)), Contains("photo: "));
+  }
+  CHECK(read(whole + "behind the end").value.size() == 6);
+  CHECK_THAT(refusal(png_of(3, 2, 8, 0, rows, "", 1)), Contains("incorrect data check"));
+  CHECK_THAT(refusal(png_of(3, 2, 8, 0, rows, chunk("CgBI", "abcd"))), Contains("Apple"));
+  CHECK_THAT(refusal(png_of(3, 2, 8, 0, rows.substr(0, 7))), Contains("damaged"));
+}
+
+TEST_CASE("a pixel of a colour that the palette does not have is an error") {
+  const std::string palette = chunk("PLTE", "abcdef");  // two colours
+  for (const int bits : {1, 2, 4, 8}) {
+    CAPTURE(bits);
+    const std::string good = std::string(1, '\0') + static_cast<char>(1 << (8 - bits)), bad = std::string("\0\xff", 2);
+    CHECK(read(png_of(1, 1, bits, 3, good, palette)).value.size() == 3);
+    CHECK(read(png_of(1, 1, bits, 3, good, palette + chunk("tRNS", "\x80\x80"))).has_alpha);
+    if (bits > 1) CHECK_THAT(refusal(png_of(1, 1, bits, 3, bad, palette)), Contains("its palette has 2"));
+    if (bits > 1)
+      CHECK_THAT(refusal(png_of(1, 1, bits, 3, bad, palette + chunk("tRNS", "\x80"))), Contains("its palette has 2"));
+  }
 }
 
 TEST_CASE("damaged photos of every kind are input errors, or pictures; never anything else") {
@@ -232,6 +345,16 @@ TEST_CASE("a photo is turned as EXIF and TIFF say") {
     REQUIRE(photo.width == 8);
     REQUIRE(photo.height == 16);  // row 0 is what was on the left
     CHECK(photo.value[0] > 10 * photo.value[8 * 15 * static_cast<std::size_t>(photo.channels)]);
+    // A PNG's block has no name before it; some writers give it one. It may stand behind the pixels, too.
+    for (const std::string& named : {exif, block})
+      for (const bool behind : {false, true}) {
+        std::string turned = png(16, 8, 1, samples);
+        turned.insert(behind ? turned.size() - 12 : 33, chunk("eXIf", named));
+        const Photo of_png = read(turned);
+        REQUIRE(of_png.width == 8);
+        REQUIRE(of_png.height == 16);
+        CHECK(of_png.value[0] > 10 * of_png.value[8 * 15]);
+      }
   }
 }
 

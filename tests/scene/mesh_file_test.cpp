@@ -268,7 +268,7 @@ TEST_CASE("serialized meshes of versions 3 and 4 arrive with all that they have,
     for (const std::uint32_t precision : {0x1000u, 0x2000u})
       for (std::uint32_t parts = 0; parts < 16; ++parts) {
         if (parts & 4) continue;
-        folder.write("m.serialized", serialized({.version = version, .flags = precision | parts}));
+        folder.write("m.serialized", serialized_file({{.version = version, .flags = precision | parts}}));
         const Mesh mesh = read_mesh(folder.path("m.serialized"));
         CHECK(mesh.position == std::vector<std::array<float, 3>>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0.5f}});
         CHECK(mesh.triangle == std::vector<std::array<std::uint32_t, 3>>{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}});
@@ -311,30 +311,61 @@ TEST_CASE("a serialized file that lies about its lengths is refused without taki
     }
     return "";
   };
-  CHECK_THAT(error(serialized({.vertices = 4'000'000'000})),
+  CHECK_THAT(error(serialized_file({{.vertices = 4'000'000'000}})),
              Catch::Contains("4000000000 vertices") && Catch::Contains("can hold"));
-  CHECK_THAT(error(serialized({.triangles = 0xffffffffffffffff})), Catch::Contains("fewer than 2^32"));
-  CHECK_THAT(error(serialized({.vertices = 9})), Catch::Contains("end early"));
-  CHECK_THAT(error(serialized({.vertices = 2})), Catch::Contains("vertex"));
-  CHECK_THAT(error(serialized({.triangles = 0})), Catch::Contains("empty"));
-  std::string future = serialized({});
+  CHECK_THAT(error(serialized_file({{.triangles = 0xffffffffffffffff}})), Catch::Contains("fewer than 2^32"));
+  CHECK_THAT(error(serialized_file({{.vertices = 9}})), Catch::Contains("end early"));
+  CHECK_THAT(error(serialized_file({{.vertices = 2}})), Catch::Contains("more than the mesh"));
+  CHECK_THAT(error(serialized_file({{.triangles = 0}})), Catch::Contains("more than the mesh"));
+  std::string future = serialized_file({{}});
   future[2] = 5;
   CHECK_THAT(error(future), Catch::Contains("version 5") && Catch::Contains("PLY"));
   CHECK_THAT(error("solid cube"), Catch::Contains("no .serialized mesh"));
   CHECK_THAT(error(""), Catch::Contains("no .serialized mesh"));
-  // Tables that are too long or lead nowhere.
-  std::string table = serialized({});
-  append(table, std::uint32_t{0x7fffffff}, false);
-  CHECK_THAT(error(table, 1), Catch::Contains("longer than the file"));
-  table = serialized({});
-  append(table, std::uint64_t{0}, false);
-  append(table, std::uint64_t{1} << 60, false);
-  append(table, std::uint32_t{2}, false);
-  CHECK_THAT(error(table, 1), Catch::Contains("begins at byte"));
-  // Cut anywhere: an error that names the file, never a crash.
-  const std::string whole = serialized({.flags = 0x1003});
-  for (std::size_t size = 0; size + 5 < whole.size(); ++size)
+}
+
+TEST_CASE("a serialized file whose table is cut or wrong, or whose compressed data are not whole, is refused") {
+  SceneFolder folder;
+  const auto error = [&](const std::string& bytes, long index = 0) -> std::string {
+    folder.write("bad.serialized", bytes);
+    try {
+      read_serialized(folder.path("bad.serialized"), index);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  const auto with_table = [](std::string bytes, const std::vector<std::uint64_t>& places, std::uint32_t count) {
+    for (const std::uint64_t place : places) append(bytes, place, false);
+    append(bytes, count, false);
+    return bytes;
+  };
+  const std::string mesh = serialized({.flags = 0x1003});
+  REQUIRE(error(with_table(mesh, {0}, 1)).empty());
+  REQUIRE(error(with_table(mesh + mesh, {0, mesh.size()}, 2), 1).empty());
+  // Tables that are missing, too long, lead nowhere, or not to the first mesh: whichever mesh is asked for.
+  for (const long index : {0L, 1L})
+    for (const std::string& bytes :
+         {mesh, with_table(mesh, {}, 0x7fffffff), with_table(mesh, {0}, 0),
+          with_table(mesh, {0, std::uint64_t{1} << 60}, 2), with_table(mesh + mesh, {4, mesh.size()}, 2),
+          with_table(mesh + mesh, {mesh.size(), 0}, 2), with_table(mesh + mesh, {0, 0}, 2),
+          with_table(mesh + mesh, {0, 2 * mesh.size() + 1}, 2)})
+      CHECK_THAT(error(bytes, index), Catch::Contains("table of meshes"));
+  CHECK_THAT(error(with_table(mesh + mesh, {0, mesh.size() + 1}, 2)), Catch::Contains("bytes follow their end"));
+  CHECK_THAT(error(with_table(mesh + mesh, {0, mesh.size() - 1}, 2)), Catch::Contains("end early"));
+  // The last four bytes of the stream are its checksum.
+  std::string sum = mesh;
+  sum.back() = static_cast<char>(sum.back() ^ 1);
+  CHECK_THAT(error(with_table(sum, {0}, 1)), Catch::Contains("incorrect data check"));
+  // Cut anywhere, or with any byte of the table wrong.
+  const std::string whole = with_table(mesh + mesh, {0, mesh.size()}, 2);
+  for (std::size_t size = 0; size < whole.size(); ++size)
     CHECK_THAT(error(whole.substr(0, size)), Catch::Contains("bad.serialized: "));
+  for (std::size_t at = 2 * mesh.size(); at < whole.size(); ++at) {
+    std::string wrong = whole;
+    wrong[at] = static_cast<char>(wrong[at] + 1);
+    CHECK_THAT(error(wrong) + error(wrong, 1), Catch::Contains("bad.serialized: "));
+  }
 }
 
 TEST_CASE("further properties of a PLY file are attributes, called as Mitsuba calls them") {

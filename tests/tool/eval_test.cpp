@@ -194,6 +194,11 @@ TEST_CASE("itn eval says what is wrong with a data set or a run") {
   small.network("itn", 2, 32);
   fails({"eval", small.set, small.folder / "itn", "-o", report}, 3, "32 x 32 pixels");
   itn::Manifest set = itn::read_manifest(small.set);
+  // No derivative by the material: the file is wrong for it, not the command line.
+  itn::Manifest white = set;
+  white.images.front().albedo = 0;
+  itn::write_manifest(small.set, white);
+  fails({"eval", small.set, small.folder / "rn", "-o", report, "--images", "1", "--inversions", "0"}, 3, "albedo is 0");
   set.complete = false;
   itn::write_manifest(small.set, set);
   fails({"eval", small.set, small.folder / "rn", "-o", report}, 3, "complete");

@@ -430,6 +430,31 @@ TEST_CASE("itn invert finds a texture texel by texel, goes on where it was, and 
   }
 }
 
+TEST_CASE("a folder that another method or command has filled is no place for an inversion") {
+  const TemporaryFolder folder;
+  target_in(folder);
+  const auto refused = [&](const std::string& file, const std::string& text, const std::string& words) {
+    for (const char* method : {"gauss-newton", "adam", "posterior"}) {
+      if (words.find(method) != std::string::npos) continue;
+      std::filesystem::remove_all(folder / "fit");
+      std::filesystem::create_directory(folder / "fit");
+      itn::write_file(folder / ("fit/" + file), text);
+      const Result result = run_itn(invert(folder, {"--method", method, "--iterations", "1"}));
+      CAPTURE(file, method, result.error);
+      CHECK(result.exit_code == 2);
+      CHECK_THAT(result.error, Catch::Contains(words) && Catch::Contains("another folder"));
+      CHECK(itn::read_file(folder / ("fit/" + file)) == text);
+    }
+  };
+  const auto state = [](const std::string& schema) { return "{\"schema\": \"" + schema + "\", \"request\": {}}"; };
+  refused("state.json", state("itn.invert.posterior.state/1"), "holds an inversion by method posterior");
+  refused("state.json", state("itn.invert.state/3"), "holds an inversion by method gauss-newton or adam");
+  refused("state.json", state("itn.invert.textures.state/3"), "holds an inversion of textures");
+  refused("manifest.json", "{}", "holds a data set");
+  refused("run.json", "{}", "holds a training");
+  refused("result.json", "{\"schema\": \"itn.eval/1\"}", "holds an evaluation");
+}
+
 TEST_CASE("itn invert --method posterior needs no start, always answers, and keeps renderings for the next photo") {
   const TemporaryFolder folder;
   target_in(folder);

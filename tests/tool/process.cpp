@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -47,6 +48,10 @@ Process::Process(const std::vector<std::string>& arguments, const Options& optio
     signal(SIGHUP, SIG_DFL);  // as from a terminal, whatever (nohup) the tests were started by
     for (const int descriptor : options.closed) close(descriptor);
     for (const auto& [name, value] : options.environment) setenv(name.c_str(), value.c_str(), 1);
+    for (const auto& [resource, most] : options.limits) {
+      const rlimit limit{most, most};
+      setrlimit(static_cast<__rlimit_resource>(resource), &limit);
+    }
     if (options.ordinary_user && geteuid() == 0 && (setgid(65534) != 0 || setuid(65534) != 0)) _exit(127);
     fexecve(binary, argv.data(), environ);
     _exit(127);

@@ -2,6 +2,7 @@
 #pragma once
 #include <sys/types.h>
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <string>
@@ -22,6 +23,7 @@ class Process {
     bool ordinary_user = false;                        // give up root, which may write anywhere
     std::string output_file{};                         // standard output goes there instead of Result::output
     std::vector<int> closed{};                         // standard files that are not open
+    std::map<int, std::uint64_t> limits{};             // of setrlimit(), both
   };
 
   Process(const std::vector<std::string>& arguments, const Options& options);

@@ -229,7 +229,9 @@ TEST_CASE("itn train goes on only with the same question, and a folder has one w
   REQUIRE(run_itn(train(set.folder, run, {"--epochs", "1"}), one_thread).exit_code == 0);
   refuses(train(set.folder, run, {"--epochs", "2"}), 2, "another epochs (1, now 2)");
   refuses(train(set.folder, run, {"--epochs", "1", "--seed", "3"}), 2, "another seed (0, now 3)");
+  setenv("ITN_FORCE_THREADS", "1", 1);  // whatever cores there are
   refuses(train(set.folder, run, {"--epochs", "1", "--threads", "7"}), 2, "another threads");
+  unsetenv("ITN_FORCE_THREADS");
   refuses(train(set.folder, run, {"--epochs", "1", "--init", run}), 2, "another init");
   itn::write_file(run + "/run.json", "{");
   refuses(train(set.folder, run, {"--epochs", "1"}), 3, "run.json: not a training");

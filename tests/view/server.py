@@ -122,16 +122,21 @@ class Server(unittest.TestCase):
     def test_what_is_no_value_is_told(self):
         before = self.view.tell("/set", {})["revision"]
         name = "skin.sigma_t"
-        for body in ({name: -1}, {name: "8"}, {name: None}, {name: {}}, {"no.such": 1}, {name: [1]}, [1], "text", 5):
+        for body in ({name: -1}, {name: "8"}, {name: None}, {name: {}}, {"no.such": 1}, {name: [1]}, [1], "text", 5,
+                     [], True, {name: True}, {name: 1e300}, {name: 1e31}, {name: -1e300}):
             code, _, text = self.view.ask("/set", body)
             self.assertEqual(code, 400, body)
             self.assertIn("error", json.loads(text))
-        for body in (b"", b"{", b"{\"a\": 1e999}", b"[" * 60000, b"\xff\xfe"):
-            self.view.connection.request("POST", f"/{self.view.token}/set", body)
-            answer = self.view.connection.getresponse()
-            answer.read()
-            self.assertEqual(answer.status, 400, body[:20])
-        for body in ({"derivative": "no.such"}, {"fit": [name]}, {"fit": "x"}, {"exposure": {}}, {"derivative": 3}):
+        twice = f'{{"{name}": 5, "{name}": 6}}'.encode()
+        for path in ("/set", "/look"):
+            for body in (b"", b"{", b"{\"a\": 1e999}", b"[" * 60000, b"\xff\xfe", b"[]", b"null", twice,
+                         b'{"exposure": 1, "exposure": 2}', b"{} {}"):
+                self.view.connection.request("POST", f"/{self.view.token}{path}", body)
+                answer = self.view.connection.getresponse()
+                self.assertIn("error", json.loads(answer.read()))
+                self.assertEqual(answer.status, 400, body[:20])
+        for body in ({"derivative": "no.such"}, {"fit": [name]}, {"fit": "x"}, {"exposure": {}}, {"derivative": 3},
+                     {"exposure": True}, {"exposure": "dark"}, {"exposure": None}, {"other": 1}, {"fit": []}):
             self.assertEqual(self.view.ask("/look", body)[0], 400, body)
         self.assertEqual(self.view.tell("/set", {})["revision"], before)
         self.assertEqual(self.view.ask("/nothing")[0], 404)
@@ -181,6 +186,22 @@ class Server(unittest.TestCase):
 
 
 class Ends(unittest.TestCase):
+    def test_the_file_with_the_token_is_for_its_owner_alone(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "view.json"
+            file.touch(0o644)
+            view = subprocess.Popen([ITN, "view", BALL, "--json", str(file), "--quiet"], stderr=subprocess.PIPE)
+            try:
+                for _ in range(600):
+                    if "address" in file.read_text():
+                        break
+                    time.sleep(0.05)
+                self.assertIn("http://127.0.0.1", json.loads(file.read_text())["address"])
+                self.assertEqual(file.stat().st_mode & 0o777, 0o600)
+            finally:
+                view.send_signal(signal.SIGINT)
+                view.communicate()
+
     def test_ctrl_c_ends_within_a_second_also_while_a_page_waits(self):
         with View(ITN, [BALL, "--spp", "4"]) as view:
             view.first_picture()

@@ -9,11 +9,13 @@
 #include <assimp/DefaultLogger.hpp>
 #include <assimp/Importer.hpp>
 #include <assimp/LogStream.hpp>
+#include <cctype>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <string_view>
 
 #include "runtime/base/child_process.h"
 #include "runtime/base/error.h"
@@ -67,12 +69,23 @@ class NotedFiles : public Assimp::DefaultIOSystem {
   Fingerprints& files_;
 };
 
-// What Assimp mends in silence, such as an index out of range.
+// Warnings about what is not read here: how a mesh looks, moves, is lit or seen, and what else stands in its file. All
+// others are about its shape: vertices or faces that are missing, left out or cut off.
+bool is_of_no_shape(std::string message) {
+  constexpr std::array harmless{"anim",  "bone", "camera",    "color",   "colour", "light", "material", "metadata",
+                                "pivot", "skin", "smoothing", "texture", "uv",     "video", "unit",     "axis"};
+  std::transform(message.begin(), message.end(), message.begin(), [](unsigned char c) { return std::tolower(c); });
+  return std::any_of(harmless.begin(), harmless.end(),
+                     [&](const char* word) { return message.find(word) != std::string::npos; });
+}
+
+// What Assimp mends in silence, such as an index out of range, or a file that ends early.
 class FirstError : public Assimp::LogStream {
  public:
   explicit FirstError(std::string& text) : text_(text) {}
   void write(const char* message) override {
-    if (text_.empty()) text_ = message;
+    const std::string_view text(message);
+    if (text_.empty() && !(text.starts_with("Warn") && is_of_no_shape(message))) text_ = message;
   }
 
  private:
@@ -88,7 +101,7 @@ MeshFile import(const std::string& file) {
   MeshFile result;
   std::string error;
   Assimp::DefaultLogger::create("", Assimp::Logger::NORMAL, 0);
-  Assimp::DefaultLogger::get()->attachStream(new FirstError(error), Assimp::Logger::Err);
+  Assimp::DefaultLogger::get()->attachStream(new FirstError(error), Assimp::Logger::Err | Assimp::Logger::Warn);
   Assimp::Importer importer;
   importer.SetIOHandler(new NotedFiles(result.files));
   // Identical corners become one vertex again, so that normals computed later are smooth across faces.

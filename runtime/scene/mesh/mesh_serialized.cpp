@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <string_view>
 
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
@@ -23,7 +24,7 @@ constexpr std::uint64_t most_of_deflate = 1032;  // bytes that a compressed one 
 enum Flags : std::uint32_t { has_normals = 1, has_texcoords = 2, has_colours = 8, double_precision = 0x2000 };
 
 template <class T>
-T read_at(const std::string& bytes, std::size_t at) {
+T read_at(std::string_view bytes, std::size_t at) {
   T value;
   std::memcpy(&value, bytes.data() + at, sizeof value);
   return value;
@@ -46,8 +47,8 @@ class Inflater {
     while (stream_.avail_out > 0) {
       const int state = inflate(&stream_, Z_NO_FLUSH);
       if (state == Z_OK || (state == Z_STREAM_END && stream_.avail_out == 0)) continue;
-      fail(fmt::format("the compressed data are damaged or end early, after {} bytes; export the mesh again",
-                       stream_.total_out));
+      fail(fmt::format("the compressed data are damaged or end early, after {} bytes{}; export the mesh again",
+                       stream_.total_out, stream_.msg ? fmt::format(" ({})", stream_.msg) : ""));
     }
   }
   template <class T>
@@ -55,6 +56,20 @@ class Inflater {
     T value;
     read(&value, sizeof value);
     return value;
+  }
+
+  // Behind the last number: the stream has to end here, with the right checksum, and nothing may follow.
+  void end() {
+    char beyond = 0;
+    stream_.next_out = reinterpret_cast<Bytef*>(&beyond);
+    stream_.avail_out = 1;
+    const bool ended = inflate(&stream_, Z_NO_FLUSH) == Z_STREAM_END;
+    if (!ended || stream_.avail_out == 0 || stream_.avail_in > 0)
+      fail(fmt::format("the compressed data are damaged: {}; export the mesh again",
+                       stream_.msg              ? stream_.msg
+                       : stream_.avail_out == 0 ? "they hold more than the mesh"
+                       : !ended                 ? "they end early"
+                                                : "bytes follow their end"));
   }
 
   // Refuses what the file cannot hold.
@@ -97,28 +112,39 @@ void read_vertices(Inflater& in, std::uint32_t flags, std::uint64_t count, Place
   if (flags & has_colours) read_rows<Real>(in, count, colours);
 }
 
-// Where the mesh begins. The places stand before the number of meshes, the file's last word.
-std::size_t find_mesh(const std::string& bytes, const std::string& file, long index, int version) {
-  if (index == 0) return 0;
+// The mesh, from its header on. The places of all stand before their number, the file's last word; all are looked at,
+// whichever is asked for: a file that is cut has no table, or another.
+std::string_view find_mesh(std::string_view bytes, const std::string& file, long index, int version) {
   const std::size_t width = version == 3 ? sizeof(std::uint32_t) : sizeof(std::uint64_t);
-  const std::size_t count = read_at<std::uint32_t>(bytes, bytes.size() - sizeof(std::uint32_t));
+  const auto broken = [&](const std::string& what) {
+    return InputError(
+        fmt::format("{}: its table of meshes, at the end, is cut or wrong: {}; copy the whole file, or "
+                    "export it again",
+                    file, what));
+  };
   const std::size_t table_end = bytes.size() - sizeof(std::uint32_t);
-  if (count > table_end / width)
-    throw InputError(fmt::format("{}: its table of {} meshes is longer than the file; export it again", file, count));
-  if (static_cast<std::size_t>(index) >= count)
+  const std::size_t count = read_at<std::uint32_t>(bytes, table_end);
+  if (count == 0 || count > table_end / width) throw broken(fmt::format("{} meshes in {} bytes", count, bytes.size()));
+  if (index < 0 || static_cast<std::size_t>(index) >= count)
     throw InputError(fmt::format("{}: shape_index is {}; the file has {} meshes, from 0", file, index, count));
-  const std::size_t at = table_end - width * (count - static_cast<std::size_t>(index));
-  const std::uint64_t place = version == 3 ? read_at<std::uint32_t>(bytes, at) : read_at<std::uint64_t>(bytes, at);
-  if (place >= bytes.size() - header_size)
-    throw InputError(
-        fmt::format("{}: mesh {} begins at byte {} of {}; export it again", file, index, place, bytes.size()));
-  return place;
+  const std::size_t table = table_end - width * count;
+  const auto place = [&](std::size_t i) -> std::uint64_t {
+    if (i == count) return table;
+    const std::size_t at = table + width * i;
+    return version == 3 ? read_at<std::uint32_t>(bytes, at) : read_at<std::uint64_t>(bytes, at);
+  };
+  if (place(0) != 0) throw broken(fmt::format("mesh 0 begins at byte {}, need 0", place(0)));
+  for (std::size_t i = 0; i < count; ++i)
+    if (place(i) > table || place(i + 1) > table || place(i) + header_size > place(i + 1))
+      throw broken(fmt::format("mesh {} is from byte {} to {} of {}", i, place(i), place(i + 1), table));
+  const auto i = static_cast<std::size_t>(index);
+  return bytes.substr(place(i), place(i + 1) - place(i));
 }
 
-int read_version(const std::string& bytes, const std::string& file, std::size_t at) {
-  if (bytes.size() < at + header_size || read_at<std::uint16_t>(bytes, at) != 0x041c)
+int read_version(std::string_view bytes, const std::string& file) {
+  if (bytes.size() < header_size || read_at<std::uint16_t>(bytes, 0) != 0x041c)
     throw InputError(file + ": no .serialized mesh; need a file that Mitsuba or its exporters wrote");
-  const int version = read_at<std::uint16_t>(bytes, at + 2);
+  const int version = read_at<std::uint16_t>(bytes, 2);
   if (version != 3 && version != 4)
     throw InputError(fmt::format("{}: version {} of the format; need 3 or 4: export it as PLY", file, version));
   return version;
@@ -128,9 +154,9 @@ int read_version(const std::string& bytes, const std::string& file, std::size_t 
 
 PlacedMesh read_serialized(const std::string& file, long index) {
   const std::string bytes = read_file(file);
-  const std::size_t begin = find_mesh(bytes, file, index, read_version(bytes, file, 0));
-  const int version = read_version(bytes, file, begin);
-  Inflater in(std::string_view(bytes).substr(begin + header_size), file);
+  const std::string_view part = find_mesh(bytes, file, index, read_version(bytes, file));
+  const int version = read_version(part, file);
+  Inflater in(part.substr(header_size), file);
   const auto flags = in.read<std::uint32_t>();
   if (version == 4)
     for (std::size_t length = 0; in.read<char>() != 0; ++length)
@@ -148,6 +174,7 @@ PlacedMesh read_serialized(const std::string& file, long index) {
   else
     read_vertices<float>(in, flags, vertices, mesh);
   read_rows<std::uint32_t>(in, triangles, mesh.triangle);
+  in.end();
   check_mesh(mesh, file);
   return mesh;
 }

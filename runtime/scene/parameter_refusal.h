@@ -1,0 +1,13 @@
+// What is wrong with a value that somebody gives a parameter.
+#pragma once
+#include <string>
+
+#include "runtime/scene/parameters.h"
+
+namespace itn {
+
+// "got VALUE, need a number in RANGE", or that it is too large for the device's single precision, as any number of a
+// scene is above 1e30; empty: nothing is wrong.
+std::string refusal(const Parameter& parameter, double value);
+
+}  // namespace itn
