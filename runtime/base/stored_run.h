@@ -31,7 +31,7 @@ class StoredRun {
   // For whoever finds that what the file holds is damaged.
   [[noreturn]] void refuse() const;
 
-  // Of several ranks (cluster/ranks.h) the first writes, and not before all have read: all call this.
+  // Of several ranks (ranks.h) the first writes, and not before all have read: all call this.
   // The file becomes {"schema", "request"}, the members of `record` and a checksum, whole or not at all. indent: as
   // Json::dump().
   // Throws ResultError.

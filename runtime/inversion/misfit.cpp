@@ -368,9 +368,11 @@ ImageComparison compare_images(const std::vector<std::vector<Rendering>>& groups
   };
   for (std::size_t t = 0; t < targets.size(); ++t) {
     const std::array<double, 3> factors{exposures[t], exposures[t], exposures[t]};
-    Rendering of_noise;
+    Accumulation first_half, second_half;
     for (std::size_t g = 0; g < groups[t].size(); ++g)
-      accumulate(2 * g < groups[t].size() ? of_noise : images[t], groups[t][g]);
+      (2 * g < groups[t].size() ? first_half : second_half).add(groups[t][g]);
+    const Rendering& of_noise = first_half.rendering();
+    images[t] = second_half.rendering();
     if (is_black(of_noise.mean) || is_black(images[t].mean)) {  // without noise
       if (is_black(targets[t].value)) continue;
       ImageComparison nothing;

@@ -7,6 +7,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/random.h"
+#include "runtime/base/sample_index.h"
 #include "runtime/image/accumulation.h"
 #include "runtime/scene/parameter_kind.h"
 
@@ -165,9 +166,10 @@ Scene TextureInversion::scene_with(const std::vector<double>& x) const {
 int TextureInversion::iterations_of_repeat() const { return std::max(1, options_.iterations / 4); }
 
 int TextureInversion::first_sample(int repeat, int iteration) const {
-  if (repeat == 0) return iteration * options_.spp;
-  const int before = options_.iterations + (repeat - 1) * iterations_of_repeat();
-  return (before + iteration) * options_.spp + final_samples(options_);
+  const std::int64_t spp = options_.spp;
+  if (repeat == 0) return following_sample(0, iteration * spp);
+  const std::int64_t before = options_.iterations + (repeat - 1) * std::int64_t{iterations_of_repeat()};
+  return following_sample(0, (before + iteration) * spp + final_samples(options_));
 }
 
 const std::vector<TargetImage>& TextureInversion::targets_of(int repeat) {
@@ -200,7 +202,7 @@ std::vector<double> TextureInversion::gradient(const TextureInversionState& stat
                               [&](const std::vector<Rendering>& groups) {
                                 const double exposure = options_.exposure ? best_exposure(groups, targets[t]) : 1;
                                 losses.push_back(loss_gradient(groups, targets[t], exposure));
-                                return loss_weights(groups, targets[t], exposure);
+                                return loss_weights(groups, targets[t], exposure, false);
                               });
     const auto count = static_cast<double>(targets.size());
     for (std::size_t p = 0; p < unknowns_.size(); ++p) {
@@ -275,16 +277,17 @@ TextureImages TextureInversion::render(const TextureInversionState& state) const
     of_image.sensor = sensors_[t];
     of_image.seed = render_options_.seed + t;
     Renderer renderer(device_, scene, of_image);
-    Rendering& all = result.images.emplace_back();
-    int sample = options_.iterations * options_.spp;
+    Accumulation all;
+    int sample = following_sample(0, std::int64_t{options_.iterations} * options_.spp);
     for (const int samples : split_samples(final_samples(options_))) {
       groups[t].push_back(renderer.render(sample, samples));
-      accumulate(all, groups[t].back());
+      all.add(groups[t].back());
       sample += samples;
     }
     exposures.push_back(options_.exposure ? best_exposure(groups[t], targets_[t]) : 1);
     losses.push_back(loss_gradient(groups[t], targets_[t], exposures[t]));
-    for (float& v : all.mean) v = static_cast<float>(exposures[t] * static_cast<double>(v));
+    result.images.push_back(all.rendering());
+    for (float& v : result.images.back().mean) v = static_cast<float>(exposures[t] * static_cast<double>(v));
   }
   result.loss = mean_of(losses);
   result.comparison =
