@@ -14,7 +14,7 @@
 namespace itn {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 // Corners of a circle, whose chords lie a fifth of a percent of the radius inside where there are 48, and steps of a
 // spline from one control point to the next: fewer of many points, which are thin hairs.

@@ -8,13 +8,10 @@
 #include "runtime/scene/transform.h"
 
 namespace itn {
-namespace {
 
 std::array<float, 3> to_float(const Vec3& v) {
   return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
 }
-
-}  // namespace
 
 Extent Extent::empty() {
   constexpr double infinity = std::numeric_limits<double>::infinity();

@@ -1,6 +1,7 @@
 // Meshes while a scene is read, as exact far from the origin as about it: positions in single precision from an origin
 // in double.
 #pragma once
+#include <array>
 #include <vector>
 
 #include "runtime/scene/scene.h"
@@ -25,6 +26,8 @@ struct PlacedMesh : Mesh {
 // How far away things are over how large they are, from where on they are placed about an origin of their own. White
 // glass then loses less than 1e-5 of its light in a white furnace, and a medium in a rough boundary 1e-4.
 constexpr double far_away = 64;
+
+std::array<float, 3> to_float(const Vec3& v);
 
 // The middle of a box, to some digits, where it is far away; else (0, 0, 0).
 Vec3 own_origin(const Extent& box);

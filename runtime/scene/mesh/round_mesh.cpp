@@ -9,11 +9,7 @@
 namespace itn {
 namespace {
 
-constexpr double pi = std::numbers::pi;
-
-std::array<float, 3> to_float(const Vec3& v) {
-  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
-}
+using std::numbers::pi;
 
 // Two triangles between each pair of neighbours in a grid of rows and columns; of those that would have no area none.
 void add_strips(std::uint32_t rows, std::uint32_t columns, bool has_poles, Mesh& mesh) {
