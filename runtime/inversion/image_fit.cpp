@@ -13,9 +13,10 @@ namespace itn {
 namespace {
 
 constexpr std::array<int, 3> radii{1, 3, 8};
-constexpr std::size_t throws = 399;   // of signs
-constexpr double rare = 0.0025;       // such structure is not by chance: of 400 right scenes one is called wrong
-constexpr double tolerance = 0.15;    // of chi-square: noise is known no better
+constexpr std::size_t throws = 399;  // of signs
+constexpr double rare = 0.0025;      // such structure is not by chance: of 400 right scenes one is called wrong
+constexpr double tolerance = 0.15;   // of chi-square: noise is known no better
+constexpr double tolerance_of_many = 0.5;
 constexpr double sure = 3;            // standard errors
 constexpr double heaviest_tails = 3;  // standard error of chi-square, over that of normal noise
 
@@ -83,6 +84,11 @@ int ImageFit::size() const {
   return chi_square > 1 + range ? 1 : chi_square < 1 - range ? -1 : 0;
 }
 
+bool ImageFit::fits() const {
+  if (many_unknowns) return chi_square <= 1 + tolerance_of_many + sure * chi_square_stderr;
+  return looks_alike() && size() == 0;
+}
+
 ImageFit image_fit(const std::vector<WhiteResidual>& residuals, bool noise_known, std::uint64_t seed) {
   ImageFit fit;
   fit.noise_known = noise_known;
@@ -128,6 +134,10 @@ std::string words(const ImageFit& fit) {
   const std::string size = fit.noise_known
                                ? fmt::format("{:.3g} times the variance that the noise explains", fit.chi_square)
                                : std::string("of unknown noise");
+  if (fit.many_unknowns && fit.fits())
+    return fmt::format(
+        "The images found fit: what is left of the targets has {:.3g} times the variance of their noise.",
+        fit.chi_square);
   if (!fit.looks_alike())
     return fmt::format(
         "NOT a fit: what is left of the targets is no noise, neighbouring pixels are alike in it "
@@ -144,9 +154,10 @@ std::string words(const ImageFit& fit) {
 
 nlohmann::ordered_json to_json(const ImageFit& fit) {
   nlohmann::ordered_json json{{"fits", fit.fits()}};
-  json["chi_square"] = fit.noise_known ? nlohmann::ordered_json(fit.chi_square) : nlohmann::ordered_json();
+  json["chi_square"] =
+      fit.noise_known || fit.many_unknowns ? nlohmann::ordered_json(fit.chi_square) : nlohmann::ordered_json();
   json["chi_square_stderr"] =
-      fit.noise_known ? nlohmann::ordered_json(fit.chi_square_stderr) : nlohmann::ordered_json();
+      fit.noise_known || fit.many_unknowns ? nlohmann::ordered_json(fit.chi_square_stderr) : nlohmann::ordered_json();
   json["structure"] = fit.structure;
   json["chance"] = fit.chance;
   json["values"] = fit.values;

@@ -23,12 +23,15 @@ struct ImageFit {
   double structure = 0;                          // in standard deviations of what independent noise has
   double chance = 1;                             // how often independent noise has that much
   bool noise_known = false;                      // else chi_square says nothing
+  // Of textures and grids, whose values are as many as the pixels: iterations end long before neighbours know nothing
+  // of each other, and the values follow the noise, so that only what is left beyond it counts.
+  bool many_unknowns = false;
 
   // Neighbours know no more of each other than chance makes.
   bool looks_alike() const;
   // 1: what is left is larger than the noise; -1: smaller; 0: as large, or the noise is not known.
   int size() const;
-  bool fits() const { return looks_alike() && size() == 0; }
+  bool fits() const;
 };
 
 // Structure: the sum of products of all pixels (channel with channel) not farther apart than a radius, with a few

@@ -311,7 +311,7 @@ Misfit misfit_of(const std::vector<ComparedImage>& images, const ImageFit& fit, 
     if (square_of(images[t].white) > square_of(images[result.target].white)) result.target = t;
   const ComparedImage& worst = images[result.target];
   const FoundImage model(worst);
-  if (fit.size() < 0) return noise_misfit(worst, model, fit, result.target);
+  if (fit.size() < 0 && !fit.many_unknowns) return noise_misfit(worst, model, fit, result.target);
 
   double values = 0;
   for (const double v : worst.white.value) values += v != 0;
@@ -339,7 +339,8 @@ Misfit misfit_of(const std::vector<ComparedImage>& images, const ImageFit& fit, 
     result.share = cut;
   }
   // Neighbours know nothing of each other: it is noise, unless a fault explains most of it.
-  if (fit.looks_alike() && result.share < most_of_noise) return noise_misfit(worst, model, fit, result.target);
+  if (fit.looks_alike() && !fit.many_unknowns && result.share < most_of_noise)
+    return noise_misfit(worst, model, fit, result.target);
   if (result.kind.empty()) {
     const double along = share_along_edges(worst, model);
     result.kind = along > along_edges ? "edges" : "areas";
@@ -358,7 +359,7 @@ Misfit misfit_of(const std::vector<ComparedImage>& images, const ImageFit& fit, 
 
 ImageComparison compare_images(const std::vector<std::vector<Rendering>>& groups,
                                const std::vector<TargetImage>& targets, const std::vector<double>& exposures,
-                               bool found, double relative_noise, bool noise_known) {
+                               bool found, double relative_noise, bool noise_known, bool many_unknowns) {
   std::vector<Rendering> images(targets.size());
   std::vector<WhiteResidual> white;
   white.reserve(targets.size());  // whose places are told to others
@@ -385,6 +386,7 @@ ImageComparison compare_images(const std::vector<std::vector<Rendering>>& groups
     compared.push_back({images[t], factors, targets[t], white.back()});
   }
   ImageComparison result{image_fit(white, noise_known), {}};
+  result.fit.many_unknowns = many_unknowns;
   result.misfit = misfit_of(compared, result.fit, found, false);
   return result;
 }
@@ -392,8 +394,9 @@ ImageComparison compare_images(const std::vector<std::vector<Rendering>>& groups
 std::string misfit_words(const ImageComparison& comparison) {
   const ImageFit& fit = comparison.fit;
   return fmt::format("{}; the intervals do not hold.{}",
-                     fit.looks_alike() || fit.size() < 0 ? "what is left of the targets is not as large as their noise"
-                                                         : "the image found does not fit",
+                     !fit.many_unknowns && (fit.looks_alike() || fit.size() < 0)
+                         ? "what is left of the targets is not as large as their noise"
+                         : "the image found does not fit",
                      comparison.misfit.words.empty() ? "" : " " + comparison.misfit.words);
 }
 

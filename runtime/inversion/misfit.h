@@ -40,10 +40,10 @@ struct ImageComparison {
   Misfit misfit;
 };
 // groups: of each target two or more renderings of different samples; the first half of them tells the noise.
-// exposures: what each is multiplied by; found: they were not known.
+// exposures: what each is multiplied by; found: they were not known. many_unknowns: as of ImageFit.
 ImageComparison compare_images(const std::vector<std::vector<Rendering>>& groups,
                                const std::vector<TargetImage>& targets, const std::vector<double>& exposures,
-                               bool found, double relative_noise, bool noise_known);
+                               bool found, double relative_noise, bool noise_known, bool many_unknowns = false);
 
 // Of what does not fit: that it does not, and what it looks like.
 std::string misfit_words(const ImageComparison& comparison);

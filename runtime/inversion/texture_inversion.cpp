@@ -1,5 +1,7 @@
 #include "runtime/inversion/texture_inversion.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -43,7 +45,11 @@ std::uint64_t noise_seed(std::uint64_t seed) { return mixed_bits(seed ^ 0x6e6f69
 }  // namespace
 
 std::string words(const TextureImages& seen) {
-  return seen.fit() ? words(seen.comparison.fit) : misfit_words(seen.comparison);
+  if (seen.fit()) return words(seen.comparison.fit);
+  return fmt::format(
+      "{} (It has {:.3g} times the variance of the noise; where the loss still falls, more iterations or samples "
+      "help.)",
+      misfit_words(seen.comparison), seen.comparison.fit.chi_square);
 }
 
 double roughness_of(const VoxelGrid& values, bool all_around, double weight, double* gradient) {
@@ -290,8 +296,8 @@ TextureImages TextureInversion::render(const TextureInversionState& state) const
     for (float& v : result.images.back().mean) v = static_cast<float>(exposures[t] * static_cast<double>(v));
   }
   result.loss = mean_of(losses);
-  result.comparison =
-      compare_images(groups, targets_, exposures, options_.exposure, options_.relative_noise, options_.noise_known);
+  result.comparison = compare_images(groups, targets_, exposures, options_.exposure, options_.relative_noise,
+                                     options_.noise_known, true);
   return result;
 }
 

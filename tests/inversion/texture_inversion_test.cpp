@@ -81,6 +81,12 @@ TEST_CASE("a texture is found from one image of the surface that has it") {
   const TextureImages seen = inversion.render(state);
   CHECK(seen.images.size() == 1);
   CHECK(seen.loss.loss < 1e-3);
+  CHECK(seen.fit());
+  // A camera that looked beside is not made up for.
+  std::vector<TargetImage> beside = targets;
+  std::rotate(beside[0].value.begin(), beside[0].value.begin() + 6, beside[0].value.end());
+  TextureInversion of_beside(device(), floor_of(picture(grey)), {"wood.reflectance"}, {0}, beside, {}, options);
+  CHECK_FALSE(of_beside.render(state).fit());
 }
 
 TEST_CASE("a texture's standard errors cover the truth as often as they say, and unseen texels have none") {

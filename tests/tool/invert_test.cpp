@@ -137,12 +137,12 @@ TEST_CASE("itn invert says what a misfit looks like: a camera that stood beside,
     CHECK(result.exit_code == 1);
     return nlohmann::json::parse(result.output)["misfit"];
   };
-  // A pixel is 0.112 wide where the ball is.
+  // A pixel is 0.084 wide where the ball is.
   photo_of(R"(origin="0, 0, 5" target="0, 0, 0")", R"(origin="0.04, 0, 5" target="0.04, 0, 0")");
   const auto beside = misfit();
   CAPTURE(beside.dump());
   CHECK(beside["looks_like"] == "shift");
-  CHECK(std::fabs(beside["x"].get<double>()) == Approx(0.36).margin(0.1));
+  CHECK(beside["x"].get<double>() == Approx(-0.48).margin(0.13));
   CHECK(std::fabs(beside["y"].get<double>()) < 0.1);
   const auto loud = misfit({"--noise", "10"});
   CHECK(loud["looks_like"] == "noise_too_large");
@@ -400,9 +400,13 @@ TEST_CASE("itn invert finds a texture texel by texel, goes on where it was, and 
                                      "--json",       "-"};
   const Result result = run_itn(arguments);
   INFO(result.error);
-  REQUIRE(result.exit_code == 0);
+  REQUIRE(result.exit_code == 1);  // three iterations of two samples lead away from the truth
+  CHECK(result.error.find("not converged: the image found does not fit") != std::string::npos);
   const auto json = nlohmann::json::parse(result.output);
   CHECK(json["schema"] == "itn.invert/1");
+  CHECK(json["converged"] == false);
+  CHECK(json["fit"]["fits"] == false);
+  CHECK(json["textures"]["diffuse0.reflectance"]["uncertainty"]["holds"] == false);
   CHECK(json["iterations"] == 3);
   const auto& texture = json["textures"]["diffuse0.reflectance"];
   const itn::ExrImage found = itn::read_exr(texture["file"].get<std::string>());
@@ -418,7 +422,7 @@ TEST_CASE("itn invert finds a texture texel by texel, goes on where it was, and 
   const std::string lines = itn::read_file(folder / "fit/iterations.jsonl");
   CHECK(std::count(lines.begin(), lines.end(), '\n') == 3 + 4);  // and the repetitions
   const Result again = run_itn(arguments);                       // nothing left to do
-  REQUIRE(again.exit_code == 0);
+  REQUIRE(again.exit_code == 1);
   CHECK(nlohmann::json::parse(again.output)["loss"] == json["loss"]);
   CHECK(itn::read_file(folder / "fit/iterations.jsonl") == lines);
   for (const auto& [option, value] : {std::pair{"--starts", "2"}, {"--range", "skin.albedo.G=0.3,0.9"}}) {
