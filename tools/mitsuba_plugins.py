@@ -142,7 +142,7 @@ PLUGINS = [
     ('texture', 'bitmap', text('filename', 't.ppm'), '', '', 'reflectance'),
     ('texture', 'checkerboard', '', 'its colours are colours, not textures', '', 'reflectance'),
     ('texture', 'mesh_attribute', text('name', 'vertex_color'), '', SURFACES, 'reflectance'),
-    ('texture', 'volume', '<volume type="constvolume">' + number('value', 0.5) + '</volume>', '', MEDIA, 'reflectance'),
+    ('texture', 'volume', '<volume type="constvolume">' + number('value', 0.5) + '</volume>', 'of surfaces, not of lights', '', 'reflectance'),
     ('spectrum', 'uniform', number('value', 1), '', '', 'radiance'),
     ('spectrum', 'srgb', rgb('color'), '', '', 'radiance'),
     ('spectrum', 'd65', '', 'white, as in Mitsuba\'s rgb variants; around a texture it is refused', '', 'radiance'),

@@ -14,7 +14,7 @@ import numpy as np
 from . import _itn
 from .scene import Scene
 from .scene_arrays import Files, shown
-from .transform import Transform, attribute, numbers, words
+from .transform import Transform, matrix_of, numbers, words
 from .warning import tell
 
 # The tag of each plugin's element. What stands in several lists has the first's.
@@ -142,13 +142,12 @@ def _member(key: str, value: Any, path: str, ids: Counter, files: Files, inside:
         return f"<string name={name} value={quoteattr(text)}/>"
     if isinstance(value, Transform):
         return f"<transform name={name}>{value.xml()}</transform>"
+    if (matrix := matrix_of(value)) is not None:
+        return f"<transform name={name}>{Transform(matrix).xml()}</transform>"
     try:
-        given = attribute(value, "matrix")
-        found = numbers(value if given is None else given)
+        found = numbers(value)
     except (TypeError, ValueError):
         found = np.empty(0)
-    if found.size == 16:
-        return f"<transform name={name}>{Transform(found).xml()}</transform>"
     if found.size == 3:
         point, vector = key in _POINTS, key in _VECTORS or kind == "rawconstant"
         tag = "point" if point else "vector" if vector else "rgb"

@@ -198,7 +198,7 @@ class _Render(torch.autograd.Function):
 
 
 def render(scene: Scene, parameters: Mapping[str, torch.Tensor], spp: int = 0, seed: int | Sequence[int] = 0, *,
-           sensor: int = 0, operator: str = "full", independent: bool = True) -> torch.Tensor:
+           sensor: int | Mapping[str, Any] = 0, operator: str = "full", independent: bool = True) -> torch.Tensor:
     """The scene's image, (height, width, channels), as a function of some of its parameters.
 
     parameters: a tensor for each name: a number; a colour's three; a texture (height, width, channels) or a grid (depth,
@@ -242,7 +242,7 @@ class _ImageLoss(torch.autograd.Function):
 
 
 def image_loss(scene: Scene, parameters: Mapping[str, torch.Tensor], target: Any, spp: int = 16,
-               seed: int | Sequence[int] = 0, *, mask: Any = None, sensor: int = 0, operator: str = "full",
+               seed: int | Sequence[int] = 0, *, mask: Any = None, sensor: int | Mapping[str, Any] = 0, operator: str = "full",
                exposure: bool = False, mode: str = "automatic") -> torch.Tensor:
     """The mean squared difference between the scene's image and a target, value and gradient both unbiased.
 

@@ -22,7 +22,20 @@ def numbers(value: Any) -> np.ndarray:
     """As doubles: of numbers, lists, numpy, torch, Dr.Jit and Mitsuba."""
     if attribute(value, "detach") is not None:
         value = value.detach().cpu()
-    return np.asarray(value, np.float64)
+    return np.asarray(value).astype(np.float64)  # Dr.Jit's __array__ takes no type
+
+
+def matrix_of(value: Any) -> np.ndarray | None:
+    """4 x 4, of a matrix or of what has one, as Mitsuba's transformations; None: it is neither. Vectors of Dr.Jit have a
+    `matrix`, too, which is made of their components."""
+    for candidate in (value, attribute(value, "matrix")):
+        try:
+            found = numbers(candidate)
+        except (TypeError, ValueError):
+            continue
+        if found.size == 16:
+            return found.reshape(4, 4)
+    return None
 
 
 def words(value: Any) -> str:
@@ -56,11 +69,10 @@ class Transform:
         self._steps: tuple[str, ...] = ()
         self.matrix = np.eye(4)
         if matrix is not None:
-            given = attribute(matrix, "matrix")
-            self.matrix = numbers(matrix if given is None else given)
-            if self.matrix.size != 16:
-                raise _itn.UsageError(f"Transform: got an array of shape {self.matrix.shape}, need (4, 4)")
-            self.matrix = self.matrix.reshape(4, 4)
+            found = matrix_of(matrix)
+            if found is None:
+                raise _itn.UsageError(f"Transform: got {type(matrix).__name__}, need a matrix of 4 x 4, or what has one")
+            self.matrix = found
             self._steps = (f"<matrix value={quoteattr(words(self.matrix))}/>",)
 
     def _then(self, steps: tuple[str, ...], matrix: np.ndarray) -> Transform:

@@ -22,7 +22,7 @@ def texels(loaded):
 
 
 class Swizzling:
-    """As a vector of Dr.Jit: names that it does not know are a ValueError."""
+    """As a vector of Dr.Jit: names are components, or else a ValueError."""
 
     def __init__(self, *numbers):
         self.numbers = numbers
@@ -30,6 +30,8 @@ class Swizzling:
     def __getattr__(self, name):
         if name.startswith("__"):
             raise AttributeError(name)
+        if name == "matrix":
+            return [0] * 6
         raise ValueError(f"invalid swizzle: {name}")
 
     def __array__(self, dtype=None, copy=None):

@@ -25,20 +25,22 @@ def test_a_scene_that_no_path_lights_is_a_warning(tmp_path):
     with pytest.warns(itn.Warning, match="none of 64 paths found light") as told:
         assert not itn.render(dark, spp=4).image.any()
     assert told[0].filename == __file__
+
+
+def test_images_in_pytorch_warn_too(tmp_path):
     torch = pytest.importorskip("torch")
     import itn.torch as itn_torch
-    with pytest.warns(itn.Warning, match="found light"):
-        itn_torch.render(dark, {}, spp=4)
-    with pytest.warns(itn.Warning, match="found light"):
-        itn_torch.render(dark, {"diffuse0.reflectance" if "diffuse0.reflectance" in dark.parameters else next(
-            n for n in dark.parameters if n.endswith("reflectance")): torch.tensor([0.2, 0.4])}, spp=4)
+    dark = itn.load(write(tmp_path, HIDDEN % ("path", "")))
+    name = next(n for n in dark.parameters if n.endswith("reflectance"))
+    for values in (torch.tensor(0.2), torch.tensor([0.2, 0.4])):
+        with pytest.warns(itn.Warning, match="found light"):
+            itn_torch.render(dark, {name: values}, spp=4)
 
 
 def test_what_a_file_has_that_is_suspicious_is_a_warning(tmp_path):
+    text = (HIDDEN % ("aov", '<string name="aovs" value="dd:depth"/>')).replace('<integer name="max_depth" value="2"/>', "")
     with pytest.warns(itn.Warning, match="computes something else than radiance") as told:
-        scene = itn.load(write(tmp_path, HIDDEN % ("aov", '<string name="aovs" value="dd:depth"/>')).with_name("scene.xml")) \
-            if False else itn.load(write(tmp_path, (HIDDEN % ("aov", '<string name="aovs" value="dd:depth"/>')).replace(
-                '<integer name="max_depth" value="2"/>', "")))
+        scene = itn.load(write(tmp_path, text))
     assert told[0].filename == __file__ and scene.warnings
     with pytest.warns(itn.Warning, match="has no sensor"):
         itn.load_dict({"type": "scene", "light": {"type": "constant"}})

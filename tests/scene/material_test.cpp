@@ -391,7 +391,7 @@ TEST_CASE("faulty textures are refused") {
   folder.check_error(diffuse(text("filename", "t.png") + "\n" + text("wrap_mode", "tile")), 4,
                      {"\"tile\"", "\"repeat\""});
   folder.check_error("<bsdf type=\"diffuse\"><texture type=\"noise\" name=\"reflectance\"/></bsdf>", 2,
-                     {"\"volume\"", "\"bitmap\", \"checkerboard\" or \"mesh_attribute\""});
+                     {"\"volume\"", "\"bitmap\", \"checkerboard\", \"mesh_attribute\" or \"volume\""});
   ExrImage image{1, 1, {"R", "G", "B"}, {0.5f, 2.0f, 0.5f}, {}};
   write_exr(folder.path("t.exr"), image);
   folder.check_error("\n" + diffuse(text("filename", "t.exr")), 3, {"to 2", "[0, 1]"});

@@ -28,7 +28,7 @@ SPP_OF = {'rgb_sigma_t': 2048, 'null_constant': 512, 'dielectric_constant': 512,
           'lights_surfaces': 512, 'lights_medium': 256, 'lights_rough': 1024, 'lights_textured': 256, 'lights_inside': 512,
           'rayleigh': 512, 'tabulated': 512, 'mixtures': 512, 'thinlens': 256, 'irradiancemeter': 65536, 'distant': 65536,
           'grid_null': 256, 'grid_rgb': 512, 'grid_rough': 512, 'grid_inside': 256, 'grid_phase': 512, 'beams': 2048,
-          'blends': 128, 'masks': 128, 'bent_normals': 128}
+          'blends': 128, 'masks': 128, 'bent_normals': 128, 'fog_open': 512, 'volume_textures': 256}
 SPECTRAL_MIS = {'rgb_sigma_t'}
 PARTICLES = {'beams'}  # lights that no path finds
 CHANNEL_BY_CHANNEL = {'rgb_sigma_t_null', 'grid_rgb'}

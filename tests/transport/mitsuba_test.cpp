@@ -33,6 +33,7 @@ const std::vector<MitsubaScene> scenes = {
     {"cylinder_instances", 1024},
     {"dielectric_constant", 1024},
     {"distant", 65536},
+    {"fog_open", 4096},
     {"glass", 1024},
     {"grid_null", 1024},
     {"grid_phase", 4096},
@@ -63,6 +64,7 @@ const std::vector<MitsubaScene> scenes = {
     {"sunsky_rough_floor", 2048},
     {"tabulated", 4096},
     {"thinlens", 1024},
+    {"volume_textures", 1024},
 };
 
 // What these have, others above have too, in other company.
