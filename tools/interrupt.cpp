@@ -75,6 +75,18 @@ char abort_text[4096];
 // A driver that aborts: PoCL does where a file in its cache is damaged. Only what a signal handler may do.
 [[noreturn]] void on_abort(int) { end_with(device_failure_code, abort_text); }
 
+char fault_text[512];
+
+// A library that uses memory which it asked for and did not get, as oneDNN does.
+[[noreturn]] void on_fault(int) { end_with(failed_code, fault_text); }
+
+bool is_limited(__rlimit_resource resource) {
+  rlimit limit{};
+  return getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
+}
+
+std::atomic<bool> keeps_handlers{false}, keeps_fault{false};
+
 // An exception where none may pass: memory that ends while JSON is destroyed, for instance, or a thread that a library
 // cannot start before main().
 [[noreturn]] void on_terminate() {
@@ -139,8 +151,6 @@ void begin(int /*argc*/, char** /*argv*/, char** /*environment*/) {
 // Called before the constructors of the libraries that the program is linked with.
 __attribute__((section(".preinit_array"), used)) void (*const before_libraries)(int, char**, char**) = begin;
 
-std::atomic<bool> keeps_handlers{false};
-
 }  // namespace
 
 // In place of the C library's: PoCL asserts where a file in its cache is cut off, and by then LLVM, which it brings,
@@ -158,7 +168,8 @@ extern "C" int sigaction(int signal_number, const struct sigaction* action,  // 
                          struct sigaction* before) noexcept {
   constexpr std::array kept{SIGABRT, SIGALRM, SIGPROF, SIGBUS,  SIGHUP,  SIGINT, SIGPIPE,
                             SIGQUIT, SIGTERM, SIGUSR1, SIGUSR2, SIGXCPU, SIGXFSZ};
-  const bool keep = keeps_handlers && std::find(kept.begin(), kept.end(), signal_number) != kept.end();
+  const bool keep = (keeps_handlers && std::find(kept.begin(), kept.end(), signal_number) != kept.end()) ||
+                    (keeps_fault && signal_number == SIGSEGV);
   return __sigaction(signal_number, keep ? nullptr : action, before);
 }
 #endif
@@ -190,6 +201,13 @@ void watch_for_interrupt() {
   std::set_terminate(on_terminate);
   handle(SIGABRT, on_abort);
   handle(SIGBUS, on_abort);  // a file of the cache that is cut off
+  // Without such a limit a fault is the program's own, and ends it as faults do.
+  if (is_limited(RLIMIT_AS) || is_limited(RLIMIT_DATA)) {
+    std::snprintf(fault_text, sizeof fault_text, "itn: a library uses memory that it did not get (SIGSEGV)%s\n",
+                  limits_in_force().c_str());
+    handle(SIGSEGV, on_fault);
+    keeps_fault = true;
+  }
   set_handlers(on_signal);
   keeps_handlers = true;
 }

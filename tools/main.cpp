@@ -194,8 +194,8 @@ void limit_threads(std::string_view command) {
 
 int run_and_report(int argc, char** argv) {
   try {
-    limit_threads(argc > 1 ? argv[1] : "");
     if (argc > 1 && std::string_view(argv[1]) == "train") itn::tools::wait_asleep(argv);
+    limit_threads(argc > 1 ? argv[1] : "");
     std::vector<std::string> arguments(argv, argv + argc);
     ranks = itn::join_ranks(itn::tools::interrupt_flag());
     take_device(arguments);

@@ -1,7 +1,10 @@
 #include "runtime/scene/openvdb_file.h"
 
 #include <fmt/core.h>
+#include <openvdb/io/Archive.h>
 #include <openvdb/io/File.h>
+#include <openvdb/io/GridDescriptor.h>
+#include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Dense.h>
 
@@ -9,6 +12,7 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <type_traits>
 
@@ -91,7 +95,45 @@ bool with_type(const openvdb::GridBase& grid, const F& f) {
   return false;
 }
 
+// The library takes what is in its memory for what is behind a file's end, but for parts that are compressed.
+class WholeFile : public openvdb::io::Archive {
+ public:
+  // Where the last of the file's grids ends. Throws std::ios_base::failure: before that the file does.
+  std::int64_t end_of_grids(std::istream& in) {
+    readHeader(in);
+    std::int64_t end = 0;
+    if (!inputHasGridOffsets()) return end;
+    openvdb::MetaMap().readMeta(in);
+    for (std::int32_t left = readGridCount(in); left > 0; --left) {
+      openvdb::io::GridDescriptor grid;
+      grid.read(in);
+      end = std::max(end, grid.getEndPos());
+      grid.seekToEnd(in);
+    }
+    return end;
+  }
+  bool has_places() const { return inputHasGridOffsets(); }
+};
+
+void require_whole(const std::string& file) {
+  constexpr const char* cut = "ends before its grids do: copy the whole file";
+  std::ifstream in(file, std::ios::binary);
+  in.exceptions(std::ios::failbit | std::ios::badbit);
+  try {
+    WholeFile whole;
+    const std::int64_t end = whole.end_of_grids(in);
+    if (whole.has_places() && end > static_cast<std::int64_t>(in.seekg(0, std::ios::end).tellg()))
+      throw InputError(cut);
+    if (whole.has_places()) return;
+    in.seekg(0);
+    openvdb::io::Stream all(in, /*delayed*/ false);  // of grids one after another: by reading them
+  } catch (const std::ios_base::failure&) {
+    throw InputError(cut);
+  }
+}
+
 openvdb::GridBase::Ptr read_grid(const std::string& file, const std::string& name) {
+  require_whole(file);
   openvdb::io::File in(file);
   in.open(false);  // not read later, when the file may have changed
   std::string names;

@@ -100,6 +100,33 @@ TEST_CASE("meshes of foreign formats crash, hang and fill the memory in a proces
   CHECK(read_mesh(folder.path("t.off")).triangle.size() == 4);
 }
 
+TEST_CASE("what Assimp warns of is an error where it is about the shape: a mesh that is cut off") {
+  SceneFolder folder;
+  const auto facet = [](const char* corners) {
+    return "facet normal 0 0 0\nouter loop\n" + std::string(corners) + "endloop\nendfacet\n";
+  };
+  const std::string whole = "solid a\n" + facet("vertex 0 0 0\nvertex 0 1 0\nvertex 1 0 0\n") +
+                            facet("vertex 0 0 0\nvertex 1 0 0\nvertex 0 0 1\n") +
+                            facet("vertex 1 0 0\nvertex 0 1 0\nvertex 0 0 1\n") +
+                            facet("vertex 0 0 0\nvertex 0 0 1\nvertex 0 1 0\n");
+  folder.write("t.stl", whole + "endsolid a\n");
+  CHECK(read_mesh(folder.path("t.stl")).triangle.size() == 4);
+  int tried = 0;
+  for (std::size_t size = whole.size(); size > 200; size -= 11, ++tried) {
+    CAPTURE(size);
+    folder.write("cut.stl", whole.substr(0, size));
+    CHECK_THAT(refusal(folder, "cut.stl"), Contains("cut.stl: "));
+  }
+  CHECK(tried > 10);
+  // A texture that is not there says nothing of the shape.
+  folder.write("t.gltf", R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],"materials":[{"name":"unknown"}],
+"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],
+"bufferViews":[{"buffer":0,"byteLength":36}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}]})");
+  CHECK(read_mesh(folder.path("t.gltf")).triangle.size() == 1);
+}
+
 TEST_CASE("names that are no UTF-8, or hold control characters, are refused at loading") {
   SceneFolder folder;
   CHECK_THAT(folder.error_of("<medium type=\"homogeneous\" id=\"a\xff\"/>"), Contains("UTF-8"));

@@ -87,7 +87,7 @@ TEST_CASE(
   const itn::Manifest set = itn::read_complete_manifest(data);
   const itn::ExrImage image = itn::read_exr(data + "/" + set.images[0].file);
   // The image with its object, and the floor of another colour, some way to the side in a larger picture.
-  const auto said = [&](int width, int height, int left, int top, float floor, const Strings& more) {
+  const auto said = [&](int width, int height, int left, int top, float floor, const std::vector<std::string>& more) {
     const auto picture = [&](const std::vector<std::string>& prefixes, bool mask) {
       itn::ExrImage all{width, height, {"R", "G", "B"}, {}, {}};
       for (int y = 0; y < height; ++y)
@@ -112,7 +112,7 @@ TEST_CASE(
     itn::write_exr(folder / "photo.exr", picture({""}, false));
     itn::write_exr(folder / "flash.exr", picture({"", "flash."}, false));
     itn::write_exr(folder / "mask.exr", picture({}, true));
-    Strings command{
+    std::vector<std::string> command{
         "predict", run, folder / "photo.exr", "--flash", folder / "flash.exr", "--mask", folder / "mask.exr",
         "--json",  "-"};
     command.insert(command.end(), more.begin(), more.end());
@@ -127,7 +127,7 @@ TEST_CASE(
   CHECK(10 * there["sigma_t.G"]["value"].get<double>() ==
         Approx(here["sigma_t.G"]["value"].get<double>() * set.mm_per_unit).epsilon(1e-5));
 
-  const auto refusal = [&](const Strings& arguments) {
+  const auto refusal = [&](const std::vector<std::string>& arguments) {
     const Result result = run_itn(arguments);
     CHECK(result.exit_code == 2);
     return result.error;
