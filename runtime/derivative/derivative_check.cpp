@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "runtime/base/error.h"
@@ -103,7 +104,7 @@ void run_check(const Device& device, const Scene& scene, const RenderOptions& op
   check.op = options.op;
   constexpr int batches = DerivativeCheck::batches;
   const int spp = options.spp ? options.spp : sensor.spp;
-  const int batch_spp = (spp - 1) / batches + 1;
+  const int batch_spp = std::min((spp - 1) / batches + 1, std::numeric_limits<int>::max() / batches);
   check.spp = batch_spp * batches;
   const std::size_t pixels = static_cast<std::size_t>(check.width) * static_cast<std::size_t>(check.height);
   const auto channels = static_cast<std::size_t>(check.channels);

@@ -1,11 +1,30 @@
 // Renderings of different samples of one image become one.
 #pragma once
+#include <vector>
+
 #include "runtime/image/rendering.h"
 
 namespace itn {
 
-// Mean and standard error of all samples of both, up to rounding as if they had been rendered at once. Both are of the
-// same film and derivatives; a `sum` without samples becomes the part.
-void accumulate(Rendering& sum, const Rendering& part);
+class Accumulation {
+ public:
+  // Of the same film and derivatives as those before.
+  void add(const Rendering& part);
+
+  // Mean and standard error of all samples so far, up to rounding as if they had been rendered at once: however many
+  // parts there are, one rounding of each value. Of no part: spp 0.
+  const Rendering& rendering() const { return sum_; }
+
+ private:
+  // Of samples so far. Floats would stop moving where a part's share of the mean is below their last digit.
+  struct Moments {
+    double mean = 0, squares = 0;  // squares: sum of squared distances from the mean
+  };
+
+  void add(Image& sum, const Image& part, std::vector<Moments>& moments, double n, double m) const;
+
+  Rendering sum_;
+  std::vector<std::vector<Moments>> moments_;  // of the image and its derivatives, a value each
+};
 
 }  // namespace itn

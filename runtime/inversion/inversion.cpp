@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/base/sample_index.h"
+
 namespace itn {
 namespace {
 
@@ -86,7 +88,7 @@ InversionStep Inversion::advance(InversionState& state) {
   step.spp = state.spp;
   step.x = state.x;
   const int first = state.next_sample;
-  state.next_sample += state.spp;
+  state.next_sample = following_sample(first, state.spp);
   if (options_.method == InversionOptions::Method::adam) {
     adam(model_.render_groups(state.x, first, state.spp), state, step);
   } else {
@@ -183,7 +185,8 @@ Inversion::Conclusion Inversion::conclude(const InversionState& state) {
   else
     take_reference(state.x, state.next_sample, concluding_spp);
   result.references = references_;
-  result.images = model_.render(state.x, state.next_sample + concluding_spp, std::max(concluding_spp, state.spp));
+  result.images =
+      model_.render(state.x, following_sample(state.next_sample, concluding_spp), std::max(concluding_spp, state.spp));
   const LeastSquares equations =
       least_squares(result.images, targets_, references_, model_.coordinates(), state.x, options_.white_balance);
   for (std::size_t t = 0; t < targets_.size(); ++t)

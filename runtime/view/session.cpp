@@ -8,7 +8,6 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/seconds_since.h"
-#include "runtime/image/accumulation.h"
 #include "runtime/inversion/forward_model.h"
 
 namespace itn {
@@ -301,7 +300,7 @@ bool ViewSession::refine() {
   const auto start = std::chrono::steady_clock::now();
   try {
     Renderer& renderer = renderer_of(derivatives, now_.revision, current_);
-    accumulate(groups_[next_group_], renderer.render(samples_, part_));
+    groups_[next_group_].add(renderer.render(samples_, part_));
   } catch (const Interrupted&) {
     throw;
   } catch (const std::runtime_error& error) {
@@ -317,7 +316,7 @@ bool ViewSession::refine() {
     part_ = std::min(2 * part_, static_cast<int>(fitting));
     if (options_.target) loss_.reset();
   }
-  const bool done = next_group_ == 0 && samples_ + groups > options_.spp;
+  const bool done = next_group_ == 0 && options_.spp - samples_ < groups;
   if (first || done || (next_group_ == 0 && (samples_ <= soon_shown || seconds_since(published_) > between_frames_s)))
     publish();
   return true;
@@ -403,12 +402,14 @@ bool ViewSession::look_for_step() {
 }
 
 void ViewSession::look_at_loss() {
+  std::vector<Rendering> groups;
+  for (const Accumulation& group : groups_) groups.push_back(group.rendering());
   try {
-    if (options_.exposure) exposure_ = best_exposure(groups_, *options_.target);
-    loss_ = loss_gradient(groups_, *options_.target, exposure_);
+    if (options_.exposure) exposure_ = best_exposure(groups, *options_.target);
+    loss_ = loss_gradient(groups, *options_.target, exposure_);
   } catch (const ResultError&) {  // a black image: no factor makes it the target
     exposure_ = 1;
-    loss_ = loss_gradient(groups_, *options_.target, exposure_);
+    loss_ = loss_gradient(groups, *options_.target, exposure_);
   }
 }
 
@@ -416,8 +417,10 @@ void ViewSession::publish() {
   auto frame = std::make_shared<ViewFrame>();
   frame->revision = now_.revision;
   frame->values = now_.values;
-  for (const Rendering& group : groups_)
-    if (group.spp > 0) accumulate(frame->image, group);
+  Accumulation all;
+  for (const Accumulation& group : groups_)
+    if (group.rendering().spp > 0) all.add(group.rendering());
+  frame->image = all.rendering();
   if (!problem_.empty()) frame->image = frame_->image;
   frame->problem = problem_;
   frame->derivative = problem_.empty() ? derivative_ : frame_->derivative;
@@ -427,7 +430,7 @@ void ViewSession::publish() {
   frame->exposure = exposure_;
   frame->step = step_;
   frame->step_note = step_note_;
-  frame->done = next_group_ == 0 && samples_ + static_cast<int>(groups_.size()) > options_.spp;
+  frame->done = next_group_ == 0 && options_.spp - samples_ < static_cast<int>(groups_.size());
   published_ = std::chrono::steady_clock::now();
   const std::lock_guard lock(mutex_);
   frame->number = frame_->number + 1;

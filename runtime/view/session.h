@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/image/accumulation.h"
 #include "runtime/inversion/inversion.h"
 #include "runtime/renderer.h"
 #include "runtime/scene/parameters.h"
@@ -147,7 +148,7 @@ class ViewSession {
   Wanted now_;
   Scene current_;
   std::list<Kept> kept_;  // the last that were used
-  std::vector<Rendering> groups_;
+  std::vector<Accumulation> groups_;
   std::size_t next_group_ = 0;
   int samples_ = 0, part_ = 1;  // of a pixel so far; of the next part
   double sample_s_ = 0;         // what a sample of all pixels takes

@@ -1,7 +1,8 @@
-// The film's sums in two floats each against sums in double precision: 10^5 samples a pixel lose no digits.
+// The film's sums in three floats each against sums in double precision: no number of samples loses digits.
 #include "runtime/wavefront/film.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <random>
 
 #include "runtime/renderer.h"
@@ -88,4 +89,58 @@ TEST_CASE("a render of 10^5 samples a pixel is the mean of its paths in double p
   device().download(wavefront.samples(), grey);
   for (const float x : grey) samples.insert(samples.end(), 3, x);
   check_sums(image, samples);
+}
+
+namespace {
+
+// Samples of three channels, those of `part` over and over, in launches of its length.
+Image repeated(const std::vector<float>& part, std::size_t times) {
+  Film film(device(), 1, 1, 3, false);
+  const cl::Buffer samples = device().upload(part, "samples");
+  const int count = static_cast<int>(part.size() / 3);
+  for (std::size_t i = 0; i < times; ++i) film.add(samples, 3, 0, 0, 1, count, i == 0);
+  std::vector<Image> images;
+  film.develop(static_cast<int>(times) * count, 1, images);
+  return images.front();
+}
+
+}  // namespace
+
+TEST_CASE("sums of 2^26 samples go on growing, and so does what is known of their noise") {
+  constexpr std::size_t count = 1 << 16, times = 1 << 10;
+  constexpr float step = 0x1p-20F;  // so little noise that it is less than what a float rounds off a square
+  std::vector<float> part;
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool even = i % 2 == 0;
+    part.insert(part.end(), {0.7F, even ? 1 : 1 + step, i % 8 == 0 ? 5.6F : 0.0F});
+  }
+  const Image image = repeated(part, times);
+  const double root = std::sqrt(static_cast<double>(count * times));
+  CHECK(image.mean[0] == 0.7F);
+  CHECK(image.stderr_[0] < 1e-9F / static_cast<float>(root));
+  CHECK(image.mean[1] == 1 + step / 2);
+  CHECK(image.stderr_[1] == Approx(static_cast<double>(step) / 2 / root).epsilon(1e-6));
+  CHECK(image.mean[2] == Approx(0.7F).epsilon(1e-7));
+  CHECK(image.stderr_[2] == Approx(0.7 * std::sqrt(7.0) / root).epsilon(1e-6));
+}
+
+TEST_CASE("what is added to a sum of 2^31 samples is not rounded off") {
+  // The sum before is one sample, which is taken off again in the end.
+  constexpr int count = 1 << 20;
+  std::vector<float> samples;
+  const auto add = [&](float times) { samples.insert(samples.end(), {0.7F * times, -0.3F * times, 1e-6F * times}); };
+  add(0x1p31F);
+  for (int i = 0; i < count - 2; ++i) add(1);
+  add(-0x1p31F);
+  const Image image = repeated(samples, 1);
+  const double part = (count - 2.0) / count;
+  CHECK(static_cast<double>(image.mean[0]) == Approx(static_cast<double>(0.7F) * part).epsilon(1e-7));
+  CHECK(static_cast<double>(image.mean[1]) == Approx(static_cast<double>(-0.3F) * part).epsilon(1e-7));
+  CHECK(static_cast<double>(image.mean[2]) == Approx(static_cast<double>(1e-6F) * part).epsilon(1e-7));
+}
+
+TEST_CASE("the error of samples whose squares are too large for a float is not 0") {
+  const Image image = repeated({1e20F, 1, 1, 2e20F, 1, 1}, 1);
+  CHECK(std::isinf(image.stderr_[0]));
+  CHECK(image.stderr_[1] == 0);
 }

@@ -58,12 +58,13 @@ TEST_CASE("renderings of different samples become the rendering of all") {
   RenderOptions how;
   how.derivatives = {"fog.sigma_t"};
   Renderer renderer(device(), scene, how);
-  Rendering sum;
+  Accumulation parts;
   int first = 0;
   for (const int samples : {1, 1, 2, 4, 24}) {
-    accumulate(sum, renderer.render(first, samples));
+    parts.add(renderer.render(first, samples));
     first += samples;
   }
+  const Rendering& sum = parts.rendering();
   const Rendering whole = rendered(scene, 32, how.derivatives);
   CHECK(sum.spp == 32);
   CHECK(sum.paths == whole.paths);
@@ -72,6 +73,27 @@ TEST_CASE("renderings of different samples become the rendering of all") {
   check_same(sum.derivatives[0].mean, whole.derivatives[0].mean, 1e-4);
   CHECK(sum.mean_of_image[0] == Approx(whole.mean_of_image[0]));
   CHECK(sum.stderr_of_mean[0] == Approx(whole.stderr_of_mean[0]).epsilon(1e-3));
+}
+
+TEST_CASE("an image of 2^30 samples still moves by parts of eight") {
+  Rendering part;
+  part.width = part.height = part.channels = 1;
+  part.mean = {0.5F};
+  part.stderr_ = {0};
+  part.mean_of_image = {0.5};
+  part.stderr_of_mean = {0};
+  part.spp = 1 << 30;
+  Accumulation all;
+  all.add(part);
+  part.mean = {1.5F};
+  part.mean_of_image = {1.5};
+  part.spp = 8;
+  constexpr int parts = 1 << 16;
+  for (int i = 0; i < parts; ++i) all.add(part);
+  const double n = 0x1p30, m = 8.0 * parts, mean = 0.5 + m / (n + m);
+  CHECK(all.rendering().mean[0] == static_cast<float>(mean));
+  CHECK(all.rendering().mean_of_image[0] == Approx(mean).epsilon(1e-9));
+  CHECK(all.rendering().stderr_[0] == Approx(std::sqrt(n * m / (n + m)) / (n + m)).epsilon(1e-5));
 }
 
 TEST_CASE("the image refines from one sample to as many as are asked for, and is that of render()") {

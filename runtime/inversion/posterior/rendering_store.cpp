@@ -12,6 +12,7 @@
 #include "runtime/base/file.h"
 #include "runtime/base/fingerprint.h"
 #include "runtime/base/json_text.h"
+#include "runtime/base/sample_index.h"
 #include "runtime/image/exr.h"
 
 namespace itn {
@@ -76,9 +77,9 @@ std::string RenderingStore::file(std::size_t index, std::size_t image) const {
 }
 
 int RenderingStore::next_sample() const {
-  int sum = 0;
-  for (const Entry& entry : entries_) sum += 2 * entry.spp;
-  return sum;
+  std::int64_t sum = 0;
+  for (const Entry& entry : entries_) sum += 2 * std::int64_t{entry.spp};
+  return following_sample(0, sum);
 }
 
 Exemplar RenderingStore::read(std::size_t index, const std::vector<NaturalRange>& ranges,
@@ -123,7 +124,7 @@ void RenderingStore::add(ForwardModel& model, const std::vector<double>& values,
   const int first = next_sample();
   Entry entry{values, spp, {}};
   const std::vector<Rendering> a = model.render_values(values, first, spp),
-                               b = model.render_values(values, first + spp, spp);
+                               b = model.render_values(values, following_sample(first, spp), spp);
   for (std::size_t t = 0; t < a.size(); ++t) {
     ExrImage image{a[t].width, a[t].height, {}, {}, {}};
     for (const char* half : halves) {
