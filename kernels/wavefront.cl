@@ -141,7 +141,7 @@ __kernel __attribute__((reqd_work_group_size(1, 1, 1))) void trace_paths(
   Launch launch = LAUNCH;
 #if ADJOINT
   launch.gradient +=
-      get_global_id(0) * (size_t)(2 * GRADIENT_SETS * SUMS_OF_A_SET); /* each work-item sums on its own */
+      get_global_id(0) * (size_t)(2 * launch.jobs->sets * SUMS_OF_A_SET); /* each work-item sums on its own */
 #if OWN_TEXELS
   launch.texel_gradient += get_global_id(0) * (size_t)(2 * OWN_TEXELS);
 #endif

@@ -1,5 +1,7 @@
 #include "runtime/gradient_renderer.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -7,12 +9,14 @@
 #include <limits>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
 
 #include "kernels/shared/declaration.h"
 #include "runtime/base/colour.h"
 #include "runtime/base/error.h"
 #include "runtime/base/parallel.h"
 #include "runtime/base/seconds_since.h"
+#include "runtime/base/wide_sums.h"
 #include "runtime/cluster/ranks.h"
 #include "runtime/compile/geometry.h"
 #include "runtime/scene/parameters.h"
@@ -21,9 +25,27 @@
 namespace itn {
 namespace {
 
-// Of the sums' 63 bits this many are for parts of what is summed in all; the others leave room for large derivatives.
-constexpr int bits_below_mass = 42;
-constexpr std::size_t sets = GRADIENT_SETS;
+// Of the sums' 63 bits this many are for parts of what 2^22 paths sum in all; the others leave room for large
+// derivatives. So a path has 20 bits on average: fewer would be rounded off systematically, where paths are alike.
+constexpr int bits_below_mass = 42, path_bits = 22;
+constexpr std::int64_t most_paths = std::int64_t{1} << path_bits;  // between two looks at the sums
+
+// The unit of sums of weight times derivative over so many paths; 0: everything is black or has no weight.
+double quantum_of(const std::vector<Rendering>& groups, const std::vector<std::vector<double>>& weights,
+                  std::int64_t paths) {
+  double mass = 0;
+  for (std::size_t g = 0; g < weights.size(); ++g)
+    for (std::size_t i = 0; i < weights[g].size(); ++i)
+      mass += std::fabs(weights[g][i] * static_cast<double>(groups[g].mean[i]));
+  if (mass == 0) return 0;
+  const int finer = paths > most_paths ? std::ilogb(static_cast<double>(paths - 1)) + 1 - path_bits : 0;
+  return std::ldexp(1, std::ilogb(mass) + 1 - bits_below_mass - finer);
+}
+
+void add_up(Ranks& ranks, WideSums& sums) {
+  add_up(ranks, sums.high());
+  add_up(ranks, sums.low());
+}
 
 }  // namespace
 
@@ -97,71 +119,70 @@ struct GradientRenderer::State {
     return {at * channels() + channel, static_cast<double>(scale)};
   }
 
-  // Of each group and pixel the weight of a sample in each channel of radiance.
-  std::vector<double> pulls_of(const std::vector<Rendering>& groups,
-                               const std::vector<std::vector<double>>& weights) const {
-    std::vector<double> pulls;
-    for (std::size_t g = 0; g < groups.size(); ++g) {
-      const auto image_channels = static_cast<std::size_t>(groups[g].channels);
-      for (std::size_t i = 0; i < weights[g].size(); i += image_channels)
-        for (std::size_t c = 0; c < channels(); ++c) {
-          double pull = 0;
-          if (image_channels == channels())
-            pull = weights[g][i + c];
-          else if (image_channels == 1)
-            pull = weights[g][i] * luminance_weights[c];
-          else
-            for (std::size_t k = 0; k < image_channels; ++k) pull += weights[g][i + k];
-          pulls.push_back(pull / groups[g].spp);
-        }
-    }
+  // Of each pixel of a group the weight of a sample in each channel of radiance, in units of the sums.
+  std::vector<float> pulls_of(const Rendering& group, const std::vector<double>& weights, double quantum) const {
+    std::vector<float> pulls;
+    const auto image_channels = static_cast<std::size_t>(group.channels);
+    for (std::size_t i = 0; i < weights.size(); i += image_channels)
+      for (std::size_t c = 0; c < channels(); ++c) {
+        double pull = 0;
+        if (image_channels == channels())
+          pull = weights[i + c];
+        else if (image_channels == 1)
+          pull = weights[i] * luminance_weights[c];
+        else
+          for (std::size_t k = 0; k < image_channels; ++k) pull += weights[i + k];
+        pulls.push_back(static_cast<float>(pull / group.spp / quantum));
+      }
     return pulls;
   }
 
-  // One for each parameter.
-  std::vector<VoxelGrid> develop_texels(const std::int64_t* sums, double quantum) const {
+  // One for each parameter. sums: of each place a whole number.
+  template <class Sums>
+  std::vector<VoxelGrid> develop_texels(const Sums& sums, double quantum) const {
     std::vector<VoxelGrid> result(static_cast<std::size_t>(derivatives.images()));
     const auto of_texel = static_cast<std::size_t>(wavefront->texel_channels());
     for (const DifferentiatedTexture& texture : derivatives.textures) {
       const auto own = static_cast<std::size_t>(texture.shape.channels);
-      const std::int64_t* first = sums + static_cast<std::size_t>(texture.first_texel) * of_texel;
+      const std::size_t first = static_cast<std::size_t>(texture.first_texel) * of_texel;
+      const auto sum_at = [&](std::size_t i) { return sums(first + i); };
+      using Sum = decltype(sum_at(0));
       VoxelGrid& of = result[static_cast<std::size_t>(texture.image)];
       of = texture.shape;
       of.data.resize(texture.values() * own);
       if (texture.corners.empty()) {
-        develop_values(first, of_texel, own, quantum, of.data);
+        develop_values<Sum>(sum_at, of_texel, own, quantum, of.data);
         continue;
       }
-      std::vector<std::int64_t> total(texture.values() * of_texel);  // of a value at several corners
+      std::vector<Sum> total(texture.values() * of_texel);  // of a value at several corners
       for (std::size_t i = 0; i < texture.corners.size(); ++i)
         for (std::size_t c = 0; c < of_texel && texture.corners[i] >= 0; ++c)
-          total[static_cast<std::size_t>(texture.corners[i]) * of_texel + c] += first[i * of_texel + c];
-      develop_values(total.data(), of_texel, own, quantum, of.data);
+          total[static_cast<std::size_t>(texture.corners[i]) * of_texel + c] += sum_at(i * of_texel + c);
+      develop_values<Sum>([&](std::size_t i) { return total[i]; }, of_texel, own, quantum, of.data);
     }
     return result;
   }
 
   // sums: of_texel of each value; one number moves all channels of the radiance. Grids have millions.
-  static void develop_values(const std::int64_t* sums, std::size_t of_texel, std::size_t own, double quantum,
+  template <class Sum, class Sums>
+  static void develop_values(const Sums& sums, std::size_t of_texel, std::size_t own, double quantum,
                              std::vector<float>& values) {
     constexpr std::size_t block = 1 << 16;
     const std::size_t texels = values.size() / own;
     parallel_for((texels + block - 1) / block, [&](std::size_t k) {
       for (std::size_t i = k * block; i < std::min(texels, (k + 1) * block); ++i) {
-        std::array<std::int64_t, 3> total{};
-        for (std::size_t c = 0; c < of_texel; ++c) total[own == 1 ? 0 : c] += sums[i * of_texel + c];
+        std::array<Sum, 3> total{};
+        for (std::size_t c = 0; c < of_texel; ++c) total[own == 1 ? 0 : c] += sums(i * of_texel + c);
         for (std::size_t c = 0; c < own; ++c)
           values[i * own + c] = static_cast<float>(quantum * static_cast<double>(total[c]));
       }
     });
   }
 
-  WeighedDerivatives develop(const std::vector<std::int64_t>& sums, double quantum) const {
-    const std::size_t stride = sums.size() / sets;
-    if (sums[stride - 1] != 0)
-      throw ResultError("gradient: " + std::to_string(sums[stride - 1]) +
-                        " products are not finite, or too large to be summed");
-    std::vector<std::vector<double>> of_set(static_cast<std::size_t>(derivatives.images()), std::vector<double>(sets));
+  // Of each parameter the sum over the numbers that it moves. sum_of: of each of them its sum.
+  template <class SumOf>
+  std::vector<double> by_parameters(const SumOf& sum_of) const {
+    std::vector<double> result(static_cast<std::size_t>(derivatives.images()));
     std::size_t light_numbers = data.numbers.size();
     const auto first_field = light_numbers + static_cast<std::size_t>(std::count_if(
                                                  derivatives.derivatives.begin(), derivatives.derivatives.end(),
@@ -179,33 +200,50 @@ struct GradientRenderer::State {
                      : of_light    ? Number{light_numbers * channels() + c, factor * factor}
                                    : number(by, c);
           if (k > 0) n.index += static_cast<std::size_t>(k) * channels();
-          for (std::size_t s = 0; s < sets; ++s)
-            of_set[static_cast<std::size_t>(part.image)][s] +=
-                factor * quantum / n.scale * static_cast<double>(sums[s * stride + n.index]);
+          result[static_cast<std::size_t>(part.image)] += factor / n.scale * sum_of(n.index);
         }
       }
       light_numbers += of_light;
     }
-    WeighedDerivatives result;
-    const bool small = sensor.crop_width < 16 || sensor.crop_height < 8;
-    for (const std::vector<double>& parts : of_set) {
-      double sum = 0, square = 0;
-      std::array<double, GRADIENT_ROWS> of_row{};
-      std::array<double, GRADIENT_COLUMNS> of_column{};
-      for (std::size_t k = 0; k < sets; ++k) {
-        sum += parts[k];
-        of_row[k / GRADIENT_COLUMNS] += parts[k] / GRADIENT_COLUMNS;
-        of_column[k % GRADIENT_COLUMNS] += parts[k] / GRADIENT_ROWS;
-      }
-      for (std::size_t k = 0; k < sets; ++k) {
-        const double rest = parts[k] - of_row[k / GRADIENT_COLUMNS] - of_column[k % GRADIENT_COLUMNS] + sum / sets;
-        square += rest * rest;
-      }
-      result.value.push_back(sum);
-      result.stderr_.push_back(small ? std::numeric_limits<double>::infinity()
-                                     : std::sqrt(square * sets / ((GRADIENT_ROWS - 1.0) * (GRADIENT_COLUMNS - 1))));
-    }
     return result;
+  }
+
+  // What is summed: the gradient, or one of its contrasts.
+  struct Pull {
+    const std::vector<std::vector<double>>* weights;
+    double quantum, factor;
+    int contrast;
+  };
+
+  // sums: as of Wavefront::take_gradient
+  WeighedDerivatives develop(const WideSums& sums, const std::vector<Pull>& pulls) const {
+    const std::size_t sets = wavefront->contrast_sets(),
+                      stride = sums.size() / (GRADIENT_SETS + (pulls.size() - 1) * sets);
+    if (const double lost = sums.sum(stride - 1); lost != 0)
+      throw ResultError(fmt::format("gradient: {} products are not finite, or too large to be summed", lost));
+    WeighedDerivatives result;
+    result.value = by_parameters([&](std::size_t i) { return sums.sum(i, stride, GRADIENT_SETS); });
+    for (double& value : result.value) value *= pulls.front().quantum;
+    std::vector<double> variance(result.value.size());
+    for (std::size_t k = 1; k < pulls.size(); ++k)
+      for (std::size_t set = 0; set < sets; ++set) {
+        const std::size_t first = (GRADIENT_SETS + (k - 1) * sets + set) * stride;
+        const std::vector<double> of_set = by_parameters([&](std::size_t i) { return sums.sum(first + i); });
+        for (std::size_t p = 0; p < variance.size(); ++p)
+          variance[p] += pulls[k].factor * std::pow(pulls[k].quantum * of_set[p], 2);
+      }
+    // Differences of squares may be below 0.
+    for (const double v : variance)
+      result.stderr_.push_back(pulls.size() > 1 ? std::sqrt(std::max(v, 0.0))
+                                                : std::numeric_limits<double>::infinity());
+    return result;
+  }
+
+  // Adds what the device has summed by now; it goes on from 0.
+  void take_sums(WideSums& of_numbers, WideSums& of_texels) {
+    wavefront->look_at_texel_gradient([&](const std::int64_t* sums) { of_texels.add(sums, wavefront->texel_sums()); });
+    const std::vector<std::int64_t> sums = wavefront->take_gradient();
+    of_numbers.add(sums.data(), sums.size());
   }
 
   const Device& device;
@@ -260,48 +298,73 @@ WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<
     group_of.resize(traced.launches.size(), groups.size() - 1);
     first += samples;
   }
-  const std::vector<std::vector<double>> weight = weights(groups);
-  double mass = 0;
-  for (std::size_t g = 0; g < groups.size(); ++g)
-    for (std::size_t i = 0; i < weight[g].size(); ++i)
-      mass += std::fabs(weight[g][i] * static_cast<double>(groups[g].mean[i]));
-  if (mass == 0 && s.by_light)
+  const GradientWeights weight = weights(groups);
+  const std::int64_t paths = static_cast<std::int64_t>(pixels) * spp;
+  std::vector<State::Pull> pulls{{&weight.values, quantum_of(groups, weight.values, paths), 1, -1}};
+  if (pulls.front().quantum == 0 && s.by_light)
     throw ResultError(
         "gradient: what is to be weighed is black, so that nothing tells how exactly to sum derivatives by the light; "
         "take "
         "derivative images");
-  const double quantum = mass > 0 ? std::ldexp(1, std::ilogb(mass) + 1 - bits_below_mass) : 1;
-  const std::vector<double> pulls = s.pulls_of(groups, weight);
+  for (const GradientContrast& contrast : weight.contrasts)
+    pulls.push_back({&contrast.weights, quantum_of(groups, contrast.weights, paths), contrast.factor,
+                     static_cast<int>(pulls.size()) - 1});
+  for (State::Pull& pull : pulls)
+    if (pull.quantum == 0) pull.quantum = 1;
 
+  s.wavefront->begin_gradient(static_cast<int>(weight.contrasts.size()));
+  const bool wide = paths > most_paths;  // the same on all ranks
+  WideSums of_numbers, of_texels;
+  std::int64_t since = 0;
+  std::size_t shown = groups.size();  // the group whose pulls these are
+  std::vector<std::vector<float>> pulls_of_group(pulls.size());
   for (std::size_t l = 0; l < traced.launches.size(); ++l) {
     if (s.options.cancel && *s.options.cancel) throw Interrupted();
     const TracedLaunch& launch = traced.launches[l];
-    std::vector<float> of_launch;
-    for (const JobSlice& slice : launch.slices) {
-      const auto step = static_cast<std::size_t>(slice.pixel_step);
-      std::size_t pixel = group_of[l] * pixels + static_cast<std::size_t>(slice.first_pixel);
-      for (int i = 0; i < slice.pixels; ++i, pixel += step)
-        for (std::size_t c = 0; c < s.channels(); ++c)
-          of_launch.push_back(static_cast<float>(pulls[pixel * s.channels() + c] / quantum));
-    }
+    const std::size_t group = group_of[l];
+    if (std::exchange(shown, group) != group)
+      for (std::size_t k = 0; k < pulls.size(); ++k)
+        pulls_of_group[k] = s.pulls_of(groups[group], (*pulls[k].weights)[group], pulls[k].quantum);
     if (!traced.keep) s.wavefront->trace(launch.slices);
-    s.wavefront->replay(launch.slices, of_launch, launch.first_sample);
+    for (std::size_t k = 0; k < pulls.size(); ++k) {
+      if (pulls_of_group[k].empty()) continue;
+      std::vector<float> of_launch;
+      for (const JobSlice& slice : launch.slices)
+        for (int i = 0; i < slice.pixels; ++i) {
+          const auto pixel = static_cast<std::size_t>(slice.first_pixel + i * slice.pixel_step) * s.channels();
+          for (std::size_t c = 0; c < s.channels(); ++c) of_launch.push_back(pulls_of_group[k][pixel + c]);
+        }
+      s.wavefront->replay(launch.slices, of_launch, launch.first_sample, pulls[k].contrast);
+    }
+    for (const JobSlice& slice : launch.slices) since += std::int64_t{slice.pixels} * slice.samples;
+    if (since > most_paths) {
+      s.take_sums(of_numbers, of_texels);
+      since = 0;
+    }
     if (s.options.progress)
       s.options.progress(0.5 + 0.5 * static_cast<double>(l + 1) / static_cast<double>(traced.launches.size()));
   }
   std::vector<VoxelGrid> values;
-  s.wavefront->look_at_texel_gradient([&](const std::int64_t* sums) {
-    if (!s.options.ranks) {
-      values = s.develop_texels(sums, quantum);
-      return;
-    }
-    std::vector<std::int64_t> of_all(sums, sums + s.wavefront->texel_sums());
-    add_up(*s.options.ranks, of_all);
-    values = s.develop_texels(of_all.data(), quantum);
-  });
-  std::vector<std::int64_t> of_numbers = s.wavefront->take_gradient();
+  const double quantum = pulls.front().quantum;
+  if (wide) {
+    s.take_sums(of_numbers, of_texels);
+    if (s.options.ranks) add_up(*s.options.ranks, of_texels);
+    values = s.develop_texels([&](std::size_t i) { return of_texels.sum(i); }, quantum);
+  } else {
+    s.wavefront->look_at_texel_gradient([&](const std::int64_t* sums) {
+      if (!s.options.ranks) {
+        values = s.develop_texels([&](std::size_t i) { return sums[i]; }, quantum);
+        return;
+      }
+      std::vector<std::int64_t> of_all(sums, sums + s.wavefront->texel_sums());
+      add_up(*s.options.ranks, of_all);
+      values = s.develop_texels([&](std::size_t i) { return of_all[i]; }, quantum);
+    });
+    const std::vector<std::int64_t> sums = s.wavefront->take_gradient();
+    of_numbers.add(sums.data(), sums.size());
+  }
   if (s.options.ranks) add_up(*s.options.ranks, of_numbers);
-  WeighedDerivatives result = s.develop(of_numbers, quantum);
+  WeighedDerivatives result = s.develop(of_numbers, pulls);
   result.values = std::move(values);
   result.render_s = seconds_since(start);
   return result;

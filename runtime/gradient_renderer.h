@@ -4,6 +4,7 @@
 #pragma once
 #include <functional>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "runtime/renderer.h"
@@ -11,10 +12,8 @@
 namespace itn {
 
 struct WeighedDerivatives {
-  // One for each of RenderOptions::derivatives. Standard errors: from the spread of 32 sets of pixels, every eighth
-  // column of every fourth row each, less what sets of the same rows or columns have in common; what else differs
-  // between sets beside noise makes them too large (by the light, where there is hardly any noise, two to three times).
-  // Infinite where an image has fewer than 16 x 8 pixels.
+  // One for each of RenderOptions::derivatives. Standard errors are of as many degrees of freedom as there are pixels
+  // that count, up to 256 (fewer in scenes of hundreds of numbers). Infinite without contrasts.
   std::vector<double> value, stderr_;
   // Of parameters that are textures or grids (Parameter::has_values) value and stderr_ are those by the same addition
   // to all texels and channels, and here is the derivative by every texel or voxel, of the same size and channels and
@@ -24,9 +23,23 @@ struct WeighedDerivatives {
   double render_s = 0;
 };
 
-// Of groups of samples (their renderings, without derivatives) the weight of each value of each group's image:
-// [group][pixel and channel, as Image::mean].
-using GroupWeights = std::function<std::vector<std::vector<double>>(const std::vector<Rendering>& groups)>;
+// Other weights of the same values, with which every pixel's sum has mean 0 and a known share of the gradient's noise:
+// pixels being independent, the spread of such sums over sets of pixels tells the gradient's variance, and nothing is
+// held for single pixels, however many parameters there are.
+struct GradientContrast {
+  std::vector<std::vector<double>> weights;  // [group][pixel and channel]; of a group, empty: all are 0
+  double factor = 0;  // the variance is the sum over contrasts of factor times the sum's square, summed over sets
+};
+
+struct GradientWeights {
+  GradientWeights(std::vector<std::vector<double>> of_values) : values(std::move(of_values)) {}
+
+  std::vector<std::vector<double>> values;  // [group][pixel and channel, as Image::mean]
+  std::vector<GradientContrast> contrasts;  // for the standard error; none: it is not asked for
+};
+
+// From groups of samples (their renderings, without derivatives) what each value of each group's image is weighed with.
+using GroupWeights = std::function<GradientWeights(const std::vector<Rendering>& groups)>;
 
 class GradientRenderer {
  public:

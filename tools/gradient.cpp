@@ -12,6 +12,7 @@
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/base/inputs.h"
+#include "runtime/base/sample_index.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/cluster/ranks.h"
 #include "runtime/image/exr.h"
@@ -219,7 +220,8 @@ void run(GradientArguments options) {
     else
       renderer.emplace(device, scene, render_options);
     for (; repeat < options.repeats; ++repeat) {
-      const MeasuredLoss image = replay ? measure_loss(*replayer, repeat * spp, spp, targets[t], options.exposure)
+      const MeasuredLoss image = replay ? measure_loss(*replayer, following_sample(0, std::int64_t{repeat} * spp), spp,
+                                                       targets[t], options.exposure)
                                         : measure_loss(*renderer, 0, spp, targets[t], options.exposure, report);
       report(1);
       exposures.push_back(image.exposure);

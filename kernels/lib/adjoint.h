@@ -106,12 +106,10 @@ INLINE void add_lost(const Launch* launch, MASK mask) {
   if (lost) add_to_gradient(launch, SUMS_OF_A_SET - 1, popcount(lost));
 }
 
-/* The set of each path's pixel. */
-INLINE INT gradient_set(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots) {
-  const int width = launch->cameras[job->camera].crop_width;
-  const INT pixel = LOAD_INT(pool, PIXEL, slots);
-  const INT row = CAST_INT((CAST_REAL(pixel) + 0.5f) * (1.0f / (float)width));
-  return (row & (GRADIENT_ROWS - 1)) * GRADIENT_COLUMNS + ((pixel - row * width) & (GRADIENT_COLUMNS - 1));
+/* The set of each path's pixel: neighbours are in different ones (Knuth's multiplicative hash). */
+INLINE INT gradient_set(__global const JobRecord* job, const Pool* pool, INT slots) {
+  const UINT hash = AS_UINT(LOAD_INT(pool, PIXEL, slots)) * 0x9E3779B1u;
+  return job->first_set + (AS_INT(hash >> 24) & job->set_mask);
 }
 
 #if TEXEL_SUMS
@@ -203,7 +201,7 @@ INLINE void add_pulled_to_texels(const Launch* launch, uint bits, const Pulled* 
 INLINE void add_pulled(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
                        const Pulled* p, int model, INT first, const REAL uv[]) {
   Lanes at;
-  at.integer = gradient_set(launch, job, pool, slots) * SUMS_OF_A_SET + first * RADIANCE_CHANNELS;
+  at.integer = gradient_set(job, pool, slots) * SUMS_OF_A_SET + first * RADIANCE_CHANNELS;
   const uint bits = lane_bits(mask);
   UNROLL_FOR(int k = 0; k < SUMS; ++k)
     UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
@@ -213,7 +211,7 @@ INLINE void add_pulled(const Launch* launch, __global const JobRecord* job, cons
       FOR_EACH_LANE(l, bits) add_to_gradient(launch, at.i[l] + summed[k].at * RADIANCE_CHANNELS + c, sum.i[l]);
     }
 #if TEXEL_SUMS
-  if (uv) add_pulled_to_texels(launch, bits, p, model, first, uv);
+  if (uv && !job->contrast) add_pulled_to_texels(launch, bits, p, model, first, uv);
 #endif
   add_lost(launch, mask & p->beyond);
 }
@@ -222,7 +220,7 @@ INLINE void add_pulled(const Launch* launch, __global const JobRecord* job, cons
  * of parameter p. */
 INLINE void pull_light(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
                        int p, const REAL change[RADIANCE_CHANNELS]) {
-  const INT first = gradient_set(launch, job, pool, slots) * SUMS_OF_A_SET + FIRST_LIGHT_NUMBER + p * RADIANCE_CHANNELS;
+  const INT first = gradient_set(job, pool, slots) * SUMS_OF_A_SET + FIRST_LIGHT_NUMBER + p * RADIANCE_CHANNELS;
   Lanes at;
   at.integer = first;
   const uint bits = lane_bits(mask);

@@ -19,7 +19,7 @@ INLINE void add_to_pictures(const Launch* launch, __global const JobRecord* job,
   LongLanes sum[RADIANCE_CHANNELS];
   MASK beyond = (MASK)(0);
   number.integer = first + LIGHT_TINT_SLOT;
-  set.integer = gradient_set(launch, job, pool, slots) * SUMS_OF_A_SET;
+  set.integer = gradient_set(job, pool, slots) * SUMS_OF_A_SET;
   u.real = uv[0];
   v.real = uv[1];
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) sum[c].integer = rounded(x[c], &beyond);
@@ -30,7 +30,7 @@ INLINE void add_to_pictures(const Launch* launch, __global const JobRecord* job,
       const int at = number.i[l] + (THROUGHPUT_CHANNELS == 1 ? 0 : c);
       add_to_gradient(launch, set.i[l] + at * RADIANCE_CHANNELS + c, own[c]);
     }
-    add_to_texels(launch, number.i[l], (TexturePlace){u.f[l], v.f[l]}, own);
+    if (!job->contrast) add_to_texels(launch, number.i[l], (TexturePlace){u.f[l], v.f[l]}, own);
   }
   add_lost(launch, mask & (first >= 0) & beyond);
 }
@@ -58,7 +58,7 @@ INLINE void gather_light_texels(const Launch* launch, __global const JobRecord* 
 INLINE void gather_environment_texels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                                       MASK mask, const REAL weight[RADIANCE_CHANNELS], REAL3 direction) {
   __global const EnvironmentRecord* record = launch->environments + job->environment;
-  if (record->gradient < 0) return;
+  if (record->gradient < 0 || job->contrast) return;
   INT which[4];
   REAL share[4];
   envmap_pixels(record, environment_to_local(record, direction), which, share);

@@ -54,8 +54,7 @@ INLINE void add_to_voxels(const Launch* launch, __global const JobRecord* job, c
                           __global const FieldRecord* field, REAL3 place, const REAL x[RADIANCE_CHANNELS]) {
   const Voxels v = voxels_at(field, place);
   Lanes set;
-  set.integer =
-      gradient_set(launch, job, pool, slots) * SUMS_OF_A_SET + FIRST_VOXEL_NUMBER + field->sum * RADIANCE_CHANNELS;
+  set.integer = gradient_set(job, pool, slots) * SUMS_OF_A_SET + FIRST_VOXEL_NUMBER + field->sum * RADIANCE_CHANNELS;
   const uint bits = lane_bits(mask);
   __global uint* const sums = launch->texel_gradient + (size_t)field->gradient * (2 * TEXEL_CHANNELS);
   MASK beyond = (MASK)(0);
@@ -66,6 +65,7 @@ INLINE void add_to_voxels(const Launch* launch, __global const JobRecord* job, c
       LongLanes part;
       part.integer = rounded(v.share[k] * x[c], &beyond);
       all.integer += part.integer;
+      if (job->contrast) continue;
       FOR_EACH_LANE(l, bits) {
         if (part.i[l] == 0) continue;
         __global uint* sum = sums + (size_t)v.at[k].i[l] * (2 * TEXEL_CHANNELS) + 2 * c;

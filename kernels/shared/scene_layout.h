@@ -163,14 +163,17 @@ typedef struct {
   /* Replay: pixel p's weights of derivatives are at first_pull + (p - first_pixel) / pixel_step, one a channel. */
   int first_pull;
   int probe; /* of REPLAY_PROBES: which of the path's, from 0 */
+  /* Replay: a pixel's set is one of set_mask + 1 from first_set on, of `sets` that a work-item sums in, or all share. */
+  int sets, first_set, set_mask;
+  int contrast; /* 1: not to the sums by texels */
 } JobRecord;
 
-/* Gradients (lib/adjoint.h) are summed in sets of pixels of their own, whose spread tells their noise, as
- * [set][number][radiance channel]: the launch's numbers, then each parameter of the light, then each field, by all of its
- * voxels. */
-#define GRADIENT_ROWS 4
-#define GRADIENT_COLUMNS 8
-#define GRADIENT_SETS (GRADIENT_ROWS * GRADIENT_COLUMNS)
+/* Gradients (lib/adjoint.h) are summed in sets of pixels of their own, as [set][number][radiance channel]: the launch's
+ * numbers, then each parameter of the light, then each field, by all of its voxels. The first GRADIENT_SETS make up the
+ * gradient, so many that work-items that share them seldom wait for each other; those of contrasts, whose spread tells
+ * the noise (runtime/gradient_renderer.h), follow. */
+#define GRADIENT_SETS 32
+#define MOST_CONTRAST_SETS 256
 
 /* A run of paths of one job that one pool works off: the unit of load balancing. */
 typedef struct {

@@ -117,7 +117,6 @@ nb::dict weigh(const SceneObject& object, const Variant* variant, const std::vec
   });
   nb::dict result;
   result["gradient"] = named(names, sum.value);
-  result["gradient_stderr"] = named(names, sum.stderr_);
   result["values"] = arrays_of(key, sum.values);
   return result;
 }

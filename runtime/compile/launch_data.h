@@ -18,7 +18,7 @@ namespace itn {
 
 static_assert(sizeof(CameraRecord) == 160 && sizeof(MediumRecord) == 52 && sizeof(FieldRecord) == 168 &&
               sizeof(ShapeRecord) == 16 && sizeof(BsdfRecord) == 16 && sizeof(TextureRecord) == 56 &&
-              sizeof(JobRecord) == 152 && sizeof(ChunkRecord) == 16);
+              sizeof(JobRecord) == 168 && sizeof(ChunkRecord) == 16);
 
 // Where the records of a scene begin; its job knows first_number.
 struct SceneStart {

@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "runtime/base/error.h"
@@ -158,25 +161,142 @@ LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetIma
   return result;
 }
 
-std::vector<std::vector<double>> loss_weights(const std::vector<Rendering>& groups, const TargetImage& target,
-                                              double exposure) {
+namespace {
+
+// The gradient is a mean over pairs of different groups of h(i, j) = (T_i - I) dT_j = mean + u(i) + v(j) + s(i, j). Its
+// variance is linear / N + pairs / (N^2 - sum of n^2): of the u + v and the s, by N samples in groups of n. A contrast
+// is the sum of c(i, j) h(i, j) where the c, symmetric, add up to 0.
+struct PairContrast {
+  Eigen::MatrixXd c;
+  double linear = 0, pairs = 0;  // shares of the two in its variance
+
+  PairContrast(Eigen::MatrixXd weights, const Eigen::VectorXd& n) : c(std::move(weights)) {
+    linear = (c.rowwise().sum().array().square() / n.array()).sum();
+    pairs = n.cwiseInverse().dot(c.cwiseAbs2() * n.cwiseInverse());
+  }
+};
+
+Eigen::VectorXd signs(Eigen::Index count, unsigned pattern) {
+  return Eigen::VectorXd::NullaryExpr(
+      count, [&](Eigen::Index i) { return std::popcount(static_cast<unsigned>(i) & pattern) % 2 == 0 ? 1.0 : -1.0; });
+}
+
+// n(i) n(j) of pairs, times what is said of i and j.
+Eigen::MatrixXd of_pairs(const Eigen::VectorXd& n, const Eigen::MatrixXd& by) {
+  Eigen::MatrixXd c = (n * n.transpose()).cwiseProduct(by);
+  c.diagonal().setZero();
+  return c;
+}
+
+// Half of the groups against the others: sees u + v, and the s of pairs of one side.
+PairContrast of_groups(const Eigen::VectorXd& n, unsigned pattern) {
+  const Eigen::VectorXd partners = n.cwiseProduct((n.sum() - n.array()).matrix());
+  Eigen::VectorXd side = signs(n.size(), pattern);
+  side.array() -= partners.dot(side) / partners.sum();
+  const Eigen::RowVectorXd one = Eigen::RowVectorXd::Ones(n.size());
+  return {of_pairs(n, side * one + (side * one).transpose()), n};
+}
+
+// Pairs of one side against pairs of both: sees the s alone, since every group's pairs add up to 0.
+PairContrast of_pairs(const Eigen::VectorXd& n, unsigned pattern) {
+  const Eigen::VectorXd side = signs(n.size(), pattern);
+  const Eigen::MatrixXd together = side * side.transpose();
+  Eigen::MatrixXd equations = Eigen::VectorXd::Ones(n.size()) * n.transpose();
+  equations.diagonal() = n.sum() - n.array();
+  const Eigen::VectorXd rest = (together - Eigen::MatrixXd::Identity(n.size(), n.size())) * n;
+  const Eigen::VectorXd own = equations.partialPivLu().solve(rest);
+  const Eigen::RowVectorXd one = Eigen::RowVectorXd::Ones(n.size());
+  return {of_pairs(n, together - own * one - (own * one).transpose()), n};
+}
+
+// Of the gradient, from some of the groups: those suffice, since the variance of a sample is asked for.
+class LossContrasts {
+ public:
+  LossContrasts(const std::vector<Rendering>& groups, std::size_t pixels) {
+    constexpr int many_samples = 256;  // a pixel: pairs hardly count, and half of the samples tell the rest
+    constexpr Eigen::Index half = most_groups / 2, fewest = 4;
+    constexpr std::size_t wanted = 64, most = 3;  // pixels, and contrasts where there are fewer
+    Eigen::VectorXd n(static_cast<Eigen::Index>(groups.size()));
+    for (Eigen::Index g = 0; g < n.size(); ++g) n[g] = groups[static_cast<std::size_t>(g)].spp;
+    const double pairs = n.sum() * n.sum() - n.squaredNorm();
+    const auto repeats = static_cast<unsigned>(
+        std::min({most, std::max<std::size_t>(1, wanted / pixels), static_cast<std::size_t>(n.size() - 1)}));
+    const Eigen::Index of_linear = n.sum() < many_samples ? n.size() : std::min(half, n.size());
+    for (unsigned k = 0; k < repeats; ++k) {
+      const PairContrast linear = of_groups(n.head(of_linear), k + 1);
+      const double factor = 1 / n.sum() / linear.linear / repeats;  // the same for unequal groups but for a thousandth
+      contrasts_.push_back({0, linear.c, factor});
+      if (n.size() < fewest) continue;  // too few to tell them apart: on the high side, as a jackknife
+      const Eigen::Index first = fewest * (static_cast<Eigen::Index>(k) % (n.size() / fewest));
+      const PairContrast of = of_pairs(n.segment(first, fewest), k + 1);
+      contrasts_.push_back({first, of.c, (1 / pairs / repeats - factor * linear.pairs) / of.pairs});
+    }
+  }
+
+  // Of one value of the image. x: of each group less the target; adds to the weights at i.
+  void weigh(const std::vector<double>& x, double factor, std::size_t i, std::vector<GradientContrast>& result) const {
+    for (std::size_t k = 0; k < contrasts_.size(); ++k) {
+      const Contrast& contrast = contrasts_[k];
+      const Eigen::Index size = contrast.c.rows();
+      const Eigen::VectorXd y =
+          contrast.c * Eigen::Map<const Eigen::VectorXd>(x.data() + contrast.first, size) * factor;
+      for (Eigen::Index g = 0; g < size; ++g) result[k].weights[static_cast<std::size_t>(contrast.first + g)][i] = y[g];
+    }
+  }
+
+  std::vector<GradientContrast> empty(std::size_t groups, std::size_t values) const {
+    std::vector<GradientContrast> result;
+    for (const Contrast& contrast : contrasts_) {
+      GradientContrast& of = result.emplace_back();
+      of.factor = contrast.factor;
+      of.weights.resize(groups);
+      for (Eigen::Index g = 0; g < contrast.c.rows(); ++g)
+        of.weights[static_cast<std::size_t>(contrast.first + g)].resize(values);
+    }
+    return result;
+  }
+
+ private:
+  struct Contrast {
+    Eigen::Index first;  // group
+    Eigen::MatrixXd c;
+    double factor;
+  };
+
+  std::vector<Contrast> contrasts_;
+};
+
+}  // namespace
+
+GradientWeights loss_weights(const std::vector<Rendering>& groups, const TargetImage& target, double exposure,
+                             bool errors) {
   const auto channels = static_cast<std::size_t>(target.channels);
-  std::vector<std::vector<double>> weights(groups.size(), std::vector<double>(target.value.size()));
+  constexpr std::size_t least_groups = 3;
+  GradientWeights result(std::vector<std::vector<double>>(groups.size(), std::vector<double>(target.value.size())));
+  std::optional<LossContrasts> contrasts;
+  if (errors && groups.size() >= least_groups) {
+    contrasts.emplace(groups, target.weight.size());
+    result.contrasts = contrasts->empty(groups.size(), target.value.size());
+  }
   double all = 0;
   for (const float weight : target.weight) all += weight;
+  std::vector<double> of_groups(groups.size());
   for (std::size_t i = 0; i < target.value.size(); ++i) {
     const double weight = target.weight[i / channels] / (all * static_cast<double>(channels));
     if (weight == 0) continue;
+    const auto wanted = static_cast<double>(target.value[i]);
     PairSum pairs;
     for (const Rendering& group : groups) pairs.add(group.spp, exposure * static_cast<double>(group.mean[i]), 0);
     // 2 (product() - wanted mean_y()), of which each y is a factor
     for (std::size_t g = 0; g < groups.size(); ++g) {
       const double n = groups[g].spp, x = exposure * static_cast<double>(groups[g].mean[i]);
       const double others = (pairs.x - n * x) * n / (pairs.n * pairs.n - pairs.nn);
-      weights[g][i] = 2 * weight * exposure * (others - static_cast<double>(target.value[i]) * n / pairs.n);
+      result.values[g][i] = 2 * weight * exposure * (others - wanted * n / pairs.n);
+      of_groups[g] = x - wanted;
     }
+    if (contrasts) contrasts->weigh(of_groups, 2 * weight * exposure, i, result.contrasts);
   }
-  return weights;
+  return result;
 }
 
 double best_exposure(const std::vector<Rendering>& groups, const TargetImage& target, int channel) {

@@ -8,6 +8,7 @@
 #pragma once
 #include <vector>
 
+#include "runtime/gradient_renderer.h"
 #include "runtime/inversion/target_image.h"
 #include "runtime/renderer.h"
 
@@ -27,9 +28,10 @@ LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetIma
                            bool errors = true);
 
 // What each value of each group's image is weighed with, so that the sum of weight times derivative image is the
-// gradient of loss_gradient (but for rounding): GradientRenderer makes it from that without derivative images.
-std::vector<std::vector<double>> loss_weights(const std::vector<Rendering>& groups, const TargetImage& target,
-                                              double exposure = 1);
+// gradient of loss_gradient (but for rounding): GradientRenderer makes it from that without derivative images. errors:
+// false leaves the contrasts for the standard errors out, whose replays take about as long as the gradient's own.
+GradientWeights loss_weights(const std::vector<Rendering>& groups, const TargetImage& target, double exposure = 1,
+                             bool errors = true);
 
 // The exposure with the smallest loss, sum of w T I / sum of w T^2, with an unbiased denominator: of order 1 / (pixels
 // times samples) off. With it held fixed, loss_gradient is the gradient of the smallest loss (envelope theorem). Throws

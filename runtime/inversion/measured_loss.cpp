@@ -26,7 +26,7 @@ MeasuredLoss measure_loss(GradientRenderer& renderer, int first_sample, int spp,
       renderer.render(first_sample, split_samples(spp), [&](const std::vector<Rendering>& groups) {
         if (exposure) result.exposure = best_exposure(groups, target);
         result.loss = loss_gradient(groups, target, result.exposure, errors);
-        return loss_weights(groups, target, result.exposure);
+        return loss_weights(groups, target, result.exposure, errors);
       });
   result.loss.gradient = gradient.value;
   result.loss.gradient_stderr = gradient.stderr_;

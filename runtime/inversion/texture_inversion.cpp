@@ -7,6 +7,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/random.h"
+#include "runtime/base/sample_index.h"
 #include "runtime/scene/parameter_kind.h"
 
 namespace itn {
@@ -173,9 +174,10 @@ Scene TextureInversion::scene_with(const std::vector<double>& x) const {
 int TextureInversion::iterations_of_repeat() const { return std::max(1, options_.iterations / 4); }
 
 int TextureInversion::first_sample(int repeat, int iteration) const {
-  if (repeat == 0) return iteration * options_.spp;
-  const int before = options_.iterations + (repeat - 1) * iterations_of_repeat();
-  return (before + iteration) * options_.spp + final_samples(options_);
+  const std::int64_t spp = options_.spp;
+  if (repeat == 0) return following_sample(0, iteration * spp);
+  const std::int64_t before = options_.iterations + (repeat - 1) * std::int64_t{iterations_of_repeat()};
+  return following_sample(0, (before + iteration) * spp + final_samples(options_));
 }
 
 const std::vector<TargetImage>& TextureInversion::targets_of(int repeat) {
@@ -208,7 +210,7 @@ std::vector<double> TextureInversion::gradient(const TextureInversionState& stat
                               [&](const std::vector<Rendering>& groups) {
                                 const double exposure = options_.exposure ? best_exposure(groups, targets[t]) : 1;
                                 losses.push_back(loss_gradient(groups, targets[t], exposure));
-                                return loss_weights(groups, targets[t], exposure);
+                                return loss_weights(groups, targets[t], exposure, false);
                               });
     const auto count = static_cast<double>(targets.size());
     for (std::size_t p = 0; p < unknowns_.size(); ++p) {
@@ -282,7 +284,7 @@ std::vector<Rendering> TextureInversion::render(const TextureInversionState& sta
     of_image.seed = render_options_.seed + t;
     Renderer renderer(device_, scene, of_image);
     std::vector<Rendering> groups;
-    int sample = options_.iterations * options_.spp;
+    int sample = following_sample(0, std::int64_t{options_.iterations} * options_.spp);
     for (const int samples : split_samples(final_samples(options_))) {
       groups.push_back(renderer.render(sample, samples));
       sample += samples;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "runtime/base/error.h"
+#include "runtime/base/sample_index.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/cluster/ranks.h"
 
@@ -24,6 +25,15 @@ int samples_a_launch(std::int64_t wanted, int left) {
 }
 
 int pixels_of(const Sensor& sensor) { return sensor.crop_width * sensor.crop_height; }
+
+// The samples from `sample` on that are left of spp, or up to those of the pilot.
+int samples_left(const std::vector<TracedJob>& jobs, int sample, int spp) {
+  int left = spp - sample;
+  for (const TracedJob& job : jobs)
+    if (const int before = Wavefront::pilot_sample - sample - job.first_sample; before > 0)
+      left = std::min(left, before);
+  return left;
+}
 
 // Which of a job's pixels a rank traces: every so manieth, so that each has as much of what takes long.
 struct Share {
@@ -150,7 +160,10 @@ std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std:
                                     TracedLaunches* traced) {
   const Share share = share_of(options.ranks);
   int pixels = 0;
-  for (const TracedJob& job : jobs) pixels += share.pixels_of(*job.sensor);
+  for (const TracedJob& job : jobs) {
+    pixels += share.pixels_of(*job.sensor);
+    following_sample(job.first_sample, spp);
+  }
   // Bands of pixels, as many as the film holds; in a band runs of pixels, each with all of its samples in turn:
   // launches of about a quarter of a second, so that progress moves and an interruption is seen.
   const std::int64_t total = static_cast<std::int64_t>(pixels) * spp;
@@ -166,7 +179,7 @@ std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std:
     const int band = std::min(most_pixels, pixels - first);
     for (int sample = 0; sample < spp;) {
       launch_paths = std::min(launch_paths, capacity);
-      const int samples = groups > 1 ? spp : samples_a_launch(launch_paths / band, spp - sample);
+      const int samples = groups > 1 ? spp : samples_a_launch(launch_paths / band, samples_left(jobs, sample, spp));
       const int run = static_cast<int>(std::clamp<std::int64_t>(launch_paths / samples, 1, band));
       for (int pixel = 0; pixel < band; pixel += run) {
         if (options.cancel && *options.cancel) throw Interrupted();

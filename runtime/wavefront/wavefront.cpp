@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <chrono>
 #include <limits>
 #include <utility>
@@ -27,10 +28,18 @@ constexpr int staged_slots_a_cpu_unit = 1 << 12;
 // A state load at most. On GPUs work-items that run side by side wait for the one that scatters most.
 constexpr int medium_events = 64, gpu_medium_events = 16;
 constexpr int free_queue = QUEUE_FREE;
+constexpr std::size_t most_contrast_sums = 1 << 15;  // of a contrast and work-item, where there are many numbers
+constexpr int contrasts_at_once = 2;                 // more of them have fewer sets
 constexpr std::uint64_t most_texel_sums = std::uint64_t{256} << 20;  // bytes, where each work-item has its own
 
-// The pilot that learns baselines: paths a job; its samples of a pixel begin at the last, beyond those of any image.
-constexpr int pilot_paths = 1 << 13, pilot_sample = 1 << 30;
+// The pilot that learns baselines: paths a job; its samples of a pixel begin at pilot_sample, and images leave them
+// out.
+constexpr int pilot_paths = 1 << 13;
+
+// The counter of random numbers, of 32 bits.
+int counter_of(int sample) {
+  return sample < Wavefront::pilot_sample ? sample : static_cast<int>(static_cast<unsigned>(sample) + pilot_paths);
+}
 
 // A stage as people know it: "rough_dielectric ggx".
 std::vector<StageTime> stage_times_of(const LaunchData& data) {
@@ -197,8 +206,17 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   if (adjoint_)
     numbers_ = (data.numbers.size() + derivatives.derivatives.size() + static_cast<std::size_t>(derivatives.grids())) *
                static_cast<std::size_t>(channels_);
-  const std::size_t sums = adjoint_ ? static_cast<std::size_t>(workers_) * GRADIENT_SETS * (numbers_ + 1) : 1;
-  buffers_.gradient = device_.allocate(sums * sizeof(std::int64_t), "gradient");
+  int most_sets = MOST_CONTRAST_SETS;
+  while (most_sets > GRADIENT_SETS && static_cast<std::size_t>(most_sets) * numbers_ > most_contrast_sums)
+    most_sets /= 2;
+  sets_of_contrasts_ = contrasts_at_once * most_sets;
+  const auto allocate_sets = [&](int sets) {
+    const std::size_t sums = static_cast<std::size_t>(workers_ * sets) * (numbers_ + 1);
+    return device_.allocate(sums * sizeof(std::int64_t), "gradient");
+  };
+  gradient_alone_ = allocate_sets(adjoint_ ? GRADIENT_SETS : 1);
+  if (adjoint_) with_contrasts_ = allocate_sets(GRADIENT_SETS + sets_of_contrasts_);
+  buffers_.gradient = gradient_alone_;
   buffers_.texel_gradient = device_.allocate(
       std::max(std::size_t{1}, copies_of_texels() * texels_) * sizeof(std::int64_t), "gradient by texels");
   const std::size_t bytes_a_sample = static_cast<std::size_t>(floats_a_sample_) * sizeof(float);
@@ -237,11 +255,15 @@ void Wavefront::reseed(std::uint64_t seed) {
   learnt_ = features_.at("BASELINES") == "0";
 }
 
-PathFaults Wavefront::faults() const {
-  std::vector<cl_uint> misplaced(1), endless(1);
-  device_.download(buffers_.misplaced, misplaced);
-  device_.download(buffers_.endless, endless);
-  return {misplaced[0], endless[0]};
+// The device's counters are of 32 bits, and no launch adds as many.
+void Wavefront::count_faults() {
+  const auto count = [&](const cl::Buffer& counter, std::uint64_t& all) {
+    std::vector<cl_uint> now(1);
+    device_.download(counter, now);
+    all += now[0] - static_cast<cl_uint>(all);
+  };
+  count(buffers_.misplaced, faults_.misplaced);
+  count(buffers_.endless, faults_.endless);
 }
 
 std::vector<StageTime> Wavefront::stage_times() const {
@@ -256,9 +278,19 @@ void Wavefront::trace(const std::vector<JobSlice>& slices, std::size_t at) {
   trace_jobs(slices, Purpose::samples, at);
 }
 
-void Wavefront::replay(const std::vector<JobSlice>& slices, const std::vector<float>& pulls, std::size_t at) {
+void Wavefront::begin_gradient(int contrasts) {
+  summing_ = false;
+  contrasts_ = contrasts;
+  if (contrasts > 0)
+    contrast_sets_ = static_cast<int>(std::bit_floor(static_cast<unsigned>(sets_of_contrasts_ / contrasts)));
+  buffers_.gradient = contrasts > 0 ? with_contrasts_ : gradient_alone_;
+}
+
+void Wavefront::replay(const std::vector<JobSlice>& slices, const std::vector<float>& pulls, std::size_t at,
+                       int contrast) {
   if (!summing_) clear_gradient();
   buffers_.pulls = device_.upload(pulls, "pulls");
+  contrast_ = contrast;
   trace_jobs(slices, Purpose::replay, at);
   for (int probe = 0; has_probes_ && probe < PROBES; ++probe) trace_jobs(slices, Purpose::probes, at, probe);
 }
@@ -271,7 +303,7 @@ void Wavefront::clear_gradient() {
 }
 
 std::vector<std::int64_t> Wavefront::take_gradient() {
-  const std::size_t size = GRADIENT_SETS * (numbers_ + 1);
+  const std::size_t size = sets() * (numbers_ + 1);
   std::vector<std::int64_t> all(size * static_cast<std::size_t>(workers_)), sum(size);
   if (!std::exchange(summing_, false)) return sum;
   device_.download(buffers_.gradient, all);
@@ -337,13 +369,17 @@ void Wavefront::trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose,
     JobRecord job = jobs_[static_cast<std::size_t>(slice.job)];
     job.first_pixel = slice.first_pixel;
     job.pixel_step = slice.pixel_step;
-    job.first_sample = slice.first_sample;
+    job.first_sample = purpose == Purpose::pilot ? slice.first_sample : counter_of(slice.first_sample);
     job.samples = slice.samples;
     job.first_output = static_cast<int>(at) + paths;
     job.pilot = purpose == Purpose::pilot;
     job.replay = purpose == Purpose::replay ? REPLAY_SUMS : purpose == Purpose::probes ? REPLAY_PROBES : 0;
     job.first_pull = pulled_pixels;
     job.probe = probe;
+    job.sets = static_cast<int>(sets());
+    job.contrast = contrast_ >= 0;
+    job.first_set = job.contrast ? GRADIENT_SETS + contrast_ * contrast_sets_ : 0;
+    job.set_mask = (job.contrast ? contrast_sets_ : GRADIENT_SETS) - 1;
     pulled_pixels += slice.pixels;
     jobs.push_back(job);
     paths += slice.pixels * slice.samples;
@@ -369,6 +405,7 @@ void Wavefront::trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose,
     trace_fused(chunks);
   else
     trace_staged(chunks, paths);
+  count_faults();
 }
 
 void Wavefront::trace_fused(const std::vector<ChunkRecord>& chunks) {

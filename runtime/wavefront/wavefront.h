@@ -21,7 +21,7 @@ struct JobSlice {
   int pixel_step = 1;  // from a pixel to the next
 };
 
-// What went wrong with paths, modulo 2^32 each: arrivals at surfaces from the side where the path cannot be, and paths
+// What went wrong with paths: arrivals at surfaces from the side where the path cannot be, and paths
 // that were ended though the scene sets no max_depth.
 struct PathFaults {
   std::uint64_t misplaced = 0, endless = 0;
@@ -47,6 +47,9 @@ class Wavefront {
   int throughput_channels() const { return throughput_channels_; }  // 1 or 3
   std::size_t sample_capacity() const { return sample_capacity_; }  // most samples a launch can hold
 
+  // Samples from this one on have other random numbers than the pilot of baselines: no slice has some on both sides.
+  static constexpr int pilot_sample = 1 << 30;
+
   // Traces the slices into samples(): slice after slice, pixel after pixel, sample after sample; of a sample the
   // channels of the radiance, then those of each derivative. Returns when done. They begin at sample `at` of the buffer
   // and end before sample_capacity().
@@ -54,13 +57,18 @@ class Wavefront {
   const cl::Buffer& samples() const { return buffers_.samples; }
   int sample_size() const { return floats_a_sample_; }  // floats; with `adjoint`, what replay() needs comes last
 
-  // With `adjoint`: traces slices again whose samples are as trace(slices, at) left them, and adds to the gradient of
-  // every number of the launch (lib/adjoint.h). pulls: of each pixel of each slice, channels() of them.
-  // By voxels: probes are traced, too (lib/probe.h).
-  void replay(const std::vector<JobSlice>& slices, const std::vector<float>& pulls, std::size_t at);
+  // With `adjoint`: the next gradient starts from 0, and has so many contrasts beside it: sums over the same numbers
+  // with other pulls, but not by texels and voxels.
+  void begin_gradient(int contrasts);
+  // Traces slices again whose samples are as trace(slices, at) left them, and adds to the gradient of every number of
+  // the launch (lib/adjoint.h), or to one of the contrasts. pulls: of each pixel of each slice, channels() of them. By
+  // voxels: probes are traced, too (lib/probe.h).
+  void replay(const std::vector<JobSlice>& slices, const std::vector<float>& pulls, std::size_t at, int contrast = -1);
   // [set][number], and of each set a last one: of the first set how many products were lost, the integers being too
-  // small. The next gradient starts from 0.
+  // small. The first GRADIENT_SETS sets add up to the gradient, contrast_sets() of each contrast follow. Goes on from
+  // 0.
   std::vector<std::int64_t> take_gradient();
+  std::size_t contrast_sets() const { return static_cast<std::size_t>(contrast_sets_); }
   // Of it, [texel][channel] of the textures and grids in `derivatives`; to be looked at before it is taken. They may be
   // many: `use` sees them where they are, if the device's memory is the host's.
   // texel_channels(): those of the radiance, or three where some texels are directions.
@@ -72,7 +80,7 @@ class Wavefront {
   void time_stages() { timed_ = true; }
   std::vector<StageTime> stage_times() const;
 
-  PathFaults faults() const;  // so far
+  const PathFaults& faults() const { return faults_; }  // so far
 
  private:
   void upload_records(const LaunchData& data, const DerivativeData& derivatives);
@@ -80,6 +88,8 @@ class Wavefront {
   void trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose, std::size_t at = 0, int probe = 0);
   void learn_baselines();
   void clear_gradient();
+  std::size_t sets() const { return GRADIENT_SETS + static_cast<std::size_t>(contrasts_ * contrast_sets_); }
+  void count_faults();
   std::size_t copies_of_texels() const { return own_texels_ ? static_cast<std::size_t>(workers_) : 1; }
   void trace_fused(const std::vector<ChunkRecord>& chunks);
   void trace_staged(const std::vector<ChunkRecord>& chunks, int paths);
@@ -97,9 +107,13 @@ class Wavefront {
   bool has_probes_ = false;  // do their voxels need probes?
   bool own_texels_ = false;  // has every work-item sums of its own of them?
   bool summing_ = false;     // are there sums since the gradient was taken?
+  int contrasts_ = 0, sets_of_contrasts_ = 0, contrast_sets_ = 0;  // of the gradient; of all; of each
+  int contrast_ = -1;                                              // of the replay; -1: none
+  cl::Buffer gradient_alone_, with_contrasts_;                     // sums of a gradient
   int texel_channels_ = 1;
   int width_, channels_, workers_, slots_;
   std::size_t sample_capacity_;
+  PathFaults faults_;
   std::map<std::string, std::string> features_;  // what the program was made for
   LaunchBuffers buffers_;
   cl::Buffer storage_, counter_;  // of the pool: path state, and its queues' lengths

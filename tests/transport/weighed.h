@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "runtime/gradient_renderer.h"
+#include "runtime/inversion/image_loss.h"
 #include "transport.h"
 
 namespace itn::test {
@@ -23,9 +24,36 @@ inline double weighed(const Scene& scene, RenderOptions options, int spp) {
                             [](double w, float v) { return w * static_cast<double>(v); });
 }
 
+// Weights that do not depend on the samples, with a contrast between four of the groups.
+inline GradientWeights fixed_weights(const std::vector<Rendering>& groups, const std::vector<double>& weights) {
+  const std::size_t compared = std::min<std::size_t>(groups.size(), 4);  // they tell the variance of a sample
+  double samples = 0;
+  for (const Rendering& group : groups) samples += group.spp;
+  const auto times = [&](double factor) {
+    std::vector<double> scaled(weights);
+    for (double& weight : scaled) weight *= factor;
+    return scaled;
+  };
+  GradientWeights result({});
+  GradientContrast contrast;
+  double variance = 0;  // of the contrast, over that of a sample
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    result.values.push_back(times(groups[g].spp / samples));
+    contrast.weights.emplace_back();
+    if (g >= compared) continue;
+    // They add up to 0.
+    const double sign = (g % 2 == 0 ? 1.0 : -1.0) - static_cast<double>(compared % 2) / static_cast<double>(compared);
+    contrast.weights.back() = times(sign);
+    variance += sign * sign / groups[g].spp;
+  }
+  contrast.factor = 1 / samples / variance;
+  if (compared > 1) result.contrasts.push_back(std::move(contrast));
+  return result;
+}
+
 inline WeighedDerivatives gradient(GradientRenderer& renderer, int first, int spp) {
-  return renderer.render(first, {spp}, [](const std::vector<Rendering>& groups) {
-    return std::vector<std::vector<double>>{weights_of(groups[0])};
+  return renderer.render(first, split_samples(spp), [](const std::vector<Rendering>& groups) {
+    return fixed_weights(groups, weights_of(groups[0]));
   });
 }
 
