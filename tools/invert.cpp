@@ -276,12 +276,12 @@ void run(InvertArguments options) {
 
 void add_invert(CLI::App& app) {
   auto options = std::make_shared<InvertArguments>();
-  CLI::App* command = app.add_subcommand(
-      "invert",
-      "from images of a scene to its parameters, with 95 % intervals (analysis by synthesis)\n\n"
-      "Starts from the scene's values, or from a network's guess. Stopped at any moment, the same "
-      "command goes on where it was. Exit code 1, with intervals that are marked, if it has not settled or "
-      "the image found does not fit: then it says what the misfit looks like.");
+  CLI::App* command =
+      app.add_subcommand("invert",
+                         "from images of a scene to its parameters, with 95 % intervals (analysis by synthesis)\n\n"
+                         "Starts from the scene's values, or from a network's guess. Stopped at any moment, the same "
+                         "command goes on where it was. Exit code 1 if it "
+                         "does not converge.");
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
   add_target_options(*command, options->images);
   command
@@ -290,17 +290,19 @@ void add_invert(CLI::App& app) {
                    "texel, grids voxel by voxel, with adam, and numbers beside them")
       ->required()
       ->take_all();
-  command->add_option("-o,--output", options->folder, "folder for the result: report.html, result.json, images")
-      ->required();
   command
       ->add_option(
-          "--method", options->method,
-          "gauss-newton: steps of weighted least squares; adam: 200 iterations of stochastic gradients; "
-          "posterior: no start, renderings all over the range, an emulator of the image and samples of all "
-          "materials that fit. Default: gauss-newton, and where it does not converge to one material that "
-          "fits (it has not settled, its image does not fit, or another material fits as well; up to 8 numbers), "
-          "or --range or --renderings is given, posterior after it, which begins where it ended and whose answer "
-          "counts; not with --method, --start, --starts, --init or --white-balance")
+          "-o,--output", options->folder,
+          "folder for the result: report.html, result.json, images; where the exit code is 1 because it has not "
+          "settled or the image found does not fit, intervals in them are marked")
+      ->required();
+  command
+      ->add_option("--method", options->method,
+                   "gauss-newton: steps of weighted least squares; adam: 200 iterations of stochastic gradients; "
+                   "posterior: no start, renderings all over the range, an emulator of the image and samples of all "
+                   "materials that fit. Default: gauss-newton, and where it does not converge to one material that "
+                   "fits (up to 8 numbers), or --range or --renderings is given, posterior after it, which begins "
+                   "where it ended; not with --start, --starts, --init or --white-balance")
       ->check(CLI::IsMember({"adam", "gauss-newton", "posterior"}));
   command->add_option("--iterations", options->iterations, "at most; default 50, adam 200, posterior 8 (rounds)")
       ->check(CLI::Range(1, 1000000));
