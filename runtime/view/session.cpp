@@ -409,7 +409,7 @@ std::string ViewSession::misfit() const {
   const double exposure = options_.exposure ? best_exposure(groups_, *options_.target) : 1;
   const ImageComparison comparison =
       compare_images({groups_}, targets_, {exposure}, options_.exposure, options_.noise.relative, options_.noise.known);
-  return comparison.fit.fits() ? "" : misfit_words(comparison);
+  return comparison.fit.fits() ? "" : "what is left is not the noise. " + comparison.misfit.words;
 }
 
 void ViewSession::look_at_loss() {
