@@ -404,7 +404,7 @@ bool ViewSession::look_for_step() {
   return true;
 }
 
-// Of the image that is seen.
+// The image that is seen is compared with the target.
 std::string ViewSession::misfit() const {
   const double exposure = options_.exposure ? best_exposure(groups_, *options_.target) : 1;
   const ImageComparison comparison =
