@@ -23,8 +23,8 @@ struct ImageFit {
   double structure = 0;                          // in standard deviations of what independent noise has
   double chance = 1;                             // how often independent noise has that much
   bool noise_known = false;                      // else chi_square says nothing
-  // Of textures and grids, whose values are as many as the pixels: iterations end long before neighbours know nothing
-  // of each other, and the values follow the noise, so that only what is left beyond it counts.
+  // Textures and grids have as many values as there are pixels: iterations end long before neighbours know nothing of
+  // each other, and the values follow the noise, so that only what is left beyond it counts.
   bool many_unknowns = false;
 
   // Neighbours know no more of each other than chance makes.

@@ -131,7 +131,7 @@ Eigen::MatrixXd products(const ComparedImage& of, const FoundImage& model, bool 
   return result;
 }
 
-// How much of the squares such a fault explains beyond what as many numbers explain of noise, and its numbers.
+// The part of the squares that such a fault explains beyond what as many numbers explain of noise, and its numbers.
 struct Explanation {
   const char* kind;
   double explained = 0;
@@ -169,7 +169,7 @@ double middle_square(const WhiteResidual& white) {
   return std::pow(1.4826 * size[size.size() / 2], 2);
 }
 
-// What is left over the value that is there: the median, as a standard deviation.
+// The median of what is left over the value that is there, as a standard deviation.
 double relative_noise(const ComparedImage& of, const FoundImage& model) {
   std::vector<double> size;
   for (std::size_t i = 0; i < of.white.value.size(); ++i)
@@ -327,7 +327,7 @@ Misfit misfit_of(const std::vector<ComparedImage>& images, const ImageFit& fit, 
   Eigen::VectorXd number;
   for (const Explanation& e : explanations) {
     const double share = e.explained / beyond;
-    // Of faults with as many numbers the better, of those with more what is better by far.
+    // The better one is taken of faults with as many numbers, and one with more numbers if it is better by far.
     const double needed = e.number.size() > number.size() ? result.share + worth_a_number : result.share;
     if (share < least_share || share < needed) continue;
     result.kind = e.kind;

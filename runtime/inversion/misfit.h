@@ -1,6 +1,6 @@
-// What a misfit looks like. What is left of a target is compared with what a shift, another size, another brightness
-// and so on would leave there, as a least-squares fit beside the parameters' own derivatives, so that the advice is
-// about what is likeliest wrong: a better start does not help where the camera stood elsewhere.
+// A misfit, and what it looks like. The rest that is left of a target is compared with what a shift, another size,
+// another brightness and so on would leave there, as a least-squares fit beside the parameters' own derivatives, so
+// that the advice is about what is likeliest wrong: a better start does not help where the camera stood elsewhere.
 #pragma once
 #include <array>
 #include <nlohmann/json.hpp>
@@ -45,7 +45,7 @@ ImageComparison compare_images(const std::vector<std::vector<Rendering>>& groups
                                const std::vector<TargetImage>& targets, const std::vector<double>& exposures,
                                bool found, double relative_noise, bool noise_known, bool many_unknowns = false);
 
-// Of what does not fit: that it does not, and what it looks like.
+// The sentence says that the images do not fit, and what that looks like.
 std::string misfit_words(const ImageComparison& comparison);
 
 // null where all fits.

@@ -47,7 +47,7 @@ struct TextureInversionStep {
   double roughness = 0;              // mean squared difference of neighbouring texels, added up over textures
 };
 
-// What the sensors see of what was found, times the exposure, with samples that no iteration took.
+// The images that the sensors see of what was found, times the exposure, with samples that no iteration took.
 struct TextureImages {
   std::vector<Rendering> images;
   LossGradient loss;
@@ -109,7 +109,7 @@ class TextureInversion {
   std::vector<std::unique_ptr<GradientRenderer>> renderers_;  // one a target
 };
 
-// How it ended, for people.
+// The sentence says for people whether the images fit.
 std::string words(const TextureImages& seen);
 
 // Mean squared difference of texels or voxels beside each other, where it goes all around of the last and the first

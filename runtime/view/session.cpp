@@ -407,17 +407,23 @@ bool ViewSession::look_for_step() {
   return true;
 }
 
-// Of the image that is seen.
+// The image that is seen is compared with the target.
 std::string ViewSession::misfit() const {
-  const double exposure = options_.exposure ? best_exposure(groups_, *options_.target) : 1;
+  const std::vector<Rendering> groups = renderings();
+  const double exposure = options_.exposure ? best_exposure(groups, *options_.target) : 1;
   const ImageComparison comparison =
-      compare_images({groups_}, targets_, {exposure}, options_.exposure, options_.noise.relative, options_.noise.known);
-  return comparison.fit.fits() ? "" : misfit_words(comparison);
+      compare_images({groups}, targets_, {exposure}, options_.exposure, options_.noise.relative, options_.noise.known);
+  return comparison.fit.fits() ? "" : "what is left is not the noise. " + comparison.misfit.words;
+}
+
+std::vector<Rendering> ViewSession::renderings() const {
+  std::vector<Rendering> groups;
+  for (const Accumulation& group : groups_) groups.push_back(group.rendering());
+  return groups;
 }
 
 void ViewSession::look_at_loss() {
-  std::vector<Rendering> groups;
-  for (const Accumulation& group : groups_) groups.push_back(group.rendering());
+  const std::vector<Rendering> groups = renderings();
   try {
     if (options_.exposure) exposure_ = best_exposure(groups, *options_.target);
     loss_ = loss_gradient(groups, *options_.target, exposure_);

@@ -128,6 +128,7 @@ class ViewSession {
   bool explain(const std::runtime_error& error);
   void publish();
   std::string misfit() const;
+  std::vector<Rendering> renderings() const;  // of groups_
   void look_at_loss();
   void change(const std::function<void(Wanted&)>& what);
 

@@ -1,4 +1,4 @@
-// What a misfit is said to look like, on made-up photos: a bright thing with an edge on a floor.
+// Misfits of made-up photos are told by what they look like: a bright thing with an edge on a floor.
 #include "runtime/inversion/misfit.h"
 
 #include <catch2/catch.hpp>
@@ -36,8 +36,8 @@ Rendering rendered(const Picture& picture, std::mt19937_64& random, int channels
   return image;
 }
 
-// What is said where `target` was photographed, and `thing` was found. said: the noise, over what it is. most: that the
-// camera can tell.
+// The misfit that is said where `target` was photographed, and `thing` was found. said: the noise, over what it is.
+// most: that the camera can tell.
 Misfit looks_like(const Picture& target, std::uint64_t seed, double said = 1, int channels = 1, float most = 10) {
   std::mt19937_64 random(seed);
   std::normal_distribution<float> normal(0, static_cast<float>(deviation));

@@ -255,7 +255,7 @@ TEST_CASE("where no step is left and the photo is that of another scene, that is
     frame = settle(session);
   }
   REQUIRE(frame->step);
-  CHECK_THAT(frame->step->misfit, Catch::Contains("does not fit") && Catch::Contains("shifted by"));
+  CHECK_THAT(frame->step->misfit, Catch::Contains("not the noise") && Catch::Contains("check"));
 }
 
 TEST_CASE("a step of values that are no longer those seen is not taken") {

@@ -34,8 +34,8 @@ struct PosteriorOutcome {
   double seconds = 0;
 
   bool settled() const { return rounds.back().settled; }
-  // What is left of the likeliest image is noise as large as was said. Before it has settled intervals are wider, not
-  // wrong: they count in what the emulator does not know.
+  // The rest that the likeliest image leaves is noise as large as was said. Before it has settled intervals are wider,
+  // not wrong: they count in what the emulator does not know.
   bool intervals_hold() const { return fit.fits(); }
   bool converged() const { return settled() && fit.fits(); }
 };
