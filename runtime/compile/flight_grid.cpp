@@ -31,7 +31,7 @@ constexpr float piece_cells = 1.0f;  // longest edge of a piece of surface
 constexpr std::size_t most_samples = std::size_t{1} << 23, samples_a_primitive = 6;
 // Parts of surfaces whose corners are so much farther away than they are large are not cut any more: their middles
 // would be their corners. A grid whose cells are no larger tells nothing.
-constexpr float coarsest = 0x1p-20f, safety_ratio = 0x1p-18f, least_cells_of_safety = 4;
+constexpr float coarsest = 0x1p-18f, safety_ratio = 0x1p-18f, least_cells_of_safety = 4;
 
 Point operator-(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 Point operator+(const Point& a, const Point& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
@@ -139,10 +139,12 @@ class Builder {
   }
 
   // Can a part of a surface of that size not be cut, or may none be any more?
-  bool gives_up(const Box& box, float longest) {
-    float largest = 0;
+  // size: of the surface, if its parts are placed from its middle
+  bool gives_up(const Box& box, float size, float longest) {
+    float largest = size;
     for (std::size_t k = 0; k < 3; ++k) largest = std::max({largest, std::fabs(box.low[k]), std::fabs(box.high[k])});
-    given_up_ |= samples_.size() > allowed_ || (longest > piece_ && longest < coarsest * largest);
+    given_up_ |=
+        ++parts_ > allowed_ || samples_.size() > allowed_ || (longest > piece_ && longest < coarsest * largest);
     return given_up_;
   }
 
@@ -197,7 +199,7 @@ class Builder {
     if (longest > piece_) {
       Box box;
       for (const Point& p : {a, b, c}) box.add(p);
-      if (outside(box) || gives_up(box, longest)) return;
+      if (outside(box) || gives_up(box, 0, longest)) return;
       // Halved across the longest edge; equal points meet again in sort_points().
       if (ab == longest) {
         add_triangle(a, middle(a, b), c);
@@ -280,7 +282,7 @@ class Builder {
       box.add(p);
       for (const Point& q : corners) longest = std::max(longest, length(p - q));
     }
-    if (outside(box) || gives_up(box, longest)) return;
+    if (outside(box) || gives_up(box, radius, longest)) return;
     if (longest > piece_) {
       const auto between = [](const Point& p, const Point& q) { return (p + q) * (1 / length(p + q)); };
       const Point ab = between(a, b), bc = between(b, c), ca = between(c, a);
@@ -316,7 +318,7 @@ class Builder {
       box.add(p);
       for (const Point& q : corners) longest = std::max(longest, length(p - q));
     }
-    if (outside(box) || gives_up(box, longest)) return;
+    if (outside(box) || gives_up(box, static_cast<float>(shape.radius), longest)) return;
     const float width = length(corners[1] - corners[0]), height = length(corners[3] - corners[0]);
     if (longest > piece_) {
       const double half = (along[0] + along[1]) / 2;
@@ -575,7 +577,7 @@ class Builder {
   bool left_through_ = false;  // the shape being added: what is inside a medium can only leave through it
   bool beyond_ = false;        // some surface lies outside the padded grid
   bool given_up_ = false;
-  std::size_t allowed_ = most_samples;
+  std::size_t allowed_ = most_samples, parts_ = 0;  // of samples, and of parts that were looked at
   float longest_ = 0;
   std::vector<Sample> samples_;
   std::vector<std::uint32_t> first_;  // of each cell's samples

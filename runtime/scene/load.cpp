@@ -88,15 +88,24 @@ bool same_media(const Scene& scene, int a, int b) {
   return same(s, t) && same(s.phase, t.phase);
 }
 
+bool look_alike(const Mesh& a, const Mesh& b) {
+  return a.normal == b.normal && a.texcoord == b.texcoord &&
+         std::equal(a.attributes.begin(), a.attributes.end(), b.attributes.begin(), b.attributes.end(),
+                    [](const MeshAttribute& s, const MeshAttribute& t) {
+                      return s.name == t.name && s.channels == t.channels && s.values == t.values;
+                    });
+}
+
 // Of surfaces that are the same in every way a path meets one, a few stay: more change nothing, and take the time of
-// all to the power of two. Light comes from each.
+// all to the power of two. Of boundaries that refract one stays: light would be refracted by each. Light comes from
+// all.
 void drop_repeated(Builder& builder) {
   Scene& scene = builder.scene;
   const auto same_in_all = [&](const Shape& a, const Shape& b) {
     const Bsdf &s = scene.bsdfs[static_cast<std::size_t>(a.bsdf)], &t = scene.bsdfs[static_cast<std::size_t>(b.bsdf)];
     return a.flip_normals == b.flip_normals && same_media(scene, a.interior, b.interior) &&
            same_media(scene, a.exterior, b.exterior) && (&s == &t || (s.twosided == t.twosided && same(s, t))) &&
-           coincide(a, b);
+           coincide(a, b) && (a.mesh == b.mesh || look_alike(*a.mesh, *b.mesh));
   };
   const auto place = [](const Shape& s) { return std::pair(box_of(s).low, box_of(s).high); };
   constexpr std::ptrdiff_t few = 16;
@@ -110,12 +119,13 @@ void drop_repeated(Builder& builder) {
     const auto like = std::count_if(others.begin(), others.end(), [&](std::size_t i) {
       return shape.light < 0 && kept[i].light < 0 && same_in_all(kept[i], shape);
     });
-    if (like >= few) {
+    const Model* bsdf = scene.bsdfs[static_cast<std::size_t>(shape.bsdf)].model;
+    if (like >= (bsdf && (bsdf->traits & BSDF_TRANSMITS) ? 1 : few)) {
       if (dropped++ == 0) {
         first_where = shape.where;
-        first = "shape " + quote(shape.id) + " is the same surface of the same material as " + std::to_string(like) +
-                " others, such as " + quote(kept[others.front()].id) + " at " + to_string(kept[others.front()].where) +
-                ", and is left out";
+        first = "shape " + quote(shape.id) + " is the same surface of the same material as " +
+                (like > 1 ? std::to_string(like) + " others, such as " : "") + quote(kept[others.front()].id) + " at " +
+                to_string(kept[others.front()].where) + ", and is left out";
       }
       continue;
     }

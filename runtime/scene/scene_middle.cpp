@@ -15,7 +15,7 @@
 namespace itn {
 namespace {
 
-constexpr double much_nearer = 2;
+constexpr double much_nearer = 1.25;
 // What single precision keeps of a coordinate where rays meet surfaces (compile/geometry.cpp), and what double
 // precision keeps where the scene is read.
 constexpr double rounding = 0x1p-21, rounding_of_double = 0x1p-52;

@@ -108,6 +108,33 @@ TEST_CASE("no flight that the grid accepts meets a surface") {
   check("knot, width 1", {shape_of(torus_knot(64, 16))}, 20, 1);
 }
 
+TEST_CASE("the grid ends where surfaces cannot be cut finer or are too many, and is then none") {
+  const auto cells_of = [](std::vector<Shape> shapes) {
+    return build_flight_grid(scene_of(std::move(shapes))).cells[0];
+  };
+  CHECK(cells_of({sphere({0, 0, 0}, 1)}) > 0);
+  for (const double x : {1e4, 3e5, 1e6, 1e7, 1e12}) {
+    CHECK(cells_of({sphere({x, 0, 0}, 1)}) == 0);
+    CHECK(cells_of({cylinder({x, 0, 0}, {x, 0, 1}, 1)}) == 0);
+    CHECK(cells_of({sphere({0, 0, 0}, 1), sphere({x, 0, 0}, 1)}) >= 0);
+    Shape ground = sphere({0, 0, -x}, x - 1.5);
+    ground.interior = -1;
+    CHECK(cells_of({sphere({0, 0, 0}, 1), ground}) >= 0);
+    Shape floor = disk({0, 0, -1.5}, {x, 0, 0}, {0, x, 0});
+    CHECK(cells_of({sphere({0, 0, 0}, 1), floor}) >= 0);
+    Mesh plane;
+    const auto far = static_cast<float>(x);
+    plane.position = {{-far, -far, -1.5F}, {far, -far, -1.5F}, {0, far, -1.5F}};
+    plane.triangle = {{0, 1, 2}};
+    Shape triangle = shape_of(plane);
+    triangle.interior = -1;
+    CHECK(cells_of({sphere({0, 0, 0}, 1), triangle}) > 0);
+  }
+  std::vector<Shape> many;
+  for (int i = 0; i < 2000; ++i) many.push_back(sphere({0, 0, 0}, 1 + 1e-6 * i));
+  CHECK(cells_of(many) == 0);
+}
+
 TEST_CASE("speed of the grid", "[.bench]") {
   const Scene scene = scene_of({shape_of(torus_knot(512, 64))});
   for (int i = 0; i < 3; ++i) {

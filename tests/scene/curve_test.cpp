@@ -62,6 +62,20 @@ TEST_CASE("B-spline curves are as thick as Mitsuba's, where Mitsuba's are") {
   CHECK(shoot(mesh, {0.9, 5, 0}, {0, -1, 0}).distance > 1e29);  // before the spline begins
 }
 
+TEST_CASE("of many points what lies inside of the curve is left out") {
+  Curve curve;
+  constexpr std::size_t points = 20'000;
+  for (std::size_t i = 0; i < points; ++i)
+    curve.push_back({{static_cast<double>(i), 0, 0.3 * std::sin(static_cast<double>(i))}, i % 2 ? 0.1 : 0.2});
+  const Mesh mesh = linear_curve_mesh({curve});
+  CHECK(mesh.triangle.size() < 60 * points);
+  for (const std::size_t i : {std::size_t{0}, points / 2, points / 2 + 1, points - 1}) {
+    const Vec3& p = curve[i].position;
+    CHECK(shoot(mesh, {p[0], 1e-4, 5}, {0, 0, -1}).distance == Approx(5 - p[2] - curve[i].radius).margin(0.02));
+    CHECK(shoot(mesh, {p[0], 5, p[2] + 1e-4}, {0, -1, 0}).distance == Approx(5 - curve[i].radius).margin(0.02));
+  }
+}
+
 TEST_CASE("curves come from Mitsuba's files, and to_world leaves their radii") {
   SceneFolder folder;
   folder.write("c.txt", "0 0 0 0.1\n1 0 0 0.1\r\n\n\n0 3 0 0.1\n1 3 0 0.1\n2 3 0 0\n");

@@ -56,15 +56,16 @@ void check_same(const Vec3& a, const Vec3& b, const Vec3& shift, double toleranc
 TEST_CASE("a scene far away is the scene about the origin, with everything in it") {
   SceneFolder folder;
   const Scene here = at(folder, 0);
-  CHECK(here.sensors[0].to_world.m[11] == -5);
+  const std::size_t meter_at = 0, camera_at = 1, distant_at = 2;  // those of shapes come first
+  CHECK(here.sensors[camera_at].to_world.m[11] == -5);
   for (const double x : {1e3, 1e6, 1e9, -3.7e9}) {
     const Scene there = at(folder, x);
     INFO("at " << x);
     CHECK(there.warnings == here.warnings);
     const double tolerance = 1e-6 + 4e-16 * std::abs(x);
-    const Vec3 shift = place_of(there.sensors[0].to_world) - place_of(here.sensors[0].to_world);
+    const Vec3 shift = place_of(there.sensors[camera_at].to_world) - place_of(here.sensors[camera_at].to_world);
     CHECK(length(shift) < 5);  // about the middle, wherever that is
-    check_same(*there.sensors[1].target, *here.sensors[1].target, shift, tolerance);
+    check_same(*there.sensors[distant_at].target, *here.sensors[distant_at].target, shift, tolerance);
     REQUIRE(there.shapes.size() == here.shapes.size());
     for (std::size_t i = 0; i < here.shapes.size(); ++i) {
       const Shape &far = there.shapes[i], &near = here.shapes[i];
@@ -85,16 +86,15 @@ TEST_CASE("a scene far away is the scene about the origin, with everything in it
     }
     check_same(place_of(there.media[0].value("sigma_t").volume->to_world),
                place_of(here.media[0].value("sigma_t").volume->to_world), shift, tolerance);
-    const Sensor& meter = there.sensors.back();
-    REQUIRE(meter.zone);
-    check_same(meter.zone->center, here.sensors.back().zone->center, shift, tolerance);
+    REQUIRE(there.sensors[meter_at].zone);
+    check_same(there.sensors[meter_at].zone->center, here.sensors[meter_at].zone->center, shift, tolerance);
   }
 }
 
 TEST_CASE("scenes that are no farther away than some of their sizes stay where they are") {
   SceneFolder folder;
   const Scene scene = at(folder, 20);
-  CHECK(place_of(scene.sensors[0].to_world) == Vec3{20, 0, -5});
+  CHECK(place_of(scene.sensors[1].to_world) == Vec3{20, 0, -5});
   CHECK(scene.shapes[2].center == Vec3{20, 0, 3});
 }
 
@@ -125,7 +125,7 @@ TEST_CASE("a mesh far from its own origin is as exact as its file") {
   CHECK(box_of(exact.shapes[0]).high[0] == 1.25F);
   // One part in 2^24 of 1e7 is more than a third of the mesh.
   folder.write("a.ply", binary("float", 1e7));
-  folder.check_error(body, 2, {"a.ply", "single precision", "48 %", "double"});
+  folder.check_error(body, 2, {"a.ply", "single precision", "60 %", "double"});
   folder.write("a.ply", binary("float", 1e5));
   const Scene rounded = folder.load(body);
   REQUIRE(!rounded.warnings.empty());
@@ -142,7 +142,7 @@ TEST_CASE("what single precision does not tell is said, and refused where it tel
   const Scene far = folder.load(pair("1e5"));
   REQUIRE(far.warnings.size() == 1);
   CHECK_THAT(far.warnings[0], Catch::Contains("size of 2") && Catch::Contains("5e+04") && Catch::Contains("1.2 %"));
-  folder.check_error(pair("1e8"), 3, {"other", "single precision", "of its size", "render them apart"});
+  folder.check_error(pair("1e8"), 2, {"one", "single precision", "of its size", "render them apart"});
 }
 
 TEST_CASE("a huge surface beside a small one is said to blur it") {
@@ -164,10 +164,12 @@ TEST_CASE("of more than a few equal surfaces the rest are left out, and said; la
     for (int i = 0; i < 100; ++i) text += "<shape type=\"sphere\">" + content + "</shape>";
     return text;
   };
-  const Scene scene = folder.load(many("<bsdf type=\"dielectric\"/>"));
+  const Scene scene = folder.load(many(""));
   CHECK(scene.shapes.size() == 16);
   REQUIRE(scene.warnings.size() == 1);
   CHECK_THAT(scene.warnings[0], Catch::Contains("83 others"));
+  // Light would be refracted by each: a white furnace with two was .83.
+  CHECK(folder.load(many("<bsdf type=\"dielectric\"/>")).shapes.size() == 1);
   CHECK(folder.load(many("<emitter type=\"area\"/>")).shapes.size() == 100);
   std::string unequal;
   for (int i = 0; i < 100; ++i)

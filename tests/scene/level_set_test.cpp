@@ -68,6 +68,18 @@ TEST_CASE("level sets are open where they leave the cube, and empty where there 
   CHECK(level_set_mesh(ball({5, 5, 5}, 2), LevelSetNormals::smooth).triangle.empty());
 }
 
+TEST_CASE("a surface of more triangles than are worth it is refused with their number") {
+  LevelSet noise;
+  noise.size = {130, 130, 130};
+  std::uint32_t state = 1;
+  for (std::size_t i = 0; i < 130 * 130 * 130; ++i) {
+    state = 1664525 * state + 1013904223;
+    noise.value.push_back(state >> 31 ? 1.0F : -1.0F);
+  }
+  CHECK_THROWS_WITH(level_set_mesh(noise, LevelSetNormals::smooth),
+                    Catch::Contains("1.5e+07 triangles") && Catch::Contains("resample"));
+}
+
 TEST_CASE("an sdfgrid is the mesh of its file, moved") {
   SceneFolder folder;
   const LevelSet field = ball({9, 9, 9}, 0.3);

@@ -166,6 +166,11 @@ TEST_CASE("OpenVDB grids that are no densities are refused") {
   write(folder, {wide});
   folder.check_error(medium(), 4, {"along each axis"});
 
+  auto far = steps<openvdb::FloatGrid>("density");
+  far->getAccessor().setValue({4000, 4000, 4000}, 1);
+  write(folder, {far});
+  folder.check_error(medium(), 4, {"60 active voxels", "126", "bricks", "only 3", "far voxels"});
+
   auto frustum = steps<openvdb::FloatGrid>("density");
   frustum->setTransform(
       openvdb::math::Transform::createFrustumTransform(openvdb::BBoxd({0, 0, 0}, {10, 10, 10}), 0.5, 2));

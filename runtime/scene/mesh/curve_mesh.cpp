@@ -76,7 +76,7 @@ void add_ball(Mesh& mesh, const ControlPoint& p, const Vec3& tangent, std::size_
   const std::size_t rings = sides / 2, first = mesh.position.size();
   for (std::size_t i = 0; i <= rings; ++i) {
     const double lean = pi * static_cast<double>(i) / static_cast<double>(rings);
-    if (i > 0 && -std::cos(pi * static_cast<double>(i - 1) / static_cast<double>(rings)) >= hidden) return;
+    if (i > 0 && -std::cos(pi * static_cast<double>(i - 1) / static_cast<double>(rings)) > hidden - 1e-9) return;
     add_ring(mesh, tangent, sides, v, [&](const Vec3& e) {
       const Vec3 n = std::sin(lean) * e - std::cos(lean) * tangent;
       return std::pair(p.position + p.radius * n, n);

@@ -476,6 +476,18 @@ PlacedMesh bent_round_mesh(Builder& builder, const Shape& shape, const Transform
 
 namespace {
 
+// What a small file may become.
+void warn_of_many_triangles(Builder& builder, const Properties& properties, const Mesh& mesh) {
+  constexpr std::size_t many = 2'000'000;
+  constexpr double bytes_a_triangle = 450;
+  const auto triangles = static_cast<double>(mesh.triangle.size());
+  if (mesh.triangle.size() > many)
+    builder.warn(properties.element().where,
+                 fmt::format("{} is rendered as {:.1f} million triangles, which take about {:.1f} GB of memory: fewer "
+                             "points or values in the file make fewer",
+                             properties.title(), 1e-6 * triangles, 1e-9 * bytes_a_triangle * triangles));
+}
+
 // Where a shape is. Returns the mesh of those that are one.
 LoadedMesh read_geometry(Builder& builder, Properties& properties, Shape& shape) {
   LoadedMesh loaded;
@@ -488,8 +500,10 @@ LoadedMesh read_geometry(Builder& builder, Properties& properties, Shape& shape)
     loaded = load_flat(properties, cube_mesh());
   } else if (type == "linearcurve" || type == "bsplinecurve") {
     loaded = load_curves(properties);
+    warn_of_many_triangles(builder, properties, loaded.mesh);
   } else if (type == "sdfgrid") {
     loaded = load_level_set(properties);
+    warn_of_many_triangles(builder, properties, loaded.mesh);
   } else if (type == "sphere") {
     build_sphere(builder, properties, shape);
   } else if (type == "disk") {
