@@ -137,7 +137,7 @@ void set_handlers(void (*on_end)(int)) {
 }
 
 // Loading the libraries' data takes a tenth of a second, in which nothing is begun.
-void begin(int /*argc*/, char** /*argv*/, char** /*environment*/) {
+void begin_handling(int /*argc*/, char** /*argv*/, char** /*environment*/) {
   std::snprintf(abort_text, sizeof abort_text, "itn: a library has given up before anything was begun\n");
   std::set_terminate(on_terminate);
   set_handlers(end_now);
@@ -149,7 +149,7 @@ void begin(int /*argc*/, char** /*argv*/, char** /*environment*/) {
 }
 
 // Called before the constructors of the libraries that the program is linked with.
-__attribute__((section(".preinit_array"), used)) void (*const before_libraries)(int, char**, char**) = begin;
+__attribute__((section(".preinit_array"), used)) void (*const before_libraries)(int, char**, char**) = begin_handling;
 
 }  // namespace
 

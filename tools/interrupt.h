@@ -1,4 +1,5 @@
-// Ctrl-C, SIGTERM and SIGHUP: an orderly end within a second, without a partial file.
+// Ctrl-C, SIGTERM and SIGHUP: an orderly end within a second, without a partial file. Until watch_for_interrupt() they
+// end the program at once, from before the libraries' own start on. SIGQUIT, SIGUSR1 and SIGUSR2 end it by the signal.
 #pragma once
 #include <atomic>
 

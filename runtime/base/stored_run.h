@@ -14,9 +14,9 @@ class StoredRun {
  public:
   using Json = nlohmann::ordered_json;
 
-  // schema: of the file, with the version of its format. job: for messages, "a training". Throws InputError: the file
-  // is there and is not of this schema, or has changed since it was written. Files from before there were checksums
-  // have none, and are taken as they are.
+  // schema: of the file, with the version of its format. job: for messages, "a training". Throws UsageError: the file is
+  // that of another kind of job; InputError: it is there and is not of this schema, or has changed since it was written.
+  // Files from before there were checksums have none, and are taken as they are.
   StoredRun(std::string file, std::string schema, std::string job);
 
   const std::string& file() const { return file_; }
@@ -48,7 +48,7 @@ class StoredRun {
 // The folder of one long job, locked while this lives, with the job's StoredRun.
 class RunFolder {
  public:
-  // Makes the folder where it is missing. Throws as FolderLock and StoredRun.
+  // Makes the folder where it is missing. Throws as refuse_folder_of_other(), FolderLock and StoredRun.
   RunFolder(std::string folder, const std::string& file, std::string schema, std::string job);
 
   const std::string& path() const { return folder_; }

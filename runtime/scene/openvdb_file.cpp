@@ -103,6 +103,8 @@ class WholeFile : public openvdb::io::Archive {
     readHeader(in);
     std::int64_t end = 0;
     if (!inputHasGridOffsets()) return end;
+    setFormatVersion(in);  // what is read next depends on it
+    setLibraryVersion(in);
     openvdb::MetaMap().readMeta(in);
     for (std::int32_t left = readGridCount(in); left > 0; --left) {
       openvdb::io::GridDescriptor grid;

@@ -1,9 +1,11 @@
 // Volumes from OpenVDB files, whole and damaged; the files are written by OpenVDB itself.
 #include <openvdb/io/File.h>
+#include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 
 #include "runtime/scene/packed_voxels.h"
@@ -176,6 +178,20 @@ TEST_CASE("OpenVDB grids that are no densities are refused") {
       openvdb::math::Transform::createFrustumTransform(openvdb::BBoxd({0, 0, 0}, {10, 10, 10}), 0.5, 2));
   write(folder, {frustum});
   folder.check_error(medium(), 4, {"frustum"});
+}
+
+TEST_CASE("a file of grids one after another, without their places, is read whole or refused") {
+  SceneFolder folder;
+  {
+    std::ofstream out(folder.path("g.vdb"), std::ios::binary);
+    openvdb::io::Stream(out).write(openvdb::GridCPtrVec{steps<openvdb::FloatGrid>("density")});
+  }
+  CHECK(folder.load(medium()).media.size() == 1);
+  const auto whole = std::filesystem::file_size(folder.path("g.vdb"));
+  for (const std::uintmax_t size : {whole - 1, whole - 100, whole / 2, whole / 5}) {
+    std::filesystem::resize_file(folder.path("g.vdb"), size);
+    folder.check_error(medium(), 4, {"g.vdb"});
+  }
 }
 
 TEST_CASE("OpenVDB files that are none, or cut, are refused") {

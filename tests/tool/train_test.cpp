@@ -205,7 +205,8 @@ TEST_CASE("Ctrl-C and SIGHUP end itn train with a checkpoint and exit code 130; 
     CAPTURE(signal_number);
     const std::size_t before = epochs_in(stopped);
     Process process(train(set.folder, stopped, more), one_thread);
-    wait_until([&] { return std::filesystem::exists(stopped + "/run.json") && process.handles(signal_number); });
+    // main() has begun: the handler of the signal itself stands before.
+    wait_until([&] { return std::filesystem::exists(stopped + "/run.json") && process.handles(SIGABRT); });
     const double begun = process.cpu_seconds();
     wait_until([&] { return process.cpu_seconds() > begun + 0.1; });  // it trains
     process.send(signal_number);
