@@ -137,8 +137,8 @@ class Mover {
     sensor.zone = zones_(sensor.zone, [&](Shape& zone) { move(zone); });
   }
 
-  void move(Instance& medium) {
-    for (Texture& value : medium.values)
+  void move(Instance& instance) {
+    for (Texture& value : instance.values)
       value.volume = volumes_(value.volume, [&](Volume& volume) { move(volume.to_world); });
   }
 
@@ -229,6 +229,7 @@ void move_to_middle(Scene& scene, const MeshOrigins& origins, std::vector<std::s
     mover.move(medium);
     mover.move(medium.phase);
   }
+  for (Bsdf& bsdf : scene.bsdfs) mover.move(bsdf);
   for (Light& light : scene.lights) mover.move_light(light);
 }
 

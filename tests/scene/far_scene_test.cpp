@@ -1,5 +1,7 @@
 // Scenes far from the origin, and shapes that single precision does not tell.
 #include <cmath>
+#include <cstdint>
+#include <stdexcept>
 
 #include "runtime/scene/box.h"
 #include "runtime/scene/mesh/placed_mesh.h"
@@ -24,7 +26,9 @@ const std::string everything = R"(<default name="x" value="0"/>
   <transform name="to_world"><translate z="3"/><translate x="$x"/></transform></volume></medium></shape>
 <shape type="sphere"><point name="center" x="$x" y="0" z="3"/>
   <sensor type="irradiancemeter"><film type="hdrfilm"><integer name="width" value="1"/><integer name="height" value="1"/></film></sensor></shape>
-<shape type="obj"><string name="filename" value="a.obj"/></shape>
+<shape type="obj"><string name="filename" value="a.obj"/><bsdf type="diffuse"><texture type="volume" name="reflectance">
+  <volume name="volume" type="gridvolume"><string name="filename" value="grid.vol"/>
+  <transform name="to_world"><translate z="3"/><translate x="$x"/></transform></volume></texture></bsdf></shape>
 <shape type="shapegroup" id="g"><shape type="cylinder"/><shape type="cube"/></shape>
 <shape type="instance"><ref id="g"/><transform name="to_world"><scale value="0.5"/><translate x="$x"/></transform></shape>)";
 
@@ -38,8 +42,26 @@ std::string tetrahedron(double x) {
   return text + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
 }
 
+// A .vol file (scenes/README.md) of two voxels along x.
+std::string two_voxels() {
+  const std::array<std::int32_t, 5> sizes{1, 2, 1, 1, 1};
+  const std::array<float, 8> numbers{0, 0, 0, 1, 1, 1, 0.2F, 0.8F};  // the box, and the values
+  std::string bytes = "VOL\3";
+  bytes.append(reinterpret_cast<const char*>(sizes.data()), sizeof sizes);
+  bytes.append(reinterpret_cast<const char*>(numbers.data()), sizeof numbers);
+  return bytes;
+}
+
+const Volume& texture_volume(const Scene& scene) {
+  for (const Bsdf& bsdf : scene.bsdfs)
+    for (const Texture& value : bsdf.values)
+      if (value.volume) return *value.volume;
+  throw std::logic_error("no texture has a volume");
+}
+
 Scene at(SceneFolder& folder, double x) {
   folder.write("a.obj", tetrahedron(x));
+  folder.write("grid.vol", two_voxels());
   std::array<char, 40> text{};
   std::snprintf(text.data(), text.size(), "%.17g", x);
   return folder.load(everything, {{"x", text.data()}});
@@ -86,6 +108,7 @@ TEST_CASE("a scene far away is the scene about the origin, with everything in it
     }
     check_same(place_of(there.media[0].value("sigma_t").volume->to_world),
                place_of(here.media[0].value("sigma_t").volume->to_world), shift, tolerance);
+    check_same(place_of(texture_volume(there).to_world), place_of(texture_volume(here).to_world), shift, tolerance);
     REQUIRE(there.sensors[meter_at].zone);
     check_same(there.sensors[meter_at].zone->center, here.sensors[meter_at].zone->center, shift, tolerance);
   }
