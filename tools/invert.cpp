@@ -293,7 +293,7 @@ void add_invert(CLI::App& app) {
           "given; gauss-newton of more, with --start, --starts, --init or --white-balance, of a number without "
           "a range to look at, and on several ranks")
       ->check(CLI::IsMember({"adam", "gauss-newton", "posterior"}));
-  command->add_option("--iterations", options->iterations, "at most; default 50, adam 200, posterior 12 (rounds)")
+  command->add_option("--iterations", options->iterations, "at most; default 50, adam 200, posterior 8 (rounds)")
       ->check(CLI::Range(1, 1000000));
   add_noise_option(*command, options->noise);
   command->add_flag("--exposure", options->exposure, "each target is known up to a factor: find it, too");

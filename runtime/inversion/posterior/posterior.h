@@ -13,7 +13,7 @@
 namespace itn {
 
 struct PosteriorOptions {
-  int rounds = 12;     // at most
+  int rounds = 8;      // at most
   int spp = 0;         // of a rendering, both halves; 0: as the targets' noise asks for
   int samples = 2000;  // of the posterior
   std::uint64_t seed = 0;
