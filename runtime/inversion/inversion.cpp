@@ -20,6 +20,8 @@ constexpr double in_linear_range = 1;    // renderings from farther away than th
 constexpr double lost_in_noise = 1.5;    // steps shorter than this many standard errors of the rendering say nothing
 constexpr double much_worse = 1.5;       // a loss that much higher takes the step back
 constexpr double largest_step = 1;       // of a coordinate in one iteration
+constexpr int better_reference = 4;      // samples of it where noise hides a direction, over the most of a rendering
+constexpr int most_sample_number = 1 << 30;
 constexpr double least_damping = 1e-6, most_damping = 1e3;
 
 // Of a pixel, as many as `all` pixels have: of few pixels those cost nothing.
@@ -171,6 +173,17 @@ bool Inversion::gauss_newton(const LeastSquares& equations, InversionState& stat
   change *= std::min(1.0, largest_step / std::max(1e-300, change.cwiseAbs().maxCoeff()));
   for (std::size_t k = 0; k < state.x.size(); ++k) state.x[k] += change[static_cast<Eigen::Index>(k)];
   state.x = clamped(state.x);
+  // Instruments of less noise tell as much as that many times the renderings.
+  const int better = better_reference * limit;
+  if (!state.done && most && solution.hidden && step.distance <= in_linear_range && state.reference_spp < better &&
+      state.next_sample < most_sample_number - better) {
+    state.reference_x = step.x;
+    state.reference_sample = state.next_sample;
+    state.reference_spp = better;
+    state.next_sample += better;
+    state.pool.clear();
+    return false;
+  }
   return !state.converged && (more || step.distance > in_linear_range);
 }
 

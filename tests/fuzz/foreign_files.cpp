@@ -6,7 +6,7 @@
 
 namespace itn {
 
-Mesh read_with_assimp(const std::string& file, const std::string& /*extension*/) {
+PlacedMesh read_with_assimp(const std::string& file, const std::string& /*extension*/) {
   throw InputError(file + ": left to the child process");
 }
 

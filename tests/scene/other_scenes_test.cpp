@@ -17,7 +17,7 @@ void make_folder(const SceneFolder& folder, const std::string& name) {
   std::filesystem::create_directories(folder.path(name));
 }
 
-const std::string grey = "<bsdf version=\"3.0.0\" type=\"diffuse\"><float name=\"reflectance\" value=\"0.25\"/></bsdf>";
+const std::string grey_bsdf = "<bsdf version=\"3.0.0\" type=\"diffuse\"><float name=\"reflectance\" value=\"0.25\"/></bsdf>";
 const std::string sphere_t = "<shape type=\"ply\"><string name=\"filename\" value=\"t.ply\"/></shape>";
 
 }  // namespace
@@ -68,7 +68,7 @@ TEST_CASE("a scene has a version; one later than 3 is read as 3, and told") {
 
 TEST_CASE("an included file may be an object, and has a version of its own") {
   SceneFolder folder;
-  folder.write("grey.xml", grey);
+  folder.write("grey.xml", grey_bsdf);
   const Scene scene = folder.load("<shape type=\"sphere\"><include filename=\"grey.xml\"/></shape>");
   CHECK(scene.bsdfs.at(0).value("reflectance").value == Rgb{0.25, 0.25, 0.25});
   folder.write("old.xml",
@@ -97,7 +97,7 @@ TEST_CASE("an included file finds files beside itself, beside the scene, and in 
   SceneFolder folder;
   make_folder(folder, "parts/more");
   make_folder(folder, "common");
-  folder.write("parts/more/deep.xml", grey);
+  folder.write("parts/more/deep.xml", grey_bsdf);
   folder.write(
       "parts/part.xml",
       "<scene version=\"3.0.0\"><path value=\"common\"/><include filename=\"more/deep.xml\"/>" + sphere_t + "</scene>");
