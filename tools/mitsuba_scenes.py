@@ -163,7 +163,7 @@ show('sensor.distant.target shape', lambda v: scene(sensor(
     vector('direction', '0,1,-0.5') + f'<shape type="rectangle" name="target">{transform(v)}</shape>', 'distant', POINT, '')),
     ('<scale value="0.5"/>', '<scale value="2"/>'), spp=65536)
 show('sensor.distant.to_world', lambda v: scene(sensor('', 'distant', POINT, look(v))), ('0,-4,2', '1,0,4'), spp=65536)
-show('sensor.irradiancemeter.to_world', lambda v: scene('', things=STAGE + wall(
+show('sensor.irradiancemeter.to_world', lambda v: scene('', light=SKY, things=STAGE + wall(
     diffuse('0.5') + sensor('', 'irradiancemeter', POINT, ''), v)),
     ('<scale value="0.1"/><translate value="1,0,0"/>', '<scale value="0.1"/><rotate x="1" angle="90"/><translate value="1,0,0"/>'),
     spp=65536)
@@ -176,7 +176,7 @@ def foggy(camera, sigma=0.2):
     return scene(FOG % sigma + camera, integrator(kind='volpath'), ROOM + BALL_IN_FOG, SKY + SUN)
 
 
-show('sensor.perspective.medium', lambda v: foggy(sensor(v)), ('<ref id="fog"/>', '<ref id="fog"/>' + number('near_clip', 2)))
+show('sensor.perspective.medium', lambda v: foggy(sensor(v)), ('<ref id="fog"/>', '<ref id="fog"/>' + number('near_clip', 6)))
 show('sensor.perspective.far_clip in a medium', lambda v: foggy(sensor('<ref id="fog"/>' + number('far_clip', v))), (100, 2.5))
 show('sensor.perspective.far_clip behind a boundary', lambda v: scene(
     sensor(number('far_clip', v)), integrator(kind='volpath'), ball(bsdf('null'), '0.4,-3.5,0.5', 0.2) + STAGE), (100, 4.6))
