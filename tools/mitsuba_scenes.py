@@ -375,10 +375,10 @@ for wrap in 'mirror', 'clamp':
                BIG + transform('<scale x="1.7" y="2.6"/><translate x="0.2"/>', 'to_uv'))
 of_texture('bitmap', 'to_uv', ('<scale x="1" y="1"/>', '<scale x="0.3" y="0.4"/><translate x="0.2" y="0.1"/>'),
            lambda name, v: transform(v, name), BIG)
-for parameter, values in ('name', ('vertex_color', 'vertex_second')), ('scale', (1, 0.5)):
+for parameter, values in (('scale', (1, 0.5)),):
     show(f'texture.mesh_attribute.{parameter}', lambda v, parameter=parameter: scene(things=(
         f'<shape type="ply">{text("filename", "uv.ply")}' + bsdf('diffuse', '<texture type="mesh_attribute" name="reflectance">' + (
-            text('name', v) if parameter == 'name' else text('name', 'vertex_color') + number('scale', v)) + '</texture>') +
+            text('name', 'vertex_color') + number(parameter, v)) + '</texture>') +
         '</shape>') + FLOOR), values)
 of_texture('checkerboard', 'color0', COLOURS, rgb)
 of_texture('checkerboard', 'color1', COLOURS, rgb)
