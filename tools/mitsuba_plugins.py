@@ -44,7 +44,8 @@ LIGHT = '<emitter type="constant"/>'
 # Parameters without a scene: how Mitsuba divides its work and what it keeps in memory, and those that are this program's alone.
 NOT_COMPARED = {'timeout', 'block_size', 'samples_per_pass', 'shutter_open', 'shutter_close', 'seed', 'sample_count', 'accel', 'format',
                 'silhouette_sampling_weight', 'sigma_s', 'sigma_s_prime', 'sigma_a', 'bits'}
-OURS = {('bsdf', 'principled'): {'alpha_u'}, ('shape', 'serialized'): {'flip_tex_coords'}}
+OURS = {('bsdf', 'principled'): {'alpha_u'}, ('shape', 'serialized'): {'flip_tex_coords'},
+        ('texture', 'mesh_attribute'): {'name'}}  # the name alone says which: tests/scene
 
 
 def rgb(name, value='0.5'):

@@ -163,7 +163,7 @@ show('sensor.distant.target shape', lambda v: scene(sensor(
     vector('direction', '0,1,-0.5') + f'<shape type="rectangle" name="target">{transform(v)}</shape>', 'distant', POINT, '')),
     ('<scale value="0.5"/>', '<scale value="2"/>'), spp=65536)
 show('sensor.distant.to_world', lambda v: scene(sensor('', 'distant', POINT, look(v))), ('0,-4,2', '1,0,4'), spp=65536)
-show('sensor.irradiancemeter.to_world', lambda v: scene('', things=STAGE + wall(
+show('sensor.irradiancemeter.to_world', lambda v: scene('', light=SKY, things=STAGE + wall(
     diffuse('0.5') + sensor('', 'irradiancemeter', POINT, ''), v)),
     ('<scale value="0.1"/><translate value="1,0,0"/>', '<scale value="0.1"/><rotate x="1" angle="90"/><translate value="1,0,0"/>'),
     spp=65536)
@@ -176,7 +176,7 @@ def foggy(camera, sigma=0.2):
     return scene(FOG % sigma + camera, integrator(kind='volpath'), ROOM + BALL_IN_FOG, SKY + SUN)
 
 
-show('sensor.perspective.medium', lambda v: foggy(sensor(v)), ('<ref id="fog"/>', '<ref id="fog"/>' + number('near_clip', 2)))
+show('sensor.perspective.medium', lambda v: foggy(sensor(v)), ('<ref id="fog"/>', '<ref id="fog"/>' + number('near_clip', 6)))
 show('sensor.perspective.far_clip in a medium', lambda v: foggy(sensor('<ref id="fog"/>' + number('far_clip', v))), (100, 2.5))
 show('sensor.perspective.far_clip behind a boundary', lambda v: scene(
     sensor(number('far_clip', v)), integrator(kind='volpath'), ball(bsdf('null'), '0.4,-3.5,0.5', 0.2) + STAGE), (100, 4.6))
@@ -320,9 +320,10 @@ of_bsdf('principled', 'base_color', COLOURS, rgb)
 for parameter, values, rest in (
         ('roughness', (0.2, 0.7), ''), ('anisotropic', (0, 0.9), number('metallic', 1)), ('metallic', (0, 0.8), ''),
         ('spec_trans', (0, 0.8), ''), ('eta', (1.3, 2), number('spec_trans', 0.5)), ('specular', (0.1, 0.9), ''),
-        ('spec_tint', (0, 1), ''), ('sheen', (0, 1), ''), ('sheen_tint', (0, 1), number('sheen', 1)), ('flatness', (0, 1), ''),
-        ('clearcoat', (0, 1), ''), ('clearcoat_gloss', (0, 1), number('clearcoat', 1))):
+        ('spec_tint', (0, 1), ''), ('sheen', (0, 1), ''), ('sheen_tint', (0, 1), number('sheen', 1)), ('flatness', (0, 1), ''), ('clearcoat', (0, 1), '')):
     of_bsdf('principled', parameter, values, rest=rgb('base_color', '0.7, 0.4, 0.2') + rest)
+of_bsdf('principled', 'clearcoat_gloss', (0, 1), rest=rgb('base_color', '0.02') + number('clearcoat', 1) + number('roughness', 0.9),
+        light=lamp('40'))
 for parameter in 'main_specular_sampling_rate', 'clearcoat_sampling_rate', 'diffuse_reflectance_sampling_rate':
     of_bsdf('principled', parameter, (1, 2), rest=number('clearcoat', 0.5), moves=False)
 of_bsdf('principledthin', 'base_color', COLOURS, rgb)
@@ -348,7 +349,7 @@ for parameter in 'flip_invalid_normals', 'use_shadowing_function':
 BUMPS = PICTURE.format('nested', 'big.ppm', flag('raw', 'true'))
 of_bsdf('bumpmap', 'scale', (0, 0.4), rest=BUMPS, inside=diffuse('0.7'))
 for parameter in 'flip_invalid_normals', 'use_shadowing_function':
-    of_bsdf('bumpmap', parameter, ('true', 'false'), flag, BUMPS + number('scale', 0.4), diffuse('0.7'),
+    of_bsdf('bumpmap', parameter, ('true', 'false'), flag, BUMPS + number('scale', 3), diffuse('0.7'),
             moves=parameter != 'flip_invalid_normals')
 of_bsdf('polarizer', 'transmittance', ('0.2', '0.8'), rgb)
 of_bsdf('polarizer', 'theta', (0, 30), moves=False)
@@ -374,10 +375,10 @@ for wrap in 'mirror', 'clamp':
                BIG + transform('<scale x="1.7" y="2.6"/><translate x="0.2"/>', 'to_uv'))
 of_texture('bitmap', 'to_uv', ('<scale x="1" y="1"/>', '<scale x="0.3" y="0.4"/><translate x="0.2" y="0.1"/>'),
            lambda name, v: transform(v, name), BIG)
-for parameter, values in ('name', ('vertex_color', 'vertex_second')), ('scale', (1, 0.5)):
+for parameter, values in (('scale', (1, 0.5)),):
     show(f'texture.mesh_attribute.{parameter}', lambda v, parameter=parameter: scene(things=(
         f'<shape type="ply">{text("filename", "uv.ply")}' + bsdf('diffuse', '<texture type="mesh_attribute" name="reflectance">' + (
-            text('name', v) if parameter == 'name' else text('name', 'vertex_color') + number('scale', v)) + '</texture>') +
+            text('name', 'vertex_color') + number(parameter, v)) + '</texture>') +
         '</shape>') + FLOOR), values)
 of_texture('checkerboard', 'color0', COLOURS, rgb)
 of_texture('checkerboard', 'color1', COLOURS, rgb)
@@ -463,11 +464,12 @@ def of_grid(parameter, values, element, rest=PLACE, **options):
 of_grid('to_world', (1.5, 2.5), lambda name, v: transform(f'<translate value="-0.5,-0.5,-0.5"/><scale value="{v}"/>'), '')
 of_grid('raw', ('false', 'true'), flag, moves=False)
 of_grid('use_grid_bbox', ('false', 'true'), flag, moves=False)
-of_grid('filter_type', ('trilinear', 'nearest'), text)
+of_grid('filter_type', ('trilinear', 'nearest'), text, spp=4096)
 SMALL = transform('<translate value="-0.5,-0.5,-0.5"/><scale value="0.9"/>')
 for wrap in 'mirror', 'repeat':
     show(f'volume.gridvolume.wrap_mode {wrap}', lambda v: in_medium(medium(
-        GRID.format('albedo', 'b.vol', SMALL + text('wrap_mode', v)) + number('sigma_t', 3), 'heterogeneous')), ('clamp', wrap))
+        GRID.format('albedo', 'b.vol', SMALL + text('wrap_mode', v)) + number('sigma_t', 3), 'heterogeneous')), ('clamp', wrap),
+        moves=wrap == 'repeat')  # of two voxels the mirror image is the same
 
 
 def of_phase(kind, parameter, values, element=number, inside='', **options):
@@ -572,7 +574,7 @@ def write_round_meshes(folder):
         file.writelines('vt %g %g\n' % place for place in places)
         file.writelines('f %d/%d %d/%d %d/%d\n' % tuple(i + 1 for corner in face for i in (corner, corner)) for face in faces)
     with open(os.path.join(folder, 'uv.ply'), 'w') as file:
-        names = ('x', 'y', 'z', 'u', 'v', 'r', 'g', 'b', 'vertex_second_r', 'vertex_second_g', 'vertex_second_b')
+        names = ('x', 'y', 'z', 'u', 'v', 'r', 'g', 'b', 'second_r', 'second_g', 'second_b')
         file.write('ply\nformat ascii 1.0\nelement vertex 6\n' + ''.join(f'property float {name}\n' for name in names) +
                    'element face 8\nproperty list uchar int vertex_indices\nend_header\n')
         for (x, y, z), (u, v) in zip(corners, places):

@@ -10,7 +10,8 @@
  *   origin += lens_start l, direction -= lens_turn l.
  * HAS_ZONE: or rays begin on a surface, uniform over its area, and leave its front in proportion to the cosine; or they go
  *   along direction_0, through points of the surface, from `before` in front of it.
- * HAS_FAR_CLIP: it sees what is nearer than 1 / dot(clip, unit direction) and, where that is nothing, the light around. */
+ * HAS_FAR_CLIP: it sees what is nearer than 1 / dot(clip, unit direction) and, where that is nothing, the light around; in a
+ *   medium, no light. */
 typedef struct {
   float origin_0[3], origin_a[3], origin_b[3];
   float direction_0[3], direction_a[3], direction_b[3];

@@ -88,18 +88,8 @@ INLINE MASK keep_probes(__global const JobRecord* job, Pool* pool, INT slots, MA
 #endif
 }
 
-INLINE void generate_stage(const Launch* launch, int job_index, Pool* pool, INT slots, MASK valid, INT pixel,
-                           INT sample) {
-  __global const JobRecord* job = launch->jobs + job_index;
-  __global const CameraRecord* camera = launch->cameras + job->camera;
-  Random random;
-  random.pixel = AS_UINT(pixel);
-  random.sample = AS_UINT(sample);
-  random.event = (INT)(0);
-  random.seed_low = job->seed_low;
-  random.seed_high = job->seed_high;
-  REAL u[4];
-  draw(&random, 0, u);
+/* Where on the film the sample of a pixel lies: see CameraRecord. */
+INLINE void film_position(__global const CameraRecord* camera, INT pixel, const REAL u[4], REAL* a, REAL* b) {
   Lanes p, row, column;
   p.integer = pixel;
   UNROLL_FOR(int l = 0; l < WIDTH; ++l) {
@@ -113,7 +103,24 @@ INLINE void generate_stage(const Launch* launch, int job_index, Pool* pool, INT 
 #endif
   REAL x = CAST_REAL(column.integer + camera->crop_x) + 0.5f + dx;
   REAL y = CAST_REAL(row.integer + camera->crop_y) + 0.5f + dy;
-  REAL a = 1.0f - 2.0f * x * camera->inverse_width, b = 1.0f - 2.0f * y * camera->inverse_height;
+  *a = 1.0f - 2.0f * x * camera->inverse_width;
+  *b = 1.0f - 2.0f * y * camera->inverse_height;
+}
+
+INLINE void generate_stage(const Launch* launch, int job_index, Pool* pool, INT slots, MASK valid, INT pixel,
+                           INT sample) {
+  __global const JobRecord* job = launch->jobs + job_index;
+  __global const CameraRecord* camera = launch->cameras + job->camera;
+  Random random;
+  random.pixel = AS_UINT(pixel);
+  random.sample = AS_UINT(sample);
+  random.event = (INT)(0);
+  random.seed_low = job->seed_low;
+  random.seed_high = job->seed_high;
+  REAL u[4];
+  draw(&random, 0, u);
+  REAL a, b;
+  film_position(camera, pixel, u, &a, &b);
   REAL3 o, d;
   REAL3 normal = make3((REAL)(0.0f), (REAL)(0.0f), (REAL)(1.0f));
   REAL weight;

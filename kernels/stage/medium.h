@@ -170,21 +170,23 @@ INLINE Event fly(const Launch* launch, __global const JobRecord* job, Walk* w, R
     w->hit_v = SELECT(e.meets, hits.v.real, w->hit_v);
   }
   /* sigma_t 0: an endless flight leaves the scene */
-  MASK gone = w->alive & !e.meets & (flight > 1e30f), unseen = (MASK)(0);
+  const MASK gone = w->alive & !e.meets & (flight > 1e30f);
+  MASK unseen = (MASK)(0);
 #if HAS_FAR_CLIP
-  /* So does one that gets to where the camera's sight ends: as if it met a surface there. */
+  /* One that gets to where the camera's sight ends is over, as if it met a black surface there: Mitsuba shows the light around
+   * behind the end of rays in vacuum alone. */
   const REAL end = ray_end(launch, job, w->direction, (w->skip < 0) & (w->depth == 0));
   unseen = w->alive & (e.distance > end);
   e.distance = SELECT(unseen, end, e.distance);
   e.there = select3(unseen, add3(w->position, scale3(w->direction, e.distance)), e.there);
   e.meets = e.meets | unseen;
-  gone = gone | unseen;
 #endif
   e.scatters = w->alive & !e.meets & !gone;
 #if VOXEL_SUMS
   end_at_probe(launch, job, w, &e);
 #endif
-  w->escaped = w->escaped | (gone & !is_probe(&e));
+  w->escaped = w->escaped | (gone & !unseen & !is_probe(&e));
+  w->dead = w->dead | (unseen & !is_probe(&e));
   w->arrived = w->arrived | (e.meets & !unseen);
 #if MEDIUM_LIGHT_SAMPLING
   w->vertex = select3(e.meets, w->position, w->vertex);
