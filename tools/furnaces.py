@@ -42,7 +42,8 @@ class Place:
 def camera(place, b):
     """Sees one point at distance b from the axis."""
     size = 1e-4 * place.unit
-    return (f'<sensor type="orthographic"><transform name="to_world"><scale x="{size!r}" y="{size!r}"/>'
+    clip = f'<float name="near_clip" value="{place.unit / 100!r}"/><float name="far_clip" value="{place.unit * 100!r}"/>'
+    return (f'<sensor type="orthographic">{clip}<transform name="to_world"><scale x="{size!r}" y="{size!r}"/>'
             f'<lookat origin="{place.position(b, 0, 4)}" target="{place.position(b, 0, 0)}" up="0, 1, 0"/></transform>{FILM}</sensor>')
 
 
@@ -111,8 +112,12 @@ class Renderer:
         file = self.folder / "scene.xml"
         integrator = '<integrator type="volpath"><integer name="max_depth" value="-1"/></integrator>'
         file.write_text(f'<scene version="3.0.0">{integrator}{scene}</scene>')
-        run = subprocess.run([self.itn, "render", str(file), "-o", str(self.folder / "image.exr"), "--spp", str(spp), "--seed",
-                              str(self.runs), "--quiet", "--json", "-"], capture_output=True, text=True)
+        command = [self.itn, "render", str(file), "-o", str(self.folder / "image.exr"), "--spp", str(spp), "--seed", str(self.runs),
+                   "--quiet", "--json", "-"]
+        try:
+            run = subprocess.run(command, capture_output=True, text=True, timeout=60 + spp / 20000)
+        except subprocess.TimeoutExpired:
+            return "no end"
         if run.returncode:
             return run.stderr.strip().splitlines()[-1] if run.stderr.strip() else f"exit code {run.returncode}"
         result = json.loads(run.stdout)
