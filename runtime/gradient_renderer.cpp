@@ -25,10 +25,10 @@
 namespace itn {
 namespace {
 
-// Of the sums' 63 bits this many are for parts of what 2^22 paths sum in all; the others leave room for large
-// derivatives. So a path has 20 bits on average: fewer would be rounded off systematically, where paths are alike.
-constexpr int bits_below_mass = 42, path_bits = 22;
-constexpr std::int64_t most_paths = std::int64_t{1} << path_bits;  // between two looks at the sums
+// Of the sums' 63 bits this many are for parts of what 2^18 paths sum in all: 24 bits a path, since what is rounded off
+// equal paths adds up. The host takes the sums after every 2^22 paths: 17 bits are left for large derivatives.
+constexpr int bits_below_mass = 42, path_bits = 18;
+constexpr std::int64_t most_paths = std::int64_t{1} << 22;
 
 // The unit of sums of weight times derivative over so many paths; 0: everything is black or has no weight.
 double quantum_of(const std::vector<Rendering>& groups, const std::vector<std::vector<double>>& weights,
@@ -38,7 +38,7 @@ double quantum_of(const std::vector<Rendering>& groups, const std::vector<std::v
     for (std::size_t i = 0; i < weights[g].size(); ++i)
       mass += std::fabs(weights[g][i] * static_cast<double>(groups[g].mean[i]));
   if (mass == 0) return 0;
-  const int finer = paths > most_paths ? std::ilogb(static_cast<double>(paths - 1)) + 1 - path_bits : 0;
+  const int finer = std::max(0, std::ilogb(static_cast<double>(paths - 1) + 0.5) + 1 - path_bits);
   return std::ldexp(1, std::ilogb(mass) + 1 - bits_below_mass - finer);
 }
 

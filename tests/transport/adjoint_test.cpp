@@ -281,6 +281,42 @@ TEST_CASE("replay: the standard error is that of the spread of gradients, howeve
   }
 }
 
+TEST_CASE("replay: the standard error by all voxels or texels is that of the spread of gradients",
+          "[derivative][stat]") {
+  Scene scene = scene_of("grid_null");
+  scene.sensors[0].crop_x = 4;
+  scene.sensors[0].crop_y = 8;
+  scene.sensors[0].crop_width = 16;
+  scene.sensors[0].crop_height = 8;
+  RenderOptions options;
+  options.seed = 4;
+  for (const Parameter& p : list_parameters(scene))
+    if (p.has_values()) options.derivatives.push_back(p.name);
+  REQUIRE(!options.derivatives.empty());
+  for (const auto& [spp, repeats] : {std::pair{4, 300}, {64, 100}}) {
+    const std::vector<double> ratios = claimed_over_true(scene, options, spp, repeats);
+    for (std::size_t p = 0; p < ratios.size(); ++p) {
+      INFO(options.derivatives[p] << ", " << spp << " samples: claimed over true variance " << ratios[p]);
+      CHECK(std::abs(ratios[p] - 1) < 4 * std::sqrt(2.0 / (repeats - 1)));
+    }
+  }
+}
+
+TEST_CASE("replay: millions of equal paths are not rounded off", "[derivative]") {
+  // a pixel beside the star: all paths bring the light's radiance
+  Scene scene = scene_of("null_constant");
+  scene.sensors[0].crop_width = scene.sensors[0].crop_height = 1;
+  RenderOptions options;
+  for (const Parameter& p : list_parameters(scene))
+    if (is_of_light(p)) options.derivatives.push_back(p.name);
+  REQUIRE(options.derivatives.size() == 3);
+  const auto weights = [](const std::vector<Rendering>&) {
+    return std::vector<std::vector<double>>{std::vector<double>(3, 1.0)};
+  };
+  const std::vector<double> found = GradientRenderer(device(), scene, options).render(0, {3 << 22}, weights).value;
+  for (const double of_channel : found) CHECK(of_channel == Approx(1).epsilon(3e-7));
+}
+
 TEST_CASE("replay refuses what it cannot do, by name", "[derivative]") {
   const Scene scene = scene_of("sunsky_rough_floor");
   RenderOptions options = by_all(scene);

@@ -270,7 +270,7 @@ TEST_CASE("the gradients by the voxels of a constant grid are the derivative by 
     const std::vector<Estimate> a = of_all(homogeneous, 5), b = of_all(constant, 50);
     INFO("homogeneous " << a[0].value << " +- " << a[0].stderr_ << ", grid " << b[0].value << " +- " << b[0].stderr_);
     CHECK(std::abs(z_of(a[0], b[0])) < 5.5);
-    CHECK(b[1].value == Approx(a[1].value).epsilon(0.2));  // as quiet: no probes where nothing is thin
+    CHECK(b[1].value < 1.1 * a[1].value);  // no noisier: no probes where nothing is thin
   }
 }
 

@@ -42,7 +42,8 @@ class Place:
 def camera(place, b):
     """Sees one point at distance b from the axis."""
     size = 1e-4 * place.unit
-    return (f'<sensor type="orthographic"><transform name="to_world"><scale x="{size!r}" y="{size!r}"/>'
+    clip = f'<float name="near_clip" value="{place.unit / 100!r}"/><float name="far_clip" value="{place.unit * 100!r}"/>'
+    return (f'<sensor type="orthographic">{clip}<transform name="to_world"><scale x="{size!r}" y="{size!r}"/>'
             f'<lookat origin="{place.position(b, 0, 4)}" target="{place.position(b, 0, 0)}" up="0, 1, 0"/></transform>{FILM}</sensor>')
 
 
@@ -70,7 +71,7 @@ def diffuse(place):
 
 
 def exchange(larger_shines):
-    """Irradiance of one rectangle by another beside a ball of fog in glass."""
+    """Irradiance of one rectangle by another through a ball of fog."""
     def scene(place):
         def rectangle(half, x, angle, inner):
             steps = (("scale", f'value="{half!r}"'), ("rotate", f'y="1" angle="{angle}"'), ("translate", f'x="{x}" z="0.4"'))
@@ -80,7 +81,7 @@ def exchange(larger_shines):
         black = '<bsdf type="diffuse"><float name="reflectance" value="0"/></bsdf>'
         first, second = (shine, measure) if larger_shines else (measure, shine)
         return (rectangle(0.5, -2, 90, black + first) + rectangle(0.3, 2.5, -90, black + second) + '<shape type="sphere">' +
-                place.transform() + boundary(1.5) + medium(place, 1.0, 0.9, 0.5) + "</shape>")
+                place.transform() + boundary(1) + medium(place, 1.0, 0.9, 0.5) + "</shape>")
     return scene
 
 
@@ -111,8 +112,12 @@ class Renderer:
         file = self.folder / "scene.xml"
         integrator = '<integrator type="volpath"><integer name="max_depth" value="-1"/></integrator>'
         file.write_text(f'<scene version="3.0.0">{integrator}{scene}</scene>')
-        run = subprocess.run([self.itn, "render", str(file), "-o", str(self.folder / "image.exr"), "--spp", str(spp), "--seed",
-                              str(self.runs), "--quiet", "--json", "-"], capture_output=True, text=True)
+        command = [self.itn, "render", str(file), "-o", str(self.folder / "image.exr"), "--spp", str(spp), "--seed", str(self.runs),
+                   "--quiet", "--json", "-"]
+        try:
+            run = subprocess.run(command, capture_output=True, text=True, timeout=60 + spp / 20000)
+        except subprocess.TimeoutExpired:
+            return "no end"
         if run.returncode:
             return run.stderr.strip().splitlines()[-1] if run.stderr.strip() else f"exit code {run.returncode}"
         result = json.loads(run.stdout)
@@ -150,7 +155,7 @@ def main():
     options = parser.parse_args()
     many = 1 << 20 if options.quick else 1 << 26
     units = (1e-6, 1.0, 1e6) if options.quick else (1e-6, 1e-3, 1.0, 1e3, 1e6)
-    places = [Place(unit, away) for unit in units for away in (0.0, 1e6)]
+    places = [Place(unit, away) for unit in units for away in (0.0, min(1e6, 9e11 / unit))]  # coordinates end at 1e12
     table = Table()
     with tempfile.TemporaryDirectory() as folder:
         render = Renderer(options.itn, folder)
