@@ -253,7 +253,8 @@ void set_colour(Rgb& colour, const Parameter& p, double value) {
 void set_instance(Instance& instance, const Parameter& p, double value) {
   for (const std::size_t i : instance.values_called(p.id, p.member)) {
     Texture& of = instance.values[i];
-    if (of.is_grid() && of.is_constant()) throw UsageError(fmt::format("parameter {}: cannot be set: {}", p.name, voxels_value));
+    if (of.is_grid() && of.is_constant())
+      throw UsageError(fmt::format("parameter {}: cannot be set: {}", p.name, voxels_value));
     if (!of.is_constant()) throw UsageError(fmt::format("parameter {}: cannot be set: {}", p.name, textured_value));
     set_colour(of.value, p, value);
   }

@@ -455,7 +455,8 @@ TEST_CASE("a texture shows an attribute of the mesh, which must be there and fit
   CHECK(folder.load(shape("principled", "metallic", "face_weight", "")).warnings.size() < 2);
   const Scene bright = folder.load(shape("diffuse", "reflectance", "vertex_color", ""));  // as in Mitsuba
   REQUIRE(bright.warnings.size() == 1);
-  CHECK_THAT(bright.warnings[0], Catch::Contains("the value 2") && Catch::Contains("goes to 1") && Catch::Contains("scale"));
+  CHECK_THAT(bright.warnings[0],
+             Catch::Contains("the value 2") && Catch::Contains("goes to 1") && Catch::Contains("scale"));
   folder.check_error(shape("diffuse", "reflectance", "vertex_heat", ""), 2,
                      {"no attribute \"vertex_heat\"", "\"vertex_color\", \"face_weight\""});
   folder.check_error(shape("diffuse", "reflectance", "heat", ""), 3, {"begins with vertex_ or face_"});

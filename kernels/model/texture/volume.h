@@ -34,8 +34,7 @@ static inline int volume_value(__global const TextureRecord* t, __global const f
   rgb[0] = rgb[1] = rgb[2] = 0.0f;
   UNROLL_FOR(int k = 0; k < 8; ++k) {
     const int i = k & 1, j = k >> 1 & 1, l = k >> 2;
-    const float weight =
-        (i ? share[0] : 1 - share[0]) * (j ? share[1] : 1 - share[1]) * (l ? share[2] : 1 - share[2]);
+    const float weight = (i ? share[0] : 1 - share[0]) * (j ? share[1] : 1 - share[1]) * (l ? share[2] : 1 - share[2]);
     __global const float* p = voxels + 3 * ((which[2][l] * size[1] + which[1][j]) * size[0] + which[0][i]);
     UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] += weight * p[c];
   }

@@ -86,8 +86,7 @@ Texture light_texture(Builder& builder, Properties& properties, const std::strin
     Texture read = build_texture(builder, *element);
     if (!read.attribute.empty())
       properties.fail_at(name, quote(name) + " of a light is an attribute of a mesh; need a bitmap or a checkerboard");
-    if (read.volume)
-      properties.fail_at(name, quote(name) + " of a light is a volume; need a bitmap or a checkerboard");
+    if (read.volume) properties.fail_at(name, quote(name) + " of a light is a volume; need a bitmap or a checkerboard");
     return read;
   }
   texture.value = properties.color(name, {{fallback, fallback, fallback}}, Quantity::emission).value;
@@ -218,8 +217,7 @@ Texture number_texture(Builder& builder, Properties& properties, const DeclaredP
       for (const float texel : value.bitmap->data) check_in_range(properties, p, static_cast<double>(texel));
     for (const Rgb& colour : value.colours) check_in_range(properties, p, colour[0]);
     if (value.volume)
-      for (const float voxel : value.volume->grid->data)
-        check_in_range(properties, p, static_cast<double>(voxel));
+      for (const float voxel : value.volume->grid->data) check_in_range(properties, p, static_cast<double>(voxel));
     value.value.fill(p.fallback);
     return value;
   }

@@ -91,8 +91,9 @@ void warn_of_transforms(const Element& element, std::vector<std::string>& warnin
   if (element.tag == "matrix") {
     const std::vector<double> v = parse_numbers(element.attribute("value"), element.where, "<matrix>");
     if (v.size() == 16 && !(v[12] == 0 && v[13] == 0 && v[14] == 0 && v[15] == 1))
-      warnings.push_back(to_string(element.where) +
-                         ": <matrix>: the last row is not 0 0 0 1; it is left out, as in Mitsuba: transforms are affine");
+      warnings.push_back(
+          to_string(element.where) +
+          ": <matrix>: the last row is not 0 0 0 1; it is left out, as in Mitsuba: transforms are affine");
   }
   for (const auto& child : element.children) warn_of_transforms(*child, warnings);
 }
