@@ -61,7 +61,8 @@ def make_targets(scene: Scene, target: Any, mask: Any, sensor: int | Sequence[in
     """One target, or a list of them, one a sensor, with masks likewise."""
     several = isinstance(target, (list, tuple))
     targets = list(target) if several else [target]
-    masks = [None] * len(targets) if mask is None else list(mask) if isinstance(mask, (list, tuple)) else [mask]
+    one = not several or isinstance(mask, (str, os.PathLike))
+    masks = [None] * len(targets) if mask is None else [mask] if one else list(mask)
     if sensor is None:
         sensors = list(range(len(targets)))
     else:

@@ -110,13 +110,15 @@ class Parameters(MutableMapping):
 
 
 def _values(name: str, value: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """An array of this shape, of one, or of a number for all. Of numpy, torch, or whatever has __array__ or DLPack."""
+    """An array of this shape, of one, of a number for all, or of a colour for all texels. Of numpy, torch, or whatever has __array__ or DLPack."""
     try:
         found = numbers(value)
     except (TypeError, ValueError):
         raise _itn.UsageError(f"parameter {name}: got {type(value).__name__}, need {'an array' if shape else 'a number'}") from None
     if found.size == 1:
         return np.broadcast_to(found.reshape(()), shape)
+    if len(shape) > 1 and found.shape == tuple(shape[-1:]):
+        return np.broadcast_to(found, shape)
     if found.shape != tuple(shape):
         need = f"an array of shape {tuple(shape)}, or one number" if shape else "one number"
         raise _itn.UsageError(f"parameter {name}: got an array of shape {found.shape}, need {need}")

@@ -95,6 +95,14 @@ def test_transformations_are_applied_from_the_last_to_the_first():
     assert np.ptp(images[0]) > 0.1
 
 
+def test_every_model_of_the_program_has_its_tag_in_dictionaries():
+    scene = itn.load_dict({"type": "scene", "sensor": {"type": "perspective"}, "sky": {"type": "sphericalharmonics", "c_0_0": 1.0},
+                           "ball": {"type": "sphere", "skin": {"type": "oren_nayar", "alpha": 0.5}}})
+    assert scene.parameters["skin.alpha"] == 0.5
+    tags = itn._itn.model_tags()
+    assert tags["draine"] == "phase" and tags["merl"] == "bsdf" and tags["volume"] == "texture"
+
+
 def test_dictionaries_that_are_wrong_say_where():
     with pytest.raises(itn.InputError, match="'nix', which is not known"):
         itn.load_dict({"type": "scene", "x": {"type": "nix"}})
