@@ -14,9 +14,9 @@ class StoredRun {
  public:
   using Json = nlohmann::ordered_json;
 
-  // schema: of the file, with the version of its format. job: for messages, "a training". Throws UsageError: the file is
-  // that of another kind of job; InputError: it is there and is not of this schema, or has changed since it was written.
-  // Files from before there were checksums have none, and are taken as they are.
+  // schema: of the file, with the version of its format. job: for messages, "a training". Throws UsageError: the file
+  // is that of another kind of job; InputError: it is there and is not of this schema, or has changed since it was
+  // written. Files from before there were checksums have none, and are taken as they are.
   StoredRun(std::string file, std::string schema, std::string job);
 
   const std::string& file() const { return file_; }

@@ -17,7 +17,8 @@ void make_folder(const SceneFolder& folder, const std::string& name) {
   std::filesystem::create_directories(folder.path(name));
 }
 
-const std::string grey_bsdf = "<bsdf version=\"3.0.0\" type=\"diffuse\"><float name=\"reflectance\" value=\"0.25\"/></bsdf>";
+const std::string grey_bsdf =
+    "<bsdf version=\"3.0.0\" type=\"diffuse\"><float name=\"reflectance\" value=\"0.25\"/></bsdf>";
 const std::string sphere_t = "<shape type=\"ply\"><string name=\"filename\" value=\"t.ply\"/></shape>";
 
 }  // namespace
