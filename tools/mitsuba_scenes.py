@@ -456,6 +456,10 @@ show('medium.heterogeneous.sample_emitters', lambda v: in_medium(medium(GRID.for
     'sigma_t', 'b.vol', PLACE) + number('scale', 3) + flag('sample_emitters', v), 'heterogeneous')), ('true', 'false'))
 
 
+show('texture.volume.volume', lambda v: scene(things=wall(bsdf('diffuse', '<texture type="volume" name="reflectance">' + GRID.format(
+    'volume', v, PLACE) + '</texture>'), '<scale value="1.1"/><rotate x="1" angle="80"/>') + FLOOR), ('a.vol', 'b.vol'))
+
+
 def of_grid(parameter, values, element, rest=PLACE, **options):
     show(f'volume.gridvolume.{parameter}', lambda v: in_medium(medium(
         GRID.format('sigma_t', 'b.vol', rest + element(parameter, v)) + number('scale', 3), 'heterogeneous')), values, **options)
