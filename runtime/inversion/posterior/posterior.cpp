@@ -19,6 +19,9 @@ constexpr double margin = 1.15;                  // of the frame about the sampl
 constexpr double settled_share = 0.15;  // of the emulator
 constexpr double settled_shift = 0.4;   // standard deviations
 constexpr double settled_growth = 0.2;  // of log standard deviations
+// Rounds that differ by less than a deviation are noisy answers to one question. Where they go on to differ until there
+// are no more of them, the samples of the last two together are as wide as what they differ by.
+constexpr double pooled_shift = 1, pooled_growth = 0.5;
 // Which of several peaks is the likelier may hang on what moves an image less than its noise: that is seen in
 // renderings with so many times the samples, and after so many rounds of them.
 constexpr double samples_for_peaks = 8;
@@ -165,6 +168,7 @@ const PosteriorRound& Posterior::advance(std::vector<Exemplar> rendered) {
     for (const EmulatedView& view : views_) sum += view.log_likelihood(point);
     return sum;
   };
+  const Samples before = std::move(samples_);
   const auto how_many = [&](int count) {
     SamplerOptions how;
     how.samples = count;
@@ -199,13 +203,18 @@ const PosteriorRound& Posterior::advance(std::vector<Exemplar> rendered) {
         std::count_if(rounds_.begin(), rounds_.end(), [](const PosteriorRound& r) { return r.peaks > 1; });
     round.settled = round.settled && with_peaks >= rounds_for_peaks;
   }
+  const bool last_round = static_cast<int>(rounds_.size()) + 1 >= options_.rounds;
+  if (last_round && !round.settled && !rounds_.empty() && round.peaks == 1 && rounds_.back().peaks == 1)
+    round.settled = round.pooled =
+        round.shift <= pooled_shift && round.growth <= pooled_growth && round.emulator_share <= settled_share;
   rounds_.push_back(round);
-  done_ = round.settled || static_cast<int>(rounds_.size()) >= options_.rounds;
+  done_ = round.settled || last_round;
   if (done_) {
     // How the samples are shared out among peaks is known the better the more there are from the beginning.
     const SamplerOptions how = how_many(options_.samples);
     samples_ = round.peaks > 1 ? sample_posterior(regions_.local, log_prior_, log_likelihood, how)
                                : more_samples(regions_.local, log_prior_, log_likelihood, how, samples_);
+    if (round.pooled) pool(before, log_likelihood);
     peaks_ = peaks_of(samples_.at, samples_.log_prior + samples_.log_likelihood);
     return rounds_.back();
   }
@@ -215,6 +224,18 @@ const PosteriorRound& Posterior::advance(std::vector<Exemplar> rendered) {
   regions_.local = Frame::around(samples_.broad, margin);
   want_refinement();
   return rounds_.back();
+}
+
+// Every second sample becomes one of the round before.
+void Posterior::pool(const Samples& before, const LogDensity& log_likelihood) {
+  const Eigen::Index pairs = samples_.at.cols() / 2;
+  parallel_for(static_cast<std::size_t>(pairs), [&](std::size_t k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    const Eigen::VectorXd at = before.at.col(i % before.at.cols());
+    samples_.at.col(2 * i) = at;
+    samples_.log_prior[2 * i] = log_prior_(at);
+    samples_.log_likelihood[2 * i] = log_likelihood(at);
+  });
 }
 
 EmulatedView::Exposure Posterior::exposure(std::size_t target, const Eigen::VectorXd& at) const {

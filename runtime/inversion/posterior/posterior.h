@@ -29,6 +29,7 @@ struct PosteriorRound {
   double leave_one_out = 1, residual = 1;
   int peaks = 1;
   bool settled = false;
+  bool pooled = false;  // the answer is the samples of this round and the last one together
 };
 
 // Renders the targets' views at natural coordinates, `spp` samples in each of both halves.
@@ -65,6 +66,7 @@ class Posterior {
   void want_refinement();
   int refinement_spp() const;
   void emulate();
+  void pool(const Samples& before, const LogDensity& log_likelihood);
 
   Eigen::Index dimensions_;
   const std::vector<TargetImage>& targets_;

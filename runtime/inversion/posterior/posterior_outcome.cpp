@@ -200,7 +200,12 @@ std::vector<std::string> verdict(const PosteriorOutcome& outcome) {
   const std::string effort = fmt::format("{} rounds with {} renderings ({} of them were there before)",
                                          outcome.rounds.size(), last.exemplars, outcome.found);
   if (outcome.converged())
-    text.push_back("Settled after " + effort + ".");
+    text.push_back("Settled after " + effort +
+                   (last.pooled
+                        ? fmt::format("; the last two differ by up to {:.2g} standard deviations, and the answer "
+                                      "is both together.",
+                                      last.shift)
+                        : "."));
   else if (outcome.settled())
     text.push_back("NOT converged: it settled after " + effort +
                    ", but no material that was looked at fits: the intervals do not hold.");
