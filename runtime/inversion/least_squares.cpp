@@ -265,8 +265,10 @@ WhiteResidual white_residual(const Rendering& rendering, const TargetImage& targ
     const double model =
         factors[i % static_cast<std::size_t>(target.channels)] * static_cast<double>(rendering.mean[i]);
     const double left = model - static_cast<double>(target.value[i]);
-    const double variance = std::max(floor, noise.target[i] + noise.sample[i] / rendering.spp);
-    result.value.push_back(compared ? left / std::sqrt(variance) : 0);
+    const double known = noise.target[i] + noise.sample[i] / rendering.spp, variance = std::max(floor, known);
+    // That a pixel without noise is right says nothing of how strong the noise is.
+    const bool tells = known > floor || left * left > floor;
+    result.value.push_back(compared && tells ? left / std::sqrt(variance) : 0);
     result.deviation.push_back(std::sqrt(variance));
   }
   return result;

@@ -106,7 +106,9 @@ Eigen::MatrixXd products(const ComparedImage& of, const FoundImage& model, bool 
   for (int y = 0; y < model.height; ++y)
     for (int x = 0; x < model.width; ++x)
       for (int c = 0; c < model.channels; ++c, ++i) {
-        if (of.white.value[i] == 0 || !(of.white.deviation[i] > 0)) continue;
+        // A pixel that is right to the last digit speaks against a pattern that would have changed it.
+        if (!(of.target.weight[i / static_cast<std::size_t>(model.channels)] > 0) || !(of.white.deviation[i] > 0))
+          continue;
         row.setZero();
         for (Eigen::Index p = 0; p < parameters; ++p) row[p] = by_parameter[static_cast<std::size_t>(p)][i];
         if (exposure) row[parameters] = model.value[i];

@@ -42,7 +42,8 @@ TEST_CASE("a command that is asked to end as soon as it has begun says that it w
   const TemporaryFolder folder;
   const MadeUpDataset set(folder / "set", 16, 4);
   set.write_manifest();
-  const std::vector<std::string> train{"train", set.folder, "--network", "rn", "--width", "2", "-o", folder / "run"};
+  const std::vector<std::string> train{"train",   set.folder, "--network", "rn",     "--width", "2",
+                                       "--batch", "4",        "--epochs",  "100000", "-o",      folder / "run"};
   for (const int signal_number : {SIGINT, SIGTERM, SIGHUP})
     for (const std::vector<std::string>& arguments : {endless_render(folder / "a.exr"), train})
       for (const int milliseconds : {0, 1, 3, 10, 30, 60, 100}) {

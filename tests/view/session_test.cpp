@@ -135,15 +135,16 @@ TEST_CASE("what is no value of a parameter is refused, and then none is set") {
 TEST_CASE("values that cannot be rendered are told, and others are rendered again") {
   Scene scene = fog_ball(sigma_t, albedo, 0.3);
   scene.environment = make_environment("envmap");
-  scene.environment->bitmap = std::make_shared<const Bitmap>(Bitmap{4, 4, 3, std::vector<float>(48, 0.5F)});
+  scene.environment->bitmap = std::make_shared<const Bitmap>(Bitmap{4, 4, 3, std::vector<float>(48, 1e15F)});
   scene.environment->id = "sky";
   ViewSession session(scene, options(8));
   settle(session);
-  session.set({{"sky.scale", 1e39}});  // infinite in single precision
+  CHECK_THROWS_AS(session.set({{"sky.scale", 1e39}}), UsageError);  // beyond single precision
+  session.set({{"sky.scale", 1e29}});                               // as is this, times the picture
   auto frame = settle(session);
   CHECK_THAT(frame->problem, Catch::Contains("scale"));
   CHECK(frame->image.spp == 8);
-  session.set({{"sky.scale", 2}});
+  session.set({{"sky.scale", 2e-15}});
   frame = settle(session);
   CHECK(frame->problem.empty());
   check_same(frame->image.mean, rendered(session.scene_of(*frame), 8).mean, 1e-5);

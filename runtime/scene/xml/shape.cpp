@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "kernels/shared/declaration.h"
 #include "runtime/scene/mesh/curve_mesh.h"
@@ -222,7 +223,7 @@ LoadedMesh build_cylinder(Builder& builder, Properties& properties, Shape& shape
   const Transform to_world = properties.transform("to_world");
   LoadedMesh bent;
   if (Shape moved = shape; transform_round(to_world, moved)) {
-    shape = moved;
+    shape = std::move(moved);
     check_round(properties, shape);
   } else {
     bent.mesh = bent_round_mesh(builder, shape, to_world, properties.title());
