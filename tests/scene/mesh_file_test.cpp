@@ -74,6 +74,17 @@ const std::string header =
     "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
     "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
 
+// The message with which such a file is refused; empty where it is read.
+std::string serialized_error(SceneFolder& folder, const std::string& bytes, long index) {
+  folder.write("bad.serialized", bytes);
+  try {
+    read_serialized(folder.path("bad.serialized"), index);
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "";
+}
+
 }  // namespace
 
 TEST_CASE("PLY is read in both byte orders and both precisions") {
@@ -302,15 +313,7 @@ TEST_CASE("shape_index chooses one of the meshes of a serialized file") {
 
 TEST_CASE("a serialized file that lies about its lengths is refused without taking the memory") {
   SceneFolder folder;
-  const auto error = [&](const std::string& bytes, long index = 0) -> std::string {
-    folder.write("bad.serialized", bytes);
-    try {
-      read_serialized(folder.path("bad.serialized"), index);
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "";
-  };
+  const auto error = [&](const std::string& bytes, long index = 0) { return serialized_error(folder, bytes, index); };
   CHECK_THAT(error(serialized_file({{.vertices = 4'000'000'000}})),
              Catch::Contains("4000000000 vertices") && Catch::Contains("can hold"));
   CHECK_THAT(error(serialized_file({{.triangles = 0xffffffffffffffff}})), Catch::Contains("fewer than 2^32"));
@@ -326,15 +329,7 @@ TEST_CASE("a serialized file that lies about its lengths is refused without taki
 
 TEST_CASE("a serialized file whose table is cut or wrong, or whose compressed data are not whole, is refused") {
   SceneFolder folder;
-  const auto error = [&](const std::string& bytes, long index = 0) -> std::string {
-    folder.write("bad.serialized", bytes);
-    try {
-      read_serialized(folder.path("bad.serialized"), index);
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "";
-  };
+  const auto error = [&](const std::string& bytes, long index = 0) { return serialized_error(folder, bytes, index); };
   const auto with_table = [](std::string bytes, const std::vector<std::uint64_t>& places, std::uint32_t count) {
     for (const std::uint64_t place : places) append(bytes, place, false);
     append(bytes, count, false);

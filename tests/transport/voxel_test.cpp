@@ -271,6 +271,7 @@ TEST_CASE("the gradients by the voxels of a constant grid are the derivative by 
     INFO("homogeneous " << a[0].value << " +- " << a[0].stderr_ << ", grid " << b[0].value << " +- " << b[0].stderr_);
     CHECK(std::abs(z_of(a[0], b[0])) < 5.5);
     CHECK(b[1].value < 1.1 * a[1].value);  // no noisier: no probes where nothing is thin
+    CHECK(b[1].value > 0.7 * a[1].value);  // over 48 seeds the ratio is .81, of stated errors and of their spread
   }
 }
 
