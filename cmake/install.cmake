@@ -13,7 +13,7 @@ install(DIRECTORY ${PROJECT_BINARY_DIR}/manual/man1 DESTINATION ${CMAKE_INSTALL_
 install(FILES ${PROJECT_BINARY_DIR}/manual/itn.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
   RENAME itn COMPONENT program)
 install(FILES ${PROJECT_BINARY_DIR}/manual/_itn DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT program)
-install(TARGETS itn_bench itn_evaluation itn_training itn_network itn_runtime itn_file itn_kernels
+install(TARGETS itn_network itn_runtime itn_kernels
   EXPORT itn_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
 install(DIRECTORY runtime network kernels DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/itn COMPONENT development
   FILES_MATCHING PATTERN "*.h")
@@ -25,7 +25,7 @@ install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPO
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program
   PATTERN style EXCLUDE PATTERN .nav.yml EXCLUDE)
 install(FILES scenes/gallery/preview.png DESTINATION ${CMAKE_INSTALL_DOCDIR}/scenes/gallery COMPONENT program)
-foreach(folder IN ITEMS kernels kernels/model runtime runtime/dataset runtime/derivative runtime/evaluation runtime/shapes
+foreach(folder IN ITEMS kernels kernels/model runtime runtime/render/derivative runtime/scene/shapes network/dataset network/evaluation
                         network network/weights tools tools/lab scenes python tests/inversion tests/stage tests/transport)
   install(FILES ${folder}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR}/${folder} COMPONENT program)
 endforeach()

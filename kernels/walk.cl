@@ -1,8 +1,8 @@
 /* Scattering and nothing else: WIDTH paths a work-item fly and turn in an endless medium, in registers, with the random
  * numbers and the phase function of stage/medium.h. No surfaces, no stages, no stores: the limit of what a renderer of
  * homogeneous media can reach (`itn bench --stages`). */
-#include "lib/frame.h"
-#include "lib/random.h"
+#include "geometry/frame.h"
+#include "path/random.h"
 #include "model/medium/homogeneous.h"
 #include "model/phase/henyey_greenstein.h"
 

@@ -1,8 +1,8 @@
 /* The wavefront: which stage runs next. The stages themselves are in stage/, one a file.
  *
  * FUSED 1: one kernel, trace_paths; each work-item works off chunks of paths with a pool of its own.
- * FUSED 0: one kernel a stage over a pool in global memory; the host launches them in turn (runtime/wavefront). */
-#include "lib/launch.h"
+ * FUSED 0: one kernel a stage over a pool in global memory; the host launches them in turn (runtime/render/wavefront). */
+#include "path/launch.h"
 #include "stage/generate.h"
 #include "stage/ray.h"
 #include "stage/escape.h"

@@ -221,7 +221,7 @@ def inlay(size=64):
 
 
 def data_set_floor():
-    """The numbers of floor_pattern() in runtime/dataset/dataset_scene.cpp: random_uniform(7, 0, i) of runtime/base/random.h."""
+    """The numbers of floor_pattern() in network/dataset/dataset_scene.cpp: random_uniform(7, 0, i) of runtime/base/random.h."""
     mask = (1 << 64) - 1
 
     def mixed(x):

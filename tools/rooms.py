@@ -13,10 +13,12 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 ROOMS = [
-    'kernels/shared', 'kernels/model', 'kernels/scene', 'kernels/lib', 'kernels/stage', 'kernels',
-    'runtime/base', 'runtime/cluster', 'runtime/report', 'runtime/image', 'runtime/device', 'runtime/scene', 'runtime/derivative',
-    'runtime/compile', 'runtime/shapes', 'runtime/wavefront', 'runtime', 'runtime/inversion', 'runtime/view', 'runtime/dataset',
-    'network', 'runtime/training', 'runtime/evaluation', 'runtime/bench', 'tools', 'python',
+    'kernels/shared', 'kernels/program', 'kernels/model', 'kernels/geometry', 'kernels/path', 'kernels/texture', 'kernels/derivative',
+    'kernels/scattering', 'kernels/light', 'kernels/stage', 'kernels',
+    'runtime/base', 'runtime/base/ranks', 'runtime/image', 'runtime/report', 'runtime/scene', 'runtime/scene/shapes', 'runtime/render/device',
+    'runtime/render/derivative', 'runtime/render/compile', 'runtime/render/wavefront', 'runtime/render', 'runtime/inverse', 'runtime/view',
+    'network/model', 'network/dataset', 'network/training', 'network/prediction', 'network/evaluation', 'tools/itn/bench', 'tools/itn',
+    'python',
 ]
 INCLUDE = re.compile(r'\s*#\s*include "([^"]+)"')
 

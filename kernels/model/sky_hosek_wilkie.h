@@ -6,7 +6,7 @@
  *
  * theta: angle from the zenith, up to pi/2; gamma: angle from the sun. k holds A B C D E F G I H M, in the order of the
  * published tables; what makes them out of turbidity, ground albedo and the sun's elevation is
- * runtime/scene/hosek_wilkie.cpp. A channel may come out negative. L is linear in C D F G I M.
+ * runtime/scene/sky/hosek_wilkie.cpp. A channel may come out negative. L is linear in C D F G I M.
  *   Hosek, Wilkie 2012, "An analytic model for full spectral sky-dome radiance", doi:10.1145/2185520.2185591
  * Tests: tests/scene/environment_test.cpp, tests/kernel/environment_test.cpp */
 #ifndef ITN_SKY_HOSEK_WILKIE_H

@@ -1,4 +1,4 @@
-/* The tables of expected futures (lib/baseline.h), and what paths tell to learn them: the same for host and device. */
+/* The tables of expected futures (derivative/baseline.h), and what paths tell to learn them: the same for host and device. */
 #ifndef ITN_BASELINE_LAYOUT_H
 #define ITN_BASELINE_LAYOUT_H
 

@@ -5,7 +5,7 @@
  *     NUMBER(PREFIX, name, channels, role, coordinate)
  *   PREFIX_PARAMETERS(PARAMETER)   what people set, by Mitsuba's names, in the order in which name_numbers() takes
  *                                  them:
- *     PARAMETER(name, kind, fallback, unit)     kind: a kind of runtime/scene/parameter_kind.h
+ *     PARAMETER(name, kind, fallback, unit)     kind: a kind of runtime/scene/model/parameter_kind.h
  *
  * Both lists expand to everything that knows the model: reading and checking of scenes, `itn parameters`, packing,
  * loading on the device, scores, gradients. A colour has three slots in n, of which a grey program (CHANNELS 1) loads
@@ -32,15 +32,15 @@
 
 /* Roles of a number:
  *   ROLE_FACTOR    a factor of the throughput; no score of a density that is sampled is asked for by it
- *   ROLE_DENSITY   sampled densities depend on it, and their score quiets derivatives (lib/baseline.h)
+ *   ROLE_DENSITY   sampled densities depend on it, and their score quiets derivatives (derivative/baseline.h)
  *   ROLE_INDEX     sampled densities depend on it, but with a score of infinite variance (at the critical angle)
  *   ROLE_FIXED     nothing is differentiated by it
  *   ROLE_NORMAL    a direction, of which grey programs have all three channels, too; differentiated by texels alone
- *   ROLE_BUMP      as ROLE_NORMAL, made of the slopes of its texture (lib/bump.h), which scores by it are by
+ *   ROLE_BUMP      as ROLE_NORMAL, made of the slopes of its texture (scattering/bump.h), which scores by it are by
  *   ROLE_TINT      of a light, what multiplies its colour; differentiated by texels alone */
 enum { ROLE_FACTOR, ROLE_DENSITY, ROLE_INDEX, ROLE_FIXED, ROLE_NORMAL, ROLE_BUMP, ROLE_TINT };
 
-/* What gradients by replay are taken by (lib/adjoint.h), so that all are of order 1: d coordinate = d number / scale.
+/* What gradients by replay are taken by (derivative/adjoint.h), so that all are of order 1: d coordinate = d number / scale.
  *   COORDINATE_LOG      scale: the number, which is positive
  *   COORDINATE_COSINE   scale: 1 - number^2, of a number in (-1, 1)
  *   COORDINATE_ITSELF   scale: 1, of a number of either sign and of order 1 */
@@ -61,7 +61,7 @@ enum { COORDINATE_LOG, COORDINATE_COSINE, COORDINATE_ITSELF };
  *   BSDF_BROAD       it transmits, and has lobes so broad that all light is sampled for them, not the sun and lights
  *                    alone
  *   BSDF_MEASURED    some of its numbers are values of a table for the two directions, looked up before its functions are
- *                    called (lib/measured.h) */
+ *                    called (texture/measured.h) */
 #define BSDF_TRANSMITS 1
 #define BSDF_SMOOTH 2
 #define BSDF_EVEN 4

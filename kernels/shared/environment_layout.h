@@ -30,7 +30,7 @@ typedef struct {
   int complex_sun; /* 0 or 1 */
   float
       concentration; /* envmap: 4 pi times the integral of its luminance's square over the square of the integral: 1 where it is even; else 0 */
-  int gradient;      /* envmap: where the sums by its pixels begin (lib/adjoint.h); -1: nobody asks for them */
+  int gradient;      /* envmap: where the sums by its pixels begin (derivative/adjoint.h); -1: nobody asks for them */
   float to_local[9];
   float radiance[3]; /* constant; envmap: what its pixels are multiplied by */
   float sky[3 * SKY_COEFFICIENTS];

@@ -5,7 +5,7 @@
  *                child; the last row holds ints, the children's codes
  *   leaves       blocks of up to BOX_WIDTH primitives: BLOCK_ROWS rows of BOX_WIDTH floats
  *   primitives   a PrimitiveRecord for each triangle, sphere, disk and cylinder
- *   grid         which flights surely meet no surface (lib/flight_grid.h) */
+ *   grid         which flights surely meet no surface (geometry/flight_grid.h) */
 #ifndef ITN_GEOMETRY_LAYOUT_H
 #define ITN_GEOMETRY_LAYOUT_H
 
@@ -82,7 +82,7 @@ enum {
   PRIMITIVE_AT_TANGENT
 };
 
-/* A word of the flight grid (runtime/compile/flight_grid.h): octahedral normal, offset of the plane, and a byte that
+/* A word of the flight grid (runtime/render/compile/flight_grid.h): octahedral normal, offset of the plane, and a byte that
  * holds the radius of the ball where there is no plane, else one of four radii and the cone. */
 #define FLIGHT_NO_PLANE 255
 #define FLIGHT_PLANE_RADIUS(i) (((i) + 2) * ((i) + 3) / 2) /* steps: 3, 6, 10, 15 */

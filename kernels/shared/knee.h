@@ -1,4 +1,4 @@
-/* Gradients by voxels (lib/voxel_gradient.h): below which values of a field the places where paths scatter, or go on
+/* Gradients by voxels (derivative/voxel_gradient.h): below which values of a field the places where paths scatter, or go on
  * from, tell less of its voxels than probes do. */
 #ifndef ITN_KNEE_H
 #define ITN_KNEE_H

@@ -2,7 +2,7 @@
  * OpenCL C: floats and ints only.
  *
  * A light on a shape has a table in the shared array of floats: cumulative shares of its surfaces by area (surfaces + 1, see
- * lib/environment.h), then LIGHT_SURFACE_SIZE floats a surface. Uniform over its area are the points
+ * light/environment.h), then LIGHT_SURFACE_SIZE floats a surface. Uniform over its area are the points
  *   triangle   place + s u + t v,               s, t >= 0, s + t <= 1; the normal is w
  *   disk       place + s u + t v,               s^2 + t^2 <= 1; the normal is w
  *   sphere     place + d, |d| = |u|;            the normal is d / |u| times side

@@ -1,5 +1,5 @@
 /* A path between two stages: one float or int a field, fields[FIELD * stride + slot]; and the queues it can wait in.
- * Features that a scene does not use (definitions of the program, see runtime/compile/launch_data.cpp) take no room. */
+ * Features that a scene does not use (definitions of the program, see runtime/render/compile/launch_data.cpp) take no room. */
 #ifndef ITN_PATH_STATE_H
 #define ITN_PATH_STATE_H
 
@@ -9,10 +9,10 @@
  *   THROUGHPUT        without the refraction scale below
  *   RADIANCE          gathered so far
  *   DERIVATIVE        of the radiance: RADIANCE_CHANNELS for each of DERIVATIVES
- *   OTHER_ALBEDO      the radiance with each of ALBEDOS other albedos (lib/score.h)
+ *   OTHER_ALBEDO      the radiance with each of ALBEDOS other albedos (derivative/score.h)
  *   SCORE             see ScoreRecord
- *   BASELINE          THROUGHPUT_CHANNELS each (lib/baseline.h)
- *   PROBE_PASSED, PROBE_TARGET   lib/probe.h: ProbeState
+ *   BASELINE          THROUGHPUT_CHANNELS each (derivative/baseline.h)
+ *   PROBE_PASSED, PROBE_TARGET   scattering/probe.h: ProbeState
  *   PROBE_WEIGHT      what the probe's path will weigh what it gathers with
  *   REFRACTION_SCALE  (n here / n at the camera)^-2: radiance over basic radiance
  *   PIXEL, SAMPLE     ints: with the job's seed and EVENT the counter of the random numbers
@@ -24,11 +24,11 @@
  *   HIT               primitive it has arrived at
  *   HIT_PLACE         barycentric (triangle), phase etc.: see trace.h
  *   LAST_PDF          see light_sampling.h
- *   TOTAL             lib/adjoint.h: what the whole path gathers, 0 unless it is replayed
+ *   TOTAL             derivative/adjoint.h: what the whole path gathers, 0 unless it is replayed
  *   PULL              what its derivatives are weighed with
  *   TOTAL_BASELINE    what BASELINE ends as
  *   PROBE_PLACE, PROBE_FIELD   where it was, -1: nowhere yet
- *   SPECTRAL_WEIGHT, HERO   see lib/launch.h
+ *   SPECTRAL_WEIGHT, HERO   see path/launch.h
  *   ARRIVAL           waiting in QUEUE_CONNECT: direction of travel before the scattering; on arrival at a boundary:
  *                     where the last flight began
  *   ORIGIN            where the path last changed its direction
@@ -90,7 +90,7 @@ enum { PATH_STATE(NUMBER_FIELD) FIELDS };
 #define MOST_DEPTH 0x20000000
 
 /* QUEUE(NAME, stage). Those of surfaces come last: QUEUE_SURFACE, then one for each kind of surface that the scene has
- * (SURFACE_LIST of the program, runtime/compile/surfaces.h).
+ * (SURFACE_LIST of the program, runtime/render/compile/surfaces.h).
  *   FREE      slots without a path
  *   RAY       in vacuum: to the next surface
  *   MEDIUM    free flights and scatterings to the next boundary

@@ -42,7 +42,7 @@ typedef struct {
   int connection;                      /* CONNECTION_*: how light reaches its scattering vertices */
   int distribution;                    /* refracted: MICROFACET_* of the boundary that the guess assumes */
   float alpha, eta;                    /* refracted: of that boundary, eta inside over outside */
-  int first_cell;                      /* of the table of expected futures (lib/baseline.h) */
+  int first_cell;                      /* of the table of expected futures (derivative/baseline.h) */
   int field, albedo_field;             /* what sigma_t and albedo are times, -1: the same everywhere */
   int first_phase_field, phase_fields; /* what stands for numbers of the phase function: so many, one after the other */
   int sample_emitters; /* 0: lights without extent do not shine on its scattering vertices, as in Mitsuba */
@@ -74,14 +74,14 @@ typedef struct {
   int offset, width, height; /* bitmap, mesh_attribute, volume: see there */
   int wrap;                  /* TEXTURE_REPEAT ... */
   int nearest;               /* else bilinear */
-  int gradient;              /* where the sums by its texels begin (lib/adjoint.h); -1: nobody asks for them */
+  int gradient;              /* where the sums by its texels begin (derivative/adjoint.h); -1: nobody asks for them */
 } TextureRecord;
 
 enum { BRICK_BITS = 3, BRICK = 1 << BRICK_BITS }; /* voxels along each axis */
 
-/* A field (lib/field.h): voxels of one channel or three, x fastest, channels interleaved, and over the box that they fill
+/* A field (texture/field.h): voxels of one channel or three, x fastest, channels interleaved, and over the box that they fill
  * a coarse grid of the greatest and least values of its cells, both in one array of floats. Packed voxels
- * (runtime/scene/packed_voxels.h) are bricks: the numbers of those stored, in the order of voxels, and the stored ones. */
+ * (runtime/scene/volume/packed_voxels.h) are bricks: the numbers of those stored, in the order of voxels, and the stored ones. */
 typedef struct {
   float low[3], high[3]; /* the box; outside of it extinction is 0 */
   float to_voxels[12];   /* rows of an affine map; voxel i reaches from i to i + 1 */
@@ -96,7 +96,7 @@ typedef struct {
   int bits;        /* 8 or 16: a value is lowest + step * number; 32: a float */
   float lowest, step;
   float mean;   /* value */
-  int gradient; /* where the sums by its voxels begin (lib/voxel_gradient.h); -1: nobody asks for them */
+  int gradient; /* where the sums by its voxels begin (derivative/voxel_gradient.h); -1: nobody asks for them */
   int sum;      /* which of the sums over all voxels of a field is its */
   int slot;     /* of a phase function: it is n[slot] */
 } FieldRecord;
@@ -131,13 +131,13 @@ typedef struct {
 
 typedef struct {
   float factor[3]; /* d number / d parameter */
-  int environment; /* of the light around the scene: the record of d radiance / d parameter (lib/emission.h); else -1 */
+  int environment; /* of the light around the scene: the record of d radiance / d parameter (light/emission.h); else -1 */
   int light;       /* of a light of the scene: where its numbers begin; else -1 */
   float colour[3]; /* d its colour / d parameter */
 } DerivativeRecord;
 
-/* Paths are traced again, whose samples are there already: for the sums of the gradient (lib/adjoint.h), or for what
- * probes add to it (lib/probe.h). */
+/* Paths are traced again, whose samples are there already: for the sums of the gradient (derivative/adjoint.h), or for what
+ * probes add to it (scattering/probe.h). */
 enum { REPLAY_SUMS = 1, REPLAY_PROBES = 2 };
 #define PROBES 4 /* of a path */
 
@@ -146,7 +146,7 @@ typedef struct {
   int camera, geometry, environment;
   int first_shape;         /* shape k of the geometry is shapes[first_shape + k] */
   int first_number;        /* of the scene, for ScoreRecord */
-  int first_exponent;      /* of other albedos: lib/score.h */
+  int first_exponent;      /* of other albedos: derivative/score.h */
   int first_light, lights; /* of the scene */
   float light_share;       /* with which one of these is sampled, and not the light around the scene */
   int light_chances;       /* which one, by place: light_layout.h */
@@ -175,10 +175,10 @@ typedef struct {
   int contrast; /* 1: not to the sums by texels */
 } JobRecord;
 
-/* Gradients (lib/adjoint.h) are summed in sets of pixels of their own, as [set][number][radiance channel]: the launch's
+/* Gradients (derivative/adjoint.h) are summed in sets of pixels of their own, as [set][number][radiance channel]: the launch's
  * numbers, then each parameter of the light, then each field, by all of its voxels. The first GRADIENT_SETS make up the
  * gradient, so many that work-items that share them seldom wait for each other; those of contrasts, whose spread tells
- * the noise (runtime/gradient_renderer.h), follow. */
+ * the noise (runtime/render/gradient_renderer.h), follow. */
 #define GRADIENT_SETS 32
 #define MOST_CONTRAST_SETS 256
 

@@ -2,9 +2,13 @@
  * BSDF_TRANSMITS; `model` and `variant` are constants where this is inlined. */
 #ifndef ITN_STAGE_BOUNDARY_H
 #define ITN_STAGE_BOUNDARY_H
-#include "lib/path_end.h"
-#include "lib/connection.h"
-#include "lib/light_connection.h"
+#include "path/event_random.h"
+#include "path/spectral.h"
+#include "path/roulette.h"
+#include "light/sun.h"
+#include "stage/path_end.h"
+#include "light/connection.h"
+#include "light/light_connection.h"
 #include "stage/opaque.h"
 
 /* The path goes on, is reflected or refracted into direction d, or ends by roulette. weight: f cos / p of the sample

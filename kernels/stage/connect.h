@@ -3,6 +3,8 @@
  * Then the path goes on in the medium. */
 #ifndef ITN_STAGE_CONNECT_H
 #define ITN_STAGE_CONNECT_H
+#include "path/event_random.h"
+#include "path/spectral.h"
 #include "stage/boundary.h"
 
 #if MEDIUM_LIGHT_SAMPLING

@@ -1,10 +1,11 @@
 /* What the surface that a path has arrived at shines, where it is a light. */
 #ifndef ITN_STAGE_EMISSION_H
 #define ITN_STAGE_EMISSION_H
-#include "lib/emission.h"
-#include "lib/light_connection.h"
-#include "lib/light_sampling.h"
-#include "lib/score.h"
+#include "path/spectral.h"
+#include "light/emission.h"
+#include "light/light_connection.h"
+#include "light/light_sampling.h"
+#include "derivative/score.h"
 #include "stage/surface.h"
 
 INLINE void gather_emission(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,

@@ -1,11 +1,13 @@
 /* Stage escape: the path has left the scene and meets the light around it. */
 #ifndef ITN_STAGE_ESCAPE_H
 #define ITN_STAGE_ESCAPE_H
-#include "lib/path_end.h"
-#include "lib/emission.h"
-#include "lib/launch.h"
-#include "lib/light_sampling.h"
-#include "lib/score.h"
+#include "path/spectral.h"
+#include "light/environment.h"
+#include "stage/path_end.h"
+#include "light/emission.h"
+#include "path/launch.h"
+#include "light/light_sampling.h"
+#include "derivative/score.h"
 
 INLINE void escape_stage(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
   REAL3 direction = load3(pool, DIRECTION, slots);

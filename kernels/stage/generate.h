@@ -3,13 +3,14 @@
  * 2006). */
 #ifndef ITN_STAGE_GENERATE_H
 #define ITN_STAGE_GENERATE_H
-#include "lib/adjoint.h"
-#include "lib/connection.h"
-#include "lib/film_filter.h"
-#include "lib/frame.h"
-#include "lib/launch.h"
-#include "lib/surface_point.h"
-#include "lib/trace_coherent.h"
+#include "path/event_random.h"
+#include "derivative/adjoint.h"
+#include "light/connection.h"
+#include "path/film_filter.h"
+#include "geometry/frame.h"
+#include "path/launch.h"
+#include "geometry/surface_point.h"
+#include "geometry/trace_coherent.h"
 #include "stage/ray.h"
 
 /* v0 + a va + b vb: see CameraRecord. */
@@ -76,7 +77,7 @@ INLINE void connect_meter(const Launch* launch, __global const JobRecord* job, P
 }
 #endif
 
-/* Paths that are traced again for their probes (lib/probe.h): those without one are done. Returns the others. */
+/* Paths that are traced again for their probes (scattering/probe.h): those without one are done. Returns the others. */
 INLINE MASK keep_probes(__global const JobRecord* job, Pool* pool, INT slots, MASK valid) {
 #if VOXEL_SUMS
   if (job->replay != REPLAY_PROBES) return valid;

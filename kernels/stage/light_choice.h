@@ -5,7 +5,8 @@
  * Any choice is unbiased that may fall on each candidate that brings something. */
 #ifndef ITN_STAGE_LIGHT_CHOICE_H
 #define ITN_STAGE_LIGHT_CHOICE_H
-#include "lib/light_sampling.h"
+#include "path/event_random.h"
+#include "light/light_sampling.h"
 #include "stage/reflector.h"
 
 #if LIGHT_SAMPLING

@@ -1,16 +1,19 @@
 /* Stage medium: free flights and scatterings in a medium until the path meets a surface, ends, or waits for a light
  * connection. Several events a state load: a lane keeps scattering while enough of its group do. What a medium is like
- * stands in lib/medium.h. */
+ * stands in scattering/medium.h. */
 #ifndef ITN_STAGE_MEDIUM_H
 #define ITN_STAGE_MEDIUM_H
-#include "lib/baseline.h"
-#include "lib/frame.h"
-#include "lib/launch.h"
-#include "lib/light_connection.h"
-#include "lib/medium.h"
-#include "lib/path_end.h"
-#include "lib/phase_score.h"
-#include "lib/probe.h"
+#include "path/event_random.h"
+#include "path/spectral.h"
+#include "path/roulette.h"
+#include "derivative/baseline.h"
+#include "geometry/frame.h"
+#include "path/launch.h"
+#include "light/light_connection.h"
+#include "scattering/medium.h"
+#include "stage/path_end.h"
+#include "scattering/phase_score.h"
+#include "scattering/probe.h"
 #include "stage/ray.h"
 
 #if HAS_MEDIUM
@@ -24,7 +27,7 @@ typedef struct {
 
   REAL3 position, direction;
   REAL throughput[THROUGHPUT_CHANNELS];
-  REAL weight[3]; /* spectral: see lib/launch.h */
+  REAL weight[3]; /* spectral: see path/launch.h */
   REAL refraction_scale;
   INT hero; /* channel, 0 where one sigma_t is that of all */
   INT depth, skip;

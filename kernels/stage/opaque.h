@@ -2,8 +2,11 @@
  * BSDF_TRANSMITS; `model` and `variant` are constants where this is inlined. */
 #ifndef ITN_STAGE_OPAQUE_H
 #define ITN_STAGE_OPAQUE_H
-#include "lib/path_end.h"
-#include "lib/connection.h"
+#include "path/event_random.h"
+#include "path/spectral.h"
+#include "path/roulette.h"
+#include "stage/path_end.h"
+#include "light/connection.h"
 #include "stage/emission.h"
 #include "stage/light_choice.h"
 

@@ -1,7 +1,7 @@
 /* Stage ray: from a point in vacuum to the next surface, or out of the scene. */
 #ifndef ITN_STAGE_RAY_H
 #define ITN_STAGE_RAY_H
-#include "lib/launch.h"
+#include "path/launch.h"
 
 /* The path has changed its direction here, with LAST_PDF divided by `rival`. */
 INLINE void begin_segment(Pool* pool, INT slots, REAL3 position, REAL rival, MASK mask) {

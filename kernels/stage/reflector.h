@@ -1,7 +1,8 @@
 /* The BSDF where paths have arrived at a surface. */
 #ifndef ITN_STAGE_REFLECTOR_H
 #define ITN_STAGE_REFLECTOR_H
-#include "lib/bsdf.h"
+#include "path/event_random.h"
+#include "scattering/bsdf.h"
 #include "stage/surface.h"
 
 /* What a stage knows of its BSDF where the paths have arrived. */

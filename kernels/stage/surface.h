@@ -1,16 +1,16 @@
 /* What the stages of all surfaces share: where the path has arrived, in which frame, and how it goes on. */
 #ifndef ITN_STAGE_SURFACE_H
 #define ITN_STAGE_SURFACE_H
-#include "lib/frame.h"
-#include "lib/launch.h"
-#include "lib/surface_frame.h"
+#include "geometry/frame.h"
+#include "path/launch.h"
+#include "geometry/surface_frame.h"
 #include "stage/ray.h"
 
 typedef struct {
   REAL3 position, direction;               /* direction of travel on arrival */
   REAL3 normal;                            /* geometric, unit, outward */
   REAL3 frame;                             /* shading normal, unit */
-  REAL texture[TEXTURE_PLACE];             /* lib/surface_frame.h */
+  REAL texture[TEXTURE_PLACE];             /* geometry/surface_frame.h */
   MASK front;                              /* arrives from outside */
   INT primitive, first_number, first_cell; /* of the BSDF */
   MASK twosided;

@@ -6,7 +6,7 @@
 #include <mutex>
 #include <string>
 
-#include "runtime/device/device.h"
+#include "runtime/render/device/device.h"
 
 namespace itn::python {
 

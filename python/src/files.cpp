@@ -11,9 +11,9 @@
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/mesh/mesh_topology.h"
 #include "runtime/scene/mesh/shape_meshes.h"
-#include "runtime/shapes/named_shapes.h"
-#include "runtime/shapes/polygonise.h"
-#include "runtime/shapes/random_shape.h"
+#include "runtime/scene/shapes/named_shapes.h"
+#include "runtime/scene/shapes/polygonise.h"
+#include "runtime/scene/shapes/random_shape.h"
 
 namespace itn::python {
 namespace {

@@ -12,9 +12,9 @@
 #include "python/src/target.h"
 #include "python/src/warning.h"
 #include "runtime/base/error.h"
-#include "runtime/derivative_check.h"
-#include "runtime/inversion/measured_loss.h"
-#include "runtime/rendering_warnings.h"
+#include "runtime/inverse/measured_loss.h"
+#include "runtime/render/derivative_check.h"
+#include "runtime/render/rendering_warnings.h"
 
 namespace itn::python {
 namespace {

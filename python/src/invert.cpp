@@ -10,6 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "network/prediction/network_start.h"
 #include "python/src/arrays.h"
 #include "python/src/device.h"
 #include "python/src/running.h"
@@ -17,10 +18,9 @@
 #include "python/src/target.h"
 #include "python/src/warning.h"
 #include "runtime/base/error.h"
-#include "runtime/inversion/forward_model.h"
-#include "runtime/inversion/numbers_inversion.h"
-#include "runtime/inversion/stored_texture_inversion.h"
-#include "runtime/training/network_start.h"
+#include "runtime/inverse/forward_model.h"
+#include "runtime/inverse/gauss_newton/numbers_inversion.h"
+#include "runtime/inverse/textures/stored_texture_inversion.h"
 
 namespace itn::python {
 namespace {

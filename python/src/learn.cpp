@@ -9,9 +9,16 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
-#include "network/input.h"
-#include "network/loss.h"
-#include "network/threads.h"
+#include "network/dataset/config.h"
+#include "network/dataset/render_dataset.h"
+#include "network/evaluation/report.h"
+#include "network/evaluation/run_evaluation.h"
+#include "network/model/input.h"
+#include "network/model/loss.h"
+#include "network/model/threads.h"
+#include "network/model/trained_network.h"
+#include "network/prediction/predict_images.h"
+#include "network/training/training_run.h"
 #include "python/src/arrays.h"
 #include "python/src/device.h"
 #include "python/src/running.h"
@@ -22,13 +29,6 @@
 #include "runtime/base/folder_owner.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/base/version.h"
-#include "runtime/dataset/config.h"
-#include "runtime/dataset/render_dataset.h"
-#include "runtime/evaluation/report.h"
-#include "runtime/evaluation/run_evaluation.h"
-#include "runtime/training/predict_images.h"
-#include "runtime/training/trained_network.h"
-#include "runtime/training/training_run.h"
 
 namespace itn::python {
 namespace {
@@ -82,7 +82,7 @@ nb::object input(const Network& network, const FloatArray& luminance) {
   return numpy_array(std::move(result), {result.size() / (size * size), size, size});
 }
 
-// Planes (count, size, size) and a mask (size, size), cut out around the object (network/input.h).
+// Planes (count, size, size) and a mask (size, size), cut out around the object (network/model/input.h).
 nb::object cut_out_arrays(const FloatArray& planes, const FloatArray& mask, int size, double share) {
   const auto side = static_cast<std::size_t>(size);
   if (mask.ndim() != 2 || planes.ndim() != 3 || mask.shape(0) != side || mask.shape(1) != side ||
@@ -94,7 +94,8 @@ nb::object cut_out_arrays(const FloatArray& planes, const FloatArray& mask, int 
                         numpy_array(std::vector<float>(object.mask.mask), {side, side}));
 }
 
-// Exemplars (runtime/training/shown_scene.h) on the device that all calls share, kept for itself as long as this lives.
+// Exemplars (network/prediction/shown_scene.h) on the device that all calls share, kept for itself as long as this
+// lives.
 class SharedShowing {
  public:
   SharedShowing(int exemplars, int spp, std::uint64_t seed, Running& running) {

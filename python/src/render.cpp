@@ -8,7 +8,7 @@
 #include "python/src/renderers.h"
 #include "runtime/base/error.h"
 #include "runtime/image/preview.h"
-#include "runtime/rendering_warnings.h"
+#include "runtime/render/rendering_warnings.h"
 
 namespace itn::python {
 namespace {

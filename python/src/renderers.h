@@ -12,9 +12,9 @@
 #include "python/src/running.h"
 #include "python/src/scene.h"
 #include "runtime/base/error.h"
-#include "runtime/batch_renderer.h"
-#include "runtime/gradient_renderer.h"
-#include "runtime/renderer.h"
+#include "runtime/render/batch_renderer.h"
+#include "runtime/render/gradient_renderer.h"
+#include "runtime/render/renderer.h"
 
 namespace itn::python {
 

@@ -12,8 +12,8 @@
 #include "python/src/renderers.h"
 #include "runtime/base/error.h"
 #include "runtime/scene/load.h"
-#include "runtime/scene/model.h"
-#include "runtime/scene/texture_model.h"
+#include "runtime/scene/model/model.h"
+#include "runtime/scene/model/texture_model.h"
 
 namespace itn::python {
 namespace {

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "runtime/inversion/image_loss.h"
+#include "runtime/inverse/image_loss.h"
 
 namespace itn::python {
 

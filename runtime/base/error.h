@@ -1,4 +1,4 @@
-// The three ways in which a command fails, one type for each exit code (see tools/main.cpp).
+// The three ways in which a command fails, one type for each exit code (see tools/itn/main.cpp).
 #pragma once
 #include <stdexcept>
 #include <string>

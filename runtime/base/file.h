@@ -14,7 +14,7 @@ enum class Sync { now, later };
 // written directly. Throws UsageError for a file that the command reads (inputs.h).
 void write_file(const std::string& path, std::string_view bytes, Sync sync = Sync::now);
 
-// Of several processes that do one job (runtime/cluster) one writes its files. Where this is off, write_file() and
+// Of several processes that do one job (runtime/base/ranks) one writes its files. Where this is off, write_file() and
 // check_writable() do nothing. On unless turned off; returns what it was.
 bool set_writing(bool on);
 bool is_writing();

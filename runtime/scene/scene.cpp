@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "runtime/scene/phase_formula.h"
+#include "runtime/scene/model/phase_formula.h"
 
 namespace itn {
 

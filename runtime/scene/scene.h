@@ -10,8 +10,8 @@
 #include "runtime/base/colour.h"
 #include "runtime/image/bitmap.h"
 #include "runtime/scene/measured_brdf.h"
-#include "runtime/scene/model.h"
-#include "runtime/scene/texture_model.h"
+#include "runtime/scene/model/model.h"
+#include "runtime/scene/model/texture_model.h"
 
 namespace itn {
 

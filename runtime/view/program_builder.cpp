@@ -2,7 +2,7 @@
 
 #include <exception>
 
-#include "runtime/renderer.h"
+#include "runtime/render/renderer.h"
 
 namespace itn {
 

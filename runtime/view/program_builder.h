@@ -6,8 +6,8 @@
 #include <thread>
 #include <vector>
 
+#include "runtime/render/wavefront/render_options.h"
 #include "runtime/scene/scene.h"
-#include "runtime/wavefront/render_options.h"
 
 namespace itn {
 

@@ -9,7 +9,7 @@
 
 #include "runtime/base/error.h"
 #include "runtime/base/seconds_since.h"
-#include "runtime/inversion/forward_model.h"
+#include "runtime/inverse/forward_model.h"
 #include "runtime/scene/parameter_refusal.h"
 
 namespace itn {

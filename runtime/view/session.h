@@ -1,5 +1,5 @@
 // A scene that is looked at and changed: its image refines while nothing moves, and begins anew with few samples as
-// soon as a parameter does. Who shows it (tools/view.cpp) and who renders are different threads.
+// soon as a parameter does. Who shows it (tools/itn/view.cpp) and who renders are different threads.
 #pragma once
 #include <chrono>
 #include <condition_variable>
@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "runtime/image/accumulation.h"
-#include "runtime/inversion/inversion.h"
-#include "runtime/inversion/misfit.h"
-#include "runtime/renderer.h"
+#include "runtime/inverse/gauss_newton/inversion.h"
+#include "runtime/inverse/misfit.h"
+#include "runtime/render/renderer.h"
 #include "runtime/scene/parameters.h"
 #include "runtime/view/program_builder.h"
 

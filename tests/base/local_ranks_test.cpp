@@ -1,5 +1,5 @@
 // Processes of one machine that work together.
-#include "runtime/cluster/local_ranks.h"
+#include "runtime/base/ranks/local_ranks.h"
 
 #include <signal.h>
 #include <unistd.h>

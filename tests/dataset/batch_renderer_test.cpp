@@ -1,11 +1,11 @@
 // Many images in one wavefront have the bits of each alone.
-#include "runtime/batch_renderer.h"
+#include "runtime/render/batch_renderer.h"
 
 #include <catch2/catch.hpp>
 
+#include "network/dataset/dataset_scene.h"
 #include "runtime/base/error.h"
-#include "runtime/dataset/dataset_scene.h"
-#include "runtime/shapes/polygonise.h"
+#include "runtime/scene/shapes/polygonise.h"
 
 using namespace itn;
 

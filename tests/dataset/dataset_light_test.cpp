@@ -1,18 +1,18 @@
 // The lights of a data set: where an environment's light comes from, and pictures that cannot be light.
-#include "runtime/dataset/dataset_light.h"
+#include "network/dataset/dataset_light.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 
+#include "network/dataset/dataset_scene.h"
+#include "network/dataset/shape_buffers.h"
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
-#include "runtime/dataset/dataset_scene.h"
-#include "runtime/dataset/shape_buffers.h"
 #include "runtime/image/exr.h"
-#include "runtime/renderer.h"
+#include "runtime/render/renderer.h"
+#include "runtime/scene/shapes/polygonise.h"
 #include "runtime/scene/transform.h"
-#include "runtime/shapes/polygonise.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace itn;

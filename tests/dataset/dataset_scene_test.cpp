@@ -1,16 +1,16 @@
 // The scene of a data set's images, and the scene file that says the same.
-#include "runtime/dataset/dataset_scene.h"
+#include "network/dataset/dataset_scene.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
 
-#include "runtime/renderer.h"
+#include "runtime/render/renderer.h"
 #include "runtime/scene/load.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/parameters.h"
-#include "runtime/shapes/polygonise.h"
+#include "runtime/scene/shapes/polygonise.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace itn;

@@ -1,4 +1,4 @@
-#include "runtime/dataset/manifest.h"
+#include "network/dataset/manifest.h"
 
 #include <catch2/catch.hpp>
 #include <functional>

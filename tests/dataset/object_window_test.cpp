@@ -1,5 +1,5 @@
 // The rectangle around an object.
-#include "runtime/dataset/object_window.h"
+#include "network/dataset/object_window.h"
 
 #include <catch2/catch.hpp>
 

@@ -3,10 +3,10 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "network/dataset/dataset_scene.h"
 #include "runtime/base/error.h"
-#include "runtime/batch_renderer.h"
-#include "runtime/dataset/dataset_scene.h"
-#include "runtime/shapes/polygonise.h"
+#include "runtime/render/batch_renderer.h"
+#include "runtime/scene/shapes/polygonise.h"
 #include "tests/support/z_test.h"
 
 using namespace itn;

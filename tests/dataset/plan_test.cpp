@@ -1,5 +1,5 @@
 // What a data set is asked for with, and the plan that follows from it.
-#include "runtime/dataset/plan.h"
+#include "network/dataset/plan.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,12 +1,12 @@
 // Losses of re-rendered images: their gradient is that of the image, their mean does not depend on the samples.
-#include "runtime/dataset/rendered_loss.h"
+#include "network/dataset/rendered_loss.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numeric>
 
+#include "network/dataset/dataset_mesh.h"
 #include "runtime/base/error.h"
-#include "runtime/dataset/dataset_mesh.h"
 #include "runtime/image/exr.h"
 #include "tests/support/egg_set.h"
 

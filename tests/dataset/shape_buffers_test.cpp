@@ -1,13 +1,13 @@
 // What the camera of a data set sees of a known shape.
-#include "runtime/dataset/shape_buffers.h"
+#include "network/dataset/shape_buffers.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 
-#include "runtime/dataset/dataset_scene.h"
+#include "network/dataset/dataset_scene.h"
+#include "runtime/scene/shapes/polygonise.h"
 #include "runtime/scene/transform.h"
-#include "runtime/shapes/polygonise.h"
 
 using namespace itn;
 

@@ -4,16 +4,16 @@
 #include <numbers>
 #include <set>
 
+#include "network/dataset/dataset_scene.h"
+#include "network/dataset/plan.h"
+#include "network/dataset/shape_buffers.h"
 #include "runtime/base/colour.h"
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
-#include "runtime/dataset/dataset_scene.h"
-#include "runtime/dataset/plan.h"
-#include "runtime/dataset/shape_buffers.h"
 #include "runtime/image/exr.h"
-#include "runtime/renderer.h"
+#include "runtime/render/renderer.h"
+#include "runtime/scene/shapes/polygonise.h"
 #include "runtime/scene/transform.h"
-#include "runtime/shapes/polygonise.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace itn;

@@ -1,5 +1,5 @@
 // Finite differences and the comparison that itn gradcheck makes with them, on functions and numbers that are known.
-#include "runtime/derivative/difference.h"
+#include "runtime/render/derivative/difference.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,6 +1,7 @@
-// Runs kernels/lib/emission.h alone: one work-item a group of WIDTH lanes; arrays hold one component after another.
-#include "lib/emission.h"
-#include "lib/light_sampling.h"
+// Runs kernels/light/emission.h alone: one work-item a group of WIDTH lanes; arrays hold one component after another.
+#include "light/emission.h"
+#include "light/environment.h"
+#include "light/light_sampling.h"
 
 // out: radiance of the first record, then its derivative along the second.
 __kernel void differentiate(__global const EnvironmentRecord* records, __global const float* tables,

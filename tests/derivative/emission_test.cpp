@@ -6,13 +6,13 @@
 #include <numbers>
 #include <random>
 
-#include "runtime/compile/environment.h"
-#include "runtime/compile/surfaces.h"
-#include "runtime/derivative/score_functions.h"
-#include "runtime/device/device.h"
-#include "runtime/scene/hosek_wilkie.h"
+#include "runtime/render/compile/environment.h"
+#include "runtime/render/compile/surfaces.h"
+#include "runtime/render/derivative/score_functions.h"
+#include "runtime/render/device/device.h"
+#include "runtime/scene/model/sized_model.h"
 #include "runtime/scene/parameters.h"
-#include "runtime/scene/sized_model.h"
+#include "runtime/scene/sky/hosek_wilkie.h"
 #include "tests/support/plain_program.h"
 
 using namespace itn;
@@ -41,8 +41,8 @@ std::vector<Values> on_device(const Environment& emitter, const Parameter& p, co
   setenv("ITN_KERNEL_DIR", ITN_SOURCE_DIR "/tests/derivative", 1);
   const cl::Program program =
       device().build("emission_test.cl", definitions,
-                     {{"derivative/score.h", print_scores({{"derivative_sky_hosek_wilkie", {0}}}, 3)},
-                      {"scene/surfaces.h", surfaces_text(launch)}});
+                     {{"program/scores.h", print_scores({{"derivative_sky_hosek_wilkie", {0}}}, 3)},
+                      {"program/surfaces.h", surfaces_text(launch)}});
   unsetenv("ITN_KERNEL_DIR");
   const std::size_t n = directions.size();
   std::vector<float> in(3 * n), out(6 * n);

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "runtime/base/error.h"
-#include "runtime/inversion/image_loss.h"
+#include "runtime/inverse/image_loss.h"
 #include "tests/stage/scenes.h"
 #include "tests/stage/stage_test.h"
 

@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "runtime/scene/hosek_wilkie.h"
+#include "runtime/scene/sky/hosek_wilkie.h"
 
 using namespace itn;
 

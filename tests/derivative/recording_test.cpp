@@ -4,9 +4,9 @@
 #include "../support/lane_function.h"
 #include "kernels/shared/portable.h"
 #include "runtime/base/dual.h"
-#include "runtime/derivative/differentiate.h"
-#include "runtime/derivative/print.h"
-#include "runtime/derivative/recorded.h"
+#include "runtime/render/derivative/differentiate.h"
+#include "runtime/render/derivative/print.h"
+#include "runtime/render/derivative/recorded.h"
 
 using namespace itn;
 

@@ -8,8 +8,8 @@
 
 #include "../support/lane_function.h"
 #include "kernels/shared/declaration.h"
-#include "runtime/derivative/score_functions.h"
-#include "runtime/scene/model.h"
+#include "runtime/render/derivative/score_functions.h"
+#include "runtime/scene/model/model.h"
 
 namespace itn::test {
 

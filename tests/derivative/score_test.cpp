@@ -10,7 +10,7 @@
 #include "kernels/model/phase/henyey_greenstein.h"
 #include "kernels/model/sky_hosek_wilkie.h"
 #include "runtime/base/dual.h"
-#include "runtime/scene/hosek_wilkie.h"
+#include "runtime/scene/sky/hosek_wilkie.h"
 #include "score_support.h"
 
 using namespace itn;

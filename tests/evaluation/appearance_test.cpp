@@ -1,12 +1,12 @@
 // How much images differ, whatever their noise.
-#include "runtime/evaluation/appearance.h"
+#include "network/evaluation/appearance.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "network/dataset/stored_image.h"
 #include "runtime/base/error.h"
 #include "runtime/base/random.h"
-#include "runtime/dataset/stored_image.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace itn;

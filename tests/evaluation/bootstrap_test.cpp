@@ -1,5 +1,5 @@
 // Averages and their intervals: right by hand, and covering the truth as often as they say.
-#include "runtime/evaluation/bootstrap.h"
+#include "network/evaluation/bootstrap.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,5 +1,5 @@
 // The Cramer-Rao bound of cases known by hand, and of least squares in simulated images.
-#include "runtime/evaluation/information.h"
+#include "network/evaluation/information.h"
 
 #include <Eigen/LU>
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
 // The images that stand for all: of every shape, light and split their share, and each with the same probability.
-#include "runtime/evaluation/selection.h"
+#include "network/evaluation/selection.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

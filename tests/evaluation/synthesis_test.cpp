@@ -1,5 +1,5 @@
 // Analysis by synthesis: from the truth it goes nowhere, from elsewhere it comes nearer, and stopped it goes on.
-#include "runtime/evaluation/synthesis.h"
+#include "network/evaluation/synthesis.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

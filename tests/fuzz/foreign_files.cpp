@@ -2,7 +2,7 @@
 // crash, and starting a process for each input would take all the time.
 #include "runtime/base/error.h"
 #include "runtime/scene/mesh/mesh_file.h"
-#include "runtime/scene/openvdb_file.h"
+#include "runtime/scene/volume/openvdb_file.h"
 
 namespace itn {
 

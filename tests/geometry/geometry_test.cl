@@ -1,7 +1,8 @@
-// Runs kernels/lib/trace.h alone: each work-item traces `each` rays, one after another.
-#include "lib/flight_grid.h"
-#include "lib/surface_frame.h"
-#include "lib/trace.h"
+// Runs kernels/geometry/trace.h alone: each work-item traces `each` rays, one after another.
+#include "geometry/flight_grid.h"
+#include "geometry/surface_frame.h"
+#include "geometry/trace.h"
+#include "path/event_random.h"
 
 typedef struct {
   float origin[3], direction[3];
@@ -129,7 +130,7 @@ __kernel void record_paths(__global const float* nodes, __global const float* le
   }
 }
 
-// kernels/lib/flight_grid.h alone: rays are origin, direction, distance, one component after another.
+// kernels/geometry/flight_grid.h alone: rays are origin, direction, distance, one component after another.
 __kernel void fly(__global const uint* grid, __global const GeometryRecord* record, __global const float* rays,
                   __global int* clear, __global float* distance, int n) {
   const INT at = (int)get_global_id(0) * WIDTH + LANE_INDEX;
@@ -142,7 +143,7 @@ __kernel void fly(__global const uint* grid, __global const GeometryRecord* reco
   SCATTER(distance, at, surface_distance(record, &cell));
 }
 
-// lib/surface_frame.h at hits: normal, shading normal, texture coordinates, and beside_surface() along +z.
+// geometry/surface_frame.h at hits: normal, shading normal, texture coordinates, and beside_surface() along +z.
 __kernel void frames(__global const PrimitiveRecord* primitives, __global const Hit* hits, __global float* out) {
   const INT at = (int)get_global_id(0) * WIDTH + LANE_INDEX;
   __global const float* h = (__global const float*)hits;

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "runtime/compile/flight_grid.h"
+#include "runtime/render/compile/flight_grid.h"
 #include "tests/geometry/geometry_device.h"
 
 using namespace itn;

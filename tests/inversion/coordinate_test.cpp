@@ -1,5 +1,5 @@
 // An optimizer's coordinates against the ranges of the parameters.
-#include "runtime/inversion/coordinate.h"
+#include "runtime/inverse/coordinate.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -4,8 +4,8 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 
-#include "runtime/inversion/posterior/posterior_outcome.h"
-#include "runtime/inversion/uncertainty.h"
+#include "runtime/inverse/gauss_newton/uncertainty.h"
+#include "runtime/inverse/posterior/posterior_outcome.h"
 #include "tests/inversion/small_scene.h"
 #include "tests/support/temporary_folder.h"
 

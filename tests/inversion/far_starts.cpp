@@ -5,7 +5,7 @@
 #include <chrono>
 #include <ostream>
 
-#include "runtime/inversion/numbers_inversion.h"
+#include "runtime/inverse/gauss_newton/numbers_inversion.h"
 #include "tests/inversion/small_scene.h"
 #include "tests/support/temporary_folder.h"
 

@@ -1,11 +1,11 @@
 // Whether an image fits, and what several ends say together, on made-up residuals.
-#include "runtime/inversion/image_fit.h"
+#include "runtime/inverse/image_fit.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
-#include "runtime/inversion/inversion_outcome.h"
+#include "runtime/inverse/gauss_newton/inversion_outcome.h"
 
 using namespace itn;
 

@@ -1,7 +1,7 @@
 // Inversions of small synthetic images.
 #include <catch2/catch.hpp>
 
-#include "runtime/inversion/uncertainty.h"
+#include "runtime/inverse/gauss_newton/uncertainty.h"
 #include "tests/inversion/small_scene.h"
 
 using namespace itn;

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "runtime/base/error.h"
-#include "runtime/inversion/normal_equations.h"
+#include "runtime/inverse/gauss_newton/normal_equations.h"
 
 using namespace itn;
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "runtime/inversion/image_loss.h"
+#include "runtime/inverse/image_loss.h"
 
 using namespace itn;
 

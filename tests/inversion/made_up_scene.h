@@ -5,7 +5,7 @@
 #include <functional>
 #include <random>
 
-#include "runtime/inversion/posterior/posterior.h"
+#include "runtime/inverse/posterior/posterior.h"
 
 namespace itn::test {
 

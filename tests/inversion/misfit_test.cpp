@@ -1,5 +1,5 @@
 // Misfits of made-up photos are told by what they look like: a bright thing with an edge on a floor.
-#include "runtime/inversion/misfit.h"
+#include "runtime/inverse/misfit.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -4,7 +4,7 @@
 
 #include "runtime/image/png.h"
 #include "runtime/image/srgb.h"
-#include "runtime/inversion/uncertainty.h"
+#include "runtime/inverse/gauss_newton/uncertainty.h"
 #include "tests/inversion/small_scene.h"
 #include "tests/support/temporary_folder.h"
 

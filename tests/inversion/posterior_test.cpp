@@ -1,5 +1,5 @@
 // The posterior through an emulator, on scenes whose images are formulas.
-#include "runtime/inversion/posterior/posterior.h"
+#include "runtime/inverse/posterior/posterior.h"
 
 #include <Eigen/LU>
 #include <catch2/catch.hpp>

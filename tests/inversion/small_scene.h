@@ -2,7 +2,7 @@
 #pragma once
 #include <random>
 
-#include "runtime/inversion/inversion.h"
+#include "runtime/inverse/gauss_newton/inversion.h"
 #include "tests/stage/scenes.h"
 #include "tests/stage/stage_test.h"
 

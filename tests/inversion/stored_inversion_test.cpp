@@ -1,5 +1,5 @@
 // Inversions whose state is in a folder.
-#include "runtime/inversion/stored_inversion.h"
+#include "runtime/inverse/gauss_newton/stored_inversion.h"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>

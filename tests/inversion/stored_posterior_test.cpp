@@ -1,5 +1,5 @@
 // Posteriors whose renderings are in a folder.
-#include "runtime/inversion/posterior/stored_posterior.h"
+#include "runtime/inverse/posterior/stored_posterior.h"
 
 #include <catch2/catch.hpp>
 #include <filesystem>

@@ -1,5 +1,5 @@
 // Targets as files: which channels count, and what cannot be radiance, a weight or a standard error.
-#include "runtime/inversion/target_image.h"
+#include "runtime/inverse/target_image.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

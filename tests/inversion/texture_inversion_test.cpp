@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "runtime/base/file.h"
-#include "runtime/inversion/stored_texture_inversion.h"
+#include "runtime/inverse/textures/stored_texture_inversion.h"
 #include "runtime/scene/load.h"
-#include "runtime/scene/volume_file.h"
+#include "runtime/scene/volume/volume_file.h"
 #include "tests/stage/stage_test.h"
 #include "tests/support/temporary_folder.h"
 

@@ -1,4 +1,4 @@
-#include "runtime/device/device.h"
+#include "runtime/render/device/device.h"
 
 #include <catch2/catch.hpp>
 #include <cstdlib>
@@ -102,7 +102,7 @@ TEST_CASE("a log that counts the lines of the whole text is given files and thei
   const KernelFile file("broken.cl", "#include \"scene/made.h\"\nint x = undeclared_name;\n");
   const std::string source = itn::kernel_source("broken.cl", {{"scene/made.h", "int made;\nint too;\n"}});
   CHECK(itn::with_kernel_files("<kernel>:6:9: error\n<kernel>:4:1: error\n<kernel>:99: error", source) ==
-        "kernels/broken.cl:2:9: error\nkernels/scene/made.h:2:1: error\n<kernel>:99: error");
+        "kernels/broken.cl:2:9: error\nkernels/program/made.h:2:1: error\n<kernel>:99: error");
 }
 
 TEST_CASE("an unknown device is refused with the list of those that exist") {

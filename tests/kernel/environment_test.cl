@@ -1,5 +1,7 @@
-// Runs kernels/lib/environment.h alone: one work-item a group of WIDTH lanes; arrays hold one component after another.
-#include "lib/environment.h"
+// Runs kernels/light/environment.h alone: one work-item a group of WIDTH lanes; arrays hold one component after
+// another.
+#include "light/environment.h"
+#include "light/sun.h"
 #include "shared/vector.h"
 
 #if WIDTH == 1

@@ -1,4 +1,4 @@
-#include "runtime/compile/environment.h"
+#include "runtime/render/compile/environment.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -9,10 +9,10 @@
 
 #include "runtime/base/colour.h"
 #include "runtime/base/error.h"
-#include "runtime/compile/surfaces.h"
-#include "runtime/device/device.h"
-#include "runtime/scene/hosek_wilkie.h"
-#include "runtime/scene/sized_model.h"
+#include "runtime/render/compile/surfaces.h"
+#include "runtime/render/device/device.h"
+#include "runtime/scene/model/sized_model.h"
+#include "runtime/scene/sky/hosek_wilkie.h"
 
 namespace {
 
@@ -38,7 +38,7 @@ struct RecordedMap {
 };
 #include "environment_mitsuba.inc"
 
-// What kernels/lib/environment.h says about an emitter, at one width.
+// What kernels/light/environment.h says about an emitter, at one width.
 class OnDevice {
  public:
   OnDevice(const Environment& emitter, int width) : width_(width) {
@@ -48,7 +48,7 @@ class OnDevice {
     setenv("ITN_KERNEL_DIR", ITN_SOURCE_DIR "/tests/kernel", 1);
     LaunchData launch;
     launch.environments = {record};
-    program_ = device_.build("environment_test.cl", definitions, {{"scene/surfaces.h", surfaces_text(launch)}});
+    program_ = device_.build("environment_test.cl", definitions, {{"program/surfaces.h", surfaces_text(launch)}});
     unsetenv("ITN_KERNEL_DIR");
     record_ = device_.upload(std::vector<EnvironmentRecord>{record}, "record");
     tables_ = device_.upload(tables, "tables");

@@ -1,8 +1,10 @@
-// Runs the functions of kernels/lib/field.h along one way: one work-item a group of WIDTH lanes, whose samples are
+// Runs the functions of kernels/texture/field.h along one way: one work-item a group of WIDTH lanes, whose samples are
 // numbers from 0 on; arrays hold one component after another. out: distance of the flight, the hero's channel, spectral
 // weights after it, those of the scattering included; transmittance, thickness, and the field where the way begins,
 // three channels each.
-#include "lib/field.h"
+#include "path/event_random.h"
+#include "path/spectral.h"
+#include "texture/field.h"
 
 __kernel void follow(__global const FieldRecord* fields, __global const float* voxels, float x, float y, float z,
                      float dx, float dy, float dz, float distance, float s0, float s1, float s2, uint seed,

@@ -1,6 +1,6 @@
 // Fields against quadrature in double precision of the interpolation that the format promises: values, free flights
 // (chi-square), transmittance and thickness (z-tests), spectral weights.
-#include "runtime/compile/field.h"
+#include "runtime/render/compile/field.h"
 
 #include <array>
 #include <catch2/catch.hpp>
@@ -11,10 +11,10 @@
 #include "../support/chi_square.h"
 #include "../support/z_test.h"
 #include "kernels/model/models.h"
-#include "runtime/compile/surfaces.h"
-#include "runtime/device/device.h"
-#include "runtime/scene/packed_voxels.h"
+#include "runtime/render/compile/surfaces.h"
+#include "runtime/render/device/device.h"
 #include "runtime/scene/transform.h"
+#include "runtime/scene/volume/packed_voxels.h"
 
 using namespace itn;
 using namespace itn::test;
@@ -134,7 +134,7 @@ std::vector<float> follow(const Ray& ray, int width) {
   definitions["WIDTH"] = std::to_string(width);
   definitions["BOX_WIDTH"] = "4";
   setenv("ITN_KERNEL_DIR", ITN_SOURCE_DIR "/tests/kernel", 1);
-  const cl::Program program = device.build("field_test.cl", definitions, {{"scene/surfaces.h", surfaces_text(data)}});
+  const cl::Program program = device.build("field_test.cl", definitions, {{"program/surfaces.h", surfaces_text(data)}});
   unsetenv("ITN_KERNEL_DIR");
   std::vector<float> out(14 * samples);
   const cl::Buffer fields = device.upload(data.fields, "fields"), voxels = device.upload(data.voxels, "voxels"),

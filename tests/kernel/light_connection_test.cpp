@@ -14,7 +14,7 @@ namespace {
 using Direction = Vector3<double>;
 
 const LaneFunction connection{
-    {"lib/light_connection.h"},
+    {"light/light_connection.h"},
     {"distribution", "alpha", "eta", "gx", "gy", "gz", "lx", "ly", "lz", "u0", "u1", "ax", "ay", "az"},
     {"x", "y", "z", "density", "again", "anywhere"},
     R"(

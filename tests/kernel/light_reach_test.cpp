@@ -1,5 +1,6 @@
-// How bodies that refract find a light (runtime/compile/light_reach.h): by where it stands and how wide they see it.
-#include "runtime/compile/light_reach.h"
+// How bodies that refract find a light (runtime/render/compile/light_reach.h): by where it stands and how wide they see
+// it.
+#include "runtime/render/compile/light_reach.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,6 +1,6 @@
-// Runs sample_light_around of kernels/lib/light_sampling.h alone: one work-item a group of WIDTH lanes; arrays hold one
-// component after another.
-#include "lib/light_sampling.h"
+// Runs sample_light_around of kernels/light/light_sampling.h alone: one work-item a group of WIDTH lanes; arrays hold
+// one component after another.
+#include "light/light_sampling.h"
 
 __kernel void sample(__global const JobRecord* job, __global const EnvironmentRecord* record,
                      __global const float* tables, int at_surface, __global const float* u, __global float* out) {

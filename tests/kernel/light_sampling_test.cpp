@@ -7,9 +7,9 @@
 #include <random>
 
 #include "kernels/shared/scene_layout.h"
-#include "runtime/compile/environment.h"
-#include "runtime/compile/surfaces.h"
-#include "runtime/device/device.h"
+#include "runtime/render/compile/environment.h"
+#include "runtime/render/compile/surfaces.h"
+#include "runtime/render/device/device.h"
 #include "tests/support/plain_program.h"
 
 using namespace itn;
@@ -46,7 +46,7 @@ class Sampler {
         "light_sampling_test.cl",
         test::plain_program(launch, width,
                             {{"LIGHT_SAMPLING", "1"}, {"MEDIUM_LIGHT_SAMPLING", "1"}, {"RADIANCE_CHANNELS", "3"}}),
-        {{"scene/surfaces.h", surfaces_text(launch)}});
+        {{"program/surfaces.h", surfaces_text(launch)}});
     unsetenv("ITN_KERNEL_DIR");
   }
 

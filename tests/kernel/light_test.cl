@@ -1,6 +1,6 @@
-// Runs sample_light of kernels/lib/light_sampling.h for lights of the scene alone: one work-item a group of WIDTH
+// Runs sample_light of kernels/light/light_sampling.h for lights of the scene alone: one work-item a group of WIDTH
 // lanes; arrays hold one component after another. out: direction, distance, pdf (0: nothing arrives), radiance.
-#include "lib/light_sampling.h"
+#include "light/light_sampling.h"
 
 __kernel void sample(__global const JobRecord* job, __global const LightRecord* lights, __global const float* tables,
                      __global const float* numbers, float x, float y, float z, __global const float* u,

@@ -9,9 +9,9 @@
 #include "../support/chi_square.h"
 #include "../support/z_test.h"
 #include "kernels/model/models.h"
-#include "runtime/compile/launch_data.h"
-#include "runtime/compile/surfaces.h"
-#include "runtime/device/device.h"
+#include "runtime/render/compile/launch_data.h"
+#include "runtime/render/compile/surfaces.h"
+#include "runtime/render/device/device.h"
 #include "runtime/scene/mesh/shape_meshes.h"
 #include "runtime/scene/transform.h"
 #include "tests/support/plain_program.h"
@@ -49,7 +49,7 @@ std::vector<Sample> sample(const Scene& scene, const Vec3& from, int width) {
   const JobRecord job = append_scene(scene, 0, data);
   setenv("ITN_KERNEL_DIR", ITN_SOURCE_DIR "/tests/kernel", 1);
   const cl::Program program =
-      device.build("light_test.cl", test::plain_program(data, width), {{"scene/surfaces.h", surfaces_text(data)}});
+      device.build("light_test.cl", test::plain_program(data, width), {{"program/surfaces.h", surfaces_text(data)}});
   unsetenv("ITN_KERNEL_DIR");
   std::mt19937 engine(7);
   std::vector<float> u(4 * samples), out(6 * samples);

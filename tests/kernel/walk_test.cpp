@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "runtime/device/device.h"
+#include "runtime/render/device/device.h"
 
 using namespace itn;
 

@@ -1,4 +1,4 @@
-// lib/texture.h at checkerboards: the record's to_uv, Mitsuba's rule for the squares, and the colours.
+// texture/texture.h at checkerboards: the record's to_uv, Mitsuba's rule for the squares, and the colours.
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -15,7 +15,7 @@ constexpr int model_numbers = 5;  // of a made-up model, whose colour stands in 
 const std::array<float, 3> colour_0{0.1F, 0.2F, 0.3F}, colour_1{0.7F, 0.8F, 0.9F};
 
 // The third and fourth column begin with the bytes of a record, and with numbers.
-const LaneFunction lookup{{"lib/texture.h"}, {"u", "v", "record", "numbers"}, {"r", "g", "b", "colour"}, R"(
+const LaneFunction lookup{{"texture/texture.h"}, {"u", "v", "record", "numbers"}, {"r", "g", "b", "colour"}, R"(
   Lanes x, y, rgb[3], which;
   x.real = u;
   y.real = v;

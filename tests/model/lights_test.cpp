@@ -6,7 +6,7 @@
 
 #include "../support/chi_square.h"
 #include "kernels/shared/declaration.h"
-#include "runtime/scene/model.h"
+#include "runtime/scene/model/model.h"
 #include "runtime/scene/scene.h"
 #include "runtime/scene/transform.h"
 

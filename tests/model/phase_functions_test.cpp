@@ -8,7 +8,7 @@
 #include "../support/lane_function.h"
 #include "../support/z_test.h"
 #include "kernels/model/phase/list.h"
-#include "runtime/scene/model.h"
+#include "runtime/scene/model/model.h"
 
 using namespace itn;
 using namespace itn::test;

@@ -7,10 +7,10 @@
 
 #include "../support/chi_square.h"
 #include "../support/lane_function.h"
-#include "runtime/compile/surfaces.h"
-#include "runtime/derivative/score_functions.h"
-#include "runtime/scene/phase_formula.h"
-#include "runtime/scene/sized_model.h"
+#include "runtime/render/compile/surfaces.h"
+#include "runtime/render/derivative/score_functions.h"
+#include "runtime/scene/model/phase_formula.h"
+#include "runtime/scene/model/sized_model.h"
 
 using namespace itn;
 using namespace itn::test;
@@ -76,7 +76,7 @@ std::string capitals(std::string name) {
 LaneFunction drawing(const PhaseFunction& phase) {
   LaunchData data;
   data.phases[phase.model->id] = phase.model;
-  LaneFunction call{{"lib/mixture.h"}, {"u"}, {"c", "s", "value"}, "REAL n[] = {"};
+  LaneFunction call{{"scattering/mixture.h"}, {"u"}, {"c", "s", "value"}, "REAL n[] = {"};
   call.functions = structures_text(data);
   for (const Model* model : made_models(data))
     call.functions +=

@@ -7,8 +7,8 @@
 #include "../support/chi_square.h"
 #include "../support/lane_function.h"
 #include "kernels/model/phase/tabulated.h"
-#include "runtime/scene/phase_formula.h"
-#include "runtime/scene/sized_model.h"
+#include "runtime/scene/model/phase_formula.h"
+#include "runtime/scene/model/sized_model.h"
 
 using namespace itn;
 using namespace itn::test;

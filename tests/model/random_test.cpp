@@ -13,7 +13,7 @@ namespace {
 
 constexpr double significance = 1e-6;
 
-const LaneFunction generator{{"lib/random.h"},
+const LaneFunction generator{{"path/random.h"},
                              {"pixel", "sample", "event", "stream", "seed"},
                              {"u0", "u1", "u2", "u3"},
                              R"(
@@ -54,7 +54,7 @@ void check_independent(const std::vector<float>& x, const std::vector<float>& y)
 // Known answers published with the Random123 library (kat_vectors, philox4x32 10).
 TEST_CASE("Philox4x32-10 gives its published answers", "[random]") {
   const int width = GENERATE(1, 4, 8, 16);
-  const LaneFunction philox{{"lib/random.h"}, {"c0", "c1", "c2", "c3", "k0", "k1"}, {"r0", "r1", "r2", "r3"}, R"(
+  const LaneFunction philox{{"path/random.h"}, {"c0", "c1", "c2", "c3", "k0", "k1"}, {"r0", "r1", "r2", "r3"}, R"(
   UINT x[4];
   Lanes a, b;
   a.real = k0;
@@ -85,7 +85,7 @@ TEST_CASE("Philox4x32-10 gives its published answers", "[random]") {
 
 TEST_CASE("uniform numbers never reach 0 or 1", "[random]") {
   const int width = GENERATE(1, 16);
-  const LaneFunction ends{{"lib/random.h"}, {"bits"}, {"u"}, "u = uniform_from_bits(AS_UINT(bits));"};
+  const LaneFunction ends{{"path/random.h"}, {"bits"}, {"u"}, "u = uniform_from_bits(AS_UINT(bits));"};
   const Columns u = run_lanes(ends, width, {{std::bit_cast<float>(0u), std::bit_cast<float>(0xffffffffu)}});
   CHECK(u[0][0] == 0x1p-24f);
   CHECK(u[0][1] == 1 - 0x1p-24f);

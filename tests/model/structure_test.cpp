@@ -1,6 +1,6 @@
 // What XML nests around BSDFs, as one BSDF: sampled in proportion to its density, a sample's weight its value over its
 // density, on the device as in double precision, and differentiated as the sum that it is.
-#include "runtime/scene/structure.h"
+#include "runtime/scene/model/structure.h"
 
 #include <algorithm>
 #include <array>
@@ -12,10 +12,10 @@
 
 #include "../support/chi_square.h"
 #include "../support/lane_function.h"
-#include "runtime/compile/surfaces.h"
-#include "runtime/derivative/score_functions.h"
-#include "runtime/scene/sized_model.h"
-#include "runtime/scene/structure_formula.h"
+#include "runtime/render/compile/surfaces.h"
+#include "runtime/render/derivative/score_functions.h"
+#include "runtime/scene/model/sized_model.h"
+#include "runtime/scene/model/structure_formula.h"
 
 using namespace itn;
 using namespace itn::test;
@@ -132,7 +132,7 @@ LaneFunction drawing(const Bsdf& bsdf, const Direction& wi) {
   BsdfRecord record{};
   record.surface = model.id;
   data.bsdfs.push_back(record);
-  LaneFunction call{{"lib/structure.h"},
+  LaneFunction call{{"scattering/structure.h"},
                     {"u0", "u1", "u2", "u3"},
                     {"x", "y", "z", "weight0", "weight2", "pdf", "scale", "picked"},
                     ""};

@@ -1,5 +1,5 @@
 // Adam against PyTorch, and the learning-rate schedule.
-#include "network/adam.h"
+#include "network/training/adam.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,6 +1,6 @@
 // oneDNN's float stages against the reference in double, at every kind of shape that the network has: few input
 // channels, whole blocks, direct and Winograd's algorithm, images of one, two and more pixels.
-#include "network/convolution.h"
+#include "network/model/convolution.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Networks that say how sure they are.
-#include "network/distribution.h"
+#include "network/model/distribution.h"
 
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "layer_support.h"
-#include "network/prediction.h"
+#include "network/training/prediction.h"
 #include "runtime/base/error.h"
 #include "runtime/base/statistics.h"
 

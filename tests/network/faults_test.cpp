@@ -1,5 +1,5 @@
 // Photographs that are spoilt: each fault does what it says, and nothing else.
-#include "network/faults.h"
+#include "network/training/faults.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

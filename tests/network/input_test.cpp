@@ -1,11 +1,11 @@
 // What the network sees of an image, of its shape and of its light.
-#include "network/input.h"
+#include "network/model/input.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
 
-#include "network/dataset_examples.h"
+#include "network/training/dataset_examples.h"
 #include "runtime/base/error.h"
 #include "runtime/image/exr.h"
 #include "runtime/image/png.h"

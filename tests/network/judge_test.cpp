@@ -1,5 +1,5 @@
 // Judges: what they are shown, how their limit is found, and which networks they can judge for.
-#include "network/judge.h"
+#include "network/training/judge.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "network/examples.h"
-#include "network/network_file.h"
-#include "network/threads.h"
+#include "network/model/network_file.h"
+#include "network/model/threads.h"
+#include "network/training/examples.h"
 #include "runtime/base/error.h"
 #include "tests/support/temporary_folder.h"
 

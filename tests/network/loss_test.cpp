@@ -1,5 +1,5 @@
 // Ranges of the outputs, losses and their gradients.
-#include "network/loss.h"
+#include "network/model/loss.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,5 +1,5 @@
 // MS-SSIM against pytorch-msssim 1.0: ms_ssim_pytorch.py makes the same images and prints the figures below.
-#include "network/ms_ssim.h"
+#include "network/model/ms_ssim.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,13 +1,13 @@
 // Networks in files: what comes back, and what is refused.
-#include "network/network_file.h"
+#include "network/model/network_file.h"
 
 #include <catch2/catch.hpp>
 #include <functional>
 #include <tuple>
 
 #include "../support/temporary_folder.h"
-#include "network/judge.h"
-#include "network/shipped.h"
+#include "network/model/shipped.h"
+#include "network/training/judge.h"
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "runtime/base/random.h"

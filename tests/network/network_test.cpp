@@ -1,14 +1,14 @@
 // The whole network: its structure, its gradient, its first weights, and that the same input gives the same bits.
-#include "network/network.h"
+#include "network/model/network.h"
 
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "layer_support.h"
-#include "network/adam.h"
-#include "network/fully_connected.h"
-#include "network/loss.h"
+#include "network/model/fully_connected.h"
+#include "network/model/loss.h"
+#include "network/training/adam.h"
 #include "runtime/base/error.h"
 
 namespace {

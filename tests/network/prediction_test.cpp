@@ -1,9 +1,9 @@
-#include "network/prediction.h"
+#include "network/training/prediction.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "network/loss.h"
+#include "network/model/loss.h"
 #include "runtime/base/random.h"
 
 namespace {

@@ -1,5 +1,5 @@
 // Orders from a counter's random numbers.
-#include "network/random.h"
+#include "network/model/random.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "layer_support.h"
-#include "network/fully_connected.h"
+#include "network/model/fully_connected.h"
 
 namespace {
 

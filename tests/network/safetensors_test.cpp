@@ -1,5 +1,5 @@
 // Safetensors files byte by byte, and what is refused.
-#include "network/safetensors.h"
+#include "network/model/safetensors.h"
 
 #include <catch2/catch.hpp>
 #include <cstring>

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "network/input.h"
-#include "network/network_file.h"
+#include "network/model/input.h"
+#include "network/model/network_file.h"
 #include "runtime/base/error.h"
 #include "runtime/image/exr.h"
 #include "tests/support/temporary_folder.h"

@@ -1,5 +1,5 @@
 // Sums over shards: the same bits whoever has computed which shard.
-#include "network/shard_sum.h"
+#include "network/training/shard_sum.h"
 
 #include <barrier>
 #include <catch2/catch.hpp>

@@ -1,12 +1,12 @@
 // Images of a data set are what the manifest says, bit for bit.
-#include "runtime/dataset/stored_image.h"
+#include "network/dataset/stored_image.h"
 
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
 
-#include "network/dataset_examples.h"
+#include "network/training/dataset_examples.h"
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 #include "tests/support/made_up_dataset.h"

@@ -1,5 +1,5 @@
 // Training on made-up examples: that it learns, stops, ends and goes on as it says.
-#include "network/trainer.h"
+#include "network/training/trainer.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -7,9 +7,9 @@
 #include <set>
 
 #include "../support/temporary_folder.h"
-#include "network/distribution.h"
-#include "network/network_file.h"
-#include "network/random.h"
+#include "network/model/distribution.h"
+#include "network/model/network_file.h"
+#include "network/model/random.h"
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
 

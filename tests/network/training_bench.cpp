@@ -7,9 +7,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "network/adam.h"
-#include "network/loss.h"
-#include "network/network.h"
+#include "network/model/loss.h"
+#include "network/model/network.h"
+#include "network/training/adam.h"
 #include "runtime/base/random.h"
 
 namespace {

@@ -19,7 +19,7 @@ def by_itn(program, run, images, *options):
 
 
 def known(folder, manifest, image):
-    """Channels 1 to 5 of a network's input, as network/input.h describes them."""
+    """Channels 1 to 5 of a network's input, as network/model/input.h describes them."""
     shape = itn.read_exr(folder / manifest["shapes"][image["shape"]]["buffers"])
     mask = shape["mask"] > 0
     nearness = np.where(mask, shape["depth"][mask].mean(dtype=np.float64) - shape["depth"], 0)

@@ -1,5 +1,5 @@
 // What the host makes of a scene's light, without a device.
-#include "runtime/compile/environment.h"
+#include "runtime/render/compile/environment.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include "kernels/model/angle.h"
 #include "kernels/model/sky_hosek_wilkie.h"
 #include "runtime/base/error.h"
-#include "runtime/scene/hosek_wilkie.h"
+#include "runtime/scene/sky/hosek_wilkie.h"
 
 namespace {
 

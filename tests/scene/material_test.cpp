@@ -4,9 +4,9 @@
 #include "runtime/image/exr.h"
 #include "runtime/image/png.h"
 #include "runtime/image/srgb.h"
+#include "runtime/scene/model/structure.h"
 #include "runtime/scene/parameters.h"
-#include "runtime/scene/structure.h"
-#include "runtime/scene/volume_file.h"
+#include "runtime/scene/volume/volume_file.h"
 #include "tests/scene/scene_folder.h"
 
 using namespace itn;

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "runtime/scene/model.h"
+#include "runtime/scene/model/model.h"
 #include "runtime/scene/parameters.h"
 #include "tests/scene/scene_folder.h"
 

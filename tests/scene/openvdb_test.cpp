@@ -8,8 +8,8 @@
 #include <fstream>
 #include <limits>
 
-#include "runtime/scene/packed_voxels.h"
 #include "runtime/scene/transform.h"
+#include "runtime/scene/volume/packed_voxels.h"
 #include "tests/scene/scene_folder.h"
 
 using namespace itn;

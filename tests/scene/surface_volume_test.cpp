@@ -1,5 +1,5 @@
-// surfacevolume: a picture on a mesh that drives the medium below (runtime/scene/surface_volume.h).
-#include "runtime/scene/surface_volume.h"
+// surfacevolume: a picture on a mesh that drives the medium below (runtime/scene/volume/surface_volume.h).
+#include "runtime/scene/volume/surface_volume.h"
 
 #include <cmath>
 #include <limits>

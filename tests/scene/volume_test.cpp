@@ -3,9 +3,9 @@
 #include <cstring>
 #include <limits>
 
-#include "runtime/scene/packed_voxels.h"
 #include "runtime/scene/parameters.h"
-#include "runtime/scene/volume_file.h"
+#include "runtime/scene/volume/packed_voxels.h"
+#include "runtime/scene/volume/volume_file.h"
 #include "tests/scene/scene_folder.h"
 #include "tests/support/temporary_folder.h"
 

@@ -9,8 +9,8 @@
 
 #include "runtime/base/random.h"
 #include "runtime/scene/mesh/mesh_topology.h"
+#include "runtime/scene/shapes/polygonise.h"
 #include "runtime/scene/transform.h"
-#include "runtime/shapes/polygonise.h"
 
 namespace itn::test {
 namespace {

@@ -1,4 +1,4 @@
-// What every mesh of runtime/shapes must fulfil.
+// What every mesh of runtime/scene/shapes must fulfil.
 #pragma once
 #include <cstddef>
 #include <functional>

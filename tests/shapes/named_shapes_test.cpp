@@ -1,11 +1,11 @@
 // The ten shapes of the data set.
-#include "runtime/shapes/named_shapes.h"
+#include "runtime/scene/shapes/named_shapes.h"
 
 #include <catch2/catch.hpp>
 #include <map>
 
 #include "runtime/scene/mesh/mesh_file.h"
-#include "runtime/shapes/polygonise.h"
+#include "runtime/scene/shapes/polygonise.h"
 #include "tests/shapes/mesh_checks.h"
 #include "tests/support/temporary_folder.h"
 

@@ -1,5 +1,5 @@
 // Meshes from solids.
-#include "runtime/shapes/polygonise.h"
+#include "runtime/scene/shapes/polygonise.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

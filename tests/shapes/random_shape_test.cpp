@@ -1,12 +1,12 @@
 // Random shapes.
-#include "runtime/shapes/random_shape.h"
+#include "runtime/scene/shapes/random_shape.h"
 
 #include <catch2/catch.hpp>
 #include <map>
 #include <set>
 
 #include "runtime/scene/mesh/mesh_topology.h"
-#include "runtime/shapes/polygonise.h"
+#include "runtime/scene/shapes/polygonise.h"
 #include "tests/shapes/mesh_checks.h"
 
 using namespace itn;

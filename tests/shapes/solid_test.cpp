@@ -1,5 +1,5 @@
 // Solids: where they are, and that their slope is at most 1.
-#include "runtime/shapes/solid.h"
+#include "runtime/scene/shapes/solid.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

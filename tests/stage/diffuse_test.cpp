@@ -6,7 +6,7 @@
 #include "host_model.h"
 #include "kernels/model/shading_frame.h"
 #include "path_bench.h"
-#include "runtime/scene/hosek_wilkie.h"
+#include "runtime/scene/sky/hosek_wilkie.h"
 #include "scenes.h"
 #include "stage_test.h"
 

@@ -1,12 +1,12 @@
 // The film's sums in three floats each against sums in double precision: no number of samples loses digits.
-#include "runtime/wavefront/film.h"
+#include "runtime/render/wavefront/film.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
-#include "runtime/renderer.h"
-#include "runtime/wavefront/wavefront.h"
+#include "runtime/render/renderer.h"
+#include "runtime/render/wavefront/wavefront.h"
 #include "scenes.h"
 #include "stage_test.h"
 

@@ -4,7 +4,7 @@
 
 #include "host_model.h"
 #include "path_bench.h"
-#include "runtime/scene/hosek_wilkie.h"
+#include "runtime/scene/sky/hosek_wilkie.h"
 #include "scenes.h"
 #include "stage_test.h"
 

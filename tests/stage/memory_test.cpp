@@ -3,9 +3,9 @@
 #include <catch2/catch.hpp>
 
 #include "runtime/base/error.h"
-#include "runtime/compile/launch_data.h"
-#include "runtime/renderer.h"
-#include "runtime/wavefront/launch_buffers.h"
+#include "runtime/render/compile/launch_data.h"
+#include "runtime/render/renderer.h"
+#include "runtime/render/wavefront/launch_buffers.h"
 #include "scenes.h"
 #include "stage_test.h"
 

@@ -6,8 +6,8 @@
 #include <stdexcept>
 
 #include "kernels/model/models.h"
-#include "runtime/compile/surfaces.h"
-#include "runtime/derivative/score_functions.h"
+#include "runtime/render/compile/surfaces.h"
+#include "runtime/render/derivative/score_functions.h"
 
 namespace itn::test {
 namespace {
@@ -98,8 +98,8 @@ PathBench::PathBench(const Device& device, const Scene& scene, const Options& op
   definitions_["SCORE_RECORDS"] = "{0,0,0,0}";
   definitions_["PART_RECORDS"] = "{0,{0,0,0}}";
   program_ = device.build("wavefront.cl", definitions_,
-                          {{"derivative/score.h", print_scores({}, static_cast<int>(throughput_channels_))},
-                           {"scene/surfaces.h", surfaces_text(data_)}});
+                          {{"program/scores.h", print_scores({}, static_cast<int>(throughput_channels_))},
+                           {"program/surfaces.h", surfaces_text(data_)}});
   fields_ = path_fields(definitions_);
   stages_ = stages_of(data_);
   for (const std::string& stage : stages_) queues_.push_back(queue_of_stage.at(stage));

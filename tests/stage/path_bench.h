@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "runtime/compile/launch_data.h"
-#include "runtime/wavefront/launch_buffers.h"
-#include "runtime/wavefront/path_fields.h"
-#include "runtime/wavefront/wavefront.h"
+#include "runtime/render/compile/launch_data.h"
+#include "runtime/render/wavefront/launch_buffers.h"
+#include "runtime/render/wavefront/path_fields.h"
+#include "runtime/render/wavefront/wavefront.h"
 
 namespace itn::test {
 

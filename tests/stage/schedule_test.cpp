@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 #include <map>
 
-#include "runtime/renderer.h"
-#include "runtime/wavefront/wavefront.h"
+#include "runtime/render/renderer.h"
+#include "runtime/render/wavefront/wavefront.h"
 #include "scenes.h"
 #include "stage_test.h"
 

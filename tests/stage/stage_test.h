@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "runtime/device/device.h"
+#include "runtime/render/device/device.h"
 
 namespace itn::test {
 

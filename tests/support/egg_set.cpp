@@ -1,8 +1,8 @@
 #include "tests/support/egg_set.h"
 
-#include "runtime/dataset/dataset_light.h"
+#include "network/dataset/dataset_light.h"
 #include "runtime/scene/mesh/mesh_file.h"
-#include "runtime/shapes/polygonise.h"
+#include "runtime/scene/shapes/polygonise.h"
 
 using namespace itn;
 

@@ -1,6 +1,6 @@
 // A data set of one shape, an egg of 2 mm under two suns, of which nothing has been rendered.
 #pragma once
-#include "runtime/dataset/manifest.h"
+#include "network/dataset/manifest.h"
 #include "tests/support/temporary_folder.h"
 
 struct EggSet {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <random>
 
-#include "runtime/device/device.h"
+#include "runtime/render/device/device.h"
 
 namespace itn::test {
 namespace {

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "network/dataset/stored_image.h"
 #include "runtime/base/random.h"
-#include "runtime/dataset/stored_image.h"
 
 namespace {
 

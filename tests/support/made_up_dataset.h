@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "runtime/dataset/manifest.h"
+#include "network/dataset/manifest.h"
 
 constexpr int made_up_size = 8;  // pixels a side
 

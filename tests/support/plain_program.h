@@ -1,9 +1,9 @@
-// Definitions for kernels of kernels/lib that a test runs alone.
+// Definitions for kernels that a test runs alone.
 #pragma once
 #include <map>
 #include <string>
 
-#include "runtime/compile/launch_data.h"
+#include "runtime/render/compile/launch_data.h"
 
 namespace itn::test {
 

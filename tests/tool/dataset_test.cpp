@@ -7,13 +7,13 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "network/dataset/manifest.h"
 #include "runtime/base/file.h"
 #include "runtime/base/statistics.h"
-#include "runtime/dataset/manifest.h"
 #include "runtime/image/bitmap.h"
 #include "runtime/image/exr.h"
 #include "runtime/scene/mesh/mesh_file.h"
-#include "runtime/shapes/polygonise.h"
+#include "runtime/scene/shapes/polygonise.h"
 #include "tests/support/folder_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"

@@ -8,11 +8,11 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "network/network_file.h"
+#include "network/dataset/manifest.h"
+#include "network/model/network_file.h"
 #include "runtime/base/file.h"
-#include "runtime/dataset/manifest.h"
 #include "runtime/scene/mesh/mesh_file.h"
-#include "runtime/shapes/polygonise.h"
+#include "runtime/scene/shapes/polygonise.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
 

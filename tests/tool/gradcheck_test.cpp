@@ -72,12 +72,12 @@ TEST_CASE("without --parameter itn gradcheck takes all, and lists what is not di
 TEST_CASE("itn gradcheck finds a derivative that is wrong, with exit code 1 and its name") {
   // The same kernels but for one line: the score of the phase function's g has the wrong sign.
   const TemporaryFolder folder;
-  std::string text = itn::read_file(ITN_SOURCE_DIR "/kernels/lib/phase_score.h");
+  std::string text = itn::read_file(ITN_SOURCE_DIR "/kernels/scattering/phase_score.h");
   const std::string right = "score_##name(phase->n, cosine, d);";
   REQUIRE(text.find(right) != std::string::npos);
   text.insert(text.find(right) + right.size(), " d[0] = -3.0f * d[0];");
   std::filesystem::create_directories(folder / "lib");
-  itn::write_file(folder / "lib/phase_score.h", text);
+  itn::write_file(folder / "scattering/phase_score.h", text);
   const Result result = run_itn(gradcheck(two), {.environment = {{"ITN_KERNEL_DIR", folder.path().string()}}});
   INFO(result.output);
   CHECK(result.exit_code == 1);

@@ -9,7 +9,7 @@
 #include "runtime/base/file.h"
 #include "runtime/image/exr.h"
 #include "runtime/image/png.h"
-#include "runtime/scene/volume_file.h"
+#include "runtime/scene/volume/volume_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
 

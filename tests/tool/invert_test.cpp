@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "network/network_file.h"
+#include "network/model/network_file.h"
 #include "runtime/base/file.h"
 #include "runtime/image/exr.h"
 #include "tests/support/temporary_folder.h"

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "runtime/base/file.h"
-#include "runtime/device/device.h"
 #include "runtime/image/exr.h"
+#include "runtime/render/device/device.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
 

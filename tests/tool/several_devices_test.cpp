@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "runtime/base/file.h"
-#include "runtime/device/device.h"
+#include "runtime/render/device/device.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
 

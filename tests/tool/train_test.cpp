@@ -10,11 +10,11 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "network/dataset/stored_image.h"
 #include "runtime/base/file.h"
-#include "runtime/dataset/stored_image.h"
 #include "runtime/image/exr.h"
 #include "runtime/scene/mesh/mesh_file.h"
-#include "runtime/shapes/polygonise.h"
+#include "runtime/scene/shapes/polygonise.h"
 #include "tests/support/made_up_dataset.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"

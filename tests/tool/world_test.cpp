@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "network/dataset/manifest.h"
 #include "runtime/base/file.h"
-#include "runtime/dataset/manifest.h"
 #include "runtime/image/exr.h"
 #include "tests/support/folder_files.h"
 #include "tests/support/temporary_folder.h"

@@ -1,12 +1,12 @@
 // What a network's answer means in a scene, where the scene is a formula.
-#include "runtime/training/answer_emulator.h"
+#include "network/prediction/answer_emulator.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
 #include "runtime/base/error.h"
-#include "runtime/inversion/posterior/low_discrepancy.h"
+#include "runtime/inverse/posterior/low_discrepancy.h"
 
 using namespace itn;
 

@@ -1,12 +1,12 @@
 // Gaussian processes of values and derivatives, where the function is known.
-#include "runtime/training/gaussian_process.h"
+#include "network/prediction/gaussian_process.h"
 
 #include <Eigen/LU>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
-#include "runtime/inversion/posterior/low_discrepancy.h"
+#include "runtime/inverse/posterior/low_discrepancy.h"
 
 using namespace itn;
 

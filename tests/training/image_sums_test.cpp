@@ -1,11 +1,11 @@
 // Sums of pixels that tell materials apart, of images that are formulas.
-#include "runtime/training/image_sums.h"
+#include "network/prediction/image_sums.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
-#include "runtime/inversion/posterior/low_discrepancy.h"
+#include "runtime/inverse/posterior/low_discrepancy.h"
 
 using namespace itn;
 

@@ -1,10 +1,10 @@
 // Where materials lie for a network that is shown the scene.
-#include "runtime/training/material_coordinates.h"
+#include "network/prediction/material_coordinates.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "runtime/inversion/posterior/low_discrepancy.h"
+#include "runtime/inverse/posterior/low_discrepancy.h"
 
 using namespace itn;
 

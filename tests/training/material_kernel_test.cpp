@@ -1,5 +1,5 @@
 // The kernel of materials, beside dense matrices.
-#include "runtime/training/material_kernel.h"
+#include "network/prediction/material_kernel.h"
 
 #include <Eigen/LU>
 #include <array>
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "runtime/inversion/posterior/low_discrepancy.h"
+#include "runtime/inverse/posterior/low_discrepancy.h"
 
 using namespace itn;
 

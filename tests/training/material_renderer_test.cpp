@@ -1,5 +1,5 @@
 // The derivatives by shares that a network is shown, beside differences of renderings.
-#include "runtime/training/material_renderer.h"
+#include "network/prediction/material_renderer.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,5 +1,5 @@
 // A scene whose pixels are formulas of the material: which photos are like it.
-#include "runtime/training/scene_likeness.h"
+#include "network/prediction/scene_likeness.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <optional>
 #include <random>
 
-#include "runtime/inversion/posterior/low_discrepancy.h"
+#include "runtime/inverse/posterior/low_discrepancy.h"
 
 using namespace itn;
 

@@ -1,6 +1,6 @@
 // Whether what a network that is shown the scene says holds the truth: answer_emulator_test.cpp, and in a scene
 // tests/tool/predict_test.cpp.
-#include "runtime/training/shown_scene.h"
+#include "network/prediction/shown_scene.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,13 +1,13 @@
 // Training as a library's user meets it; `itn train` is tested in tests/tool.
-#include "runtime/training/training_run.h"
+#include "network/training/training_run.h"
 
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "network/network_file.h"
+#include "network/model/network_file.h"
+#include "network/model/trained_network.h"
 #include "runtime/base/error.h"
 #include "runtime/base/file.h"
-#include "runtime/training/trained_network.h"
 #include "tests/support/made_up_dataset.h"
 #include "tests/support/temporary_folder.h"
 

@@ -1,10 +1,10 @@
-// Gradients by path replay (kernels/lib/adjoint.h) against derivative images from the same samples.
+// Gradients by path replay (kernels/derivative/adjoint.h) against derivative images from the same samples.
 #include <catch2/catch.hpp>
 #include <limits>
 
 #include "runtime/base/error.h"
-#include "runtime/gradient_renderer.h"
-#include "runtime/inversion/image_loss.h"
+#include "runtime/inverse/image_loss.h"
+#include "runtime/render/gradient_renderer.h"
 #include "runtime/scene/parameters.h"
 #include "transport.h"
 

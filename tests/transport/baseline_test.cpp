@@ -1,5 +1,5 @@
-// Baselines (kernels/lib/baseline.h) take off something of mean zero, and with it noise.
-#include "runtime/wavefront/baseline.h"
+// Baselines (kernels/derivative/baseline.h) take off something of mean zero, and with it noise.
+#include "runtime/render/wavefront/baseline.h"
 
 #include <bit>
 #include <catch2/catch.hpp>

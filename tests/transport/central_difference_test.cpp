@@ -8,7 +8,7 @@
 #include <functional>
 
 #include "../support/z_test.h"
-#include "runtime/derivative/difference.h"
+#include "runtime/render/derivative/difference.h"
 #include "runtime/scene/parameters.h"
 #include "samples.h"
 

@@ -8,7 +8,7 @@
 
 #include "../support/temporary_folder.h"
 #include "runtime/base/file.h"
-#include "runtime/gradient_renderer.h"
+#include "runtime/render/gradient_renderer.h"
 #include "transport.h"
 
 using namespace itn;

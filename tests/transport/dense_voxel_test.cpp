@@ -6,7 +6,7 @@
 #include "../support/temporary_folder.h"
 #include "../support/z_test.h"
 #include "runtime/base/file.h"
-#include "runtime/scene/volume_file.h"
+#include "runtime/scene/volume/volume_file.h"
 #include "transport.h"
 
 using namespace itn;

@@ -1,4 +1,4 @@
-// Gradients by the pixels of an environment map (kernels/lib/emission.h) against differences of single pixels with
+// Gradients by the pixels of an environment map (kernels/light/emission.h) against differences of single pixels with
 // common random numbers, and against the derivative by its scale.
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include "runtime/base/file.h"
 #include "runtime/image/exr.h"
 #include "runtime/scene/parameters.h"
-#include "runtime/scene/volume_file.h"
+#include "runtime/scene/volume/volume_file.h"
 #include "weighed.h"
 
 using namespace itn;

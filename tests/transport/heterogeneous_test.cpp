@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "../support/z_test.h"
-#include "runtime/gradient_renderer.h"
+#include "runtime/render/gradient_renderer.h"
 #include "runtime/scene/parameters.h"
 #include "runtime/scene/transform.h"
 #include "transport.h"

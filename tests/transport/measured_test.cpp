@@ -6,8 +6,8 @@
 #include "../support/temporary_folder.h"
 #include "kernels/model/bsdf/rough_conductor.h"
 #include "runtime/base/file.h"
-#include "runtime/gradient_renderer.h"
-#include "runtime/scene/model.h"
+#include "runtime/render/gradient_renderer.h"
+#include "runtime/scene/model/model.h"
 #include "runtime/scene/parameters.h"
 #include "transport.h"
 

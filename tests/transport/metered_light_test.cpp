@@ -48,8 +48,8 @@ const std::string from_above =
 TEST_CASE("what a slab does not scatter of a beam falls on a detector behind it as exp(-optical depth) says",
           "[transport][stat]") {
   const Rendering image = measure(slab("0", from_above), 1024, {"milk.sigma_t"});
-  // A surface is as sharp as 2^-21 of its largest coordinate (runtime/compile/geometry.cpp), which is 40: with sigma_t
-  // 2 that is an optical depth of 3.8e-5.
+  // A surface is as sharp as 2^-21 of its largest coordinate (runtime/render/compile/geometry.cpp), which is 40: with
+  // sigma_t 2 that is an optical depth of 3.8e-5.
   CHECK(image.mean_of_image[0] == Approx(std::exp(-2.0)).epsilon(4e-5));
   CHECK(image.derivatives[0].mean_of_image[0] == Approx(-std::exp(-2.0)).epsilon(4e-5));
   // A detector does not see light that is hidden, nor any where paths have no length.

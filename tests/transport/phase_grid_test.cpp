@@ -1,4 +1,4 @@
-// Grids that stand for numbers of phase functions (kernels/lib/phase.h): one of the same value everywhere is the
+// Grids that stand for numbers of phase functions (kernels/scattering/phase.h): one of the same value everywhere is the
 // number, in image and derivatives, to the bit where it changes no random number; gradients by voxels against
 // differences of single voxels, and against the derivative by the number.
 #include <fmt/format.h>
@@ -12,7 +12,7 @@
 #include "../support/temporary_folder.h"
 #include "runtime/base/file.h"
 #include "runtime/scene/parameters.h"
-#include "runtime/scene/volume_file.h"
+#include "runtime/scene/volume/volume_file.h"
 #include "weighed.h"
 
 using namespace itn;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/wavefront/wavefront.h"
+#include "runtime/render/wavefront/wavefront.h"
 #include "transport.h"
 
 namespace itn::test {

@@ -1,5 +1,5 @@
-// Gradients by the texels of bitmaps (kernels/lib/adjoint.h) against central differences of single texels with common
-// random numbers, and against the gradient by a constant.
+// Gradients by the texels of bitmaps (kernels/derivative/adjoint.h) against central differences of single texels with
+// common random numbers, and against the gradient by a constant.
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>

@@ -4,8 +4,8 @@
 #include <map>
 #include <string>
 
-#include "runtime/device/device.h"
-#include "runtime/renderer.h"
+#include "runtime/render/device/device.h"
+#include "runtime/render/renderer.h"
 #include "runtime/scene/load.h"
 
 namespace itn::test {

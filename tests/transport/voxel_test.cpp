@@ -1,5 +1,6 @@
-// Gradients by the voxels of grids (kernels/lib/voxel_gradient.h) against differences of the mean of single voxels, in
-// empty voxels and at the greatest value too, and against the derivative by the extinction of a homogeneous medium.
+// Gradients by the voxels of grids (kernels/derivative/voxel_gradient.h) against differences of the mean of single
+// voxels, in empty voxels and at the greatest value too, and against the derivative by the extinction of a homogeneous
+// medium.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,7 +12,7 @@
 #include "../support/temporary_folder.h"
 #include "runtime/base/file.h"
 #include "runtime/scene/parameters.h"
-#include "runtime/scene/volume_file.h"
+#include "runtime/scene/volume/volume_file.h"
 #include "weighed.h"
 
 using namespace itn;

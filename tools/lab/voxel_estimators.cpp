@@ -1,10 +1,10 @@
 // g++ -O2 -std=c++20 tools/lab/voxel_estimators.cpp -lfmt -o voxel_estimators && ./voxel_estimators
 //
 // Three ways to estimate the gradient of a path tracer by all voxels of an extinction grid, in double precision and
-// nothing but what they need, side by side: ours (kernels/lib/voxel_gradient.h, kernels/lib/probe.h), differential
-// ratio tracking (Nimier-David et al. 2022, doi:10.1145/3528223.3530073) and sample matching (Yu et al. 2026,
-// doi:10.1145/3811329). Each is written here from what the papers say of it, and all share one path tracer, so that
-// what differs is the estimator.
+// nothing but what they need, side by side: ours (kernels/derivative/voxel_gradient.h, kernels/scattering/probe.h),
+// differential ratio tracking (Nimier-David et al. 2022, doi:10.1145/3528223.3530073) and sample matching (Yu et al.
+// 2026, doi:10.1145/3811329). Each is written here from what the papers say of it, and all share one path tracer, so
+// that what differs is the estimator.
 //
 // A path's flight from x along w brings the integral of T(s) sigma(s) a J(s) over s, T: transmittance, J: what is
 // scattered at s towards x, and T(D) L(D) from the end D of the medium. By the extinction at a place t that is
@@ -78,7 +78,7 @@ struct World {
           greatest[c] = std::max(greatest[c], v);
           least[c] = std::min(least[c], v);
         }
-    // kernels/lib/voxel_gradient.h
+    // kernels/derivative/voxel_gradient.h
     knee = std::max(4.0, 0.25 * std::accumulate(sigma.begin(), sigma.end(), 0.0) / static_cast<double>(sigma.size()));
   }
 

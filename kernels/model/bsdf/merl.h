@@ -6,7 +6,7 @@
  * the angle theta_h between normal and half vector, which are narrow where gloss is (bin = 90 sqrt(theta_h / 90 degrees)),
  * 90 of the angle between half vector and wi (a degree each), 180 of the azimuth of wi about the half vector (a degree
  * each: a half turn more exchanges wi and wo). wi, wo: unit, leave the surface, in its frame. Who calls the functions below
- * has looked the values up (lib/measured.h), and they are numbers of the model until then 0: so formulas here see no table,
+ * has looked the values up (texture/measured.h), and they are numbers of the model until then 0: so formulas here see no table,
  * and scores are by `scale`, or by what stands around.
  *
  * A sample is of GGX's visible normals (alpha) with probability `gloss`, else of the cosine: both fitted to the table when

@@ -1,11 +1,11 @@
 /* The light that surrounds a scene. ENVIRONMENT(name, PREFIX, type): name.h beside this file declares PREFIX_PARAMETERS
  * (shared/declaration.h), PREFIX_TRAITS and PREFIX_FORMULA, and has the functions below; type: of the element in scene files.
  *
- *   PREFIX_FORMULA    the function of derivative/score.h that name_derivative calls; "": it needs none
+ *   PREFIX_FORMULA    the function of program/scores.h that name_derivative calls; "": it needs none
  *
- * d: unit, in the light's own frame (to_world), towards the light. record: what runtime/compile/environment/name.cpp has
+ * d: unit, in the light's own frame (to_world), towards the light. record: what runtime/render/compile/environment/name.cpp has
  * filled; tables: all records' numbers without end.
- *   name_radiance(record, tables, d, rgb)        of what is smooth; the sun is in lib/sun.h
+ *   name_radiance(record, tables, d, rgb)        of what is smooth; the sun is in light/sun.h
  *   name_derivative(record, moving, tables, d, rgb)
  *                                                of that, by the parameter for which `moving` was filled
  *   name_pdf(record, tables, d)                  of name_sample [1/sr]

@@ -1,5 +1,5 @@
 /* Directions drawn cell by cell: for lights that are brighter here than there. Filled by append_sampling
- * (runtime/compile/environment.h). */
+ * (runtime/render/compile/environment.h). */
 #ifndef ITN_ENVIRONMENT_SAMPLING_TABLE_H
 #define ITN_ENVIRONMENT_SAMPLING_TABLE_H
 #include "shared/vector.h"

@@ -48,7 +48,7 @@ static inline void sunsky_radiance(__global const EnvironmentRecord* record, __g
 }
 
 #if HAS_LIGHT_DERIVATIVES
-/* Printed from model/sky_hosek_wilkie.h to derivative/score.h. */
+/* Printed from model/sky_hosek_wilkie.h to program/scores.h. */
 static inline void derivative_sky_hosek_wilkie(const REAL* k, const REAL* d_k, REAL cos_theta, REAL gamma,
                                                REAL one_minus_cos, REAL* d_radiance);
 

@@ -45,7 +45,7 @@ MODEL_VOID directional_area_arrives(const REAL* n, REAL3 from, REAL3 on, REAL3 n
 #ifndef __OPENCL_VERSION__
 MODEL_VOID directional_area_numbers(const REAL* parameters, REAL* n) {
   for (int i = 0; i < DIRECTIONAL_AREA_in_front; ++i) n[i] = parameters[i];
-  n[DIRECTIONAL_AREA_in_front] = REAL(0); /* of the whole scene: runtime/compile/launch_data.cpp */
+  n[DIRECTIONAL_AREA_in_front] = REAL(0); /* of the whole scene: runtime/render/compile/launch_data.cpp */
 }
 inline const char* directional_area_obstacle(const double*, int) { return differentiable; }
 #endif

@@ -1,4 +1,4 @@
-/* The lights that have a place in the scene; light around it is in lib/environment.h. LIGHT(name, PREFIX, type): name.h beside
+/* The lights that have a place in the scene; light around it is in light/environment.h. LIGHT(name, PREFIX, type): name.h beside
  * this file declares PREFIX_NUMBERS and PREFIX_PARAMETERS (shared/declaration.h), PREFIX_TRAITS, and has the functions below;
  * type: of the element in scene files.
  *

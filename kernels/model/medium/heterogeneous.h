@@ -1,4 +1,4 @@
-/* Heterogeneous medium: extinction and albedo are numbers times fields, which differ from place to place (lib/field.h).
+/* Heterogeneous medium: extinction and albedo are numbers times fields, which differ from place to place (texture/field.h).
  * Along a flight from x0, with the field f and its integral, the thickness t(d) = int_0^d f(x0 + s w) ds:
  *
  *   transmittance      T(d) = exp(-sigma_t t(d))                       [1]

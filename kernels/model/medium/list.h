@@ -1,6 +1,6 @@
 /* The media. MEDIUM(name, PREFIX, type): name.h beside this file declares PREFIX_NUMBERS and PREFIX_PARAMETERS
  * (shared/declaration.h); type: of the element in scene files. The first numbers are sigma_t and albedo, three channels
- * each, which lib/medium.h knows; where a parameter has a grid of voxels, its number is times that field.
+ * each, which scattering/medium.h knows; where a parameter has a grid of voxels, its number is times that field.
  *
  * f: CHANNELS values; n: the model's numbers.
  * distance: where there is a field, its integral along the flight.

@@ -1,5 +1,5 @@
 /* Mitsuba's `bumpmap`: the surface as if it were displaced along its normal by `scale` times a texture. The number of the
- * texture is, where a path has arrived, the bent normal, of any length, in the surface's frame (lib/bump.h): how the height
+ * texture is, where a path has arrived, the bent normal, of any length, in the surface's frame (scattering/bump.h): how the height
  * grows along the texture's coordinates depends on how these lie on the surface. Scores by it are by the two slopes of the
  * heights, in its first two slots: along_u and along_v, which are filled in where a path has arrived too, say how the bent
  * normal moves with them. */

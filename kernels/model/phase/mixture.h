@@ -2,7 +2,7 @@
  *
  *   p(c) = sum over parts of share_k p_k(c),   shares from 0 on, 1 in sum
  *
- * What XML nests, `blendphase` and `dictionary`, in any depth, is flattened to parts that are no mixtures (runtime/scene/mixture.h).
+ * What XML nests, `blendphase` and `dictionary`, in any depth, is flattened to parts that are no mixtures (runtime/scene/model/mixture.h).
  * The shares of all parts but the first are the first numbers n of the model, then come the parts' own. So each number's score
  * is that of the mixture, and has the mean 0; and where a share is 0, the mixture is that of the other parts.
  * A part is picked by its share and drawn from with what is left of the uniform number.

@@ -14,7 +14,7 @@
 #include "shared/declaration.h"
 
 /* `values`: how many, a constant wherever these are called. Each size is a model of its own (tabulated_model() of
- * runtime/scene/sized_model.h), whose numbers are value_0, value_1, ...; this is the largest. */
+ * runtime/scene/model/sized_model.h), whose numbers are value_0, value_1, ...; this is the largest. */
 #define TABULATED_MOST 128
 
 SIZED_MODEL tabulated_value(int values, const REAL* n, REAL cosine) {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "kernels/shared/declaration.h"
-#include "runtime/scene/structure.h"
+#include "runtime/scene/model/structure.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
 #include "runtime/scene/xml/values.h"

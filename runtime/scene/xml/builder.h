@@ -12,7 +12,7 @@
 #include "runtime/scene/mesh/placed_mesh.h"
 #include "runtime/scene/scene.h"
 #include "runtime/scene/scene_middle.h"
-#include "runtime/scene/volume_file.h"
+#include "runtime/scene/volume/volume_file.h"
 #include "runtime/scene/xml/document.h"
 #include "runtime/scene/xml/properties.h"
 

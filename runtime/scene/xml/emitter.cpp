@@ -5,7 +5,7 @@
 
 #include "kernels/model/models.h"
 #include "kernels/shared/declaration.h"
-#include "runtime/scene/sized_model.h"
+#include "runtime/scene/model/sized_model.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"

@@ -9,7 +9,7 @@
 #include "kernels/shared/declaration.h"
 #include "runtime/base/colour.h"
 #include "runtime/base/error.h"
-#include "runtime/scene/sized_model.h"
+#include "runtime/scene/model/sized_model.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/ior.h"

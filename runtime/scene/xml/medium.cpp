@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "kernels/model/phase/tabulated.h"
-#include "runtime/scene/mixture.h"
-#include "runtime/scene/sized_model.h"
+#include "runtime/scene/model/mixture.h"
+#include "runtime/scene/model/sized_model.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
 #include "runtime/scene/xml/values.h"

@@ -14,7 +14,7 @@
 #include "runtime/scene/mesh/shape_meshes.h"
 #include "runtime/scene/shape_transform.h"
 #include "runtime/scene/transform.h"
-#include "runtime/scene/volume_file.h"
+#include "runtime/scene/volume/volume_file.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "runtime/image/bitmap.h"
-#include "runtime/scene/packed_voxels.h"
+#include "runtime/scene/volume/packed_voxels.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
 

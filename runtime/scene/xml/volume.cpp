@@ -8,11 +8,11 @@
 
 #include "runtime/base/colour.h"
 #include "runtime/base/error.h"
-#include "runtime/scene/openvdb_file.h"
-#include "runtime/scene/packed_voxels.h"
-#include "runtime/scene/surface_volume.h"
 #include "runtime/scene/transform.h"
-#include "runtime/scene/volume_file.h"
+#include "runtime/scene/volume/openvdb_file.h"
+#include "runtime/scene/volume/packed_voxels.h"
+#include "runtime/scene/volume/surface_volume.h"
+#include "runtime/scene/volume/volume_file.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
 

@@ -1,9 +1,9 @@
 // A user of training and evaluation: the shipped network by its name, and what is said where there is no data set.
+#include <network/evaluation/evaluate.h>
+#include <network/evaluation/report.h>
+#include <network/model/trained_network.h>
+#include <network/training/training_run.h>
 #include <runtime/base/error.h>
-#include <runtime/evaluation/evaluate.h>
-#include <runtime/evaluation/report.h>
-#include <runtime/training/trained_network.h>
-#include <runtime/training/training_run.h>
 
 namespace {
 

@@ -1,0 +1,36 @@
+// What goes wrong with photographs, done to ones that are right: a judge (judge.h) learns to tell the two apart.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "network/model/input.h"
+#include "network/model/network.h"
+
+namespace itn {
+
+class Draws;                                  // random numbers
+using Others = std::function<Photographs()>;  // of another shape
+
+struct Fault {
+  // What has to be there, and what the network has to see or to know of it.
+  enum class Needs { photo, exposure, flash, mask, shape, light };
+  const char* name;
+  Needs needs;
+  // To 1 of others while a judge begins to learn, of one that knows the shape and of one that does not; above 1: it is
+  // hard to see.
+  int often_of_known, often_of_unknown;
+  void (*happens)(Photographs& photographs, Draws& draws, const Others& others);
+};
+
+extern const std::array<Fault, 12> faults;
+
+// Those that photographs can have of which a network sees this much.
+std::vector<Fault> faults_of(const NetworkDescription& network);
+
+// The same numbers for the same seed and stream. Throws UsageError: a fault that needs what is not there.
+void spoil(Photographs& photographs, const Fault& fault, const Others& others, std::uint64_t seed,
+           std::uint64_t stream);
+
+}  // namespace itn

@@ -1,0 +1,245 @@
+#include "runtime/inverse/posterior/posterior.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "runtime/base/parallel.h"
+#include "runtime/inverse/posterior/low_discrepancy.h"
+
+namespace itn {
+namespace {
+
+constexpr int design_spp = 32;                   // of a half, where nothing is known yet
+constexpr int least_spp = 16, most_spp = 512;    // of a half
+constexpr double least_samples_share = 1.0 / 8;  // of the samples that a target's noise asks for
+constexpr double margin = 1.15;                  // of the frame about the samples of a broader density
+// An emulator that makes a share s of the variance moves means by some sqrt(2 s) deviations from one round to the next.
+constexpr double settled_share = 0.15;  // of the emulator
+constexpr double settled_shift = 0.4;   // standard deviations
+constexpr double settled_growth = 0.2;  // of log standard deviations
+// Rounds that differ by less than a deviation are noisy answers to one question. Where they go on to differ until there
+// are no more of them, the samples of the last two together are as wide as what they differ by.
+constexpr double pooled_shift = 1, pooled_growth = 0.5;
+// Which of several peaks is the likelier may hang on what moves an image less than its noise: that is seen in
+// renderings with so many times the samples, and after so many rounds of them.
+constexpr double samples_for_peaks = 8;
+constexpr int rounds_for_peaks = 3;
+constexpr int working_samples = 600;  // of the posterior, before the last round
+constexpr Eigen::Index most_polynomials = 130;
+
+// Of a half, so that the errors of a sum of few pixels are known: those of a few samples with heavy tails, as
+// derivatives have, seem small where the samples are, and pull what is fitted there. No more than a rendering can have
+// in no time.
+int fewest_spp(const std::vector<TargetImage>& targets) {
+  constexpr double enough = 4096, most = 1 << 20;  // samples of all values that are compared; of the whole image
+  double result = least_spp;
+  for (const TargetImage& target : targets) {
+    const double compared = static_cast<double>(
+        std::count_if(target.weight.begin(), target.weight.end(), [](float weight) { return weight > 0; }));
+    const double wanted = enough / std::max(1.0, compared), all = static_cast<double>(target.weight.size());
+    result = std::max(result, std::min(wanted, most / std::max(1.0, all)));
+  }
+  return static_cast<int>(std::ceil(result));
+}
+
+int design_size(Eigen::Index dimensions) { return 12 + 12 * static_cast<int>(dimensions); }
+int refinement_size(Eigen::Index dimensions) { return 8 + 4 * static_cast<int>(dimensions); }
+
+Eigen::VectorXd deviations(const Eigen::MatrixXd& samples) {
+  const Eigen::MatrixXd centred = samples.colwise() - Eigen::VectorXd(samples.rowwise().mean());
+  return (centred.rowwise().squaredNorm() / static_cast<double>(samples.cols())).cwiseSqrt();
+}
+
+}  // namespace
+
+Posterior::Posterior(Eigen::Index dimensions, const std::vector<TargetImage>& targets, LogPrior log_prior,
+                     const PosteriorOptions& options, std::vector<Exemplar> exemplars)
+    : dimensions_(dimensions), targets_(targets), log_prior_(std::move(log_prior)), options_(options) {
+  for (Exemplar& exemplar : exemplars)
+    if (exemplar.at.cwiseAbs().maxCoeff() <= 1) exemplars_.push_back(std::move(exemplar));
+  regions_.wide = regions_.local = Frame::whole(dimensions);
+  regions_.samples.resize(dimensions, 256);
+  for (Eigen::Index i = 0; i < regions_.samples.cols(); ++i)
+    regions_.samples.col(i) = low_discrepancy_point(dimensions, static_cast<int>(i));
+  want_design();
+}
+
+void Posterior::want_design() {
+  const int spp = options_.spp > 0 ? std::max(1, std::min(design_spp, options_.spp / 2))
+                                   : std::max(design_spp, fewest_spp(targets_));
+  for (int i = 0; i < design_size(dimensions_); ++i) {
+    const Eigen::VectorXd at = low_discrepancy_point(dimensions_, i);
+    const bool there = std::any_of(exemplars_.begin(), exemplars_.end(),
+                                   [&](const Exemplar& e) { return (e.at - at).cwiseAbs().maxCoeff() < 1e-5; });
+    if (!there) wanted_.push_back({at, spp});
+  }
+}
+
+// As many samples as the targets have, by the noise of renderings near the posterior; less as long as the emulator's
+// own error is greater than what they would save, more where there are peaks to be told apart.
+int Posterior::refinement_spp() const {
+  if (options_.spp > 0) return std::max(1, options_.spp / 2);
+  constexpr std::size_t enough = 8;
+  std::vector<std::pair<double, const Exemplar*>> nearest;
+  for (const Exemplar& exemplar : exemplars_) nearest.emplace_back(regions_.local.reach(exemplar.at), &exemplar);
+  std::stable_sort(nearest.begin(), nearest.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  nearest.resize(std::min(nearest.size(), enough));
+  double wanted = 0, count = 0;
+  for (std::size_t t = 0; t < targets_.size(); ++t) {
+    const TargetImage& target = targets_[t];
+    double sample = 0, own = 0, rendered = 0, shown = 0;
+    const auto halves = 2 * static_cast<double>(nearest.size());
+    for (const auto& [reach, exemplar] : nearest) {
+      const ExemplarView& view = exemplar->views[t];
+      for (const HalfImages& half : view.half)
+        sample += static_cast<double>(half.error.row(0).squaredNorm()) * view.spp / halves;
+      rendered += 2 * static_cast<double>(view.half[0].value.row(0).sum()) / halves;
+    }
+    for (const float v : target.value) shown += static_cast<double>(v);
+    if (target.error.empty())
+      for (const float v : target.value) own += std::pow(options_.noise.relative * static_cast<double>(v), 2);
+    else
+      for (const float e : target.error) own += static_cast<double>(e) * static_cast<double>(e);
+    if (!options_.noise.known) own *= views_[t].residual();
+    for (const float e : target.noise) own += static_cast<double>(e) * static_cast<double>(e);
+    if (own > 0) {
+      const double exposure = options_.exposure && rendered > 0 ? shown / rendered : 1;
+      wanted += exposure * exposure * sample / own;
+      ++count;
+    }
+  }
+  const double spp = count > 0 ? wanted / count / 2 : most_spp;
+  if (rounds_.back().peaks > 1)
+    return std::max(fewest_spp(targets_), static_cast<int>(samples_for_peaks * std::min<double>(spp, most_spp)));
+  const double saved = std::clamp(1 - rounds_.back().emulator_share, least_samples_share, 1.0);
+  return std::max(fewest_spp(targets_), static_cast<int>(std::min<double>(saved * spp, most_spp)));
+}
+
+// Samples of the broader density that are far from each other and from what is rendered already.
+void Posterior::want_refinement() {
+  const Eigen::MatrixXd& from = samples_.broad;
+  const Frame& frame = regions_.local;
+  const int spp = refinement_spp();
+  std::vector<double> distance(static_cast<std::size_t>(from.cols()), std::numeric_limits<double>::infinity());
+  const auto note = [&](const Eigen::VectorXd& at) {
+    const Eigen::VectorXd w = frame.of(at);
+    for (Eigen::Index i = 0; i < from.cols(); ++i) {
+      double& d = distance[static_cast<std::size_t>(i)];
+      d = std::min(d, (frame.of(from.col(i)) - w).squaredNorm());
+    }
+  };
+  for (const Exemplar& exemplar : exemplars_)
+    if (exemplar.views.front().spp >= spp / 2) note(exemplar.at);
+  for (int k = 0; k < refinement_size(dimensions_); ++k) {
+    const auto farthest = std::max_element(distance.begin(), distance.end()) - distance.begin();
+    wanted_.push_back({from.col(farthest), spp});
+    note(wanted_.back().at);
+  }
+}
+
+void Posterior::emulate() {
+  std::vector<std::size_t> local;
+  for (std::size_t i = 0; i < exemplars_.size(); ++i)
+    if (regions_.local.near(exemplars_[i].at)) local.push_back(i);
+  const Eigen::Index pieces = static_cast<Eigen::Index>(local.size()) * (1 + dimensions_);
+  polynomials_ = std::make_unique<Polynomials>(
+      regions_.local, Polynomials::degree_for(dimensions_, std::min(most_polynomials, pieces)));
+  std::vector<std::unique_ptr<EmulatedView>> made(targets_.size());
+  parallel_for(targets_.size(), [&](std::size_t t) {
+    std::vector<const ExemplarView*> near;
+    for (const std::size_t i : local)
+      if (!rounds_.empty()) near.push_back(&exemplars_[i].views[t]);
+    const WhiteTarget target = white_target(targets_[t], near, options_.noise);
+    made[t] = std::make_unique<EmulatedView>(exemplars_, t, target, regions_, *polynomials_, options_.exposure);
+  });
+  views_.clear();
+  for (const auto& view : made) views_.push_back(std::move(*view));
+}
+
+const PosteriorRound& Posterior::advance(std::vector<Exemplar> rendered) {
+  for (Exemplar& exemplar : rendered) exemplars_.push_back(std::move(exemplar));
+  wanted_.clear();
+  emulate();
+  const LogDensity log_likelihood = [&](const Eigen::VectorXd& at) {
+    const DesignPoint point(*polynomials_, at);
+    double sum = 0;
+    for (const EmulatedView& view : views_) sum += view.log_likelihood(point);
+    return sum;
+  };
+  const Samples before = std::move(samples_);
+  const auto how_many = [&](int count) {
+    SamplerOptions how;
+    how.samples = count;
+    how.seed = options_.seed + rounds_.size();
+    return how;
+  };
+  samples_ = sample_posterior(regions_.local, log_prior_, log_likelihood,
+                              how_many(std::min(working_samples, options_.samples)));
+
+  PosteriorRound round;
+  round.exemplars = static_cast<int>(exemplars_.size());
+  for (const Exemplar& exemplar : exemplars_) round.local += regions_.local.near(exemplar.at);
+  round.mean = samples_.at.rowwise().mean();
+  round.deviation = deviations(samples_.at);
+  regions_.samples = samples_.broad;
+  for (const EmulatedView& view : views_) {
+    const auto count = static_cast<double>(views_.size());
+    round.emulator_share += view.emulator_share() / count;
+    round.leave_one_out += (view.leave_one_out() - 1) / count;
+    round.residual += (view.residual() - 1) / count;
+  }
+  if (!rounds_.empty()) {
+    const PosteriorRound& last = rounds_.back();
+    round.shift = ((round.mean - last.mean).cwiseAbs().cwiseQuotient(round.deviation)).maxCoeff();
+    round.growth = (round.deviation.cwiseQuotient(last.deviation)).array().log().cwiseAbs().maxCoeff();
+    round.settled =
+        round.shift <= settled_shift && round.growth <= settled_growth && round.emulator_share <= settled_share;
+  }
+  round.peaks = static_cast<int>(peaks_of(samples_.at, samples_.log_prior + samples_.log_likelihood).size());
+  if (round.peaks > 1) {
+    const auto with_peaks =
+        std::count_if(rounds_.begin(), rounds_.end(), [](const PosteriorRound& r) { return r.peaks > 1; });
+    round.settled = round.settled && with_peaks >= rounds_for_peaks;
+  }
+  const bool last_round = static_cast<int>(rounds_.size()) + 1 >= options_.rounds;
+  if (last_round && !round.settled && !rounds_.empty() && round.peaks == 1 && rounds_.back().peaks == 1)
+    round.settled = round.pooled =
+        round.shift <= pooled_shift && round.growth <= pooled_growth && round.emulator_share <= settled_share;
+  rounds_.push_back(round);
+  done_ = round.settled || last_round;
+  if (done_) {
+    // How the samples are shared out among peaks is known the better the more there are from the beginning.
+    const SamplerOptions how = how_many(options_.samples);
+    samples_ = round.peaks > 1 ? sample_posterior(regions_.local, log_prior_, log_likelihood, how)
+                               : more_samples(regions_.local, log_prior_, log_likelihood, how, samples_);
+    if (round.pooled) pool(before, log_likelihood);
+    peaks_ = peaks_of(samples_.at, samples_.log_prior + samples_.log_likelihood);
+    return rounds_.back();
+  }
+  Eigen::Index best = 0;
+  (samples_.log_prior + samples_.log_likelihood).maxCoeff(&best);
+  regions_.best = samples_.at.col(best);
+  regions_.local = Frame::around(samples_.broad, margin);
+  want_refinement();
+  return rounds_.back();
+}
+
+// Every second sample becomes one of the round before.
+void Posterior::pool(const Samples& before, const LogDensity& log_likelihood) {
+  const Eigen::Index pairs = samples_.at.cols() / 2;
+  parallel_for(static_cast<std::size_t>(pairs), [&](std::size_t k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    const Eigen::VectorXd at = before.at.col(i % before.at.cols());
+    samples_.at.col(2 * i) = at;
+    samples_.log_prior[2 * i] = log_prior_(at);
+    samples_.log_likelihood[2 * i] = log_likelihood(at);
+  });
+}
+
+EmulatedView::Exposure Posterior::exposure(std::size_t target, const Eigen::VectorXd& at) const {
+  return views_[target].exposure(DesignPoint(*polynomials_, at));
+}
+
+}  // namespace itn

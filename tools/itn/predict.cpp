@@ -1,0 +1,243 @@
+// itn predict: parameters for images, by a network.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "network/model/trained_network.h"
+#include "network/prediction/answer_emulator.h"
+#include "network/prediction/predict_images.h"
+#include "network/prediction/prediction_errors.h"
+#include "runtime/base/error.h"
+#include "runtime/base/file.h"
+#include "runtime/base/inputs.h"
+#include "runtime/scene/load.h"
+#include "tools/itn/common.h"
+#include "tools/itn/interrupt.h"
+#include "tools/itn/progress.h"
+#include "tools/itn/target_options.h"
+
+namespace itn::tools {
+namespace {
+
+struct PredictArguments {
+  CommonOptions common;
+  std::string run, judge, dataset, scene, shape_buffers;
+  int sensor = 0, exemplars = 0;
+  std::vector<std::string> images;
+  std::vector<double> light;
+  std::vector<std::string> mask, flash;
+  double longest_side = 0;
+  PhotoOptions photo;
+};
+
+// The errors on a data set's test images.
+nlohmann::ordered_json report_errors(const CommonOptions& common, const Manifest& set,
+                                     const PredictedImages& predicted) {
+  nlohmann::ordered_json json;
+  if (common.talkative())
+    fmt::print("{:10} {:>16} {:>13} {:>21} {:>18}\n", "", "root mean square", "mean absolute", "share of a constant's",
+               "intervals that hold");
+  for (const ParameterError& error : errors_on(set, predicted)) {
+    const double share = error.mean_absolute / error.constant;
+    const bool has_intervals = std::isfinite(error.held);
+    json[error.name] = {{"root_mean_square", error.root_mean_square},
+                        {"mean_absolute", error.mean_absolute},
+                        {"constant", error.constant},
+                        {"held", has_intervals ? nlohmann::ordered_json(error.held) : nlohmann::ordered_json()}};
+    if (common.talkative())
+      fmt::print("{:10} {:16.4g} {:13.4g} {:21.3f} {:>18}\n", error.name, error.root_mean_square, error.mean_absolute,
+                 share, has_intervals ? fmt::format("{:.3f}", error.held) : "");
+  }
+  return json;
+}
+
+// A judge on a data set's test images.
+void report_judge(const PredictArguments& options, Network& judge, const Manifest& set) {
+  const NetworkDescription& description = judge.description();
+  const JudgeErrors errors = errors_of_judge(judge, options.dataset, set, options.common.seed, interrupt_flag());
+  nlohmann::ordered_json result{{"schema", "itn.predict/2"},
+                                {"run", options.run},
+                                {"network", description.kind},
+                                {"doubt_limit", description.limit},
+                                {"false_alarms", errors.false_alarms}};
+  std::string text = fmt::format("doubted: {:.1f} % of those with nothing wrong", 100 * errors.false_alarms);
+  for (std::size_t f = 0; f < errors.found.size(); ++f) {
+    result["found"][description.outputs[1 + f].name] = errors.found[f];
+    text += fmt::format(", {} {:.0f} %", description.outputs[1 + f].name, 100 * errors.found[f]);
+  }
+  if (options.common.talkative()) fmt::print("{}\n", text);
+  write_json(options.common, result);
+}
+
+void run(PredictArguments options) {
+  if (!options.dataset.empty()) refuse_inside(options.dataset, {options.common.json});
+  std::optional<Manifest> tested;
+  if (options.images.empty()) {
+    tested = read_complete_manifest(options.dataset);
+    options.images = test_images(options.dataset, *tested);
+    if (Network network = network_of(options.run); is_judge(network.description()))
+      return report_judge(options, network, *tested);
+  }
+  Inputs inputs;
+  std::optional<Scene> scene;
+  if (!options.scene.empty()) {
+    scene = load_scene(options.scene, options.common.definition_map(), {.open = options.common.open});
+    for (const std::string& text : scene->warnings) warn(options.common, text);
+    chosen_sensor(*scene, options.sensor);  // throws where there is none
+  }
+  std::optional<Device> device;
+  std::optional<Progress> progress;
+  Showing showing;
+  if (options.exemplars > 0) {
+    device.emplace(options.common.device);
+    const double renderings = options.exemplars + static_cast<double>(options.images.size());
+    progress.emplace(options.scene, renderings, "renderings", !options.common.quiet);
+    showing = {options.exemplars, &*device, options.common.spp, options.common.seed,
+               [&](double fraction) { progress->update(fraction); }};
+  }
+  PredictionRequest request{options.run, options.images, scene ? &*scene : nullptr, options.sensor};
+  request.dataset = options.dataset;
+  request.test_images = tested.has_value();
+  request.shape_buffers = options.shape_buffers;
+  request.light = options.light;
+  request.mask = options.mask;
+  request.flash = options.flash;
+  request.longest_side_mm = options.longest_side;
+  request.photo = options.photo;
+  request.judge = options.judge;
+  request.showing = std::move(showing);
+  nlohmann::ordered_json images = nlohmann::ordered_json::array();
+  int doubted = 0;
+  const auto each = [&](const NetworkDescription& network, const ImagePrediction& image) {
+    nlohmann::ordered_json line{{"file", image.file}};
+    if (progress) progress->clear();
+    std::string text = image.file;
+    for (std::size_t i = 0; i < image.parameters.size(); ++i) {
+      const ParameterEstimate& estimate = image.parameters[i];
+      line[network.outputs[i].name] = {{"value", estimate.value}, {"low", estimate.low}, {"high", estimate.high}};
+      if (image.verdict) line[network.outputs[i].name]["holds"] = !image.verdict->doubted;
+      text += fmt::format("  {} {:.4g}", network.outputs[i].name, estimate.value);
+      if (std::isfinite(estimate.low)) text += fmt::format(" ({:.4g} to {:.4g})", estimate.low, estimate.high);
+    }
+    if (image.verdict) {
+      line["doubt"] = image.verdict->doubt;
+      line["doubted"] = image.verdict->doubted;
+      doubted += image.verdict->doubted;
+      if (image.verdict->doubted) text += "  (doubted: does not hold)";
+    }
+    images.push_back(std::move(line));
+    if (!tested)
+      for (const std::string& warning : image.warnings) warn(options.common, warning);
+    if (options.common.talkative() && !tested) fmt::print("{}\n", text);
+  };
+  const PredictedImages predicted = predict_images(request, interrupt_flag(), each);
+  nlohmann::ordered_json result{{"schema", "itn.predict/2"},
+                                {"run", options.run},
+                                {"network", predicted.network.kind},
+                                {"channels", predicted.network.channels},
+                                {"mm_per_unit", predicted.network.mm_per_unit},
+                                {"unit_of_sigma_t", predicted.in_scene ? "1/scene unit" : "1/mm"},
+                                {"exemplars", {{"count", options.exemplars}, {"spp", predicted.exemplars_spp}}},
+                                {"images", images}};
+  if (predicted.doubt_limit) result["doubt_limit"] = *predicted.doubt_limit;
+  if (tested) result["errors"] = report_errors(options.common, *tested, predicted);
+  if (tested && predicted.doubt_limit && options.common.talkative())
+    fmt::print("{} of {} images are doubted\n", doubted, predicted.images.size());
+  // Shown the scene, it knows whether an image is of it, as an inversion does.
+  std::string unlike;
+  if (options.exemplars > 0 && !tested && doubted > 0)
+    unlike = fmt::format("{} of {} images are like no material in the scene: what is said of them does not hold",
+                         doubted, images.size());
+  if (!unlike.empty() && options.common.talkative()) fmt::print("{}\n", unlike);
+  write_json(options.common, result);
+  if (!unlike.empty())
+    throw ResultError("predict: " + unlike + "; check light, shape, surface and camera of the scene");
+}
+
+// Without a RUN before the images it is a shipped one: with photos by flash the one for those.
+void take_run(PredictArguments& options) {
+  const std::string first = options.images.front();
+  const std::string extension = std::filesystem::path(first).extension().string();
+  constexpr std::array<const char*, 6> pictures{".exr", ".png", ".jpg", ".jpeg", ".tif", ".tiff"};
+  options.run = options.flash.empty() ? shipped_run : shipped_photos_run;
+  if (std::find(pictures.begin(), pictures.end(), extension) != pictures.end() && !is_folder(first)) return;
+  options.run = first;
+  options.images.erase(options.images.begin());
+  if (options.images.empty() && (options.dataset.empty() || !options.scene.empty()))
+    throw UsageError(first + ": is taken for a RUN; which images?");
+}
+
+}  // namespace
+
+void add_predict(CLI::App& app) {
+  auto options = std::make_shared<PredictArguments>();
+  CLI::App* command = app.add_subcommand(
+      "predict",
+      "parameters for images by a network: sigma_t [1/mm; with --scene 1/scene unit], albedo, g; a line an image");
+  command
+      ->add_option(
+          "images", options->images,
+          "[RUN] IMAGE...: folder that itn train wrote or a .safetensors file, else a network that ships with the "
+          "program, `shipped` or with --flash `shipped-photos`; square images (of networks that see the object alone, "
+          "as `shipped-photos` does, of any shape): OpenEXR files with the channels Y or R G B, or photos as PNG, JPEG "
+          "or TIFF. RUN alone, with --dataset: the set's test images, and the errors on them")
+      ->required();
+  command->add_option("--dataset", options->dataset,
+                      "the data set that the images belong to; it knows their shape, light, mask and flash");
+  command->add_option("--scene", options->scene,
+                      "Mitsuba 3 XML file of what the images show: gives shape, light and the unit of length (-D fills "
+                      "$name, as for itn render)");
+  command
+      ->add_option(
+          "--exemplars", options->exemplars,
+          "with --scene: show the network so many renderings of it, of other materials each (24, say), and one more "
+          "for each image, where its material was found: what it answers to these says what its answer to an image "
+          "means in this scene, and how surely")
+      ->check(CLI::Range(least_exemplars, most_exemplars));
+  command->add_option("--judge", options->judge,
+                      "network that itn train --network judge made, which says of each image how much it doubts that "
+                      "it is like those that RUN learnt from; the networks that ship have judges of their own");
+  add_sensor_option(*command, options->sensor);
+  command->add_option("--shape-buffers", options->shape_buffers,
+                      "six channels: OpenEXR file with the channels normal.X, normal.Y, normal.Z, depth and mask, of "
+                      "all images");
+  command
+      ->add_option("--mask", options->mask,
+                   "networks that see a mask: of each image, or one for all: a picture with the object in white, or "
+                   "OpenEXR (channel mask, Y, or R G B)")
+      ->take_all();
+  command
+      ->add_option("--flash", options->flash,
+                   "networks that see the light of a flash: for each image the same with the flash on, by the same "
+                   "exposure")
+      ->take_all();
+  command
+      ->add_option("--longest-side", options->longest_side,
+                   "of the object [mm]: sigma_t is told for it; else for one as large as those of the network's data "
+                   "set")
+      ->check(CLI::Range(1e-6, 1e9));
+  command->add_option("--light", options->light, "six channels: direction to the light, x,y,z")
+      ->delimiter(',')
+      ->expected(3);
+  add_curve_option(*command, options->photo.curve);
+  command
+      ->add_option("--white", options->photo.white,
+                   "photos: the radiance that their largest sample stands for; networks know how bright things are")
+      ->check(CLI::Range(1e-6, 1e6))
+      ->capture_default_str();
+  add_common_options(*command, options->common, "of exemplars: as noisy as the images");
+  add_open_option(*command, options->common);
+  command->callback([options] {
+    take_run(*options);
+    run(*options);
+  });
+}
+
+}  // namespace itn::tools
