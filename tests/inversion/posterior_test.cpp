@@ -97,9 +97,10 @@ struct GridPosterior {
       for (int j = 0; j < cells; ++j) {
         double sum = 0;
         for (std::size_t k = 0; k < photo.value.size(); ++k)
-          sum -= 0.5 * std::pow((double(photo.value[k]) - scene.at_pixel(int(k), Eigen::Vector2d(at(i), at(j)))) /
-                                    double(photo.error[k]),
-                                2);
+          if (photo.error[k] > 0)
+            sum -= 0.5 * std::pow((double(photo.value[k]) - scene.at_pixel(int(k), Eigen::Vector2d(at(i), at(j)))) /
+                                      double(photo.error[k]),
+                                  2);
         log_density(i, j) = sum;
       }
     const Eigen::ArrayXXd density = (log_density - log_density.maxCoeff()).exp();
@@ -147,6 +148,24 @@ TEST_CASE("a bent posterior is that of a grid of the formula") {
   const double bend = ((s - s.mean()) * (b - b.mean())).mean() /
                       std::sqrt((s - s.mean()).square().mean() * (b - b.mean()).square().mean());
   CHECK(bend < -0.8);
+}
+
+TEST_CASE("surroundings without noise make no interval narrower") {
+  // Nothing is seen but in a disc, a fifth of the picture. What is left of the rest is 0, and was taken for small
+  // noise.
+  MadeUpScene scene{
+      [](double x, double y, const Eigen::VectorXd& t) { return x * x + y * y < 0.25 ? spot(x, y, t) : 0; }};
+  scene.pixels = 32;
+  const TargetImage photo = scene.photo(Eigen::Vector2d(0.1, -0.3), 64);
+  const GridPosterior grid(scene, photo);
+  const std::vector<TargetImage> targets{photo};
+  Posterior posterior(2, targets, even, PosteriorOptions());
+  scene.run(posterior);
+  CHECK(posterior.rounds().back().residual == Approx(1).margin(0.25));  // 4.5 standard errors of 208 squares over 2
+  const Eigen::MatrixXd covariance = covariance_of(posterior.samples().at);
+  CAPTURE(covariance, grid.covariance);
+  for (Eigen::Index p = 0; p < 2; ++p)
+    CHECK(std::sqrt(covariance(p, p)) == Approx(std::sqrt(grid.covariance(p, p))).epsilon(0.25));
 }
 
 TEST_CASE("two peaks are found, said, and as probable as on a grid of the formula") {

@@ -259,7 +259,8 @@ Eigen::MatrixXd residual_covariance(const WhiteTarget& target, const std::array<
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(channels, channels);
   double count = 0;
   for (Eigen::Index i = 0; i < target.value.size(); i += channels) {
-    if (target.weight[i] == 0) continue;
+    // Where the target has next to no noise, as behind the object, what is left says nothing of how large its noise is.
+    if (target.weight[i] == 0 || !target.is_noisy[static_cast<std::size_t>(i / channels)]) continue;
     const Eigen::VectorXd a =
         (target.value.segment(i, channels) - static_cast<float>(scale) * model[0].segment(i, channels)).cast<double>();
     const Eigen::VectorXd b =
@@ -318,31 +319,51 @@ Eigen::MatrixXd correlation_of(const std::vector<PolynomialFit>& fits) {
   return correlation;
 }
 
+// 1 where a variance is more than next to none, else 0.
+std::vector<double> are_noisy(const std::vector<double>& variance) {
+  double mean = 0;
+  for (const double v : variance) mean += v / static_cast<double>(variance.size());
+  std::vector<double> result;
+  for (const double v : variance) result.push_back(v > least_variance * mean ? 1 : 0);
+  return result;
+}
+
 }  // namespace
 
 WhiteTarget white_target(const TargetImage& target, const std::vector<const ExemplarView*>& exemplars,
                          const TargetNoise& noise) {
-  WhiteTarget result{target.width, target.height, target.channels, {}, {}, {}, noise.known};
+  WhiteTarget result{target.width, target.height, target.channels, {}, {}, {}, {}};
+  result.noise_known = noise.known;
   const auto size = target.value.size(), channels = static_cast<std::size_t>(target.channels);
   const auto smooth_image = [&](const std::vector<double>& image, int radius, Centre centre) {
     return smoothed(image, target.width, target.height, target.channels, radius, centre);
+  };
+  // Pixels with noise are smoothed among themselves: at the edge of what is seen it is as large as inside.
+  const auto smooth_variance = [&](const std::vector<double>& image, int radius, Centre centre) {
+    const std::vector<double> noisy = are_noisy(image);
+    std::vector<double> smooth = smooth_image(image, radius, centre);
+    const std::vector<double> share = smooth_image(noisy, radius, centre);
+    for (std::size_t i = 0; i < size; ++i)
+      if (noisy[i] > 0 && share[i] > 0) smooth[i] /= share[i];
+    return smooth;
   };
   std::vector<double> variance(size, 0), radiance(target.value.begin(), target.value.end());
   radiance = smooth_image(radiance, 1, Centre::out);
   if (!target.error.empty()) {
     for (std::size_t i = 0; i < size; ++i) variance[i] = std::pow(static_cast<double>(target.error[i]), 2);
     if (exemplars.empty()) {
-      variance = smooth_image(variance, 2, Centre::out);
+      variance = smooth_variance(variance, 2, Centre::out);
     } else {
       std::vector<double> sample(size, 0);
       for (const ExemplarView* view : exemplars)
         for (const HalfImages& half : view->half)
           for (std::size_t i = 0; i < size; ++i)
             sample[i] += view->spp * std::pow(static_cast<double>(half.error(0, static_cast<Eigen::Index>(i))), 2);
-      sample = smooth_image(sample, 1, Centre::in);
+      const std::vector<double> noisy = are_noisy(variance);
+      sample = smooth_variance(sample, 1, Centre::in);
       double wanted = 0, have = 0;
       for (std::size_t i = 0; i < size; ++i) {
-        if (target.weight[i / channels] == 0) continue;
+        if (target.weight[i / channels] == 0 || noisy[i] == 0) continue;
         wanted += static_cast<double>(target.error[i]);
         have += std::sqrt(sample[i]);
       }
@@ -351,9 +372,12 @@ WhiteTarget white_target(const TargetImage& target, const std::vector<const Exem
     }
   }
   double mean = 0;
+  std::vector<double> own(size, 0);  // of the pixel alone
   for (std::size_t i = 0; i < size; ++i) {
-    variance[i] += std::pow(noise.relative * radiance[i], 2);
-    if (!target.noise.empty()) variance[i] += std::pow(static_cast<double>(target.noise[i]), 2);
+    double given = std::pow(noise.relative * radiance[i], 2);
+    if (!target.noise.empty()) given += std::pow(static_cast<double>(target.noise[i]), 2);
+    own[i] = given + (target.error.empty() ? 0 : std::pow(static_cast<double>(target.error[i]), 2));
+    variance[i] += given;
     mean += variance[i] / static_cast<double>(size);
   }
   if (!(mean > 0)) throw ResultError("the targets have no noise at all: say what they have (noise)");
@@ -368,6 +392,10 @@ WhiteTarget white_target(const TargetImage& target, const std::vector<const Exem
     result.weight[k] = static_cast<float>(std::sqrt(weight) / result.deviation[k]);
     result.value[k] = weight > 0 ? target.value[i] * result.weight[k] : 0.0F;
   }
+  const std::vector<double> noisy = are_noisy(own);
+  result.is_noisy.assign(size / channels, true);
+  for (std::size_t i = 0; i < size; ++i)
+    if (noisy[i] == 0) result.is_noisy[i / channels] = false;
   return result;
 }
 

@@ -21,6 +21,7 @@ struct WhiteTarget {
   int width = 0, height = 0, channels = 1;
   Eigen::VectorXf value, weight;  // weight: 1 / standard deviation, 0 where it is not compared
   Eigen::VectorXd deviation;      // of the noise
+  std::vector<bool> is_noisy;     // a pixel each: false where its own noise is next to none, as behind the object
   bool noise_known = true;        // TargetNoise
 };
 
