@@ -217,15 +217,18 @@ VISIBLE = STAGE + lamp('2', '0.6,-1,0.7', 0.3)
 for kind in 'path', 'volpath', 'volpathmis', 'prb', 'prbvolpath', 'prb_basic', 'direct', 'ptracer':
     more = dict(variant='llvm_ad_rgb') if kind.startswith('prb') else {}
     quick = kind in ('path', 'volpath')
+    light = SKY if kind == 'prb_basic' else LIGHT  # Mitsuba's prb_basic connects no light: what has no extent is not seen
     if kind != 'direct':
-        for depth in (0, 1, 2) if kind != 'ptracer' else (1,):
-            show(f'integrator.{kind}.max_depth {depth}', lambda v, kind=kind: scene(
-                how=integrator(integer('max_depth', v), kind), things=VISIBLE), (depth, depth + 1), quick=quick,
+        # Mitsuba's prbvolpath ends one vertex later, without its connection (tools/mitsuba_plugins.py).
+        for depth in {'ptracer': (1,), 'prbvolpath': ()}.get(kind, (0, 1, 2)):
+            show(f'integrator.{kind}.max_depth {depth}', lambda v, kind=kind, light=light: scene(
+                how=integrator(integer('max_depth', v), kind), things=VISIBLE, light=light), (depth, depth + 1), quick=quick,
                  moves=depth > 0 or kind not in ('prb', 'prb_basic'), **more)
-        show(f'integrator.{kind}.rr_depth', lambda v, kind=kind: scene(how=integrator(
-            integer('rr_depth', v), kind), things=VISIBLE), (100, 1), moves=False, quick=quick, **more)
-    show(f'integrator.{kind}.hide_emitters', lambda v, kind=kind: scene(how=integrator(
-        flag('hide_emitters', v), kind), things=VISIBLE), ('false', 'true'), quick=quick, **more)
+        show(f'integrator.{kind}.rr_depth', lambda v, kind=kind, light=light: scene(how=integrator(
+            integer('rr_depth', v), kind), things=VISIBLE, light=light), (100, 1), moves=False, quick=quick, **more)
+    if kind != 'ptracer':  # from its lights Mitsuba's cannot see what a hidden lamp hides
+        show(f'integrator.{kind}.hide_emitters', lambda v, kind=kind, light=light: scene(how=integrator(
+            flag('hide_emitters', v), kind), things=VISIBLE, light=light), ('false', 'true'), quick=quick, **more)
 show('integrator.volpath.hide_emitters behind a boundary', lambda v: scene(how=integrator(
     flag('hide_emitters', v), 'volpath'), things=VISIBLE + ball(bsdf('null'), '0.6,-1,0.7', 0.35)), ('false', 'true'), quick=True)
 show('integrator.volpath.hide_emitters of glass', lambda v: scene(how=integrator(
@@ -281,7 +284,8 @@ show('shape.instance.to_world', lambda v: scene(things=f'<shape type="shapegroup
 
 
 def of_bsdf(kind, parameter, values, element=number, rest='', inside='', light=None, **options):
-    lights = LIGHT + lamp() if light is None else light
+    # Mitsuba's volpath connects lights without extent through thin glass (tools/mitsuba_plugins.py).
+    lights = (SKY if kind == 'thindielectric' else LIGHT) + lamp() if light is None else light
     show(f'bsdf.{kind}.{parameter}', lambda v: scene(
         CLOSE, how=integrator(kind='volpath', depth=8),
         things=ball(bsdf(kind, rest + ('' if v is None else element(parameter, v)) + inside), '-0.4,0,0', 0.8) + FLOOR + BEHIND,
@@ -501,9 +505,9 @@ of_emitter('envmap', 'to_world', (0, 70), lambda name, v: transform(f'<rotate x=
 of_emitter('envmap', 'mis_compensation', ('false', 'true'), flag, BIG, moves=False)
 DAY = vector('sun_direction', '0.4,-0.5,0.8')
 for parameter, values, element in (('turbidity', (2, 6), number), ('albedo', (0.1, 0.9), number), ('sun_scale', (0, 1), number),
-                                   ('sky_scale', (0, 1), number), ('sun_aperture', (0.5, 20), number)):
+                                   ('sky_scale', (0, 1), number), ('sun_aperture', (0.5, 5), number)):
     of_emitter('sunsky', parameter, values, element, DAY, spp=4096, moves=parameter != 'sun_aperture')
-of_emitter('sunsky', 'complex_sun', ('false', 'true'), flag, DAY, spp=4096, moves=False)
+of_emitter('sunsky', 'complex_sun', ('false', 'true'), flag, DAY, spp=65536)
 of_emitter('sunsky', 'second', (0, 59), spp=4096, moves=False)
 of_emitter('sunsky', 'sun_direction', ('0.4,-0.5,0.8', '-0.7,-0.5,0.3'), vector, spp=4096)
 of_emitter('sunsky', 'to_world', (0, 40), lambda name, v: transform(f'<rotate x="1" angle="{v}"/>'), DAY, spp=4096)
