@@ -59,6 +59,7 @@ Posterior::Posterior(Eigen::Index dimensions, const std::vector<TargetImage>& ta
     : dimensions_(dimensions), targets_(targets), log_prior_(std::move(log_prior)), options_(options) {
   for (Exemplar& exemplar : exemplars)
     if (exemplar.at.cwiseAbs().maxCoeff() <= 1) exemplars_.push_back(std::move(exemplar));
+  kept_ = exemplars_.size();
   regions_.wide = regions_.local = Frame::whole(dimensions);
   regions_.samples.resize(dimensions, 256);
   for (Eigen::Index i = 0; i < regions_.samples.cols(); ++i)
@@ -117,7 +118,8 @@ int Posterior::refinement_spp() const {
   return std::max(fewest_spp(targets_), static_cast<int>(std::min<double>(saved * spp, most_spp)));
 }
 
-// Samples of the broader density that are far from each other and from what is rendered already.
+// Samples of the broader density that are far from each other and from what is rendered already. Renderings that were
+// there at the beginning save new ones: no more are wanted than make it as dense as if there had been none.
 void Posterior::want_refinement() {
   const Eigen::MatrixXd& from = samples_.broad;
   const Frame& frame = regions_.local;
@@ -130,11 +132,19 @@ void Posterior::want_refinement() {
       d = std::min(d, (frame.of(from.col(i)) - w).squaredNorm());
     }
   };
-  for (const Exemplar& exemplar : exemplars_)
-    if (exemplar.views.front().spp >= spp / 2) note(exemplar.at);
-  for (int k = 0; k < refinement_size(dimensions_); ++k) {
-    const auto farthest = std::max_element(distance.begin(), distance.end()) - distance.begin();
-    wanted_.push_back({from.col(farthest), spp});
+  const auto note_those = [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i)
+      if (exemplars_[i].views.front().spp >= spp / 2) note(exemplars_[i].at);
+  };
+  const auto farthest = [&] { return std::max_element(distance.begin(), distance.end()); };
+  note_those(kept_, exemplars_.size());
+  const std::vector<double> without_kept = distance;
+  for (int k = 0; k < refinement_size(dimensions_); ++k) note(from.col(farthest() - distance.begin()));
+  const double dense = *farthest();
+  distance = without_kept;
+  note_those(0, kept_);
+  while (static_cast<int>(wanted_.size()) < refinement_size(dimensions_) && *farthest() > dense) {
+    wanted_.push_back({from.col(farthest() - distance.begin()), spp});
     note(wanted_.back().at);
   }
 }

@@ -73,6 +73,7 @@ class Posterior {
   LogPrior log_prior_;
   PosteriorOptions options_;
   std::vector<Exemplar> exemplars_;
+  std::size_t kept_ = 0;  // of them, which were there at the beginning
   std::vector<Wanted> wanted_;
   std::vector<PosteriorRound> rounds_;
   std::unique_ptr<Polynomials> polynomials_;
