@@ -5,9 +5,8 @@
 namespace itn {
 
 // The bytes of their files, for parse_network(): of the one that knows shape and light, and of the one that sees a
-// photo, the same with a flash, and a mask; and of their judges (judge.h).
+// photo, the same with a flash, and a mask, with its judge (training/judge.h).
 std::string_view shipped_network();
-std::string_view shipped_judge();
 std::string_view shipped_photo_network();
 std::string_view shipped_photo_judge();
 

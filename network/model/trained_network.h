@@ -8,7 +8,6 @@ namespace itn {
 
 // The names of the networks that ship with the program where a RUN is asked for (network/model/shipped.h).
 constexpr const char* shipped_run = "shipped";
-constexpr const char* shipped_run_judge = "shipped-judge";
 constexpr const char* shipped_photos_run = "shipped-photos";
 constexpr const char* shipped_photos_judge = "shipped-photos-judge";
 
