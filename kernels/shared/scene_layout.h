@@ -178,7 +178,7 @@ typedef struct {
 /* Gradients (derivative/adjoint.h) are summed in sets of pixels of their own, as [set][number][radiance channel]: the launch's
  * numbers, then each parameter of the light, then each field, by all of its voxels. The first GRADIENT_SETS make up the
  * gradient, so many that work-items that share them seldom wait for each other; those of contrasts, whose spread tells
- * the noise (runtime/render/gradient_renderer.h), follow. */
+ * the noise (include/itn/gradient_renderer.h), follow. */
 #define GRADIENT_SETS 32
 #define MOST_CONTRAST_SETS 256
 

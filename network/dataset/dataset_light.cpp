@@ -6,10 +6,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "runtime/base/colour.h"
-#include "runtime/base/error.h"
+#include "itn/bitmap.h"
+#include "itn/colour.h"
+#include "itn/error.h"
 #include "runtime/base/random.h"
-#include "runtime/image/bitmap.h"
 #include "runtime/scene/transform.h"
 
 namespace itn {

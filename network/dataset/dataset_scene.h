@@ -4,9 +4,9 @@
 #include <memory>
 #include <optional>
 
+#include "itn/scene.h"
 #include "network/dataset/dataset_light.h"
 #include "network/dataset/manifest.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 

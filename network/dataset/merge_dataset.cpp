@@ -5,12 +5,12 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/version.h"
 #include "network/dataset/stored_image.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/folder_lock.h"
 #include "runtime/base/parallel.h"
-#include "runtime/base/version.h"
 
 namespace itn {
 namespace {

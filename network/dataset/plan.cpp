@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <map>
 
+#include "itn/error.h"
+#include "itn/file.h"
 #include "network/dataset/dataset_scene.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/fingerprint.h"
 #include "runtime/base/random.h"
 #include "runtime/scene/shapes/named_shapes.h"

@@ -10,18 +10,18 @@
 #include <span>
 #include <utility>
 
+#include "itn/error.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "network/dataset/dataset_mesh.h"
 #include "network/dataset/dataset_scene.h"
 #include "network/dataset/dataset_shapes.h"
 #include "network/dataset/merge_dataset.h"
 #include "network/dataset/shape_buffers.h"
 #include "network/dataset/stored_image.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/parallel.h"
 #include "runtime/base/random.h"
 #include "runtime/base/ranks.h"
-#include "runtime/image/exr.h"
 #include "runtime/scene/mesh/mesh_file.h"
 
 namespace itn {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/fingerprint.h"
 
 namespace itn {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "itn/exr.h"
 #include "network/dataset/manifest.h"
-#include "runtime/image/exr.h"
 
 namespace itn {
 

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "itn/renderer.h"
 #include "network/dataset/manifest.h"
-#include "runtime/render/renderer.h"
 
 namespace itn {
 

@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <sstream>
 
-#include "network/model/trained_network.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/trained_network.h"
 #include "runtime/base/json_text.h"
 
 namespace itn {

@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "itn/distribution.h"
 #include "network/evaluation/appearance.h"
 #include "network/evaluation/bootstrap.h"
 #include "network/evaluation/evaluated_run.h"
 #include "network/evaluation/information.h"
 #include "network/evaluation/synthesis.h"
-#include "network/model/distribution.h"
 
 namespace itn {
 

@@ -7,7 +7,7 @@
 #pragma once
 #include <Eigen/Core>
 
-#include "runtime/render/renderer.h"
+#include "itn/renderer.h"
 
 namespace itn {
 

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <set>
 
+#include "itn/error.h"
+#include "itn/loss.h"
 #include "network/evaluation/evaluate.h"
-#include "network/model/loss.h"
 #include "network/training/dataset_examples.h"
-#include "runtime/base/error.h"
 #include "runtime/base/folder_owner.h"
 #include "runtime/base/statistics.h"
 

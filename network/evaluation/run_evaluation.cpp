@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "itn/error.h"
 #include "network/evaluation/stored_synthesis.h"
-#include "runtime/base/error.h"
 
 namespace itn {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <stdexcept>
 
+#include "itn/error.h"
+#include "itn/version.h"
 #include "network/evaluation/selection.h"
-#include "runtime/base/error.h"
-#include "runtime/base/version.h"
 
 namespace itn {
 namespace {

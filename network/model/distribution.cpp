@@ -1,10 +1,10 @@
-#include "network/model/distribution.h"
+#include "itn/distribution.h"
 
 #include <array>
 #include <cmath>
 #include <numbers>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/parameter_chain.h"
 #include "runtime/base/statistics.h"
 

@@ -8,10 +8,10 @@
 #include <functional>
 #include <utility>
 
-#include "runtime/base/colour.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
+#include "itn/colour.h"
+#include "itn/error.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "runtime/image/radiance.h"
 
 namespace itn {

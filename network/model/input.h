@@ -21,9 +21,9 @@
 #include <string>
 #include <vector>
 
-#include "network/model/network.h"
-#include "runtime/image/exr.h"
-#include "runtime/image/photo.h"
+#include "itn/exr.h"
+#include "itn/network.h"
+#include "itn/photo.h"
 
 namespace itn {
 
@@ -69,7 +69,7 @@ struct ResampledImage {
   std::vector<float> errors{};  // standard errors, where they are read
 };
 
-// As radiance_of(), of any square image, photos too (runtime/image/photo.h): averaged over the squares of size x size
+// As radiance_of(), of any square image, photos too (include/itn/photo.h): averaged over the squares of size x size
 // pixels, or between pixels where it has fewer. object: of the square around it, where each pixel has what is seen of
 // the object in it, or 0. Throws InputError: not square, or of another width or height than the object's mask; black or
 // with much below 0; and what radiance_of() throws.

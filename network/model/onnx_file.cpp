@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <utility>
 
+#include "itn/network_file.h"
+#include "itn/version.h"
 #include "network/model/input.h"
-#include "network/model/network_file.h"
 #include "runtime/base/statistics.h"
-#include "runtime/base/version.h"
 
 namespace itn {
 namespace {

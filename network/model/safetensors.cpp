@@ -1,4 +1,4 @@
-#include "network/model/safetensors.h"
+#include "itn/safetensors.h"
 
 #include <Imath/half.h>
 
@@ -12,7 +12,7 @@
 #include <span>
 #include <utility>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/json_text.h"
 
 namespace itn {

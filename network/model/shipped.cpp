@@ -1,4 +1,4 @@
-#include "network/model/shipped.h"
+#include "itn/shipped.h"
 
 // The assembler reads the files: no compiler takes megabytes of literals gladly. ITN_SHIPPED_...: their paths.
 #define EMBED(name, file)                           \

@@ -1,13 +1,13 @@
-#include "network/model/trained_network.h"
+#include "itn/trained_network.h"
 
 #include <fmt/format.h>
 
 #include <filesystem>
 
-#include "network/model/network_file.h"
-#include "network/model/shipped.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/network_file.h"
+#include "itn/shipped.h"
 #include "runtime/base/fingerprint.h"
 
 namespace itn {

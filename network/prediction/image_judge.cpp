@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "network/model/trained_network.h"
+#include "itn/trained_network.h"
 
 namespace itn {
 

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "itn/network.h"
 #include "network/model/input.h"
-#include "network/model/network.h"
 #include "network/training/judge.h"
 
 namespace itn {

@@ -4,10 +4,10 @@
 
 #include <vector>
 
+#include "itn/error.h"
 #include "kernels/shared/environment_layout.h"
 #include "network/dataset/dataset_light.h"
 #include "network/dataset/shape_buffers.h"
-#include "runtime/base/error.h"
 #include "runtime/scene/box.h"
 #include "runtime/scene/transform.h"
 

@@ -10,12 +10,12 @@
 #include <optional>
 #include <utility>
 
+#include "itn/error.h"
+#include "itn/trained_network.h"
 #include "network/dataset/dataset_scene.h"
-#include "network/model/trained_network.h"
 #include "network/prediction/image_judge.h"
 #include "network/prediction/known_scene.h"
 #include "network/training/dataset_examples.h"
-#include "runtime/base/error.h"
 
 namespace itn {
 namespace {

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "network/model/distribution.h"
+#include "itn/distribution.h"
+#include "itn/photo.h"
+#include "itn/scene.h"
 #include "network/training/judge.h"
-#include "runtime/image/photo.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 

@@ -2,11 +2,11 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 
-#include "network/model/network_file.h"
-#include "network/model/safetensors.h"
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/network_file.h"
+#include "itn/safetensors.h"
 #include "network/training/trainer.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/fingerprint.h"
 #include "runtime/base/json_text.h"
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "network/model/network.h"
+#include "itn/network.h"
 
 namespace itn {
 

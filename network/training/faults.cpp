@@ -7,8 +7,8 @@
 #include <numbers>
 #include <utility>
 
+#include "itn/error.h"
 #include "network/model/input.h"
-#include "runtime/base/error.h"
 #include "runtime/base/random.h"
 
 namespace itn {

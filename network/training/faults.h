@@ -5,8 +5,8 @@
 #include <functional>
 #include <vector>
 
+#include "itn/network.h"
 #include "network/model/input.h"
-#include "network/model/network.h"
 
 namespace itn {
 

@@ -2,7 +2,7 @@
 #pragma once
 #include <vector>
 
-#include "network/model/network.h"
+#include "itn/network.h"
 #include "network/training/examples.h"
 
 namespace itn {

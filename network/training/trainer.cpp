@@ -6,9 +6,9 @@
 #include <span>
 #include <utility>
 
+#include "itn/error.h"
 #include "network/model/random.h"
 #include "network/training/shard_sum.h"
-#include "runtime/base/error.h"
 #include "runtime/base/ranks.h"
 #include "runtime/base/seconds_since.h"
 

@@ -17,8 +17,8 @@
 #include <string>
 #include <vector>
 
-#include "network/model/loss.h"
-#include "network/model/network.h"
+#include "itn/loss.h"
+#include "itn/network.h"
 #include "network/training/adam.h"
 #include "network/training/examples.h"
 

@@ -5,14 +5,14 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "network/model/network_file.h"
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/network_file.h"
+#include "itn/trained_network.h"
+#include "itn/version.h"
 #include "network/model/threads.h"
-#include "network/model/trained_network.h"
 #include "network/training/prediction.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/json_text.h"
-#include "runtime/base/version.h"
 
 namespace itn {
 namespace {

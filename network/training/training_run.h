@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-#include "network/model/network.h"
+#include "itn/network.h"
 #include "network/training/dataset_examples.h"
 #include "network/training/judge.h"
 #include "network/training/rendered_image_loss.h"

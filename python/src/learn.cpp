@@ -9,14 +9,16 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
+#include "itn/error.h"
+#include "itn/loss.h"
+#include "itn/trained_network.h"
+#include "itn/version.h"
 #include "network/dataset/config.h"
 #include "network/dataset/render_dataset.h"
 #include "network/evaluation/report.h"
 #include "network/evaluation/run_evaluation.h"
 #include "network/model/input.h"
-#include "network/model/loss.h"
 #include "network/model/threads.h"
-#include "network/model/trained_network.h"
 #include "network/prediction/predict_images.h"
 #include "network/training/training_run.h"
 #include "python/src/arrays.h"
@@ -24,11 +26,9 @@
 #include "python/src/running.h"
 #include "python/src/scene.h"
 #include "python/src/warning.h"
-#include "runtime/base/error.h"
 #include "runtime/base/folder_lock.h"
 #include "runtime/base/folder_owner.h"
 #include "runtime/base/seconds_since.h"
-#include "runtime/base/version.h"
 
 namespace itn::python {
 namespace {

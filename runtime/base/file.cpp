@@ -1,4 +1,4 @@
-#include "runtime/base/file.h"
+#include "itn/file.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -14,7 +14,7 @@
 #include <filesystem>
 #include <list>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/inputs.h"
 #include "runtime/base/private_file.h"
 #include "runtime/base/retried.h"

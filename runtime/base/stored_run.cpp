@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <utility>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/base/fingerprint.h"
 #include "runtime/base/folder_owner.h"
 #include "runtime/base/json_text.h"

@@ -1,4 +1,4 @@
-#include "runtime/image/photo.h"
+#include "itn/photo.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 #include <cmath>
 #include <cstdint>
 
-#include "runtime/base/colour.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/colour.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/image/noise.h"
 #include "runtime/image/samples.h"
 #include "runtime/image/srgb.h"

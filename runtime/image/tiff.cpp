@@ -10,7 +10,7 @@
 #include <cstring>
 #include <memory>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/zlib_check.h"
 #include "runtime/image/image_size.h"
 
@@ -189,11 +189,6 @@ void check_deflated(const Tiff& tiff) {
 }
 
 }  // namespace
-
-bool is_tiff(const std::string& bytes) {
-  return bytes.starts_with(std::string("II*\0", 4)) || bytes.starts_with(std::string("MM\0*", 4)) ||
-         bytes.starts_with(std::string("II+\0", 4)) || bytes.starts_with(std::string("MM\0+", 4));
-}
 
 Samples read_tiff(const std::string& bytes, const std::string& path) {
   Tiff tiff(bytes, path);

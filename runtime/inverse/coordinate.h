@@ -2,7 +2,7 @@
 // in the parameter's range. log p for numbers that cannot be 0 or have no upper bound (a refractive index of 1.5 is not
 // on the edge of [0.001, 1000]), log((p - low) / (high - p)) for the others.
 #pragma once
-#include "runtime/scene/parameters.h"
+#include "itn/parameters.h"
 
 namespace itn {
 

@@ -10,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 namespace itn {
 namespace {

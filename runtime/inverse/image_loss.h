@@ -8,9 +8,9 @@
 #pragma once
 #include <vector>
 
-#include "runtime/inverse/target_image.h"
-#include "runtime/render/gradient_renderer.h"
-#include "runtime/render/renderer.h"
+#include "itn/gradient_renderer.h"
+#include "itn/renderer.h"
+#include "itn/target_image.h"
 
 namespace itn {
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "runtime/image/rendering.h"
+#include "itn/rendering.h"
+#include "itn/target_image.h"
 #include "runtime/inverse/image_fit.h"
-#include "runtime/inverse/target_image.h"
 
 namespace itn {
 

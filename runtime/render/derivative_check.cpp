@@ -7,7 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/statistics.h"
 
 namespace itn {

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "itn/parameters.h"
+#include "itn/renderer.h"
 #include "runtime/render/derivative/difference.h"
-#include "runtime/render/renderer.h"
-#include "runtime/scene/parameters.h"
 
 namespace itn {
 

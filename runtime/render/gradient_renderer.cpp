@@ -1,4 +1,4 @@
-#include "runtime/render/gradient_renderer.h"
+#include "itn/gradient_renderer.h"
 
 #include <fmt/format.h>
 
@@ -11,16 +11,16 @@
 #include <stdexcept>
 #include <utility>
 
+#include "itn/colour.h"
+#include "itn/error.h"
+#include "itn/parameters.h"
 #include "kernels/shared/declaration.h"
-#include "runtime/base/colour.h"
-#include "runtime/base/error.h"
 #include "runtime/base/parallel.h"
 #include "runtime/base/ranks.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/base/wide_sums.h"
 #include "runtime/render/compile/geometry.h"
 #include "runtime/render/wavefront/trace_images.h"
-#include "runtime/scene/parameters.h"
 
 namespace itn {
 namespace {

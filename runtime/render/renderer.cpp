@@ -1,11 +1,11 @@
-#include "runtime/render/renderer.h"
+#include "itn/renderer.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/memory.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/render/wavefront/trace_images.h"

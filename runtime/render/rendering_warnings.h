@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/image/rendering.h"
-#include "runtime/scene/scene.h"
+#include "itn/rendering.h"
+#include "itn/scene.h"
 
 namespace itn {
 

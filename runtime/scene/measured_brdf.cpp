@@ -1,4 +1,4 @@
-#include "runtime/scene/measured_brdf.h"
+#include "itn/measured_brdf.h"
 
 #include <fmt/core.h>
 
@@ -9,9 +9,9 @@
 #include <cstring>
 #include <numbers>
 
+#include "itn/error.h"
+#include "itn/file.h"
 #include "kernels/model/bsdf/merl.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 
 namespace itn {
 namespace {

@@ -1,4 +1,4 @@
-#include "runtime/scene/parameters.h"
+#include "itn/parameters.h"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,8 @@
 #include <map>
 #include <numeric>
 
+#include "itn/error.h"
 #include "kernels/shared/declaration.h"
-#include "runtime/base/error.h"
 #include "runtime/scene/parameter_refusal.h"
 
 namespace itn {

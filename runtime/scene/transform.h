@@ -1,6 +1,6 @@
 // The algebra of vectors and of 4x4 transforms, which are composed as in Mitsuba.
 #pragma once
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn {
 

@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/inverse/forward_model.h"
 #include "runtime/scene/parameter_refusal.h"

@@ -13,11 +13,11 @@
 #include <string>
 #include <vector>
 
+#include "itn/parameters.h"
+#include "itn/renderer.h"
 #include "runtime/image/accumulation.h"
 #include "runtime/inverse/gauss_newton/inversion.h"
 #include "runtime/inverse/misfit.h"
-#include "runtime/render/renderer.h"
-#include "runtime/scene/parameters.h"
 #include "runtime/view/program_builder.h"
 
 namespace itn {

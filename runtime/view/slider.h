@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "runtime/scene/parameters.h"
+#include "itn/parameters.h"
 
 namespace itn {
 

@@ -1,5 +1,5 @@
 // Pictures as cameras write them.
-#include "runtime/image/photo.h"
+#include "itn/photo.h"
 
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define STB_IMAGE_WRITE_STATIC
@@ -17,9 +17,9 @@
 #include <cstring>
 #include <random>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
-#include "runtime/image/bitmap.h"
+#include "itn/bitmap.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/image/samples.h"
 #include "runtime/image/srgb.h"
 #include "tests/support/temporary_folder.h"

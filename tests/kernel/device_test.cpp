@@ -1,11 +1,11 @@
-#include "runtime/render/device/device.h"
+#include "itn/device.h"
 
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 namespace {
 

@@ -1,15 +1,15 @@
 // Networks in files: what comes back, and what is refused.
-#include "network/model/network_file.h"
+#include "itn/network_file.h"
 
 #include <catch2/catch.hpp>
 #include <functional>
 #include <tuple>
 
 #include "../support/temporary_folder.h"
-#include "network/model/shipped.h"
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/shipped.h"
 #include "network/training/judge.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/random.h"
 
 namespace {

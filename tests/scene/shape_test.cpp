@@ -1,8 +1,8 @@
 // Shapes in world space, and the checks of what bounds a medium.
 #include <cmath>
 
+#include "itn/parameters.h"
 #include "runtime/scene/mesh/mesh_topology.h"
-#include "runtime/scene/parameters.h"
 #include "runtime/scene/transform.h"
 #include "tests/scene/scene_folder.h"
 

@@ -1,13 +1,13 @@
-// itn predict by the networks that ship. What else it does is tested where networks are trained and inversions start from
-// them.
+// itn predict by the networks that ship. What else it does is tested where networks are trained and inversions start
+// from them.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "runtime/image/png.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"

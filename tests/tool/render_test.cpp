@@ -7,9 +7,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
-#include "runtime/render/device/device.h"
+#include "itn/device.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
 

@@ -10,9 +10,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "network/dataset/stored_image.h"
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/shapes/polygonise.h"
 #include "tests/support/made_up_dataset.h"

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "network/dataset/manifest.h"
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
 #include "tests/support/folder_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"

@@ -10,13 +10,13 @@
 #include <optional>
 #include <utility>
 
-#include "network/model/trained_network.h"
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/load_scene.h"
+#include "itn/trained_network.h"
 #include "network/prediction/predict_images.h"
 #include "network/prediction/prediction_errors.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/inputs.h"
-#include "runtime/scene/load.h"
 #include "tools/itn/common.h"
 #include "tools/itn/interrupt.h"
 #include "tools/itn/progress.h"

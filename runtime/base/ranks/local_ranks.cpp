@@ -15,7 +15,7 @@
 #include <thread>
 #include <utility>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/parallel.h"
 #include "runtime/base/ranks/work_queue.h"
 

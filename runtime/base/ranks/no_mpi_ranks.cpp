@@ -1,7 +1,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/ranks/mpi_ranks.h"
 
 namespace itn {

@@ -15,9 +15,9 @@
 #include <string>
 #include <vector>
 
+#include "itn/target_image.h"
 #include "runtime/inverse/adam_step.h"
 #include "runtime/inverse/gauss_newton/normal_equations.h"
-#include "runtime/inverse/target_image.h"
 
 namespace itn {
 

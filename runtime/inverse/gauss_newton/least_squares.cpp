@@ -8,7 +8,7 @@
 #include <limits>
 #include <numeric>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/inverse/smoothing.h"
 
 namespace itn {

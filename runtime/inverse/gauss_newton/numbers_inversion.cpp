@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/inverse/gauss_newton/inversion_report.h"
 

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "runtime/base/colour.h"
+#include "itn/colour.h"
 #include "runtime/base/parameter_chain.h"
 #include "runtime/base/statistics.h"
 #include "runtime/scene/model/phase_formula.h"

@@ -7,11 +7,11 @@
 #include <limits>
 #include <numeric>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
+#include "itn/parameter_kind.h"
 #include "runtime/base/random.h"
 #include "runtime/base/sample_index.h"
 #include "runtime/image/accumulation.h"
-#include "runtime/scene/model/parameter_kind.h"
 
 namespace itn {
 namespace {

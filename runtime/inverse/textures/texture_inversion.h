@@ -13,12 +13,12 @@
 #include <string>
 #include <vector>
 
+#include "itn/gradient_renderer.h"
+#include "itn/parameters.h"
 #include "runtime/inverse/adam_step.h"
 #include "runtime/inverse/coordinate.h"
 #include "runtime/inverse/image_loss.h"
 #include "runtime/inverse/misfit.h"
-#include "runtime/render/gradient_renderer.h"
-#include "runtime/scene/parameters.h"
 
 namespace itn {
 

@@ -7,14 +7,14 @@
 #include <limits>
 #include <map>
 
+#include "itn/colour.h"
+#include "itn/error.h"
+#include "itn/parameters.h"
 #include "kernels/model/models.h"
 #include "kernels/shared/knee.h"
-#include "runtime/base/colour.h"
-#include "runtime/base/error.h"
 #include "runtime/render/compile/environment.h"
 #include "runtime/scene/model/mixture.h"
 #include "runtime/scene/model/phase_formula.h"
-#include "runtime/scene/parameters.h"
 
 namespace itn {
 namespace {

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "itn/scene.h"
 #include "kernels/shared/scene_layout.h"
 #include "runtime/render/compile/launch_data.h"
 #include "runtime/render/derivative/score_functions.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 

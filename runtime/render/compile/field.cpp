@@ -10,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/parallel.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/volume/packed_voxels.h"

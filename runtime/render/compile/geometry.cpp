@@ -5,9 +5,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "itn/error.h"
 #include "kernels/model/shading_frame.h"
 #include "kernels/shared/declaration.h"
-#include "runtime/base/error.h"
 #include "runtime/base/memory.h"
 #include "runtime/render/compile/bvh.h"
 #include "runtime/render/compile/flight_grid.h"

@@ -12,12 +12,12 @@
 #include <stdexcept>
 #include <utility>
 
+#include "itn/colour.h"
+#include "itn/error.h"
 #include "kernels/model/models.h"
 #include "kernels/model/texture/list.h"
 #include "kernels/shared/baseline_layout.h"
 #include "kernels/shared/path_state.h"
-#include "runtime/base/colour.h"
-#include "runtime/base/error.h"
 #include "runtime/render/compile/camera.h"
 #include "runtime/render/compile/environment.h"
 #include "runtime/render/compile/field.h"

@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
+#include "itn/scene.h"
 #include "kernels/shared/environment_layout.h"
 #include "kernels/shared/light_layout.h"
 #include "kernels/shared/scene_layout.h"
 #include "runtime/render/compile/geometry.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 

@@ -2,9 +2,9 @@
 #pragma once
 #include <vector>
 
+#include "itn/scene.h"
 #include "runtime/render/compile/light.h"
 #include "runtime/scene/box.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 

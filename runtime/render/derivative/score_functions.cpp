@@ -8,12 +8,12 @@
 #include <mutex>
 #include <stdexcept>
 
+#include "itn/model.h"
 #include "kernels/model/models.h"
 #include "kernels/model/sky_hosek_wilkie.h"
 #include "runtime/render/derivative/differentiate.h"
 #include "runtime/render/derivative/print.h"
 #include "runtime/render/derivative/recorded.h"
-#include "runtime/scene/model/model.h"
 #include "runtime/scene/model/phase_formula.h"
 #include "runtime/scene/model/structure_formula.h"
 

@@ -1,4 +1,4 @@
-#include "runtime/render/device/device.h"
+#include "itn/device.h"
 
 #include <unistd.h>
 
@@ -10,7 +10,7 @@
 #include <sstream>
 #include <thread>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/limits.h"
 #include "runtime/base/parallel.h"
 #include "runtime/base/ranks.h"

@@ -1,8 +1,8 @@
 // The arguments that all kernels of the wavefront take (kernels/shared/launch_arguments.h), as buffers.
 #pragma once
+#include "itn/device.h"
 #include "kernels/shared/launch_arguments.h"
 #include "runtime/render/compile/launch_data.h"
-#include "runtime/render/device/device.h"
 
 namespace itn {
 

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/ranks.h"
 #include "runtime/base/sample_index.h"
 #include "runtime/base/seconds_since.h"

@@ -2,7 +2,7 @@
 #pragma once
 #include <vector>
 
-#include "runtime/image/rendering.h"
+#include "itn/rendering.h"
 #include "runtime/render/wavefront/film.h"
 #include "runtime/render/wavefront/wavefront.h"
 

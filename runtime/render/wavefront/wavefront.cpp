@@ -10,9 +10,9 @@
 #include <limits>
 #include <utility>
 
+#include "itn/error.h"
 #include "kernels/model/models.h"
 #include "kernels/shared/path_state.h"
-#include "runtime/base/error.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/render/compile/surfaces.h"
 #include "runtime/render/wavefront/baseline.h"

@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "runtime/image/rendering.h"
+#include "itn/device.h"
+#include "itn/render_options.h"
+#include "itn/rendering.h"
 #include "runtime/render/compile/derivative_data.h"
 #include "runtime/render/compile/launch_data.h"
-#include "runtime/render/device/device.h"
 #include "runtime/render/wavefront/launch_buffers.h"
-#include "runtime/render/wavefront/render_options.h"
 
 namespace itn {
 

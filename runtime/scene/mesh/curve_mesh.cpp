@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/scene/mesh/mesh_text.h"
 #include "runtime/scene/transform.h"
 

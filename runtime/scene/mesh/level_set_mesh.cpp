@@ -6,7 +6,7 @@
 #include <cmath>
 #include <unordered_map>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/scene/transform.h"
 
 namespace itn {

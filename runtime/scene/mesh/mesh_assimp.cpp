@@ -17,9 +17,9 @@
 #include <memory>
 #include <string_view>
 
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/base/child_process.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/fingerprint.h"
 #include "runtime/base/inputs.h"
 #include "runtime/scene/mesh/mesh_file.h"

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <limits>
 
-#include "runtime/base/file.h"
+#include "itn/file.h"
 #include "runtime/image/srgb.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/mesh/mesh_text.h"

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "itn/scene.h"
 #include "runtime/scene/model/pieces.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <vector>
 
+#include "itn/scene.h"
 #include "kernels/shared/environment_layout.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 

@@ -16,9 +16,9 @@
 #include <limits>
 #include <type_traits>
 
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/base/child_process.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/inputs.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/volume/packed_voxels.h"

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "itn/scene.h"
 #include "kernels/shared/scene_layout.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 

@@ -1,6 +1,6 @@
 // A picture on a surface as a volume: each place has the colour of the surface's nearest point.
 #pragma once
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn {
 

@@ -10,8 +10,8 @@
 #include <fstream>
 #include <string_view>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/scene/volume/packed_voxels.h"
 
 namespace itn {

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "runtime/scene/load.h"
+#include "itn/load_scene.h"
+#include "itn/scene.h"
 #include "runtime/scene/mesh/placed_mesh.h"
-#include "runtime/scene/scene.h"
 #include "runtime/scene/scene_middle.h"
 #include "runtime/scene/volume/volume_file.h"
 #include "runtime/scene/xml/document.h"

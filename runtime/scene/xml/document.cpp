@@ -6,7 +6,7 @@
 #include <pugixml.hpp>
 #include <set>
 
-#include "runtime/base/file.h"
+#include "itn/file.h"
 #include "runtime/base/printable.h"
 #include "runtime/scene/xml/message.h"
 #include "runtime/scene/xml/references.h"

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <limits>
 
+#include "itn/colour.h"
+#include "itn/error.h"
 #include "kernels/model/obstacle.h"
 #include "kernels/shared/declaration.h"
-#include "runtime/base/colour.h"
-#include "runtime/base/error.h"
 #include "runtime/scene/model/sized_model.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 #include "runtime/scene/xml/document.h"
 #include "runtime/scene/xml/report.h"
 #include "runtime/scene/xml/spectrum.h"

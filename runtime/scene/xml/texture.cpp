@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/image/bitmap.h"
+#include "itn/bitmap.h"
 #include "runtime/scene/volume/packed_voxels.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"

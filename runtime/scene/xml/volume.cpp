@@ -6,8 +6,8 @@
 #include <cmath>
 #include <utility>
 
-#include "runtime/base/colour.h"
-#include "runtime/base/error.h"
+#include "itn/colour.h"
+#include "itn/error.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/volume/openvdb_file.h"
 #include "runtime/scene/volume/packed_voxels.h"

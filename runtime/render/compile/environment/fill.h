@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
+#include "itn/error.h"
 #include "kernels/model/models.h"
-#include "runtime/base/error.h"
 #include "runtime/render/compile/environment.h"
 
 namespace itn {

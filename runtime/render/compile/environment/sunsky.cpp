@@ -2,7 +2,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "runtime/base/colour.h"
+#include "itn/colour.h"
 #include "runtime/render/compile/environment/fill.h"
 #include "runtime/scene/sky/hosek_wilkie.h"
 

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "network/model/output_range.h"
-#include "network/model/tensor.h"
+#include "itn/output_range.h"
+#include "itn/tensor.h"
 
 namespace itn {
 

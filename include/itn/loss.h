@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "network/model/network.h"
+#include "itn/network.h"
 
 namespace itn {
 

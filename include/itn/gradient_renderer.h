@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/render/renderer.h"
+#include "itn/renderer.h"
 
 namespace itn {
 

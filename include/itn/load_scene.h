@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn {
 

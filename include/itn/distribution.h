@@ -14,8 +14,8 @@
 #include <span>
 #include <vector>
 
-#include "network/model/loss.h"
-#include "network/model/network.h"
+#include "itn/loss.h"
+#include "itn/network.h"
 
 namespace itn {
 

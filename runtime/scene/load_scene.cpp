@@ -1,4 +1,4 @@
-#include "runtime/scene/load.h"
+#include "itn/load_scene.h"
 
 #include <algorithm>
 #include <map>

@@ -1,4 +1,4 @@
-#include "runtime/scene/save.h"
+#include "itn/save_scene.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <set>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/scene/xml/document.h"
 #include "runtime/scene/xml/spectrum.h"
 #include "runtime/scene/xml/values.h"

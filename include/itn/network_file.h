@@ -6,8 +6,8 @@
 #pragma once
 #include <string>
 
-#include "network/model/network.h"
-#include "network/model/safetensors.h"
+#include "itn/network.h"
+#include "itn/safetensors.h"
 
 namespace itn {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/image/photo.h"
+#include "itn/photo.h"
 
 namespace itn {
 
@@ -18,7 +18,7 @@ struct TargetImage {
 };
 
 // Of an OpenEXR file the channels R G B, or Y where channels is 1; standard errors: channels stderr.R and so on. Other
-// files are photos (runtime/image/photo.h): larger ones are averaged down, saturated pixels weigh 0, and alpha weighs.
+// files are photos (include/itn/photo.h): larger ones are averaged down, saturated pixels weigh 0, and alpha weighs.
 // mask: an OpenEXR file of the same size whose channel Y, R or else first weighs the pixels, or a picture whose grey or
 // red does, 0 to 1, averaged down as photos are; empty: all weigh 1. Throws InputError: another size, channels missing,
 // a weight below 0, nothing but weights of 0, NaN or infinite pixels that have a weight, or what

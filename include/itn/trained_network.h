@@ -2,11 +2,11 @@
 #pragma once
 #include <string>
 
-#include "network/model/network.h"
+#include "itn/network.h"
 
 namespace itn {
 
-// The names of the networks that ship with the program where a RUN is asked for (network/model/shipped.h).
+// The names of the networks that ship with the program where a RUN is asked for (include/itn/shipped.h).
 constexpr const char* shipped_run = "shipped";
 constexpr const char* shipped_photos_run = "shipped-photos";
 constexpr const char* shipped_photos_judge = "shipped-photos-judge";

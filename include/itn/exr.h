@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/base/file.h"
+#include "itn/file.h"
 
 namespace itn {
 

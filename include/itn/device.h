@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/render/device/kernel_source.h"
+#include "itn/kernel_source.h"
 
 namespace itn {
 

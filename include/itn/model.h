@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "kernels/model/obstacle.h"
-#include "runtime/scene/model/parameter_kind.h"
+#include "itn/parameter_kind.h"
+
+struct Refusal;  // kernels/model/obstacle.h
 
 namespace itn {
 

@@ -2,10 +2,10 @@
 #pragma once
 #include <memory>
 
-#include "runtime/image/rendering.h"
-#include "runtime/render/device/device.h"
-#include "runtime/render/wavefront/render_options.h"
-#include "runtime/scene/scene.h"
+#include "itn/device.h"
+#include "itn/render_options.h"
+#include "itn/rendering.h"
+#include "itn/scene.h"
 
 namespace itn {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/scene/load.h"
-#include "runtime/scene/parameters.h"
+#include "itn/load_scene.h"
+#include "itn/parameters.h"
 
 namespace itn {
 

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "runtime/base/colour.h"
-#include "runtime/image/bitmap.h"
-#include "runtime/scene/measured_brdf.h"
-#include "runtime/scene/model/model.h"
-#include "runtime/scene/model/texture_model.h"
+#include "itn/bitmap.h"
+#include "itn/colour.h"
+#include "itn/measured_brdf.h"
+#include "itn/model.h"
+#include "itn/texture_model.h"
 
 namespace itn {
 

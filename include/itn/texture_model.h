@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/scene/model/parameter_kind.h"
+#include "itn/parameter_kind.h"
 
 namespace itn {
 

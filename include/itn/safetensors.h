@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "network/model/tensor.h"
+#include "itn/tensor.h"
 
 namespace itn {
 
