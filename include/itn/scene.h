@@ -45,6 +45,8 @@ struct Sensor {
   double aperture_radius = 0, focus_distance = 1;  // perspective: 0: everything is sharp
   double fov_x = 0;  // [degree], horizontal (already converted from fov_axis and focal_length); perspective only
   double principal_x = 0, principal_y = 0;  // principal_point_offset_x, _y
+  double pixel_aspect = 1;                  // focal length along x over that along y, both in pixels; perspective only
+  std::array<double, 8> distortion{};  // k1 to k6, p1, p2 of OpenCV (kernels/model/sensor/opencv.h); perspective only
   double near_clip = 1e-2, far_clip = 1e4;
   bool sample_border = false;  // may positions of a pixel's filter lie beyond the border of the film?
   Transform to_world;  // Mitsuba: camera looks along local +z, +y up, +x left; orthographic covers [-1,1] in x scaled

@@ -527,6 +527,8 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   set("HAS_LENS", std::any_of(data.cameras.begin(), data.cameras.end(), [](const CameraRecord& c) {
         return std::any_of(c.lens_a, c.lens_a + 3, [](float x) { return x != 0; });
       }));
+  set("HAS_DISTORTION",
+      std::any_of(data.cameras.begin(), data.cameras.end(), [](const CameraRecord& c) { return c.slope_a != 0; }));
   set("HAS_ZONE",
       std::any_of(data.cameras.begin(), data.cameras.end(), [](const CameraRecord& c) { return c.surfaces > 0; }));
   set("SPECTRAL", data.spectral);

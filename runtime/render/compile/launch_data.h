@@ -16,7 +16,7 @@
 
 namespace itn {
 
-static_assert(sizeof(CameraRecord) == 180 && sizeof(MediumRecord) == 56 && sizeof(FieldRecord) == 168 &&
+static_assert(sizeof(CameraRecord) == 228 && sizeof(MediumRecord) == 56 && sizeof(FieldRecord) == 168 &&
               sizeof(ShapeRecord) == 16 && sizeof(BsdfRecord) == 16 && sizeof(TextureRecord) == 56 &&
               sizeof(JobRecord) == 168 && sizeof(ChunkRecord) == 16);
 

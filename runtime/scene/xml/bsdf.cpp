@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernels/model/obstacle.h"
 #include "kernels/shared/declaration.h"
 #include "runtime/scene/model/structure.h"
 #include "runtime/scene/xml/builder.h"
