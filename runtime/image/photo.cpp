@@ -41,12 +41,12 @@ double rounding_error(const TransferCurve& curve, double sample, double step) {
   return (decode(curve, high) - decode(curve, low)) / std::sqrt(12.0);
 }
 
-// What a stored sample says.
+// The linear value of a stored sample, and its noise.
 struct Level {
   float value, noise;  // noise: of rounding
 };
 
-// Of each that a file of so many bits can hold, smallest first.
+// The levels that a file of so many bits can hold, smallest first.
 std::vector<Level> levels_of(const TransferCurve& curve, int bits) {
   const int count = 1 << bits;
   std::vector<Level> result;
