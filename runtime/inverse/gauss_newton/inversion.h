@@ -67,7 +67,7 @@ class Inversion {
   // One iteration; not of a state that is done.
   InversionStep advance(InversionState& state);
 
-  // What is known at the end of it: rendered afresh there.
+  // The results at the end of a state, from a new rendering there.
   struct Conclusion {
     std::vector<double> x;  // the unknowns
     Eigen::MatrixXd covariance;
@@ -94,7 +94,7 @@ class Inversion {
   std::vector<double> clamped(std::vector<double> x) const;
   std::vector<Reference> references_of(const std::vector<Rendering>& images, const std::vector<double>& x) const;
   void take_reference(const std::vector<double>& x, int first, int spp);
-  // Where the next iteration renders; true: this one's rendering is its reference.
+  // Moves the state to where the next iteration renders; true: this iteration's rendering is its reference.
   bool gauss_newton(const LeastSquares& equations, InversionState& state, InversionStep& step) const;
   void adam(const std::vector<std::vector<Rendering>>& images, InversionState& state, InversionStep& step) const;
 

@@ -39,11 +39,11 @@ struct PixelNoise {
 PixelNoise noise_of(const Rendering& rendering, const TargetImage& target, const std::array<double, 3>& factors,
                     double relative_noise);
 
-// What is left of the target, over that noise. rendering: of other samples than those of the noise.
+// Residual of the target over that noise. rendering: of other samples than those of the noise.
 WhiteResidual white_residual(const Rendering& rendering, const TargetImage& target,
                              const std::array<double, 3>& factors, const PixelNoise& noise);
 
-// What weighs the residuals of one image.
+// The noise and the instruments that weigh one image's residuals.
 struct Reference {
   PixelNoise noise;
   Eigen::MatrixXf instruments;  // a column for each pixel and channel: Z
@@ -66,8 +66,8 @@ struct LeastSquares {
   // D_k u. Derivatives by different unknowns have independent noise here, the channels of a pixel the same.
   std::vector<Eigen::MatrixXd> information_noise;
   Eigen::MatrixXd scale;  // sum of w Z Z^T: what the spread is where the noise is as it is said
-  // Of the gradient, from its parts, one a pixel: all noise that there is, known or not. As if the unknowns had not
-  // been fitted to these pixels.
+  // Covariance of the gradient, from the scatter of its parts, one a pixel: it holds all noise, known or not. The fit
+  // of the unknowns to these pixels is not accounted for.
   Eigen::MatrixXd spread;
   Eigen::MatrixXd monte_carlo;  // what the rendering has in it
 };

@@ -36,7 +36,7 @@ struct NumbersQuestion {
   std::chrono::steady_clock::time_point begun = std::chrono::steady_clock::now();
 };
 
-// What a network says of the parameters: Gauss-Newton's prior where the question has none (NetworkGuess).
+// A network's prediction of the parameters: Gauss-Newton's prior where the question has none (NetworkGuess).
 struct NetworkPrior {
   Prior prior;
   std::vector<std::string> words;

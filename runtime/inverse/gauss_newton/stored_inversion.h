@@ -37,7 +37,7 @@ class StoredInversion {
   std::size_t current() const { return started_.size() - 1; }
   // One iteration of the first start that is not done; it is stored. Throws Interrupted: nothing has changed then.
   const InversionStep& advance();
-  // How much is done of those that are wanted, if all took as many iterations as they may, `most`.
+  // The fraction done of the wanted starts, if each took `most` iterations.
   double fraction(int most) const;
   const std::vector<StartedInversion>& started() const { return started_; }
 
