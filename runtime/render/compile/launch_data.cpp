@@ -106,7 +106,7 @@ void append_textures(const Instance& instance, int first, LaunchData& data) {
   }
 }
 
-// Where numbers name a table it is known by its place among those of the launch.
+// Numbers that name a measured table become its index among those of the launch.
 void append_measured(const Bsdf& bsdf, int first, LaunchData& data) {
   for (std::size_t i = 0; i < bsdf.values.size(); ++i) {
     if (bsdf.model->parameters[i].kind.reader != ParameterKind::Reader::measured_table) continue;
@@ -183,7 +183,7 @@ void append_attributes(const Scene& scene, const JobRecord& job, LaunchData& dat
   data.attributes.clear();
 }
 
-// Of all channels; where there is a grid: what its values are times.
+// Greatest sigma_t of all channels; with a grid: the factor of its values.
 double greatest_extinction(const Medium& medium) {
   const std::vector<double> n = medium.model->to_numbers(medium.variant, medium.slots());
   const DeclaredNumber& sigma_t = medium.model->number_called("sigma_t");
@@ -260,8 +260,8 @@ int append_light(const Environment& light, LaunchData& data) {
   return index;
 }
 
-// How far in front of a shape that shines connections with it end: beyond the tolerance in which rays meet surfaces,
-// and the offset with which they begin beside others.
+// Distance in front of a shape that shines at which connections with it end: beyond the tolerance in which rays meet
+// surfaces, and beyond the offset with which they begin beside other surfaces.
 double distance_in_front(const Geometry& geometry, const GeometryRecord& record) {
   float offset = 0;
   for (std::size_t i = record.first_primitive; i < geometry.primitives.size(); ++i)
@@ -304,8 +304,8 @@ void lay_light_grid(const Vec3& low, const Vec3& high, std::size_t lights, JobRe
   while (cells(edge) > most) edge *= 1.05;
 }
 
-// How often each light is sampled, by place (light_layout.h): four times out of five by what it is expected to bring
-// there, else each alike, since that is no more than a guess.
+// Appends the probability of each light, by place (light_layout.h): by its expected irradiance there with weight .8,
+// else uniform, since the expectation is only a guess.
 void append_light_chances(const std::vector<SampledLight>& lights, JobRecord& job, LaunchData& data) {
   constexpr double by_guess = 0.8;
   job.light_chances = static_cast<int>(data.light_tables.size());

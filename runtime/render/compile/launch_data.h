@@ -20,7 +20,7 @@ static_assert(sizeof(CameraRecord) == 180 && sizeof(MediumRecord) == 56 && sizeo
               sizeof(ShapeRecord) == 16 && sizeof(BsdfRecord) == 16 && sizeof(TextureRecord) == 56 &&
               sizeof(JobRecord) == 168 && sizeof(ChunkRecord) == 16);
 
-// Where the records of a scene begin; its job knows first_number.
+// Indices at which the records of a scene begin; its job knows first_number.
 struct SceneStart {
   int first_number = 0, first_medium = 0, first_bsdf = 0;
   std::vector<int> light_numbers;  // of each of its lights

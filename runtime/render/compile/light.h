@@ -6,7 +6,7 @@
 
 namespace itn {
 
-// What shines of a shape.
+// The surfaces of a shape that emit.
 struct LightSurfaces {
   std::vector<float> table;  // as light_layout.h says
   int count = 0;

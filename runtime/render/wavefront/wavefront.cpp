@@ -88,7 +88,7 @@ std::vector<SumRecord> sums_of(const DerivativeData& derivatives, int throughput
   return sums;
 }
 
-// What the program is made for, but the ways in which it runs.
+// The features for which the program is made, without its schedule.
 std::map<std::string, std::string> features(const LaunchData& data, const DerivativeData& derivatives,
                                             Baselines baselines, bool adjoint) {
   std::map<std::string, std::string> result = feature_definitions(data);
@@ -295,7 +295,7 @@ void Wavefront::replay(const std::vector<JobSlice>& slices, const std::vector<fl
   for (int probe = 0; has_probes_ && probe < PROBES; ++probe) trace_jobs(slices, Purpose::probes, at, probe);
 }
 
-// Of every work-item a gradient of its own, but for that by texels.
+// Clears the sums of all work-items: each has a gradient of its own, but for that by texels.
 void Wavefront::clear_gradient() {
   device_.clear(buffers_.gradient);
   if (texels_ > 0) device_.clear(buffers_.texel_gradient);

@@ -22,8 +22,8 @@ struct JobSlice {
   int pixel_step = 1;  // from a pixel to the next
 };
 
-// What went wrong with paths: arrivals at surfaces from the side where the path cannot be, and paths
-// that were ended though the scene sets no max_depth.
+// Counts of paths that went wrong: arrivals at surfaces from the side where the path cannot be, and paths that were
+// ended though the scene sets no max_depth.
 struct PathFaults {
   std::uint64_t misplaced = 0, endless = 0;
 };
@@ -70,8 +70,9 @@ class Wavefront {
   // 0.
   std::vector<std::int64_t> take_gradient();
   std::size_t contrast_sets() const { return static_cast<std::size_t>(contrast_sets_); }
-  // Of it, [texel][channel] of the textures and grids in `derivatives`; to be looked at before it is taken. They may be
-  // many: `use` sees them where they are, if the device's memory is the host's.
+  // Hands `use` the part of the gradient by texels, [texel][channel] of the textures and grids in `derivatives`; to be
+  // called before the gradient is taken. They may be many: `use` sees them where they are, if the device's memory is
+  // the host's.
   // texel_channels(): those of the radiance, or three where some texels are directions.
   void look_at_texel_gradient(const std::function<void(const std::int64_t* sums)>& use) const;
   std::size_t texel_sums() const { return texels_; }  // how many that are
