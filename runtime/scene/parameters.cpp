@@ -96,7 +96,7 @@ class List {
  public:
   explicit List(const Scene& scene) : scene_(scene) {}
 
-  // Of what the next parameters are, and its id.
+  // Sets the owner of the next parameters, and its id.
   void begin(Owner owner, int index, const std::string& id) {
     owner_ = owner;
     index_ = index;
@@ -163,7 +163,7 @@ class List {
     parameters.back().by_voxels = !*why_not;
   }
 
-  // What its model declares.
+  // Lists the parameters that the instance's model declares.
   void declared(const Instance& instance) {
     const Model& model = *instance.model;
     const std::vector<double> slots = instance.slots();
@@ -221,7 +221,7 @@ void add(List& list, const Medium& m, int index) {
   list.declared(m.phase);
 }
 
-// Of each BSDF: what stands inside of a twosided one only has no surface of its own.
+// True for each BSDF that has no surface of its own, only a place inside of a twosided one.
 std::vector<bool> inside_another(const Scene& scene) {
   std::map<std::string, int> named;
   for (const Bsdf& bsdf : scene.bsdfs) ++named[bsdf.id];
@@ -376,7 +376,7 @@ void set_texels(Scene& scene, const Parameter& p, const Bitmap& texels) {
 
 namespace {
 
-// What the grid of a parameter is one of.
+// The instance that has the grid of a parameter.
 const Instance& gridded_instance(const Scene& scene, const Parameter& p, int index) {
   const Medium& medium = scene.media.at(static_cast<std::size_t>(index));
   if (p.owner == Owner::phase) return medium.phase;

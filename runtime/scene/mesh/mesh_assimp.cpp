@@ -79,7 +79,8 @@ bool is_of_no_shape(std::string message) {
                      [&](const char* word) { return message.find(word) != std::string::npos; });
 }
 
-// What Assimp mends in silence, such as an index out of range, or a file that ends early.
+// Catches the first error that Assimp would repair in silence, such as an index out of range, or a file that ends
+// early.
 class FirstError : public Assimp::LogStream {
  public:
   explicit FirstError(std::string& text) : text_(text) {}
@@ -120,7 +121,7 @@ MeshFile import(const std::string& file) {
   return result;
 }
 
-// How a mesh comes back from the process that has read it.
+// Serializes a mesh in the process that has read it, to send it back.
 class Writer {
  public:
   template <class Value>

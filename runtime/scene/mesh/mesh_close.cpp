@@ -270,7 +270,7 @@ void fill_holes(Mesh& mesh, Closing& closing) {
   const std::vector<std::uint32_t> part = number_parts(mesh, edges);
   const std::vector<double> area = areas_of_parts(mesh, part);
   const double total = std::accumulate(area.begin(), area.end(), 0.0);
-  // What is nearly flat has no inside to close: its lid would lie upon it.
+  // Parts that are nearly flat have no inside to close: a lid would lie upon them.
   constexpr double flat = 0.9;
   std::vector<Gap> gaps = find_gaps(edges, number);
   for (const std::vector<const Gap*>& ring : Rings(gaps).found) {

@@ -1,4 +1,4 @@
-// What a mesh must fulfil before rays meet it, and a data set's shape besides.
+// Makes meshes fit for rays, and for shapes of a data set.
 #pragma once
 #include <cstddef>
 #include <string>

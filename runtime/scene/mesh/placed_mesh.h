@@ -23,8 +23,8 @@ struct PlacedMesh : Mesh {
   double rounding = 0;   // of positions that a file has in single precision, over the longest side
 };
 
-// How far away things are over how large they are, from where on they are placed about an origin of their own. White
-// glass then loses less than 1e-5 of its light in a white furnace, and a medium in a rough boundary 1e-4.
+// Ratio of distance to size above which things are placed about an origin of their own. White glass then loses less
+// than 1e-5 of its light in a white furnace, and a medium in a rough boundary 1e-4.
 constexpr double far_away = 64;
 
 std::array<float, 3> to_float(const Vec3& v);

@@ -21,7 +21,7 @@ struct Mixture {
   Model model;
 };
 
-// Of one mixture. Each is code of the scene's program.
+// Limit for one mixture: each part is code of the scene's program.
 inline constexpr std::size_t most_parts = 64;
 
 std::size_t parts_of(const Model& phase);  // of one that is no mixture: 1

@@ -77,7 +77,7 @@ class Lattice {
     return std::move(mesh_);
   }
 
-  // How many triangles all pieces together would have.
+  // Number of triangles of all pieces together.
   std::size_t count() const {
     std::size_t triangles = 0;
     for_each_tetrahedron([&](const std::array<std::size_t, 4>& tetrahedron) {
@@ -258,7 +258,7 @@ class Lattice {
     return sum;
   }
 
-  // Where the surface cuts the edge between an inner and an outer point.
+  // Index of the vertex where the surface cuts the edge between an inner and an outer point.
   std::uint32_t vertex(std::size_t inner, std::size_t outer) {
     const auto [low, high] = std::minmax(inner, outer);
     const auto [entry, is_new] =

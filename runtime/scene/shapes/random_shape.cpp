@@ -251,7 +251,7 @@ const std::vector<Family>& families() {
   return list;
 }
 
-// What any family may get.
+// Applies the random changes that any family may get.
 Solid changed(Solid solid, Dice& dice) {
   if (dice.chance(0.25)) {
     const double period = dice.uniform(0.2, 0.5);

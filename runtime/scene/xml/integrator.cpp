@@ -21,7 +21,7 @@ const std::map<std::string, Depth> of_radiance = {
 // These compute something else, of which this renderer knows nothing, and may contain integrators of radiance.
 const std::vector<std::string> of_something_else = {"aov", "depth", "moment", "stokes"};
 
-// How many directions are sampled changes no expected value, but for none.
+// The number of sampled directions changes no expected value, unless it is 0.
 void parse_samples(Builder& builder, Properties& properties) {
   const long usual = properties.integer("shading_samples", 1);
   const long of_emitters = properties.integer("emitter_samples", usual);
@@ -55,7 +55,7 @@ void parse_depth(Builder& builder, Properties& properties, Depth depth, Integrat
   integrator.rr_depth = static_cast<int>(std::min(rr_depth, deepest));
 }
 
-// How Mitsuba divides its work, and how it samples: changes no expected value.
+// Reads and ignores settings that divide Mitsuba's work or change its sampling: they change no expected value.
 void skip_hints(Properties& properties) {
   properties.number("timeout", -1);
   properties.integer("block_size", 0);

@@ -20,7 +20,7 @@ struct Color {
 
 class Properties {
  public:
-  // What does not belong into the element goes to the report; values that cannot be read end in InputError.
+  // Properties that do not belong into the element go to the report; values that cannot be read throw InputError.
   Properties(const Document& document, const Element& element, Report& report);
 
   const Element& element() const { return element_; }
