@@ -16,7 +16,7 @@ struct DatasetMaterial {
   std::optional<Manifest::Colours> colours = {};  // instead of sigma_t and albedo, in a set in colours
 };
 
-// What an image shows.
+// The material of the object in an image.
 DatasetMaterial material_of(const Manifest::Image& image);
 
 // The medium's sigma_t, albedo and the phase function's g, as list_parameters() names them in every such scene.

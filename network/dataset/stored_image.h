@@ -9,7 +9,7 @@
 
 namespace itn {
 
-// Of the images' light: Y, or R, G and B. Standard errors are stderr.Y and so on, the flash's light flash.Y,
+// Channels of the images' light: Y, or R, G and B. Standard errors are stderr.Y and so on, the flash's light flash.Y,
 // flash.stderr.Y.
 std::vector<std::string> colour_names(const Manifest& set);
 

@@ -16,7 +16,7 @@ bool is_of_test_shape(const SplitPredictions& split) {
   return split.split == Split::unseen_shape || split.split == Split::unseen_both;
 }
 
-// Where the synthesis of each target starts: at what the kind's first run predicts, or at the truth.
+// Start of each target's synthesis: the prediction of the kind's first run, or the truth.
 std::vector<DatasetMaterial> materials_at(const Evaluation& e, const std::string& start) {
   std::vector<DatasetMaterial> materials;
   std::map<std::string, DatasetMaterial> predicted;  // by file
