@@ -49,7 +49,8 @@ void for_each_plane(std::vector<float>& planes, int size, const Each& each) {
   }
 }
 
-// What is (x, y) pixels to the right and below of each, between the four nearest; the edge beyond the edge.
+// Each pixel becomes the one (x, y) pixels to the right and below, interpolated between the four nearest; beyond the
+// edge the edge.
 std::vector<float> shifted(const std::vector<float>& plane, int size, double x, double y) {
   std::vector<float> result(plane.size());
   const auto at = [&](int column, int row) {

@@ -94,7 +94,7 @@ DatasetImages read_images(const std::vector<std::string>& folders, const std::ve
 
 RunFolder open_folder(const std::string& folder) { return {folder, "run.json", "itn.run/1", "a training"}; }
 
-// Of the training that the folder holds.
+// Number of threads of the training that the folder holds.
 int stored_threads(const StoredRun& run) {
   constexpr int most = 1024;
   const Json threads = run.before("request").value("threads", Json(1));
@@ -145,7 +145,7 @@ TrainingOptions training_options(const TrainingRequest& r, const std::vector<Man
   return options;
 }
 
-// What the network, of a data set's three parameters, says takes the place of the images' materials.
+// Replaces the images' materials by the predictions of a network for a data set's three parameters.
 void label(DatasetImages& images, Network& network) {
   const Predictions said = predict(network, DatasetExamples(images, network.description()));
   for (std::size_t i = 0; i < images.images.size(); ++i) {
@@ -160,7 +160,7 @@ void set_distribution(NetworkDescription& description, bool wanted) {
   description.spread.assign(wanted ? description.outputs.size() : 0, 1);
 }
 
-// What a new network sees.
+// Sets the inputs of a new network.
 void set_inputs(NetworkDescription& description, const TrainingRequest& request, const Manifest& set) {
   if (request.cut_out && std::find(request.inputs.begin(), request.inputs.end(), "mask") == request.inputs.end())
     throw UsageError("--cut-out: by which mask? Let the network see it: --inputs image,mask");
