@@ -1,5 +1,5 @@
 // Many derivatives at once, each summed over an image with weights: the adjoint of derivative images. Neither its time
-// nor its memory grows with their number (kernels/derivative/adjoint.h), but for those by the light: each looks it up
+// nor its memory grows with their number (kernels/derivative/adjoint.h), but for those by the light: each evaluates it
 // once more.
 #pragma once
 #include <functional>

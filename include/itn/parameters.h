@@ -59,14 +59,14 @@ void set_parameter(Scene& scene, const Parameter& parameter, double value);
 // that its attribute has on the scene's meshes (attribute_meshes), times the texture's factor.
 Bitmap texels_of(const Scene& scene, const Parameter& parameter);
 
-// Puts others in their place, as many and of the same channels. Other textures that show the same bitmap or attribute
-// stay as they are.
+// Puts others in their place, as many and of the same channels. Other textures of the same bitmap or attribute stay as
+// they are.
 void set_texels(Scene& scene, const Parameter& parameter, const Bitmap& texels);
 
 // Are its texels places of a picture, with neighbours?
 bool is_picture(const Scene& scene, const Parameter& parameter);
 
-// The meshes on which these BSDFs show an attribute, each once, in the order of the shapes.
+// The meshes whose attribute these BSDFs use, each once, in the order of the shapes.
 std::vector<const Mesh*> attribute_meshes(const Scene& scene, const std::vector<int>& bsdfs,
                                           const std::string& attribute);
 

@@ -136,7 +136,7 @@ struct Instance {
   void set(const std::string& name, const Rgb& colour) { value(name).value = colour; }
   // All values, slot after slot of the model's parameters.
   std::vector<double> slots() const;
-  // Itself where the texture of values[parameter] shows that of its colours.
+  // A copy with the texture of values[parameter] replaced by one of its colours.
   Instance showing(std::size_t parameter, std::size_t colour) const;
 };
 
@@ -190,7 +190,7 @@ struct Shape {
   // Disk: center + a * edge_u + b * edge_v with a^2 + b^2 <= 1; cylinder: center + a * edge_u + b * edge_v + c * axis
   // with a^2 + b^2 = 1, 0 <= c <= 1. Sphere: directions of its local axes, for its texture coordinates.
   Vec3 edge_u{1, 0, 0}, edge_v{0, 1, 0}, axis{0, 0, 1};
-  bool flip_normals = false;         // sphere, disk, cylinder (meshes are already turned)
+  bool flip_normals = false;         // sphere, disk, cylinder (meshes are already flipped)
   int bsdf = -1;                     // index into Scene::bsdfs; always valid after loading
   int interior = -1, exterior = -1;  // index into Scene::media, -1: vacuum
   int light = -1;                    // index into Scene::lights, -1: it does not shine

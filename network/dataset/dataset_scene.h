@@ -35,7 +35,8 @@ Scene dataset_scene(const Manifest& set, const std::shared_ptr<const Mesh>& shap
 // Such a scene in no other light than that of a soft lamp around the camera. irradiance: of a surface that faces it.
 Scene in_flash(Scene scene, double irradiance);
 
-// A direction as the image's camera sees it: turned about the vertical, as if the camera looked along +y and down.
+// A direction in the frame of the image's camera: rotated about the vertical, as if the camera looked along +y and
+// down.
 Vec3 before_camera(const Manifest::Image& image, const Vec3& direction);
 
 }  // namespace itn

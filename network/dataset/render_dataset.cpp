@@ -258,7 +258,7 @@ void require_same_plan(Ranks& ranks, const std::string& hash) {
                       r));
 }
 
-// Every rank looks at some of the images. Returns those that are not there, the same on all.
+// Every rank checks some of the images. Returns those that are missing, the same on all.
 std::vector<const Manifest::Image*> missing_of(const Manifest& set, const std::string& folder, std::size_t first,
                                                std::size_t end, const std::atomic<bool>* cancel, Ranks& ranks) {
   std::vector<std::int64_t> is_missing(end - first);

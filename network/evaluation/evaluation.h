@@ -41,7 +41,7 @@ struct ParameterErrors {
   std::map<std::string, Coverage> coverage;
 };
 
-// Table 2: an image, and how it looks with the parameters that every run predicts, and with its own.
+// Table 2: an image rendered with the parameters that every run predicts, and with its own.
 struct RerenderedResult {
   SynthesisTarget target;
   bool training = false;

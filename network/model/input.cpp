@@ -94,7 +94,7 @@ struct Planes {
   double saturated = 0;         // share of a photo's pixels
 };
 
-// Looks at width and height before all else that may be wrong.
+// Checks width and height before all else that may be wrong.
 using CheckSize = std::function<void(int width, int height)>;
 
 Planes photo_planes(const std::string& file, int colours, const PhotoOptions& options, const CheckSize& check,

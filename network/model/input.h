@@ -11,7 +11,7 @@
 //   flash_rgb
 //   mask             1 where the object is seen, else 0
 //   normal           of the surface seen, in the world: object and floor; 0 where there is none. In sets with cameras
-//                    all around it is turned about the vertical, so that the camera looks along +y
+//                    all around it is rotated about the vertical, so that the camera looks along +y
 //   nearness         how much nearer than the object's mean depth the object is [scene units]; 0 off the object
 //   light            cosine between that normal and that of the light (manifest); below 0 where it is turned away
 #pragma once

@@ -59,7 +59,7 @@ class DatasetExamples : public Examples {
   // Augmentation of the images.
   struct Variation {
     bool mirrored = false;  // after all of them their mirror images, left for right, follow as examples of their own
-    double noise = 0;       // every look has normal noise of its own, of up to so many of the image's standard errors
+    double noise = 0;       // normal noise added at every epoch anew, of up to so many of the image's standard errors
     std::uint64_t seed = 0;
   };
 

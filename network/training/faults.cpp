@@ -275,7 +275,7 @@ const std::array<Fault, 12> faults{{
     {"displaced", Fault::Needs::shape, 2, 1, displace_shape},
     // of another object
     {"others_shape", Fault::Needs::shape, 2, 1, take_others_shape},
-    // what is known of the light is turned about the vertical by 20 to 90 degrees
+    // the known direction of the light is rotated about the vertical by 20 to 90 degrees
     {"light", Fault::Needs::light, 8, 1, turn_light},
 }};
 

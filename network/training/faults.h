@@ -29,7 +29,8 @@ extern const std::array<Fault, 12> faults;
 // The corruptions that a network with these inputs can recognize.
 std::vector<Fault> faults_of(const NetworkDescription& network);
 
-// The same numbers for the same seed and stream. Throws UsageError: a fault that needs what is not there.
+// Applies a corruption: the same numbers for the same seed and stream. Throws UsageError: it needs data that are not
+// there.
 void spoil(Photographs& photographs, const Fault& fault, const Others& others, std::uint64_t seed,
            std::uint64_t stream);
 

@@ -317,7 +317,7 @@ WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<
   const bool wide = paths > most_paths;  // the same on all ranks
   WideSums of_numbers, of_texels;
   std::int64_t since = 0;
-  std::size_t shown = groups.size();  // the group whose pulls these are
+  std::size_t shown = groups.size();  // the group whose adjoints these are
   std::vector<std::vector<float>> pulls_of_group(pulls.size());
   for (std::size_t l = 0; l < traced.launches.size(); ++l) {
     if (s.options.cancel && *s.options.cancel) throw Interrupted();

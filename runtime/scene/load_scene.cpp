@@ -157,8 +157,8 @@ void warn_of_coinciding(Builder& builder) {
   }
 }
 
-// A sensor that lies on a surface is joined with lights without extent in a straight line: a mirror or smooth glass on
-// the way turns them off it, since no path that it begins meets such a light.
+// A sensor that lies on a surface is connected with lights without extent by a straight line: a mirror or smooth glass
+// between them deflects it, and no path from the sensor meets such a light.
 void warn_of_unseen_lights(Builder& builder) {
   const Scene& scene = builder.scene;
   const auto smooth = std::find_if(scene.shapes.begin(), scene.shapes.end(), [&](const Shape& shape) {

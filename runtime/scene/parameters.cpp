@@ -67,7 +67,7 @@ const Texture& texture_of(const Scene& scene, const Parameter& p) {
   return instance.values.at(instance.values_called(p.id, p.member).at(0));
 }
 
-// Gives the meshes that show `attribute` there another called after the parameter; returns its name.
+// Gives the meshes that have `attribute` there another one named after the parameter; returns its name.
 std::string set_attribute(Scene& scene, const Parameter& p, const std::string& attribute, const Bitmap& texels) {
   auto from = texels.data.begin();
   std::string name = attribute.substr(0, attribute.find('_') + 1) + p.name;  // "face_" or "vertex_" stays
@@ -133,7 +133,8 @@ class List {
     }
   }
 
-  // The model's obstacles are asked for at the mean texel: what is in the way of a few texels only leaves them out.
+  // The model is asked at the mean texel for reasons not to be differentiable: those of a few texels only leave these
+  // out.
   void texels(const Instance& instance, const DeclaredParameter& p, const Texture& of, const Range& range) {
     const Model& model = *instance.model;
     const DeclaredNumber& its_number = model.number_called(p.name);

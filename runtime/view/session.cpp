@@ -15,14 +15,14 @@
 namespace itn {
 namespace {
 
-constexpr double part_s = 0.03;         // of rendering between two looks at what is wanted
+constexpr double part_s = 0.03;         // of rendering between two checks for new wishes
 constexpr double step_s = 0.5;          // of rendering for the first step of Gauss-Newton
 constexpr double best_there_is = 0.4;   // standard errors: a step that is shorter leads nowhere
 constexpr std::size_t loss_groups = 4;  // of independent samples, for the loss and its error
 // No step is computed while sliders still move: samples a pixel, and seconds since the last move.
 constexpr int before_step = 32;
 constexpr double rest_s = 0.4;
-constexpr int soon_shown = 16;  // samples a pixel up to which every part is shown
+constexpr int soon_shown = 16;  // samples a pixel up to which every part is published
 constexpr double between_frames_s = 0.1;
 constexpr std::size_t most_kept = 4;
 
@@ -115,7 +115,7 @@ void ViewSession::change(const std::function<void(Wanted&)>& what) {
   const std::lock_guard lock(mutex_);
   const std::uint64_t before = wanted_.revision;
   what(wanted_);
-  // One picture of values that nobody has seen yet is finished first: a slider that never rests would show none.
+  // One picture of values that nobody has seen yet is finished first: a slider that never rests would never get one.
   if (pictured_ >= before) cancel_ = true;
   work_.notify_all();
 }

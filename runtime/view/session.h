@@ -1,5 +1,5 @@
-// A scene that is looked at and changed: its image refines while nothing moves, and begins anew with few samples as
-// soon as a parameter does. Who shows it (tools/itn/view.cpp) and who renders are different threads.
+// An interactive view of a scene: its image refines while nothing changes, and begins anew with few samples as soon as
+// a parameter does. The display (tools/itn/view.cpp) and the renderer are different threads.
 #pragma once
 #include <chrono>
 #include <condition_variable>

@@ -20,7 +20,7 @@ struct InversionRun {
   std::vector<double> start;  // values of the parameters
   std::vector<InversionStep> steps;
   Inversion::Conclusion end;
-  int joined = -1;  // the run whose end this one was on the way to, and has
+  int joined = -1;  // the run whose end this one was heading for, and has
 };
 
 // The ends of several runs compared.
@@ -87,7 +87,7 @@ nlohmann::ordered_json to_json(const std::vector<Direction>& directions, const s
 nlohmann::ordered_json to_json(const std::vector<Interval>& intervals);
 // " (does not hold)" of an interval that does not, else nothing.
 std::string mark(const Interval& interval);
-// One sentence of a result that failed: what is wrong, and what it looks like. Empty: nothing is.
+// One sentence about a result that failed: what is wrong, and the likely reason. Empty: nothing is.
 std::string failure(const InversionOutcome& outcome);
 
 }  // namespace itn

@@ -1,5 +1,5 @@
-// Rendered images against targets as a weighted least-squares problem: what Gauss-Newton solves, and what tells how
-// well the parameters are known.
+// Rendered images against targets as a weighted least-squares problem, which Gauss-Newton solves and which tells the
+// parameters' uncertainty.
 //
 // Unknowns x: the coordinates of the parameters, then, where the exposures are unknown, log s of every target (the
 // model of a target is s T), then, where the white balance is unknown, log b of red and of blue, which all targets
@@ -11,7 +11,7 @@
 //
 // the weights w and the instruments Z (which stand for J where least squares would multiply r with it; in econometrics:
 // instrumental variables) taken from an earlier rendering, the reference, and smoothed over neighbouring pixels as far
-// as their noise asks for. Z need not be J to give the right answer; the nearer, the smaller the error. J itself is far
+// as their noise asks for. Z need not be J for the right result; the nearer, the smaller the error. J itself is far
 // noisier than r, and sum of J r would carry its noise times that of the target.
 #pragma once
 #include <Eigen/Core>

@@ -148,7 +148,7 @@ std::string method_of(const NumbersQuestion& question, const std::vector<Coordin
     natural_ranges(coordinates, prior_of(question.prior, coordinates), question.range);
   } catch (const UsageError&) {
     if (asked_for) throw;
-    return "gauss-newton";  // no range to look at
+    return "gauss-newton";  // no range for a posterior
   }
   return "posterior";
 }

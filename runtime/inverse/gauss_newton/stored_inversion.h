@@ -31,7 +31,7 @@ class StoredInversion {
   bool finished() const;  // those that are wanted
   // One more start is wanted, if there is one. True: there is.
   bool another();
-  // The current start, which is on the way to where an earlier one ended, is done; it is stored.
+  // The current start, which is heading for an earlier one's end, is done; it is stored.
   void join(std::size_t earlier);
   // The start whose iteration is next, or was last.
   std::size_t current() const { return started_.size() - 1; }

@@ -135,7 +135,7 @@ class BinaryTree {
   std::vector<BinaryNode> nodes_;
 };
 
-// Pulls the binary tree's subtrees with the largest area up until a node has `width` children.
+// Merges the binary tree's subtrees with the largest area into their parent until a node has `width` children.
 class Collapse {
  public:
   Collapse(const std::vector<BinaryNode>& binary, int width, WideTree& tree)

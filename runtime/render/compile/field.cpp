@@ -22,8 +22,8 @@ namespace {
 constexpr int voxels_a_cell = 4, most_cells = 32;
 // Distance by which rounding may move a place between cells [voxel].
 constexpr double margin = 1e-3;
-// Null collisions on the way through a cell, from which on cells are half voxels, if these are along the axes of the
-// world and no more than so many: where the field is 0, between its voxels, so is then the greatest value.
+// Null collisions along a segment through a cell, from which on cells are half voxels, if these are along the axes of
+// the world and no more than so many: where the field is 0, between its voxels, so is then the greatest value.
 constexpr double many_collisions = 1000;
 constexpr std::size_t most_fine_cells = std::size_t{1} << 22;
 // Mean free paths are no shorter than this part of the coordinates: positions move by roundings of these.

@@ -560,7 +560,7 @@ class Builder {
     return best;
   }
 
-  // The least n . direction of the plane's normal n, of length `norm`, below 0, at which direction turns against all
+  // The least n . direction of the plane's normal n, of length `norm`, below 0, at which the direction opposes all
   // normals within a chord of n's direction.
   static std::uint32_t cone_code(float chord, float norm) {
     chord += 1e-3f;  // roundings

@@ -179,7 +179,7 @@ void add_disk(const Shape& shape, int index, Surfaces& out) {
   const double area = length(normal);
   if (area == 0) return;
   normal = (1 / area) * normal;
-  // dual_u . u = 1, dual_u . v = 0 and the other way round
+  // dual_u . u = 1, dual_u . v = 0 and vice versa
   const Vec3 dual_u = (1 / area) * cross(v, normal), dual_v = (1 / area) * cross(normal, u);
   Entry entry;
   for (std::size_t k = 0; k < 3; ++k) {

@@ -144,7 +144,7 @@ bool is_rough_boundary(const Bsdf& bsdf) {
   return bsdf.model && (bsdf.model->traits & (BSDF_TRANSMITS | others)) == BSDF_TRANSMITS;
 }
 
-// The values on a mesh of which a texture shows an attribute: those at the corners of each triangle.
+// Appends the values of an attribute that a texture refers to: those at the corners of each triangle.
 void append_attribute(const Mesh& mesh, const MeshAttribute& attribute, double scale, LaunchData& data) {
   for (std::size_t i = 0; i < mesh.triangle.size(); ++i)
     for (const std::uint32_t corner : mesh.triangle[i]) {
@@ -157,8 +157,8 @@ void append_attribute(const Mesh& mesh, const MeshAttribute& attribute, double s
   data.coloured |= attribute.channels > 1;
 }
 
-// A table of places for each texture that shows an attribute (model/texture/mesh_attribute.h). Loaded meshes have no
-// triangle without an area, so that each has a primitive.
+// Appends a table of places for each texture that refers to an attribute (model/texture/mesh_attribute.h). Loaded
+// meshes have no triangle without an area, so that each has a primitive.
 void append_attributes(const Scene& scene, const JobRecord& job, LaunchData& data) {
   const auto& primitives = data.geometry.primitives;
   for (const auto& [index, texture] : data.attributes) {

@@ -56,7 +56,7 @@ struct LaunchData {
   std::vector<float> measured;                                     // tables of measured BSDFs
   std::map<const MeasuredBrdf*, int> measured_of;                  // and which is whose
   std::vector<int> pixels;                                         // of each camera's film
-  int cells = 0;                                                   // of the tables of expected futures
+  int cells = 0;                                                   // of the tables of expected radiance
   bool coloured = false;        // some throughput or radiance differs between channels
   bool coloured_light = false;  // some radiance or derivative of it does
   bool spectral = false;        // some medium's sigma_t does

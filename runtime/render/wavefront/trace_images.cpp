@@ -81,7 +81,7 @@ std::vector<float> woven(const std::vector<std::vector<float>>& shares, const st
   return all;
 }
 
-// Every rank's pixels. values: of a pixel of an image. Returns the faults of all ranks.
+// Gathers every rank's pixels. values: of a pixel of an image. Returns the counts of wrong paths of all ranks.
 PathFaults share_pixels(Ranks& ranks, const std::vector<TracedJob>& jobs, std::size_t values,
                         std::vector<Image>& images, const PathFaults& own) {
   std::vector<float> mine;

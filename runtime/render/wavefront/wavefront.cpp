@@ -58,7 +58,7 @@ std::vector<StageTime> stage_times_of(const LaunchData& data) {
 // asked for one by one, and most flights through one know no more of the sky behind it than others do.
 constexpr float least_albedo = 0.8F;
 
-// Does not look at which derivatives are asked for: each is the same alone and beside others.
+// The choice does not depend on which derivatives are asked for: each is the same alone and beside others.
 bool with_baselines(const LaunchData& data, Baselines wanted) {
   if (data.cells == 0) return false;
   if (wanted != Baselines::automatic) return wanted == Baselines::on;
@@ -233,7 +233,7 @@ void Wavefront::upload_records(const LaunchData& data, const DerivativeData& der
   has_probes_ = derivatives.has_probes();
   pixels_ = data.pixels;
   cells_ = data.cells;
-  learnt_ = features_.at("BASELINES") == "0";  // else the next trace() learns: expected futures depend on the material
+  learnt_ = features_.at("BASELINES") == "0";  // else the next trace() learns: baselines depend on the material
   buffers_.futures = device_.upload(
       std::vector<float>(learnt_ ? 1 : static_cast<std::size_t>(cells_ * throughput_channels_)), "expected futures");
 }

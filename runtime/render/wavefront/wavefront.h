@@ -59,11 +59,11 @@ class Wavefront {
   int sample_size() const { return floats_a_sample_; }  // floats; with `adjoint`, what replay() needs comes last
 
   // With `adjoint`: the next gradient starts from 0, and has so many contrasts beside it: sums over the same numbers
-  // with other pulls, but not by texels and voxels.
+  // with other adjoints, but not by texels and voxels.
   void begin_gradient(int contrasts);
   // Traces slices again whose samples are as trace(slices, at) left them, and adds to the gradient of every number of
-  // the launch (derivative/adjoint.h), or to one of the contrasts. pulls: of each pixel of each slice, channels() of
-  // them. By voxels: probes are traced, too (scattering/probe.h).
+  // the launch (derivative/adjoint.h), or to one of the contrasts. pulls: the adjoints of each pixel of each slice,
+  // channels() of them. By voxels: probes are traced, too (scattering/probe.h).
   void replay(const std::vector<JobSlice>& slices, const std::vector<float>& pulls, std::size_t at, int contrast = -1);
   // [set][number], and of each set a last one: of the first set how many products were lost, the integers being too
   // small. The first GRADIENT_SETS sets add up to the gradient, contrast_sets() of each contrast follow. Goes on from

@@ -69,8 +69,8 @@ class NotedFiles : public Assimp::DefaultIOSystem {
   Fingerprints& files_;
 };
 
-// Warnings about what is not read here: how a mesh looks, moves, is lit or seen, and what else stands in its file. All
-// others are about its shape: vertices or faces that are missing, left out or cut off.
+// Warnings about what is not read here: a mesh's appearance, motion, light or visibility, and other contents of its
+// file. All others are about its shape: vertices or faces that are missing, left out or cut off.
 bool is_of_no_shape(std::string message) {
   constexpr std::array harmless{"anim",  "bone", "camera",    "color",   "colour", "light", "material", "metadata",
                                 "pivot", "skin", "smoothing", "texture", "uv",     "video", "unit",     "axis"};

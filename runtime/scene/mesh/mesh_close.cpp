@@ -104,7 +104,7 @@ class Places {
   std::array<std::int64_t, 3> cell(const std::array<float, 3>& p) const {
     return {std::llround(p[0] / distance_), std::llround(p[1] / distance_), std::llround(p[2] / distance_)};
   }
-  // Cells may share a key: it only decides where to look.
+  // Cells may share a key: it only decides which bucket to search.
   static std::uint64_t key(const std::array<std::int64_t, 3>& c) {
     std::uint64_t k = 0;
     for (const std::int64_t x : c) k = (k ^ static_cast<std::uint64_t>(x)) * 0x9e3779b97f4a7c15u;

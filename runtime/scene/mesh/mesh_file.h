@@ -19,7 +19,7 @@ PlacedMesh read_serialized(const std::string& file, long index);
 // Checks of any mesh what read_mesh() promises. Throws InputError.
 void check_mesh(const Mesh& mesh, const std::string& file);
 
-// One format each; they do not look for numbers that are not finite, nor for empty meshes.
+// Readers of one format each; they do not check for numbers that are not finite, nor for empty meshes.
 PlacedMesh read_ply(const std::string& file);
 PlacedMesh read_obj(const std::string& file);
 // extension: in small letters, with its dot; InputError for one that is not in the list of those that are read.

@@ -12,7 +12,7 @@ namespace itn {
 // as they are indexed: what Mitsuba shades a mesh without normals with.
 void compute_normals(Mesh& mesh);
 
-// Turns every triangle and normal around.
+// Reverses every triangle and normal.
 void flip(Mesh& mesh);
 
 // Removes the triangles that are marked, with their values of attributes.

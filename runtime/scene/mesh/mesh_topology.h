@@ -44,9 +44,9 @@ struct EdgePlace {
 
 // Reasons why a mesh is no closed surface that winds consistently. Vertices at the same position count as one.
 struct Topology {
-  std::size_t open_edges = 0;          // of one triangle
-  std::size_t turned_edges = 0;        // of two triangles that wind against each other
-  std::size_t non_manifold_edges = 0;  // of more, along which not as many triangles wind one way as the other
+  std::size_t open_edges = 0;                     // of one triangle
+  std::size_t turned_edges = 0;                   // of two triangles that wind against each other
+  std::size_t non_manifold_edges = 0;             // of more, with unequally many triangles in the two directions
   EdgePlace open_at, turned_at, non_manifold_at;  // one of each
   std::size_t shared_edges = 0;                   // of more than two triangles, consistent or not
   double volume = 0;                              // signed: positive when triangles wind so that normals point out

@@ -38,7 +38,7 @@ Vec3 rounded_middle(const Vec3& middle, double size);
 enum class FilePrecision { single, full };
 void set_positions(PlacedMesh& mesh, const std::vector<Vec3>& positions, FilePrecision precision);
 
-// With keeps_outside a reflection leaves the outside outside: triangles are turned as well. Without, the winding
+// With keeps_outside a reflection leaves the outside outside: triangles are reversed as well. Without, the winding
 // decides, as Mitsuba does for meshes that have no normals of their own.
 void transform_mesh(const Transform& transform, PlacedMesh& mesh, bool keeps_outside);
 

@@ -1,4 +1,4 @@
-// Mixtures of phase functions: what XML nests around them, flattened when it is read to parts that are no mixtures
+// Mixtures of phase functions that XML nests, flattened when they are read to parts that are no mixtures
 // (kernels/model/phase/mixture.h). To the rest of the program a mixture is one model, with the shares and the parts'
 // numbers one after the other; scenes that nest the same things in the same way share it.
 #pragma once

@@ -276,8 +276,8 @@ class Lattice {
     return entry->second;
   }
 
-  // The share of the way from a (value below 0) to b (0 or above) where the function is 0: false position, Illinois
-  // variant (Dowell and Jarratt 1971). Kept off the ends, so that no triangle is degenerate.
+  // The share of the segment from a (value below 0) to b (0 or above) at which the function is 0: false position,
+  // Illinois variant (Dowell and Jarratt 1971). Kept off the ends, so that no triangle is degenerate.
   double crossing(const Vec3& a, const Vec3& b, double a_value, double b_value) const {
     double low = 0, high = 1, share = 0.5;
     int last = 0;

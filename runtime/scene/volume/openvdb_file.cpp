@@ -42,7 +42,7 @@ Vec3 vector(const openvdb::Coord& c) {
   return {static_cast<double>(c.x()), static_cast<double>(c.y()), static_cast<double>(c.z())};
 }
 
-// Looks at values, and calls voxels what the file calls them.
+// Checks values, and calls voxels what the file calls them.
 class ValueCheck {
  public:
   ValueCheck(const std::string& name, VoxelValues allowed)

@@ -48,8 +48,8 @@ void parse_depth(Builder& builder, Properties& properties, Depth depth, Integrat
     properties.fail_at("max_depth", "\"max_depth\" = " + std::to_string(max_depth) + "; need -1 (no limit), 0 or more");
   if (rr_depth < 1) properties.fail_at("rr_depth", "\"rr_depth\" = " + std::to_string(rr_depth) + "; need 1 or more");
   constexpr long deepest = 1'000'000;  // no path gets there: as good as no limit
-  // Mitsuba's prb, prb_basic and prb_projective show emitters with max_depth 0, too; its other integrators show
-  // nothing.
+  // Mitsuba's prb, prb_basic and prb_projective render emitters with max_depth 0, too; its other integrators render
+  // black.
   const bool shows_emitters = properties.type().rfind("prb", 0) == 0 && properties.type() != "prbvolpath";
   integrator.max_depth = max_depth > deepest ? -1 : max_depth == 0 && shows_emitters ? 1 : static_cast<int>(max_depth);
   integrator.rr_depth = static_cast<int>(std::min(rr_depth, deepest));

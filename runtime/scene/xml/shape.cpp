@@ -284,7 +284,7 @@ bool winds_against_normals(const Mesh& mesh) {
   return sum < 0;
 }
 
-// A closed surface with its normals inside, and a medium that would be outside of it, is turned around.
+// Flips a closed surface whose normals point inside, and whose medium would be outside.
 void turn_out(Builder& builder, Shape& shape, LoadedMesh& loaded, Topology& found, const std::string& title) {
   if (shape.interior < 0) return;  // as in Mitsuba: the exterior is where the normals point
   if (shape.kind == Shape::Kind::sphere && shape.flip_normals) {
@@ -306,8 +306,8 @@ bool is_opaque(const Builder& builder, const Shape& shape) {
   return bsdf && (bsdf->traits & (BSDF_TRANSMITS | BSDF_PASSES)) == 0;
 }
 
-// A medium must not leak: small faults are mended, others refused. Glass alone refracts at each hit by itself, so that
-// a pane of it is no more than suspicious.
+// A medium must not leak: small defects of the mesh are repaired, others refused. Glass alone refracts at each hit by
+// itself, so that a pane of it is no more than suspicious.
 void check_boundary(Builder& builder, Shape& shape, LoadedMesh& loaded, const std::string& title) {
   const bool is_mesh = shape.kind == Shape::Kind::mesh;
   if (shape.interior == shape.exterior) {

@@ -101,7 +101,7 @@ void load_picture(Builder& builder, Properties& properties, VoxelValues allowed,
                                                         : Volume::Wrap::clamp;
 }
 
-// Ours: at each place what a picture on a mesh shows at the nearest point of that.
+// Ours: the picture's value at the point of a mesh that is nearest to each place.
 void load_surface(Builder& builder, Properties& properties, VoxelValues allowed, Volume& volume) {
   const Texture texture = nested_picture(builder, properties, allowed);
   const Element* shape = properties.object("shape");
