@@ -225,7 +225,7 @@ std::string hash_of(const DatasetConfig& config, const DatasetPlan& plan, const 
 DatasetPlan plan_dataset(const DatasetConfig& config, const std::string& version, const std::string& device) {
   if (config.spp < 2)
     throw UsageError(fmt::format(
-        "--spp {}: images without standard errors, which nothing can be learnt from; need 2 or more", config.spp));
+        "spp {}: images without standard errors, which nothing can be learnt from; need 2 or more", config.spp));
   DatasetPlan plan;
   Manifest& set = plan.manifest;
   set.version = version;

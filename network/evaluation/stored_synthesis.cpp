@@ -66,7 +66,7 @@ std::vector<std::string> choose_synthesis_targets(const EvaluationOptions& optio
     e.synthesis_targets.push_back({image, read_noisy_image(options.data, e.set, image)});
   if (e.synthesis_targets.empty())
     throw InputError(manifest_file(options.data) +
-                     ": has no images of test shapes; leave table 3 out with --inversions 0");
+                     ": has no images of test shapes; leave table 3 out with inversions 0");
   std::vector<std::string> starts;
   for (const char* name : {"rn", "itn"})
     if (e.kind(name)) starts.emplace_back(name);

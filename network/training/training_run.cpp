@@ -27,19 +27,20 @@ TrainingRequest completed(TrainingRequest request) {
     if (request.data.empty()) throw UsageError("training: needs a data set");
     return request;
   }
-  if (!request.data.empty()) throw UsageError("--unlabelled: takes the place of labelled data sets; give either");
+  if (!request.data.empty()) throw UsageError("unlabelled: takes the place of labelled data sets; give either");
   if (request.kind != "itn")
-    throw UsageError("--unlabelled: needs --network itn: without labels there are only images to learn from");
-  if (request.init.empty()) throw UsageError("--unlabelled: needs a network to begin with (--init RUN)");
+    throw UsageError("unlabelled: only the network itn learns from it: without labels there are only images; need itn");
+  if (request.init.empty()) throw UsageError("unlabelled: needs a network to begin with; give the run of one (init)");
   request.data = {request.unlabelled};
   return request;
 }
 
 // Reads the sets to learn from: complete, of images of the same size and scale, each there once.
 std::vector<Manifest> read_sets(const TrainingRequest& request) {
-  if (request.distribution && request.kind != "rn") throw UsageError("--distribution: only rn learns one");
+  if (request.distribution && request.kind != "rn") throw UsageError("distribution: only rn learns one; leave it out");
   if (!adds_image_loss(request.kind) && request.lambda)
-    throw UsageError("--lambda: " + request.kind + " has no image loss to weigh");
+    throw UsageError("weight of the image loss (lambda): " + request.kind +
+                     " has no image loss to weigh; leave it out");
   const bool renders = adds_image_loss(request.kind);
   if (request.data.size() > 1 && renders)
     throw UsageError(request.kind + ": its image loss needs one data set; only rn learns from several");
@@ -163,8 +164,8 @@ void set_distribution(NetworkDescription& description, bool wanted) {
 // Sets the inputs of a new network.
 void set_inputs(NetworkDescription& description, const TrainingRequest& request, const Manifest& set) {
   if (request.cut_out && std::find(request.inputs.begin(), request.inputs.end(), "mask") == request.inputs.end())
-    throw UsageError("--cut-out: by which mask? Let the network see it: --inputs image,mask");
-  if (request.channels && !request.inputs.empty()) throw UsageError("--inputs, --channels: give either");
+    throw UsageError("cut_out: needs a mask to cut the object out by; let the network see one (inputs image,mask)");
+  if (request.channels && !request.inputs.empty()) throw UsageError("inputs, channels: give either");
   if (request.channels) description.channels = *request.channels;
   if (request.channels || (request.inputs.empty() && !set.in_colours)) return;
   description.inputs.clear();
@@ -201,14 +202,13 @@ Network first_network(const TrainingRequest& request, const std::optional<Networ
     return network;
   }
   const auto check = [&](const char* name, const std::optional<int>& wanted, int is) {
-    if (wanted && *wanted != is)
-      throw UsageError(fmt::format("--{} {}: the network of --init has {}", name, *wanted, is));
+    if (wanted && *wanted != is) throw UsageError(fmt::format("{} {}: the network of init has {}", name, *wanted, is));
   };
   check("channels", request.channels, init->description().channels);
   if (is_judge(init->description()) != (request.kind == judge_kind))
-    throw UsageError("--init: judges and networks that tell materials begin with their own kind alone");
+    throw UsageError("init: judges and networks that tell materials begin with their own kind alone");
   if (!request.inputs.empty() || request.exposure || request.cut_out)
-    throw UsageError("--inputs, --exposure, --cut-out: what the network of --init sees stays");
+    throw UsageError("inputs, exposure, cut_out: what the network of init sees stays; leave them out");
   check("width", request.width, init->description().width);
   NetworkDescription description = init->description();
   description.kind = request.kind;

@@ -44,7 +44,7 @@ struct Renderer::State {
     const double bytes = copies * pixels * values * sizeof(float);
     if (bytes > always_allowed)
       require_memory(bytes, fmt::format("{}: a film of {} x {} pixels", file, sensor.crop_width, sensor.crop_height),
-                     "make it smaller (--size), or render it in parts (crop_width ...)");
+                     "make it smaller (size), or render it in parts (crop_width ...)");
   }
 
   JobRecord seeded(JobRecord job) const {

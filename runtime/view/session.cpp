@@ -150,7 +150,7 @@ void ViewSession::differentiate(const std::string& parameter) {
 }
 
 void ViewSession::fit(const std::vector<std::string>& parameters) {
-  if (!options_.target) throw UsageError("there is no target to fit parameters to; give one with --target");
+  if (!options_.target) throw UsageError("there is no target to fit parameters to; give one (target)");
   if (std::set<std::string>(parameters.begin(), parameters.end()).size() != parameters.size())
     throw UsageError("fit: got a name twice, need each once");
   for (const std::string& name : parameters)

@@ -97,7 +97,7 @@ TextureInversion::TextureInversion(const Device& device, const Scene& scene, con
     if (p.has_values()) {
       if (options.smoothness > 0 && p.by_texels && !is_picture(scene, p))
         throw UsageError("parameter " + name +
-                         ": an attribute of meshes has no neighbours that could be alike; need --smoothness 0");
+                         ": an attribute of meshes has no neighbours that could be alike; need smoothness 0");
       unknown.start = values_of(scene, p);
       unknown.count = unknown.start.data.size();
     } else {

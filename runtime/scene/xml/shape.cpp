@@ -330,8 +330,8 @@ void check_boundary(Builder& builder, Shape& shape, LoadedMesh& loaded, const st
   if (const std::string fault = is_mesh ? fault_of(closing.left, loaded.mesh.origin) : fault_of(shape);
       !fault.empty()) {
     const std::string what = title + " bounds a medium but " + fault;
-    if (!builder.open) fail(shape.where, what + "; or render it as it is with --open");
-    builder.warn(shape.where, what + "; rendered as it is (--open)");
+    if (!builder.open) fail(shape.where, what + "; or render it as it is (open)");
+    builder.warn(shape.where, what + "; rendered as it is (open)");
   } else if (closing.changes_mesh()) {
     builder.warn(shape.where, title + " bounds a medium and was not closed: " + closing.summary());
   }
