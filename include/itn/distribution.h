@@ -1,12 +1,12 @@
-// A network that says how sure it is (NetworkDescription::distribution): its answer is a normal distribution of the
-// outputs' shares (output_range.h), so of log sigma_t, albedo and g between the ends of their ranges, with all
-// correlations. Shares, not raw outputs: the share of a material at the end of a range is 0 or 1, its raw output
-// infinite.
+// A network that predicts its own uncertainty (NetworkDescription::distribution): its prediction is a normal
+// distribution of the outputs' shares (output_range.h), so of log sigma_t, albedo and g between the ends of their
+// ranges, with all correlations. Shares, not raw outputs: the share of a material at the end of a range is 0 or 1, its
+// raw output infinite.
 //
 // Raw outputs of one image, n parameters:
 //   z[i]                i < n   mean share = logistic(z[i])
-//   s[i]                n more  its standard deviation = spread[i] e^s[i] / sqrt(12): that of an even share where s is
-//   0 a[i, j], j < i      n (n - 1) / 2 more, by rows: correlations. With a[i, i] = 1 and rows scaled to length 1, a is
+//   s[i]                n more  its standard deviation = spread[i] e^s[i] / sqrt(12): that of a uniform share at 0
+//   a[i, j], j < i      n (n - 1) / 2 more, by rows: correlations. With a[i, i] = 1 and rows scaled to length 1, a is
 //                       the Cholesky factor of the correlation matrix
 //
 // spread is what calibration on held-out examples found (NetworkDescription::spread).
@@ -19,8 +19,8 @@
 
 namespace itn {
 
-// Of one image. The shares are mean + diag(deviation) factor w, with w independent and standard normal; what lies
-// outside of [0, 1] is outside of the ranges, where no material is.
+// Predicted distribution of one image. The shares are mean + diag(deviation) factor w, with w independent and standard
+// normal; outside of [0, 1] they are outside of the ranges, where no material is.
 struct ShareDistribution {
   std::vector<double> mean, deviation;
   std::vector<double> factor;  // (n, n), row-major, lower triangular, rows of length 1
@@ -29,13 +29,13 @@ struct ShareDistribution {
 // raw: of one image. Throws UsageError: a network that says no distribution.
 ShareDistribution share_distribution(std::span<const float> raw, const NetworkDescription& network);
 
-// What lies between them with a probability of 95 %: the normal distribution's quantiles, cut off at the range's ends.
+// Interval of a parameter with a probability of 95 %: the normal distribution's quantiles, cut off at the range's ends.
 struct ParameterEstimate {
   double value = 0;          // at the mean share
   double low = 0, high = 0;  // NaN of a network that says no distribution
 };
 
-// Of one image, one an output.
+// Estimates for one image, one an output.
 std::vector<ParameterEstimate> estimates_of(std::span<const float> raw, const NetworkDescription& network);
 
 // Minus the log of the density at the truth, mean over batch and outputs, and its gradient by the raw outputs; spreads
@@ -43,7 +43,7 @@ std::vector<ParameterEstimate> estimates_of(std::span<const float> raw, const Ne
 OutputLoss likelihood_loss(std::span<const float> outputs, std::span<const double> truth,
                            const std::vector<OutputRange>& ranges);
 
-// How the truth of one image lies to what was said of it.
+// The truth of one image relative to the predicted distribution.
 struct Calibration {
   std::vector<double> score;  // of each output: (true share - mean) / deviation, standard normal where calibrated
   double distance = 0;  // squared, in standard deviations along all directions: chi-square of n degrees of freedom

@@ -1,4 +1,4 @@
-// The three ways in which a command fails, one type for each exit code (see tools/itn/main.cpp).
+// The errors with which a command fails, one type for each exit code (see tools/itn/main.cpp).
 #pragma once
 #include <stdexcept>
 #include <string>

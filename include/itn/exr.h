@@ -15,7 +15,7 @@ struct ExrImage {
   std::map<std::string, std::string> header;
   bool is_part = false;  // of what is shown: its data window is not its display window
 
-  // Where a channel stands in `channels`; -1: there is none.
+  // Index of a channel in `channels`; -1: there is none.
   int channel(const std::string& name) const;
 };
 

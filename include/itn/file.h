@@ -14,8 +14,8 @@ enum class Sync { now, later };
 // written directly. Throws UsageError for a file that the command reads (inputs.h).
 void write_file(const std::string& path, std::string_view bytes, Sync sync = Sync::now);
 
-// Of several processes that do one job (runtime/base/ranks) one writes its files. Where this is off, write_file() and
-// check_writable() do nothing. On unless turned off; returns what it was.
+// Turns the writing of files off or on and returns the former setting; on at first. One process of several that do one
+// job (runtime/base/ranks) writes its files; in the others write_file() and check_writable() do nothing.
 bool set_writing(bool on);
 bool is_writing();
 
@@ -41,7 +41,7 @@ bool is_folder(const std::string& path);
 // With those above it; nothing where it is there. Throws ResultError.
 void make_folder(const std::string& folder);
 
-// What read_file() asks before it reads, for foreign readers: InputError.
+// Makes the checks of read_file() for a file that a foreign library will read. Throws InputError.
 void check_regular_file(const std::string& path);
 
 constexpr std::uint64_t largest_file = std::uint64_t{16} << 30;

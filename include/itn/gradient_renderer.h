@@ -1,5 +1,5 @@
 // Many derivatives at once, each summed over an image with weights: the adjoint of derivative images. Neither its time
-// nor its memory grows with their number (kernels/derivative/adjoint.h), but for those by the light: each looks it up
+// nor its memory grows with their number (kernels/derivative/adjoint.h), but for those by the light: each evaluates it
 // once more.
 #pragma once
 #include <functional>
@@ -15,9 +15,9 @@ struct WeighedDerivatives {
   // One for each of RenderOptions::derivatives. Standard errors are of as many degrees of freedom as there are pixels
   // that count, up to 256 (fewer in scenes of hundreds of numbers). Infinite without contrasts.
   std::vector<double> value, stderr_;
-  // Of parameters that are textures or grids (Parameter::has_values) value and stderr_ are those by the same addition
-  // to all texels and channels, and here is the derivative by every texel or voxel, of the same size and channels and
-  // in the same order: by the linear value that shaders see. Empty for numbers. A texel of 0 has none by what is a
+  // For parameters that are textures or grids (Parameter::has_values) value and stderr_ are the derivative by a common
+  // addition to all texels and channels. Here is the derivative by every texel or voxel, of the same size and channels
+  // and in the same order: by the linear value that shaders see. Empty for numbers. A texel of 0 has none by what is a
   // factor (kernels/model); a voxel of 0 has one.
   std::vector<VoxelGrid> values;
   double render_s = 0;

@@ -10,7 +10,7 @@ namespace itn {
 
 constexpr int largest_film = 32768;  // [pixel] along each axis
 
-// Of coordinates and sizes [scene units]: products of three are computed in single precision.
+// Limit of coordinates and sizes [scene units]: products of three are computed in single precision.
 constexpr double largest_extent = 1e12;
 
 struct FilmSize {

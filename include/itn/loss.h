@@ -1,4 +1,4 @@
-// What training makes small, and its gradient by the network's raw outputs.
+// The losses that training minimizes, and their gradients by the network's raw outputs.
 #pragma once
 #include <span>
 #include <vector>
@@ -18,7 +18,7 @@ struct OutputLoss {
 OutputLoss supervised_loss(std::span<const float> outputs, std::span<const double> truth,
                            const std::vector<OutputRange>& ranges);
 
-// What a network is trained by: likelihood_loss() (distribution.h) where it says a distribution, else
+// The loss of training: likelihood_loss() (distribution.h) for networks that predict a distribution, else
 // supervised_loss().
 OutputLoss training_loss(std::span<const float> outputs, std::span<const double> truth,
                          const NetworkDescription& network);

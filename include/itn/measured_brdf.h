@@ -16,9 +16,9 @@ struct MeasuredBrdf {
 // InputError: unreadable, of another size, cut, with values that are no numbers (says where), or without any light.
 MeasuredBrdf read_merl_file(const std::string& file);
 
-// What the table says where both directions are above the surface, between the centres of bins as on the device: in
-// double precision, a channel each. Angles: from the half vector to the normal, from it to wi, and wi's azimuth about
-// it [radian].
+// The table's value for directions above the surface, interpolated between the centres of bins as on the device: in
+// double precision, one for each channel. Angles [radian]: from the half vector to the normal, from it to wi, and wi's
+// azimuth about it.
 std::vector<double> measured_value(const MeasuredBrdf& brdf, double half, double difference, double azimuth);
 
 }  // namespace itn

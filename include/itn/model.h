@@ -11,7 +11,7 @@ struct Refusal;  // kernels/model/obstacle.h
 
 namespace itn {
 
-// What people set. slot: where its values begin among those of all parameters.
+// A parameter that users set. slot: index of its first value among those of all parameters.
 struct DeclaredParameter {
   std::string name;
   ParameterKind kind;
@@ -22,13 +22,13 @@ struct DeclaredParameter {
   const std::string& shown() const { return called.empty() ? name : called; }
 };
 
-// What formulas take: n[slot], or n[slot + c] of a colour. role, coordinate: ROLE_* and COORDINATE_*.
+// A number that formulas take: n[slot], or n[slot + c] of a colour. role, coordinate: ROLE_* and COORDINATE_*.
 struct DeclaredNumber {
   std::string name;
   int slot = 0, channels = 1, role = 0, coordinate = 0;
 };
 
-// What a light brings to a point (kernels/model/light/list.h).
+// Light that a light source brings to a point (kernels/model/light/list.h).
 struct Arrival {
   std::array<double, 3> towards{0, 0, 0};
   double distance = 0, share = 0;
@@ -51,7 +51,7 @@ struct Model {
   const Mixture* mixture = nullptr;
   int table = 0;
 
-  // Of a variant, from the values of all parameters, slot after slot.
+  // Numbers of a variant, from the values of all parameters, slot after slot.
   std::function<std::vector<double>(int variant, const std::vector<double>&)> to_numbers;
   // [number slot][parameter slot]
   std::function<std::vector<std::vector<double>>(int variant, const std::vector<double>&)> jacobian;
@@ -62,7 +62,7 @@ struct Model {
   const char* formula =
       "";  // of environments: the function of runtime/render/derivative that derivatives call; or empty
 
-  // Of lights; the arguments are the numbers, the point, and a point of the light's surface with its normal.
+  // Lights only; the arguments are the numbers, the point, and a point of the light's surface with its normal.
   Arrival (*arrives)(const std::vector<double>&, const std::array<double, 3>&, const std::array<double, 3>&,
                      const std::array<double, 3>&) = nullptr;
 
@@ -70,13 +70,13 @@ struct Model {
   void declare(const std::string& parameter_name, const ParameterKind& kind, double fallback, const std::string& unit);
   // The parameter of that name. Throws std::logic_error: there is none.
   const DeclaredParameter& parameter(const std::string& wanted) const;
-  // Of a medium: the slot of the parameter that is the mean cosine of its phase function; -1: it has none.
+  // Media only: the slot of the parameter that is the mean cosine of the phase function; -1: it has none.
   int mean_cosine_slot() const;
   // The number that n[slot] belongs to.
   const DeclaredNumber& number_of(int slot) const;
   // The number of that name, which a texture of the parameter takes the place of.
   const DeclaredNumber& number_called(const std::string& wanted) const;
-  // Where, from n on, n[slot] is that shows the k-th colour of a texture, from 1 on; 0: n[slot] itself.
+  // Index, counted from n, of the copy of n[slot] for the k-th colour of a texture, from 1 on; 0: n[slot] itself.
   int place_of_colour(int slot, int k) const { return k * number_slots + slot; }
 };
 

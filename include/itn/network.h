@@ -19,24 +19,24 @@ constexpr int NETWORK_STAGES = 7;
 constexpr const char* judge_kind = "judge";
 
 struct NetworkDescription {
-  // How it was trained: rn (supervised), itn (and by full transport), ssn (and by single scattering); or what it is,
-  // a judge (judge.h).
+  // Training method: rn (supervised), itn (and by full transport), ssn (and by single scattering); or judge, for a
+  // judge (judge.h).
   std::string kind = "rn";
   int channels = 1;  // of what it sees: those of `inputs`
   int size = 128;    // side of the square images [pixels]: a power of two, up to 128
   std::vector<OutputRange> outputs = default_outputs();
   int width = 16;  // channels of the first stage, 1 to 64; the last has 64 times as many
-  // What the images were that it learnt from:
+  // Properties of the images that it learnt from:
   double luminance = 1;    // the radiance that becomes 0 in its input (input.h), > 0
   double mm_per_unit = 1;  // sigma_t [1/mm] times it is per scene unit, > 0
   // Says how sure it is, too: raw outputs are those of distribution.h, else one for each of `outputs`. Of an rn alone.
   bool distribution = false;
   // The distribution's standard deviations times these hold what they say on held-out examples; one an output, > 0.
   std::vector<double> spread{};
-  // Of a judge: the doubt (judge.h) that 5 % of what it should not doubt exceed, 0 to 1.
+  // Judges only: the doubt (judge.h) that 5 % of what it should not doubt exceed, 0 to 1.
   double limit = 1;
-  // What it sees, one after the other (input.h). Empty: of one channel "luminance", of six "luminance", "normal",
-  // "nearness" and "light".
+  // Names of its inputs, one after the other (input.h). Empty: with one channel "luminance", with six "luminance",
+  // "normal", "nearness" and "light".
   std::vector<std::string> inputs{};
   // Each image, and the flash's light, is known up to a factor: what it sees is over its own mean, and not over
   // `luminance`.
@@ -54,7 +54,7 @@ struct NetworkDescription {
   friend bool operator==(const NetworkDescription&, const NetworkDescription&) = default;
 };
 
-// What networks can see, and of how many channels it is.
+// Kinds of inputs, and their numbers of channels.
 struct InputKind {
   const char* name;
   int channels;
@@ -73,14 +73,15 @@ std::vector<std::string> inputs_of(const NetworkDescription& description);
 int channels_of_input(const std::string& input);  // of one of input_kinds
 bool sees(const NetworkDescription& description, const std::string& input);
 bool is_judge(const NetworkDescription& description);
-// Of materials, by luminance of a known exposure, and beside it nothing or all of known shape and light?
+// Does it predict materials, from luminance of a known exposure, with either nothing else or all of known shape and
+// light?
 bool is_plain(const NetworkDescription& description);
-// What one has beyond that, for messages: "does not know exposures".
+// The features beyond that, for messages: "does not know exposures".
 std::string beyond_plain(const NetworkDescription& description);
 // The channels of all. Throws UsageError: no image among them, an input that is not known or there twice.
 int channels_of(const std::vector<std::string>& inputs);
 
-// How many numbers its weights are. Throws UsageError as Network().
+// Number of its weights. Throws UsageError as Network().
 std::size_t weight_count(const NetworkDescription& description);
 
 class Network {
@@ -101,9 +102,10 @@ class Network {
   void backward(std::span<const float> output_gradient);
 
   const NetworkDescription& description() const { return description_; }
-  // Of the distribution. Throws UsageError: not one above 0 for each output of a network that says a distribution.
+  // Sets the spread of the distribution. Throws UsageError: not one above 0 for each output of a network that predicts
+  // a distribution.
   void set_spread(std::vector<double> spread);
-  // Of a judge. Throws UsageError: not from 0 to 1.
+  // Sets the limit of a judge. Throws UsageError: not from 0 to 1.
   void set_limit(double limit);
   std::size_t image_values() const;  // channels * size * size
 

@@ -1,4 +1,4 @@
-// What the network predicts: each raw output, any real number, becomes a parameter strictly inside its range, smoothly.
+// Predicted parameters: each raw output, any real number, becomes a parameter strictly inside its range, smoothly.
 //
 //   share = logistic(output) in (0, 1)      the space of the supervised loss
 //   parameter = low + (high - low) share,   or where logarithmic, low (high / low)^share

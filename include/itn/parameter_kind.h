@@ -1,16 +1,15 @@
-// What the parameters that models declare may be (kernels/shared/declaration.h): how they are read, and their valid
-// range.
+// Kinds of parameters that models declare (kernels/shared/declaration.h): how they are read, and their valid range.
 #pragma once
 #include <limits>
 
 namespace itn {
 
-// How far the voxels of a grid stay from a bound that is not included.
+// Distance that the voxels of a grid keep from a bound that is not included.
 constexpr double least_distance_from_bound = 1e-6;
 constexpr double least_ior = 1e-3, greatest_ior = 1e3;  // indices of refraction that scenes may have
 
-// What a spectrum is of. Reflectances and indices of refraction are seen under daylight (D65), so that 1 at all
-// wavelengths is white; light is seen as it is, so that the same amount at all wavelengths is pinkish.
+// The quantity that a spectrum describes. Reflectances and indices of refraction are seen under daylight (D65), so that
+// 1 at all wavelengths is white; light is seen as it is, so that the same amount at all wavelengths is pinkish.
 enum class Quantity { reflectance, unbounded, emission };
 
 struct ParameterKind {
@@ -113,7 +112,7 @@ constexpr ParameterKind COEFFICIENT{3,    -unbounded, unbounded,         false, 
 constexpr ParameterKind ANGLE{3, -unbounded, unbounded, false, false, Reader::colour, false, "", Quantity::unbounded};
 constexpr ParameterKind TURBIDITY{1, 1, 10};
 constexpr ParameterKind GROUND_ALBEDO{3, 0, 1, true, true, Reader::colour};
-// Of what a file has measured: of the parameter `filename`.
+// Kinds of numbers that a measured file gives, by the parameter `filename`.
 constexpr ParameterKind MEASURED_TABLE{1, 0, unbounded, true, false, Reader::measured_table, false};
 constexpr ParameterKind MEASURED_ROUGHNESS{1, 0, 1, false, true, Reader::measured_roughness, false};
 constexpr ParameterKind MEASURED_GLOSS{1, 0, 1, true, true, Reader::measured_gloss, false};

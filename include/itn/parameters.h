@@ -9,7 +9,7 @@
 
 namespace itn {
 
-// What a parameter belongs to.
+// Kind of object that a parameter belongs to.
 enum class Owner { medium, phase, bsdf, texture, light, environment };
 
 struct Parameter {
@@ -23,8 +23,8 @@ struct Parameter {
   Owner owner = Owner::medium;
   std::string member;  // its name without the owner's id and without .R .G .B: "sigma_t"
   std::string id;      // of what it belongs to; Owner::texture: of the texture, and member is one of its colours
-  // Of the media (phase functions: theirs), BSDFs (textures: those that have them) or lights in the scene, several
-  // where they share it. Of the environment: meaningless.
+  // Indices of the media (phase functions: theirs), BSDFs (textures: those that have them) or lights in the scene,
+  // several where they share it. Meaningless for the environment.
   std::vector<int> indices{0};
   int component = -1;  // of a colour; -1: all
   // Its value is a texture of texels (texels_of), and the renderer can differentiate by them (GradientRenderer);
@@ -41,7 +41,7 @@ struct Parameter {
   std::string range() const;  // "[0, 1]", "(-1, 1)", "[0, inf)"
 };
 
-// Of a light or the environment, which media and surfaces do not change.
+// True for a parameter of a light or the environment, which media and surfaces do not depend on.
 bool is_of_light(const Parameter& parameter);
 
 // The listed parameter of that name. Throws UsageError: not there (names those that are).
@@ -59,14 +59,14 @@ void set_parameter(Scene& scene, const Parameter& parameter, double value);
 // that its attribute has on the scene's meshes (attribute_meshes), times the texture's factor.
 Bitmap texels_of(const Scene& scene, const Parameter& parameter);
 
-// Puts others in their place, as many and of the same channels. Other textures that show the same bitmap or attribute
-// stay as they are.
+// Puts others in their place, as many and of the same channels. Other textures of the same bitmap or attribute stay as
+// they are.
 void set_texels(Scene& scene, const Parameter& parameter, const Bitmap& texels);
 
 // Are its texels places of a picture, with neighbours?
 bool is_picture(const Scene& scene, const Parameter& parameter);
 
-// The meshes on which these BSDFs show an attribute, each once, in the order of the shapes.
+// The meshes whose attribute these BSDFs use, each once, in the order of the shapes.
 std::vector<const Mesh*> attribute_meshes(const Scene& scene, const std::vector<int>& bsdfs,
                                           const std::string& attribute);
 
@@ -74,7 +74,7 @@ std::vector<const Mesh*> attribute_meshes(const Scene& scene, const std::vector<
 const std::shared_ptr<const VoxelGrid>& grid_of(const Scene& scene, const Parameter& parameter);
 void set_grid(Scene& scene, const Parameter& parameter, const std::shared_ptr<const VoxelGrid>& grid);
 
-// Of either: a texture is a grid of depth 1.
+// The same for either kind: a texture is a grid of depth 1.
 VoxelGrid values_of(const Scene& scene, const Parameter& parameter);
 void set_values(Scene& scene, const Parameter& parameter, VoxelGrid values);
 

@@ -32,11 +32,11 @@ struct Photo {
   bool has_alpha = false;
 };
 
-// PNG, JPEG, TIFF and the other files of samples.h, turned as EXIF says. Primaries are taken for those of sRGB. Throws
+// PNG, JPEG, TIFF and the other files of samples.h, rotated as EXIF says. Primaries are taken for those of sRGB. Throws
 // InputError.
 //
-// The noise's variance is that of rounding, a twelfth of a step squared, and that of counted photons, as the picture
-// shows it (noise.h).
+// The noise's variance is that of rounding, a twelfth of a step squared, plus that of counted photons, as estimated
+// from the picture (noise.h).
 Photo read_photo(const std::string& path, const PhotoOptions& options);
 
 // Averaged over boxes (pixels at a box's edge count by their share in it) to this size, which is not larger and has the

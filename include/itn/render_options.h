@@ -15,7 +15,7 @@ enum class Operator {
   single  // paths that scatter exactly once in a medium
 };
 
-// How paths are scheduled: never changes what they compute.
+// Scheduling of paths: never changes what they compute.
 enum class Schedule {
   automatic,  // fused on CPUs, staged on GPUs
   fused,      // every work-item runs all stages over a pool of its own

@@ -23,7 +23,7 @@ struct Transform {
   std::array<double, 16> m{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 };
 
-// Where an element stands in a scene file: for messages.
+// Position of an element in a scene file, for messages.
 struct Location {
   std::string file;
   int line = 0, column = 0;
@@ -71,7 +71,7 @@ struct VoxelGrid {
   std::shared_ptr<const PackedVoxels> packed;  // in place of data (packed_voxels.h)
 };
 
-// What a grid's values, or those of a constant, fill: the image of the unit cube.
+// The volume that a grid's values, or a constant, fill: the image of the unit cube.
 struct Volume {
   Transform to_world;                     // of the unit cube; invertible
   std::shared_ptr<const VoxelGrid> grid;  // null: the same everywhere
@@ -87,19 +87,19 @@ struct Texture {
   std::string id;
   std::array<double, 6> to_uv{1, 0, 0, 0, 1, 0};  // row major 2x3: applied to (u, v, 1) before the lookup
   std::vector<Rgb> colours;                       // one of each that the model declares
-  // Of the model `bitmap`. v = 0 is row 0
+  // For the model `bitmap`. v = 0 is row 0
   std::shared_ptr<const Bitmap> bitmap;
   bool nearest = false;  // filter_type
   enum class Wrap { repeat, mirror, clamp } wrap = Wrap::repeat;
-  // Of the model `mesh_attribute`: which attribute of the shapes' meshes, and a factor on it.
+  // For the model `mesh_attribute`: the attribute of the shapes' meshes, and a factor on it.
   std::string attribute;
   double scale = 1;
 
-  // Of a medium's parameters that may have one; null: the same in all space. The value of a grid is 1. Of a phase
-  // function's a grid stands for the number; the value is its mean.
+  // For medium parameters that may have one; null: the same in all space. The value beside a grid is 1. In a phase
+  // function the grid stands for the number, and the value is its mean.
   std::shared_ptr<const Volume> volume;
 
-  // Of a measured BSDF.
+  // For measured BSDFs.
   std::shared_ptr<const MeasuredBrdf> measured;
 
   bool is_constant() const { return !model; }
@@ -130,15 +130,15 @@ struct Instance {
   // The value of a parameter. Throws std::logic_error: the model has none of that name.
   Texture& value(const std::string& name);
   const Texture& value(const std::string& name) const;
-  // Of a parameter that is a number.
+  // The value of a parameter that is a number.
   double number(const std::string& name) const { return value(name).value[0]; }
-  // Of one that is a colour, the same everywhere.
+  // The value of a parameter that is a uniform colour.
   const Rgb& colour(const std::string& name) const { return value(name).value; }
   void set(const std::string& name, double number) { set(name, Rgb{number, number, number}); }
   void set(const std::string& name, const Rgb& colour) { value(name).value = colour; }
   // All values, slot after slot of the model's parameters.
   std::vector<double> slots() const;
-  // Itself where the texture of values[parameter] shows that of its colours.
+  // A copy with the texture of values[parameter] replaced by one of its colours.
   Instance showing(std::size_t parameter, std::size_t colour) const;
 };
 
@@ -192,7 +192,7 @@ struct Shape {
   // Disk: center + a * edge_u + b * edge_v with a^2 + b^2 <= 1; cylinder: center + a * edge_u + b * edge_v + c * axis
   // with a^2 + b^2 = 1, 0 <= c <= 1. Sphere: directions of its local axes, for its texture coordinates.
   Vec3 edge_u{1, 0, 0}, edge_v{0, 1, 0}, axis{0, 0, 1};
-  bool flip_normals = false;         // sphere, disk, cylinder (meshes are already turned)
+  bool flip_normals = false;         // sphere, disk, cylinder (meshes are already flipped)
   int bsdf = -1;                     // index into Scene::bsdfs; always valid after loading
   int interior = -1, exterior = -1;  // index into Scene::media, -1: vacuum
   int light = -1;                    // index into Scene::lights, -1: it does not shine

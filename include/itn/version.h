@@ -1,4 +1,4 @@
-// Which version this is: part of what results depend on.
+// The program's version, a part of what results depend on.
 #pragma once
 
 namespace itn {

@@ -78,7 +78,7 @@ DatasetConfig preset(const std::string& name) {
   return config;
 }
 
-// What is not asked for is left out, here and below: sets from before keep their hash.
+// Defaults are left out, here and below, so that sets from before an option existed keep their hash.
 Json side_json(const DatasetConfig::Side& side) {
   Json json{{"shapes", side.shapes},     {"random_shapes", side.random_shapes}, {"triangles", side.triangles},
             {"azimuths", side.azimuths}, {"azimuth_range", side.azimuth_range}, {"materials", side.materials}};

@@ -1,4 +1,4 @@
-// What a camera that knows the shape sees of it: inputs of a network beside the image.
+// The shape as a camera sees it: inputs of a network beside the image.
 #pragma once
 #include <vector>
 

@@ -1,4 +1,4 @@
-// What is learnt from: images, and the parameters that they were made with.
+// Training data: images, and the parameters that they were made with.
 #pragma once
 #include <cstddef>
 #include <cstdint>

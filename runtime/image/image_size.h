@@ -1,4 +1,4 @@
-// How large a file's picture may be: asked before memory is taken for what its header promises.
+// Limits of a file's image size, checked before memory is taken for what its header promises.
 #pragma once
 #include <fmt/format.h>
 

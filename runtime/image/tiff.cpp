@@ -98,7 +98,7 @@ class Tiff {
     if (!tiff_) damaged();
   }
 
-  // Of a tag with a default; 0: there is none.
+  // Value of a tag that has a default; 0: there is none.
   template <class Number>
   Number tag(std::uint32_t name) const {
     Number value = 0;
@@ -170,7 +170,7 @@ Samples described(const Tiff& tiff, const std::string& bytes, const std::string&
   return result;
 }
 
-// Deflate's checksums, which the library does not look at where it reads row by row.
+// Checks the checksums of deflate, which the library ignores where it reads row by row.
 void check_deflated(const Tiff& tiff) {
   for (std::uint32_t strip = 0; strip < TIFFNumberOfStrips(tiff.get()); ++strip) {
     const std::uint64_t size = TIFFRawStripSize64(tiff.get(), strip);

@@ -18,7 +18,7 @@ std::string fingerprint_of_values(const std::vector<float>& values) {
   return fingerprint_text({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float)});
 }
 
-// What a rendering depends on, but for its samples and the parameters' values.
+// All that a rendering depends on, but for its samples and the parameters' values.
 Json of_scene(const Device& device, const Scene& scene, const InvertRequest& request) {
   Json values = Json::object();
   for (const Parameter& parameter : list_parameters(scene))

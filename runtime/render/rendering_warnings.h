@@ -1,4 +1,4 @@
-// What somebody who looks at a rendering must know, since neither its values nor its standard errors say it.
+// Warnings about a rendering that neither its values nor its standard errors can give.
 #pragma once
 #include <string>
 #include <vector>

@@ -96,9 +96,9 @@ bool look_alike(const Mesh& a, const Mesh& b) {
                     });
 }
 
-// Of surfaces that are the same in every way a path meets one, a few stay: more change nothing, and take the time of
-// all to the power of two. Of boundaries that refract one stays: light would be refracted by each. Light comes from
-// all.
+// Drops shapes that repeat others in every respect that a path meets. A few coincident copies stay: more change
+// nothing, and make the render time grow with the square of their number. Of boundaries that refract only one stays,
+// since each would refract the light. Shapes that emit all stay.
 void drop_repeated(Builder& builder) {
   Scene& scene = builder.scene;
   const auto same_in_all = [&](const Shape& a, const Shape& b) {
@@ -137,7 +137,7 @@ void drop_repeated(Builder& builder) {
   scene.shapes = std::move(kept);
 }
 
-// Which of two surfaces at one place a path meets first is chance: where their media differ, so does the image.
+// Chance decides which of two coincident surfaces a path meets first: where their media differ, so does the image.
 void warn_of_coinciding(Builder& builder) {
   const auto place = [](const Shape& s) { return std::pair(box_of(s).low, box_of(s).high); };
   std::map<decltype(place(Shape())), std::vector<const Shape*>> at;
@@ -157,8 +157,8 @@ void warn_of_coinciding(Builder& builder) {
   }
 }
 
-// A sensor that lies on a surface is joined with lights without extent in a straight line: a mirror or smooth glass on
-// the way turns them off it, since no path that it begins meets such a light.
+// A sensor that lies on a surface is connected with lights without extent by a straight line: a mirror or smooth glass
+// between them deflects it, and no path from the sensor meets such a light.
 void warn_of_unseen_lights(Builder& builder) {
   const Scene& scene = builder.scene;
   const auto smooth = std::find_if(scene.shapes.begin(), scene.shapes.end(), [&](const Shape& shape) {

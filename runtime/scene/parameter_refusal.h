@@ -1,4 +1,4 @@
-// What is wrong with a value that somebody gives a parameter.
+// Checks of values that users give parameters.
 #pragma once
 #include <string>
 

@@ -53,5 +53,5 @@ def test_the_networks_way_from_a_data_set_to_a_prediction(tmp_path):
     assert result["schema"] == "itn.eval/1" and (tmp_path / "report/report.html").exists()
     with pytest.raises(itn.UsageError, match="its network sees the image alone"):
         itn.predict(images, run, dataset=tmp_path / "set")
-    with pytest.raises(itn.UsageError, match="--unlabelled: needs a network to begin with"):
+    with pytest.raises(itn.UsageError, match="unlabelled: needs a network to begin with"):
         itn.train(network="itn", output=tmp_path / "a", unlabelled=data)

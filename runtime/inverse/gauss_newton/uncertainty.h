@@ -1,4 +1,4 @@
-// What an inversion knows, for people: intervals, quantities that follow, and the directions that the image cannot tell
+// An inversion's uncertainty, for people: intervals, derived quantities, and the directions that the image cannot tell
 // apart.
 #pragma once
 #include <Eigen/Core>

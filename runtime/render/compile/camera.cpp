@@ -23,8 +23,8 @@ Vec3 apply(const Transform& t, const Vec3& v, double w) {
   return r;
 }
 
-// How far from the camera its rays start: where it says so, or, where all of the scene is so far ahead that single
-// precision would tell, just before that.
+// Distance from the camera at which its rays start [scene unit]: the near clip distance, or, where the whole scene is
+// so far ahead that single precision would suffer, a point just before it.
 double start_of_rays(const Sensor& sensor, const GeometryRecord& shapes) {
   constexpr double far_away = 64;
   double size = 0;

@@ -1,4 +1,5 @@
-// Where lights stand beside bodies that refract, and so how paths in these find them (kernels/shared/light_layout.h).
+// Positions of lights relative to bodies that refract, and so how paths in these find them
+// (kernels/shared/light_layout.h).
 #pragma once
 #include <vector>
 

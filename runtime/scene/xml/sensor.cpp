@@ -142,10 +142,10 @@ void read_sampler(Builder& builder, const Element& element, Sensor& sensor) {
   if (std::find(types.begin(), types.end(), properties.type()) == types.end()) fail_type(element, types);
   sensor.spp = dimension(properties, "sample_count", 4, 0, 1'000'000'000);
   if (sensor.spp == 0) {
-    builder.warn(element.where, properties.title() + ": sample_count = 0 is taken as 1; --spp gives another one");
+    builder.warn(element.where, properties.title() + ": sample_count = 0 is taken as 1; spp gives another one");
     sensor.spp = 1;
   }
-  properties.integer("seed", 0);  // --seed chooses the random numbers
+  properties.integer("seed", 0);  // the renderer's seed chooses the random numbers
   if (properties.type() == "multijitter" || properties.type() == "stratified" || properties.type() == "orthogonal")
     properties.boolean("jitter", true);
   if (properties.type() == "orthogonal") properties.integer("strength", 2);

@@ -1,4 +1,4 @@
-// Where the sun stands at a place and time.
+// Direction of the sun at a place and time.
 #pragma once
 #include "itn/scene.h"
 
