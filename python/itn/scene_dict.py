@@ -17,41 +17,13 @@ from .scene_arrays import Files, shown
 from .transform import Transform, matrix_of, numbers, words
 from .warning import tell
 
-# The tag of each plugin's element. What stands in several lists has the first's.
-_PLUGINS = {
-    "integrator": "path direct direct_projective volpath volpathmis ptracer prb prb_basic prb_projective prbvolpath aov depth "
-                  "moment stokes",
-    "sensor": "perspective opencv orthographic thinlens radiancemeter irradiancemeter distant",
-    "film": "hdrfilm specfilm",
-    "rfilter": "box tent gaussian mitchell catmullrom lanczos",
-    "sampler": "independent stratified multijitter orthogonal ldsampler",
-    "shape": "obj ply serialized mesh sphere rectangle cube disk cylinder shapegroup instance linearcurve bsplinecurve sdfgrid",
-    "emitter": "constant envmap sunsky timed_sunsky area point spot directional directionalarea projector",
-    "medium": "homogeneous heterogeneous",
-    "phase": "isotropic hg rayleigh blendphase tabphase vmf draine",
-    "volume": "constvolume gridvolume vdbvolume texturevolume surfacevolume",
-    "texture": "bitmap checkerboard mesh_attribute volume",
-    "spectrum": "uniform srgb d65 regular irregular rawconstant blackbody",
-    "bsdf": "diffuse dielectric thindielectric roughdielectric conductor roughconductor plastic roughplastic pplastic "
-            "principled principledthin blendbsdf mask twosided bumpmap normalmap null polarizer dictionary",
-}
-# Those that the program declares stand there once more: a model that is added need not be named here.
-_TAG = {**_itn.model_tags(),
-        **{plugin: tag for tag, plugins in reversed(_PLUGINS.items()) for plugin in plugins.split()}}
-# Three numbers are a colour but in these.
-_POINTS = {"center", "p0", "p1", "position", "origin", "target"}
-_VECTORS = {"direction", "sun_direction"}
-# What arrays are given as, by plugin: Mitsuba's names of objects in place of a file.
-_BITMAPS = {"bitmap": ("bitmap", "data"), "envmap": ("bitmap",)}
-_GRIDS = {"gridvolume": ("grid", "data")}
-_MESHES = ("ply", "obj", "mesh")
-_MESH_PARTS = ("vertices", "faces", "normals", "texcoords")
-# Objects whose key is the name of a parameter.
-_NAMED = {"texture", "spectrum", "volume", "medium"}
+_PLUGINS = dict(_itn.plugins())
+# The tag of each plugin's element. Of a type that stands in several families the first one's.
+_TAG = {plugin: tag for tag, plugins in reversed(_PLUGINS.items()) for plugin in plugins}
 
 
 def _tag_of(kind: str, key: str, inside: str) -> str:
-    if key == "rfilter" and kind in _PLUGINS["rfilter"].split():
+    if key == "rfilter" and kind in _PLUGINS["rfilter"]:
         return "rfilter"
     if kind == "dictionary" and inside in ("medium", "phase"):
         return "phase"
@@ -207,7 +179,7 @@ def seen_by(scene: Scene, sensor: Any) -> tuple[Scene, int]:
     if not isinstance(sensor, Mapping):
         return scene, sensor
     if _TAG.get(sensor.get("type")) != "sensor":
-        raise _itn.UsageError(f"sensor: is of type {sensor.get('type')!r}; need one of: {_PLUGINS['sensor'].replace(' ', ', ')}")
+        raise _itn.UsageError(f"sensor: is of type {sensor.get('type')!r}; need one of: {', '.join(_PLUGINS['sensor'])}")
     own = {key: value for key, value in sensor.items() if not (isinstance(value, Mapping) and value.get("type") == "ref")}
     refs = [value["id"] for value in sensor.values() if isinstance(value, Mapping) and value.get("type") == "ref"]
     if len(refs) > 1:

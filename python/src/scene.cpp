@@ -14,6 +14,7 @@
 #include "itn/texture_model.h"
 #include "python/src/arrays.h"
 #include "python/src/renderers.h"
+#include "runtime/scene/xml/plugins.h"
 
 namespace itn::python {
 namespace {
@@ -137,19 +138,11 @@ std::unique_ptr<SceneObject> seen_by(const SceneObject& object, const SceneObjec
   return std::make_unique<SceneObject>(std::move(scene));
 }
 
-// The tag of the element of each type that the program declares.
-std::map<std::string, std::string> model_tags() {
-  std::map<std::string, std::string> tags;
-  const auto add = [&](const auto& models, const char* tag) {
-    for (const auto& model : models) tags.emplace(model.type, tag);
-  };
-  add(bsdf_models(), "bsdf");
-  add(medium_models(), "medium");
-  add(phase_models(), "phase");
-  add(light_models(), "emitter");
-  add(environment_models(), "emitter");
-  add(texture_models(), "texture");
-  return tags;
+// Types by the tags of their elements.
+std::vector<std::pair<std::string, std::vector<std::string>>> plugins() {
+  std::vector<std::pair<std::string, std::vector<std::string>>> families;
+  for (const PluginFamily& family : plugin_families()) families.emplace_back(family.tag, family.types);
+  return families;
 }
 
 nb::list sensors(const SceneObject& object) {
@@ -217,7 +210,7 @@ void bind_scene(nb::module_& module) {
       .def("set_number", &set_number, "name"_a, "value"_a)
       .def("values", &get_values, "name"_a)
       .def("set_values", &set_array, "name"_a, "values"_a);
-  module.def("model_tags", &model_tags, "Of each type that the program declares the tag of its element.");
+  module.def("plugins", &plugins, "Families of plugins: the tag of their elements, and their types.");
   module.def("load", &load, "file"_a, "definitions"_a, "size"_a.none(), "open"_a);
 }
 

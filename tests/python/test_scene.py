@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 import itn
+from itn import scene_dict
 from conftest import BALL, ROOT
 
 
@@ -99,8 +100,9 @@ def test_every_model_of_the_program_has_its_tag_in_dictionaries():
     scene = itn.load_dict({"type": "scene", "sensor": {"type": "perspective"}, "sky": {"type": "sphericalharmonics", "c_0_0": 1.0},
                            "ball": {"type": "sphere", "skin": {"type": "oren_nayar", "alpha": 0.5}}})
     assert scene.parameters["skin.alpha"] == 0.5
-    tags = itn._itn.model_tags()
-    assert tags["draine"] == "phase" and tags["merl"] == "bsdf" and tags["volume"] == "texture"
+    families = dict(itn._itn.plugins())
+    assert "draine" in families["phase"] and "merl" in families["bsdf"] and "opencv" in families["sensor"]
+    assert {kind for types in families.values() for kind in types} == set(scene_dict._TAG)
 
 
 def test_dictionaries_that_are_wrong_say_where():

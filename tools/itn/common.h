@@ -68,6 +68,7 @@ void warn(const CommonOptions& options, const std::string& text);
 void add_bench(CLI::App& app);
 void add_dataset(CLI::App& app);
 void add_devices(CLI::App& app);
+void add_plugins(CLI::App& app);
 void add_eval(CLI::App& app);
 void add_export(CLI::App& app);
 void add_gradcheck(CLI::App& app);

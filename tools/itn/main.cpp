@@ -95,6 +95,7 @@ int run(int argc, char** argv) {
   itn::tools::add_bench(app);
   itn::tools::add_dataset(app);
   itn::tools::add_devices(app);
+  itn::tools::add_plugins(app);
   itn::tools::add_eval(app);
   itn::tools::add_export(app);
   itn::tools::add_gradcheck(app);

@@ -8,10 +8,11 @@
 #include "runtime/scene/model/structure.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
+#include "runtime/scene/xml/plugins.h"
 #include "runtime/scene/xml/values.h"
 
 namespace itn {
-namespace {
+namespace {}  // namespace
 
 std::vector<std::string> bsdf_types() {
   std::vector<std::string> types = types_of(bsdf_models());
@@ -19,6 +20,8 @@ std::vector<std::string> bsdf_types() {
   for (const Model& nest : nest_models()) types.push_back(nest.type);
   return types;
 }
+
+namespace {
 
 // Types of BSDFs that light does not pass.
 std::vector<std::string> opaque_types() {

@@ -9,6 +9,7 @@
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
+#include "runtime/scene/xml/plugins.h"
 #include "runtime/scene/xml/sun_position.h"
 
 namespace itn {
@@ -188,13 +189,15 @@ int read_light(Builder& builder, const Element& element, const Model& model) {
   return static_cast<int>(builder.scene.lights.size()) - 1;
 }
 
+}  // namespace
+
 std::vector<std::string> emitter_types() {
   std::vector<std::string> types = types_of(environment_models());
   for (const std::string& type : light_types(false)) types.push_back(type);
   return types;
 }
 
-}  // namespace
+namespace {}  // namespace
 
 int read_shape_light(Builder& builder, const Element& element) {
   const Model* model = find_model(light_models(), element.attribute("type"));

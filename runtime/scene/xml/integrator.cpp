@@ -3,6 +3,7 @@
 
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
+#include "runtime/scene/xml/plugins.h"
 
 namespace itn {
 namespace {
@@ -83,6 +84,12 @@ void make_something_else(Builder& builder, Properties& properties) {
 
 }  // namespace
 
+std::vector<std::string> integrator_types() {
+  std::vector<std::string> types = of_something_else;
+  for (const auto& [type, unused] : of_radiance) types.push_back(type);
+  return types;
+}
+
 void read_integrator(Builder& builder, const Element& element) {
   Properties properties = builder.properties(element);
   Integrator& integrator = builder.scene.integrator;
@@ -96,9 +103,7 @@ void read_integrator(Builder& builder, const Element& element) {
   } else if (is_else) {
     make_something_else(builder, properties);
   } else {
-    std::vector<std::string> types = of_something_else;
-    for (const auto& [type, unused] : of_radiance) types.push_back(type);
-    fail_type(element, types);
+    fail_type(element, integrator_types());
   }
   properties.finish();
 }

@@ -7,6 +7,7 @@
 #include "runtime/scene/model/sized_model.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
+#include "runtime/scene/xml/plugins.h"
 #include "runtime/scene/xml/values.h"
 
 namespace itn {
@@ -67,13 +68,15 @@ PhaseFunction read_mixture(Builder& builder, Properties& properties, Instance ne
   return make_mixture(nest, inside);
 }
 
+}  // namespace
+
 std::vector<std::string> phase_types() {
   std::vector<std::string> types = types_of(phase_models());
   types.insert(types.end(), {"tabphase", "blendphase", "dictionary"});
   return types;
 }
 
-}  // namespace
+namespace {}  // namespace
 
 PhaseFunction read_phase(Builder& builder, const Element& element) {
   Properties properties = builder.properties(element);

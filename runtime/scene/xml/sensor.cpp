@@ -9,6 +9,7 @@
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
+#include "runtime/scene/xml/plugins.h"
 #include "runtime/scene/xml/values.h"
 
 namespace itn {
@@ -16,6 +17,10 @@ namespace {
 
 double radians(double degrees) { return degrees * M_PI / 180; }
 double degrees(double radians) { return radians * 180 / M_PI; }
+
+bool is_among(const std::string& type, const std::vector<std::string>& types) {
+  return std::find(types.begin(), types.end(), type) != types.end();
+}
 
 // Field of view given along `axis` -> along x.
 double fov_along_x(double fov, const std::string& axis, double aspect) {
@@ -26,6 +31,15 @@ double fov_along_x(double fov, const std::string& axis, double aspect) {
 }
 
 }  // namespace
+
+std::vector<std::string> sensor_types() {
+  return {"perspective", "opencv", "thinlens", "orthographic", "radiancemeter", "irradiancemeter", "distant"};
+}
+std::vector<std::string> film_types() { return {"hdrfilm"}; }
+std::vector<std::string> filter_types() { return {"box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"}; }
+std::vector<std::string> sampler_types() {
+  return {"independent", "stratified", "multijitter", "orthogonal", "ldsampler"};
+}
 
 double parse_fov(Properties& properties, double aspect) {
   const std::string axis = properties.choice("fov_axis", {"x", "y", "diagonal", "smaller", "larger"});
@@ -81,7 +95,7 @@ void read_filter(Builder& builder, const Element& element, Sensor& sensor) {
     if (properties.type() == "lanczos") properties.integer("lobes", 3);
     builder.warn(element.where, properties.title() + " is rendered as gaussian (stddev 0.5), which does not sharpen");
   } else {
-    fail_type(element, {"box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"});
+    fail_type(element, filter_types());
   }
   properties.finish();
 }
@@ -115,7 +129,7 @@ void parse_pixel_format(Builder& builder, Properties& properties, Sensor& sensor
 }  // namespace
 
 void read_film(Builder& builder, const Element& element, Sensor& sensor) {
-  if (element.attribute("type") != "hdrfilm") fail_type(element, {"hdrfilm"});
+  if (element.attribute("type") != "hdrfilm") fail_type(element, film_types());
   Properties properties = builder.properties(element);
   sensor.width = dimension(properties, "width", 768, 1, largest_film);
   sensor.height = dimension(properties, "height", 576, 1, largest_film);
@@ -137,9 +151,8 @@ void read_film(Builder& builder, const Element& element, Sensor& sensor) {
 }
 
 void read_sampler(Builder& builder, const Element& element, Sensor& sensor) {
-  const std::vector<std::string> types = {"independent", "stratified", "multijitter", "orthogonal", "ldsampler"};
   Properties properties = builder.properties(element);
-  if (std::find(types.begin(), types.end(), properties.type()) == types.end()) fail_type(element, types);
+  if (!is_among(properties.type(), sampler_types())) fail_type(element, sampler_types());
   sensor.spp = dimension(properties, "sample_count", 4, 0, 1'000'000'000);
   if (sensor.spp == 0) {
     builder.warn(element.where, properties.title() + ": sample_count = 0 is taken as 1; spp gives another one");
@@ -155,9 +168,6 @@ void read_sampler(Builder& builder, const Element& element, Sensor& sensor) {
 namespace {
 
 constexpr double usual_far_clip = 1e4;  // Mitsuba's
-
-const std::vector<std::string> sensor_types = {"perspective",   "opencv",          "thinlens", "orthographic",
-                                               "radiancemeter", "irradiancemeter", "distant"};
 
 void parse_perspective(Properties& properties, Sensor& sensor) {
   sensor.fov_x = parse_fov(properties, static_cast<double>(sensor.width) / sensor.height);
@@ -287,8 +297,7 @@ void parse_radiancemeter(Properties& properties, Sensor& sensor) {
 
 void read_sensor(Builder& builder, const Element& element, const Shape* on) {
   Properties properties = builder.properties(element);
-  if (std::find(sensor_types.begin(), sensor_types.end(), properties.type()) == sensor_types.end())
-    fail_type(element, sensor_types);
+  if (!is_among(properties.type(), sensor_types())) fail_type(element, sensor_types());
   Sensor sensor;
   sensor.id = element.id;
   sensor.where = element.where;

@@ -17,13 +17,16 @@
 #include "runtime/scene/volume/volume_file.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
+#include "runtime/scene/xml/plugins.h"
 
 namespace itn {
-namespace {
 
-const std::vector<std::string> shape_types = {"obj",          "ply",     "serialized", "mesh",     "sphere",
-                                              "rectangle",    "cube",    "disk",       "cylinder", "linearcurve",
-                                              "bsplinecurve", "sdfgrid", "shapegroup", "instance"};
+std::vector<std::string> shape_types() {
+  return {"obj",  "ply",      "serialized",  "mesh",         "sphere",  "rectangle",  "cube",
+          "disk", "cylinder", "linearcurve", "bsplinecurve", "sdfgrid", "shapegroup", "instance"};
+}
+
+namespace {
 
 // A vertex normal of length 0 shades nothing: such ones are computed.
 void replace_zero_normals(Builder& builder, Properties& properties, Mesh& mesh) {
@@ -512,7 +515,7 @@ LoadedMesh read_geometry(Builder& builder, Properties& properties, Shape& shape)
   } else if (type == "cylinder") {
     loaded = build_cylinder(builder, properties, shape);
   } else {
-    fail_type(properties.element(), shape_types);
+    fail_type(properties.element(), shape_types());
   }
   return loaded;
 }

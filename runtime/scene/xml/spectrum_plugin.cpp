@@ -4,15 +4,18 @@
 #include <algorithm>
 
 #include "runtime/scene/xml/cie.h"
+#include "runtime/scene/xml/plugins.h"
 #include "runtime/scene/xml/properties.h"
 #include "runtime/scene/xml/spectrum.h"
 #include "runtime/scene/xml/values.h"
 
 namespace itn {
-namespace {
 
-const std::vector<std::string> spectrum_types = {"uniform",   "srgb",        "d65",       "regular",
-                                                 "irregular", "rawconstant", "blackbody", "constvolume"};
+std::vector<std::string> spectrum_types() {
+  return {"uniform", "srgb", "d65", "regular", "irregular", "rawconstant", "blackbody", "constvolume"};
+}
+
+namespace {
 
 struct Range {
   double shortest, longest;  // [nm]
@@ -77,7 +80,8 @@ Rgb parse_d65(const Document& document, Properties& properties, Quantity quantit
 }  // namespace
 
 bool is_spectrum_type(const std::string& type) {
-  return std::find(spectrum_types.begin(), spectrum_types.end(), type) != spectrum_types.end();
+  const std::vector<std::string> types = spectrum_types();
+  return std::find(types.begin(), types.end(), type) != types.end();
 }
 
 Rgb spectrum_plugin(const Document& document, const Element& element, Quantity quantity, Report& report) {

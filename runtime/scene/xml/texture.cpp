@@ -7,6 +7,7 @@
 #include "runtime/scene/volume/packed_voxels.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
+#include "runtime/scene/xml/plugins.h"
 
 namespace itn {
 
@@ -109,11 +110,15 @@ Rgb read_colour(Properties& properties, const DeclaredColour& colour) {
   return value;
 }
 
+}  // namespace
+
 std::vector<std::string> texture_types() {
   std::vector<std::string> types;
   for (const TextureModel& model : texture_models()) types.push_back(model.type);
   return types;
 }
+
+namespace {
 
 void check_range(Properties& owner, const std::string& name, const Texture& texture, double most) {
   for (std::size_t k = 0; k < texture.colours.size(); ++k)

@@ -15,6 +15,7 @@
 #include "runtime/scene/volume/volume_file.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
+#include "runtime/scene/xml/plugins.h"
 
 namespace itn {
 namespace {
@@ -126,12 +127,16 @@ void read_lookup(Properties& properties, Volume& volume) {
 
 }  // namespace
 
+std::vector<std::string> volume_types() {
+  return {"constvolume", "gridvolume", "vdbvolume", "texturevolume", "surfacevolume"};
+}
+
 Volume read_volume(Builder& builder, const Element& element, VoxelValues allowed) {
   Properties properties = builder.properties(element);
   const bool is_openvdb = properties.type() == "vdbvolume", is_picture = properties.type() == "texturevolume",
              is_surface = properties.type() == "surfacevolume";
   if (!is_openvdb && !is_picture && !is_surface && properties.type() != "gridvolume")
-    fail_type(element, {"constvolume", "gridvolume", "vdbvolume", "texturevolume", "surfacevolume"});
+    fail_type(element, volume_types());
   Volume volume;
   if (is_surface) {
     load_surface(builder, properties, allowed, volume);
