@@ -34,32 +34,32 @@ Eigen::MatrixXd exact_gram(const Rows& a, const Rows& b) {
   return product(a.cast<double>(), b.cast<double>().transpose());
 }
 
-std::vector<std::size_t> inside(const std::vector<Exemplar>& exemplars, const Frame& frame) {
+std::vector<std::size_t> inside(const std::vector<PosteriorRendering>& renderings, const Frame& frame) {
   std::vector<std::size_t> result;
-  for (std::size_t i = 0; i < exemplars.size(); ++i)
-    if (frame.near(exemplars[i].at)) result.push_back(i);
+  for (std::size_t i = 0; i < renderings.size(); ++i)
+    if (frame.near(renderings[i].at)) result.push_back(i);
   return result;
 }
 
-// The images of some exemplars and their derivatives, as the rows of DesignRows, over the target's noise.
+// The images of some renderings and their derivatives, as the rows of DesignRows, over the target's noise.
 struct Stack {
   std::vector<Eigen::VectorXd> points;
   std::array<Rows, 2> value, error;
 
-  Stack(const std::vector<Exemplar>& exemplars, const std::vector<std::size_t>& chosen, std::size_t view,
+  Stack(const std::vector<PosteriorRendering>& renderings, const std::vector<std::size_t>& chosen, std::size_t view,
         const WhiteTarget& target) {
-    const Eigen::Index block = exemplars.front().views[view].half[0].value.rows();
+    const Eigen::Index block = renderings.front().views[view].half[0].value.rows();
     for (std::size_t h = 0; h < 2; ++h) {
       value[h].resize(block * static_cast<Eigen::Index>(chosen.size()), target.weight.size());
       error[h].resizeLike(value[h]);
     }
     for (std::size_t i = 0; i < chosen.size(); ++i) {
-      const Exemplar& exemplar = exemplars[chosen[i]];
-      points.push_back(exemplar.at);
+      const PosteriorRendering& rendering = renderings[chosen[i]];
+      points.push_back(rendering.at);
       for (std::size_t h = 0; h < 2; ++h) {
         const auto first = block * static_cast<Eigen::Index>(i);
-        value[h].middleRows(first, block) = exemplar.views[view].half[h].value * target.weight.asDiagonal();
-        error[h].middleRows(first, block) = exemplar.views[view].half[h].error * target.weight.asDiagonal();
+        value[h].middleRows(first, block) = rendering.views[view].half[h].value * target.weight.asDiagonal();
+        error[h].middleRows(first, block) = rendering.views[view].half[h].error * target.weight.asDiagonal();
       }
     }
   }
@@ -233,7 +233,7 @@ Candidates candidate_images(const Stack& wide, const FittedImages& local_images,
     result.images[h].resize(all, local.value[h].cols());
     result.images[h] << local_images.coefficients[h], image_product(turned.cast<float>(), wide.value[h]);
   }
-  // The local stack's rows among the wide one's: both are in the exemplars' order, the local ones a part of them.
+  // The local stack's rows among the wide one's: both are in the renderings' order, the local ones a part of them.
   result.from = Eigen::MatrixXd::Zero(all, local.value[0].rows());
   result.from.topRows(own) = local_images.matrix;
   const Eigen::Index block = local.value[0].rows() / static_cast<Eigen::Index>(local.points.size());
@@ -306,7 +306,7 @@ Eigen::MatrixXd errors_of_sums(const Rows& errors, const Rows& weights, Eigen::I
   return alone.cwiseMax(together);
 }
 
-// Of the errors of several numbers, as the exemplars show them; of few exemplars less than that.
+// Of the errors of several numbers, as the renderings show them; of few renderings less than that.
 Eigen::MatrixXd correlation_of(const std::vector<PolynomialFit>& fits) {
   const auto count = static_cast<Eigen::Index>(fits.size());
   Eigen::MatrixXd errors(fits.front().left_out().size(), count);
@@ -330,7 +330,7 @@ std::vector<double> are_noisy(const std::vector<double>& variance) {
 
 }  // namespace
 
-WhiteTarget white_target(const TargetImage& target, const std::vector<const ExemplarView*>& exemplars,
+WhiteTarget white_target(const TargetImage& target, const std::vector<const RenderedView*>& renderings,
                          const TargetNoise& noise) {
   WhiteTarget result{target.width, target.height, target.channels, {}, {}, {}, {}};
   result.noise_known = noise.known;
@@ -351,11 +351,11 @@ WhiteTarget white_target(const TargetImage& target, const std::vector<const Exem
   radiance = smooth_image(radiance, 1, Centre::out);
   if (!target.error.empty()) {
     for (std::size_t i = 0; i < size; ++i) variance[i] = std::pow(static_cast<double>(target.error[i]), 2);
-    if (exemplars.empty()) {
+    if (renderings.empty()) {
       variance = smooth_variance(variance, 2, Centre::out);
     } else {
       std::vector<double> sample(size, 0);
-      for (const ExemplarView* view : exemplars)
+      for (const RenderedView* view : renderings)
         for (const HalfImages& half : view->half)
           for (std::size_t i = 0; i < size; ++i)
             sample[i] += view->spp * std::pow(static_cast<double>(half.error(0, static_cast<Eigen::Index>(i))), 2);
@@ -399,10 +399,11 @@ WhiteTarget white_target(const TargetImage& target, const std::vector<const Exem
   return result;
 }
 
-EmulatedView::EmulatedView(const std::vector<Exemplar>& exemplars, std::size_t view, const WhiteTarget& target,
-                           const Regions& regions, const Polynomials& polynomials, bool exposure)
+EmulatedView::EmulatedView(const std::vector<PosteriorRendering>& renderings, std::size_t view,
+                           const WhiteTarget& target, const Regions& regions, const Polynomials& polynomials,
+                           bool exposure)
     : exposure_(exposure) {
-  const Stack local(exemplars, inside(exemplars, regions.local), view, target);
+  const Stack local(renderings, inside(renderings, regions.local), view, target);
   const bool first = regions.best.size() == 0;  // the local images are as wide then
   const FittedImages local_images(regions.local, local, first ? wide_degree : local_degree);
   const Eigen::MatrixXd spread = spread_of(local_images.polynomials, regions.samples, exposure);
@@ -425,7 +426,7 @@ EmulatedView::EmulatedView(const std::vector<Exemplar>& exemplars, std::size_t v
   Candidates candidates;
   if (first && !few) candidates = {local_images.coefficients, local_images.matrix};
   if (!first && !few) {
-    const Stack wide(exemplars, inside(exemplars, regions.wide), view, target);
+    const Stack wide(renderings, inside(renderings, regions.wide), view, target);
     candidates = candidate_images(wide, local_images, local, regions);
   }
   for (std::size_t h = 0; h < 2; ++h) {

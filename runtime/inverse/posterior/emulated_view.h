@@ -1,18 +1,18 @@
 // What one target says of materials, through an emulator of its image.
 //
-// From one half of the exemplars' samples come some twenty weighted sums of pixels: those combinations of fitted images
-// (their coefficients as polynomials of the material) of which materials that are in question move the most over the
-// noise that the sum has of the target. From the other half comes what each sum is at any material (polynomial_fit.h).
-// Then the halves change places; both together weigh as much as one image. Of a target of no more values than that each
-// value is compared.
+// From one half of the renderings' samples come some twenty weighted sums of pixels: those combinations of fitted
+// images (their coefficients as polynomials of the material) of which materials that are in question move the most over
+// the noise that the sum has of the target. From the other half comes what each sum is at any material
+// (polynomial_fit.h). Then the halves change places; both together weigh as much as one image. Of a target of no more
+// values than that each value is compared.
 #pragma once
 #include <Eigen/Core>
 #include <array>
 #include <vector>
 
 #include "itn/target_image.h"
-#include "runtime/inverse/posterior/exemplar.h"
 #include "runtime/inverse/posterior/polynomial_fit.h"
+#include "runtime/inverse/posterior/posterior_rendering.h"
 
 namespace itn {
 
@@ -26,8 +26,8 @@ struct WhiteTarget {
 };
 
 // The noise's variance is the rendering's near the materials in question, scaled to what the target says of its own on
-// the whole, and noise.relative times the radiance, squared. exemplars: near them; empty: the target's own, smoothed.
-WhiteTarget white_target(const TargetImage& target, const std::vector<const ExemplarView*>& exemplars,
+// the whole, and noise.relative times the radiance, squared. renderings: near them; empty: the target's own, smoothed.
+WhiteTarget white_target(const TargetImage& target, const std::vector<const RenderedView*>& renderings,
                          const TargetNoise& noise);
 
 // Where emulators look: `wide`, all that is rendered; `local`, where materials are in question.
@@ -39,7 +39,7 @@ struct Regions {
 
 class EmulatedView {
  public:
-  EmulatedView(const std::vector<Exemplar>& exemplars, std::size_t view, const WhiteTarget& target,
+  EmulatedView(const std::vector<PosteriorRendering>& renderings, std::size_t view, const WhiteTarget& target,
                const Regions& regions, const Polynomials& polynomials, bool exposure);
 
   // Log of the likelihood, with an unknown exposure integrated out (evenly in its logarithm). at: of the polynomials.

@@ -8,11 +8,11 @@
 
 namespace itn {
 
-// Rows: of each exemplar its value, then its derivatives by the coordinates.
+// Rows: of each rendering its value, then its derivatives by the coordinates.
 struct DesignRows {
   DesignRows(const Polynomials& polynomials, const std::vector<Eigen::VectorXd>& points);
 
-  Eigen::Index block = 1;  // rows an exemplar
+  Eigen::Index block = 1;  // rows a rendering
   Eigen::MatrixXd rows;    // a column a polynomial
   Eigen::VectorXd rest;    // mean square of the polynomials of highest degree: how what lacks grows
 };
@@ -42,7 +42,7 @@ class PolynomialFit {
   double variance(const DesignPoint& at) const;
 
   const Scales& scales() const { return scales_; }
-  // Errors of the values over their standard deviations, one an exemplar, each predicted from the other exemplars.
+  // Errors of the values over their standard deviations, one for each rendering, predicted from the others.
   const Eigen::VectorXd& left_out() const { return left_out_; }
   // Mean square of these.
   double leave_one_out() const { return leave_one_out_; }

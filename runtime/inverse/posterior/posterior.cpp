@@ -55,11 +55,11 @@ Eigen::VectorXd deviations(const Eigen::MatrixXd& samples) {
 }  // namespace
 
 Posterior::Posterior(Eigen::Index dimensions, const std::vector<TargetImage>& targets, LogPrior log_prior,
-                     const PosteriorOptions& options, std::vector<Exemplar> exemplars)
+                     const PosteriorOptions& options, std::vector<PosteriorRendering> renderings)
     : dimensions_(dimensions), targets_(targets), log_prior_(std::move(log_prior)), options_(options) {
-  for (Exemplar& exemplar : exemplars)
-    if (exemplar.at.cwiseAbs().maxCoeff() <= 1) exemplars_.push_back(std::move(exemplar));
-  kept_ = exemplars_.size();
+  for (PosteriorRendering& rendering : renderings)
+    if (rendering.at.cwiseAbs().maxCoeff() <= 1) renderings_.push_back(std::move(rendering));
+  kept_ = renderings_.size();
   regions_.wide = regions_.local = Frame::whole(dimensions);
   regions_.samples.resize(dimensions, 256);
   for (Eigen::Index i = 0; i < regions_.samples.cols(); ++i)
@@ -72,8 +72,9 @@ void Posterior::want_design() {
                                    : std::max(design_spp, fewest_spp(targets_));
   for (int i = 0; i < design_size(dimensions_); ++i) {
     const Eigen::VectorXd at = low_discrepancy_point(dimensions_, i);
-    const bool there = std::any_of(exemplars_.begin(), exemplars_.end(),
-                                   [&](const Exemplar& e) { return (e.at - at).cwiseAbs().maxCoeff() < 1e-5; });
+    const bool there = std::any_of(renderings_.begin(), renderings_.end(), [&](const PosteriorRendering& r) {
+      return (r.at - at).cwiseAbs().maxCoeff() < 1e-5;
+    });
     if (!there) wanted_.push_back({at, spp});
   }
 }
@@ -83,8 +84,9 @@ void Posterior::want_design() {
 int Posterior::refinement_spp() const {
   if (options_.spp > 0) return std::max(1, options_.spp / 2);
   constexpr std::size_t enough = 8;
-  std::vector<std::pair<double, const Exemplar*>> nearest;
-  for (const Exemplar& exemplar : exemplars_) nearest.emplace_back(regions_.local.reach(exemplar.at), &exemplar);
+  std::vector<std::pair<double, const PosteriorRendering*>> nearest;
+  for (const PosteriorRendering& rendering : renderings_)
+    nearest.emplace_back(regions_.local.reach(rendering.at), &rendering);
   std::stable_sort(nearest.begin(), nearest.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   nearest.resize(std::min(nearest.size(), enough));
   double wanted = 0, count = 0;
@@ -92,8 +94,8 @@ int Posterior::refinement_spp() const {
     const TargetImage& target = targets_[t];
     double sample = 0, own = 0, rendered = 0, shown = 0;
     const auto halves = 2 * static_cast<double>(nearest.size());
-    for (const auto& [reach, exemplar] : nearest) {
-      const ExemplarView& view = exemplar->views[t];
+    for (const auto& [reach, rendering] : nearest) {
+      const RenderedView& view = rendering->views[t];
       for (const HalfImages& half : view.half)
         sample += static_cast<double>(half.error.row(0).squaredNorm()) * view.spp / halves;
       rendered += 2 * static_cast<double>(view.half[0].value.row(0).sum()) / halves;
@@ -134,10 +136,10 @@ void Posterior::want_refinement() {
   };
   const auto note_those = [&](std::size_t first, std::size_t end) {
     for (std::size_t i = first; i < end; ++i)
-      if (exemplars_[i].views.front().spp >= spp / 2) note(exemplars_[i].at);
+      if (renderings_[i].views.front().spp >= spp / 2) note(renderings_[i].at);
   };
   const auto farthest = [&] { return std::max_element(distance.begin(), distance.end()); };
-  note_those(kept_, exemplars_.size());
+  note_those(kept_, renderings_.size());
   const std::vector<double> without_kept = distance;
   for (int k = 0; k < refinement_size(dimensions_); ++k) note(from.col(farthest() - distance.begin()));
   const double dense = *farthest();
@@ -151,25 +153,25 @@ void Posterior::want_refinement() {
 
 void Posterior::emulate() {
   std::vector<std::size_t> local;
-  for (std::size_t i = 0; i < exemplars_.size(); ++i)
-    if (regions_.local.near(exemplars_[i].at)) local.push_back(i);
+  for (std::size_t i = 0; i < renderings_.size(); ++i)
+    if (regions_.local.near(renderings_[i].at)) local.push_back(i);
   const Eigen::Index pieces = static_cast<Eigen::Index>(local.size()) * (1 + dimensions_);
   polynomials_ = std::make_unique<Polynomials>(
       regions_.local, Polynomials::degree_for(dimensions_, std::min(most_polynomials, pieces)));
   std::vector<std::unique_ptr<EmulatedView>> made(targets_.size());
   parallel_for(targets_.size(), [&](std::size_t t) {
-    std::vector<const ExemplarView*> near;
+    std::vector<const RenderedView*> near;
     for (const std::size_t i : local)
-      if (!rounds_.empty()) near.push_back(&exemplars_[i].views[t]);
+      if (!rounds_.empty()) near.push_back(&renderings_[i].views[t]);
     const WhiteTarget target = white_target(targets_[t], near, options_.noise);
-    made[t] = std::make_unique<EmulatedView>(exemplars_, t, target, regions_, *polynomials_, options_.exposure);
+    made[t] = std::make_unique<EmulatedView>(renderings_, t, target, regions_, *polynomials_, options_.exposure);
   });
   views_.clear();
   for (const auto& view : made) views_.push_back(std::move(*view));
 }
 
-const PosteriorRound& Posterior::advance(std::vector<Exemplar> rendered) {
-  for (Exemplar& exemplar : rendered) exemplars_.push_back(std::move(exemplar));
+const PosteriorRound& Posterior::advance(std::vector<PosteriorRendering> rendered) {
+  for (PosteriorRendering& rendering : rendered) renderings_.push_back(std::move(rendering));
   wanted_.clear();
   emulate();
   const LogDensity log_likelihood = [&](const Eigen::VectorXd& at) {
@@ -189,8 +191,8 @@ const PosteriorRound& Posterior::advance(std::vector<Exemplar> rendered) {
                               how_many(std::min(working_samples, options_.samples)));
 
   PosteriorRound round;
-  round.exemplars = static_cast<int>(exemplars_.size());
-  for (const Exemplar& exemplar : exemplars_) round.local += regions_.local.near(exemplar.at);
+  round.renderings = static_cast<int>(renderings_.size());
+  for (const PosteriorRendering& rendering : renderings_) round.local += regions_.local.near(rendering.at);
   round.mean = samples_.at.rowwise().mean();
   round.deviation = deviations(samples_.at);
   regions_.samples = samples_.broad;

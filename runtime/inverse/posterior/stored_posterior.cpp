@@ -40,8 +40,8 @@ StoredPosterior::StoredPosterior(const std::string& folder, const StoredRun::Jso
     if (found_ > store.entries().size()) folder_.run().refuse();
   }
   write_state();
-  std::vector<Exemplar> there;
-  for (std::size_t i = 0; i < found_; ++i) there.push_back(exemplar(i));
+  std::vector<PosteriorRendering> there;
+  for (std::size_t i = 0; i < found_; ++i) there.push_back(rendering(i));
   posterior_ = std::make_unique<Posterior>(static_cast<Eigen::Index>(ranges.size()), targets, log_prior_of(ranges),
                                            options, std::move(there));
 }
@@ -70,7 +70,7 @@ void StoredPosterior::advance() {
     write_state();
     store_.add(model_, values, wanted.spp);
   }
-  rendered_.push_back(exemplar(made_[taken_]));
+  rendered_.push_back(rendering(made_[taken_]));
   ++taken_;
 }
 
