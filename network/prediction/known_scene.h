@@ -15,7 +15,7 @@ struct Body {
   double longest_side = 1;  // of the box around it, along the axes [scene units]
 };
 
-// who: whose network it is, for messages: "--init rn". Throws UsageError: a medium inside of several shapes or none.
+// who: whose network it is, for messages: "init rn". Throws UsageError: a medium inside of several shapes or none.
 Body body_of(const Scene& scene, int medium, const std::string& who);
 
 // The sensor as if it had size x size pixels, as networks see images. who: as of body_of(). Throws UsageError: pixels
