@@ -23,7 +23,7 @@ std::vector<std::vector<double>> draw(std::span<const float> raw, const NetworkD
   const ShareDistribution said = share_distribution(raw, network);
   const std::size_t n = said.mean.size();
   std::vector<std::vector<double>> samples;
-  // Of a distribution whose mean lies inside of the ranges at least some eighth does.
+  // A distribution whose mean lies inside the ranges has at least some eighth of its samples inside.
   for (std::uint64_t k = 0; samples.size() < drawn && k < 64 * drawn; ++k) {
     std::vector<double> sample;
     for (std::size_t i = 0; i < n; ++i) {
@@ -42,7 +42,7 @@ std::string output_name(const Parameter& p) {
   return of_medium && p.member != "scale" ? p.member : "";
 }
 
-// Those of the parameters that are not given. Throws as set_network_start().
+// Returns the parameters that are not given. Throws as set_network_start().
 std::vector<Parameter> asked_of_network(const Scene& scene, const std::vector<std::string>& parameters,
                                         const std::vector<std::string>& given, const std::string& run) {
   const std::vector<Parameter> all = list_parameters(scene);

@@ -49,7 +49,7 @@ class Known {
     }
   }
 
-  // What the scene's medium is inside of; none without a scene.
+  // The shape that the scene's medium is inside of; none without a scene.
   const std::optional<Body>& body() const { return body_; }
 
   struct Looked {
@@ -195,7 +195,7 @@ std::string saturation_warning(const std::string& file, double saturated) {
       file, 100 * saturated);
 }
 
-// Of one image after another.
+// Predicts one image after another.
 class ImagePredictor {
  public:
   using Each = std::function<void(const NetworkDescription&, const ImagePrediction&)>;

@@ -81,7 +81,7 @@ double judge_limit(const Predictions& examples) {
 }
 
 JudgeErrors judge_errors(const Predictions& examples, double limit) {
-  // Of the examples whose truth of this output is that.
+  // The share above the limit, among the examples whose truth of this output is `truth`.
   const auto share_above = [&](std::size_t output, double truth) {
     double all = 0, above = 0;
     for (std::size_t i = 0; i < examples.truth.size(); i += examples.outputs) {

@@ -17,8 +17,8 @@ constexpr Eigen::Index most_images = 35;  // coefficients of a fitted image
 constexpr Eigen::Index most_sums = 20;
 constexpr double least_moves = 0.02;  // variance of a sum over the materials in question, over its noise
 constexpr std::array<int, 4> radii{0, 1, 2, 4};
-// How small what is left of a target may be, over its noise. Noise that is measured in a target may well be ten times
-// too great where all that there is are edges.
+// The least variance of a target's residual, over the variance of its noise. Noise that is measured in a target may
+// well be ten times too great where the target has nothing but edges.
 double least_residual(const WhiteTarget& target) { return target.noise_known ? 0.5 : 0.005; }
 constexpr double chance = 3;  // how much more than by noise on the mean some direction seems to move
 constexpr int wide_degree = 4, local_degree = 2;  // of fitted images
@@ -29,7 +29,8 @@ using Rows = ImageRows;
 Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) { return a * b; }
 Rows image_product(const Rows& a, const Rows& b) { return a * b; }
 Eigen::MatrixXd gram(const Rows& a, const Rows& b) { return Rows(a * b.transpose()).cast<double>(); }
-// Of images that are nearly each other's combinations: what is left between them must not be rounding.
+// The Gram matrix in double precision, for images that are nearly linear combinations of each other: what they differ
+// by must not be rounding.
 Eigen::MatrixXd exact_gram(const Rows& a, const Rows& b) {
   return product(a.cast<double>(), b.cast<double>().transpose());
 }
@@ -137,8 +138,8 @@ struct Sums {
   double told = 0;
 };
 
-// Those combinations of the candidates, smoothed, that materials move most over their noise. Products of an image with
-// itself are without the noise that it shares with itself.
+// Finds the linear combinations of the smoothed candidates that change most with the material, over their noise.
+// Products of an image with itself leave out the noise that it shares with itself.
 Sums best_sums(const Rows& candidates, const Rows& images, const Eigen::MatrixXd& spread, const WhiteTarget& shape,
                int radius, const Eigen::MatrixXd& from, const Eigen::MatrixXd& to, const Rows& errors,
                Eigen::Index unknowns) {
@@ -152,7 +153,7 @@ Sums best_sums(const Rows& candidates, const Rows& images, const Eigen::MatrixXd
   const Eigen::LLT<Eigen::MatrixXd> root(scale);
   const Eigen::MatrixXd relative = root.matrixL().solve(seen);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(product(product(relative, spread), relative.transpose()));
-  // What the images' noise makes of itself along any direction, on the mean.
+  // Along any direction the images' noise alone makes this variance, on the mean.
   const Eigen::VectorXd of_pixel = errors.rowwise().squaredNorm().cast<double>() / static_cast<double>(errors.cols());
   const double by_noise = product(product(to * of_pixel.asDiagonal(), to.transpose()), spread).trace();
   Sums sums;
@@ -259,7 +260,7 @@ Eigen::MatrixXd residual_covariance(const WhiteTarget& target, const std::array<
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(channels, channels);
   double count = 0;
   for (Eigen::Index i = 0; i < target.value.size(); i += channels) {
-    // Where the target has next to no noise, as behind the object, what is left says nothing of how large its noise is.
+    // The residual says nothing of how large the noise is where the target has next to none, as behind the object.
     if (target.weight[i] == 0 || !target.is_noisy[static_cast<std::size_t>(i / channels)]) continue;
     const Eigen::VectorXd a =
         (target.value.segment(i, channels) - static_cast<float>(scale) * model[0].segment(i, channels)).cast<double>();
@@ -268,11 +269,12 @@ Eigen::MatrixXd residual_covariance(const WhiteTarget& target, const std::array<
     sum += (a * b.transpose() + b * a.transpose()) / 2;
     ++count;
   }
-  // Of few pixels materials explain much of what is left, and what the noise is said to be counts as some pixels do.
+  // With few pixels, materials explain much of the residual. The noise as it is stated therefore counts as this many
+  // pixels do.
   constexpr double as_said = 10;
   sum.diagonal().array() += as_said;
   sum /= as_said + std::max(0.0, count - unknowns / static_cast<double>(channels));
-  // Of few pixels or great noise it may come out as no covariance.
+  // With few pixels or much noise the sum may not be positive definite, and so no covariance.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(sum);
   const Eigen::VectorXd values = eigen.eigenvalues().cwiseMax(least_residual(target) * 0.1);
   return eigen.eigenvectors() * values.asDiagonal() * eigen.eigenvectors().transpose();
@@ -306,7 +308,8 @@ Eigen::MatrixXd errors_of_sums(const Rows& errors, const Rows& weights, Eigen::I
   return alone.cwiseMax(together);
 }
 
-// Of the errors of several numbers, as the renderings show them; of few renderings less than that.
+// The correlation of the fits' leave-one-out errors over the renderings, shrunk towards none where there are few
+// renderings.
 Eigen::MatrixXd correlation_of(const std::vector<PolynomialFit>& fits) {
   const auto count = static_cast<Eigen::Index>(fits.size());
   Eigen::MatrixXd errors(fits.front().left_out().size(), count);

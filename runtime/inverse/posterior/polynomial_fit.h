@@ -38,7 +38,8 @@ class PolynomialFit {
 
   double mean(const DesignPoint& at) const { return coefficients_.dot(at.values); }
   const Eigen::VectorXd& coefficients() const { return coefficients_; }
-  // Of the mean's error: the noise of what it was made from, the prior, and what the polynomial cannot follow.
+  // Variance of the mean's error: from the noise of the values and derivatives, the prior, and what the polynomial
+  // cannot follow.
   double variance(const DesignPoint& at) const;
 
   const Scales& scales() const { return scales_; }

@@ -22,16 +22,16 @@ constexpr double settled_growth = 0.2;  // of log standard deviations
 // Rounds that differ by less than a deviation are noisy answers to one question. Where they go on to differ until there
 // are no more of them, the samples of the last two together are as wide as what they differ by.
 constexpr double pooled_shift = 1, pooled_growth = 0.5;
-// Which of several peaks is the likelier may hang on what moves an image less than its noise: that is seen in
-// renderings with so many times the samples, and after so many rounds of them.
+// The likelier of several peaks may depend on changes of the image that are smaller than its noise. They show in
+// renderings with this many times the samples, after this many rounds of them.
 constexpr double samples_for_peaks = 8;
 constexpr int rounds_for_peaks = 3;
 constexpr int working_samples = 600;  // of the posterior, before the last round
 constexpr Eigen::Index most_polynomials = 130;
 
-// Of a half, so that the errors of a sum of few pixels are known: those of a few samples with heavy tails, as
-// derivatives have, seem small where the samples are, and pull what is fitted there. No more than a rendering can have
-// in no time.
+// The fewest samples per pixel of a half from which the errors of a sum of few pixels are known. The errors of a few
+// samples with heavy tails, as derivatives have, seem small where the samples happen to be small, and draw the fit
+// there. Capped at what renders in no time.
 int fewest_spp(const std::vector<TargetImage>& targets) {
   constexpr double enough = 4096, most = 1 << 20;  // samples of all values that are compared; of the whole image
   double result = least_spp;
@@ -222,7 +222,7 @@ const PosteriorRound& Posterior::advance(std::vector<PosteriorRendering> rendere
   rounds_.push_back(round);
   done_ = round.settled || last_round;
   if (done_) {
-    // How the samples are shared out among peaks is known the better the more there are from the beginning.
+    // Several peaks are sampled anew: the more samples there are from the beginning, the better their shares are known.
     const SamplerOptions how = how_many(options_.samples);
     samples_ = round.peaks > 1 ? sample_posterior(regions_.local, log_prior_, log_likelihood, how)
                                : more_samples(regions_.local, log_prior_, log_likelihood, how, samples_);

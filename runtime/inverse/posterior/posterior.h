@@ -49,7 +49,7 @@ class Posterior {
     int spp = 0;
   };
   bool done() const { return done_; }
-  // Of this round, in their order; as long as it is not done.
+  // The renderings that this round needs, in the order in which advance() takes them; none once it is done.
   const std::vector<Wanted>& wanted() const { return wanted_; }
   // All that were wanted, in their order: ends the round.
   const PosteriorRound& advance(std::vector<PosteriorRendering> rendered);
@@ -58,7 +58,7 @@ class Posterior {
   const Samples& samples() const { return samples_; }
   const std::vector<Peak>& peaks() const { return peaks_; }
   const std::vector<PosteriorRendering>& renderings() const { return renderings_; }
-  // Of a target, at a sample.
+  // The exposure of a target, for the material `at`.
   EmulatedView::Exposure exposure(std::size_t target, const Eigen::VectorXd& at) const;
 
  private:

@@ -1,4 +1,4 @@
-// What --method posterior leaves in its folder.
+// Writes the files that an inversion by method posterior leaves in its folder.
 #include <fmt/format.h>
 
 #include <utility>

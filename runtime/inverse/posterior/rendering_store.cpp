@@ -24,7 +24,7 @@ std::vector<std::string> letters(int channels) {
   return channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
 }
 
-// Of each image and its derivatives the mean's and then the standard error's channels.
+// The channels of each image and of its derivatives: first the mean's, then the standard error's.
 std::vector<std::string> channel_names(const std::string& half, std::size_t parameters, int channels) {
   std::vector<std::string> names;
   for (std::size_t k = 0; k <= parameters; ++k)

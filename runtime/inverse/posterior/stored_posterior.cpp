@@ -63,7 +63,8 @@ void StoredPosterior::advance() {
   std::vector<double> values;
   for (std::size_t p = 0; p < ranges_.size(); ++p)
     values.push_back(ranges_[p].value(wanted.at[static_cast<Eigen::Index>(p)]));
-  // Where it will be is written before it is made: killed between the two, the next run finds it, or makes the same.
+  // The rendering's place is written down before it is rendered: if the process is killed between the two, the next run
+  // finds the rendering there, or makes the same.
   if (taken_ == made_.size() || !is_there(made_[taken_], values, wanted.spp)) {
     made_.resize(taken_);
     made_.push_back(store_.entries().size());

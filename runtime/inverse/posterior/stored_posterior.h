@@ -20,7 +20,7 @@ class StoredPosterior {
   // One rendering more, or, if this round has them all, its end. Throws Interrupted: nothing has changed then.
   void advance();
   int most_rounds() const { return most_rounds_; }
-  // Of the renderings that all rounds may take.
+  // The share that is done of the renderings that all rounds may take.
   double fraction() const;
 
   const Posterior& posterior() const { return *posterior_; }
