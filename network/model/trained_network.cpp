@@ -1,7 +1,5 @@
 #include "itn/trained_network.h"
 
-#include <fmt/format.h>
-
 #include <filesystem>
 
 #include "itn/error.h"
@@ -16,12 +14,13 @@ namespace {
 
 std::string file_of(const std::string& run) {
   if (!is_there(run))
-    throw InputError(fmt::format("{0}: is not there; train it first: itn train DATA --network rn -o {0}", run));
+    throw InputError(run + ": is not there; train it first: itn train, or itn.train() in Python, writes it");
   if (!is_folder(run)) return run;
   std::string file = (std::filesystem::path(run) / "network.safetensors").string();
   if (!is_there(file))
     throw InputError(
-        fmt::format("{}: is not there; itn train DATA --network rn -o {} writes it after its first epoch", file, run));
+        file +
+        ": is not there; training writes it after its first epoch: wait for that, or give another training's folder");
   return file;
 }
 

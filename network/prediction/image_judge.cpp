@@ -31,7 +31,7 @@ std::string ImageJudge::warning(const std::string& file, const Verdict& verdict)
   if (!description().exposure) questions += "is it exposed as they are, ";
   return fmt::format(
       "{}: is unlike the images that the network learnt from (doubt {:.2f}; 5 % of those are above {:.2f}): {}is the "
-      "curve the camera's (--curve), is it sharp, and nowhere cut off? Or is it right, and of another kind than they "
+      "curve the camera's (curve), is it sharp, and nowhere cut off? Or is it right, and of another kind than they "
       "are? What is said of it may be far off, and its intervals too narrow",
       file, verdict.doubt, description().limit, questions);
 }

@@ -18,11 +18,11 @@ class ImageJudge {
   static std::optional<ImageJudge> of(const std::string& run, const NetworkDescription& network,
                                       const std::string& judge = "");
 
-  // What it sees is as the network's, but for how many pixels that is, and for the share of the picture that an object
-  // takes which both cut out: these are of the data set that each learnt from.
+  // The judge sees what the network sees, at its own resolution and, where both cut out the object, with the object at
+  // its own share of the picture: those of the data set that each learnt from.
   const NetworkDescription& description() const { return judge_.description(); }
   Verdict verdict(const Seen& seen);
-  // What a user is told who asks the network about such an image; empty where it is not doubted.
+  // The warning for whoever asks the network about such an image; empty where the image is not doubted.
   std::string warning(const std::string& file, const Verdict& verdict) const;
 
  private:

@@ -1,4 +1,4 @@
-// What a network knows of a scene beside the image: the shape as the camera sees it, and where light comes from.
+// A scene as a network knows it beside the image: the shape as the camera sees it, and where light comes from.
 #pragma once
 #include <array>
 #include <span>
@@ -15,7 +15,7 @@ struct Body {
   double longest_side = 1;  // of the box around it, along the axes [scene units]
 };
 
-// who: whose network it is, for messages: "--init rn". Throws UsageError: a medium inside of several shapes or none.
+// who: whose network it is, for messages: "init rn". Throws UsageError: a medium inside of several shapes or none.
 Body body_of(const Scene& scene, int medium, const std::string& who);
 
 // The sensor as if it had size x size pixels, as networks see images. who: as of body_of(). Throws UsageError: pixels
@@ -29,7 +29,7 @@ class SceneView {
   // where it sees light.
   SceneView(const Scene& scene, int sensor, const NetworkDescription& network, const Body& body,
             const std::string& who);
-  // Of an image of the scene; holds as long as the image and this.
+  // The network's input for an image of the scene; valid as long as the image and this.
   Seen seen(std::span<const float> luminance) const { return {luminance, {}, &shape_, &light_}; }
 
  private:
@@ -37,7 +37,7 @@ class SceneView {
   std::array<double, 3> light_{};
 };
 
-// What a network that sees sigma_t [1/mm] means in 1 / scene unit: it learnt from bodies of another size.
+// Converts a network's sigma_t [1/mm] to 1 / scene unit: the network learnt from bodies of another size.
 double sigma_t_in_scene(double sigma_t, const NetworkDescription& network, const Body& body);
 // The same of 1 / mm as the scene's parameter has it, which the medium's `scale` multiplies.
 double sigma_t_unit(const Scene& scene, int medium, const NetworkDescription& network, const Body& body);

@@ -23,7 +23,7 @@ std::vector<std::vector<double>> draw(std::span<const float> raw, const NetworkD
   const ShareDistribution said = share_distribution(raw, network);
   const std::size_t n = said.mean.size();
   std::vector<std::vector<double>> samples;
-  // Of a distribution whose mean lies inside of the ranges at least some eighth does.
+  // A distribution whose mean lies inside the ranges has at least some eighth of its samples inside.
   for (std::uint64_t k = 0; samples.size() < drawn && k < 64 * drawn; ++k) {
     std::vector<double> sample;
     for (std::size_t i = 0; i < n; ++i) {
@@ -42,7 +42,7 @@ std::string output_name(const Parameter& p) {
   return of_medium && p.member != "scale" ? p.member : "";
 }
 
-// Those of the parameters that are not given. Throws as set_network_start().
+// Returns the parameters that are not given. Throws as set_network_start().
 std::vector<Parameter> asked_of_network(const Scene& scene, const std::vector<std::string>& parameters,
                                         const std::vector<std::string>& given, const std::string& run) {
   const std::vector<Parameter> all = list_parameters(scene);
@@ -52,12 +52,12 @@ std::vector<Parameter> asked_of_network(const Scene& scene, const std::vector<st
     guessed.push_back(find_parameter(all, name));
     const Parameter& parameter = guessed.back();
     if (output_name(parameter).empty())
-      throw UsageError(fmt::format("--init {}: the network does not guess {}; give --start {}=VALUE", run, name, name));
+      throw UsageError(fmt::format("init {}: the network does not guess {}; give its start value (start)", run, name));
     if (!parameter.belongs_to(guessed.front().indices.front()))
       throw UsageError(
-          fmt::format("--init {}: the network knows one medium, and {} is of another one than the "
-                      "parameters before it; give --start {}=VALUE",
-                      run, name, name));
+          fmt::format("init {}: the network knows one medium, and {} is of another one than the "
+                      "parameters before it; give its start value (start)",
+                      run, name));
   }
   return guessed;
 }
@@ -95,10 +95,10 @@ NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& par
 
   Network network = network_of(run);
   if (!is_plain(network.description()))
-    throw UsageError(fmt::format("--init {}: the network {}; itn predict gives its answer, --start and --prior take it",
-                                 run, beyond_plain(network.description())));
+    throw UsageError(fmt::format("init {}: the network {}; itn predict gives its answer, start and prior take it", run,
+                                 beyond_plain(network.description())));
   const int medium = guessed.front().indices.front();
-  const std::string who = "--init " + run;
+  const std::string who = "init " + run;
   const Body body = body_of(scene, medium, who);
   std::optional<SceneView> view;
   if (network.description().channels > 1) view.emplace(scene, sensor, network.description(), body, who);
@@ -115,15 +115,15 @@ NetworkGuess set_network_start(Scene& scene, const std::vector<std::string>& par
     result.warning = judge->warning(image, judge->verdict(seen));
     if (!result.warning.empty())
       result.warning +=
-          "; the inversion starts from that, and takes it for its prior unless --prior says another: leave out --init";
+          "; the inversion starts from that, and takes it for its prior unless prior gives another: leave out init";
   }
   if (!samples.empty()) result.samples.resize(samples.size());
   for (const Parameter& parameter : guessed) {
     const auto found = std::find_if(description.outputs.begin(), description.outputs.end(),
                                     [&](const OutputRange& o) { return o.name == output_name(parameter); });
     if (found == description.outputs.end())
-      throw UsageError(fmt::format("--init {}: the network does not guess {}; give --start {}=VALUE", run,
-                                   parameter.name, parameter.name));
+      throw UsageError(
+          fmt::format("init {}: the network does not guess {}; give its start value (start)", run, parameter.name));
     const auto output = static_cast<std::size_t>(found - description.outputs.begin());
     const double unit = parameter.is(Owner::medium, "sigma_t") ? sigma_t_unit(scene, medium, description, body) : 1;
     set_parameter(scene, parameter, unit * found->parameter(static_cast<double>(raw[output])));

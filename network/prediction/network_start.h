@@ -9,7 +9,7 @@
 
 namespace itn {
 
-// What a network that says a distribution (include/itn/distribution.h) knows of the scene's parameters.
+// The distribution of the scene's parameters that a network predicts (include/itn/distribution.h), if it predicts one.
 struct NetworkGuess {
   std::vector<std::string> parameters;       // of single numbers; none: the network says no distribution
   std::vector<std::vector<double>> samples;  // of the distribution inside the network's ranges: values, one a parameter

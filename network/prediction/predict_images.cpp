@@ -36,18 +36,20 @@ class Known {
       shapes_[0] = read_resampled_seen_shape(request.shape_buffers, network.size);
       double square = 0;
       for (const double part : request.light) square += part * part;
-      if (!(square > 0 && std::isfinite(square))) throw UsageError("--light: need a direction");
+      if (!(square > 0 && std::isfinite(square)))
+        throw UsageError("light: need a direction: finite numbers, not all 0");
       for (std::size_t i = 0; i < 3; ++i) light_[i] = request.light[i] / std::sqrt(square);
     } else if (!request.dataset.empty()) {
       manifest_ = read_manifest(request.dataset);
       if (needs_.flash && !(manifest_.flash > 0))
-        throw UsageError("--dataset " + request.dataset + ": has no flash; the network sees one");
+        throw UsageError("dataset " + request.dataset +
+                         ": has no flash, and the network sees one; give a data set with one");
       for (const Manifest::Image& image : manifest_.images)
         images_[canonical(std::filesystem::path(request.dataset) / image.file)] = &image;
     }
   }
 
-  // What the scene's medium is inside of; none without a scene.
+  // The shape that the scene's medium is inside of; none without a scene.
   const std::optional<Body>& body() const { return body_; }
 
   struct Looked {
@@ -109,8 +111,7 @@ class Known {
   const Manifest::Image& of_set(const std::string& file) const {
     const auto found = images_.find(canonical(file));
     if (found == images_.end())
-      throw InputError(file + ": is no image of the data set " + request_.dataset +
-                       "; give --shape-buffers and --light");
+      throw InputError(file + ": is no image of the data set " + request_.dataset + "; give shape_buffers and light");
     return *found->second;
   }
 
@@ -124,7 +125,7 @@ class Known {
   }
 
   void look_at(const Scene& scene) {
-    const std::string who = "--scene " + scene.file;
+    const std::string who = "scene " + scene.file;
     if (scene.media.size() != 1)
       throw UsageError(fmt::format("{}: the network knows one medium, the scene has {}", who, scene.media.size()));
     body_ = body_of(scene, 0, who);
@@ -150,10 +151,10 @@ class Known {
   std::optional<SceneView> view_;
 };
 
-void check_files(const std::string& option, const std::vector<std::string>& files, std::size_t images,
+void check_files(const std::string& parameter, const std::vector<std::string>& files, std::size_t images,
                  bool one_for_all) {
   if (files.empty() || files.size() == images || (one_for_all && files.size() == 1)) return;
-  throw UsageError(fmt::format("{}: {} files for {} images; need one for each{}", option, files.size(), images,
+  throw UsageError(fmt::format("{}: {} files for {} images; need one for each{}", parameter, files.size(), images,
                                one_for_all ? ", or one for all" : ""));
 }
 
@@ -163,27 +164,25 @@ void check(const PredictionRequest& request, const NetworkDescription& network) 
   const bool by_set = !request.dataset.empty() && !request.test_images;
   if (!needs.any() && (by_set || one_by_one || !request.mask.empty() || !request.flash.empty()))
     throw UsageError(request.run +
-                     ": its network sees the image alone; leave out --dataset, --shape-buffers, --light, --mask and "
-                     "--flash");
+                     ": its network sees the image alone; leave out dataset, shape_buffers, light, mask and flash");
   if (request.longest_side_mm > 0 && (request.scene || !request.dataset.empty()))
-    throw UsageError("--longest-side: --scene and --dataset know how large the object is; leave it out");
-  check_files("--mask", request.mask, request.images.size(), true);
-  check_files("--flash", request.flash, request.images.size(), false);
+    throw UsageError("longest_side: scene and dataset know how large the object is; leave it out");
+  check_files("mask", request.mask, request.images.size(), true);
+  check_files("flash", request.flash, request.images.size(), false);
   const int sources = !request.dataset.empty() + (request.scene != nullptr) + one_by_one;
   if (needs.shape && (sources != 1 || request.shape_buffers.empty() != request.light.empty()))
+    throw UsageError(request.run +
+                     ": its network knows shape and light; give dataset, or scene, or both shape_buffers and light");
+  if (needs.shape && !request.mask.empty())
+    throw UsageError("mask: the network knows the shape, and the mask from that; leave it out");
+  if (!needs.mask && !request.mask.empty()) throw UsageError("mask: the network sees none; leave it out");
+  if (!needs.flash && !request.flash.empty()) throw UsageError("flash: the network sees none; leave it out");
+  if (needs.mask && !needs.shape && sources + !request.mask.empty() != 1)
+    throw UsageError(request.run + ": its network sees a mask of the object; give mask, dataset or scene");
+  if (needs.flash && request.flash.empty() && request.dataset.empty())
     throw UsageError(
         request.run +
-        ": its network knows shape and light; give --dataset, or --scene, or both --shape-buffers and --light");
-  if (needs.shape && !request.mask.empty())
-    throw UsageError("--mask: the network knows the shape, and the mask from that; leave it out");
-  if (!needs.mask && !request.mask.empty()) throw UsageError("--mask: the network sees none; leave it out");
-  if (!needs.flash && !request.flash.empty()) throw UsageError("--flash: the network sees none; leave it out");
-  if (needs.mask && !needs.shape && sources + !request.mask.empty() != 1)
-    throw UsageError(request.run + ": its network sees a mask of the object; give --mask, or --dataset, or --scene");
-  if (needs.flash && request.flash.empty() && request.dataset.empty())
-    throw UsageError(request.run +
-                     ": its network sees the light of a flash; give --flash (the same photo with "
-                     "the flash on), or --dataset");
+        ": its network sees the light of a flash; give flash (the same photo with the flash on) or dataset");
 }
 
 // saturated: share of the pixels, or of the object's where the network sees it alone.
@@ -196,7 +195,7 @@ std::string saturation_warning(const std::string& file, double saturated) {
       file, 100 * saturated);
 }
 
-// Of one image after another.
+// Predicts one image after another.
 class ImagePredictor {
  public:
   using Each = std::function<void(const NetworkDescription&, const ImagePrediction&)>;

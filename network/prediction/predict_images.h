@@ -1,4 +1,4 @@
-// What a network says about images, of what is known of them: a scene, a data set, or shape and light themselves.
+// Predictions of a network for images, with what is known of them: a scene, a data set, or shape and light themselves.
 #pragma once
 #include <atomic>
 #include <functional>
@@ -28,8 +28,9 @@ struct PredictionRequest {
   // flash's shows the same as the image, by the same exposure, with the flash on.
   std::vector<std::string> mask = {}, flash = {};
   bool test_images = false;  // of `dataset`
-  // Of the object: sigma_t is told for it, not for the size that shapes of the network's data sets have. Not with a
-  // scene, whose unit of length it is in. 0: not known.
+  // The longest side of the object [mm]. sigma_t is then given for it, not for the size that shapes of the network's
+  // data sets have. Not with a scene, whose unit of length sigma_t is in, nor with a data set, which has its own. 0:
+  // not known.
   double longest_side_mm = 0;
   PhotoOptions photo = {};
   // RUN of the judge (network/training/judge.h) that says whether images are like those that the network learnt from;
@@ -39,7 +40,8 @@ struct PredictionRequest {
 
 struct ImagePrediction {
   std::string file;
-  // Where it, or its flash's, is saturated in more than a few pixels, and where the judge doubts.
+  // A warning where the image, or the flash's, is saturated in more than a few pixels, and one where the judge doubts
+  // the image.
   std::vector<std::string> warnings;
   std::vector<ParameterEstimate> parameters;  // one an output of the network
   std::optional<Verdict> verdict;             // of the judge

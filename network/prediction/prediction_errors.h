@@ -1,4 +1,4 @@
-// How far off a network is on a data set's test images.
+// Errors of a network on a data set's test images.
 #pragma once
 #include <atomic>
 #include <cstdint>
@@ -14,11 +14,12 @@ namespace itn {
 // The files of the images of unseen_light, unseen_shape and unseen_both. Throws InputError: there are none.
 std::vector<std::string> test_images(const std::string& folder, const Manifest& set);
 
-// How a judge does on them, each as it is, and spoilt as often as there are faults. Throws as predict_images().
+// Errors of a judge on the test images, each as it is, and spoilt as often as there are faults. Throws as
+// predict_images().
 JudgeErrors errors_of_judge(Network& judge, const std::string& folder, const Manifest& set, std::uint64_t seed,
                             const std::atomic<bool>& cancel);
 
-// Of one parameter, in its unit.
+// Errors of one parameter, in its unit.
 struct ParameterError {
   std::string name;
   double root_mean_square = 0, mean_absolute = 0;

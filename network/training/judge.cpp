@@ -81,7 +81,7 @@ double judge_limit(const Predictions& examples) {
 }
 
 JudgeErrors judge_errors(const Predictions& examples, double limit) {
-  // Of the examples whose truth of this output is that.
+  // The share above the limit, among the examples whose truth of this output is `truth`.
   const auto share_above = [&](std::size_t output, double truth) {
     double all = 0, above = 0;
     for (std::size_t i = 0; i < examples.truth.size(); i += examples.outputs) {
@@ -103,12 +103,13 @@ Verdict verdict_of(std::span<const float> raw, const NetworkDescription& judge) 
 
 void require_judge_of(const NetworkDescription& network, const NetworkDescription& judge, const std::string& name) {
   if (!is_judge(judge))
-    throw UsageError(fmt::format("--judge {}: is no judge; itn train DATA --network judge makes one", name));
+    throw UsageError(
+        fmt::format("judge {}: is no judge; need a network of the kind judge: train one, or leave it out", name));
   if (inputs_of(network) != inputs_of(judge) || network.exposure != judge.exposure ||
       (network.cut_out > 0) != (judge.cut_out > 0))
     throw UsageError(fmt::format(
-        "--judge {}: sees {}, the network {}, or either has another view of exposures or of the object; train it with "
-        "the same --inputs, --channels, --exposure and --cut-out",
+        "judge {}: sees {}, the network {}, or either has another view of exposures or of the object; train it with "
+        "the same inputs, channels, exposure and cut_out",
         name, fmt::join(inputs_of(judge), ", "), fmt::join(inputs_of(network), ", ")));
 }
 

@@ -46,7 +46,7 @@ class JudgedExamples : public Examples {
 // JudgedExamples, none of them learnt from.
 double judge_limit(const Predictions& examples);
 
-// Which shares exceed a limit: of the examples that are right, and of those with each fault (outputs_of_judge()).
+// Shares of examples above a limit: of those that are right, and of those with each fault (outputs_of_judge()).
 struct JudgeErrors {
   double limit = 1;
   double false_alarms = 0;

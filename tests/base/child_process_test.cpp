@@ -1,4 +1,4 @@
-// What happens to work in a child process stays there.
+// Tests of work in a child process: whatever happens to it stays there.
 #include "runtime/base/child_process.h"
 
 #include <atomic>

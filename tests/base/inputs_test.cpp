@@ -1,4 +1,4 @@
-// What was read is not written over, and is known again.
+// Tests that a file that was read is not written over, and is known again.
 #include "runtime/base/inputs.h"
 
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-// How much images differ, whatever their noise.
+// Tests of the difference between images, whatever their noise.
 #include "network/evaluation/appearance.h"
 
 #include <catch2/catch.hpp>

@@ -21,9 +21,9 @@ struct MadeUpScene {
     return radiance((2 * x + 1.0) / pixels - 1, (2 * y + 1.0) / pixels - 1, at);
   }
 
-  Exemplar render(const Eigen::VectorXd& at, int spp) {
+  PosteriorRendering render(const Eigen::VectorXd& at, int spp) {
     std::normal_distribution<double> normal;
-    Exemplar result{at, {{spp, {}}}};
+    PosteriorRendering result{at, {{spp, {}}}};
     const Eigen::Index rows = 1 + at.size(), count = static_cast<Eigen::Index>(pixels) * pixels;
     for (HalfImages& half : result.views[0].half) {
       half.value.resize(rows, count);
@@ -63,7 +63,7 @@ struct MadeUpScene {
 
   void run(Posterior& posterior) {
     while (!posterior.done()) {
-      std::vector<Exemplar> rendered;
+      std::vector<PosteriorRendering> rendered;
       for (const Posterior::Wanted& wanted : posterior.wanted()) rendered.push_back(render(wanted.at, wanted.spp));
       posterior.advance(std::move(rendered));
     }

@@ -1,5 +1,5 @@
-// How bodies that refract find a light (runtime/render/compile/light_reach.h): by where it stands and how wide they see
-// it.
+// Tests of how bodies that refract find a light (runtime/render/compile/light_reach.h): by where it stands and how wide
+// they see it.
 #include "runtime/render/compile/light_reach.h"
 
 #include <catch2/catch.hpp>
@@ -20,7 +20,7 @@ Light point_at(double x, double y, double z) {
   return light;
 }
 
-// Of rough glass, filled with a medium.
+// A scene with one body, of rough glass by default, filled with a medium.
 Scene scene_of(Shape body, const char* bsdf = "roughdielectric") {
   Scene scene;
   body.bsdf = 0;

@@ -1,4 +1,5 @@
-// What only Rayleigh's phase function promises; norm, mean cosine and chi-square are in phase_functions_test.cpp.
+// Tests of what is particular to Rayleigh's phase function; norm, mean cosine and chi-square are in
+// phase_functions_test.cpp.
 #include <catch2/catch.hpp>
 
 #include "../support/lane_function.h"

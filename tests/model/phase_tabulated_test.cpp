@@ -1,5 +1,5 @@
-// What only the tabulated phase function promises: it is in proportion to its table, of any number of values, also
-// where some are 0, and its samples follow it.
+// Tests of what is particular to the tabulated phase function: it is in proportion to its table, of any number of
+// values, also where some are 0, and its samples follow it.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>

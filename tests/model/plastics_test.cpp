@@ -1,4 +1,4 @@
-// What a rough coating lets pass, as the host integrates it and the device evaluates it.
+// Tests of the light that a rough coating lets pass, as the host integrates it and the device evaluates it.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>

@@ -253,7 +253,7 @@ TEST_CASE("a judge judges for networks that see what it sees") {
   network.size *= 2;      // and sees as many pixels as there
   require_judge_of(network, judge, "j");
   network.cut_out = 0;
-  CHECK_THROWS_WITH(require_judge_of(network, judge, "j"), Contains("the same --inputs, --channels, --exposure and"));
+  CHECK_THROWS_WITH(require_judge_of(network, judge, "j"), Contains("the same inputs, channels, exposure and"));
   network = judge;
   network.inputs = {"rgb", "mask"};
   CHECK_THROWS_AS(require_judge_of(network, judge, "j"), UsageError);

@@ -1,4 +1,4 @@
-// Which schedule, how many paths a launch, and which other jobs share it: the same bits.
+// Tests that the schedule, the number of paths in a launch and the other jobs that share it change no bit.
 #include <catch2/catch.hpp>
 #include <map>
 

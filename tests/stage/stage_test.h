@@ -1,4 +1,4 @@
-// What the stage tests share.
+// The stage tests share a device, the widths to test and a Kolmogorov-Smirnov test.
 #pragma once
 #include <algorithm>
 #include <cmath>

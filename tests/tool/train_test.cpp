@@ -347,17 +347,16 @@ TEST_CASE("itn predict says what is wrong with network, images and what is known
   REQUIRE(run_itn(train(set.folder, one, {"--epochs", "1"}), one_thread).exit_code == 0);
   REQUIRE(run_itn(train(set.folder, six, {"--epochs", "1", "--channels", "6"}), one_thread).exit_code == 0);
   refuses({"predict", folder / "none", image}, 3, "none: is not there; train it first: itn train");
-  refuses({"predict", set.folder, image}, 3, "network.safetensors: is not there; itn train");
+  refuses({"predict", set.folder, image}, 3, "network.safetensors: is not there; training writes it");
   refuses({"predict", image, image}, 2, "shipped: its network knows shape and light");
   refuses({"predict", one}, 2, "is taken for a RUN; which images?");
   refuses({"predict", one, image, "--dataset", set.folder}, 2, "sees the image alone");
   refuses({"predict", one, "--dataset", set.folder}, 3, "has no images to test with");
-  refuses({"predict", six, image}, 2, "give --dataset, or --scene, or both");
-  refuses({"predict", six, image, "--light", "0,0,1"}, 2, "give --dataset, or --scene, or both");
-  refuses({"predict", six, image, "--dataset", set.folder, "--light", "0,0,1"}, 2,
-          "give --dataset, or --scene, or both");
+  refuses({"predict", six, image}, 2, "give dataset, or scene, or both");
+  refuses({"predict", six, image, "--light", "0,0,1"}, 2, "give dataset, or scene, or both");
+  refuses({"predict", six, image, "--dataset", set.folder, "--light", "0,0,1"}, 2, "give dataset, or scene, or both");
   const std::string shape = set.path("shapes/ball.exr");
-  refuses({"predict", six, image, "--shape-buffers", shape, "--light", "0,0,0"}, 2, "--light: need a direction");
+  refuses({"predict", six, image, "--shape-buffers", shape, "--light", "0,0,0"}, 2, "light: need a direction");
   refuses({"predict", six, image, "--shape-buffers", image, "--light", "0,0,1"}, 3, "has no channel mask");
   itn::ExrImage broken = itn::read_exr(image);
   broken.data[2 * 9] = INFINITY;

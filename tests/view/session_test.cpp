@@ -1,5 +1,5 @@
-// What is seen while a scene is looked at: the same images as of render(), whatever was moved, shown and interrupted
-// before.
+// Tests of the images that are shown while a scene is viewed: the same as of render(), whatever was moved, shown and
+// interrupted before.
 #include "runtime/view/session.h"
 
 #include <catch2/catch.hpp>

@@ -138,7 +138,7 @@ void print_round(std::size_t number, const PosteriorRound& round, const std::vec
     values +=
         fmt::format("  {} {:.4g} to {:.4g}", ranges[p].parameter().name, ranges[p].value(low), ranges[p].value(high));
   }
-  fmt::print("round {}  {} renderings{}  emulator {:.0f} %\n", number, round.exemplars, values,
+  fmt::print("round {}  {} renderings{}  emulator {:.0f} %\n", number, round.renderings, values,
              100 * round.emulator_share);
   std::fflush(stdout);
 }

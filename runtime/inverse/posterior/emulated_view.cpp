@@ -17,8 +17,8 @@ constexpr Eigen::Index most_images = 35;  // coefficients of a fitted image
 constexpr Eigen::Index most_sums = 20;
 constexpr double least_moves = 0.02;  // variance of a sum over the materials in question, over its noise
 constexpr std::array<int, 4> radii{0, 1, 2, 4};
-// How small what is left of a target may be, over its noise. Noise that is measured in a target may well be ten times
-// too great where all that there is are edges.
+// The least variance of a target's residual, over the variance of its noise. Noise that is measured in a target may
+// well be ten times too great where the target has nothing but edges.
 double least_residual(const WhiteTarget& target) { return target.noise_known ? 0.5 : 0.005; }
 constexpr double chance = 3;  // how much more than by noise on the mean some direction seems to move
 constexpr int wide_degree = 4, local_degree = 2;  // of fitted images
@@ -29,37 +29,38 @@ using Rows = ImageRows;
 Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) { return a * b; }
 Rows image_product(const Rows& a, const Rows& b) { return a * b; }
 Eigen::MatrixXd gram(const Rows& a, const Rows& b) { return Rows(a * b.transpose()).cast<double>(); }
-// Of images that are nearly each other's combinations: what is left between them must not be rounding.
+// The Gram matrix in double precision, for images that are nearly linear combinations of each other: what they differ
+// by must not be rounding.
 Eigen::MatrixXd exact_gram(const Rows& a, const Rows& b) {
   return product(a.cast<double>(), b.cast<double>().transpose());
 }
 
-std::vector<std::size_t> inside(const std::vector<Exemplar>& exemplars, const Frame& frame) {
+std::vector<std::size_t> inside(const std::vector<PosteriorRendering>& renderings, const Frame& frame) {
   std::vector<std::size_t> result;
-  for (std::size_t i = 0; i < exemplars.size(); ++i)
-    if (frame.near(exemplars[i].at)) result.push_back(i);
+  for (std::size_t i = 0; i < renderings.size(); ++i)
+    if (frame.near(renderings[i].at)) result.push_back(i);
   return result;
 }
 
-// The images of some exemplars and their derivatives, as the rows of DesignRows, over the target's noise.
+// The images of some renderings and their derivatives, as the rows of DesignRows, over the target's noise.
 struct Stack {
   std::vector<Eigen::VectorXd> points;
   std::array<Rows, 2> value, error;
 
-  Stack(const std::vector<Exemplar>& exemplars, const std::vector<std::size_t>& chosen, std::size_t view,
+  Stack(const std::vector<PosteriorRendering>& renderings, const std::vector<std::size_t>& chosen, std::size_t view,
         const WhiteTarget& target) {
-    const Eigen::Index block = exemplars.front().views[view].half[0].value.rows();
+    const Eigen::Index block = renderings.front().views[view].half[0].value.rows();
     for (std::size_t h = 0; h < 2; ++h) {
       value[h].resize(block * static_cast<Eigen::Index>(chosen.size()), target.weight.size());
       error[h].resizeLike(value[h]);
     }
     for (std::size_t i = 0; i < chosen.size(); ++i) {
-      const Exemplar& exemplar = exemplars[chosen[i]];
-      points.push_back(exemplar.at);
+      const PosteriorRendering& rendering = renderings[chosen[i]];
+      points.push_back(rendering.at);
       for (std::size_t h = 0; h < 2; ++h) {
         const auto first = block * static_cast<Eigen::Index>(i);
-        value[h].middleRows(first, block) = exemplar.views[view].half[h].value * target.weight.asDiagonal();
-        error[h].middleRows(first, block) = exemplar.views[view].half[h].error * target.weight.asDiagonal();
+        value[h].middleRows(first, block) = rendering.views[view].half[h].value * target.weight.asDiagonal();
+        error[h].middleRows(first, block) = rendering.views[view].half[h].error * target.weight.asDiagonal();
       }
     }
   }
@@ -137,8 +138,8 @@ struct Sums {
   double told = 0;
 };
 
-// Those combinations of the candidates, smoothed, that materials move most over their noise. Products of an image with
-// itself are without the noise that it shares with itself.
+// Finds the linear combinations of the smoothed candidates that change most with the material, over their noise.
+// Products of an image with itself leave out the noise that it shares with itself.
 Sums best_sums(const Rows& candidates, const Rows& images, const Eigen::MatrixXd& spread, const WhiteTarget& shape,
                int radius, const Eigen::MatrixXd& from, const Eigen::MatrixXd& to, const Rows& errors,
                Eigen::Index unknowns) {
@@ -152,7 +153,7 @@ Sums best_sums(const Rows& candidates, const Rows& images, const Eigen::MatrixXd
   const Eigen::LLT<Eigen::MatrixXd> root(scale);
   const Eigen::MatrixXd relative = root.matrixL().solve(seen);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(product(product(relative, spread), relative.transpose()));
-  // What the images' noise makes of itself along any direction, on the mean.
+  // Along any direction the images' noise alone makes this variance, on the mean.
   const Eigen::VectorXd of_pixel = errors.rowwise().squaredNorm().cast<double>() / static_cast<double>(errors.cols());
   const double by_noise = product(product(to * of_pixel.asDiagonal(), to.transpose()), spread).trace();
   Sums sums;
@@ -233,7 +234,7 @@ Candidates candidate_images(const Stack& wide, const FittedImages& local_images,
     result.images[h].resize(all, local.value[h].cols());
     result.images[h] << local_images.coefficients[h], image_product(turned.cast<float>(), wide.value[h]);
   }
-  // The local stack's rows among the wide one's: both are in the exemplars' order, the local ones a part of them.
+  // The local stack's rows among the wide one's: both are in the renderings' order, the local ones a part of them.
   result.from = Eigen::MatrixXd::Zero(all, local.value[0].rows());
   result.from.topRows(own) = local_images.matrix;
   const Eigen::Index block = local.value[0].rows() / static_cast<Eigen::Index>(local.points.size());
@@ -259,7 +260,7 @@ Eigen::MatrixXd residual_covariance(const WhiteTarget& target, const std::array<
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(channels, channels);
   double count = 0;
   for (Eigen::Index i = 0; i < target.value.size(); i += channels) {
-    // Where the target has next to no noise, as behind the object, what is left says nothing of how large its noise is.
+    // The residual says nothing of how large the noise is where the target has next to none, as behind the object.
     if (target.weight[i] == 0 || !target.is_noisy[static_cast<std::size_t>(i / channels)]) continue;
     const Eigen::VectorXd a =
         (target.value.segment(i, channels) - static_cast<float>(scale) * model[0].segment(i, channels)).cast<double>();
@@ -268,11 +269,12 @@ Eigen::MatrixXd residual_covariance(const WhiteTarget& target, const std::array<
     sum += (a * b.transpose() + b * a.transpose()) / 2;
     ++count;
   }
-  // Of few pixels materials explain much of what is left, and what the noise is said to be counts as some pixels do.
+  // With few pixels, materials explain much of the residual. The noise as it is stated therefore counts as this many
+  // pixels do.
   constexpr double as_said = 10;
   sum.diagonal().array() += as_said;
   sum /= as_said + std::max(0.0, count - unknowns / static_cast<double>(channels));
-  // Of few pixels or great noise it may come out as no covariance.
+  // With few pixels or much noise the sum may not be positive definite, and so no covariance.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(sum);
   const Eigen::VectorXd values = eigen.eigenvalues().cwiseMax(least_residual(target) * 0.1);
   return eigen.eigenvectors() * values.asDiagonal() * eigen.eigenvectors().transpose();
@@ -306,7 +308,8 @@ Eigen::MatrixXd errors_of_sums(const Rows& errors, const Rows& weights, Eigen::I
   return alone.cwiseMax(together);
 }
 
-// Of the errors of several numbers, as the exemplars show them; of few exemplars less than that.
+// The correlation of the fits' leave-one-out errors over the renderings, shrunk towards none where there are few
+// renderings.
 Eigen::MatrixXd correlation_of(const std::vector<PolynomialFit>& fits) {
   const auto count = static_cast<Eigen::Index>(fits.size());
   Eigen::MatrixXd errors(fits.front().left_out().size(), count);
@@ -330,7 +333,7 @@ std::vector<double> are_noisy(const std::vector<double>& variance) {
 
 }  // namespace
 
-WhiteTarget white_target(const TargetImage& target, const std::vector<const ExemplarView*>& exemplars,
+WhiteTarget white_target(const TargetImage& target, const std::vector<const RenderedView*>& renderings,
                          const TargetNoise& noise) {
   WhiteTarget result{target.width, target.height, target.channels, {}, {}, {}, {}};
   result.noise_known = noise.known;
@@ -351,11 +354,11 @@ WhiteTarget white_target(const TargetImage& target, const std::vector<const Exem
   radiance = smooth_image(radiance, 1, Centre::out);
   if (!target.error.empty()) {
     for (std::size_t i = 0; i < size; ++i) variance[i] = std::pow(static_cast<double>(target.error[i]), 2);
-    if (exemplars.empty()) {
+    if (renderings.empty()) {
       variance = smooth_variance(variance, 2, Centre::out);
     } else {
       std::vector<double> sample(size, 0);
-      for (const ExemplarView* view : exemplars)
+      for (const RenderedView* view : renderings)
         for (const HalfImages& half : view->half)
           for (std::size_t i = 0; i < size; ++i)
             sample[i] += view->spp * std::pow(static_cast<double>(half.error(0, static_cast<Eigen::Index>(i))), 2);
@@ -399,10 +402,11 @@ WhiteTarget white_target(const TargetImage& target, const std::vector<const Exem
   return result;
 }
 
-EmulatedView::EmulatedView(const std::vector<Exemplar>& exemplars, std::size_t view, const WhiteTarget& target,
-                           const Regions& regions, const Polynomials& polynomials, bool exposure)
+EmulatedView::EmulatedView(const std::vector<PosteriorRendering>& renderings, std::size_t view,
+                           const WhiteTarget& target, const Regions& regions, const Polynomials& polynomials,
+                           bool exposure)
     : exposure_(exposure) {
-  const Stack local(exemplars, inside(exemplars, regions.local), view, target);
+  const Stack local(renderings, inside(renderings, regions.local), view, target);
   const bool first = regions.best.size() == 0;  // the local images are as wide then
   const FittedImages local_images(regions.local, local, first ? wide_degree : local_degree);
   const Eigen::MatrixXd spread = spread_of(local_images.polynomials, regions.samples, exposure);
@@ -425,7 +429,7 @@ EmulatedView::EmulatedView(const std::vector<Exemplar>& exemplars, std::size_t v
   Candidates candidates;
   if (first && !few) candidates = {local_images.coefficients, local_images.matrix};
   if (!first && !few) {
-    const Stack wide(exemplars, inside(exemplars, regions.wide), view, target);
+    const Stack wide(renderings, inside(renderings, regions.wide), view, target);
     candidates = candidate_images(wide, local_images, local, regions);
   }
   for (std::size_t h = 0; h < 2; ++h) {

@@ -1,18 +1,18 @@
-// What one target says of materials, through an emulator of its image.
+// The likelihood of materials given one target, through an emulator of its image.
 //
-// From one half of the exemplars' samples come some twenty weighted sums of pixels: those combinations of fitted images
-// (their coefficients as polynomials of the material) of which materials that are in question move the most over the
-// noise that the sum has of the target. From the other half comes what each sum is at any material (polynomial_fit.h).
-// Then the halves change places; both together weigh as much as one image. Of a target of no more values than that each
-// value is compared.
+// One half of the renderings' samples gives some twenty weighted sums of pixels: the linear combinations of fitted
+// images (their coefficients as polynomials of the material) that change most among the materials in question, over the
+// noise that the sum has in the target. The other half gives the value of each sum at any material (polynomial_fit.h).
+// Then the halves change places; both together weigh as much as one image. Of a target that has no more values than
+// that, each value is compared by itself.
 #pragma once
 #include <Eigen/Core>
 #include <array>
 #include <vector>
 
 #include "itn/target_image.h"
-#include "runtime/inverse/posterior/exemplar.h"
 #include "runtime/inverse/posterior/polynomial_fit.h"
+#include "runtime/inverse/posterior/posterior_rendering.h"
 
 namespace itn {
 
@@ -26,11 +26,12 @@ struct WhiteTarget {
 };
 
 // The noise's variance is the rendering's near the materials in question, scaled to what the target says of its own on
-// the whole, and noise.relative times the radiance, squared. exemplars: near them; empty: the target's own, smoothed.
-WhiteTarget white_target(const TargetImage& target, const std::vector<const ExemplarView*>& exemplars,
+// the whole, and noise.relative times the radiance, squared. renderings: near them; empty: the target's own, smoothed.
+WhiteTarget white_target(const TargetImage& target, const std::vector<const RenderedView*>& renderings,
                          const TargetNoise& noise);
 
-// Where emulators look: `wide`, all that is rendered; `local`, where materials are in question.
+// The parts of the parameter space that emulators are fitted in: `wide` is all that is rendered, `local` is where
+// materials are in question.
 struct Regions {
   Frame wide, local;
   Eigen::MatrixXd samples;  // a column each: materials in question
@@ -39,7 +40,7 @@ struct Regions {
 
 class EmulatedView {
  public:
-  EmulatedView(const std::vector<Exemplar>& exemplars, std::size_t view, const WhiteTarget& target,
+  EmulatedView(const std::vector<PosteriorRendering>& renderings, std::size_t view, const WhiteTarget& target,
                const Regions& regions, const Polynomials& polynomials, bool exposure);
 
   // Log of the likelihood, with an unknown exposure integrated out (evenly in its logarithm). at: of the polynomials.
@@ -47,7 +48,7 @@ class EmulatedView {
   struct Exposure {
     double mean = 1, deviation = 0;
   };
-  // What the target says of its exposure, were that the material.
+  // The exposure of the target, if that is its material.
   Exposure exposure(const DesignPoint& at) const;
 
   // Variance of what is left of the target over that of its noise.
@@ -65,7 +66,8 @@ class EmulatedView {
     // Log of the emulator's variance as a polynomial of low degree, and between which numbers it was seen.
     Eigen::MatrixXd log_variance;
     Eigen::VectorXd least, most;
-    // Of the emulator's errors of two sums: where its polynomials cannot follow the image they miss all sums alike.
+    // Correlation of the emulator's errors between the sums: where its polynomials cannot follow the image they miss
+    // all sums alike.
     Eigen::MatrixXd correlation;
     double leave_one_out = 0;  // sum
     double typical_error = 0;  // variance

@@ -1,9 +1,9 @@
-// What is known of a parameter before an image is seen, and the coordinate in which images change evenly with it.
+// The range and prior of a parameter before an image is seen, and the coordinate in which images change evenly with it.
 //
-// log v for numbers that are above 0 and have no upper bound or a lower one above 0; the arcsine of the square root of
-// the share of the range for those with two bounds: near an albedo of 1 an image changes with the square root of what
-// is lacking to 1, and so does this coordinate. Unlike a logit it ends at the bounds. Scaled to [-1, 1] over the
-// interval that is asked for.
+// The coordinate is log v for numbers that are above 0 and have no upper bound or a lower one above 0. For numbers with
+// two bounds it is the arcsine of the square root of the share of the range: near an albedo of 1 an image changes with
+// the square root of 1 - albedo, and so does this coordinate. Unlike a logit it ends at the bounds. It is scaled to
+// [-1, 1] over the interval that is asked for.
 #pragma once
 #include <map>
 #include <string>
@@ -46,8 +46,9 @@ class NaturalRange {
   double mean_ = 0, precision_ = 0;
 };
 
-// Of each parameter: between the two numbers that are given for its name, what the prior says of it, else of_scene().
-// Throws UsageError: as these, where a parameter has both, or a name is none of theirs.
+// Returns the range of each parameter: between the two numbers that are given for its name, else of_prior() where it
+// has a prior, else of_scene(). Throws UsageError: as these, where a parameter has both, or a given name is none of
+// theirs.
 std::vector<NaturalRange> natural_ranges(const std::vector<Coordinate>& coordinates, const Prior& prior,
                                          const std::map<std::string, std::pair<double, double>>& given);
 

@@ -133,8 +133,8 @@ PolynomialFit::PolynomialFit(const Polynomials& polynomials, const DesignRows& d
   coefficients_ = deviation.cwiseProduct(root.solve(deviation.cwiseProduct(end.right())));
   root_ = root.matrixL().solve(Eigen::MatrixXd(deviation.asDiagonal()));
 
-  // Each exemplar from the others, in closed form: with H the block of what the fit passes on, N that of the noise, and
-  // r the residuals, the error is N (N - H)^-1 r and has the covariance N (N - H)^-1 N.
+  // Each rendering from the others, in closed form: with H the block of what the fit passes on, N that of the noise,
+  // and r the residuals, the error is N (N - H)^-1 r and has the covariance N (N - H)^-1 N.
   left_out_.setZero(values.size() / design.block);
   for (Eigen::Index first = 0; first < values.size(); first += design.block) {
     const auto rows = design.rows.middleRows(first, design.block);

@@ -8,11 +8,11 @@
 
 namespace itn {
 
-// Rows: of each exemplar its value, then its derivatives by the coordinates.
+// Rows: of each rendering its value, then its derivatives by the coordinates.
 struct DesignRows {
   DesignRows(const Polynomials& polynomials, const std::vector<Eigen::VectorXd>& points);
 
-  Eigen::Index block = 1;  // rows an exemplar
+  Eigen::Index block = 1;  // rows a rendering
   Eigen::MatrixXd rows;    // a column a polynomial
   Eigen::VectorXd rest;    // mean square of the polynomials of highest degree: how what lacks grows
 };
@@ -38,11 +38,12 @@ class PolynomialFit {
 
   double mean(const DesignPoint& at) const { return coefficients_.dot(at.values); }
   const Eigen::VectorXd& coefficients() const { return coefficients_; }
-  // Of the mean's error: the noise of what it was made from, the prior, and what the polynomial cannot follow.
+  // Variance of the mean's error: from the noise of the values and derivatives, the prior, and what the polynomial
+  // cannot follow.
   double variance(const DesignPoint& at) const;
 
   const Scales& scales() const { return scales_; }
-  // Errors of the values over their standard deviations, one an exemplar, each predicted from the other exemplars.
+  // Errors of the values over their standard deviations, one for each rendering, predicted from the others.
   const Eigen::VectorXd& left_out() const { return left_out_; }
   // Mean square of these.
   double leave_one_out() const { return leave_one_out_; }

@@ -17,7 +17,7 @@ struct Frame {
   Eigen::VectorXd of(const Eigen::VectorXd& t) const { return inverse * (t - centre); }
   // The greatest |w_i|.
   double reach(const Eigen::VectorXd& t) const { return of(t).cwiseAbs().maxCoeff(); }
-  // What is rendered there helps to say what is in the box.
+  // True where a rendering at t helps to fit the images in the box.
   bool near(const Eigen::VectorXd& t) const { return reach(t) <= 1.25; }
 };
 

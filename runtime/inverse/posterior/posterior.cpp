@@ -22,16 +22,16 @@ constexpr double settled_growth = 0.2;  // of log standard deviations
 // Rounds that differ by less than a deviation are noisy answers to one question. Where they go on to differ until there
 // are no more of them, the samples of the last two together are as wide as what they differ by.
 constexpr double pooled_shift = 1, pooled_growth = 0.5;
-// Which of several peaks is the likelier may hang on what moves an image less than its noise: that is seen in
-// renderings with so many times the samples, and after so many rounds of them.
+// The likelier of several peaks may depend on changes of the image that are smaller than its noise. They show in
+// renderings with this many times the samples, after this many rounds of them.
 constexpr double samples_for_peaks = 8;
 constexpr int rounds_for_peaks = 3;
 constexpr int working_samples = 600;  // of the posterior, before the last round
 constexpr Eigen::Index most_polynomials = 130;
 
-// Of a half, so that the errors of a sum of few pixels are known: those of a few samples with heavy tails, as
-// derivatives have, seem small where the samples are, and pull what is fitted there. No more than a rendering can have
-// in no time.
+// The fewest samples per pixel of a half from which the errors of a sum of few pixels are known. The errors of a few
+// samples with heavy tails, as derivatives have, seem small where the samples happen to be small, and draw the fit
+// there. Capped at what renders in no time.
 int fewest_spp(const std::vector<TargetImage>& targets) {
   constexpr double enough = 4096, most = 1 << 20;  // samples of all values that are compared; of the whole image
   double result = least_spp;
@@ -55,11 +55,11 @@ Eigen::VectorXd deviations(const Eigen::MatrixXd& samples) {
 }  // namespace
 
 Posterior::Posterior(Eigen::Index dimensions, const std::vector<TargetImage>& targets, LogPrior log_prior,
-                     const PosteriorOptions& options, std::vector<Exemplar> exemplars)
+                     const PosteriorOptions& options, std::vector<PosteriorRendering> renderings)
     : dimensions_(dimensions), targets_(targets), log_prior_(std::move(log_prior)), options_(options) {
-  for (Exemplar& exemplar : exemplars)
-    if (exemplar.at.cwiseAbs().maxCoeff() <= 1) exemplars_.push_back(std::move(exemplar));
-  kept_ = exemplars_.size();
+  for (PosteriorRendering& rendering : renderings)
+    if (rendering.at.cwiseAbs().maxCoeff() <= 1) renderings_.push_back(std::move(rendering));
+  kept_ = renderings_.size();
   regions_.wide = regions_.local = Frame::whole(dimensions);
   regions_.samples.resize(dimensions, 256);
   for (Eigen::Index i = 0; i < regions_.samples.cols(); ++i)
@@ -72,8 +72,9 @@ void Posterior::want_design() {
                                    : std::max(design_spp, fewest_spp(targets_));
   for (int i = 0; i < design_size(dimensions_); ++i) {
     const Eigen::VectorXd at = low_discrepancy_point(dimensions_, i);
-    const bool there = std::any_of(exemplars_.begin(), exemplars_.end(),
-                                   [&](const Exemplar& e) { return (e.at - at).cwiseAbs().maxCoeff() < 1e-5; });
+    const bool there = std::any_of(renderings_.begin(), renderings_.end(), [&](const PosteriorRendering& r) {
+      return (r.at - at).cwiseAbs().maxCoeff() < 1e-5;
+    });
     if (!there) wanted_.push_back({at, spp});
   }
 }
@@ -83,8 +84,9 @@ void Posterior::want_design() {
 int Posterior::refinement_spp() const {
   if (options_.spp > 0) return std::max(1, options_.spp / 2);
   constexpr std::size_t enough = 8;
-  std::vector<std::pair<double, const Exemplar*>> nearest;
-  for (const Exemplar& exemplar : exemplars_) nearest.emplace_back(regions_.local.reach(exemplar.at), &exemplar);
+  std::vector<std::pair<double, const PosteriorRendering*>> nearest;
+  for (const PosteriorRendering& rendering : renderings_)
+    nearest.emplace_back(regions_.local.reach(rendering.at), &rendering);
   std::stable_sort(nearest.begin(), nearest.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   nearest.resize(std::min(nearest.size(), enough));
   double wanted = 0, count = 0;
@@ -92,8 +94,8 @@ int Posterior::refinement_spp() const {
     const TargetImage& target = targets_[t];
     double sample = 0, own = 0, rendered = 0, shown = 0;
     const auto halves = 2 * static_cast<double>(nearest.size());
-    for (const auto& [reach, exemplar] : nearest) {
-      const ExemplarView& view = exemplar->views[t];
+    for (const auto& [reach, rendering] : nearest) {
+      const RenderedView& view = rendering->views[t];
       for (const HalfImages& half : view.half)
         sample += static_cast<double>(half.error.row(0).squaredNorm()) * view.spp / halves;
       rendered += 2 * static_cast<double>(view.half[0].value.row(0).sum()) / halves;
@@ -134,10 +136,10 @@ void Posterior::want_refinement() {
   };
   const auto note_those = [&](std::size_t first, std::size_t end) {
     for (std::size_t i = first; i < end; ++i)
-      if (exemplars_[i].views.front().spp >= spp / 2) note(exemplars_[i].at);
+      if (renderings_[i].views.front().spp >= spp / 2) note(renderings_[i].at);
   };
   const auto farthest = [&] { return std::max_element(distance.begin(), distance.end()); };
-  note_those(kept_, exemplars_.size());
+  note_those(kept_, renderings_.size());
   const std::vector<double> without_kept = distance;
   for (int k = 0; k < refinement_size(dimensions_); ++k) note(from.col(farthest() - distance.begin()));
   const double dense = *farthest();
@@ -151,25 +153,25 @@ void Posterior::want_refinement() {
 
 void Posterior::emulate() {
   std::vector<std::size_t> local;
-  for (std::size_t i = 0; i < exemplars_.size(); ++i)
-    if (regions_.local.near(exemplars_[i].at)) local.push_back(i);
+  for (std::size_t i = 0; i < renderings_.size(); ++i)
+    if (regions_.local.near(renderings_[i].at)) local.push_back(i);
   const Eigen::Index pieces = static_cast<Eigen::Index>(local.size()) * (1 + dimensions_);
   polynomials_ = std::make_unique<Polynomials>(
       regions_.local, Polynomials::degree_for(dimensions_, std::min(most_polynomials, pieces)));
   std::vector<std::unique_ptr<EmulatedView>> made(targets_.size());
   parallel_for(targets_.size(), [&](std::size_t t) {
-    std::vector<const ExemplarView*> near;
+    std::vector<const RenderedView*> near;
     for (const std::size_t i : local)
-      if (!rounds_.empty()) near.push_back(&exemplars_[i].views[t]);
+      if (!rounds_.empty()) near.push_back(&renderings_[i].views[t]);
     const WhiteTarget target = white_target(targets_[t], near, options_.noise);
-    made[t] = std::make_unique<EmulatedView>(exemplars_, t, target, regions_, *polynomials_, options_.exposure);
+    made[t] = std::make_unique<EmulatedView>(renderings_, t, target, regions_, *polynomials_, options_.exposure);
   });
   views_.clear();
   for (const auto& view : made) views_.push_back(std::move(*view));
 }
 
-const PosteriorRound& Posterior::advance(std::vector<Exemplar> rendered) {
-  for (Exemplar& exemplar : rendered) exemplars_.push_back(std::move(exemplar));
+const PosteriorRound& Posterior::advance(std::vector<PosteriorRendering> rendered) {
+  for (PosteriorRendering& rendering : rendered) renderings_.push_back(std::move(rendering));
   wanted_.clear();
   emulate();
   const LogDensity log_likelihood = [&](const Eigen::VectorXd& at) {
@@ -189,8 +191,8 @@ const PosteriorRound& Posterior::advance(std::vector<Exemplar> rendered) {
                               how_many(std::min(working_samples, options_.samples)));
 
   PosteriorRound round;
-  round.exemplars = static_cast<int>(exemplars_.size());
-  for (const Exemplar& exemplar : exemplars_) round.local += regions_.local.near(exemplar.at);
+  round.renderings = static_cast<int>(renderings_.size());
+  for (const PosteriorRendering& rendering : renderings_) round.local += regions_.local.near(rendering.at);
   round.mean = samples_.at.rowwise().mean();
   round.deviation = deviations(samples_.at);
   regions_.samples = samples_.broad;
@@ -220,7 +222,7 @@ const PosteriorRound& Posterior::advance(std::vector<Exemplar> rendered) {
   rounds_.push_back(round);
   done_ = round.settled || last_round;
   if (done_) {
-    // How the samples are shared out among peaks is known the better the more there are from the beginning.
+    // Several peaks are sampled anew: the more samples there are from the beginning, the better their shares are known.
     const SamplerOptions how = how_many(options_.samples);
     samples_ = round.peaks > 1 ? sample_posterior(regions_.local, log_prior_, log_likelihood, how)
                                : more_samples(regions_.local, log_prior_, log_likelihood, how, samples_);

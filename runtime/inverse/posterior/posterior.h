@@ -22,7 +22,7 @@ struct PosteriorOptions {
 };
 
 struct PosteriorRound {
-  int exemplars = 0, local = 0;     // all; those that the last emulator uses
+  int renderings = 0, local = 0;    // all; those that the last emulator uses
   Eigen::VectorXd mean, deviation;  // natural coordinates
   double shift = 0, growth = 0;  // greatest change of means in deviations, and of log deviations, since the last round
   double emulator_share = 0;     // of the emulator in the variance of what is compared
@@ -33,15 +33,15 @@ struct PosteriorRound {
 };
 
 // Renders the targets' views at natural coordinates, `spp` samples in each of both halves.
-using RenderExemplar = std::function<Exemplar(const Eigen::VectorXd& at, int spp)>;
+using RenderAt = std::function<PosteriorRendering(const Eigen::VectorXd& at, int spp)>;
 using LogPrior = std::function<double(const Eigen::VectorXd& at)>;
 
 class Posterior {
  public:
-  // targets must outlive it. exemplars: renderings that are there already, of any materials. Those outside of the cube
+  // targets must outlive it. renderings: what has been rendered already, of any materials; those outside of the cube
   // are left out.
   Posterior(Eigen::Index dimensions, const std::vector<TargetImage>& targets, LogPrior log_prior,
-            const PosteriorOptions& options, std::vector<Exemplar> exemplars = {});
+            const PosteriorOptions& options, std::vector<PosteriorRendering> renderings = {});
 
   // Another rendering is needed: where, and with how many samples in each half.
   struct Wanted {
@@ -49,16 +49,16 @@ class Posterior {
     int spp = 0;
   };
   bool done() const { return done_; }
-  // Of this round, in their order; as long as it is not done.
+  // The renderings that this round needs, in the order in which advance() takes them; none once it is done.
   const std::vector<Wanted>& wanted() const { return wanted_; }
   // All that were wanted, in their order: ends the round.
-  const PosteriorRound& advance(std::vector<Exemplar> rendered);
+  const PosteriorRound& advance(std::vector<PosteriorRendering> rendered);
 
   const std::vector<PosteriorRound>& rounds() const { return rounds_; }
   const Samples& samples() const { return samples_; }
   const std::vector<Peak>& peaks() const { return peaks_; }
-  const std::vector<Exemplar>& exemplars() const { return exemplars_; }
-  // Of a target, at a sample.
+  const std::vector<PosteriorRendering>& renderings() const { return renderings_; }
+  // The exposure of a target, for the material `at`.
   EmulatedView::Exposure exposure(std::size_t target, const Eigen::VectorXd& at) const;
 
  private:
@@ -72,7 +72,7 @@ class Posterior {
   const std::vector<TargetImage>& targets_;
   LogPrior log_prior_;
   PosteriorOptions options_;
-  std::vector<Exemplar> exemplars_;
+  std::vector<PosteriorRendering> renderings_;
   std::size_t kept_ = 0;  // of them, which were there at the beginning
   std::vector<Wanted> wanted_;
   std::vector<PosteriorRound> rounds_;

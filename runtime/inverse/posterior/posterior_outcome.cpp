@@ -198,7 +198,7 @@ std::vector<std::string> verdict(const PosteriorOutcome& outcome) {
   std::vector<std::string> text;
   const PosteriorRound& last = outcome.rounds.back();
   const std::string effort = fmt::format("{} rounds with {} renderings ({} of them were there before)",
-                                         outcome.rounds.size(), last.exemplars, outcome.found);
+                                         outcome.rounds.size(), last.renderings, outcome.found);
   if (outcome.converged())
     text.push_back("Settled after " + effort +
                    (last.pooled
@@ -272,7 +272,7 @@ nlohmann::ordered_json to_json(const PosteriorOutcome& outcome, const std::vecto
   for (const auto& peak : outcome.peaks)
     peaks.push_back({{"probability", peak.share}, {"parameters", to_json(peak.parameters)}});
   for (const PosteriorRound& round : outcome.rounds)
-    rounds.push_back({{"renderings", round.exemplars},
+    rounds.push_back({{"renderings", round.renderings},
                       {"local", round.local},
                       {"shift", round.shift},
                       {"growth", round.growth},

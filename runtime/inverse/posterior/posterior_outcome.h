@@ -1,4 +1,4 @@
-// What came out of --method posterior: numbers, words, a table of samples and a page.
+// The outcome of an inversion by method posterior: numbers, text, a table of samples and a page.
 #pragma once
 #include <nlohmann/json.hpp>
 #include <string>

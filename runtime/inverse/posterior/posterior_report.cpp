@@ -1,4 +1,4 @@
-// What --method posterior leaves in its folder.
+// Writes the files that an inversion by method posterior leaves in its folder.
 #include <fmt/format.h>
 
 #include <utility>
@@ -85,7 +85,7 @@ std::string rounds(const PosteriorOutcome& outcome) {
       {"round", "renderings", "used", "means moved [deviations]", "emulator's share", "leave-one-out", "residual"}};
   for (std::size_t k = 0; k < outcome.rounds.size(); ++k) {
     const PosteriorRound& r = outcome.rounds[k];
-    rows.push_back({std::to_string(k), std::to_string(r.exemplars), std::to_string(r.local),
+    rows.push_back({std::to_string(k), std::to_string(r.renderings), std::to_string(r.local),
                     k == 0 ? "" : fmt::format("{:.2f}", r.shift), fmt::format("{:.0f} %", 100 * r.emulator_share),
                     fmt::format("{:.2f}", r.leave_one_out), fmt::format("{:.2f}", r.residual)});
   }

@@ -24,7 +24,7 @@ std::vector<std::string> letters(int channels) {
   return channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
 }
 
-// Of each image and its derivatives the mean's and then the standard error's channels.
+// The channels of each image and of its derivatives: first the mean's, then the standard error's.
 std::vector<std::string> channel_names(const std::string& half, std::size_t parameters, int channels) {
   std::vector<std::string> names;
   for (std::size_t k = 0; k <= parameters; ++k)
@@ -82,20 +82,20 @@ int RenderingStore::next_sample() const {
   return following_sample(0, sum);
 }
 
-Exemplar RenderingStore::read(std::size_t index, const std::vector<NaturalRange>& ranges,
-                              const std::vector<TargetImage>& targets) const {
+PosteriorRendering RenderingStore::read(std::size_t index, const std::vector<NaturalRange>& ranges,
+                                        const std::vector<TargetImage>& targets) const {
   const Entry& entry = entries_[index];
-  Exemplar exemplar;
-  exemplar.at.resize(static_cast<Eigen::Index>(ranges.size()));
+  PosteriorRendering rendering;
+  rendering.at.resize(static_cast<Eigen::Index>(ranges.size()));
   for (std::size_t p = 0; p < ranges.size(); ++p)
-    exemplar.at[static_cast<Eigen::Index>(p)] = ranges[p].of(entry.values[p]);
+    rendering.at[static_cast<Eigen::Index>(p)] = ranges[p].of(entry.values[p]);
   for (std::size_t t = 0; t < targets.size(); ++t) {
     const ExrImage image = read_image(file(index, t), targets[t]);
     if (t < entry.fingerprints.size() && fingerprint_of(file(index, t)) != entry.fingerprints[t])
       throw InputError(fmt::format("{}: has changed since it was written; remove the folder", file(index, t)));
     const auto count = static_cast<std::size_t>(targets[t].channels), all = image.channels.size();
     const std::size_t pixels = image.data.size() / all;
-    ExemplarView view{entry.spp, {}};
+    RenderedView view{entry.spp, {}};
     for (std::size_t h = 0; h < 2; ++h) {
       HalfImages& half = view.half[h];
       const auto rows = static_cast<Eigen::Index>(1 + ranges.size()),
@@ -109,15 +109,15 @@ Exemplar RenderingStore::read(std::size_t index, const std::vector<NaturalRange>
         const std::size_t row = k / (2 * count), c = k % count;
         ImageRows& to = (k / count) % 2 == 0 ? half.value : half.error;
         const auto r = static_cast<Eigen::Index>(row);
-        const double slope = row == 0 ? 1 : ranges[row - 1].slope(exemplar.at[r - 1]);
+        const double slope = row == 0 ? 1 : ranges[row - 1].slope(rendering.at[r - 1]);
         for (std::size_t i = 0; i < pixels; ++i)
           to(r, static_cast<Eigen::Index>(i * count + c)) =
               static_cast<float>(slope) * image.data[i * all + static_cast<std::size_t>(channel)];
       }
     }
-    exemplar.views.push_back(std::move(view));
+    rendering.views.push_back(std::move(view));
   }
-  return exemplar;
+  return rendering;
 }
 
 void RenderingStore::add(ForwardModel& model, const std::vector<double>& values, int spp) {

@@ -1,5 +1,5 @@
 // Renderings of one scene with derivatives at many materials, kept in a folder: of each two halves of its samples
-// (exemplar.h). The next photo of the same scene finds them there.
+// (posterior_rendering.h). The next photo of the same scene finds them there.
 #pragma once
 #include <string>
 #include <vector>
@@ -7,8 +7,8 @@
 #include "runtime/base/stored_run.h"
 #include "runtime/inverse/forward_model.h"
 #include "runtime/inverse/image_loss.h"
-#include "runtime/inverse/posterior/exemplar.h"
 #include "runtime/inverse/posterior/natural_range.h"
+#include "runtime/inverse/posterior/posterior_rendering.h"
 
 namespace itn {
 
@@ -27,8 +27,8 @@ class RenderingStore {
   const std::vector<Entry>& entries() const { return entries_; }
 
   // One of them, in natural coordinates. targets: an image each, of the same size and channels. Throws InputError.
-  Exemplar read(std::size_t index, const std::vector<NaturalRange>& ranges,
-                const std::vector<TargetImage>& targets) const;
+  PosteriorRendering read(std::size_t index, const std::vector<NaturalRange>& ranges,
+                          const std::vector<TargetImage>& targets) const;
   // Renders another and keeps it. Its samples are none that others here have. Throws as ForwardModel.
   void add(ForwardModel& model, const std::vector<double>& values, int spp);
 

@@ -40,8 +40,8 @@ StoredPosterior::StoredPosterior(const std::string& folder, const StoredRun::Jso
     if (found_ > store.entries().size()) folder_.run().refuse();
   }
   write_state();
-  std::vector<Exemplar> there;
-  for (std::size_t i = 0; i < found_; ++i) there.push_back(exemplar(i));
+  std::vector<PosteriorRendering> there;
+  for (std::size_t i = 0; i < found_; ++i) there.push_back(rendering(i));
   posterior_ = std::make_unique<Posterior>(static_cast<Eigen::Index>(ranges.size()), targets, log_prior_of(ranges),
                                            options, std::move(there));
 }
@@ -63,14 +63,15 @@ void StoredPosterior::advance() {
   std::vector<double> values;
   for (std::size_t p = 0; p < ranges_.size(); ++p)
     values.push_back(ranges_[p].value(wanted.at[static_cast<Eigen::Index>(p)]));
-  // Where it will be is written before it is made: killed between the two, the next run finds it, or makes the same.
+  // The rendering's place is written down before it is rendered: if the process is killed between the two, the next run
+  // finds the rendering there, or makes the same.
   if (taken_ == made_.size() || !is_there(made_[taken_], values, wanted.spp)) {
     made_.resize(taken_);
     made_.push_back(store_.entries().size());
     write_state();
     store_.add(model_, values, wanted.spp);
   }
-  rendered_.push_back(exemplar(made_[taken_]));
+  rendered_.push_back(rendering(made_[taken_]));
   ++taken_;
 }
 

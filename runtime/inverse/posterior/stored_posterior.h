@@ -20,7 +20,7 @@ class StoredPosterior {
   // One rendering more, or, if this round has them all, its end. Throws Interrupted: nothing has changed then.
   void advance();
   int most_rounds() const { return most_rounds_; }
-  // Of the renderings that all rounds may take.
+  // The share that is done of the renderings that all rounds may take.
   double fraction() const;
 
   const Posterior& posterior() const { return *posterior_; }
@@ -30,7 +30,7 @@ class StoredPosterior {
   std::string file(const std::string& name) const { return folder_.file(name); }
 
  private:
-  Exemplar exemplar(std::size_t index) const { return store_.read(index, ranges_, targets_); }
+  PosteriorRendering rendering(std::size_t index) const { return store_.read(index, ranges_, targets_); }
   bool is_there(std::size_t index, const std::vector<double>& values, int spp) const;
   void write_state() const;
 
@@ -44,7 +44,7 @@ class StoredPosterior {
   std::size_t found_ = 0, taken_ = 0;
   std::vector<std::size_t> made_;  // where in the store they are, of which taken_ are used
   std::unique_ptr<Posterior> posterior_;
-  std::vector<Exemplar> rendered_;  // of this round
+  std::vector<PosteriorRendering> rendered_;  // of this round
 };
 
 // Log of the prior by the natural coordinates: the sum over the parameters.

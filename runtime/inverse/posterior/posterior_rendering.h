@@ -15,14 +15,14 @@ struct HalfImages {
   ImageRows value, error;  // standard errors
 };
 
-struct ExemplarView {
+struct RenderedView {
   int spp = 0;  // of each half
   std::array<HalfImages, 2> half;
 };
 
-struct Exemplar {
+struct PosteriorRendering {
   Eigen::VectorXd at;               // natural coordinates (natural_range.h)
-  std::vector<ExemplarView> views;  // one a target
+  std::vector<RenderedView> views;  // one a target
 };
 
 }  // namespace itn
